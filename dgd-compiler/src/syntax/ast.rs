@@ -1,0 +1,294 @@
+//! What a model file says, exactly as written.
+//!
+//! Printing an [`Ast`] and parsing the text again gives the same tree, places aside. No name is
+//! looked up here and no unit is understood.
+
+use crate::source::{SourceId, Span};
+
+/// One parsed file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ast {
+    /// Where it was read.
+    pub source: SourceId,
+    /// `model NAME`; a file without one is a library of constants, `let`s and functions.
+    pub model: Option<Header>,
+    /// Items in the order written.
+    pub items: Vec<Item>,
+}
+
+/// `model NAME` with the doc comment above it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Header {
+    /// Lines of the doc comment, without `///`.
+    pub doc: Vec<String>,
+    /// The model's name.
+    pub name: Name,
+}
+
+/// A name and its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Name {
+    /// The name.
+    pub text: String,
+    /// Its place.
+    pub span: Span,
+}
+
+/// One item: a declaration, an equation or a block.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Item {
+    /// From the keyword to the last token.
+    pub span: Span,
+    /// Doc comment lines: those above it, then the one at the end of its line.
+    pub doc: Vec<String>,
+    /// What it is.
+    pub kind: ItemKind,
+}
+
+/// The items of the language.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ItemKind {
+    /// `import "friction.dgd"`: constants, `let`s and functions of a library file.
+    Import {
+        /// The path as written, without quotes.
+        path: String,
+        /// Its place, quotes included.
+        path_span: Span,
+    },
+    /// `constant g [m/s^2] = 9.81`
+    Constant {
+        /// Name.
+        name: Name,
+        /// Unit in brackets; dimensionless without one.
+        unit: Option<Unit>,
+        /// Value.
+        value: Expr,
+    },
+    /// `parameter c0 [m] = 275 in 0 .. 1e3, log, fixed, nominal 300, prior normal(275, 10)`
+    Parameter {
+        /// Name.
+        name: Name,
+        /// Unit in brackets.
+        unit: Option<Unit>,
+        /// Value.
+        value: Expr,
+        /// Attributes in the order written.
+        attributes: Vec<Attribute>,
+    },
+    /// `input q_boost [lpm] linear`
+    Input {
+        /// Name.
+        name: Name,
+        /// Unit in brackets.
+        unit: Option<Unit>,
+        /// `hold` or `linear`, and attributes.
+        attributes: Vec<Attribute>,
+    },
+    /// `state h_r [m] = 50` or `unknown f [1] = 0.02`
+    Unknown {
+        /// Whether it was declared `state` (it may have a derivative) or `unknown`.
+        declared: UnknownKind,
+        /// Name.
+        name: Name,
+        /// Unit in brackets.
+        unit: Option<Unit>,
+        /// Start value or guess; without one it is zero.
+        start: Option<Expr>,
+        /// Attributes in the order written.
+        attributes: Vec<Attribute>,
+    },
+    /// `let net = …`; a unit, if given, is checked.
+    Let {
+        /// Name.
+        name: Name,
+        /// Unit in brackets.
+        unit: Option<Unit>,
+        /// Value.
+        value: Expr,
+    },
+    /// `function friction(q [m^3/s]) = …`
+    Function {
+        /// Name.
+        name: Name,
+        /// Arguments; one with a unit is checked against it.
+        arguments: Vec<Argument>,
+        /// Value.
+        body: Expr,
+    },
+    /// `output p_r [bara] = …  noise 0.01 [bar]`
+    Output {
+        /// Name.
+        name: Name,
+        /// Unit in brackets.
+        unit: Option<Unit>,
+        /// What it reads; without one, the unknown of its name.
+        value: Option<Expr>,
+        /// Attributes in the order written.
+        attributes: Vec<Attribute>,
+    },
+    /// `equation riser: A_r * der(h_r) = q_ssp - q_boost`
+    Equation {
+        /// Label.
+        label: Name,
+        /// Left of `=`.
+        left: Expr,
+        /// Right of `=`.
+        right: Expr,
+    },
+    /// `variant flow { dynamic { … } static { … } }`
+    Variant {
+        /// Name.
+        name: Name,
+        /// Choices; the first is the default.
+        choices: Vec<Choice>,
+    },
+}
+
+/// How an unknown was declared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum UnknownKind {
+    /// `state`
+    State,
+    /// `unknown`
+    Unknown,
+}
+
+/// An argument of a function.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Argument {
+    /// Name.
+    pub name: Name,
+    /// Unit in brackets; any unit without one.
+    pub unit: Option<Unit>,
+}
+
+/// One choice of a variant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    /// Name.
+    pub name: Name,
+    /// What the model holds when it is chosen.
+    pub items: Vec<Item>,
+}
+
+/// An attribute behind a value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Attribute {
+    /// Its place.
+    pub span: Span,
+    /// What it says.
+    pub kind: AttributeKind,
+}
+
+/// The attributes of the language.
+#[derive(Debug, Clone, PartialEq)]
+pub enum AttributeKind {
+    /// `in a .. b`, either end open: bounds of validity and of estimation.
+    Bounds(Option<Expr>, Option<Expr>),
+    /// `log`: the logarithm is estimated.
+    Log,
+    /// `fixed`: not estimated unless asked.
+    Fixed,
+    /// `nominal V`: size for tolerances and scaling.
+    Nominal(Expr),
+    /// `prior normal(mean, std)`
+    PriorNormal(Expr, Expr),
+    /// `hold`: a sample holds until the next.
+    Hold,
+    /// `linear` between samples.
+    Linear,
+    /// `noise V`: standard deviation of the sensor's white error.
+    Noise(Expr),
+}
+
+/// A unit as written between brackets.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unit {
+    /// Its place, brackets included.
+    pub span: Span,
+    /// The text between the brackets, trimmed.
+    pub text: String,
+}
+
+/// An expression and its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Expr {
+    /// Its place.
+    pub span: Span,
+    /// What it is.
+    pub kind: ExprKind,
+}
+
+/// Expressions. Sums, products and chains of `and` and `or` are flat, so that only brackets nest.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ExprKind {
+    /// `3.5e3` or `3 [m]`
+    Number {
+        /// Value as written, before any unit.
+        value: f64,
+        /// Spelling, kept for printing.
+        text: String,
+        /// Unit behind it.
+        unit: Option<Unit>,
+    },
+    /// A name.
+    Name(String),
+    /// `f(a, b)`, `der(x)` included.
+    Call {
+        /// The function's name.
+        function: Name,
+        /// Arguments.
+        arguments: Vec<Expr>,
+    },
+    /// `(e)`
+    Group(Box<Expr>),
+    /// `-e`
+    Negate(Box<Expr>),
+    /// `a + b - c`: two terms or more, the first with [`Sign::Plus`].
+    Sum(Vec<(Sign, Expr)>),
+    /// `a * b / c`: two factors or more, the first with [`Factor::Times`].
+    Product(Vec<(Factor, Expr)>),
+    /// `a ^ b`
+    Power(Box<Expr>, Box<Expr>),
+    /// `if c then a else b`
+    If(Box<Expr>, Box<Expr>, Box<Expr>),
+    /// `a < b`
+    Compare(Comparison, Box<Expr>, Box<Expr>),
+    /// `a and b and c`: two or more.
+    And(Vec<Expr>),
+    /// `a or b or c`: two or more.
+    Or(Vec<Expr>),
+    /// `not c`
+    Not(Box<Expr>),
+}
+
+/// Sign of a term.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sign {
+    /// `+`
+    Plus,
+    /// `-`
+    Minus,
+}
+
+/// How a factor enters a product.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Factor {
+    /// `*`
+    Times,
+    /// `/`
+    Over,
+}
+
+/// `<`, `<=`, `>`, `>=`; real numbers are not compared for equality.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Comparison {
+    /// `<`
+    Less,
+    /// `<=`
+    LessEqual,
+    /// `>`
+    Greater,
+    /// `>=`
+    GreaterEqual,
+}

@@ -1,0 +1,1 @@
+//! Runs a compiled model without rustc.

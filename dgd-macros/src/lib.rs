@@ -1,0 +1,1 @@
+//! dgd::model!, the proc-macro that compiles a .dgd file into Rust.

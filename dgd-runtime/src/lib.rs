@@ -1,0 +1,1 @@
+//! The trait a compiled model implements, and what solves it.

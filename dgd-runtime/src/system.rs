@@ -1,0 +1,301 @@
+//! What a compiled model is to the solvers: the contract between the compiler and the runtime.
+//!
+//! A model is the semi-explicit differential-algebraic system
+//!
+//! ```text
+//!   M ẏ = f(t, y, u, p),   M = diag(1 or 0),   F(t, y, ẏ, u, p) = M ẏ − f = 0
+//!   w = w(t, y, u, p)
+//!   y(t₀) = y₀(u(t₀), p)         (a guess where M is 0)
+//! ```
+//!
+//! of index 1 at most: ∂f_a/∂y_a is structurally non-singular over the rows and columns where M is
+//! zero. Row i belongs to unknown i: where `differential[i]` holds it reads ẏᵢ = fᵢ.
+//!
+//! With the chosen directions θ (a subset of p), the sensitivities S = ∂y/∂θ obey
+//!
+//! ```text
+//!   M Ṡ = g(t, y, S, u, p) = ∂f/∂y S + ∂f/∂θ
+//! ```
+//!
+//! All numbers are in SI units. Matrices with a [`Pattern`] are given by their non-zeros in its
+//! order; dense ones are stored column by column: `s[j * n + i]` is ∂yᵢ/∂θⱼ.
+
+use std::borrow::Cow;
+
+use crate::linalg::Factorisation;
+
+/// Numbers of a size that is known when the program is compiled, `[f64; N]`, or when it runs,
+/// `Vec<f64>`.
+pub trait Storage: AsRef<[f64]> + AsMut<[f64]> + Clone {
+    /// `len` zeros.
+    ///
+    /// # Panics
+    ///
+    /// If the size is fixed and is not `len`.
+    fn zeros(len: usize) -> Self;
+}
+
+impl<const N: usize> Storage for [f64; N] {
+    #[inline]
+    fn zeros(len: usize) -> Self {
+        assert_eq!(len, N, "storage of fixed size");
+        [0.0; N]
+    }
+}
+
+impl Storage for Vec<f64> {
+    fn zeros(len: usize) -> Self {
+        vec![0.0; len]
+    }
+}
+
+/// Where a model is evaluated. Lengths are those of [`Signature`].
+#[derive(Debug, Clone, Copy)]
+pub struct Point<'a> {
+    /// Time, s.
+    pub t: f64,
+    /// Unknowns.
+    pub y: &'a [f64],
+    /// Inputs.
+    pub u: &'a [f64],
+    /// Parameters.
+    pub p: &'a [f64],
+}
+
+/// A compiled model.
+///
+/// | symbol | length | |
+/// |---|---|---|
+/// | `y`, `f` | n | unknowns and right-hand sides |
+/// | `u`, `udot` | n_u | inputs and their slopes |
+/// | `p` | n_p | parameters, all of them |
+/// | `s`, `g` | n · n_s | sensitivities to the n_s chosen directions, and their right-hand sides |
+/// | `w` | n_w | outputs |
+///
+/// # Panics
+///
+/// Methods panic when a slice has another length.
+pub trait System {
+    /// n numbers.
+    type Vector: Storage;
+    /// n · n_s numbers.
+    type Sensitivity: Storage;
+    /// n_u numbers.
+    type Inputs: Storage;
+    /// Non-zeros of ∂f/∂y.
+    type Jacobian: Storage;
+    /// Non-zeros of ∂g/∂y.
+    type SensitivityJacobian: Storage;
+    /// How W = M c − ∂f/∂y is factorised.
+    type Factorisation: Factorisation;
+
+    /// Names, sizes, units, defaults and sparsity.
+    fn signature(&self) -> &Signature;
+
+    /// f(t, y, u, p).
+    fn rhs(&self, at: Point<'_>, f: &mut [f64]);
+
+    /// f, ∂f/∂y and df/dt = ∂f/∂t + ∂f/∂u u̇ along the inputs' slopes, in one pass.
+    fn linearize(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        f: &mut [f64],
+        jacobian: &mut [f64],
+        dfdt: &mut [f64],
+    );
+
+    /// f and g = ∂f/∂y S + ∂f/∂θ, in one pass.
+    fn sensitivity_rhs(&self, at: Point<'_>, s: &[f64], f: &mut [f64], g: &mut [f64]);
+
+    /// What [`System::linearize`] gives, and the same of g: g, ∂g/∂y and dg/dt.
+    ///
+    /// Row `j * n + i` of ∂g/∂y is ∂/∂y (Σₖ ∂fᵢ/∂yₖ Sₖⱼ + ∂fᵢ/∂θⱼ).
+    #[allow(clippy::too_many_arguments)]
+    fn sensitivity_linearize(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        s: &[f64],
+        f: &mut [f64],
+        jacobian: &mut [f64],
+        dfdt: &mut [f64],
+        g: &mut [f64],
+        dgdy: &mut [f64],
+        dgdt: &mut [f64],
+    );
+
+    /// ∂f/∂p, n × n_p dense by columns, all parameters.
+    fn parameter_jacobian(&self, at: Point<'_>, values: &mut [f64]);
+
+    /// ∂f/∂u, n × n_u dense by columns.
+    fn input_jacobian(&self, at: Point<'_>, values: &mut [f64]);
+
+    /// ∂f/∂t at fixed y, u, p.
+    fn time_derivative(&self, at: Point<'_>, values: &mut [f64]);
+
+    /// Outputs w.
+    fn outputs(&self, at: Point<'_>, w: &mut [f64]);
+
+    /// ∂w/∂y (n_w × n), ∂w/∂u (n_w × n_u), ∂w/∂p (n_w × n_p), ∂w/∂t (n_w), dense by columns.
+    fn output_jacobians(
+        &self,
+        at: Point<'_>,
+        dwdy: &mut [f64],
+        dwdu: &mut [f64],
+        dwdp: &mut [f64],
+        dwdt: &mut [f64],
+    );
+
+    /// w and ∂w/∂θ = ∂w/∂y S + ∂w/∂θ|_y, n_w × n_s dense by columns.
+    fn output_sensitivities(&self, at: Point<'_>, s: &[f64], w: &mut [f64], dw: &mut [f64]);
+
+    /// Start values y₀(u, p); guesses where the unknown is algebraic. `at.y` is not read.
+    fn start(&self, at: Point<'_>, y: &mut [f64]);
+
+    /// ∂y₀/∂θ, n × n_s; rows of algebraic unknowns are overwritten by the solver. `at.y` is not
+    /// read.
+    fn start_sensitivities(&self, at: Point<'_>, s: &mut [f64]);
+
+    /// F = M ẏ − f. ∂F/∂ẏ = M, and the other derivatives of F are those of −f.
+    fn residual(&self, at: Point<'_>, ydot: &[f64], residual: &mut [f64]) {
+        self.rhs(at, residual);
+        let unknowns = &self.signature().unknowns;
+        for ((r, unknown), ydot) in residual.iter_mut().zip(unknowns.iter()).zip(ydot) {
+            *r = if unknown.differential { ydot - *r } else { -*r };
+        }
+    }
+}
+
+/// Names, sizes, units, defaults and sparsity of a compiled model.
+///
+/// Borrowed and static for generated models, owned for loaded ones.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Signature {
+    /// The model's name.
+    pub name: Text,
+    /// Unknowns y, n of them.
+    pub unknowns: List<Unknown>,
+    /// Label of the equation behind row i of f.
+    pub equations: List<Text>,
+    /// Parameters p.
+    pub parameters: List<Parameter>,
+    /// Inputs u.
+    pub inputs: List<Input>,
+    /// Outputs w.
+    pub outputs: List<Output>,
+    /// Chosen directions θ, as positions in `parameters`.
+    pub directions: List<usize>,
+    /// Where ∂f/∂y is not zero: n × n.
+    pub jacobian: Pattern,
+    /// Where ∂g/∂y is not zero: (n · n_s) × n.
+    pub sensitivity_jacobian: Pattern,
+}
+
+/// Text that a generated model borrows and a loaded one owns.
+pub type Text = Cow<'static, str>;
+
+/// A list that a generated model borrows and a loaded one owns.
+pub type List<T> = Cow<'static, [T]>;
+
+/// A unit as the model declares it: SI = value · factor + offset.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unit {
+    /// As written.
+    pub symbol: Text,
+    /// SI units in one of it.
+    pub factor: f64,
+    /// SI value at its zero.
+    pub offset: f64,
+}
+
+/// An unknown of the system.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unknown {
+    /// Name in the model.
+    pub name: Text,
+    /// Declared unit.
+    pub unit: Unit,
+    /// Size for tolerances, SI; `None`: the size of its start value.
+    pub nominal: Option<f64>,
+    /// Whether row i is ẏᵢ = fᵢ; otherwise 0 = fᵢ.
+    pub differential: bool,
+}
+
+/// A parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    /// Name in the model.
+    pub name: Text,
+    /// Declared unit.
+    pub unit: Unit,
+    /// Declared value, SI.
+    pub value: f64,
+    /// Lower bound, SI; minus infinity without one.
+    pub lower: f64,
+    /// Upper bound, SI; infinity without one.
+    pub upper: f64,
+    /// Size for scaling, SI; `None`: its value, or 1 in the declared unit where that is zero.
+    pub nominal: Option<f64>,
+    /// Whether its logarithm is estimated.
+    pub log: bool,
+    /// Whether it is left alone by estimators unless asked for.
+    pub fixed: bool,
+}
+
+/// How an input goes on between two samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Interpolation {
+    /// The sample holds until the next.
+    Hold,
+    /// A straight line to the next sample.
+    Linear,
+}
+
+/// An input.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Input {
+    /// Name in the model.
+    pub name: Text,
+    /// Declared unit.
+    pub unit: Unit,
+    /// Between samples.
+    pub interpolation: Interpolation,
+}
+
+/// An output.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Output {
+    /// Name in the model.
+    pub name: Text,
+    /// Declared unit.
+    pub unit: Unit,
+    /// Standard deviation of the sensor's white error, SI.
+    pub noise: Option<f64>,
+}
+
+/// Where a matrix is not zero: columns ascending, rows ascending within a column.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Pattern {
+    /// Row of each non-zero.
+    pub rows: List<usize>,
+    /// Column of each non-zero.
+    pub columns: List<usize>,
+}
+
+impl Pattern {
+    /// Number of non-zeros.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Whether the matrix is zero everywhere.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Positions (row, column) in storage order.
+    pub fn positions(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.rows.iter().copied().zip(self.columns.iter().copied())
+    }
+}
