@@ -1,1 +1,14 @@
-//! From the text of a .dgd model to a Program: syntax, units, structure, derivatives, Rust tokens.
+//! From the text of a `.dgd` model to a program: syntax, units, structure, derivatives, Rust tokens.
+//!
+//! Does no I/O, prints nothing, and never panics on what a user wrote. [`pipeline`] shows the whole.
+
+pub mod codegen;
+pub mod dae;
+pub mod diagnostics;
+pub mod expr;
+pub mod model;
+pub mod pipeline;
+pub mod program;
+pub mod source;
+pub mod syntax;
+pub mod units;

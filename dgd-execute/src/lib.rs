@@ -1,1 +1,7 @@
-//! Runs a compiled model without rustc.
+//! Runs a compiled model without rustc: a [`Program`](dgd_compiler::program::Program) becomes a
+//! [`System`](dgd_runtime::System) here and now.
+
+mod describe;
+mod interpret;
+
+pub use interpret::Interpreted;

@@ -1,1 +1,33 @@
 //! The trait a compiled model implements, and what solves it.
+//!
+//! ```text
+//!   System + parameters + Inputs + start values = Problem
+//!   simulate(problem, times, options)                    → Solution: y
+//!   simulate_with_sensitivities(problem, times, options) → Solution: y and S = ∂y/∂θ
+//!   observe(problem, solution)                           → Observations: w and ∂w/∂θ
+//! ```
+
+pub mod codegen;
+mod error;
+mod initial;
+pub mod integrate;
+pub mod linalg;
+pub mod math;
+mod observe;
+mod problem;
+mod signal;
+mod solution;
+pub mod system;
+
+pub use error::{BadRequest, Evaluation, Failure, InitialError, IntegrateError};
+pub use initial::{ConsistentStart, consistent_start};
+pub use integrate::catalogue::{METHODS, Method, MethodKind, UnknownMethod, find as find_method};
+pub use integrate::{simulate, simulate_with_sensitivities};
+pub use observe::{Observations, observe};
+pub use problem::{Options, Problem};
+pub use signal::{Column, InputError, Inputs, Segment, Side};
+pub use solution::{Solution, Statistics, UndefinedSensitivity, side};
+pub use system::{
+    Input, Interpolation, List, Output, Parameter, Pattern, Point, Signature, Storage, System, Text,
+    Unit, Unknown,
+};

@@ -125,10 +125,10 @@ pub trait System {
         dgdt: &mut [f64],
     );
 
-    /// ∂f/∂p, n × n_p dense by columns, all parameters.
+    /// Non-zeros of ∂f/∂p, n × n_p, all parameters.
     fn parameter_jacobian(&self, at: Point<'_>, values: &mut [f64]);
 
-    /// ∂f/∂u, n × n_u dense by columns.
+    /// Non-zeros of ∂f/∂u, n × n_u.
     fn input_jacobian(&self, at: Point<'_>, values: &mut [f64]);
 
     /// ∂f/∂t at fixed y, u, p.
@@ -137,7 +137,7 @@ pub trait System {
     /// Outputs w.
     fn outputs(&self, at: Point<'_>, w: &mut [f64]);
 
-    /// ∂w/∂y (n_w × n), ∂w/∂u (n_w × n_u), ∂w/∂p (n_w × n_p), ∂w/∂t (n_w), dense by columns.
+    /// Non-zeros of ∂w/∂y (n_w × n), ∂w/∂u (n_w × n_u) and ∂w/∂p (n_w × n_p), and ∂w/∂t (n_w).
     fn output_jacobians(
         &self,
         at: Point<'_>,
@@ -190,6 +190,12 @@ pub struct Signature {
     pub jacobian: Pattern,
     /// Where ∂g/∂y is not zero: (n · n_s) × n.
     pub sensitivity_jacobian: Pattern,
+    /// Where ∂f/∂p is not zero: n × n_p.
+    pub parameter_jacobian: Pattern,
+    /// Where ∂f/∂u is not zero: n × n_u.
+    pub input_jacobian: Pattern,
+    /// Where ∂w/∂y, ∂w/∂u and ∂w/∂p are not zero.
+    pub output_jacobians: [Pattern; 3],
 }
 
 /// Text that a generated model borrows and a loaded one owns.

@@ -165,6 +165,8 @@ pub struct Argument {
 /// One choice of a variant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
+    /// Doc comment lines: those above it, then the one at the end of its line.
+    pub doc: Vec<String>,
     /// Name.
     pub name: Name,
     /// What the model holds when it is chosen.

@@ -11,7 +11,10 @@ pub struct Exponent {
 
 impl Exponent {
     /// Zero.
-    pub const ZERO: Exponent = Exponent { numerator: 0, denominator: 1 };
+    pub const ZERO: Exponent = Exponent {
+        numerator: 0,
+        denominator: 1,
+    };
 
     /// n/d in lowest terms; `None` where d is zero or the result does not fit.
     pub fn new(numerator: i64, denominator: i64) -> Option<Exponent> {
@@ -50,7 +53,8 @@ impl Exponent {
         Exponent::new(a * d + c * b, b * d)
     }
 
-    fn mul(self, other: Exponent) -> Option<Exponent> {
+    /// The product; `None` where it does not fit.
+    pub fn mul(self, other: Exponent) -> Option<Exponent> {
         Exponent::new(
             i64::from(self.numerator) * i64::from(other.numerator),
             i64::from(self.denominator) * i64::from(other.denominator),
@@ -83,7 +87,10 @@ impl Dimension {
         let mut all = [Exponent::ZERO; 7];
         let mut i = 0;
         while i < 7 {
-            all[i] = Exponent { numerator: exponents[i], denominator: 1 };
+            all[i] = Exponent {
+                numerator: exponents[i],
+                denominator: 1,
+            };
             i += 1;
         }
         Dimension(all)

@@ -3,6 +3,7 @@
 pub mod catalogue;
 pub mod dimension;
 
+pub use catalogue::{UnitError, UnitErrorKind, convert, describe, parse_unit, read_unit};
 pub use dimension::{Dimension, Exponent};
 
 /// A unit: `si = value * factor + offset`.
@@ -18,6 +19,30 @@ pub struct Unit {
     pub offset: f64,
     /// Which zero a pressure is counted from, where the unit says so.
     pub datum: Option<Datum>,
+}
+
+impl Unit {
+    /// The unit of a plain number.
+    pub fn one() -> Unit {
+        Unit {
+            symbol: "1".to_owned(),
+            dimension: Dimension::ONE,
+            factor: 1.0,
+            offset: 0.0,
+            datum: None,
+        }
+    }
+
+    /// A value in this unit on the model's scale. The datum does not matter here: inside a model a
+    /// pressure is what its equations make it.
+    pub fn to_si(&self, value: f64) -> f64 {
+        value * self.factor + self.offset
+    }
+
+    /// A value of the model's scale in this unit.
+    pub fn from_si(&self, si: f64) -> f64 {
+        (si - self.offset) / self.factor
+    }
 }
 
 /// The zero of a labelled pressure scale.

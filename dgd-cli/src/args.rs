@@ -1,0 +1,218 @@
+//! The command line, as typed.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// A physical model in a small equation language: checked, simulated, differentiated, fitted.
+#[derive(Debug, Parser)]
+#[command(name = "dgd", version, max_term_width = 100)]
+pub struct Cli {
+    #[command(flatten)]
+    pub global: Global,
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// Options of every command.
+#[derive(Debug, Args)]
+pub struct Global {
+    /// How results and diagnostics are printed
+    #[arg(long, global = true, value_enum, default_value_t = Format::Text)]
+    pub format: Format,
+    /// Print errors only
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+    /// When to use colours; `NO_COLOR` is respected
+    #[arg(long, global = true, value_enum, default_value_t = Color::Auto)]
+    pub color: Color,
+    /// Seed of everything random
+    #[arg(long, global = true, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Threads for what runs many simulations; results do not depend on it [default: all cores]
+    #[arg(long, global = true, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Where the result goes [default: standard output]
+    #[arg(long, short, global = true, value_name = "PATH")]
+    pub out: Option<PathBuf>,
+}
+
+/// How results are printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// For people
+    Text,
+    /// For programs
+    Json,
+}
+
+/// When to use colours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Color {
+    /// On a terminal
+    Auto,
+    /// Always
+    Always,
+    /// Never
+    Never,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Check a model: syntax, names, units, structure, in all its variants
+    Check(CheckArgs),
+    /// Lay model files out canonically, comments kept
+    Fmt(FmtArgs),
+    /// Show a stage of the compiler
+    Emit(EmitArgs),
+    /// Explain a diagnostic at length
+    Explain(ExplainArgs),
+    /// Compute trajectories of states and outputs
+    Simulate(SimulateArgs),
+    /// Compute derivatives of states and outputs to parameters over time
+    Sensitivity(SensitivityArgs),
+    /// List the integration methods
+    Methods,
+}
+
+/// Arguments of `check`.
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    /// The model file
+    pub model: PathBuf,
+    #[command(flatten)]
+    pub choices: Choices,
+}
+
+/// Arguments of `fmt`.
+#[derive(Debug, Args)]
+pub struct FmtArgs {
+    /// Model files
+    #[arg(required = true)]
+    pub models: Vec<PathBuf>,
+    /// Change nothing; fail if a file is not laid out canonically
+    #[arg(long)]
+    pub check: bool,
+}
+
+/// Arguments of `emit`.
+#[derive(Debug, Args)]
+pub struct EmitArgs {
+    /// The model file
+    pub model: PathBuf,
+    /// Which stage
+    #[arg(long, value_enum)]
+    pub stage: Stage,
+    #[command(flatten)]
+    pub choices: Choices,
+}
+
+/// Stages of the compiler.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Stage {
+    /// The file as it was understood
+    Ast,
+    /// Names, units and SI values
+    Model,
+    /// The system that is solved
+    Dae,
+    /// Operations in execution order
+    Program,
+    /// Generated Rust
+    Rust,
+    /// Equations, typeset
+    Latex,
+}
+
+/// Arguments of `explain`.
+#[derive(Debug, Args)]
+pub struct ExplainArgs {
+    /// The code, such as E301
+    pub code: String,
+}
+
+/// Arguments of `simulate`.
+#[derive(Debug, Args)]
+pub struct SimulateArgs {
+    #[command(flatten)]
+    pub run: RunArgs,
+    /// Add sensor noise to the outputs, drawn with this seed
+    #[arg(long, value_name = "N")]
+    pub noise_seed: Option<u64>,
+}
+
+/// Arguments of `sensitivity`.
+#[derive(Debug, Args)]
+pub struct SensitivityArgs {
+    #[command(flatten)]
+    pub run: RunArgs,
+    /// States and outputs to differentiate [default: all]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub of: Vec<String>,
+    /// Parameters to differentiate to [default: all]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub to: Vec<String>,
+    /// Multiply each derivative by its parameter
+    #[arg(long)]
+    pub scaled: bool,
+    /// Compare with differences of simulations, and report
+    #[arg(long)]
+    pub verify_sensitivities: bool,
+}
+
+/// What commands that run a model share.
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// The model file
+    pub model: PathBuf,
+    #[command(flatten)]
+    pub choices: Choices,
+    /// Inputs, and measured outputs to compare with
+    #[arg(long, value_name = "FILE")]
+    pub data: Option<PathBuf>,
+    /// Where start values come from
+    #[arg(long, value_enum, default_value_t = Start::Model)]
+    pub start: Start,
+    /// First time, s [default: the data's]
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub from: Option<f64>,
+    /// Last time, s [default: the data's]
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub until: Option<f64>,
+    /// Time between rows, s [default: the data's rows]
+    #[arg(long, value_name = "DT")]
+    pub every: Option<f64>,
+    /// Integration method; see `dgd methods`
+    #[arg(long, value_name = "NAME")]
+    pub method: Option<String>,
+    /// Tolerance relative to each value
+    #[arg(long, value_name = "TOL", default_value_t = 1e-6)]
+    pub rtol: f64,
+    /// Tolerance relative to each unknown's nominal size [default: rtol]
+    #[arg(long, value_name = "TOL")]
+    pub atol: Option<f64>,
+    /// Draw the result; .svg or .png, repeatable
+    #[arg(long, value_name = "FILE")]
+    pub plot: Vec<PathBuf>,
+}
+
+/// Where start values come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Start {
+    /// The model file
+    Model,
+    /// The first measured outputs, as far as they determine the states
+    Measured,
+}
+
+/// What is chosen and set from outside the model file.
+#[derive(Debug, Args)]
+pub struct Choices {
+    /// Choose a variant, as in `flow=static`; repeatable
+    #[arg(long, value_name = "NAME=CHOICE")]
+    pub variant: Vec<String>,
+    /// Set a constant, a parameter or a start value, as in `c0=280` or 'F2=1.8e8 [Pa*s^2/m^6]'
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub set: Vec<String>,
+}

@@ -1,0 +1,179 @@
+//! `dgd check`: syntax, names, units and structure, in every variant.
+
+use std::fmt::Write;
+
+use dgd_compiler::dae::{Dae, assemble};
+use dgd_compiler::model::{Declared, Interpolation, Model, Variant, resolve};
+use dgd_compiler::pipeline::Directions;
+use serde_json::{Value, json};
+
+use crate::args::CheckArgs;
+use crate::console::Console;
+use crate::failure::CommandError;
+use crate::load::{Session, read_model};
+
+pub fn run(args: &CheckArgs, console: Console<'_>) -> Result<(), CommandError> {
+    read_model(&args.model)?;
+    let mut session = Session::default();
+    let options = session.options(&args.choices)?;
+    let compiled = match session.compile(&args.model, &options, &Directions::None)? {
+        Ok(compiled) => compiled,
+        Err(reported) => return Err(session.fail(reported)),
+    };
+
+    // What was not chosen must be sound too, one choice at a time.
+    for Variant { name, choices, chosen } in &compiled.model.variants {
+        if options.variants.iter().any(|(variant, _)| variant.text == *name) {
+            continue;
+        }
+        for (_, choice) in choices.iter().enumerate().filter(|(i, _)| i != chosen) {
+            let mut other = options.clone();
+            let variant = session.name("--variant", name);
+            other.variants.push((variant, session.name("--variant", choice)));
+            let checked = resolve(&compiled.asts, &other, &mut session.diagnostics)
+                .and_then(|model| assemble(&model, &mut session.diagnostics));
+            if let Err(reported) = checked {
+                return Err(session.fail(reported));
+            }
+        }
+    }
+
+    if console.is_json() {
+        return console.json(&describe(&compiled.model, &compiled.dae));
+    }
+    if console.out().is_none() {
+        console.remark(&summary(&args.model.display().to_string(), &compiled.model, &compiled.dae));
+        return Ok(());
+    }
+    console.result(&summary(&args.model.display().to_string(), &compiled.model, &compiled.dae))
+}
+
+/// One line for people: what is in the model.
+fn summary(path: &str, model: &Model, dae: &Dae) -> String {
+    let differential = dae.unknowns.iter().filter(|unknown| unknown.differential).count();
+    let counts = [
+        (differential, "state"),
+        (dae.unknowns.len() - differential, "algebraic unknown"),
+        (model.inputs.len(), "input"),
+        (model.parameters.len(), "parameter"),
+        (model.outputs.len(), "output"),
+    ];
+    let mut text = format!("{path}: model `{}` is sound: ", model.name);
+    let parts: Vec<String> = counts
+        .iter()
+        .filter(|(n, _)| *n > 0)
+        .map(|(n, noun)| format!("{n} {noun}{}", if *n == 1 { "" } else { "s" }))
+        .collect();
+    text.push_str(&parts.join(", "));
+    for variant in &model.variants {
+        let choices: Vec<&str> = variant.choices.iter().map(String::as_str).collect();
+        let _ = write!(text, "; variant {} = {}", variant.name, choices.join(" | "));
+    }
+    text.push('\n');
+    text.trim_end().to_owned()
+}
+
+/// What a program wants to know about a model. Values are in the declared unit.
+fn describe(model: &Model, dae: &Dae) -> Value {
+    let finite = |declared: &Declared, si: f64| {
+        si.is_finite().then(|| declared.unit.from_si(si))
+    };
+    let head = |declared: &Declared| {
+        json!({
+            "name": declared.name,
+            "unit": declared.unit.symbol,
+            "doc": declared.doc.join("\n"),
+        })
+    };
+    let with = |mut base: Value, more: Value| {
+        if let (Some(base), Value::Object(more)) = (base.as_object_mut(), more) {
+            base.extend(more);
+        }
+        base
+    };
+    let inputs: Vec<Value> = model
+        .inputs
+        .iter()
+        .map(|input| {
+            let interpolation = match input.interpolation {
+                Interpolation::Hold => "hold",
+                Interpolation::Linear => "linear",
+            };
+            with(head(&input.declared), json!({ "interpolation": interpolation }))
+        })
+        .collect();
+    let states: Vec<Value> = dae
+        .unknowns
+        .iter()
+        .map(|unknown| {
+            let start = dae.graph.value(unknown.start).map(|si| unknown.unit.from_si(si));
+            json!({
+                "name": unknown.name,
+                "unit": unknown.unit.symbol,
+                "doc": unknown.doc.join("\n"),
+                "differential": unknown.differential,
+                "start": start,
+            })
+        })
+        .collect();
+    let parameters: Vec<Value> = model
+        .parameters
+        .iter()
+        .map(|parameter| {
+            let declared = &parameter.declared;
+            with(
+                head(declared),
+                json!({
+                    "value": declared.unit.from_si(parameter.value),
+                    "bounds": [finite(declared, parameter.lower), finite(declared, parameter.upper)],
+                    "log": parameter.log,
+                    "fixed": parameter.fixed,
+                }),
+            )
+        })
+        .collect();
+    let constants: Vec<Value> = model
+        .constants
+        .iter()
+        .map(|constant| {
+            let value = constant.declared.unit.from_si(constant.value);
+            with(head(&constant.declared), json!({ "value": value }))
+        })
+        .collect();
+    let outputs: Vec<Value> = model
+        .outputs
+        .iter()
+        .map(|output| {
+            let noise = output.noise.map(|si| si / output.declared.unit.factor);
+            with(head(&output.declared), json!({ "noise": noise }))
+        })
+        .collect();
+    let equations: Vec<Value> = model
+        .equations
+        .iter()
+        .map(|equation| json!({ "label": equation.label, "doc": equation.doc.join("\n") }))
+        .collect();
+    let variants: Vec<Value> = model
+        .variants
+        .iter()
+        .map(|variant| {
+            json!({
+                "name": variant.name,
+                "choices": variant.choices,
+                "chosen": variant.choices[variant.chosen],
+            })
+        })
+        .collect();
+    json!({
+        "model": model.name,
+        "doc": model.doc.join("\n"),
+        "constants": constants,
+        "inputs": inputs,
+        "states": states,
+        "parameters": parameters,
+        "outputs": outputs,
+        "equations": equations,
+        "variants": variants,
+        "diagnostics": [],
+    })
+}

@@ -1,0 +1,33 @@
+//! `dgd emit`: any stage of the compiler, readable.
+
+use dgd_compiler::codegen;
+use dgd_compiler::dae::text as dae_text;
+use dgd_compiler::model::{latex, text as model_text};
+use dgd_compiler::pipeline::Directions;
+use dgd_compiler::syntax::print;
+
+use crate::args::{EmitArgs, Stage};
+use crate::console::Console;
+use crate::failure::CommandError;
+use crate::load::load;
+
+pub fn run(args: &EmitArgs, console: Console<'_>) -> Result<(), CommandError> {
+    let loaded = load(&args.model, &args.choices, |_| Directions::All)?;
+    let compiled = &loaded.compiled;
+    let text = match args.stage {
+        Stage::Ast => compiled.asts.iter().map(print::print).collect::<Vec<_>>().join("\n"),
+        Stage::Model => model_text::write(&compiled.model),
+        Stage::Dae => dae_text::write(&compiled.dae),
+        Stage::Program => compiled.program.to_string(),
+        Stage::Rust => {
+            let name = &compiled.program.name;
+            let tokens = codegen::generate(&compiled.program, name, &loaded.sources);
+            let file = syn::parse2(tokens).map_err(|error| {
+                CommandError::Computation(format!("the generated Rust does not parse: {error}"))
+            })?;
+            prettyplease::unparse(&file)
+        }
+        Stage::Latex => latex::write(&compiled.asts, &compiled.model),
+    };
+    console.result(&text)
+}

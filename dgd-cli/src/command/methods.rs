@@ -1,0 +1,27 @@
+//! `dgd methods`: the integration methods.
+
+use std::fmt::Write;
+
+use dgd_runtime::METHODS;
+use serde_json::{Value, json};
+
+use crate::console::Console;
+use crate::failure::CommandError;
+
+pub fn run(console: Console<'_>) -> Result<(), CommandError> {
+    if console.is_json() {
+        let all: Vec<Value> = METHODS
+            .iter()
+            .map(|m| {
+                json!({ "name": m.name, "order": m.order, "about": m.description, "source": m.source })
+            })
+            .collect();
+        return console.json(&json!({ "methods": all }));
+    }
+    let mut text = String::new();
+    for method in METHODS {
+        let (name, order, about) = (method.name, method.order, method.description);
+        let _ = writeln!(text, "{name:<12} order {order}  {about}\n{:21}{}", "", method.source);
+    }
+    console.result(&text)
+}

@@ -1,0 +1,137 @@
+//! What goes to the terminal: results, remarks and mistakes.
+
+use std::io::{self, IsTerminal, Write};
+use std::path::Path;
+
+use dgd_compiler::diagnostics::{Diagnostic, render};
+use dgd_compiler::source::Sources;
+use serde_json::{Value, json};
+
+use crate::args::{Color, Format, Global};
+use crate::data::write_whole;
+use crate::failure::CommandError;
+
+/// Standard output and standard error, as the global options want them.
+#[derive(Debug, Clone, Copy)]
+pub struct Console<'a> {
+    global: &'a Global,
+}
+
+impl<'a> Console<'a> {
+    pub fn new(global: &'a Global) -> Self {
+        Console { global }
+    }
+
+    pub fn is_json(self) -> bool {
+        self.global.format == Format::Json
+    }
+
+    /// Writes the result to `--out`, whole or not at all, or to standard output.
+    pub fn result(self, text: &str) -> Result<(), CommandError> {
+        match &self.global.out {
+            Some(path) => {
+                Ok(write_whole(path, |out| out.write_all(text.as_bytes()))?)
+            }
+            None => print(text),
+        }
+    }
+
+    /// Writes a result as JSON, as [`Console::result`].
+    pub fn json(self, value: &Value) -> Result<(), CommandError> {
+        self.result(&format!("{value:#}\n"))
+    }
+
+    pub fn out(self) -> Option<&'a Path> {
+        self.global.out.as_deref()
+    }
+
+    /// Says something about the run on standard error, unless told to be quiet.
+    pub fn remark(self, text: &str) {
+        if !self.global.quiet {
+            complain(text);
+        }
+    }
+
+    /// Shows a diagnostic that is no error.
+    pub fn note(self, diagnostic: &Diagnostic, sources: &Sources) {
+        let text = render::render_note(diagnostic, sources, self.style());
+        self.remark(text.trim_end());
+    }
+
+    /// Shows why a command did not succeed.
+    pub fn failure(self, error: &CommandError) {
+        match error {
+            CommandError::Diagnosed { diagnostics, sources } if self.is_json() => {
+                let entries: Vec<Value> =
+                    diagnostics.iter().map(|diagnostic| entry(diagnostic, sources)).collect();
+                complain(&format!("{:#}", json!({ "diagnostics": entries })));
+            }
+            CommandError::Diagnosed { diagnostics, sources } => {
+                let all: Vec<&Diagnostic> = diagnostics.iter().collect();
+                complain(render::render(&all, sources, self.style()).trim_end());
+            }
+            CommandError::Found(message)
+            | CommandError::Usage(message)
+            | CommandError::Computation(message) => {
+                if self.is_json() {
+                    complain(&format!("{:#}", json!({ "error": message })));
+                } else if self.is_coloured() {
+                    complain(&format!("\u{1b}[1;31merror\u{1b}[0m: {message}"));
+                } else {
+                    complain(&format!("error: {message}"));
+                }
+            }
+        }
+    }
+
+    fn style(self) -> render::Style {
+        if self.is_coloured() { render::Style::Coloured } else { render::Style::Plain }
+    }
+
+    fn is_coloured(self) -> bool {
+        match self.global.color {
+            Color::Always => true,
+            Color::Never => false,
+            Color::Auto => {
+                let wanted = std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
+                wanted && io::stderr().is_terminal()
+            }
+        }
+    }
+}
+
+/// A diagnostic for programs.
+pub fn entry(diagnostic: &Diagnostic, sources: &Sources) -> Value {
+    let entry = render::entry(diagnostic, sources);
+    let places: Vec<Value> = entry
+        .places
+        .iter()
+        .map(|place| {
+            json!({
+                "file": place.file,
+                "line": place.line,
+                "column": place.column,
+                "end_line": place.end_line,
+                "end_column": place.end_column,
+                "text": place.text,
+            })
+        })
+        .collect();
+    json!({ "code": entry.code, "message": entry.message, "places": places, "help": entry.help })
+}
+
+/// Prints to standard output; a reader that went away is no error.
+fn print(text: &str) -> Result<(), CommandError> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(CommandError::Found(format!("cannot write to standard output: {error}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Prints a line to standard error; there is nowhere to report that this failed.
+fn complain(text: &str) {
+    let _ = writeln!(io::stderr(), "{text}");
+}

@@ -1,0 +1,181 @@
+//! Recordings and tables: CSV files to columns of numbers, and back.
+//!
+//! The first line that is not a comment names the columns, `name [unit]`, and every further line
+//! is a row. Where the first column is `time`, in a unit of time or as ISO 8601 stamps, the file
+//! is a recording; without one its rows are independent of each other. Lines above the header
+//! that start with `#` are comments. A cell that is empty, `NaN` or `NA` is a missing value.
+//!
+//! Reading refuses what makes the whole file doubtful: rows of another length, time that runs
+//! backwards. What is wrong with one column (an unknown unit, a cell that is no number) is told
+//! when a model asks for it ([`select`]), because a recording has columns that nobody asks for.
+
+mod clock;
+mod header;
+#[cfg(feature = "parquet")]
+mod parquet;
+mod read;
+mod records;
+mod rows;
+pub mod select;
+#[cfg(test)]
+mod tests;
+mod time;
+mod whole;
+pub mod write;
+
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use dgd_compiler::source::{SourceId, Span};
+use dgd_compiler::units::Unit;
+
+pub use read::{read, read_from};
+pub use whole::{WriteError, write_whole};
+
+/// A data file.
+///
+/// Every column has [`Table::len`] values. Times never decrease, and no three in a row are equal.
+#[derive(Debug, Clone)]
+pub struct Table {
+    /// The file, as far as it is kept for diagnostics: all of it, or the head of a long one.
+    pub source: SourceId,
+    /// Its header line.
+    pub header: Span,
+    /// Seconds since the first sample, where the file has a time column. Two equal ones are the
+    /// left and right side of a jump.
+    pub time: Option<Vec<f64>>,
+    /// What the file calls the time of the first sample, s; zero where it has stamps.
+    pub first_time: f64,
+    /// The columns besides time, in the order of the file.
+    pub columns: Vec<Column>,
+    n_rows: usize,
+}
+
+/// A column of a [`Table`].
+#[derive(Debug, Clone)]
+pub struct Column {
+    /// Name, without the unit.
+    pub name: String,
+    /// Unit of the values; `None` where the header has none, or none that is understood.
+    pub unit: Option<Unit>,
+    /// Values in that unit; NaN where there is none.
+    pub values: Vec<f64>,
+    /// The header cell.
+    pub place: Span,
+    /// What is wrong with the header cell.
+    pub fault: Option<Diagnostic>,
+    /// Cells that hold no value, if any.
+    pub missing: Option<Cells>,
+    /// Cells that hold something else than a number, if any; their values are NaN.
+    pub not_numbers: Option<Cells>,
+}
+
+/// The first of some cells, and their number.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cells {
+    /// Where the first is.
+    pub first: Place,
+    /// What it says.
+    pub text: String,
+    /// How many there are.
+    pub count: usize,
+}
+
+/// A place in a data file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    /// What can be pointed at: the place itself, or the header of its column.
+    pub span: Span,
+    /// The line, from 1, where the text there is not kept.
+    pub line: Option<usize>,
+}
+
+/// Characters of a cell that are quoted in a message.
+const SHOWN: usize = 40;
+
+impl Table {
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.n_rows
+    }
+
+    /// Whether there are no rows; a table that was read has some.
+    pub fn is_empty(&self) -> bool {
+        self.n_rows == 0
+    }
+
+    /// The column of this name.
+    pub fn column(&self, name: &str) -> Option<&Column> {
+        self.columns.iter().find(|column| column.name == name)
+    }
+
+    /// Seconds since the first sample, where a recording is needed.
+    pub fn recording(&self, diagnostics: &mut Diagnostics) -> Result<&[f64], Reported> {
+        self.time.as_deref().ok_or_else(|| {
+            let span = self
+                .columns
+                .first()
+                .map_or(self.header, |column| column.place);
+            diagnostics.error(
+                Diagnostic::new(Code::E602, span, "the file has no time column")
+                    .here("the first column")
+                    .help("its first column should be `time [s]`, or `time` with ISO 8601 stamps"),
+            )
+        })
+    }
+}
+
+impl Cells {
+    /// One cell. What it says is cut where it is long.
+    fn one(first: Place, text: String) -> Cells {
+        let text = match text.char_indices().nth(SHOWN) {
+            Some((end, _)) => format!("{}…", &text[..end]),
+            None => text,
+        };
+        Cells {
+            first,
+            text,
+            count: 1,
+        }
+    }
+
+    /// Counts a cell; only the first is looked at.
+    fn count(cells: &mut Option<Cells>, cell: impl FnOnce() -> (Place, String)) {
+        if let Some(cells) = cells {
+            cells.count += 1;
+        } else {
+            let (first, text) = cell();
+            *cells = Some(Cells::one(first, text));
+        }
+    }
+
+    /// A diagnostic at the first cell.
+    fn diagnostic(&self, code: Code, message: String) -> Diagnostic {
+        let others = match self.count - 1 {
+            0 => String::new(),
+            1 => "and one more row".to_owned(),
+            n => format!("and {n} more rows"),
+        };
+        let diagnostic = self.first.diagnostic(code, message);
+        let text = [diagnostic.labels[0].text.as_str(), &others]
+            .into_iter()
+            .filter(|part| !part.is_empty())
+            .collect::<Vec<_>>()
+            .join(", ");
+        diagnostic.here(text)
+    }
+}
+
+impl Place {
+    /// A diagnostic at this place.
+    fn diagnostic(self, code: Code, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::new(code, self.span, message).here(self.text(""))
+    }
+
+    /// A text for a label here.
+    fn text(self, text: &str) -> String {
+        match self.line {
+            Some(line) if text.is_empty() => format!("line {line}"),
+            Some(line) => format!("line {line}: {text}"),
+            None => text.to_owned(),
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! From a file to its text, its header and its rows.
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Cursor, Read};
+use std::path::Path;
+
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use dgd_compiler::source::{Source, Sources, Span};
+
+use super::Table;
+use super::header::Header;
+use super::records::Records;
+use super::rows::{Kept, Rows};
+
+/// Bytes of a text that are kept, so that a diagnostic can show the line it is about. Of a longer
+/// one only the lines down to the header are, and the diagnostic says the number of the line.
+const KEPT: usize = 1 << 22;
+
+/// Reads a data file, `.csv` or `.csv.gz`.
+pub fn read(
+    path: &Path,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Table, Reported> {
+    let name = path.display().to_string();
+    match File::open(path) {
+        Ok(file) => read_from(&name, file, sources, diagnostics),
+        Err(error) => Err(diagnostics.error(unreadable(&name, "", sources, &error.to_string()))),
+    }
+}
+
+/// Reads a data file from anywhere; `name` is what diagnostics call it.
+pub fn read_from(
+    name: &str,
+    input: impl Read,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Table, Reported> {
+    read_keeping(KEPT, name, input, sources, diagnostics)
+}
+
+pub(super) fn read_keeping(
+    limit: usize,
+    name: &str,
+    input: impl Read,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Table, Reported> {
+    let mut head = Vec::new();
+    let opened = decompressed(input).and_then(|mut input| {
+        (&mut input).take(limit as u64).read_to_end(&mut head)?;
+        Ok(input)
+    });
+    let rest = match opened {
+        Ok(rest) => rest,
+        Err(error) => {
+            return Err(diagnostics.error(unreadable(name, "", sources, &error.to_string())));
+        }
+    };
+    #[cfg(feature = "parquet")]
+    if head.starts_with(super::parquet::MAGIC) {
+        let text = std::io::copy(&mut { rest }, &mut head)
+            .map_err(|error| error.to_string())
+            .and_then(|_| super::parquet::to_csv(head).map_err(|error| error.to_string()));
+        return match text {
+            Ok(text) => read_keeping(limit, name, text.as_bytes(), sources, diagnostics),
+            Err(error) => Err(diagnostics.error(unreadable(name, "", sources, &error))),
+        };
+    }
+    let whole = head.len() < limit;
+    let head = head.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&head);
+    let text = match utf8(head, whole) {
+        Ok(text) => text,
+        Err((valid, why)) => {
+            let diagnostic = unreadable(name, valid, sources, why.message).help(why.help);
+            return Err(diagnostics.error(diagnostic));
+        }
+    };
+
+    // Down to the header line.
+    let (mut start, mut lines) = (0, 0);
+    for line in text.split_inclusive('\n') {
+        if !(line.trim().is_empty() || line.starts_with('#')) {
+            break;
+        }
+        start += line.len();
+        lines += 1;
+    }
+    let mut records = Records::new(Cursor::new(&head[start..]).chain(rest), start, lines);
+    let header = match records.next() {
+        Ok(Some(record)) if record.end() <= text.len() => Header::of(&record),
+        Ok(_) => {
+            let why = if text.trim().is_empty() {
+                "it is empty"
+            } else {
+                "it has no header line"
+            };
+            return Err(diagnostics.error(unreadable(name, &text[..start], sources, why)));
+        }
+        Err(error) => {
+            return Err(diagnostics.error(unreadable(name, "", sources, &error.to_string())));
+        }
+    };
+    let shown = if whole {
+        text
+    } else {
+        &text[..header.place.end]
+    };
+    let source = sources.add(Source {
+        name: name.to_owned(),
+        text: shown.to_owned(),
+    });
+
+    let mut rows = Rows::below(&header, Kept { source, whole }, sources, diagnostics)?;
+    loop {
+        match records.next() {
+            Ok(Some(record)) => rows.take(&record),
+            Ok(None) => return rows.finish(diagnostics),
+            Err(error) => {
+                let message = format!("`{name}` breaks off after {} rows: {error}", rows.len());
+                let place = rows.header();
+                return Err(diagnostics.error(Diagnostic::new(Code::E601, place, message)));
+            }
+        }
+    }
+}
+
+/// The bytes of a file, decompressed if they are a gzip stream.
+fn decompressed<'a>(mut input: impl Read + 'a) -> io::Result<Box<dyn BufRead + 'a>> {
+    let mut magic = Vec::new();
+    (&mut input).take(2).read_to_end(&mut magic)?;
+    let gzip = magic == [0x1f, 0x8b];
+    let input = Cursor::new(magic).chain(input);
+    Ok(if gzip {
+        Box::new(BufReader::new(flate2::read::MultiGzDecoder::new(
+            BufReader::new(input),
+        )))
+    } else {
+        Box::new(BufReader::new(input))
+    })
+}
+
+/// Why bytes are not the text of a table, and what to do about it.
+#[derive(Clone, Copy)]
+struct NotText {
+    message: &'static str,
+    help: &'static str,
+}
+
+/// Files that are no text, by how they begin.
+const NOT_TEXT: &[(&[u8], NotText)] = &[
+    #[cfg(not(feature = "parquet"))]
+    (
+        b"PAR1",
+        NotText {
+            message: "it is a Parquet file, and this build reads CSV",
+            help: "write it as `.csv` or `.csv.gz`",
+        },
+    ),
+    (
+        b"PK\x03\x04",
+        NotText {
+            message: "it is a spreadsheet or a zip archive",
+            help: "save the sheet as CSV",
+        },
+    ),
+    (
+        b"\xd0\xcf\x11\xe0",
+        NotText {
+            message: "it is a spreadsheet",
+            help: "save it as CSV",
+        },
+    ),
+    (
+        b"\xff\xfe",
+        NotText {
+            message: "its text is UTF-16",
+            help: "save it as UTF-8",
+        },
+    ),
+    (
+        b"\xfe\xff",
+        NotText {
+            message: "its text is UTF-16",
+            help: "save it as UTF-8",
+        },
+    ),
+];
+
+/// The bytes as text; of the head of a longer text, without a character cut in two. Otherwise the
+/// text before what is none.
+fn utf8(head: &[u8], whole: bool) -> Result<&str, (&str, NotText)> {
+    for &(magic, why) in NOT_TEXT {
+        if head.starts_with(magic) {
+            return Err(("", why));
+        }
+    }
+    str::from_utf8(head).or_else(|error| {
+        let valid = str::from_utf8(&head[..error.valid_up_to()]).unwrap_or_default();
+        if !whole && error.error_len().is_none() {
+            return Ok(valid);
+        }
+        let why = NotText {
+            message: "this is not UTF-8 text",
+            help: "save it as UTF-8",
+        };
+        Err((valid, why))
+    })
+}
+
+/// A file that is not the text of a table; what could be read of it ends where the trouble is.
+fn unreadable(name: &str, text: &str, sources: &mut Sources, why: &str) -> Diagnostic {
+    let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
+    let source = sources.add(Source {
+        name: name.to_owned(),
+        text: text.to_owned(),
+    });
+    let span = Span {
+        source,
+        start: end,
+        end,
+    };
+    Diagnostic::new(Code::E601, span, format!("cannot read `{name}`: {why}"))
+}

@@ -1,0 +1,240 @@
+//! Files that appear whole or not at all.
+
+use std::error::Error;
+use std::ffi::{OsStr, OsString};
+use std::fmt;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// Writes a file that has all of what `content` wrote, or is left as it was.
+///
+/// The text goes to a hidden file in the same folder, which then takes the place of `path`; if
+/// anything fails, it is removed. What is not a regular file (a pipe, `/dev/null`) cannot be
+/// replaced and is written to directly.
+///
+/// # Errors
+///
+/// The folder does not exist, `path` is a folder, or writing failed, in `content` too.
+pub fn write_whole(
+    path: &Path,
+    content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), WriteError> {
+    let failed = |error| WriteError::Failed {
+        path: path.to_owned(),
+        error,
+    };
+    let goal = match fs::metadata(path) {
+        Ok(existing) if existing.is_dir() => {
+            return Err(WriteError::IsFolder {
+                path: path.to_owned(),
+            });
+        }
+        Ok(existing) if !existing.is_file() => {
+            let mut file = BufWriter::new(File::options().write(true).open(path).map_err(failed)?);
+            return content(&mut file)
+                .and_then(|()| file.flush())
+                .map_err(failed);
+        }
+        // A link stays a link: what it points at is replaced.
+        Ok(_) => fs::canonicalize(path).map_err(failed)?,
+        Err(_) => path.to_owned(),
+    };
+    let Some(name) = goal.file_name() else {
+        return Err(WriteError::IsFolder {
+            path: path.to_owned(),
+        });
+    };
+    let folder = match goal.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    if !folder.is_dir() {
+        let (path, folder) = (path.to_owned(), folder.to_owned());
+        return Err(WriteError::NoFolder { path, folder });
+    }
+
+    let (draft, file) = Draft::create(folder, name).map_err(failed)?;
+    let mut file = BufWriter::new(file);
+    content(&mut file).map_err(failed)?;
+    drop(
+        file.into_inner()
+            .map_err(|error| failed(error.into_error()))?,
+    );
+    draft.publish(&goal).map_err(failed)
+}
+
+/// Why a file could not be written. The file is as it was before.
+#[derive(Debug)]
+pub enum WriteError {
+    /// The folder it should be in does not exist.
+    NoFolder {
+        /// The file.
+        path: PathBuf,
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The path is that of a folder.
+    IsFolder {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The system refused.
+    Failed {
+        /// The file.
+        path: PathBuf,
+        /// What it said.
+        error: io::Error,
+    },
+}
+
+impl fmt::Display for WriteError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            WriteError::NoFolder { path, folder } => write!(
+                f,
+                "cannot write `{}`: the folder `{}` does not exist",
+                path.display(),
+                folder.display()
+            ),
+            WriteError::IsFolder { path } => {
+                write!(f, "cannot write `{}`: it is a folder", path.display())
+            }
+            WriteError::Failed { path, error } => {
+                write!(f, "cannot write `{}`: {error}", path.display())
+            }
+        }
+    }
+}
+
+impl Error for WriteError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        match self {
+            WriteError::Failed { error, .. } => Some(error),
+            WriteError::NoFolder { .. } | WriteError::IsFolder { .. } => None,
+        }
+    }
+}
+
+/// A file under way; removed when dropped unless it was published.
+struct Draft {
+    path: PathBuf,
+    published: bool,
+}
+
+impl Draft {
+    /// A new file in the folder, named after what it will become.
+    fn create(folder: &Path, name: &OsStr) -> io::Result<(Draft, File)> {
+        let mut attempt = 0_u32;
+        loop {
+            let mut hidden = OsString::from(".");
+            hidden.push(name);
+            hidden.push(format!(".{}-{attempt}.tmp", std::process::id()));
+            let path = folder.join(hidden);
+            match File::create_new(&path) {
+                Ok(file) => {
+                    return Ok((
+                        Draft {
+                            path,
+                            published: false,
+                        },
+                        file,
+                    ));
+                }
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists && attempt < 1000 => {
+                    attempt += 1;
+                }
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    /// Gives the file its name, with the rights of the one it replaces.
+    fn publish(mut self, goal: &Path) -> io::Result<()> {
+        if let Ok(existing) = fs::metadata(goal) {
+            fs::set_permissions(&self.path, existing.permissions())?;
+        }
+        fs::rename(&self.path, goal)?;
+        self.published = true;
+        Ok(())
+    }
+}
+
+impl Drop for Draft {
+    fn drop(&mut self) {
+        if !self.published {
+            // What cannot be removed is a hidden left-over; the error that led here matters more.
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<OsString> {
+        let entries = fs::read_dir(folder).expect("the folder exists");
+        let mut names: Vec<_> = entries
+            .map(|entry| entry.expect("an entry can be read").file_name())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_failure_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        let path = folder.path().join("a.csv");
+        write_whole(&path, |out| out.write_all(b"old")).expect("the folder is writable");
+        let failed = write_whole(&path, |out| {
+            out.write_all("x".repeat(1 << 16).as_bytes())?;
+            Err(io::Error::other("half way"))
+        });
+        assert!(
+            failed
+                .expect_err("it failed")
+                .to_string()
+                .ends_with("half way")
+        );
+        assert_eq!(fs::read(&path).expect("it is still there"), b"old");
+        write_whole(&path, |out| out.write_all(b"new")).expect("the folder is writable");
+        assert_eq!(fs::read(&path).expect("it was replaced"), b"new");
+        assert_eq!(names(folder.path()), ["a.csv"]);
+    }
+
+    #[test]
+    fn a_folder_that_does_not_exist_is_named() {
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        let missing = folder.path().join("runs");
+        let error = write_whole(&missing.join("a.csv"), |_| Ok(())).expect_err("no such folder");
+        assert!(matches!(&error, WriteError::NoFolder { folder, .. } if *folder == missing));
+        let error = write_whole(folder.path(), |_| Ok(())).expect_err("a folder");
+        assert!(matches!(error, WriteError::IsFolder { .. }));
+        let error = write_whole(Path::new(""), |_| Ok(())).expect_err("no name");
+        assert!(matches!(
+            error,
+            WriteError::IsFolder { .. } | WriteError::Failed { .. }
+        ));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_and_devices_stay_what_they_are() {
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        let (real, link) = (
+            folder.path().join("real.csv"),
+            folder.path().join("link.csv"),
+        );
+        fs::write(&real, b"old").expect("the folder is writable");
+        std::os::unix::fs::symlink(&real, &link).expect("the folder is writable");
+        write_whole(&link, |out| out.write_all(b"new")).expect("the folder is writable");
+        assert_eq!(fs::read(&real).expect("it was replaced"), b"new");
+        assert!(
+            fs::symlink_metadata(&link)
+                .expect("the link is there")
+                .is_symlink()
+        );
+        write_whole(Path::new("/dev/null"), |out| out.write_all(b"x")).expect("it takes all");
+    }
+}

@@ -1,0 +1,61 @@
+//! How a command ends when it does not succeed.
+
+use std::fmt;
+use std::process::ExitCode;
+
+use dgd_compiler::diagnostics::{Diagnostic, Diagnostics};
+use dgd_compiler::source::Sources;
+
+/// Why a command did not succeed; each kind has its exit code.
+#[derive(Debug)]
+pub enum CommandError {
+    /// The model or the data has mistakes, which have been collected: 1.
+    Diagnosed {
+        /// The mistakes.
+        diagnostics: Vec<Diagnostic>,
+        /// Where they are.
+        sources: Sources,
+    },
+    /// A file cannot be read or written, or `--check` found something: 1.
+    Found(String),
+    /// The command line asks for something that makes no sense: 2.
+    Usage(String),
+    /// The computation failed: 3.
+    Computation(String),
+}
+
+impl CommandError {
+    /// What was diagnosed so far.
+    pub fn diagnosed(diagnostics: &Diagnostics, sources: Sources) -> Self {
+        let diagnostics = diagnostics.sorted().into_iter().cloned().collect();
+        CommandError::Diagnosed { diagnostics, sources }
+    }
+
+    /// The exit code promised for it.
+    pub fn exit_code(&self) -> ExitCode {
+        ExitCode::from(match self {
+            CommandError::Diagnosed { .. } | CommandError::Found(_) => 1,
+            CommandError::Usage(_) => 2,
+            CommandError::Computation(_) => 3,
+        })
+    }
+}
+
+impl From<crate::data::WriteError> for CommandError {
+    fn from(error: crate::data::WriteError) -> Self {
+        CommandError::Found(error.to_string())
+    }
+}
+
+impl fmt::Display for CommandError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            CommandError::Diagnosed { diagnostics, .. } => {
+                write!(f, "{} mistakes", diagnostics.len())
+            }
+            CommandError::Found(message)
+            | CommandError::Usage(message)
+            | CommandError::Computation(message) => f.write_str(message),
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! From a path and the choices of the command line to a compiled model.
+
+use std::path::Path;
+
+use dgd_compiler::diagnostics::{Diagnostics, Reported};
+use dgd_compiler::model::{ModelOptions, Setting};
+use dgd_compiler::pipeline::{Compiled, Directions, compile};
+use dgd_compiler::source::{Source, SourceId, Sources, Span};
+use dgd_compiler::syntax;
+use dgd_compiler::syntax::ast::Name;
+
+use crate::args::Choices;
+use crate::failure::CommandError;
+
+/// A compiled model and the texts it came from.
+pub struct Loaded {
+    pub compiled: Compiled,
+    pub sources: Sources,
+}
+
+/// What is being compiled, while mistakes are collected.
+#[derive(Default)]
+pub struct Session {
+    pub sources: Sources,
+    pub diagnostics: Diagnostics,
+}
+
+impl Session {
+    /// Ends the session because of what was reported.
+    pub fn fail(self, _: Reported) -> CommandError {
+        CommandError::diagnosed(&self.diagnostics, self.sources)
+    }
+
+    /// Words of the command line as a source of their own, so that diagnostics can point there.
+    fn argument(&mut self, flag: &str, text: &str) -> SourceId {
+        self.sources.add(Source { name: format!("({flag})"), text: text.to_owned() })
+    }
+
+    /// A name given on the command line.
+    pub fn name(&mut self, flag: &str, text: &str) -> Name {
+        let source = self.argument(flag, text);
+        let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
+        Name { text: text.to_owned(), span: Span { source, start: 0, end } }
+    }
+
+    /// Variants and settings of the command line.
+    pub fn options(&mut self, choices: &Choices) -> Result<ModelOptions, CommandError> {
+        let mut options = ModelOptions::default();
+        for choice in &choices.variant {
+            let Some((variant, chosen)) = choice.split_once('=') else {
+                return Err(CommandError::Usage(format!(
+                    "`--variant {choice}` needs the form NAME=CHOICE, as in `--variant flow=static`"
+                )));
+            };
+            let variant = self.name("--variant", variant.trim());
+            options.variants.push((variant, self.name("--variant", chosen.trim())));
+        }
+        for text in &choices.set {
+            let source = self.argument("--set", text);
+            if let Ok((name, value)) =
+                syntax::parse_setting(source, &self.sources, &mut self.diagnostics)
+            {
+                options.settings.push(Setting { name, value });
+            }
+        }
+        Ok(options)
+    }
+
+    /// Compiles a model file.
+    pub fn compile(
+        &mut self,
+        path: &Path,
+        options: &ModelOptions,
+        directions: &Directions,
+    ) -> Result<Result<Compiled, Reported>, CommandError> {
+        let main = Source { name: path.display().to_string(), text: read_model(path)? };
+        let sound_settings = self.diagnostics.check();
+        let compiled = compile(
+            main,
+            options,
+            directions,
+            &mut |path| read_text(Path::new(path)),
+            &mut self.sources,
+            &mut self.diagnostics,
+        );
+        Ok(sound_settings.and(compiled))
+    }
+}
+
+/// Compiles a model file with the choices of the command line.
+pub fn load(
+    path: &Path,
+    choices: &Choices,
+    directions: impl FnOnce(&mut Session) -> Directions,
+) -> Result<Loaded, CommandError> {
+    let mut session = Session::default();
+    let options = session.options(choices)?;
+    let directions = directions(&mut session);
+    match session.compile(path, &options, &directions)? {
+        Ok(compiled) => Ok(Loaded { compiled, sources: session.sources }),
+        Err(reported) => Err(session.fail(reported)),
+    }
+}
+
+/// The text of a model file.
+pub fn read_model(path: &Path) -> Result<String, CommandError> {
+    read_text(path).map_err(|reason| {
+        CommandError::Found(format!("cannot read `{}`: {reason}", path.display()))
+    })
+}
+
+fn read_text(path: &Path) -> Result<String, String> {
+    let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
+    String::from_utf8(bytes).map_err(|error| {
+        let line = 1 + error.as_bytes()[..error.utf8_error().valid_up_to()]
+            .iter()
+            .filter(|byte| **byte == b'\n')
+            .count();
+        format!("line {line} is not UTF-8 text")
+    })
+}

@@ -1,0 +1,7 @@
+//! The `dgd` command.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    dgd_cli::run()
+}

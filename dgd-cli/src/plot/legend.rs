@@ -1,0 +1,273 @@
+//! Which name belongs to which line, and where there is room to say so.
+
+use super::font::Font;
+use super::scene::{Anchor, Colour, Direction, Mark, Pen, Point, Rectangle};
+use super::{Panel, Style, Text};
+
+pub(super) const ROW_HEIGHT: f64 = 16.0;
+const SIZE: f64 = 12.0;
+const TEXT_COLOUR: Colour = Colour(0x22, 0x22, 0x22);
+const PAPER: Colour = Colour(0xff, 0xff, 0xff);
+/// Length of the piece of line in front of a name, and the space behind it.
+const KEY: f64 = 22.0;
+const KEY_GAP: f64 = 6.0;
+/// Between two names in one row.
+const ENTRY_GAP: f64 = 18.0;
+/// Around a legend inside the axes.
+const PADDING: f64 = 6.0;
+const INSET: f64 = 5.0;
+
+/// Okabe and Ito's colours, which people with any of the common colour blindnesses tell apart,
+/// without the yellow that is too light for a line on white.
+///
+/// # Source
+///
+/// M. Okabe, K. Ito, *Color Universal Design* (2008), figure 16.
+static COLOURS: [Colour; 7] = [
+    Colour(0x00, 0x72, 0xb2),
+    Colour(0xd5, 0x5e, 0x00),
+    Colour(0x00, 0x9e, 0x73),
+    Colour(0xcc, 0x79, 0xa7),
+    Colour(0x56, 0xb4, 0xe9),
+    Colour(0xe6, 0x9f, 0x00),
+    Colour(0x00, 0x00, 0x00),
+];
+
+/// What tells lines of the same colour apart.
+static DASHES: [&[f32]; 4] = [&[], &[6.0, 3.0], &[2.0, 2.0], &[8.0, 3.0, 2.0, 3.0]];
+
+pub(super) const DOT_DIAMETER: f64 = 2.6;
+
+/// How much white a recorded signal has, so that a line in front of its noise stands out.
+const TINT: f64 = 0.35;
+
+/// How the series at `index` of a panel is drawn.
+pub(super) fn pen(index: usize, style: Style) -> Pen {
+    let width = match style {
+        Style::Line | Style::Step => 1.6,
+        Style::ThinLine => 0.8,
+        Style::Dots => DOT_DIAMETER,
+    };
+    let dashes = DASHES[index / COLOURS.len() % DASHES.len()];
+    let Colour(red, green, blue) = COLOURS[index % COLOURS.len()];
+    let tint = match style {
+        Style::Line | Style::Step => 0.0,
+        Style::ThinLine | Style::Dots => TINT,
+    };
+    let mixed = |part: u8| (f64::from(part) + tint * (255.0 - f64::from(part))).round() as u8;
+    Pen {
+        colour: Colour(mixed(red), mixed(green), mixed(blue)),
+        width,
+        dashes,
+    }
+}
+
+/// One name with the look of its series.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Entry {
+    name: Text,
+    style: Style,
+    pen: Pen,
+}
+
+impl Entry {
+    fn width(&self, font: &Font) -> f64 {
+        KEY + KEY_GAP + font.width(&self.name, SIZE)
+    }
+
+    fn draw(&self, left: f64, middle: f64, marks: &mut Vec<Mark>) {
+        let place = |part: f64| (left + part * KEY, middle);
+        marks.push(match self.style {
+            Style::Dots => Mark::Dots {
+                centres: vec![place(0.2), place(0.5), place(0.8)],
+                diameter: self.pen.width,
+                colour: self.pen.colour,
+            },
+            Style::Line | Style::ThinLine | Style::Step => Mark::Lines {
+                lines: vec![vec![place(0.0), place(1.0)]],
+                pen: self.pen,
+            },
+        });
+        marks.push(Mark::Text {
+            text: self.name.clone(),
+            at: (left + KEY + KEY_GAP, middle + 0.36 * SIZE),
+            anchor: Anchor::Start,
+            direction: Direction::Rightwards,
+            size: SIZE,
+            colour: TEXT_COLOUR,
+        });
+    }
+}
+
+/// The names of the series of a panel.
+pub(super) fn entries(panel: &Panel) -> Vec<Entry> {
+    let series = panel
+        .series
+        .iter()
+        .enumerate()
+        .filter(|(_, series)| !series.name.is_empty());
+    series
+        .map(|(index, series)| Entry {
+            name: series.name.clone(),
+            style: series.style,
+            pen: pen(index, series.style),
+        })
+        .collect()
+}
+
+/// The one legend that serves all panels: two or more would have the same, and no panel has a
+/// line that is not in it.
+pub(super) fn common(panels: &[Panel]) -> Option<Vec<Entry>> {
+    let mut several = panels
+        .iter()
+        .filter(|panel| panel.series.len() > 1)
+        .map(entries);
+    let first = several.next()?;
+    let is_repeated = several.next().is_some_and(|next| next == first);
+    let serves_all = panels.iter().all(|panel| match panel.series.len() {
+        0 => true,
+        1 => entries(panel)
+            .first()
+            .is_some_and(|entry| first.contains(entry)),
+        _ => entries(panel) == first,
+    });
+    (is_repeated && serves_all && !first.is_empty()).then_some(first)
+}
+
+/// Names in rows that are no wider than the place they are in.
+pub(super) struct Rows {
+    rows: Vec<Vec<Entry>>,
+}
+
+impl Rows {
+    pub(super) fn new(entries: &[Entry], font: &Font, width: f64) -> Rows {
+        let mut rows: Vec<Vec<Entry>> = Vec::new();
+        let mut used = f64::INFINITY;
+        for entry in entries
+            .iter()
+            .filter_map(|entry| fitted(entry, font, width))
+        {
+            let needed = ENTRY_GAP + entry.width(font);
+            if used + needed > width {
+                used = needed - ENTRY_GAP;
+                rows.push(vec![entry]);
+            } else if let Some(row) = rows.last_mut() {
+                used += needed;
+                row.push(entry);
+            }
+        }
+        Rows { rows }
+    }
+
+    pub(super) fn height(&self) -> f64 {
+        ROW_HEIGHT * self.rows.len() as f64
+    }
+
+    /// Width of the lowest row.
+    pub(super) fn last_width(&self, font: &Font) -> Option<f64> {
+        self.rows.last().map(|row| row_width(row, font))
+    }
+
+    /// Draws the rows around the vertical at `middle`, from `top` on.
+    pub(super) fn draw(&self, font: &Font, middle: f64, top: f64, marks: &mut Vec<Mark>) {
+        for (i, row) in self.rows.iter().enumerate() {
+            let mut left = middle - 0.5 * row_width(row, font);
+            for entry in row {
+                entry.draw(left, top + (i as f64 + 0.5) * ROW_HEIGHT, marks);
+                left += entry.width(font) + ENTRY_GAP;
+            }
+        }
+    }
+}
+
+fn row_width(row: &[Entry], font: &Font) -> f64 {
+    row.iter()
+        .map(|entry| entry.width(font) + ENTRY_GAP)
+        .sum::<f64>()
+        - ENTRY_GAP
+}
+
+/// An entry whose name is too long becomes one whose name ends in dots.
+fn fitted(entry: &Entry, font: &Font, width: f64) -> Option<Entry> {
+    let room = width - KEY - KEY_GAP;
+    if font.width(&entry.name, SIZE) <= room {
+        return Some(entry.clone());
+    }
+    let dots = Text::plain("…");
+    let start = entry.name.wrap(font, SIZE, room - font.width(&dots, SIZE));
+    let name = start.into_iter().next()?.then(dots);
+    Some(Entry {
+        name,
+        ..entry.clone()
+    })
+}
+
+/// Names below each other in a corner of the axes.
+pub(super) struct Inset {
+    entries: Vec<Entry>,
+    place: Rectangle,
+}
+
+impl Inset {
+    /// Looks for a corner of a rectangle from (0, 0) to `size` that no mark touches.
+    pub(super) fn find(
+        entries: &[Entry],
+        font: &Font,
+        size: Point,
+        marks: &[Mark],
+    ) -> Option<Inset> {
+        let widths = entries.iter().map(|entry| entry.width(font));
+        let width = widths.fold(0.0, f64::max) + 2.0 * PADDING;
+        let height = entries.len() as f64 * ROW_HEIGHT + PADDING;
+        if width > 0.6 * size.0 || height > 0.6 * size.1 {
+            return None;
+        }
+        let (right, bottom) = (size.0 - width - INSET, size.1 - height - INSET);
+        let corners = [
+            (right, INSET),
+            (right, bottom),
+            (INSET, INSET),
+            (INSET, bottom),
+        ];
+        corners
+            .into_iter()
+            .map(|(left, top)| Rectangle {
+                left,
+                top,
+                width,
+                height,
+            })
+            .find(|place| !marks.iter().any(|mark| touches(mark, *place)))
+            .map(|place| Inset {
+                entries: entries.to_vec(),
+                place,
+            })
+    }
+
+    pub(super) fn draw(&self, origin: Point, marks: &mut Vec<Mark>) {
+        let left = origin.0 + self.place.left;
+        let top = origin.1 + self.place.top;
+        marks.push(Mark::Area {
+            rectangle: Rectangle {
+                left,
+                top,
+                ..self.place
+            },
+            colour: PAPER,
+        });
+        for (i, entry) in self.entries.iter().enumerate() {
+            let middle = top + 0.5 * PADDING + (i as f64 + 0.5) * ROW_HEIGHT;
+            entry.draw(left + PADDING, middle, marks);
+        }
+    }
+}
+
+fn touches(mark: &Mark, place: Rectangle) -> bool {
+    match mark {
+        Mark::Lines { lines, .. } => lines
+            .iter()
+            .any(|line| line.windows(2).any(|pair| place.meets(pair[0], pair[1]))),
+        Mark::Dots { centres, .. } => centres.iter().any(|&centre| place.meets(centre, centre)),
+        Mark::Area { .. } | Mark::Text { .. } => false,
+    }
+}

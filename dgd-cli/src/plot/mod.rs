@@ -1,0 +1,203 @@
+//! Figures: panels on a grid that share one axis, as SVG text or PNG bytes.
+//!
+//! ```text
+//!   Figure ── layout ──► Scene (lines, dots, areas, text in pixels) ──┬── svg ──► String
+//!             │ ticks, curve, legend                                  └── png ──► bytes
+//! ```
+//!
+//! Everything is placed by the metrics of one embedded font, so nothing overlaps and the PNG is
+//! the same on every machine; the SVG names families of the same widths. Numbers that are not
+//! finite are gaps, two points at one x are drawn as a vertical jump, and a series with more
+//! points than pixels is reduced to what can be seen of it. Equal figures give equal bytes.
+//!
+//! Knows names and units only as text: it stands behind the commands and needs neither the
+//! compiler nor the solvers. Writing the file is the caller's business.
+
+mod curve;
+mod font;
+mod layout;
+mod legend;
+mod png;
+mod scene;
+mod svg;
+mod text;
+mod ticks;
+
+pub use png::RasterError;
+pub use text::Text;
+
+/// Panels on a grid with a common x axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// Stands above all panels; may be empty.
+    pub title: Text,
+    /// Width in pixels (of an SVG at its natural size; a PNG has twice as many). The height
+    /// follows from the panels.
+    pub width: f64,
+    /// Panels side by side; at least one and at most the number of panels is used.
+    pub columns: usize,
+    /// How the panels fill the grid.
+    pub order: PanelOrder,
+    /// The panels, in reading order.
+    pub panels: Vec<Panel>,
+    /// Label of the common axis, drawn under the lowest panel of each column.
+    pub x_label: Text,
+}
+
+impl Figure {
+    /// Width of a figure that fills the text width of a page.
+    pub const WIDTH: f64 = 800.0;
+
+    /// A figure without a title, of the usual width and grid, filled row by row.
+    pub fn new(x_label: Text, panels: Vec<Panel>) -> Figure {
+        Figure {
+            title: Text::default(),
+            width: Figure::WIDTH,
+            columns: columns_for(panels.len()),
+            order: PanelOrder::ByRow,
+            panels,
+            x_label,
+        }
+    }
+}
+
+/// How the panels of a figure fill its grid.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum PanelOrder {
+    /// Left to right, then down.
+    #[default]
+    ByRow,
+    /// Down, then left to right.
+    ByColumn,
+}
+
+/// One pair of axes.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Panel {
+    /// Stands above the axes; may be empty.
+    pub title: Text,
+    /// Stands left of the axes, upwards; may be empty.
+    pub y_label: Text,
+    /// What is drawn. Two series or more get a legend.
+    pub series: Vec<Series>,
+    /// Shaded windows of x.
+    pub bands: Vec<Band>,
+}
+
+/// A named sequence of points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// What the legend says.
+    pub name: Text,
+    /// How the points are drawn. The colour follows from the place in the panel.
+    pub style: Style,
+    /// Abscissas; where `x` and `y` differ in length, the shorter one counts.
+    pub x: Vec<f64>,
+    /// Ordinates; what is not finite is a gap.
+    pub y: Vec<f64>,
+}
+
+/// How the points of a series are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Style {
+    /// Joined by straight lines.
+    Line,
+    /// Joined by thin straight lines, under the other lines: a recorded signal.
+    ThinLine,
+    /// Single points, under the lines.
+    Dots,
+    /// Each value holds until the next point.
+    Step,
+}
+
+/// A shaded window of x; drawn where it meets the axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Band {
+    /// One edge.
+    pub from: f64,
+    /// The other edge.
+    pub to: f64,
+}
+
+/// How many columns suit a number of panels: one up to three panels, two up to six, then three.
+pub fn columns_for(panels: usize) -> usize {
+    match panels {
+        0..=3 => 1,
+        4..=6 => 2,
+        _ => 3,
+    }
+}
+
+/// The figure as an SVG document.
+pub fn render_svg(figure: &Figure) -> String {
+    svg::write(&layout::scene(figure))
+}
+
+/// The figure as a PNG image with two pixels to each pixel of the SVG.
+///
+/// # Errors
+///
+/// [`RasterError`] when the image would be larger than what programs can open; an SVG has no
+/// such limit.
+pub fn render_png(figure: &Figure) -> Result<Vec<u8>, RasterError> {
+    png::encode(&layout::scene(figure))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn figure(panels: usize, points: u32) -> Figure {
+        let x: Vec<f64> = (0..points).map(f64::from).collect();
+        // Without any smoothness, so that nothing is left out for it.
+        let noise = |i: u32| f64::from(i.wrapping_mul(2_654_435_761) >> 8);
+        let y: Vec<f64> = (0..points).map(noise).collect();
+        let series = |style| Series {
+            name: "x".into(),
+            style,
+            x: x.clone(),
+            y: y.clone(),
+        };
+        let styles = [Style::Line, Style::Dots, Style::ThinLine, Style::Step];
+        let panel = Panel {
+            series: styles.map(series).to_vec(),
+            ..Panel::default()
+        };
+        Figure::new("x".into(), vec![panel; panels])
+    }
+
+    #[test]
+    fn a_panel_with_many_points_stays_small() {
+        let svg = render_svg(&figure(1, 200_000));
+        assert!(svg.len() < 300_000, "{}", svg.len());
+    }
+
+    #[test]
+    fn equal_figures_give_equal_bytes() {
+        let figure = figure(3, 500);
+        assert_eq!(render_svg(&figure), render_svg(&figure.clone()));
+        assert_eq!(render_png(&figure), render_png(&figure.clone()));
+    }
+
+    #[test]
+    fn an_image_has_two_pixels_to_one_and_a_limit() {
+        let png = render_png(&figure(1, 10)).unwrap_or_default();
+        // Signature, then the header chunk with the width as its first number.
+        assert_eq!(&png[..8], b"\x89PNG\r\n\x1a\n");
+        assert_eq!(&png[16..20], &1600_u32.to_be_bytes());
+        let wide = Figure {
+            width: 1e6,
+            ..figure(1, 10)
+        };
+        assert!(matches!(
+            render_png(&wide),
+            Err(RasterError::TooLarge { .. })
+        ));
+    }
+
+    #[test]
+    fn the_grid_suits_the_number_of_panels() {
+        let columns: Vec<usize> = (0..10).map(columns_for).collect();
+        assert_eq!(columns, [1, 1, 1, 1, 2, 2, 2, 3, 3, 3]);
+    }
+}

@@ -1,0 +1,367 @@
+//! Text with subscripts and superscripts, and how names and units become such text.
+
+use super::font::Font;
+
+/// A line of text with subscripts and superscripts.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Text {
+    /// No run is empty and neighbours differ in script.
+    runs: Vec<Run>,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Run {
+    pub(super) text: String,
+    pub(super) script: Script,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Script {
+    Base,
+    Subscript,
+    Superscript,
+}
+
+/// Characters of a name behind its symbol, underscores included, that read as a subscript.
+const LONGEST_SUBSCRIPT: usize = 9;
+
+impl Text {
+    /// Text as it stands.
+    pub fn plain(text: &str) -> Text {
+        let mut line = Text::default();
+        line.push(text, Script::Base);
+        line
+    }
+
+    /// A name as papers set it: `h_r` with subscript r, `c0` with subscript 0, `tau_b` with τ,
+    /// an index as a subscript.
+    ///
+    /// A subscript is short and belongs to a symbol, which is one or two letters or the name of a
+    /// Greek one: `pump_speed` and `q_of_the_third_pump` stay as they are. The path in front of a
+    /// dotted name stays too.
+    pub fn name(name: &str) -> Text {
+        let (path, last) = match name.rfind('.') {
+            Some(dot) => name.split_at(dot + 1),
+            None => ("", name),
+        };
+        let (word, index) = match last.find('[') {
+            Some(bracket) => (&last[..bracket], last[bracket + 1..].trim_end_matches(']')),
+            None => (last, ""),
+        };
+        let mut parts = word.split('_');
+        let first = parts.next().unwrap_or_default();
+        let letters = first.trim_end_matches(|c: char| c.is_ascii_digit());
+        let is_short = word.chars().count() - first.chars().count() <= LONGEST_SUBSCRIPT;
+        let is_symbol = (1..=2).contains(&letters.chars().count());
+        let symbol = greek(letters)
+            .or(is_symbol.then_some(letters))
+            .filter(|_| is_short);
+
+        let mut text = Text::plain(path);
+        let Some(symbol) = symbol else {
+            text.push(word, Script::Base);
+            text.push(index, Script::Subscript);
+            return text;
+        };
+        text.push(symbol, Script::Base);
+        let number = &first[letters.len()..];
+        let subscripts = [number].into_iter().chain(parts).chain([index]);
+        for (i, part) in subscripts.filter(|part| !part.is_empty()).enumerate() {
+            if i > 0 {
+                text.push(",", Script::Subscript);
+            }
+            text.push(greek(part).unwrap_or(part), Script::Subscript);
+        }
+        text
+    }
+
+    /// The partial derivative ∂of/∂by of two names.
+    pub fn derivative(of: &str, by: &str) -> Text {
+        Text::plain("∂")
+            .then(Text::name(of))
+            .then(Text::plain("/∂"))
+            .then(Text::name(by))
+    }
+
+    /// A unit as papers set it: `m^3/s` with a superscript 3, `Pa*s` with a raised dot.
+    pub fn unit(unit: &str) -> Text {
+        let mut text = Text::default();
+        let mut rest = unit.trim();
+        while let Some(first) = rest.chars().next() {
+            let length = match first {
+                '^' => {
+                    let (exponent, length) = exponent(&rest[1..]);
+                    text.push(&exponent.replace('-', "−"), Script::Superscript);
+                    1 + length
+                }
+                '*' => {
+                    text.push("·", Script::Base);
+                    1
+                }
+                _ if first.is_alphabetic() => {
+                    let length = rest
+                        .find(|c: char| !c.is_alphabetic())
+                        .unwrap_or(rest.len());
+                    text.push(unit_symbol(&rest[..length]), Script::Base);
+                    length
+                }
+                _ => {
+                    text.push(&rest[..first.len_utf8()], Script::Base);
+                    first.len_utf8()
+                }
+            };
+            rest = &rest[length..];
+        }
+        text
+    }
+
+    /// Puts a unit in brackets behind the text; `[–]` stands for a pure number.
+    #[must_use]
+    pub fn with_unit(self, unit: &str) -> Text {
+        let unit = match unit.trim() {
+            "" | "1" => Text::plain("–"),
+            unit => Text::unit(unit),
+        };
+        let opening = if self.is_empty() { "[" } else { " [" };
+        self.then(Text::plain(opening))
+            .then(unit)
+            .then(Text::plain("]"))
+    }
+
+    /// Joins two texts.
+    #[must_use]
+    pub fn then(mut self, next: Text) -> Text {
+        for run in next.runs {
+            self.push(&run.text, run.script);
+        }
+        self
+    }
+
+    /// Whether there is nothing to draw.
+    pub fn is_empty(&self) -> bool {
+        self.runs.is_empty()
+    }
+
+    pub(super) fn runs(&self) -> &[Run] {
+        &self.runs
+    }
+
+    pub(super) fn push(&mut self, text: &str, script: Script) {
+        if text.is_empty() {
+            return;
+        }
+        // A line break or a tab would be drawn as a missing glyph and is not allowed in XML.
+        let clean = text.chars().map(|c| if c.is_control() { ' ' } else { c });
+        match self.runs.last_mut() {
+            Some(last) if last.script == script => last.text.extend(clean),
+            _ => self.runs.push(Run {
+                text: clean.collect(),
+                script,
+            }),
+        }
+    }
+
+    /// Breaks the text into lines no wider than `width`: at spaces, else behind a sign, else
+    /// anywhere. A line has at least one character.
+    pub(super) fn wrap(&self, font: &Font, size: f64, width: f64) -> Vec<Text> {
+        let characters: Vec<(char, Script)> = self
+            .runs
+            .iter()
+            .flat_map(|run| run.text.chars().map(|c| (c, run.script)))
+            .collect();
+        let mut lines = Vec::new();
+        let mut start = 0;
+        while start < characters.len() {
+            let end = line_end(&characters[start..], font, size, width) + start;
+            let mut line = Text::default();
+            for &(character, script) in trim(&characters[start..end]) {
+                line.push(character.encode_utf8(&mut [0; 4]), script);
+            }
+            lines.push(line);
+            start = end;
+        }
+        lines.retain(|line| !line.is_empty());
+        lines
+    }
+}
+
+impl From<&str> for Text {
+    fn from(text: &str) -> Text {
+        Text::plain(text)
+    }
+}
+
+/// How many characters go into the first line.
+fn line_end(characters: &[(char, Script)], font: &Font, size: f64, width: f64) -> usize {
+    let mut used = 0.0;
+    let (mut at_space, mut at_sign) = (None, None);
+    for (i, &(character, script)) in characters.iter().enumerate() {
+        used += size * script.scale() * font.advance(character);
+        // Widths are sums of rounded quotients; a text measured as `width` must fit into it.
+        if used > width + 1e-6 && character != ' ' && i > 0 {
+            return at_space.or(at_sign).unwrap_or(i);
+        }
+        match character {
+            ' ' => at_space = Some(i + 1),
+            '/' | '·' | ',' | ';' | '.' | '_' | '-' => at_sign = Some(i + 1),
+            _ => {}
+        }
+    }
+    characters.len()
+}
+
+fn trim(mut characters: &[(char, Script)]) -> &[(char, Script)] {
+    while let [(' ', _), rest @ ..] | [rest @ .., (' ', _)] = characters {
+        characters = rest;
+    }
+    characters
+}
+
+/// The exponent at the start of `text`, without its parentheses, and the length it takes there.
+fn exponent(text: &str) -> (&str, usize) {
+    if let Some(inner) = text.strip_prefix('(')
+        && let Some(close) = inner.find(')')
+    {
+        return (&inner[..close], close + 2);
+    }
+    let sign = usize::from(text.starts_with(['-', '+']));
+    let digits = text[sign..].find(|c: char| !c.is_ascii_digit() && c != '.');
+    let length = digits.map_or(text.len(), |digits| sign + digits);
+    (&text[..length], length)
+}
+
+fn unit_symbol(unit: &str) -> &str {
+    match unit {
+        "degC" => "°C",
+        "deg" => "°",
+        "ohm" => "Ω",
+        _ => unit,
+    }
+}
+
+fn greek(name: &str) -> Option<&'static str> {
+    GREEK
+        .iter()
+        .find(|(spelling, _)| *spelling == name)
+        .map(|(_, letter)| *letter)
+}
+
+/// Greek letters that are no Latin ones.
+static GREEK: &[(&str, &str)] = &[
+    ("alpha", "α"),
+    ("beta", "β"),
+    ("gamma", "γ"),
+    ("delta", "δ"),
+    ("epsilon", "ε"),
+    ("zeta", "ζ"),
+    ("eta", "η"),
+    ("theta", "θ"),
+    ("kappa", "κ"),
+    ("lambda", "λ"),
+    ("mu", "µ"),
+    ("nu", "ν"),
+    ("xi", "ξ"),
+    ("pi", "π"),
+    ("rho", "ρ"),
+    ("sigma", "σ"),
+    ("tau", "τ"),
+    ("phi", "φ"),
+    ("chi", "χ"),
+    ("psi", "ψ"),
+    ("omega", "ω"),
+    ("Gamma", "Γ"),
+    ("Delta", "Δ"),
+    ("Theta", "Θ"),
+    ("Lambda", "Λ"),
+    ("Xi", "Ξ"),
+    ("Pi", "Π"),
+    ("Sigma", "Σ"),
+    ("Phi", "Φ"),
+    ("Psi", "Ψ"),
+    ("Omega", "Ω"),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Scripts written as in TeX.
+    fn show(text: &Text) -> String {
+        text.runs
+            .iter()
+            .map(|run| match run.script {
+                Script::Base => run.text.clone(),
+                Script::Subscript => format!("_{{{}}}", run.text),
+                Script::Superscript => format!("^{{{}}}", run.text),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn names_become_symbols_with_subscripts() {
+        for (name, shown) in [
+            ("x", "x"),
+            ("a_r", "a_{r}"),
+            ("M_abc", "M_{abc}"),
+            ("c0", "c_{0}"),
+            ("F2_in", "F_{2,in}"),
+            ("tau_b_max", "τ_{b,max}"),
+            ("rho", "ρ"),
+            ("c_rho", "c_{ρ}"),
+            ("p[3]", "p_{3}"),
+            ("T_w[i+1]", "T_{w,i+1}"),
+            ("pump.w", "pump.w"),
+            ("pump.q_in", "pump.q_{in}"),
+            ("pump_speed", "pump_speed"),
+            ("q_of_the_pump", "q_of_the_pump"),
+            ("level2", "level2"),
+            ("level[4]", "level_{4}"),
+            ("_x", "_x"),
+            ("x_", "x"),
+            ("", ""),
+            ("2x", "2x"),
+            ("[", ""),
+            ("a]b[c]d", "a]b_{c]d}"),
+        ] {
+            assert_eq!(show(&Text::name(name)), shown, "{name}");
+        }
+        assert_eq!(show(&Text::derivative("a_r", "c0")), "∂a_{r}/∂c_{0}");
+    }
+
+    #[test]
+    fn units_get_exponents_and_dots() {
+        for (unit, shown) in [
+            ("m^3/s", "m^{3}/s"),
+            ("Pa*s^2/m^6", "Pa·s^{2}/m^{6}"),
+            ("kg*m^-2", "kg·m^{−2}"),
+            ("Pa^(1/2)", "Pa^{1/2}"),
+            ("degC", "°C"),
+            ("m/(m^3/kg)", "m/(m^{3}/kg)"),
+            ("m^", "m"),
+            ("m^(2", "m(2"),
+            ("%", "%"),
+        ] {
+            assert_eq!(show(&Text::unit(unit)), shown, "{unit}");
+        }
+        assert_eq!(show(&Text::name("q_a").with_unit("1")), "q_{a} [–]");
+        assert_eq!(show(&Text::default().with_unit("m")), "[m]");
+    }
+
+    #[test]
+    fn lines_break_at_spaces_then_signs_then_anywhere() {
+        let font = Font::embedded();
+        let wrap = |text: &str, width: f64| -> Vec<String> {
+            Text::plain(text)
+                .wrap(&font, 10.0, width)
+                .iter()
+                .map(show)
+                .collect()
+        };
+        assert_eq!(wrap("one two", 1000.0), ["one two"]);
+        assert_eq!(wrap("one two", 30.0), ["one", "two"]);
+        assert_eq!(wrap("abc/def", 25.0), ["abc/", "def"]);
+        assert_eq!(wrap("abcdef", 18.0), ["abc", "def"]);
+        assert_eq!(wrap("ab", 0.0), ["a", "b"]);
+        assert!(wrap("  ", 0.0).is_empty());
+    }
+}

@@ -1,0 +1,274 @@
+//! What commands that run a model share: data, start values, times, the simulation itself.
+
+use std::path::Path;
+
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::source::Sources;
+use dgd_compiler::units::Unit;
+use dgd_execute::Interpreted;
+use dgd_runtime::{
+    BadRequest, Column, Failure, Inputs, Observations, Options, Problem, Signature, Solution, System, find_method,
+    observe, simulate, simulate_with_sensitivities,
+};
+
+use crate::args::{RunArgs, Start};
+use crate::console::Console;
+use crate::data::{self, select};
+use crate::failure::CommandError;
+use crate::load::Loaded;
+
+/// Rows of a run that no data file and no `--every` give.
+const DEFAULT_ROWS: u32 = 1000;
+
+/// Most rows a run may have; more is a mistyped `--every`.
+const MOST_ROWS: f64 = 1e8;
+
+/// A model ready to run on its data.
+pub struct Run {
+    pub system: Interpreted,
+    /// Parameters, SI.
+    pub p: Vec<f64>,
+    pub inputs: Inputs,
+    /// Start values that replace the model's.
+    pub start: Vec<(usize, f64)>,
+    /// Times of the rows.
+    pub times: Vec<f64>,
+    /// Measured outputs, where the data has them.
+    pub measured: Measured,
+    pub options: Options,
+}
+
+/// Measured outputs, SI.
+#[derive(Debug, Clone, Default)]
+pub struct Measured {
+    /// Sample times, s.
+    pub times: Vec<f64>,
+    /// For each output of the model, its samples.
+    pub outputs: Vec<Option<Vec<f64>>>,
+}
+
+impl Run {
+    /// Reads the data, builds the inputs, finds times and start values.
+    pub fn prepare(
+        args: &RunArgs,
+        loaded: Loaded,
+        console: Console<'_>,
+    ) -> Result<Run, CommandError> {
+        let options = options(args)?;
+        let Loaded { compiled, mut sources } = loaded;
+        let mut diagnostics = Diagnostics::default();
+        let recording = match &args.data {
+            None => None,
+            Some(path) => {
+                let read =
+                    read_recording(path, &compiled.dae, &mut sources, &mut diagnostics, console);
+                match read {
+                    Some(recording) => Some(recording),
+                    None => return Err(CommandError::diagnosed(&diagnostics, sources)),
+                }
+            }
+        };
+        let system = Interpreted::new(compiled.program);
+        let signature = system.signature();
+        let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
+        let inputs = match &recording {
+            Some(recording) => recording.inputs(signature)?,
+            None if signature.inputs.is_empty() => Inputs::none(),
+            None => return Err(needs_data(signature)),
+        };
+        let times = times(args, recording.as_ref())?;
+        let measured = recording.map(|recording| recording.measured).unwrap_or_default();
+        let mut run = Run { system, p, inputs, start: Vec::new(), times, measured, options };
+        if args.start == Start::Measured {
+            run.start = measured_start(&run)?;
+        }
+        Ok(run)
+    }
+
+    pub fn problem(&self) -> Problem<'_, Interpreted> {
+        Problem { system: &self.system, p: &self.p, inputs: &self.inputs, start: &self.start }
+    }
+
+    pub fn signature(&self) -> &Signature {
+        self.system.signature()
+    }
+
+    /// Runs the model and evaluates its outputs.
+    pub fn simulate(&self) -> Result<(Solution, Observations), CommandError> {
+        self.finish(simulate(&self.problem(), &self.times, &self.options))
+    }
+
+    /// The same with sensitivities.
+    pub fn simulate_with_sensitivities(&self) -> Result<(Solution, Observations), CommandError> {
+        self.finish(simulate_with_sensitivities(&self.problem(), &self.times, &self.options))
+    }
+
+    fn finish(
+        &self,
+        result: Result<Solution, Failure>,
+    ) -> Result<(Solution, Observations), CommandError> {
+        let solution = result.map_err(|failure| CommandError::Computation(failure.to_string()))?;
+        let observations = observe(&self.problem(), &solution);
+        Ok((solution, observations))
+    }
+}
+
+/// A data file as far as the model knows it, SI.
+struct Recording {
+    times: Vec<f64>,
+    inputs: Vec<Vec<f64>>,
+    measured: Measured,
+}
+
+impl Recording {
+    fn inputs(&self, signature: &Signature) -> Result<Inputs, CommandError> {
+        let columns: Vec<Column<'_>> = signature
+            .inputs
+            .iter()
+            .zip(&self.inputs)
+            .map(|(input, values)| Column {
+                name: &input.name,
+                interpolation: input.interpolation,
+                values,
+            })
+            .collect();
+        Inputs::recorded(&self.times, &columns)
+            .map_err(|error| CommandError::Computation(error.to_string()))
+    }
+}
+
+fn read_recording(
+    path: &Path,
+    dae: &dgd_compiler::dae::Dae,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+    console: Console<'_>,
+) -> Option<Recording> {
+    let table = data::read(path, sources, diagnostics).ok()?;
+    let inputs: Vec<select::Declared<'_>> =
+        dae.inputs.iter().map(|input| declared(&input.declared)).collect();
+    let outputs: Vec<select::Declared<'_>> =
+        dae.outputs.iter().map(|output| declared(&output.declared)).collect();
+    let times = table.recording(diagnostics);
+    let input_columns = select::inputs(&table, &inputs, diagnostics);
+    let output_columns = select::measured(&table, &outputs, diagnostics);
+    let (times, inputs, outputs) = (times.ok()?.to_vec(), input_columns.ok()?, output_columns.ok()?);
+
+    let known: Vec<&str> = dae
+        .inputs
+        .iter()
+        .map(|input| input.declared.name.as_str())
+        .chain(dae.outputs.iter().map(|output| output.declared.name.as_str()))
+        .chain(dae.unknowns.iter().map(|unknown| unknown.name.as_str()))
+        .collect();
+    if let Some(note) = select::unknown_note(&select::unknown(&table, &known), &known) {
+        console.note(&note, sources);
+    }
+    let measured = Measured { times: times.clone(), outputs };
+    Some(Recording { times, inputs, measured })
+}
+
+fn declared(declared: &dgd_compiler::model::Declared) -> select::Declared<'_> {
+    let unit: &Unit = &declared.unit;
+    select::Declared { name: &declared.name, unit, place: Some(declared.span) }
+}
+
+fn needs_data(signature: &Signature) -> CommandError {
+    let inputs: Vec<String> = signature
+        .inputs
+        .iter()
+        .map(|input| format!("`{} [{}]`", input.name, input.unit.symbol))
+        .collect();
+    CommandError::Usage(format!(
+        "model `{}` has inputs: give a file with `time [s]` and {} by `--data FILE`",
+        signature.name,
+        inputs.join(", ")
+    ))
+}
+
+fn options(args: &RunArgs) -> Result<Options, CommandError> {
+    let mut options =
+        Options { rtol: args.rtol, atol: args.atol.unwrap_or(args.rtol), ..Options::default() };
+    if let Some(name) = &args.method {
+        options.method =
+            find_method(name).map_err(|error| CommandError::Usage(error.to_string()))?;
+    }
+    options.verify().map_err(|error: BadRequest| CommandError::Usage(error.to_string()))?;
+    Ok(options)
+}
+
+/// Times of the rows: the data's, or every so often.
+fn times(args: &RunArgs, recording: Option<&Recording>) -> Result<Vec<f64>, CommandError> {
+    let sampled = recording.map(|recording| recording.times.as_slice());
+    let first = args.from.or(sampled.and_then(|t| t.first().copied())).unwrap_or(0.0);
+    let Some(last) = args.until.or(sampled.and_then(|t| t.last().copied())) else {
+        return Err(CommandError::Usage(
+            "how long? give the last time by `--until T`, in s, or a recording by `--data FILE`"
+                .to_owned(),
+        ));
+    };
+    if !(first.is_finite() && last.is_finite() && first <= last) {
+        return Err(CommandError::Usage(format!(
+            "the run would go from {first} s to {last} s, and time runs forwards"
+        )));
+    }
+    let every = match (args.every, sampled) {
+        (Some(every), _) => every,
+        (None, Some(sampled)) => {
+            let mut times: Vec<f64> =
+                sampled.iter().copied().filter(|t| (first..=last).contains(t)).collect();
+            if times.first() != Some(&first) {
+                times.insert(0, first);
+            }
+            if times.last() != Some(&last) {
+                times.push(last);
+            }
+            return Ok(times);
+        }
+        (None, None) => (last - first) / f64::from(DEFAULT_ROWS),
+    };
+    if first == last {
+        return Ok(vec![first]);
+    }
+    if !(every.is_finite() && every > 0.0) {
+        return Err(CommandError::Usage(format!("`--every {every}` must be a positive time, in s")));
+    }
+    let rows = (last - first) / every;
+    if rows > MOST_ROWS {
+        return Err(CommandError::Usage(format!(
+            "`--every {every}` asks for {rows:.0} rows; a run has at most {MOST_ROWS:.0}"
+        )));
+    }
+    // A last step shorter than rounding is none.
+    let whole = (rows + 1e-9).floor();
+    let mut times: Vec<f64> = (0..=whole as u64).map(|k| first + k as f64 * every).collect();
+    match times.last_mut() {
+        Some(end) if (last - *end).abs() <= 1e-9 * every => *end = last,
+        _ => times.push(last),
+    }
+    Ok(times)
+}
+
+/// Start values that make the first simulated outputs equal the first measured ones.
+///
+/// Gauss–Newton on w(y₀) = w_measured(t₀), weighted by the outputs' noise, with the shortest
+/// correction (in units of each unknown's size) where the outputs determine less than the states.
+fn measured_start(run: &Run) -> Result<Vec<(usize, f64)>, CommandError> {
+    let signature = run.signature();
+    let first: Vec<Option<f64>> = run
+        .measured
+        .outputs
+        .iter()
+        .map(|samples| samples.as_ref()?.first().copied().filter(|value| value.is_finite()))
+        .collect();
+    if first.iter().all(Option::is_none) {
+        return Err(CommandError::Usage(
+            "`--start measured` needs data with at least one output of the model in its first row"
+                .to_owned(),
+        ));
+    }
+    let noise: Vec<f64> =
+        signature.outputs.iter().map(|output| output.noise.unwrap_or(output.unit.factor)).collect();
+    dgd_runtime::start_from_outputs(&run.problem(), run.times[0], &first, &noise)
+        .map_err(|error| CommandError::Computation(error.to_string()))
+}

@@ -1,0 +1,314 @@
+//! One function of a program as a method of `System`.
+
+use std::collections::BTreeMap;
+
+use proc_macro2::{Ident, Span, TokenStream};
+use quote::{format_ident, quote};
+
+use super::{identifier, number};
+use crate::expr::graph::Comparison;
+use crate::expr::intrinsics::Definition;
+use crate::program::{
+    Argument, FUNCTIONS, Function, FunctionKind, Operation, Program, ResultKind, ValueId,
+};
+use crate::source::Sources;
+
+/// An expression stays in one piece up to this many operations deep.
+const DEEPEST_PIECE: usize = 8;
+
+/// How tightly a piece of code binds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Tightness {
+    Any,
+    Sum,
+    Product,
+    Unary,
+    Atom,
+}
+
+/// Code for a value, not yet bound to a name.
+#[derive(Clone)]
+struct Piece {
+    tokens: TokenStream,
+    tightness: Tightness,
+    depth: usize,
+}
+
+impl Piece {
+    fn atom(tokens: TokenStream) -> Piece {
+        Piece { tokens, tightness: Tightness::Atom, depth: 0 }
+    }
+
+    fn at_least(&self, least: Tightness) -> TokenStream {
+        let tokens = &self.tokens;
+        if self.tightness >= least { tokens.clone() } else { quote!((#tokens)) }
+    }
+}
+
+pub(super) fn method(program: &Program, function: &Function, sources: &Sources) -> TokenStream {
+    let spec = FUNCTIONS
+        .iter()
+        .find(|spec| spec.kind == function.kind)
+        .unwrap_or_else(|| unreachable!("every function has a row"));
+    let name = Ident::new(spec.name, Span::call_site());
+    let extra = spec.extra.iter().map(|argument| {
+        let name = array(*argument);
+        quote!(#name: &[f64],)
+    });
+    let results: Vec<Ident> = spec.results.iter().map(|kind| result_name(*kind)).collect();
+    let bound_arrays = bind_arrays(program, function);
+    let body = Body::new(program, function).statements();
+    let body_statements = body.statements;
+    let writes = function.results.iter().zip(&results).map(|(values, name)| {
+        let len = values.len();
+        if function.kind == FunctionKind::Rhs {
+            // One statement for each equation, with its place.
+            let rows = values.iter().zip(&program.unknowns).enumerate().map(
+                |(i, (value, unknown))| {
+                    let (line, _) = sources.line_column(unknown.span);
+                    let left =
+                        if unknown.differential { format!("der({})", unknown.name) } else { "0".to_owned() };
+                    let file = &sources.get(unknown.span.source).name;
+                    let doc = format!(" `{}`: {left} =  ({file}:{line})", unknown.equation);
+                    let row = format_ident!("_row_{}", i);
+                    let value = &body.pieces[value].tokens;
+                    quote!(#[doc = #doc] let #row: f64 = #value;)
+                },
+            );
+            let rows: Vec<TokenStream> = rows.collect();
+            let names = (0..len).map(|i| format_ident!("_row_{}", i));
+            return quote! { #(#rows)* *::dgd::__runtime::codegen::fixed_mut::<#len>(#name) = [#(#names),*]; };
+        }
+        let values = values.iter().map(|value| &body.pieces[value].tokens);
+        quote!(*::dgd::__runtime::codegen::fixed_mut::<#len>(#name) = [#(#values),*];)
+    });
+    quote! {
+        #[inline]
+        fn #name(&self, _at: ::dgd::__runtime::Point<'_>, #(#extra)* #(#results: &mut [f64]),*) {
+            #(#bound_arrays)*
+            #(#body_statements)*
+            #(#writes)*
+        }
+    }
+}
+
+/// `let _y: &[f64; 2] = fixed(_at.y);` for each array that is read.
+fn bind_arrays(program: &Program, function: &Function) -> Vec<TokenStream> {
+    let read = |argument: Argument| {
+        function.body.iter().any(|op| matches!(op, Operation::Load(a, _) if *a == argument))
+    };
+    let n = program.unknowns.len();
+    [
+        (Argument::Y, quote!(_at.y), n),
+        (Argument::U, quote!(_at.u), program.inputs.len()),
+        (Argument::P, quote!(_at.p), program.parameters.len()),
+        (Argument::Udot, quote!(_udot), program.inputs.len()),
+        (Argument::S, quote!(_s), n * program.directions.len()),
+    ]
+    .into_iter()
+    .filter(|(argument, _, _)| read(*argument))
+    .map(|(argument, from, len)| {
+        let name = array(argument);
+        quote!(let #name = ::dgd::__runtime::codegen::fixed::<#len>(#from);)
+    })
+    .collect()
+}
+
+fn array(argument: Argument) -> Ident {
+    format_ident!("_{}", argument.symbol())
+}
+
+fn result_name(kind: ResultKind) -> Ident {
+    let name = match kind {
+        ResultKind::F => "_f",
+        ResultKind::Jacobian => "_jacobian",
+        ResultKind::Dfdt => "_dfdt",
+        ResultKind::G => "_g",
+        ResultKind::Dgdy => "_dgdy",
+        ResultKind::Dgdt => "_dgdt",
+        ResultKind::ParameterJacobian | ResultKind::InputJacobian | ResultKind::TimeDerivative => {
+            "_values"
+        }
+        ResultKind::W => "_w",
+        ResultKind::Dwdy => "_dwdy",
+        ResultKind::Dwdu => "_dwdu",
+        ResultKind::Dwdp => "_dwdp",
+        ResultKind::Dwdt => "_dwdt",
+        ResultKind::Dw => "_dw",
+        ResultKind::Y0 => "_y0",
+        ResultKind::S0 => "_s0",
+    };
+    Ident::new(name, Span::call_site())
+}
+
+/// Turns operations into statements: what is used once is written where it is used.
+struct Body<'a> {
+    program: &'a Program,
+    function: &'a Function,
+    uses: Vec<u32>,
+    names: BTreeMap<ValueId, &'a str>,
+}
+
+struct Statements {
+    statements: Vec<TokenStream>,
+    pieces: BTreeMap<ValueId, Piece>,
+}
+
+impl<'a> Body<'a> {
+    fn new(program: &'a Program, function: &'a Function) -> Self {
+        let mut uses = vec![0; function.body.len()];
+        for operation in &function.body {
+            for operand in operation.operands() {
+                uses[operand.index()] += 1;
+            }
+        }
+        for value in function.results.iter().flatten() {
+            uses[value.index()] += 1;
+        }
+        let names = function.names.iter().map(|(value, name)| (*value, name.as_str())).collect();
+        Body { program, function, uses, names }
+    }
+
+    fn statements(&self) -> Statements {
+        let mut statements = Vec::new();
+        let mut pieces: BTreeMap<ValueId, Piece> = BTreeMap::new();
+        for (i, operation) in self.function.body.iter().enumerate() {
+            let value = ValueId(i as u32);
+            let piece = self.piece(*operation, &pieces);
+            let name = match operation {
+                Operation::Constant(_) | Operation::Time => None,
+                Operation::Load(argument, index) => self.load_name(*argument, *index as usize),
+                _ => match self.names.get(&value) {
+                    Some(name) => Some(identifier(name)),
+                    None if self.uses[i] > 1 || piece.depth > DEEPEST_PIECE => {
+                        Some(format_ident!("_v{}", i))
+                    }
+                    None => None,
+                },
+            };
+            let piece = match name {
+                None => piece,
+                Some(name) => {
+                    let tokens = piece.tokens;
+                    statements.push(quote!(let #name = #tokens;));
+                    Piece::atom(quote!(#name))
+                }
+            };
+            pieces.insert(value, piece);
+        }
+        Statements { statements, pieces }
+    }
+
+    /// What a number of an argument is called.
+    fn load_name(&self, argument: Argument, index: usize) -> Option<Ident> {
+        match argument {
+            Argument::Y => Some(identifier(&self.program.unknowns[index].name)),
+            Argument::U => Some(identifier(&self.program.inputs[index].name)),
+            Argument::P => Some(identifier(&self.program.parameters[index].name)),
+            Argument::Udot | Argument::S => None,
+        }
+    }
+
+    fn piece(&self, operation: Operation, pieces: &BTreeMap<ValueId, Piece>) -> Piece {
+        let depth = operation.operands().map(|v| pieces[&v].depth + 1).max().unwrap_or(0);
+        let infix = |a: ValueId, operator: TokenStream, b: ValueId, own, right| {
+            let (a, b) = (pieces[&a].at_least(own), pieces[&b].at_least(right));
+            Piece { tokens: quote!(#a #operator #b), tightness: own, depth }
+        };
+        let any = |value: ValueId| &pieces[&value].tokens;
+        let atom = |tokens| Piece { tokens, tightness: Tightness::Atom, depth };
+        match operation {
+            Operation::Constant(value) => {
+                let tightness =
+                    if value.is_sign_negative() { Tightness::Unary } else { Tightness::Atom };
+                Piece { tokens: number(value), tightness, depth }
+            }
+            Operation::Time => atom(quote!(_at.t)),
+            Operation::Load(argument, index) => {
+                let (array, index) = (array(argument), index as usize);
+                atom(quote!(#array[#index]))
+            }
+            Operation::Negate(a) => {
+                let a = pieces[&a].at_least(Tightness::Atom);
+                Piece { tokens: quote!(-#a), tightness: Tightness::Unary, depth }
+            }
+            Operation::Add(a, b) => infix(a, quote!(+), b, Tightness::Sum, Tightness::Product),
+            Operation::Subtract(a, b) => infix(a, quote!(-), b, Tightness::Sum, Tightness::Product),
+            Operation::Multiply(a, b) => infix(a, quote!(*), b, Tightness::Product, Tightness::Unary),
+            Operation::Divide(a, b) => infix(a, quote!(/), b, Tightness::Product, Tightness::Unary),
+            Operation::Call1(f, a) => {
+                let path = rust_path(f.get().definition.rust_path());
+                let a = any(a);
+                atom(quote!(#path(#a)))
+            }
+            Operation::Call2(f, a, b) => {
+                let path = rust_path(f.get().definition.rust_path());
+                let (a, b) = (any(a), any(b));
+                atom(quote!(#path(#a, #b)))
+            }
+            Operation::Compare(comparison, a, b) => {
+                let (a, b) = (any(a), any(b));
+                let operator = match comparison {
+                    Comparison::Less => quote!(<),
+                    Comparison::LessEqual => quote!(<=),
+                    Comparison::Greater => quote!(>),
+                    Comparison::GreaterEqual => quote!(>=),
+                };
+                atom(quote!((#a #operator #b)))
+            }
+            Operation::And(a, b) => {
+                let (a, b) = (any(a), any(b));
+                atom(quote!((#a && #b)))
+            }
+            Operation::Or(a, b) => {
+                let (a, b) = (any(a), any(b));
+                atom(quote!((#a || #b)))
+            }
+            Operation::Not(a) => {
+                let a = pieces[&a].at_least(Tightness::Atom);
+                Piece { tokens: quote!(!#a), tightness: Tightness::Unary, depth }
+            }
+            Operation::Select(c, a, b) => {
+                let (c, a, b) = (any(c), any(a), any(b));
+                Piece { tokens: quote!(if #c { #a } else { #b }), tightness: Tightness::Any, depth }
+            }
+        }
+    }
+}
+
+impl Operation {
+    /// The values it reads, in order.
+    fn operands(self) -> impl Iterator<Item = ValueId> {
+        let [a, b, c] = match self {
+            Operation::Constant(_) | Operation::Time | Operation::Load(..) => [None; 3],
+            Operation::Negate(a) | Operation::Call1(_, a) | Operation::Not(a) => {
+                [Some(a), None, None]
+            }
+            Operation::Add(a, b)
+            | Operation::Subtract(a, b)
+            | Operation::Multiply(a, b)
+            | Operation::Divide(a, b)
+            | Operation::Call2(_, a, b)
+            | Operation::Compare(_, a, b)
+            | Operation::And(a, b)
+            | Operation::Or(a, b) => [Some(a), Some(b), None],
+            Operation::Select(a, b, c) => [Some(a), Some(b), Some(c)],
+        };
+        [a, b, c].into_iter().flatten()
+    }
+}
+
+impl Definition {
+    /// The function that generated code calls.
+    fn rust_path(&self) -> &'static str {
+        match self {
+            Definition::One { rust_path, .. } | Definition::Two { rust_path, .. } => rust_path,
+            Definition::Expansion(_) => unreachable!("an expansion is expanded before it is called"),
+        }
+    }
+}
+
+/// `::core::primitive::f64::tanh` as tokens.
+fn rust_path(path: &str) -> TokenStream {
+    path.parse().unwrap_or_else(|_| unreachable!("`{path}` is a path"))
+}

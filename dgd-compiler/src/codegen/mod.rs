@@ -1,0 +1,139 @@
+//! Program → Rust tokens: a module with the model's type, its named fields and its functions.
+//!
+//! Generated code is read by people. It names only `::core` and `::dgd::__runtime`, keeps the
+//! model's names, and marks each equation with the place it comes from. Names of its own begin
+//! with an underscore, which no name of a model does.
+
+mod fields;
+mod function;
+mod signature;
+
+use proc_macro2::{Ident, Span, TokenStream};
+use quote::quote;
+
+use crate::program::Program;
+use crate::source::Sources;
+
+/// Up to this many unknowns a model's numbers live in arrays on the stack.
+const LARGEST_ON_STACK: usize = 24;
+
+/// The module of a program under this name. `sources` are those that it was compiled from.
+pub fn generate(program: &Program, module: &str, sources: &Sources) -> TokenStream {
+    let module = identifier(module);
+    let doc = doc_attributes(&program.doc);
+    let structs = fields::structs(program);
+    let signature = signature::signature(program);
+    let system = system_impl(program, sources);
+    quote! {
+        #(#doc)*
+        #[allow(
+            non_snake_case,
+            unused_variables,
+            unused_doc_comments,
+            dead_code,
+            clippy::all,
+            clippy::pedantic
+        )]
+        pub mod #module {
+            #structs
+            #signature
+            #system
+        }
+    }
+}
+
+fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
+    let n = program.unknowns.len();
+    let n_s = program.directions.len();
+    let storage = |len: usize| {
+        if n <= LARGEST_ON_STACK {
+            quote!([f64; #len])
+        } else {
+            quote!(::dgd::__runtime::codegen::HeapNumbers)
+        }
+    };
+    let nonzeros = |kind| program.patterns.get(&kind).map_or(0, Vec::len);
+    let vector = storage(n);
+    let sensitivity = storage(n * n_s);
+    let inputs = storage(program.inputs.len());
+    let jacobian = storage(nonzeros(crate::program::ResultKind::Jacobian));
+    let dgdy = storage(nonzeros(crate::program::ResultKind::Dgdy));
+    let factorisation = if n <= LARGEST_ON_STACK {
+        quote!(::dgd::__runtime::linalg::FixedLu<#n>)
+    } else {
+        quote!(::dgd::__runtime::linalg::AutoLu)
+    };
+    let functions =
+        program.functions.iter().map(|function| function::method(program, function, sources));
+    quote! {
+        #[automatically_derived]
+        impl ::dgd::__runtime::System for Model {
+            type Vector = #vector;
+            type Sensitivity = #sensitivity;
+            type Inputs = #inputs;
+            type Jacobian = #jacobian;
+            type SensitivityJacobian = #dgdy;
+            type Factorisation = #factorisation;
+
+            #[inline]
+            fn signature(&self) -> &::dgd::__runtime::Signature {
+                &SIGNATURE
+            }
+
+            #(#functions)*
+        }
+    }
+}
+
+/// A name of the model as an identifier of Rust.
+pub fn identifier(name: &str) -> Ident {
+    // `der(x)` is the one name that is not an identifier. No name of a model begins with `_`.
+    if let Some(of) = name.strip_prefix("der(").and_then(|rest| rest.strip_suffix(')')) {
+        return Ident::new(&format!("_der_{of}"), Span::call_site());
+    }
+    match name {
+        // Not even raw identifiers, or constants where they are bound.
+        "self" | "Self" | "super" | "crate" | "None" | "Some" | "Ok" | "Err" | "Model"
+        | "SIGNATURE" => Ident::new(&format!("_{name}"), Span::call_site()),
+        _ if is_keyword(name) => Ident::new_raw(name, Span::call_site()),
+        _ => Ident::new(name, Span::call_site()),
+    }
+}
+
+fn is_keyword(name: &str) -> bool {
+    const KEYWORDS: &[&str] = &[
+        "abstract", "as", "async", "await", "become", "box", "break", "const", "continue", "do",
+        "dyn", "else", "enum", "extern", "false", "final", "fn", "for", "gen", "if", "impl", "in",
+        "let", "loop", "macro", "match", "mod", "move", "mut", "override", "priv", "pub", "ref",
+        "return", "static", "struct", "trait", "true", "try", "type", "typeof", "unsafe",
+        "unsized", "use", "virtual", "where", "while", "yield",
+    ];
+    KEYWORDS.contains(&name)
+}
+
+/// A number as Rust spells it: the same bits when read back.
+fn number(value: f64) -> TokenStream {
+    let magnitude = value.abs();
+    let token = if magnitude.is_finite() {
+        let text = format!("{magnitude:?}");
+        let literal: proc_macro2::Literal = text
+            .parse()
+            .unwrap_or_else(|_| unreachable!("`{text}` is how Rust prints a finite number"));
+        quote!(#literal)
+    } else if magnitude.is_nan() {
+        quote!(f64::NAN)
+    } else {
+        quote!(f64::INFINITY)
+    };
+    if value.is_sign_negative() && !value.is_nan() { quote!(-#token) } else { token }
+}
+
+fn doc_attributes(lines: &[String]) -> Vec<TokenStream> {
+    lines
+        .iter()
+        .map(|line| {
+            let line = format!(" {}", line.trim());
+            quote!(#[doc = #line])
+        })
+        .collect()
+}

@@ -1,0 +1,136 @@
+//! The static description of a generated model.
+
+use proc_macro2::TokenStream;
+use quote::quote;
+
+use super::number;
+use crate::program::{Interpolation, Program, ResultKind};
+use crate::units::Unit;
+
+pub(super) fn signature(program: &Program) -> TokenStream {
+    let name = &program.name;
+    let unknowns = program.unknowns.iter().map(|unknown| {
+        let name = &unknown.name;
+        let unit = unit(&unknown.unit);
+        let nominal = optional(unknown.nominal);
+        let differential = unknown.differential;
+        quote! {
+            ::dgd::__runtime::system::Unknown {
+                name: Text::Borrowed(#name),
+                unit: #unit,
+                nominal: #nominal,
+                differential: #differential,
+            }
+        }
+    });
+    let equations = program.unknowns.iter().map(|unknown| {
+        let label = &unknown.equation;
+        quote!(Text::Borrowed(#label))
+    });
+    let parameters = program.parameters.iter().map(|parameter| {
+        let name = &parameter.name;
+        let unit = unit(&parameter.unit);
+        let [value, lower, upper] = [parameter.value, parameter.lower, parameter.upper].map(number);
+        let nominal = optional(parameter.nominal);
+        let (log, fixed) = (parameter.log, parameter.fixed);
+        quote! {
+            ::dgd::__runtime::system::Parameter {
+                name: Text::Borrowed(#name),
+                unit: #unit,
+                value: #value,
+                lower: #lower,
+                upper: #upper,
+                nominal: #nominal,
+                log: #log,
+                fixed: #fixed,
+            }
+        }
+    });
+    let inputs = program.inputs.iter().map(|input| {
+        let name = &input.name;
+        let unit = unit(&input.unit);
+        let interpolation = match input.interpolation {
+            Interpolation::Hold => quote!(::dgd::__runtime::system::Interpolation::Hold),
+            Interpolation::Linear => quote!(::dgd::__runtime::system::Interpolation::Linear),
+        };
+        quote! {
+            ::dgd::__runtime::system::Input {
+                name: Text::Borrowed(#name),
+                unit: #unit,
+                interpolation: #interpolation,
+            }
+        }
+    });
+    let outputs = program.outputs.iter().map(|output| {
+        let name = &output.name;
+        let unit = unit(&output.unit);
+        let noise = optional(output.noise);
+        quote! {
+            ::dgd::__runtime::system::Output {
+                name: Text::Borrowed(#name),
+                unit: #unit,
+                noise: #noise,
+            }
+        }
+    });
+    let directions = &program.directions;
+    let pattern = |kind| pattern(program, kind);
+    let jacobian = pattern(ResultKind::Jacobian);
+    let dgdy = pattern(ResultKind::Dgdy);
+    let parameter_jacobian = pattern(ResultKind::ParameterJacobian);
+    let input_jacobian = pattern(ResultKind::InputJacobian);
+    let output_jacobians =
+        [ResultKind::Dwdy, ResultKind::Dwdu, ResultKind::Dwdp].map(pattern);
+    quote! {
+        use ::dgd::__runtime::system::{List, Text};
+
+        static SIGNATURE: ::dgd::__runtime::Signature = ::dgd::__runtime::Signature {
+            name: Text::Borrowed(#name),
+            unknowns: List::Borrowed(&[#(#unknowns),*]),
+            equations: List::Borrowed(&[#(#equations),*]),
+            parameters: List::Borrowed(&[#(#parameters),*]),
+            inputs: List::Borrowed(&[#(#inputs),*]),
+            outputs: List::Borrowed(&[#(#outputs),*]),
+            directions: List::Borrowed(&[#(#directions),*]),
+            jacobian: #jacobian,
+            sensitivity_jacobian: #dgdy,
+            parameter_jacobian: #parameter_jacobian,
+            input_jacobian: #input_jacobian,
+            output_jacobians: [#(#output_jacobians),*],
+        };
+    }
+}
+
+fn unit(unit: &Unit) -> TokenStream {
+    let symbol = &unit.symbol;
+    let (factor, offset) = (number(unit.factor), number(unit.offset));
+    quote! {
+        ::dgd::__runtime::system::Unit {
+            symbol: Text::Borrowed(#symbol),
+            factor: #factor,
+            offset: #offset,
+        }
+    }
+}
+
+fn optional(value: Option<f64>) -> TokenStream {
+    match value {
+        Some(value) => {
+            let value = number(value);
+            quote!(::core::option::Option::Some(#value))
+        }
+        None => quote!(::core::option::Option::None),
+    }
+}
+
+fn pattern(program: &Program, kind: ResultKind) -> TokenStream {
+    let places = program.patterns.get(&kind).map_or(&[][..], Vec::as_slice);
+    let rows = places.iter().map(|(row, _)| row);
+    let columns = places.iter().map(|(_, column)| column);
+    quote! {
+        ::dgd::__runtime::system::Pattern {
+            rows: List::Borrowed(&[#(#rows),*]),
+            columns: List::Borrowed(&[#(#columns),*]),
+        }
+    }
+}

@@ -1,0 +1,881 @@
+//! The mistakes the compiler knows, one entry each.
+//!
+//! The first digit is the stage: 1 syntax, 2 names, 3 units, 4 structure, 5 values, 6 data files.
+//! To add a mistake, add its entry here and report it where it is found; `dgd explain` and the
+//! documentation read this table.
+
+use std::fmt;
+
+/// What there is to say about one kind of mistake.
+#[derive(Debug, Clone, Copy)]
+pub struct CodeInfo {
+    /// The code itself.
+    pub code: Code,
+    /// What is wrong, in a few words.
+    pub title: &'static str,
+    /// A paragraph, then an example of the mistake under `Wrong:` and its correction under
+    /// `Right:`, both indented by four blanks.
+    pub explanation: &'static str,
+}
+
+impl Code {
+    /// The entry of this code.
+    pub fn info(self) -> &'static CodeInfo {
+        // The enumeration and the table are written by one macro, in one order.
+        &CODES[self as usize]
+    }
+
+    /// The code of this spelling, e.g. `E301`; upper or lower case.
+    pub fn from_text(text: &str) -> Option<Code> {
+        CODES
+            .iter()
+            .map(|info| info.code)
+            .find(|code| code.to_string().eq_ignore_ascii_case(text))
+    }
+}
+
+impl fmt::Display for Code {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(self, f)
+    }
+}
+
+/// Writes the enumeration and the table from the same entries, so that neither lacks a row.
+macro_rules! codes {
+    ($($code:ident $title:literal $explanation:literal)*) => {
+        /// Which kind of mistake.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum Code {
+            $(#[doc = $title] $code,)*
+        }
+
+        /// Every code, in ascending order.
+        pub static CODES: &[CodeInfo] = &[
+            $(CodeInfo { code: Code::$code, title: $title, explanation: $explanation },)*
+        ];
+    };
+}
+
+codes! {
+E101 "unexpected character" r#"
+A character that begins nothing in the language, such as `;`, `&` or a typographic minus. Names are
+made of letters (Greek ones included), digits and `_`, and begin with a letter. Signs such as `%`,
+`°C` and `²` belong between unit brackets.
+
+Wrong:
+
+    let volume = 3 [m^3];
+
+Right:
+
+    let volume = 3 [m^3]
+"#
+E102 "malformed number" r#"
+A number is written with digits before the decimal point and, if there is a point, digits after it;
+an exponent has digits, too. A number is not followed by a letter: products need `*`.
+
+Wrong:
+
+    constant half = .5
+    let doubled = 2half
+
+Right:
+
+    constant half = 0.5
+    let doubled = 2*half
+"#
+E103 "number out of range" r#"
+Numbers are kept as 64-bit floating point, which reaches from about 1e-308 to 1e308. A number outside
+of it would silently become infinite or zero.
+
+Wrong:
+
+    constant huge = 1e999
+
+Right:
+
+    constant huge = 1e300
+"#
+E104 "unclosed text or unit" r#"
+A text begins and ends with `"` on one line, and a unit or an index begins with `[` and ends with `]`
+on one line.
+
+Wrong:
+
+    constant g [m/s^2 = 9.81
+
+Right:
+
+    constant g [m/s^2] = 9.81
+"#
+E105 "something else was expected" r#"
+The text does not follow the grammar at this place; the message says what could stand here. There is
+one item in a line. It goes on in the next line only while a parenthesis is open, or when the line
+ends in a comma, a colon or an operator.
+
+Wrong:
+
+    constant a = 1
+    let b = 2 a
+
+Right:
+
+    constant a = 1
+    let b = 2*a
+"#
+E106 "nested too deep" r#"
+Parentheses, calls, powers, signs, `if`s and blocks may nest 128 deep. Name a part of the expression
+with `let`.
+
+Wrong:
+
+    let a = ((((…((b + c))…))))
+
+Right:
+
+    let part = ((b + c))
+    let a = ((part))
+"#
+E107 "attribute not allowed here" r#"
+Attributes follow a value, separated by commas: a parameter takes `in`, `log`, `fixed`, `nominal` and
+`prior`; a state or unknown takes `fixed` and `nominal`; an input takes `hold` or `linear`; an output
+takes `noise`.
+
+Wrong:
+
+    input q [lpm] log
+
+Right:
+
+    input q [lpm] linear
+"#
+E108 "attribute given twice" r#"
+An attribute is given once. `hold` and `linear` exclude each other.
+
+Wrong:
+
+    parameter c = 1 fixed, fixed
+
+Right:
+
+    parameter c = 1 fixed
+"#
+E109 "comparison that cannot be read" r#"
+A comparison has two sides, and comparisons are joined by `and` and `or`. There are `<`, `<=`, `>`
+and `>=`; real numbers are not compared for equality.
+
+Wrong:
+
+    let inside = if 0 < x < 1 then 1 else 0
+
+Right:
+
+    let inside = if 0 < x and x < 1 then 1 else 0
+"#
+E110 "not part of the language yet" r#"
+The construct is planned, but this version does not read it: modes, events (`when`, `saturate`),
+parts, arrays (`for`, `size`, indices), effects and delays.
+
+Wrong:
+
+    when level rises above 2.0 [m^3] { reset level = 0 [m^3] }
+
+Right:
+
+    let level_error = if level > 2.0 [m^3] then level - 2.0 [m^3] else 0
+"#
+E111 "missing value" r#"
+A constant, a parameter, a `let` and a function need a value behind `=`. For an unknown or an input,
+which the equations or the data determine, none is needed.
+
+Wrong:
+
+    constant g [m/s^2]
+
+Right:
+
+    constant g [m/s^2] = 9.81
+"#
+E112 "nothing to read" r#"
+The file holds no item, only blanks or comments, or it is larger than the 2 GiB that can be read.
+
+Wrong:
+
+    # to be written
+
+Right:
+
+    constant g [m/s^2] = 9.81
+"#
+E113 "no model line" r#"
+A file without a `model` line is a library of constants, `let`s and functions that models import. It
+cannot be run or fitted itself.
+
+Wrong:
+
+    state h [m] = 1
+    equation level: der(h) = 0 [m/s]
+
+Right:
+
+    model tank
+    state h [m] = 1
+    equation level: der(h) = 0 [m/s]
+"#
+E114 "model line out of place" r#"
+`model NAME` is the first item of its file, and there is one.
+
+Wrong:
+
+    constant g [m/s^2] = 9.81
+    model tank
+
+Right:
+
+    model tank
+    constant g [m/s^2] = 9.81
+"#
+E115 "brackets do not match" r#"
+Every `(` and `{` is closed by its own `)` or `}`. A parenthesis may stay open over several lines,
+but not into the next item.
+
+Wrong:
+
+    let a = 2*(1 + 3
+
+Right:
+
+    let a = 2*(1 + 3)
+"#
+E116 "not the beginning of an item" r#"
+Every item begins with the word that says what it is: `constant`, `parameter`, `input`, `state`,
+`unknown`, `let`, `function`, `equation`, `variant`, `output` or `import`.
+
+Wrong:
+
+    A = 3 [m^2]
+
+Right:
+
+    let A = 3 [m^2]
+"#
+E117 "unit out of place" r#"
+In an expression a unit follows a number only: a name has the unit of its declaration, and a bracketed
+expression that of its parts.
+
+Wrong:
+
+    constant width [m] = 2
+    let area = width [m] * 3 [m]
+
+Right:
+
+    constant width [m] = 2
+    let area = width * 3 [m]
+"#
+E118 "doc comment that belongs to nothing" r#"
+`///` above an item or at the end of its line belongs to that item and reaches the reports. A remark
+that belongs to nothing begins with `#`.
+
+Wrong:
+
+    constant g [m/s^2] = 9.81
+
+    /// End of the constants.
+
+Right:
+
+    constant g [m/s^2] = 9.81
+
+    # End of the constants.
+"#
+E119 "word that cannot be a name" r#"
+`and`, `or`, `not`, `if`, `then` and `else` are words of expressions everywhere, and `delay` will be
+a function of the language. Other keywords may be names.
+
+Wrong:
+
+    let else = 3
+
+Right:
+
+    let otherwise = 3
+"#
+E201 "unknown name" r#"
+The name is not declared in the model, in what it imports, or in the variant's chosen branch. Names
+are case-sensitive.
+
+Wrong:
+
+    constant rho [kg/m^3] = 1120
+    let weight = Rho * 9.81 [m/s^2]
+
+Right:
+
+    constant rho [kg/m^3] = 1120
+    let weight = rho * 9.81 [m/s^2]
+"#
+E202 "name defined twice" r#"
+Constants, parameters, inputs, unknowns, `let`s and functions share one set of names; equations have
+labels of their own. Only an output may bear the name of the unknown that it reads.
+
+Wrong:
+
+    constant A [m^2] = 1
+    let A = 2 [m^2]
+
+Right:
+
+    constant A [m^2] = 1
+    let A_small = 2 [m^2]
+"#
+E203 "unknown function" r#"
+No function of this name is built in or defined by `function`. Products need `*`: `a(b + c)` calls a
+function `a`.
+
+Wrong:
+
+    let x = sine(0.5)
+
+Right:
+
+    let x = sin(0.5)
+"#
+E204 "wrong number of arguments" r#"
+A function is called with as many arguments as it has been defined with.
+
+Wrong:
+
+    function head(w, q) = w^2 - q
+    let h = head(0.5)
+
+Right:
+
+    function head(w, q) = w^2 - q
+    let h = head(0.5, 0.1)
+"#
+E205 "name cannot be used here" r#"
+The name exists, but what it stands for has no place here: an output is read from the model and does
+not enter its equations, a number is not called, and a function is not used without arguments.
+
+Wrong:
+
+    output p [bar] = rho*g*h
+    equation level: A * der(h) = q - k*p
+
+Right:
+
+    let p = rho*g*h
+    equation level: A * der(h) = q - k*p
+"#
+E206 "definition that depends on itself" r#"
+A `let`, a constant or a function leads back to itself. What two quantities determine together is
+written with `unknown` and `equation`.
+
+Wrong:
+
+    let a = b + 1
+    let b = 2*a
+
+Right:
+
+    unknown a
+    unknown b
+    equation first:  a = b + 1
+    equation second: b = 2*a
+"#
+E207 "unknown variant or choice" r#"
+The model has no variant of this name, or the variant has no such choice.
+
+Wrong:
+
+    dgd simulate tank.dgd --variant flow=stationary
+
+Right:
+
+    dgd simulate tank.dgd --variant flow=static
+"#
+E208 "import that cannot be used" r#"
+The imported file cannot be found or read, is a model where a library of constants, `let`s and
+functions is needed, or leads back to itself. Paths are relative to the importing file.
+
+Wrong:
+
+    import "tank.dgd"
+
+Right:
+
+    import "friction.dgd"
+"#
+E209 "derivative of something that has none" r#"
+`der(x)` needs the name of a `state`: neither an expression, nor an input, nor an `unknown`.
+
+Wrong:
+
+    unknown h [m] = 50
+    equation level: der(h) = 0 [m/s]
+
+Right:
+
+    state h [m] = 50
+    equation level: der(h) = 0 [m/s]
+"#
+E210 "condition and number confused" r#"
+A comparison is a condition: it stands between `if` and `then`, or beside `and`, `or` and `not`. It
+is no number, and a number is no condition.
+
+Wrong:
+
+    let open = level > 2
+
+Right:
+
+    let open = if level > 2 then 1 else 0
+"#
+E211 "model that grows beyond measure when it is opened" r#"
+Every call is replaced by its function's body and every `let` by its value. Functions that call one
+another with ever new arguments, or definitions nested in hundreds of levels, would make a model too
+large to compile. Name repeated parts with `let`, and give functions fewer calls.
+
+Wrong:
+
+    function f1(x) = x + 1
+    function f2(x) = f1(x) + f1(x + 1)
+    function f3(x) = f2(x) + f2(x + 2)
+    # … and so on, up to f40
+
+Right:
+
+    function f3(x) = 4*x + 8
+"#
+E301 "units that cannot be added or compared" r#"
+Terms of a sum, sides of a comparison, and branches of an `if` must measure the same kind of quantity.
+Their scales may differ: bar and psi can be added. Zero goes with every unit.
+
+Wrong:
+
+    let total = 3 [m] + 2 [s]
+
+Right:
+
+    let total = 3 [m] + 2 [s] * 1 [m/s]
+"#
+E302 "sides with different units" r#"
+The two sides of an equation, or a value and the unit it is declared in, measure different kinds of
+quantities.
+
+Wrong:
+
+    constant A [m^2] = 2 [m] * 3
+
+Right:
+
+    constant A [m^2] = 2 [m] * 3 [m]
+"#
+E303 "power with a unit" r#"
+An exponent is a plain number. Where the base has a unit, the exponent must be a constant, for
+otherwise the unit of the power would not be known.
+
+Wrong:
+
+    parameter k = 2
+    let head = (3 [m])^k
+
+Right:
+
+    parameter k = 2
+    let head = 1 [m] * (3 [m] / 1 [m])^k
+"#
+E304 "argument must be a plain number" r#"
+Functions such as `exp`, `log` and `sin` take plain numbers, among which angles count (rad = 1).
+Divide by a reference quantity first.
+
+Wrong:
+
+    let x = exp(3 [s])
+
+Right:
+
+    let x = exp(3 [s] / 10 [s])
+"#
+E305 "unknown unit" r#"
+The unit is not in the catalogue. Upper and lower case matter (`mPa` and `MPa` differ), and SI
+prefixes are accepted only where they are in use.
+
+Wrong:
+
+    input q [ltr/min]
+
+Right:
+
+    input q [l/min]
+"#
+E306 "malformed unit" r#"
+A unit is a product of unit names with `*`, `/` and parentheses, read from left to right: `kg/m*s`
+is (kg/m)·s. Exponents are integers or bracketed fractions: `m^2`, `s^-1`, `Pa^(1/2)`, `m²`, `m3`. A
+plain number has the unit `1`.
+
+Wrong:
+
+    constant viscosity [Pa s] = 0.02
+
+Right:
+
+    constant viscosity [Pa*s] = 0.02
+"#
+E401 "too many equations" r#"
+There are more equations than unknowns. The equations named are those for which no unknown is left;
+one of them may say what another has said already, or an unknown has not been declared.
+
+Wrong:
+
+    state h [m] = 1
+    equation level: der(h) = 0 [m/s]
+    equation fixed_level: h = 1 [m]
+
+Right:
+
+    state h [m] = 1
+    equation level: der(h) = 0 [m/s]
+"#
+E402 "too few equations" r#"
+There are more unknowns than equations. The unknowns named are those that no equation is left for.
+
+Wrong:
+
+    state h [m] = 1
+    unknown q [m/s] = 0
+    equation level: der(h) = q
+
+Right:
+
+    state h [m] = 1
+    unknown q [m/s] = 0
+    equation level: der(h) = q
+    equation valve: q = -0.1 [1/s] * h
+"#
+E403 "equations that do not determine the unknowns" r#"
+There are as many equations as unknowns, but some equations share too few unknowns: they determine
+those twice and others not at all.
+
+Wrong:
+
+    unknown a = 0
+    unknown b = 0
+    equation first:  a = 1
+    equation second: a^2 = 1
+
+Right:
+
+    unknown a = 0
+    unknown b = 0
+    equation first:  a = 1
+    equation second: a*b = 1
+"#
+E404 "index above one" r#"
+An equation ties states to one another without their derivatives, so that their start values are not
+free and the equation would have to be differentiated before it can be solved. Differentiate the
+constraint by hand, or declare the tied state as an `unknown`.
+
+Wrong:
+
+    state x [m] = 0
+    state v [m/s] = 0
+    equation motion: der(x) = v
+    equation track:  x = 1 [m] * sin(time / 1 [s])
+
+Right:
+
+    unknown x [m] = 0
+    unknown v [m/s] = 0
+    equation motion: v = 1 [m/s] * cos(time / 1 [s])
+    equation track:  x = 1 [m] * sin(time / 1 [s])
+"#
+E405 "equation without an unknown" r#"
+The equation contains only constants, parameters and inputs, so that nothing can make it true. A
+check of values belongs into a parameter's bounds.
+
+Wrong:
+
+    constant a = 1
+    parameter b = 2
+    equation same: a = b
+
+Right:
+
+    constant a = 1
+    let b = a
+"#
+E406 "derivative that no equation gives" r#"
+An output or a `let` reads `der(x)`, but in the chosen variant no equation contains it.
+
+Wrong:
+
+    state q [m^3/s] = 0
+    equation balance: q = q_in
+    output slope [m^3/s^2] = der(q)
+
+Right:
+
+    state q [m^3/s] = 0
+    equation balance: tau * der(q) = q_in - q
+    output slope [m^3/s^2] = der(q)
+"#
+E501 "value outside its bounds" r#"
+The value of a parameter does not lie within the bounds behind `in`.
+
+Wrong:
+
+    parameter c = 3 in 0 .. 1
+
+Right:
+
+    parameter c = 0.5 in 0 .. 1
+"#
+E502 "bounds the wrong way round" r#"
+The lower bound comes first and must lie below the upper one.
+
+Wrong:
+
+    parameter c = 0.5 in 1 .. 0
+
+Right:
+
+    parameter c = 0.5 in 0 .. 1
+"#
+E503 "start value that depends on an unknown" r#"
+A start value is an expression of constants, parameters and inputs, for these are known before the
+unknowns are.
+
+Wrong:
+
+    state a = 1
+    state b = 2*a
+
+Right:
+
+    parameter a_0 = 1
+    state a = a_0
+    state b = 2*a_0
+"#
+E504 "value must be known beforehand" r#"
+Constants, bounds, `noise`, `nominal` and `prior` are finite numbers that depend on numbers and other
+constants only, not on parameters, inputs or unknowns.
+
+Wrong:
+
+    parameter c = 1 in 0 .. d
+    parameter d = 2
+
+Right:
+
+    constant d = 2
+    parameter c = 1 in 0 .. d
+"#
+E505 "size that is not positive" r#"
+`noise` is a standard deviation and `nominal` a size: both are above zero. An output without noise
+simply has no `noise` attribute.
+
+Wrong:
+
+    output p [bar] = rho*g*h noise 0 [bar]
+
+Right:
+
+    output p [bar] = rho*g*h noise 0.01 [bar]
+"#
+E506 "logarithm of what is not positive" r#"
+A parameter with the attribute `log` is estimated by its logarithm, so that its value and its bounds
+must be above zero.
+
+Wrong:
+
+    parameter c = 0 in 0 .. 1, log
+
+Right:
+
+    parameter c = 0.1 in 1e-3 .. 1, log
+"#
+E601 "file that cannot be read" r#"
+The file does not exist, may not be read, is empty, or is not text in UTF-8.
+
+Wrong:
+
+    dgd simulate tank.dgd --data missing.csv
+
+Right:
+
+    dgd simulate tank.dgd --data recording.csv
+"#
+E602 "no time column" r#"
+The first column of a recording is `time [s]`.
+
+Wrong:
+
+    t,q_in [lpm]
+    0,300
+
+Right:
+
+    time [s],q_in [lpm]
+    0,300
+"#
+E603 "no column for an input" r#"
+Every input of the model needs a column of its name.
+
+Wrong:
+
+    time [s],q [lpm]
+    0,300
+
+Right:
+
+    time [s],q_in [lpm]
+    0,300
+"#
+E604 "column with another kind of unit" r#"
+A column is converted to the unit that the model declares, which is possible only between units of
+one kind.
+
+Wrong:
+
+    time [s],q_in [bar]
+    0,300
+
+Right:
+
+    time [s],q_in [lpm]
+    0,300
+"#
+E605 "time runs backwards" r#"
+Rows are in the order of time.
+
+Wrong:
+
+    time [s],q_in [lpm]
+    1,300
+    0,310
+
+Right:
+
+    time [s],q_in [lpm]
+    0,310
+    1,300
+"#
+E606 "more than two rows at one time" r#"
+Two rows with one time stamp are the values left and right of a jump. Three cannot be told apart.
+
+Wrong:
+
+    time [s],q_in [lpm]
+    1,300
+    1,310
+    1,320
+
+Right:
+
+    time [s],q_in [lpm]
+    1,300
+    1,320
+"#
+E607 "not a number" r#"
+A cell holds a number with a decimal point, or nothing or `NaN` where the value is missing.
+
+Wrong:
+
+    time [s],p [bar]
+    0,"1,5"
+
+Right:
+
+    time [s],p [bar]
+    0,1.5
+"#
+E608 "missing value of an input" r#"
+Outputs may have gaps, inputs may not: the model needs them at every time. Fill the gap, or cut the
+recording.
+
+Wrong:
+
+    time [s],q_in [lpm]
+    0,300
+    1,
+
+Right:
+
+    time [s],q_in [lpm]
+    0,300
+    1,300
+"#
+E609 "malformed header" r#"
+A column is headed `name [unit]`, with `[1]` for a plain number, and no name occurs twice.
+
+Wrong:
+
+    time [s],q_in
+    0,300
+
+Right:
+
+    time [s],q_in [lpm]
+    0,300
+"#
+E610 "row of another length" r#"
+Every row has as many cells as the header.
+
+Wrong:
+
+    time [s],q_in [lpm]
+    0,300,1
+
+Right:
+
+    time [s],q_in [lpm]
+    0,300
+"#
+E611 "column the model does not know" r#"
+The column bears the name of no input and no output of the model. It is named once and not used.
+
+Wrong:
+
+    time [s],Q_in [lpm]
+    0,300
+
+Right:
+
+    time [s],q_in [lpm]
+    0,300
+"#
+E612 "no rows" r#"
+The file has a header and nothing below it.
+
+Wrong:
+
+    time [s],q_in [lpm]
+
+Right:
+
+    time [s],q_in [lpm]
+    0,300
+"#
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_is_in_order_and_every_entry_has_both_examples() {
+        assert!(CODES.is_sorted_by(|a, b| a.code.to_string() < b.code.to_string()));
+        for info in CODES {
+            assert_eq!(info.code.info().title, info.title);
+            assert_eq!(
+                Code::from_text(&info.code.to_string().to_lowercase()),
+                Some(info.code)
+            );
+            let wrong = info.explanation.find("\nWrong:\n\n    ");
+            let right = info.explanation.find("\nRight:\n\n    ");
+            assert!(wrong.is_some() && wrong < right, "{}", info.code);
+        }
+    }
+}

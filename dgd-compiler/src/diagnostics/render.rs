@@ -1,0 +1,278 @@
+//! Diagnostics as text for people, and as fields for other programs.
+//!
+//! Only this file knows the crate that draws.
+
+use std::fmt::Write as _;
+use std::ops::Range;
+
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+
+use super::{Diagnostic, Label};
+use crate::source::{SourceId, Sources, Span};
+
+/// How many diagnostics are drawn; the rest is counted.
+const SHOWN: usize = 20;
+
+/// Whether to draw in colour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Style {
+    /// Characters only.
+    Plain,
+    /// With ANSI escapes.
+    Coloured,
+}
+
+/// Draws diagnostics as rustc does, each followed by an empty line.
+///
+/// Not more than twenty are drawn; a last line says how many there are besides.
+pub fn render(diagnostics: &[&Diagnostic], sources: &Sources, style: Style) -> String {
+    let renderer = match style {
+        Style::Plain => Renderer::plain(),
+        Style::Coloured => Renderer::styled(),
+    };
+    let mut out = String::new();
+    for diagnostic in diagnostics.iter().take(SHOWN) {
+        out.push_str(&renderer.render(&[group(diagnostic, sources)]));
+        out.push_str("\n\n");
+    }
+    if diagnostics.len() > SHOWN {
+        let _ = writeln!(out, "… and {} more", diagnostics.len() - SHOWN);
+    }
+    out
+}
+
+fn group<'a>(diagnostic: &'a Diagnostic, sources: &'a Sources) -> Group<'a> {
+    let mut group = Level::ERROR
+        .primary_title(diagnostic.message.as_str())
+        .id(diagnostic.code.to_string())
+        .elements(snippets(&diagnostic.labels, sources));
+    if let Some(help) = &diagnostic.help {
+        group = group.element(Level::HELP.message(help.as_str()));
+    }
+    group
+}
+
+/// One snippet per source, the main place's first.
+fn snippets<'a>(
+    labels: &'a [Label],
+    sources: &'a Sources,
+) -> Vec<Snippet<'a, annotate_snippets::Annotation<'a>>> {
+    let mut order: Vec<SourceId> = Vec::new();
+    for label in labels {
+        if !order.contains(&label.span.source) {
+            order.push(label.span.source);
+        }
+    }
+    order
+        .into_iter()
+        .map(|id| {
+            let source = sources.get(id);
+            let mut snippet = Snippet::source(source.text.as_str()).path(source.name.as_str());
+            for (i, label) in labels
+                .iter()
+                .enumerate()
+                .filter(|(_, l)| l.span.source == id)
+            {
+                let kind = if i == 0 {
+                    AnnotationKind::Primary
+                } else {
+                    AnnotationKind::Context
+                };
+                let text = (!label.text.is_empty()).then_some(label.text.as_str());
+                snippet =
+                    snippet.annotation(kind.span(drawable(&source.text, label.span)).label(text));
+            }
+            snippet
+        })
+        .collect()
+}
+
+/// The part of a span that can be underlined: within its first line, and at least one character
+/// wide where the line has one.
+fn drawable(text: &str, span: Span) -> Range<usize> {
+    let start = floor(text, span.start as usize);
+    let line_start = text[..start].rfind('\n').map_or(0, |at| at + 1);
+    let line_end = text[start..]
+        .find('\n')
+        .map_or(text.len(), |length| start + length);
+    let line_end = line_start + text[line_start..line_end].trim_end_matches('\r').len();
+
+    // A place behind the last character is shown under it.
+    let last = text[line_start..line_end].char_indices().next_back();
+    let start = last.map_or(line_start, |(at, _)| start.min(line_start + at));
+    let width = text[start..line_end]
+        .chars()
+        .next()
+        .map_or(0, char::len_utf8);
+    let end = floor(text, (span.end as usize).min(line_end)).max(start + width);
+    start..end
+}
+
+/// The nearest boundary between characters at or before a byte.
+fn floor(text: &str, mut at: usize) -> usize {
+    at = at.min(text.len());
+    while !text.is_char_boundary(at) {
+        at -= 1;
+    }
+    at
+}
+
+/// A diagnostic with its places resolved, for JSON and editors.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Entry {
+    /// The code, e.g. `E301`.
+    pub code: String,
+    /// What is wrong.
+    pub message: String,
+    /// Places concerned, the main one first.
+    pub places: Vec<Place>,
+    /// What would be right.
+    pub help: Option<String>,
+}
+
+/// A place as editors count: lines and columns from 1, columns in characters.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// Name of the source.
+    pub file: String,
+    /// Line of the first character.
+    pub line: usize,
+    /// Column of the first character.
+    pub column: usize,
+    /// Line of the end.
+    pub end_line: usize,
+    /// Column one past the last character.
+    pub end_column: usize,
+    /// What there is to say here; may be empty.
+    pub text: String,
+}
+
+/// The fields of a diagnostic.
+pub fn entry(diagnostic: &Diagnostic, sources: &Sources) -> Entry {
+    let place = |label: &Label| {
+        let end = Span {
+            start: label.span.end,
+            ..label.span
+        };
+        let (line, column) = sources.line_column(label.span);
+        let (end_line, end_column) = sources.line_column(end);
+        let file = sources.get(label.span.source).name.clone();
+        Place {
+            file,
+            line,
+            column,
+            end_line,
+            end_column,
+            text: label.text.clone(),
+        }
+    };
+    Entry {
+        code: diagnostic.code.to_string(),
+        message: diagnostic.message.clone(),
+        places: diagnostic.labels.iter().map(place).collect(),
+        help: diagnostic.help.clone(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnostics::Code;
+    use crate::source::Source;
+
+    fn sources(text: &str) -> Sources {
+        let mut sources = Sources::default();
+        sources.add(Source {
+            name: "tank.dgd".into(),
+            text: text.into(),
+        });
+        sources
+    }
+
+    fn at(start: usize, end: usize) -> Span {
+        Span {
+            source: SourceId(0),
+            start: start as u32,
+            end: end as u32,
+        }
+    }
+
+    #[test]
+    fn a_diagnostic_shows_place_labels_and_help() {
+        let sources = sources("let a = 3 [m]\nlet b = a + 2 [s]\n");
+        let diagnostic = Diagnostic::new(Code::E301, at(26, 31), "cannot add m and s")
+            .here("has unit s")
+            .label(at(22, 23), "has unit m")
+            .help("divide by a time first");
+        assert_eq!(
+            render(&[&diagnostic], &sources, Style::Plain),
+            "\
+error[E301]: cannot add m and s
+ --> tank.dgd:2:13
+  |
+2 | let b = a + 2 [s]
+  |         -   ^^^^^ has unit s
+  |         |
+  |         has unit m
+  |
+  = help: divide by a time first
+
+"
+        );
+        let entry = entry(&diagnostic, &sources);
+        assert_eq!((entry.places[0].line, entry.places[0].column), (2, 13));
+        assert_eq!(
+            (entry.places[0].end_line, entry.places[0].end_column),
+            (2, 18)
+        );
+    }
+
+    #[test]
+    fn places_at_the_end_of_a_line_or_file_stay_within_it() {
+        for (text, start, end, expected) in [
+            ("let a =\nlet b", 7, 7, 6..7),
+            ("let a =\nlet b", 7, 9, 6..7),
+            ("let a =\r\nlet b", 7, 8, 6..7),
+            ("let b", 5, 5, 4..5),
+            ("let b", 9, 12, 4..5),
+            ("a\n\nb", 2, 2, 2..2),
+            ("é", 1, 1, 0..2),
+            ("", 0, 0, 0..0),
+            ("one\ntwo", 1, 6, 1..3),
+        ] {
+            assert_eq!(drawable(text, at(start, end)), expected, "{text:?}");
+            let sources = sources(text);
+            let span = at(start.min(text.len()), end.min(text.len()));
+            let drawn = render(
+                &[&Diagnostic::new(Code::E105, span, "x")],
+                &sources,
+                Style::Plain,
+            );
+            assert!(drawn.contains("--> tank.dgd:"), "{drawn}");
+        }
+    }
+
+    #[test]
+    fn a_long_line_is_cut_around_the_place() {
+        let text = format!("let a = {}; {}", "b + ".repeat(2500), "c + ".repeat(2500));
+        let sources = sources(&text);
+        let diagnostic = Diagnostic::new(Code::E101, at(10_008, 10_009), "unexpected character");
+        let drawn = render(&[&diagnostic], &sources, Style::Plain);
+        assert!(drawn.contains("tank.dgd:1:10009"), "{drawn}");
+        assert!(
+            drawn.lines().all(|line| line.chars().count() < 200),
+            "{drawn}"
+        );
+        assert!(drawn.contains(';'));
+    }
+
+    #[test]
+    fn what_is_beyond_the_limit_is_counted() {
+        let sources = sources("x");
+        let diagnostic = Diagnostic::new(Code::E105, at(0, 1), "wrong");
+        let all = vec![&diagnostic; SHOWN + 3];
+        let drawn = render(&all, &sources, Style::Plain);
+        assert_eq!(drawn.matches("error[E105]").count(), SHOWN);
+        assert!(drawn.ends_with("… and 3 more\n"));
+    }
+}

@@ -1,0 +1,135 @@
+//! Symbolic derivatives, by reverse accumulation over the part of the graph a root is made of.
+//!
+//! The adjoint of an expression e is ∂root/∂e. Going from the root to its operands, an operand o
+//! of e gains adjoint(e) · ∂e/∂o. One sweep gives the derivatives to all symbols; its cost and the
+//! size of what it adds are in proportion to the root's own size.
+
+use std::collections::HashMap;
+
+use super::graph::{ExprId, Graph, Node, Symbol};
+use super::intrinsics::Definition;
+
+impl Graph {
+    /// ∂root/∂symbol for every symbol that `wanted` gives a position, where it is not zero:
+    /// (position, derivative), positions ascending.
+    pub fn gradient(
+        &mut self,
+        root: ExprId,
+        wanted: impl Fn(Symbol) -> Option<usize>,
+    ) -> Vec<(usize, ExprId)> {
+        let order = self.reachable([root]);
+
+        // Only what depends on a wanted symbol gets an adjoint.
+        let mut depends: HashMap<ExprId, bool> = HashMap::with_capacity(order.len());
+        for &id in &order {
+            let node = self.node(id);
+            let does = match node {
+                Node::Symbol(symbol) => wanted(symbol).is_some(),
+                _ => node.operands().any(|operand| depends[&operand]),
+            };
+            depends.insert(id, does);
+        }
+
+        let one = self.constant(1.0);
+        let mut adjoints: HashMap<ExprId, ExprId> = HashMap::from([(root, one)]);
+        let mut found = Vec::new();
+        for &id in order.iter().rev() {
+            if !depends[&id] {
+                continue;
+            }
+            let Some(adjoint) = adjoints.remove(&id) else { continue };
+            if let Node::Symbol(symbol) = self.node(id)
+                && let Some(position) = wanted(symbol)
+            {
+                if self.value(adjoint) != Some(0.0) {
+                    found.push((position, adjoint));
+                }
+                continue;
+            }
+            for (operand, part) in self.partials(id, adjoint, &|operand| depends[&operand]) {
+                let sum = match adjoints.get(&operand) {
+                    Some(&earlier) => self.add(earlier, part),
+                    None => part,
+                };
+                adjoints.insert(operand, sum);
+            }
+        }
+        found.sort_unstable_by_key(|(position, _)| *position);
+        found
+    }
+
+    /// What each operand's adjoint gains from an expression with this adjoint.
+    fn partials(
+        &mut self,
+        id: ExprId,
+        adjoint: ExprId,
+        depends: &dyn Fn(ExprId) -> bool,
+    ) -> Vec<(ExprId, ExprId)> {
+        let mut parts = Vec::with_capacity(2);
+        match self.node(id) {
+            Node::Constant(_) | Node::Symbol(_) => {}
+            // Conditions are constant between switches.
+            Node::Compare(..) | Node::And(..) | Node::Or(..) | Node::Not(_) => {}
+            Node::Negate(a) => parts.push((a, self.negate(adjoint))),
+            Node::Add(a, b) => parts.extend([(a, adjoint), (b, adjoint)]),
+            Node::Subtract(a, b) => {
+                parts.push((a, adjoint));
+                if depends(b) {
+                    parts.push((b, self.negate(adjoint)));
+                }
+            }
+            // d(x |x|)/dx = 2 |x|
+            Node::Multiply(x, abs) | Node::Multiply(abs, x) if self.is_call_of("abs", abs, x) => {
+                let two = self.constant(2.0);
+                let slope = self.multiply(two, abs);
+                parts.push((x, self.multiply(adjoint, slope)));
+            }
+            Node::Multiply(a, b) => {
+                if depends(a) {
+                    parts.push((a, self.multiply(adjoint, b)));
+                }
+                if depends(b) {
+                    parts.push((b, self.multiply(adjoint, a)));
+                }
+            }
+            // ∂(a/b)/∂a = 1/b, ∂(a/b)/∂b = −(a/b)/b
+            Node::Divide(a, b) => {
+                let over_b = self.divide(adjoint, b);
+                if depends(a) {
+                    parts.push((a, over_b));
+                }
+                if depends(b) {
+                    let part = self.multiply(over_b, id);
+                    parts.push((b, self.negate(part)));
+                }
+            }
+            Node::Call1(function, a) => {
+                if let Definition::One { derivative, .. } = &function.get().definition {
+                    let slope = derivative(self, a);
+                    parts.push((a, self.multiply(adjoint, slope)));
+                }
+            }
+            Node::Call2(function, a, b) => {
+                if let Definition::Two { derivative, .. } = &function.get().definition {
+                    let slopes = derivative(self, a, b);
+                    for (operand, slope) in [a, b].into_iter().zip(slopes) {
+                        if depends(operand) {
+                            parts.push((operand, self.multiply(adjoint, slope)));
+                        }
+                    }
+                }
+            }
+            Node::Select(condition, a, b) => {
+                let zero = self.constant(0.0);
+                if depends(a) {
+                    parts.push((a, self.select(condition, adjoint, zero)));
+                }
+                if depends(b) {
+                    parts.push((b, self.select(condition, zero, adjoint)));
+                }
+            }
+        }
+        parts.retain(|(operand, _)| depends(*operand));
+        parts
+    }
+}

@@ -1,0 +1,137 @@
+//! Expressions as text: a listing in which what is used twice, named or long has a line of its own.
+
+use std::collections::{BTreeMap, HashMap};
+use std::fmt::Write;
+
+use super::graph::{Comparison, ExprId, Graph, Node, Symbol};
+
+/// Text longer than this gets a line of its own, so that printing stays linear in the graph.
+const LONGEST_INLINE: usize = 160;
+
+/// Expressions written out.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Listing {
+    /// `name = text` in an order in which every name is defined before it is used.
+    pub lines: Vec<(String, String)>,
+    /// The text of each root.
+    pub roots: Vec<String>,
+}
+
+/// How tightly a piece of text binds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Tightness {
+    Select,
+    Or,
+    And,
+    Not,
+    Compare,
+    Sum,
+    Product,
+    Negate,
+    Power,
+    Atom,
+}
+
+/// Writes expressions out. `names` are those that the model gives to expressions.
+pub fn listing(
+    graph: &Graph,
+    roots: &[ExprId],
+    names: &BTreeMap<ExprId, String>,
+    symbol: &dyn Fn(Symbol) -> String,
+) -> Listing {
+    let order = graph.reachable(roots.iter().copied());
+    let mut uses: HashMap<ExprId, usize> = HashMap::new();
+    for id in &order {
+        for operand in graph.node(*id).operands() {
+            *uses.entry(operand).or_default() += 1;
+        }
+    }
+
+    let mut out = Listing::default();
+    let mut texts: HashMap<ExprId, (String, Tightness)> = HashMap::new();
+    for id in order {
+        let (text, tightness) = node_text(graph, id, &texts, symbol);
+        let leaf = graph.node(id).operands().next().is_none();
+        let own_line = !leaf
+            && (names.contains_key(&id)
+                || uses.get(&id).copied().unwrap_or(0) > 1
+                || text.len() > LONGEST_INLINE);
+        if own_line {
+            let name = names.get(&id).cloned().unwrap_or_else(|| format!("_{}", out.lines.len()));
+            out.lines.push((name.clone(), text));
+            texts.insert(id, (name, Tightness::Atom));
+        } else {
+            texts.insert(id, (text, tightness));
+        }
+    }
+    out.roots = roots.iter().map(|root| texts[root].0.clone()).collect();
+    out
+}
+
+fn node_text(
+    graph: &Graph,
+    id: ExprId,
+    texts: &HashMap<ExprId, (String, Tightness)>,
+    symbol: &dyn Fn(Symbol) -> String,
+) -> (String, Tightness) {
+    let at_least = |operand: ExprId, least: Tightness| {
+        let (text, tightness) = &texts[&operand];
+        if *tightness >= least { text.clone() } else { format!("({text})") }
+    };
+    let infix = |a, operator: &str, b, own: Tightness, right: Tightness| {
+        (format!("{}{operator}{}", at_least(a, own), at_least(b, right)), own)
+    };
+    match graph.node(id) {
+        Node::Constant(bits) => {
+            let value = f64::from_bits(bits);
+            let tightness = if value < 0.0 { Tightness::Negate } else { Tightness::Atom };
+            (number(value), tightness)
+        }
+        Node::Symbol(s) => (symbol(s), Tightness::Atom),
+        Node::Negate(a) => (format!("-{}", at_least(a, Tightness::Power)), Tightness::Negate),
+        Node::Add(a, b) => infix(a, " + ", b, Tightness::Sum, Tightness::Product),
+        Node::Subtract(a, b) => infix(a, " - ", b, Tightness::Sum, Tightness::Product),
+        Node::Multiply(a, b) => infix(a, "*", b, Tightness::Product, Tightness::Power),
+        Node::Divide(a, b) => infix(a, "/", b, Tightness::Product, Tightness::Power),
+        Node::Call1(f, a) => {
+            (format!("{}({})", f.get().name, at_least(a, Tightness::Select)), Tightness::Atom)
+        }
+        Node::Call2(f, a, b) if f.get().name == "^" => {
+            infix(a, "^", b, Tightness::Power, Tightness::Atom)
+        }
+        Node::Call2(f, a, b) => {
+            let (a, b) = (at_least(a, Tightness::Select), at_least(b, Tightness::Select));
+            (format!("{}({a}, {b})", f.get().name), Tightness::Atom)
+        }
+        Node::Compare(c, a, b) => {
+            infix(a, &format!(" {} ", c.spelling()), b, Tightness::Compare, Tightness::Sum)
+        }
+        Node::And(a, b) => infix(a, " and ", b, Tightness::And, Tightness::Not),
+        Node::Or(a, b) => infix(a, " or ", b, Tightness::Or, Tightness::And),
+        Node::Not(a) => (format!("not {}", at_least(a, Tightness::Compare)), Tightness::Not),
+        Node::Select(c, a, b) => {
+            let mut text = format!("if {} then ", at_least(c, Tightness::Or));
+            let _ = write!(text, "{} else {}", at_least(a, Tightness::Or), at_least(b, Tightness::Or));
+            (text, Tightness::Select)
+        }
+    }
+}
+
+/// A number in the shortest spelling that reads back as itself.
+pub fn number(value: f64) -> String {
+    let plain = format!("{value}");
+    let scientific = format!("{value:e}");
+    if plain.len() <= scientific.len() + 3 { plain } else { scientific }
+}
+
+impl Comparison {
+    /// As the language spells it.
+    pub fn spelling(self) -> &'static str {
+        match self {
+            Comparison::Less => "<",
+            Comparison::LessEqual => "<=",
+            Comparison::Greater => ">",
+            Comparison::GreaterEqual => ">=",
+        }
+    }
+}

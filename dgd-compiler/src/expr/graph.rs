@@ -1,0 +1,241 @@
+//! The expression graph: every distinct expression once, operands before what uses them.
+//!
+//! Because a node can only name nodes that exist, ascending [`ExprId`]s are a topological order:
+//! every pass over a graph is a loop, and no expression is too deep for it.
+
+use std::collections::HashMap;
+
+pub use crate::syntax::ast::Comparison;
+
+use super::intrinsics::IntrinsicId;
+
+/// An expression of a [`Graph`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ExprId(u32);
+
+impl ExprId {
+    /// Position in the graph.
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// What an expression can read. The number is a position in the list of that kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Symbol {
+    /// Seconds since the recording's first sample.
+    Time,
+    /// A constant of the model; gone after `assemble`.
+    Constant(u32),
+    /// A parameter.
+    Parameter(u32),
+    /// An input.
+    Input(u32),
+    /// The slope of an input, du/dt.
+    InputSlope(u32),
+    /// An unknown.
+    Unknown(u32),
+    /// The derivative of an unknown; gone after `assemble`.
+    Derivative(u32),
+    /// ∂yᵢ/∂θⱼ at position j n + i.
+    Sensitivity(u32),
+}
+
+/// One operation on earlier expressions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Node {
+    /// A number, by its bits.
+    Constant(u64),
+    /// A symbol.
+    Symbol(Symbol),
+    /// −a
+    Negate(ExprId),
+    /// a + b
+    Add(ExprId, ExprId),
+    /// a − b
+    Subtract(ExprId, ExprId),
+    /// a b
+    Multiply(ExprId, ExprId),
+    /// a / b
+    Divide(ExprId, ExprId),
+    /// f(a)
+    Call1(IntrinsicId, ExprId),
+    /// f(a, b)
+    Call2(IntrinsicId, ExprId, ExprId),
+    /// A condition: a < b and the like.
+    Compare(Comparison, ExprId, ExprId),
+    /// Both conditions.
+    And(ExprId, ExprId),
+    /// Either condition.
+    Or(ExprId, ExprId),
+    /// Not the condition.
+    Not(ExprId),
+    /// Where the condition (first) holds the second, otherwise the third.
+    Select(ExprId, ExprId, ExprId),
+}
+
+impl Node {
+    /// The expressions it reads, in order.
+    pub fn operands(self) -> impl Iterator<Item = ExprId> {
+        let [a, b, c] = match self {
+            Node::Constant(_) | Node::Symbol(_) => [None; 3],
+            Node::Negate(a) | Node::Call1(_, a) | Node::Not(a) => [Some(a), None, None],
+            Node::Add(a, b)
+            | Node::Subtract(a, b)
+            | Node::Multiply(a, b)
+            | Node::Divide(a, b)
+            | Node::Call2(_, a, b)
+            | Node::Compare(_, a, b)
+            | Node::And(a, b)
+            | Node::Or(a, b) => [Some(a), Some(b), None],
+            Node::Select(a, b, c) => [Some(a), Some(b), Some(c)],
+        };
+        [a, b, c].into_iter().flatten()
+    }
+}
+
+/// A growing set of expressions, each stored once.
+#[derive(Debug, Clone, Default)]
+pub struct Graph {
+    nodes: Vec<Node>,
+    ids: HashMap<Node, ExprId>,
+}
+
+impl Graph {
+    /// The node of an expression.
+    pub fn node(&self, id: ExprId) -> Node {
+        self.nodes[id.index()]
+    }
+
+    /// Number of expressions.
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Whether there is no expression.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// The expression with this node, as it stands: nothing is simplified.
+    pub fn intern(&mut self, node: Node) -> ExprId {
+        // a + b and b + a are one expression, spelt as first seen.
+        let swapped = match node {
+            Node::Add(a, b) => Some(Node::Add(b, a)),
+            Node::Multiply(a, b) => Some(Node::Multiply(b, a)),
+            _ => None,
+        };
+        if let Some(id) = swapped.and_then(|node| self.ids.get(&node)) {
+            return *id;
+        }
+        let next = ExprId(u32::try_from(self.nodes.len()).expect("fewer than 2^32 expressions"));
+        *self.ids.entry(node).or_insert_with(|| {
+            self.nodes.push(node);
+            next
+        })
+    }
+
+    /// A number.
+    pub fn constant(&mut self, value: f64) -> ExprId {
+        self.intern(Node::Constant(value.to_bits()))
+    }
+
+    /// A symbol.
+    pub fn symbol(&mut self, symbol: Symbol) -> ExprId {
+        self.intern(Node::Symbol(symbol))
+    }
+
+    /// The number, if the expression is one.
+    pub fn value(&self, id: ExprId) -> Option<f64> {
+        match self.node(id) {
+            Node::Constant(bits) => Some(f64::from_bits(bits)),
+            _ => None,
+        }
+    }
+
+    /// All expressions that the roots are made of, themselves included, operands first.
+    ///
+    /// Takes time in proportion to what it returns, up to sorting.
+    pub fn reachable(&self, roots: impl IntoIterator<Item = ExprId>) -> Vec<ExprId> {
+        let mut seen = std::collections::HashSet::new();
+        let mut pending: Vec<ExprId> = roots.into_iter().collect();
+        let mut found = Vec::new();
+        while let Some(id) = pending.pop() {
+            if seen.insert(id) {
+                found.push(id);
+                pending.extend(self.node(id).operands());
+            }
+        }
+        found.sort_unstable();
+        found
+    }
+
+    /// The symbols in an expression, ascending.
+    pub fn symbols(&self, root: ExprId) -> Vec<Symbol> {
+        let mut symbols: Vec<Symbol> = self
+            .reachable([root])
+            .into_iter()
+            .filter_map(|id| match self.node(id) {
+                Node::Symbol(symbol) => Some(symbol),
+                _ => None,
+            })
+            .collect();
+        symbols.sort_unstable();
+        symbols
+    }
+
+    /// The value of an expression where every symbol has one.
+    pub fn evaluate(&self, root: ExprId, symbol: &dyn Fn(Symbol) -> f64) -> f64 {
+        let order = self.reachable([root]);
+        let mut values: HashMap<ExprId, f64> = HashMap::with_capacity(order.len());
+        for id in order {
+            let node = self.node(id);
+            let value = match node {
+                Node::Symbol(s) => symbol(s),
+                _ => apply(node, |operand| values[&operand]),
+            };
+            values.insert(id, value);
+        }
+        values[&root]
+    }
+}
+
+/// The value of a node that is no symbol; conditions are 1 or 0.
+pub fn apply(node: Node, value: impl Fn(ExprId) -> f64) -> f64 {
+    let truth = |condition: bool| f64::from(u8::from(condition));
+    match node {
+        Node::Constant(bits) => f64::from_bits(bits),
+        Node::Symbol(symbol) => unreachable!("{symbol:?} has no value of its own"),
+        Node::Negate(a) => -value(a),
+        Node::Add(a, b) => value(a) + value(b),
+        Node::Subtract(a, b) => value(a) - value(b),
+        Node::Multiply(a, b) => value(a) * value(b),
+        Node::Divide(a, b) => value(a) / value(b),
+        Node::Call1(f, a) => f.value1(value(a)),
+        Node::Call2(f, a, b) => f.value2(value(a), value(b)),
+        Node::Compare(comparison, a, b) => truth(comparison.holds(value(a), value(b))),
+        Node::And(a, b) => truth(value(a) != 0.0 && value(b) != 0.0),
+        Node::Or(a, b) => truth(value(a) != 0.0 || value(b) != 0.0),
+        Node::Not(a) => truth(value(a) == 0.0),
+        Node::Select(c, a, b) => {
+            if value(c) != 0.0 {
+                value(a)
+            } else {
+                value(b)
+            }
+        }
+    }
+}
+
+impl Comparison {
+    /// Whether it holds between two numbers.
+    #[inline]
+    pub fn holds(self, a: f64, b: f64) -> bool {
+        match self {
+            Comparison::Less => a < b,
+            Comparison::LessEqual => a <= b,
+            Comparison::Greater => a > b,
+            Comparison::GreaterEqual => a >= b,
+        }
+    }
+}

@@ -1,0 +1,492 @@
+//! The functions the language knows, one entry each.
+//!
+//! Everything the pipeline needs to know about `tanh` is in the `tanh` entry. The resolver, the
+//! unit checker, the differentiator, the interpreter, the code generator and the documentation
+//! read this table; none of them names a function.
+
+use super::graph::{Comparison, ExprId, Graph, Node};
+
+/// A function of the language.
+pub struct Intrinsic {
+    /// Spelling in `.dgd` source. `^` has an entry too, but no call spells it.
+    pub name: &'static str,
+    /// What it does to the units of its arguments.
+    pub unit_rule: UnitRule,
+    /// How it is computed.
+    pub definition: Definition,
+    /// Points inside the domain at which the tests compare value and derivative.
+    pub sample_points: &'static [[f64; 2]],
+    /// One line for the reference.
+    pub doc: &'static str,
+}
+
+/// What a function does to units.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum UnitRule {
+    /// Plain numbers in, a plain number out.
+    Dimensionless,
+    /// All arguments and the result have one unit.
+    Same,
+    /// The square root of the argument's unit.
+    Root,
+    /// Any unit in, a plain number out.
+    Any,
+    /// Two arguments of one unit, a plain number out.
+    Ratio,
+    /// `^`: depends on the exponent's value, so the resolver handles it.
+    Power,
+}
+
+/// How a function is computed.
+pub enum Definition {
+    /// A machine function of one argument.
+    One {
+        /// Value at a number.
+        value: fn(f64) -> f64,
+        /// df/dx at the expression x.
+        derivative: fn(&mut Graph, ExprId) -> ExprId,
+        /// Function that generated code calls; the same bits as `value`.
+        rust_path: &'static str,
+    },
+    /// A machine function of two arguments.
+    Two {
+        /// Value at two numbers.
+        value: fn(f64, f64) -> f64,
+        /// (∂f/∂x, ∂f/∂y) at the expressions x, y.
+        derivative: fn(&mut Graph, ExprId, ExprId) -> [ExprId; 2],
+        /// Function that generated code calls; the same bits as `value`.
+        rust_path: &'static str,
+    },
+    /// Made of other expressions.
+    Expansion(fn(&mut Graph, ExprId, ExprId) -> ExprId),
+}
+
+impl Definition {
+    /// Number of arguments.
+    pub fn arity(&self) -> usize {
+        match self {
+            Definition::One { .. } => 1,
+            Definition::Two { .. } | Definition::Expansion(_) => 2,
+        }
+    }
+}
+
+/// A row of [`INTRINSICS`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct IntrinsicId(u16);
+
+impl IntrinsicId {
+    /// The function of this name.
+    pub fn find(name: &str) -> Option<IntrinsicId> {
+        let at = INTRINSICS.iter().position(|intrinsic| intrinsic.name == name)?;
+        u16::try_from(at).ok().map(IntrinsicId)
+    }
+
+    /// The entry for a name the compiler itself uses.
+    pub(crate) fn named(name: &str) -> IntrinsicId {
+        Self::find(name).unwrap_or_else(|| unreachable!("`{name}` is in the table"))
+    }
+
+    /// Its entry.
+    pub fn get(self) -> &'static Intrinsic {
+        &INTRINSICS[self.0 as usize]
+    }
+
+    /// Value of a function of one argument.
+    pub fn value1(self, x: f64) -> f64 {
+        match self.get().definition {
+            Definition::One { value, .. } => value(x),
+            Definition::Two { .. } | Definition::Expansion(_) => {
+                unreachable!("`{}` has two arguments", self.get().name)
+            }
+        }
+    }
+
+    /// Value of a function of two arguments.
+    pub fn value2(self, x: f64, y: f64) -> f64 {
+        match self.get().definition {
+            Definition::Two { value, .. } => value(x, y),
+            Definition::One { .. } | Definition::Expansion(_) => {
+                unreachable!("`{}` is no machine function of two arguments", self.get().name)
+            }
+        }
+    }
+}
+
+/// −1, 0 or 1; NaN stays NaN.
+fn sign(x: f64) -> f64 {
+    if x > 0.0 {
+        1.0
+    } else if x < 0.0 {
+        -1.0
+    } else {
+        x
+    }
+}
+
+macro_rules! path {
+    ($name:literal) => {
+        concat!("::core::primitive::f64::", $name)
+    };
+}
+
+/// THE table of functions.
+pub static INTRINSICS: &[Intrinsic] = &[
+    Intrinsic {
+        name: "^",
+        unit_rule: UnitRule::Power,
+        definition: Definition::Two {
+            value: f64::powf,
+            // ∂(x^y)/∂x = y x^(y−1);  ∂(x^y)/∂y = x^y ln x, and 0 at x = 0
+            derivative: |g, x, y| {
+                let one = g.constant(1.0);
+                let lower = g.subtract(y, one);
+                let power = g.power(x, lower);
+                let to_x = g.multiply(y, power);
+                let value = g.power(x, y);
+                let zero = g.constant(0.0);
+                let log = g.call1("log", x);
+                let positive = g.compare(Comparison::Greater, x, zero);
+                let product = g.multiply(value, log);
+                let to_y = g.select(positive, product, zero);
+                [to_x, to_y]
+            },
+            rust_path: "::dgd::__runtime::math::power",
+        },
+        sample_points: &[[0.3, 2.0], [2.0, 0.5], [1.7, -1.3], [0.9, 3.0]],
+        doc: "x to the power y; 0^y is 0 for y > 0",
+    },
+    Intrinsic {
+        name: "sqrt",
+        unit_rule: UnitRule::Root,
+        definition: Definition::One {
+            value: f64::sqrt,
+            // 1/(2 √x)
+            derivative: |g, x| {
+                let root = g.call1("sqrt", x);
+                let half = g.constant(0.5);
+                g.divide(half, root)
+            },
+            rust_path: path!("sqrt"),
+        },
+        sample_points: &[[0.2, 0.0], [9.0, 0.0]],
+        doc: "square root",
+    },
+    Intrinsic {
+        name: "exp",
+        unit_rule: UnitRule::Dimensionless,
+        definition: Definition::One {
+            value: f64::exp,
+            derivative: |g, x| g.call1("exp", x),
+            rust_path: path!("exp"),
+        },
+        sample_points: &[[-2.0, 0.0], [0.0, 0.0], [3.0, 0.0]],
+        doc: "exponential",
+    },
+    Intrinsic {
+        name: "log",
+        unit_rule: UnitRule::Dimensionless,
+        definition: Definition::One {
+            value: f64::ln,
+            derivative: |g, x| {
+                let one = g.constant(1.0);
+                g.divide(one, x)
+            },
+            rust_path: path!("ln"),
+        },
+        sample_points: &[[0.1, 0.0], [5.0, 0.0]],
+        doc: "natural logarithm",
+    },
+    Intrinsic {
+        name: "log10",
+        unit_rule: UnitRule::Dimensionless,
+        definition: Definition::One {
+            value: f64::log10,
+            // 1/(x ln 10)
+            derivative: |g, x| {
+                let factor = g.constant(std::f64::consts::LOG10_E);
+                g.divide(factor, x)
+            },
+            rust_path: path!("log10"),
+        },
+        sample_points: &[[0.1, 0.0], [5.0, 0.0]],
+        doc: "decimal logarithm",
+    },
+    Intrinsic {
+        name: "sin",
+        unit_rule: UnitRule::Dimensionless,
+        definition: Definition::One {
+            value: f64::sin,
+            derivative: |g, x| g.call1("cos", x),
+            rust_path: path!("sin"),
+        },
+        sample_points: &[[-1.0, 0.0], [0.4, 0.0], [9.0, 0.0]],
+        doc: "sine of an angle in rad",
+    },
+    Intrinsic {
+        name: "cos",
+        unit_rule: UnitRule::Dimensionless,
+        definition: Definition::One {
+            value: f64::cos,
+            derivative: |g, x| {
+                let sin = g.call1("sin", x);
+                g.negate(sin)
+            },
+            rust_path: path!("cos"),
+        },
+        sample_points: &[[-1.0, 0.0], [0.4, 0.0], [9.0, 0.0]],
+        doc: "cosine of an angle in rad",
+    },
+    Intrinsic {
+        name: "tan",
+        unit_rule: UnitRule::Dimensionless,
+        definition: Definition::One {
+            value: f64::tan,
+            // 1 + tan² x
+            derivative: |g, x| {
+                let tan = g.call1("tan", x);
+                let square = g.multiply(tan, tan);
+                let one = g.constant(1.0);
+                g.add(one, square)
+            },
+            rust_path: path!("tan"),
+        },
+        sample_points: &[[-1.0, 0.0], [0.4, 0.0]],
+        doc: "tangent of an angle in rad",
+    },
+    Intrinsic {
+        name: "asin",
+        unit_rule: UnitRule::Dimensionless,
+        definition: Definition::One {
+            value: f64::asin,
+            // 1/√(1 − x²)
+            derivative: |g, x| {
+                let root = root_of_one_minus_square(g, x);
+                let one = g.constant(1.0);
+                g.divide(one, root)
+            },
+            rust_path: path!("asin"),
+        },
+        sample_points: &[[-0.6, 0.0], [0.3, 0.0]],
+        doc: "inverse sine, in rad",
+    },
+    Intrinsic {
+        name: "acos",
+        unit_rule: UnitRule::Dimensionless,
+        definition: Definition::One {
+            value: f64::acos,
+            // −1/√(1 − x²)
+            derivative: |g, x| {
+                let root = root_of_one_minus_square(g, x);
+                let minus_one = g.constant(-1.0);
+                g.divide(minus_one, root)
+            },
+            rust_path: path!("acos"),
+        },
+        sample_points: &[[-0.6, 0.0], [0.3, 0.0]],
+        doc: "inverse cosine, in rad",
+    },
+    Intrinsic {
+        name: "atan",
+        unit_rule: UnitRule::Dimensionless,
+        definition: Definition::One {
+            value: f64::atan,
+            // 1/(1 + x²)
+            derivative: |g, x| {
+                let square = g.multiply(x, x);
+                let one = g.constant(1.0);
+                let sum = g.add(one, square);
+                g.divide(one, sum)
+            },
+            rust_path: path!("atan"),
+        },
+        sample_points: &[[-3.0, 0.0], [0.3, 0.0]],
+        doc: "inverse tangent, in rad",
+    },
+    Intrinsic {
+        name: "atan2",
+        unit_rule: UnitRule::Ratio,
+        definition: Definition::Two {
+            value: f64::atan2,
+            // ∂/∂y = x/(x² + y²), ∂/∂x = −y/(x² + y²) for atan2(y, x)
+            derivative: |g, y, x| {
+                let x2 = g.multiply(x, x);
+                let y2 = g.multiply(y, y);
+                let sum = g.add(x2, y2);
+                let to_y = g.divide(x, sum);
+                let minus_y = g.negate(y);
+                [to_y, g.divide(minus_y, sum)]
+            },
+            rust_path: path!("atan2"),
+        },
+        sample_points: &[[1.0, 2.0], [-0.5, -1.5], [2.0, -0.3]],
+        doc: "angle of the point (second, first argument), in rad",
+    },
+    Intrinsic {
+        name: "sinh",
+        unit_rule: UnitRule::Dimensionless,
+        definition: Definition::One {
+            value: f64::sinh,
+            derivative: |g, x| g.call1("cosh", x),
+            rust_path: path!("sinh"),
+        },
+        sample_points: &[[-1.0, 0.0], [0.4, 0.0]],
+        doc: "hyperbolic sine",
+    },
+    Intrinsic {
+        name: "cosh",
+        unit_rule: UnitRule::Dimensionless,
+        definition: Definition::One {
+            value: f64::cosh,
+            derivative: |g, x| g.call1("sinh", x),
+            rust_path: path!("cosh"),
+        },
+        sample_points: &[[-1.0, 0.0], [0.4, 0.0]],
+        doc: "hyperbolic cosine",
+    },
+    Intrinsic {
+        name: "tanh",
+        unit_rule: UnitRule::Dimensionless,
+        definition: Definition::One {
+            value: f64::tanh,
+            // 1 − tanh² x
+            derivative: |g, x| {
+                let tanh = g.call1("tanh", x);
+                let square = g.multiply(tanh, tanh);
+                let one = g.constant(1.0);
+                g.subtract(one, square)
+            },
+            rust_path: path!("tanh"),
+        },
+        sample_points: &[[-3.0, 0.0], [0.0, 0.0], [0.7, 0.0]],
+        doc: "hyperbolic tangent",
+    },
+    Intrinsic {
+        name: "abs",
+        unit_rule: UnitRule::Same,
+        definition: Definition::One {
+            value: f64::abs,
+            derivative: |g, x| g.call1("sign", x),
+            rust_path: path!("abs"),
+        },
+        sample_points: &[[-3.0, 0.0], [0.7, 0.0]],
+        doc: "absolute value",
+    },
+    Intrinsic {
+        name: "sign",
+        unit_rule: UnitRule::Any,
+        definition: Definition::One {
+            value: sign,
+            derivative: |g, _| g.constant(0.0),
+            rust_path: "::dgd::__runtime::math::sign",
+        },
+        sample_points: &[[-3.0, 0.0], [0.7, 0.0]],
+        doc: "-1, 0 or 1",
+    },
+    Intrinsic {
+        name: "min",
+        unit_rule: UnitRule::Same,
+        definition: Definition::Expansion(|g, a, b| {
+            let first = g.compare(Comparison::Less, a, b);
+            g.select(first, a, b)
+        }),
+        sample_points: &[[-3.0, 0.5], [0.7, 0.2]],
+        doc: "the smaller of two",
+    },
+    Intrinsic {
+        name: "max",
+        unit_rule: UnitRule::Same,
+        definition: Definition::Expansion(|g, a, b| {
+            let first = g.compare(Comparison::Greater, a, b);
+            g.select(first, a, b)
+        }),
+        sample_points: &[[-3.0, 0.5], [0.7, 0.2]],
+        doc: "the larger of two",
+    },
+];
+
+/// √(1 − x²)
+fn root_of_one_minus_square(g: &mut Graph, x: ExprId) -> ExprId {
+    let square = g.multiply(x, x);
+    let one = g.constant(1.0);
+    let rest = g.subtract(one, square);
+    g.call1("sqrt", rest)
+}
+
+impl Graph {
+    /// A call by the name in the table, simplified.
+    pub(crate) fn call1(&mut self, name: &str, x: ExprId) -> ExprId {
+        self.call(IntrinsicId::named(name), &[x])
+    }
+
+    /// x^y, simplified.
+    pub fn power(&mut self, x: ExprId, y: ExprId) -> ExprId {
+        self.call(IntrinsicId::named("^"), &[x, y])
+    }
+
+    /// A call as it stands; an expansion is expanded.
+    pub fn intern_call(&mut self, function: IntrinsicId, arguments: &[ExprId]) -> ExprId {
+        match (&function.get().definition, arguments) {
+            (Definition::One { .. }, &[x]) => self.intern(Node::Call1(function, x)),
+            (Definition::Two { .. }, &[x, y]) => self.intern(Node::Call2(function, x, y)),
+            (Definition::Expansion(expand), &[x, y]) => expand(self, x, y),
+            _ => unreachable!("the resolver checks the number of arguments"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::graph::Symbol;
+    use super::*;
+
+    #[test]
+    fn every_derivative_agrees_with_a_central_difference() {
+        for intrinsic in INTRINSICS {
+            let id = IntrinsicId::named(intrinsic.name);
+            let mut g = Graph::default();
+            let symbols = [Symbol::Unknown(0), Symbol::Unknown(1)];
+            let arguments = symbols.map(|s| g.symbol(s));
+            let arity = intrinsic.definition.arity();
+            let call = g.call(id, &arguments[..arity]);
+            for &point in intrinsic.sample_points {
+                let at = |g: &Graph, e, point: [f64; 2]| {
+                    g.evaluate(e, &|s| if s == symbols[0] { point[0] } else { point[1] })
+                };
+                let gradient = g.gradient(call, |s| symbols.iter().position(|x| *x == s));
+                for (k, x) in point.iter().enumerate().take(arity) {
+                    // Fourth-order central difference: error h⁴ f⁗/30 + ε f/h ≈ 1e-11 at h = 1e-3.
+                    let h = 1e-3;
+                    let shifted = |d: f64| {
+                        let mut p = point;
+                        p[k] = x + d;
+                        at(&g, call, p)
+                    };
+                    let difference = (8.0 * (shifted(h) - shifted(-h))
+                        - (shifted(2.0 * h) - shifted(-2.0 * h)))
+                        / (12.0 * h);
+                    let derivative = gradient
+                        .iter()
+                        .find(|(i, _)| *i == k)
+                        .map_or(0.0, |(_, e)| at(&g, *e, point));
+                    assert!(
+                        (derivative - difference).abs() <= 1e-8 * derivative.abs().max(1.0),
+                        "d {}({point:?})/d argument {k}: {derivative}, difference {difference}",
+                        intrinsic.name
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn zero_to_a_parameter_is_flat_in_the_parameter() {
+        let mut g = Graph::default();
+        let (x, k) = (g.symbol(Symbol::Input(0)), g.symbol(Symbol::Parameter(0)));
+        let power = g.power(x, k);
+        let gradient = g.gradient(power, |s| (s == Symbol::Parameter(0)).then_some(0));
+        let at = |s| if s == Symbol::Input(0) { 0.0 } else { 1.7 };
+        assert_eq!(g.evaluate(power, &at), 0.0);
+        assert_eq!(g.evaluate(gradient[0].1, &at), 0.0);
+    }
+}

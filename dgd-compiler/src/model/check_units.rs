@@ -1,0 +1,140 @@
+//! What may be added, compared, multiplied: the rules of units, one function each.
+
+use crate::diagnostics::{Code, Diagnostic};
+use crate::expr::intrinsics::UnitRule;
+use crate::source::Span;
+use crate::units::{Dimension, Exponent, describe};
+
+/// The dimension of an expression.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) enum Dim {
+    /// A literal zero: it fits everywhere.
+    Zero,
+    /// This one.
+    Of(Dimension),
+}
+
+impl Dim {
+    pub(super) const ONE: Dim = Dim::Of(Dimension::ONE);
+
+    /// As a dimension; a zero is a plain number.
+    pub(super) fn dimension(self) -> Dimension {
+        match self {
+            Dim::Zero => Dimension::ONE,
+            Dim::Of(dimension) => dimension,
+        }
+    }
+
+    /// The common dimension of two, where they agree.
+    pub(super) fn with(self, other: Dim) -> Option<Dim> {
+        match (self, other) {
+            (Dim::Zero, any) | (any, Dim::Zero) => Some(any),
+            (a, b) => (a == b).then_some(a),
+        }
+    }
+}
+
+/// Two things that must have one unit; `doing` completes "cannot …".
+pub(super) fn same(
+    doing: &str,
+    (a, a_span): (Dim, Span),
+    (b, b_span): (Dim, Span),
+) -> Result<Dim, Diagnostic> {
+    a.with(b).ok_or_else(|| {
+        let (a, b) = (describe(a.dimension()), describe(b.dimension()));
+        Diagnostic::new(Code::E301, b_span, format!("cannot {doing} {a} and {b}"))
+            .here(format!("this is in {b}"))
+            .label(a_span, format!("this is in {a}"))
+    })
+}
+
+/// A product or quotient.
+pub(super) fn product(a: Dim, b: Dim, over: bool, span: Span) -> Result<Dim, Diagnostic> {
+    let (a, b) = match (a, b) {
+        (Dim::Zero, _) => return Ok(Dim::Zero),
+        (Dim::Of(a), b) => (a, b.dimension()),
+    };
+    let result = if over { a.over(b) } else { a.times(b) };
+    result.map(Dim::Of).ok_or_else(|| too_large(span))
+}
+
+/// A power whose exponent is a number known beforehand, if it is one.
+pub(super) fn power(
+    (base, base_span): (Dim, Span),
+    (exponent, exponent_span): (Dim, Span),
+    value: Option<f64>,
+    span: Span,
+) -> Result<Dim, Diagnostic> {
+    if exponent.dimension() != Dimension::ONE {
+        let unit = describe(exponent.dimension());
+        return Err(Diagnostic::new(Code::E303, exponent_span, "an exponent must be a plain number")
+            .here(format!("this is in {unit}")));
+    }
+    let base = base.dimension();
+    if base == Dimension::ONE {
+        return Ok(Dim::ONE);
+    }
+    let Some(value) = value else {
+        return Err(Diagnostic::new(
+            Code::E303,
+            base_span,
+            format!("{} to a power that is not a number has no unit", describe(base)),
+        )
+        .here(format!("this is in {}", describe(base)))
+        .label(exponent_span, "this varies")
+        .help("divide the base by a reference value, so that it becomes a plain number"));
+    };
+    let fraction = Exponent::from_f64(value).ok_or_else(|| {
+        Diagnostic::new(
+            Code::E303,
+            exponent_span,
+            format!("{} to the power {value} has no unit", describe(base)),
+        )
+        .label(base_span, format!("this is in {}", describe(base)))
+        .help("divide the base by a reference value, so that it becomes a plain number")
+    })?;
+    base.power(fraction).map(Dim::Of).ok_or_else(|| too_large(span))
+}
+
+/// A call of a built-in function.
+pub(super) fn call(
+    name: &str,
+    rule: UnitRule,
+    arguments: &[(Dim, Span)],
+    span: Span,
+) -> Result<Dim, Diagnostic> {
+    match rule {
+        UnitRule::Any => Ok(Dim::ONE),
+        UnitRule::Dimensionless => {
+            for (dim, span) in arguments {
+                if dim.dimension() != Dimension::ONE {
+                    let unit = describe(dim.dimension());
+                    return Err(Diagnostic::new(
+                        Code::E304,
+                        *span,
+                        format!("`{name}` needs a plain number, not {unit}"),
+                    )
+                    .here(format!("this is in {unit}")));
+                }
+            }
+            Ok(Dim::ONE)
+        }
+        UnitRule::Root => {
+            let half = Exponent::new(1, 2).unwrap_or(Exponent::ZERO);
+            let root = arguments[0].0.dimension().power(half);
+            root.map(Dim::Of).ok_or_else(|| too_large(span))
+        }
+        UnitRule::Same | UnitRule::Ratio => {
+            let mut common = arguments[0];
+            for argument in &arguments[1..] {
+                common.0 = same("compare", common, *argument)?;
+            }
+            Ok(if rule == UnitRule::Same { common.0 } else { Dim::ONE })
+        }
+        UnitRule::Power => unreachable!("`^` is no call"),
+    }
+}
+
+fn too_large(span: Span) -> Diagnostic {
+    Diagnostic::new(Code::E303, span, "the exponents of this unit are too large")
+}

@@ -1,0 +1,370 @@
+//! Which names a model has, and in which order its values can be worked out.
+
+use std::collections::BTreeMap;
+
+use super::expression::unit_of;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::expr::intrinsics::IntrinsicId;
+use crate::source::Span;
+use crate::syntax::ast::{Argument, Expr, ExprKind, Item, ItemKind, Name, UnknownKind};
+use crate::units::{Dimension, Unit};
+
+/// What a name stands for; numbers are positions among those of its kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Definition {
+    Time,
+    Pi,
+    Constant(u32),
+    Parameter(u32),
+    Input(u32),
+    Unknown { index: u32, state: bool },
+    Let(usize),
+    Function(usize),
+}
+
+impl Definition {
+    /// What to call it in a message.
+    pub(super) fn noun(self) -> &'static str {
+        match self {
+            Definition::Time => "the time",
+            Definition::Pi => "a number",
+            Definition::Constant(_) => "a constant",
+            Definition::Parameter(_) => "a parameter",
+            Definition::Input(_) => "an input",
+            Definition::Unknown { state: true, .. } => "a state",
+            Definition::Unknown { state: false, .. } => "an `unknown`",
+            Definition::Let(_) => "a `let`",
+            Definition::Function(_) => "a function",
+        }
+    }
+}
+
+/// A name, what it stands for and where it was declared.
+#[derive(Debug, Clone)]
+pub(super) struct Entry {
+    pub(super) definition: Definition,
+    pub(super) span: Span,
+    /// Its unit, for what is declared with one.
+    pub(super) unit: Option<Result<Unit, Reported>>,
+}
+
+/// A function as declared.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Function<'a> {
+    pub(super) name: &'a str,
+    pub(super) arguments: &'a [Argument],
+    pub(super) body: &'a Expr,
+}
+
+/// All names of a model.
+#[derive(Debug, Clone)]
+pub(super) struct Scope<'a> {
+    pub(super) names: BTreeMap<&'a str, Entry>,
+    pub(super) functions: Vec<Function<'a>>,
+    /// Outputs have names of their own: one may bear the name of its unknown.
+    pub(super) outputs: BTreeMap<&'a str, Span>,
+    /// The dimension of time.
+    pub(super) second: Dimension,
+}
+
+impl<'a> Scope<'a> {
+    /// The dimension of something declared with a unit.
+    pub(super) fn dimension(&self, name: &str) -> Result<Dimension, Reported> {
+        match self.names.get(name).and_then(|entry| entry.unit.as_ref()) {
+            Some(Ok(unit)) => Ok(unit.dimension),
+            Some(Err(reported)) => Err(*reported),
+            None => unreachable!("`{name}` is declared with a unit"),
+        }
+    }
+
+    pub(super) fn function_names(&self) -> impl Iterator<Item = &'a str> + '_ {
+        self.functions.iter().map(|function| function.name)
+    }
+
+    /// Collects what the items declare.
+    pub(super) fn collect(items: &[&'a Item], diagnostics: &mut Diagnostics) -> Scope<'a> {
+        let mut scope = Scope {
+            names: BTreeMap::new(),
+            functions: Vec::new(),
+            outputs: BTreeMap::new(),
+            second: Dimension::of([0, 0, 1, 0, 0, 0, 0]),
+        };
+        for (name, definition) in [("time", Definition::Time), ("pi", Definition::Pi)] {
+            let entry = Entry { definition, span: Span::default(), unit: None };
+            scope.names.insert(name, entry);
+        }
+        let mut labels: BTreeMap<&str, Span> = BTreeMap::new();
+        let mut counts = [0u32; 4];
+        let mut next = |kind: usize| {
+            counts[kind] += 1;
+            counts[kind] - 1
+        };
+        let mut lets = 0;
+        for item in items {
+            let (name, definition, unit) = match &item.kind {
+                ItemKind::Constant { name, unit, .. } => {
+                    (name, Definition::Constant(next(0)), Some(unit))
+                }
+                ItemKind::Parameter { name, unit, .. } => {
+                    (name, Definition::Parameter(next(1)), Some(unit))
+                }
+                ItemKind::Input { name, unit, .. } => {
+                    (name, Definition::Input(next(2)), Some(unit))
+                }
+                ItemKind::Unknown { declared, name, unit, .. } => {
+                    let state = *declared == UnknownKind::State;
+                    (name, Definition::Unknown { index: next(3), state }, Some(unit))
+                }
+                ItemKind::Let { name, .. } => {
+                    lets += 1;
+                    (name, Definition::Let(lets - 1), None)
+                }
+                ItemKind::Function { name, arguments, body } => {
+                    scope.functions.push(Function { name: &name.text, arguments, body });
+                    scope.check_function(name, arguments, diagnostics);
+                    (name, Definition::Function(scope.functions.len() - 1), None)
+                }
+                ItemKind::Output { name, .. } => {
+                    unique(&mut scope.outputs, name, "output", diagnostics);
+                    continue;
+                }
+                ItemKind::Equation { label, .. } => {
+                    unique(&mut labels, label, "equation", diagnostics);
+                    continue;
+                }
+                ItemKind::Import { .. } | ItemKind::Variant { .. } => continue,
+            };
+            let unit = unit.map(|unit| unit_of(unit.as_ref(), diagnostics));
+            scope.insert(name, Entry { definition, span: name.span, unit }, diagnostics);
+        }
+        scope
+    }
+
+    fn insert(&mut self, name: &'a Name, entry: Entry, diagnostics: &mut Diagnostics) {
+        match self.names.get(name.text.as_str()) {
+            None => {
+                self.names.insert(&name.text, entry);
+            }
+            Some(Entry { definition: Definition::Time | Definition::Pi, .. }) => {
+                diagnostics.error(
+                    Diagnostic::new(
+                        Code::E202,
+                        name.span,
+                        format!("`{}` has a meaning in every model", name.text),
+                    )
+                    .help("choose another name"),
+                );
+            }
+            Some(earlier) => {
+                diagnostics.error(
+                    Diagnostic::new(
+                        Code::E202,
+                        name.span,
+                        format!("`{}` is declared twice", name.text),
+                    )
+                    .label(earlier.span, "first here"),
+                );
+            }
+        }
+    }
+
+    fn check_function(
+        &self,
+        name: &Name,
+        arguments: &'a [Argument],
+        diagnostics: &mut Diagnostics,
+    ) {
+        if name.text == "der" || IntrinsicId::find(&name.text).is_some() {
+            diagnostics.error(
+                Diagnostic::new(
+                    Code::E202,
+                    name.span,
+                    format!("`{}` is a function of the language", name.text),
+                )
+                .help("choose another name"),
+            );
+        }
+        let mut seen = BTreeMap::new();
+        for argument in arguments {
+            unique(&mut seen, &argument.name, "argument", diagnostics);
+        }
+    }
+}
+
+fn unique<'a>(
+    seen: &mut BTreeMap<&'a str, Span>,
+    name: &'a Name,
+    what: &str,
+    diagnostics: &mut Diagnostics,
+) {
+    match seen.get(name.text.as_str()) {
+        None => {
+            seen.insert(&name.text, name.span);
+        }
+        Some(first) => {
+            diagnostics.error(
+                Diagnostic::new(
+                    Code::E202,
+                    name.span,
+                    format!("two {what}s are called `{}`", name.text),
+                )
+                .label(*first, "first here"),
+            );
+        }
+    }
+}
+
+/// Constants and `let`s in an order in which each needs earlier ones only.
+///
+/// A cycle is reported with its chain; what is on it is left out.
+pub(super) fn in_order<'a>(
+    items: &[&'a Item],
+    scope: &Scope<'a>,
+    replaced: &BTreeMap<&str, &'a Expr>,
+    diagnostics: &mut Diagnostics,
+) -> Vec<(&'a Item, Result<(), Reported>)> {
+    let mut values: Vec<(&'a Item, &'a Name, &'a Expr)> = Vec::new();
+    for item in items {
+        if let ItemKind::Constant { name, value, .. } | ItemKind::Let { name, value, .. } = &item.kind
+        {
+            let value = replaced.get(name.text.as_str()).copied().unwrap_or(value);
+            values.push((item, name, value));
+        }
+    }
+    let position: BTreeMap<&str, usize> =
+        values.iter().enumerate().map(|(i, (_, name, _))| (name.text.as_str(), i)).collect();
+    let bodies: BTreeMap<&str, Vec<&str>> = scope
+        .functions
+        .iter()
+        .map(|function| {
+            let mut names = Vec::new();
+            names_in(function.body, &mut names);
+            names.retain(|n| !function.arguments.iter().any(|a| a.name.text == *n));
+            (function.name, names)
+        })
+        .collect();
+
+    // What each value needs, through the functions that it calls.
+    let needs: Vec<Vec<usize>> = values
+        .iter()
+        .map(|(_, _, value)| {
+            let mut pending = Vec::new();
+            names_in(value, &mut pending);
+            let mut seen = std::collections::BTreeSet::new();
+            let mut needed = Vec::new();
+            while let Some(name) = pending.pop() {
+                if !seen.insert(name) {
+                    continue;
+                }
+                needed.extend(position.get(name).copied());
+                if let Some(names) = bodies.get(name) {
+                    pending.extend(names.iter().copied());
+                }
+            }
+            needed.sort_unstable();
+            needed
+        })
+        .collect();
+
+    // Depth first, without recursion; a value met again while it is on the path closes a cycle.
+    let mut state = vec![Visit::New; values.len()];
+    let mut order = Vec::with_capacity(values.len());
+    for start in 0..values.len() {
+        if state[start] != Visit::New {
+            continue;
+        }
+        let mut path = vec![(start, 0)];
+        state[start] = Visit::Open;
+        while let Some((value, next)) = path.last_mut() {
+            let value = *value;
+            let Some(&needed) = needs[value].get(*next) else {
+                if state[value] == Visit::Open {
+                    order.push((values[value].0, Ok(())));
+                    state[value] = Visit::Done;
+                }
+                path.pop();
+                continue;
+            };
+            *next += 1;
+            match state[needed] {
+                Visit::New => {
+                    state[needed] = Visit::Open;
+                    path.push((needed, 0));
+                }
+                Visit::Done | Visit::Failed => {}
+                Visit::Open => {
+                    let from = path.iter().position(|(v, _)| *v == needed).unwrap_or(0);
+                    let cycle: Vec<usize> = path[from..].iter().map(|(v, _)| *v).collect();
+                    let reported = report_cycle(&cycle, &values, diagnostics);
+                    for v in cycle {
+                        if state[v] == Visit::Open {
+                            order.push((values[v].0, Err(reported)));
+                            state[v] = Visit::Failed;
+                        }
+                    }
+                }
+            }
+        }
+    }
+    order
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Visit {
+    New,
+    Open,
+    Done,
+    Failed,
+}
+
+fn report_cycle(
+    cycle: &[usize],
+    values: &[(&Item, &Name, &Expr)],
+    diagnostics: &mut Diagnostics,
+) -> Reported {
+    let chain: Vec<String> =
+        cycle.iter().chain(cycle.first()).map(|v| format!("`{}`", values[*v].1.text)).collect();
+    let first = values[cycle[0]].1;
+    let shown = if chain.len() > 8 {
+        format!("{} → … → {}", chain[..3].join(" → "), chain[chain.len() - 2..].join(" → "))
+    } else {
+        chain.join(" → ")
+    };
+    let mut diagnostic = Diagnostic::new(
+        Code::E206,
+        first.span,
+        format!("`{}` depends on itself: {shown}", first.text),
+    )
+    .help("an unknown that an equation determines can depend on itself; a `let` cannot");
+    for v in cycle.iter().skip(1).take(3) {
+        diagnostic = diagnostic.label(values[*v].1.span, "through this");
+    }
+    diagnostics.error(diagnostic)
+}
+
+/// Every name read or called in an expression.
+fn names_in<'a>(expr: &'a Expr, names: &mut Vec<&'a str>) {
+    match &expr.kind {
+        ExprKind::Number { .. } => {}
+        ExprKind::Name(name) => names.push(name),
+        ExprKind::Call { function, arguments } => {
+            names.push(&function.text);
+            arguments.iter().for_each(|argument| names_in(argument, names));
+        }
+        ExprKind::Group(a) | ExprKind::Negate(a) | ExprKind::Not(a) => names_in(a, names),
+        ExprKind::Sum(terms) => terms.iter().for_each(|(_, term)| names_in(term, names)),
+        ExprKind::Product(factors) => factors.iter().for_each(|(_, f)| names_in(f, names)),
+        ExprKind::Power(a, b) | ExprKind::Compare(_, a, b) => {
+            names_in(a, names);
+            names_in(b, names);
+        }
+        ExprKind::If(a, b, c) => {
+            for part in [a, b, c] {
+                names_in(part, names);
+            }
+        }
+        ExprKind::And(parts) | ExprKind::Or(parts) => {
+            parts.iter().for_each(|part| names_in(part, names));
+        }
+    }
+}

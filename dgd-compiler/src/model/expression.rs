@@ -1,0 +1,580 @@
+//! From an expression as written to the graph, with its dimension.
+
+use std::collections::BTreeMap;
+
+use super::check_units::{self, Dim};
+use super::define::{Definition, Function, Scope};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use crate::expr::intrinsics::{INTRINSICS, IntrinsicId};
+use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::source::Span;
+use crate::syntax::ast::{Argument, Expr, ExprKind, Factor, Name, Sign};
+use crate::units::{Dimension, Unit, describe, parse_unit};
+
+/// Functions open inside functions at most this deep, and nested brackets with them.
+const DEEPEST: usize = 512;
+
+/// A model may open at most this many calls of its own functions.
+const MOST_CALLS: usize = 1_000_000;
+
+/// An expression in the graph and its dimension.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Typed {
+    pub(super) id: ExprId,
+    pub(super) dim: Dim,
+}
+
+/// What names stand for while a function is open: its arguments.
+type Arguments<'a> = BTreeMap<&'a str, Typed>;
+
+/// Lowers expressions into a graph.
+pub(super) struct Lowering<'a> {
+    pub(super) scope: Scope<'a>,
+    pub(super) graph: Graph,
+    /// `let`s done so far; those that failed carry the proof.
+    pub(super) lets: BTreeMap<&'a str, Result<Typed, Reported>>,
+    /// Values of constants done so far, by position.
+    pub(super) constants: BTreeMap<u32, f64>,
+    /// Results of calls, so that the same call is opened once.
+    calls: BTreeMap<(&'a str, Vec<Typed>), Result<Typed, Reported>>,
+    /// Functions being opened, innermost last.
+    open: Vec<&'a str>,
+    depth: usize,
+}
+
+impl<'a> Lowering<'a> {
+    pub(super) fn new(scope: Scope<'a>) -> Self {
+        Lowering {
+            scope,
+            graph: Graph::default(),
+            lets: BTreeMap::new(),
+            constants: BTreeMap::new(),
+            calls: BTreeMap::new(),
+            open: Vec::new(),
+            depth: 0,
+        }
+    }
+
+    /// An expression that is a number.
+    pub(super) fn value(
+        &mut self,
+        expr: &'a Expr,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Typed, Reported> {
+        self.lower(expr, &Arguments::new(), diagnostics)
+    }
+
+    /// The number an expression of constants comes to; `None` where it reads anything else.
+    pub(super) fn number(&self, id: ExprId) -> Option<f64> {
+        let known = |symbol: &Symbol| matches!(symbol, Symbol::Constant(i) if self.constants.contains_key(i));
+        self.graph.symbols(id).iter().all(known).then(|| {
+            self.graph.evaluate(id, &|symbol| match symbol {
+                Symbol::Constant(i) => self.constants[&i],
+                _ => f64::NAN,
+            })
+        })
+    }
+
+    fn lower(
+        &mut self,
+        expr: &'a Expr,
+        arguments: &Arguments<'a>,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Typed, Reported> {
+        self.depth += 1;
+        let result = if self.depth > DEEPEST {
+            Err(diagnostics.error(
+                Diagnostic::new(Code::E211, expr.span, "expressions nest too deep here")
+                    .help("give inner parts a `let` of their own"),
+            ))
+        } else {
+            self.lower_kind(expr, arguments, diagnostics)
+        };
+        self.depth -= 1;
+        result
+    }
+
+    fn lower_kind(
+        &mut self,
+        expr: &'a Expr,
+        arguments: &Arguments<'a>,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Typed, Reported> {
+        let span = expr.span;
+        match &expr.kind {
+            ExprKind::Number { value, unit, .. } => {
+                self.literal(*value, unit.as_ref(), diagnostics)
+            }
+            ExprKind::Name(name) => self.name(name, span, arguments, diagnostics),
+            ExprKind::Call { function, arguments: list } => {
+                self.call(function, list, span, arguments, diagnostics)
+            }
+            ExprKind::Group(inner) => self.lower(inner, arguments, diagnostics),
+            ExprKind::Negate(inner) => {
+                // −5 °C is the temperature −5 °C, not minus 278.15 K.
+                if let ExprKind::Number { value, unit, .. } = &inner.kind {
+                    return self.literal(-value, unit.as_ref(), diagnostics);
+                }
+                let inner = self.lower(inner, arguments, diagnostics)?;
+                Ok(Typed { id: self.graph.intern(Node::Negate(inner.id)), dim: inner.dim })
+            }
+            ExprKind::Sum(terms) => self.sum(terms, arguments, diagnostics),
+            ExprKind::Product(factors) => self.product(factors, arguments, diagnostics),
+            ExprKind::Power(base, exponent) => {
+                let base_typed = self.lower(base, arguments, diagnostics);
+                let exponent_typed = self.lower(exponent, arguments, diagnostics);
+                let (b, e) = (base_typed?, exponent_typed?);
+                let value = self.number(e.id);
+                let dim =
+                    check_units::power((b.dim, base.span), (e.dim, exponent.span), value, span)
+                        .map_err(|diagnostic| diagnostics.error(diagnostic))?;
+                let id = self.graph.intern(Node::Call2(IntrinsicId::named("^"), b.id, e.id));
+                Ok(Typed { id, dim })
+            }
+            ExprKind::If(condition, then, otherwise) => {
+                let condition = self.condition(condition, arguments, diagnostics);
+                let a = self.lower(then, arguments, diagnostics);
+                let b = self.lower(otherwise, arguments, diagnostics);
+                let (condition, a, b) = (condition?, a?, b?);
+                let dim = check_units::same(
+                    "choose between",
+                    (a.dim, then.span),
+                    (b.dim, otherwise.span),
+                )
+                .map_err(|diagnostic| diagnostics.error(diagnostic))?;
+                Ok(Typed { id: self.graph.intern(Node::Select(condition, a.id, b.id)), dim })
+            }
+            ExprKind::Compare(..) | ExprKind::And(_) | ExprKind::Or(_) | ExprKind::Not(_) => {
+                Err(diagnostics.error(
+                    Diagnostic::new(Code::E210, span, "a number is needed here, not a condition")
+                        .help("write `if condition then 1 else 0` to make a number of it"),
+                ))
+            }
+        }
+    }
+
+    fn literal(
+        &mut self,
+        value: f64,
+        unit: Option<&'a crate::syntax::ast::Unit>,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Typed, Reported> {
+        let (value, dim) = match unit {
+            None if value == 0.0 => (0.0, Dim::Zero),
+            None => (value, Dim::ONE),
+            Some(written) => {
+                let unit = unit_of(Some(written), diagnostics)?;
+                (unit.to_si(value), Dim::Of(unit.dimension))
+            }
+        };
+        Ok(Typed { id: self.graph.constant(value), dim })
+    }
+
+    fn sum(
+        &mut self,
+        terms: &'a [(Sign, Expr)],
+        arguments: &Arguments<'a>,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Typed, Reported> {
+        let mut sum: Option<Result<(Typed, Span), Reported>> = None;
+        for (sign, term) in terms {
+            let typed = self.lower(term, arguments, diagnostics);
+            sum = Some(match (sum, typed) {
+                (None, typed) => typed.map(|typed| (typed, term.span)),
+                (Some(Err(reported)), _) | (Some(Ok(_)), Err(reported)) => Err(reported),
+                (Some(Ok((total, total_span))), Ok(typed)) => {
+                    let doing = if *sign == Sign::Plus { "add" } else { "subtract" };
+                    check_units::same(doing, (total.dim, total_span), (typed.dim, term.span))
+                        .map_err(|diagnostic| diagnostics.error(diagnostic))
+                        .map(|dim| {
+                            let node = match sign {
+                                Sign::Plus => Node::Add(total.id, typed.id),
+                                Sign::Minus => Node::Subtract(total.id, typed.id),
+                            };
+                            let id = self.graph.intern(node);
+                            (Typed { id, dim }, total_span.to(term.span))
+                        })
+                }
+            });
+        }
+        let sum = sum.unwrap_or_else(|| unreachable!("a sum has terms"));
+        sum.map(|(typed, _)| typed)
+    }
+
+    fn product(
+        &mut self,
+        factors: &'a [(Factor, Expr)],
+        arguments: &Arguments<'a>,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Typed, Reported> {
+        let mut product: Option<Result<Typed, Reported>> = None;
+        for (factor, expr) in factors {
+            let typed = self.lower(expr, arguments, diagnostics);
+            product = Some(match (product, typed) {
+                (None, typed) => typed,
+                (Some(Err(reported)), _) | (Some(Ok(_)), Err(reported)) => Err(reported),
+                (Some(Ok(total)), Ok(typed)) => {
+                    let over = *factor == Factor::Over;
+                    check_units::product(total.dim, typed.dim, over, expr.span)
+                        .map_err(|diagnostic| diagnostics.error(diagnostic))
+                        .map(|dim| {
+                            let node = match factor {
+                                Factor::Times => Node::Multiply(total.id, typed.id),
+                                Factor::Over => Node::Divide(total.id, typed.id),
+                            };
+                            Typed { id: self.graph.intern(node), dim }
+                        })
+                }
+            });
+        }
+        product.unwrap_or_else(|| unreachable!("a product has factors"))
+    }
+
+    fn condition(
+        &mut self,
+        expr: &'a Expr,
+        arguments: &Arguments<'a>,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<ExprId, Reported> {
+        let mut chain = |this: &mut Self, parts: &'a [Expr], join: fn(ExprId, ExprId) -> Node| {
+            let mut all: Option<Result<ExprId, Reported>> = None;
+            for part in parts {
+                let part = this.condition(part, arguments, diagnostics);
+                all = Some(match (all, part) {
+                    (None, part) => part,
+                    (Some(Ok(a)), Ok(b)) => Ok(this.graph.intern(join(a, b))),
+                    (Some(Err(reported)), _) | (_, Err(reported)) => Err(reported),
+                });
+            }
+            all.unwrap_or_else(|| unreachable!("a chain has parts"))
+        };
+        match &expr.kind {
+            ExprKind::And(parts) => chain(self, parts, Node::And),
+            ExprKind::Or(parts) => chain(self, parts, Node::Or),
+            ExprKind::Not(inner) => {
+                let inner = self.condition(inner, arguments, diagnostics)?;
+                Ok(self.graph.intern(Node::Not(inner)))
+            }
+            ExprKind::Group(inner) => self.condition(inner, arguments, diagnostics),
+            ExprKind::Compare(comparison, left, right) => {
+                let a = self.lower(left, arguments, diagnostics);
+                let b = self.lower(right, arguments, diagnostics);
+                let (a, b) = (a?, b?);
+                check_units::same("compare", (a.dim, left.span), (b.dim, right.span))
+                    .map_err(|diagnostic| diagnostics.error(diagnostic))?;
+                Ok(self.graph.intern(Node::Compare(*comparison, a.id, b.id)))
+            }
+            ExprKind::Number { .. }
+            | ExprKind::Name(_)
+            | ExprKind::Call { .. }
+            | ExprKind::Negate(_)
+            | ExprKind::Sum(_)
+            | ExprKind::Product(_)
+            | ExprKind::Power(..)
+            | ExprKind::If(..) => Err(diagnostics.error(
+                Diagnostic::new(Code::E210, expr.span, "a condition is needed here, not a number")
+                    .help("compare it with something, such as `> 0`"),
+            )),
+        }
+    }
+
+    fn name(
+        &mut self,
+        name: &'a str,
+        span: Span,
+        arguments: &Arguments<'a>,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Typed, Reported> {
+        if let Some(typed) = arguments.get(name) {
+            return Ok(*typed);
+        }
+        let Some(entry) = self.scope.names.get(name) else {
+            return Err(self.unknown_name(name, span, arguments, diagnostics));
+        };
+        let (symbol, unit) = match entry.definition {
+            Definition::Time => (Symbol::Time, self.scope.second),
+            Definition::Pi => {
+                let id = self.graph.constant(std::f64::consts::PI);
+                return Ok(Typed { id, dim: Dim::ONE });
+            }
+            Definition::Let(_) => {
+                return self.lets.get(name).copied().unwrap_or_else(|| {
+                    unreachable!("`let`s are done in an order in which each needs earlier ones")
+                });
+            }
+            Definition::Function(_) => {
+                return Err(diagnostics.error(
+                    Diagnostic::new(Code::E205, span, format!("`{name}` is a function"))
+                        .help(format!("call it: `{name}(…)`")),
+                ));
+            }
+            Definition::Constant(i) => (Symbol::Constant(i), self.scope.dimension(name)?),
+            Definition::Parameter(i) => (Symbol::Parameter(i), self.scope.dimension(name)?),
+            Definition::Input(i) => (Symbol::Input(i), self.scope.dimension(name)?),
+            Definition::Unknown { index, .. } => {
+                (Symbol::Unknown(index), self.scope.dimension(name)?)
+            }
+        };
+        Ok(Typed { id: self.graph.symbol(symbol), dim: Dim::Of(unit) })
+    }
+
+    fn unknown_name(
+        &self,
+        name: &str,
+        span: Span,
+        arguments: &Arguments<'a>,
+        diagnostics: &mut Diagnostics,
+    ) -> Reported {
+        if let Some(place) = self.scope.outputs.get(name) {
+            return diagnostics.error(
+                Diagnostic::new(
+                    Code::E205,
+                    span,
+                    format!("`{name}` is an output, which cannot be read inside the model"),
+                )
+                .label(*place, "declared here")
+                .help("give what it reads a `let`, and use that in both places"),
+            );
+        }
+        let candidates = arguments.keys().copied().chain(self.scope.names.keys().copied());
+        let mut diagnostic =
+            Diagnostic::new(Code::E201, span, format!("nothing is called `{name}`"));
+        if IntrinsicId::find(name).is_some() {
+            diagnostic.message = format!("`{name}` is a function");
+            diagnostic.help = Some(format!("call it: `{name}(…)`"));
+        } else if let Some(near) = suggestion(name, candidates) {
+            diagnostic.help = Some(format!("did you mean `{near}`?"));
+        }
+        diagnostics.error(diagnostic)
+    }
+
+    fn call(
+        &mut self,
+        function: &'a Name,
+        list: &'a [Expr],
+        span: Span,
+        arguments: &Arguments<'a>,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Typed, Reported> {
+        let name = function.text.as_str();
+        if name == "der" {
+            return self.derivative(list, span, diagnostics);
+        }
+        let mut typed = Vec::with_capacity(list.len());
+        let mut failed = None;
+        for argument in list {
+            match self.lower(argument, arguments, diagnostics) {
+                Ok(one) => typed.push(one),
+                Err(reported) => failed = Some(reported),
+            }
+        }
+        let wrong_number = |expected: usize, diagnostics: &mut Diagnostics| {
+            let noun = if expected == 1 { "argument" } else { "arguments" };
+            diagnostics.error(Diagnostic::new(
+                Code::E204,
+                span,
+                format!("`{name}` takes {expected} {noun}, not {}", list.len()),
+            ))
+        };
+        let own = self.scope.names.get(name).map(|entry| (entry.definition, entry.span));
+        match own {
+            Some((Definition::Function(index), place)) => {
+                let declared = self.scope.functions[index];
+                if declared.arguments.len() != list.len() {
+                    return Err(wrong_number(declared.arguments.len(), diagnostics));
+                }
+                failed.map_or(Ok(()), Err)?;
+                let spans: Vec<Span> = list.iter().map(|argument| argument.span).collect();
+                let passed = Passed { typed, spans, call: span, place };
+                self.open_function(name, declared.arguments, declared.body, passed, diagnostics)
+            }
+            Some((_, place)) => Err(diagnostics.error(
+                Diagnostic::new(Code::E205, function.span, format!("`{name}` is not a function"))
+                    .label(place, "declared here")
+                    .help(format!("write `{name} * (…)` for a product")),
+            )),
+            None => {
+                let Some(intrinsic) = IntrinsicId::find(name) else {
+                    let known = INTRINSICS.iter().map(|i| i.name);
+                    let own = self.scope.function_names();
+                    let mut diagnostic = Diagnostic::new(
+                        Code::E203,
+                        function.span,
+                        format!("there is no function `{name}`"),
+                    );
+                    if let Some(near) = suggestion(name, known.chain(own).chain(["der"])) {
+                        diagnostic.help = Some(format!("did you mean `{near}`?"));
+                    }
+                    return Err(diagnostics.error(diagnostic));
+                };
+                let arity = intrinsic.get().definition.arity();
+                if arity != list.len() {
+                    return Err(wrong_number(arity, diagnostics));
+                }
+                failed.map_or(Ok(()), Err)?;
+                let dims: Vec<(Dim, Span)> =
+                    typed.iter().zip(list).map(|(t, e)| (t.dim, e.span)).collect();
+                let dim = check_units::call(name, intrinsic.get().unit_rule, &dims, span)
+                    .map_err(|diagnostic| diagnostics.error(diagnostic))?;
+                let ids: Vec<ExprId> = typed.iter().map(|t| t.id).collect();
+                Ok(Typed { id: self.graph.intern_call(intrinsic, &ids), dim })
+            }
+        }
+    }
+
+    fn open_function(
+        &mut self,
+        name: &'a str,
+        declared: &'a [Argument],
+        body: &'a Expr,
+        passed: Passed,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Typed, Reported> {
+        if self.open.contains(&name) {
+            let chain = self.open.join("` → `");
+            return Err(diagnostics.error(Diagnostic::new(
+                Code::E206,
+                passed.call,
+                format!("the function `{name}` calls itself: `{chain}` → `{name}`"),
+            )));
+        }
+        let mut bound = Arguments::new();
+        for ((argument, typed), span) in declared.iter().zip(&passed.typed).zip(&passed.spans) {
+            let mut typed = *typed;
+            if argument.unit.is_some() {
+                let unit = unit_of(argument.unit.as_ref(), diagnostics)?;
+                let wanted = Dim::Of(unit.dimension);
+                if typed.dim.with(wanted).is_none() {
+                    let found = describe(typed.dim.dimension());
+                    return Err(diagnostics.error(
+                        Diagnostic::new(
+                            Code::E302,
+                            *span,
+                            format!(
+                                "`{name}` takes `{}` in {}, not in {found}",
+                                argument.name.text, unit.symbol
+                            ),
+                        )
+                        .here(format!("this is in {found}"))
+                        .label(argument.name.span, format!("declared in {}", unit.symbol)),
+                    ));
+                }
+                typed.dim = wanted;
+            }
+            bound.insert(argument.name.text.as_str(), typed);
+        }
+        let key = (name, passed.typed);
+        if let Some(result) = self.calls.get(&key) {
+            return *result;
+        }
+        if self.calls.len() >= MOST_CALLS {
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E211, passed.call, "the model opens too many calls")
+                    .label(passed.place, format!("`{name}` multiplies when it is opened")),
+            ));
+        }
+        self.open.push(name);
+        let result = self.lower(body, &bound, diagnostics);
+        self.open.pop();
+        self.calls.insert(key, result);
+        result
+    }
+
+    /// Opens a function whose arguments all say their units, for the mistakes in its body.
+    pub(super) fn check_function(
+        &mut self,
+        function: Function<'a>,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), Reported> {
+        let mut bound = Arguments::new();
+        for (i, argument) in function.arguments.iter().enumerate() {
+            let unit = unit_of(argument.unit.as_ref(), diagnostics)?;
+            // Any symbol serves: only its dimension is looked at.
+            let id = self.graph.symbol(Symbol::Input(u32::MAX - i as u32));
+            bound.insert(&argument.name.text, Typed { id, dim: Dim::Of(unit.dimension) });
+        }
+        self.open.push(function.name);
+        let result = self.lower(function.body, &bound, diagnostics);
+        self.open.pop();
+        result.map(|_| ())
+    }
+
+    fn derivative(
+        &mut self,
+        list: &'a [Expr],
+        span: Span,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Typed, Reported> {
+        let mut only = match list {
+            [only] => Some(only),
+            _ => None,
+        };
+        while let Some(Expr { kind: ExprKind::Group(inner), .. }) = only {
+            only = Some(inner);
+        }
+        let Some(Expr { kind: ExprKind::Name(name), span: name_span }) = only else {
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E209, span, "`der` takes the name of one state")
+                    .help("the derivative of an expression follows from those of its states"),
+            ));
+        };
+        let entry = self.scope.names.get(name.as_str());
+        match entry.map(|entry| (entry.definition, entry.span)) {
+            Some((Definition::Unknown { index, state: true }, _)) => {
+                let unit = self.scope.dimension(name)?;
+                let rate = unit.over(self.scope.second).unwrap_or(Dimension::ONE);
+                let id = self.graph.symbol(Symbol::Derivative(index));
+                Ok(Typed { id, dim: Dim::Of(rate) })
+            }
+            Some((definition, place)) => {
+                let what = definition.noun();
+                Err(diagnostics.error(
+                    Diagnostic::new(Code::E209, *name_span, format!("`{name}` is {what}, not a state"))
+                        .label(place, "declared here")
+                        .help("only what is declared `state` has a derivative"),
+                ))
+            }
+            None => Err(self.unknown_name(name, *name_span, &Arguments::new(), diagnostics)),
+        }
+    }
+}
+
+/// What a call hands to a function.
+struct Passed {
+    typed: Vec<Typed>,
+    spans: Vec<Span>,
+    call: Span,
+    /// Where the function is declared.
+    place: Span,
+}
+
+/// The unit between brackets; a plain number without one.
+pub(super) fn unit_of(
+    written: Option<&crate::syntax::ast::Unit>,
+    diagnostics: &mut Diagnostics,
+) -> Result<Unit, Reported> {
+    let Some(written) = written else {
+        return Ok(Unit::one());
+    };
+    parse_unit(&written.text).map_err(|error| diagnostics.error(error.at(written)))
+}
+
+/// Whether a declared value is made of plain numbers only, and so is in the declared unit.
+pub(super) fn is_plain(expr: &Expr) -> bool {
+    match &expr.kind {
+        ExprKind::Number { unit, .. } => unit.is_none(),
+        ExprKind::Name(name) => name == "pi",
+        ExprKind::Call { function, arguments } => {
+            IntrinsicId::find(&function.text).is_some() && arguments.iter().all(is_plain)
+        }
+        ExprKind::Group(inner) | ExprKind::Negate(inner) => is_plain(inner),
+        ExprKind::Sum(terms) => terms.iter().all(|(_, term)| is_plain(term)),
+        ExprKind::Product(factors) => factors.iter().all(|(_, factor)| is_plain(factor)),
+        ExprKind::Power(base, exponent) => is_plain(base) && is_plain(exponent),
+        ExprKind::If(..)
+        | ExprKind::Compare(..)
+        | ExprKind::And(_)
+        | ExprKind::Or(_)
+        | ExprKind::Not(_) => false,
+    }
+}

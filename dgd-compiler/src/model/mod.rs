@@ -1,0 +1,179 @@
+//! A model whose names are looked up, whose units are checked and whose values are in SI.
+
+mod check_units;
+mod define;
+mod expression;
+pub mod latex;
+mod resolve;
+pub mod text;
+
+use std::collections::BTreeMap;
+
+use crate::expr::{ExprId, Graph};
+use crate::source::Span;
+use crate::units::{Dimension, Unit};
+
+pub use resolve::{ModelOptions, Setting, resolve};
+
+/// What `resolve` promises:
+///
+/// - every name is a position in one of the lists below,
+/// - every expression has a dimension and every equation balances,
+/// - functions are opened, the chosen variants' items are in place, imports are merged,
+/// - values are in SI; expressions stand as they were written, not simplified.
+#[derive(Debug, Clone, Default)]
+pub struct Model {
+    /// Its name.
+    pub name: String,
+    /// Doc comment above it.
+    pub doc: Vec<String>,
+    /// All expressions.
+    pub graph: Graph,
+    /// `constant`s.
+    pub constants: Vec<Constant>,
+    /// `parameter`s.
+    pub parameters: Vec<Parameter>,
+    /// `input`s.
+    pub inputs: Vec<Input>,
+    /// `state`s and `unknown`s.
+    pub unknowns: Vec<Unknown>,
+    /// `let`s, in an order in which each needs earlier ones only.
+    pub lets: Vec<Let>,
+    /// `output`s.
+    pub outputs: Vec<Output>,
+    /// `equation`s.
+    pub equations: Vec<Equation>,
+    /// `variant`s and what was chosen.
+    pub variants: Vec<Variant>,
+}
+
+/// What every declaration has.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Declared {
+    /// Its name.
+    pub name: String,
+    /// Where the name stands.
+    pub span: Span,
+    /// Its unit.
+    pub unit: Unit,
+    /// Doc comment.
+    pub doc: Vec<String>,
+}
+
+/// A `constant`.
+#[derive(Debug, Clone)]
+pub struct Constant {
+    /// Name, place, unit, doc.
+    pub declared: Declared,
+    /// Value, SI.
+    pub value: f64,
+}
+
+/// A `parameter`.
+#[derive(Debug, Clone)]
+pub struct Parameter {
+    /// Name, place, unit, doc.
+    pub declared: Declared,
+    /// Value, SI.
+    pub value: f64,
+    /// Lower bound, SI; minus infinity where it is open.
+    pub lower: f64,
+    /// Upper bound, SI; infinity where it is open.
+    pub upper: f64,
+    /// The logarithm is estimated.
+    pub log: bool,
+    /// Not estimated unless asked.
+    pub fixed: bool,
+    /// Size for scaling, SI.
+    pub nominal: Option<f64>,
+    /// Mean and standard deviation of a normal prior, SI.
+    pub prior: Option<(f64, f64)>,
+}
+
+/// How an input goes on between samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Interpolation {
+    /// It holds.
+    Hold,
+    /// A straight line.
+    Linear,
+}
+
+/// An `input`.
+#[derive(Debug, Clone)]
+pub struct Input {
+    /// Name, place, unit, doc.
+    pub declared: Declared,
+    /// Between samples.
+    pub interpolation: Interpolation,
+}
+
+/// A `state` or `unknown`.
+#[derive(Debug, Clone)]
+pub struct Unknown {
+    /// Name, place, unit, doc.
+    pub declared: Declared,
+    /// Whether it was declared `state`, so that its derivative may be used.
+    pub state: bool,
+    /// Start value, or guess where it turns out algebraic: of parameters and inputs.
+    pub start: ExprId,
+    /// Its start value is not estimated.
+    pub fixed: bool,
+    /// Size for tolerances, SI.
+    pub nominal: Option<f64>,
+}
+
+/// A `let`.
+#[derive(Debug, Clone)]
+pub struct Let {
+    /// Its name.
+    pub name: String,
+    /// What it stands for.
+    pub value: ExprId,
+    /// Its dimension.
+    pub dimension: Dimension,
+}
+
+/// An `output`.
+#[derive(Debug, Clone)]
+pub struct Output {
+    /// Name, place, unit, doc.
+    pub declared: Declared,
+    /// What it reads.
+    pub value: ExprId,
+    /// Standard deviation of the sensor's white error, SI.
+    pub noise: Option<f64>,
+}
+
+/// An `equation`: left = right.
+#[derive(Debug, Clone)]
+pub struct Equation {
+    /// Its label.
+    pub label: String,
+    /// The whole equation's place.
+    pub span: Span,
+    /// Doc comment.
+    pub doc: Vec<String>,
+    /// Left side.
+    pub left: ExprId,
+    /// Right side.
+    pub right: ExprId,
+}
+
+/// A `variant` and the choice that was made.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Variant {
+    /// Its name.
+    pub name: String,
+    /// The choices, the default first.
+    pub choices: Vec<String>,
+    /// Which one the model holds.
+    pub chosen: usize,
+}
+
+impl Model {
+    /// Names that the model gives to expressions: its `let`s.
+    pub fn let_names(&self) -> BTreeMap<ExprId, String> {
+        self.lets.iter().map(|l| (l.value, l.name.clone())).collect()
+    }
+}

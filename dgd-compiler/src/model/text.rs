@@ -1,0 +1,109 @@
+//! A model as text, for `dgd emit --stage model`: what was understood, in SI units.
+
+use std::fmt::Write;
+
+use super::{Declared, Interpolation, Model};
+use crate::expr::Symbol;
+use crate::expr::display::{listing, number};
+use crate::units::describe;
+
+/// Writes a model out.
+pub fn write(model: &Model) -> String {
+    let mut text = String::new();
+    let mut line = |indent: &str, content: String| {
+        let _ = writeln!(text, "{indent}{content}");
+    };
+    line("", format!("model {}", model.name));
+    for variant in &model.variants {
+        line("  ", format!("variant {} = {}", variant.name, variant.choices[variant.chosen]));
+    }
+    for constant in &model.constants {
+        line("  ", format!("constant {} = {}", head(&constant.declared), number(constant.value)));
+    }
+    for input in &model.inputs {
+        let hold = match input.interpolation {
+            Interpolation::Hold => "hold",
+            Interpolation::Linear => "linear",
+        };
+        line("  ", format!("input {} {hold}", head(&input.declared)));
+    }
+    for parameter in &model.parameters {
+        let mut content =
+            format!("parameter {} = {}", head(&parameter.declared), number(parameter.value));
+        if parameter.lower.is_finite() || parameter.upper.is_finite() {
+            let end = |x: f64| if x.is_finite() { number(x) } else { String::new() };
+            let _ = write!(content, " in {} .. {}", end(parameter.lower), end(parameter.upper));
+        }
+        for (flag, word) in [(parameter.log, ", log"), (parameter.fixed, ", fixed")] {
+            if flag {
+                content.push_str(word);
+            }
+        }
+        line("  ", content);
+    }
+    let names = model.let_names();
+    let symbol = |symbol| symbol_name(model, symbol);
+    let show = |id| {
+        let mut unnamed = names.clone();
+        unnamed.remove(&id);
+        let listing = listing(&model.graph, &[id], &unnamed, &symbol);
+        // Other `let`s stand by their names; what only was too long is written above.
+        let longer: Vec<(String, String)> =
+            listing.lines.into_iter().filter(|(name, _)| name.starts_with('_')).collect();
+        (longer, listing.roots[0].clone())
+    };
+    let mut shown = |indent: &str, head: String, id| {
+        let (longer, root) = show(id);
+        for (name, value) in longer {
+            let _ = writeln!(text, "{indent}  {name} = {value}");
+        }
+        let _ = writeln!(text, "{indent}{head} = {root}");
+    };
+    for l in &model.lets {
+        shown("  ", format!("let {} [{}]", l.name, describe(l.dimension)), l.value);
+    }
+    for unknown in &model.unknowns {
+        let kind = if unknown.state { "state" } else { "unknown" };
+        shown("  ", format!("{kind} {}", head(&unknown.declared)), unknown.start);
+    }
+    for equation in &model.equations {
+        let (longer, left) = show(equation.left);
+        for (name, value) in longer {
+            let _ = writeln!(text, "    {name} = {value}");
+        }
+        let (longer, right) = show(equation.right);
+        for (name, value) in longer {
+            let _ = writeln!(text, "    {name} = {value}");
+        }
+        let _ = writeln!(text, "  equation {}: {left} = {right}", equation.label);
+    }
+    for output in &model.outputs {
+        let (longer, value) = show(output.value);
+        for (name, value) in longer {
+            let _ = writeln!(text, "    {name} = {value}");
+        }
+        let noise = output.noise.map_or(String::new(), |noise| format!("  noise {}", number(noise)));
+        let _ = writeln!(text, "  output {} = {value}{noise}", head(&output.declared));
+    }
+    text
+}
+
+/// Name and SI unit.
+fn head(declared: &Declared) -> String {
+    format!("{} [{}]", declared.name, describe(declared.unit.dimension))
+}
+
+fn symbol_name(model: &Model, symbol: Symbol) -> String {
+    let unknown = |i: u32| model.unknowns[i as usize].declared.name.clone();
+    match symbol {
+        Symbol::Time => "time".to_owned(),
+        Symbol::Constant(i) => model.constants[i as usize].declared.name.clone(),
+        Symbol::Parameter(i) => model.parameters[i as usize].declared.name.clone(),
+        Symbol::Input(i) => model.inputs[i as usize].declared.name.clone(),
+        Symbol::Unknown(i) => unknown(i),
+        Symbol::Derivative(i) => format!("der({})", unknown(i)),
+        Symbol::InputSlope(_) | Symbol::Sensitivity(_) => {
+            unreachable!("only a program reads slopes and sensitivities")
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! The whole compiler on one page: text → Ast → Model → Dae → Program → tokens.
+//!
+//! | stage | function | from | to |
+//! |---|---|---|---|
+//! | 1 | [`load`] | text, and what it imports | [`Ast`]s |
+//! | 2 | [`resolve`] | `Ast`s | [`Model`]: names, units, SI |
+//! | 3 | [`assemble`] | `Model` | [`Dae`]: M ẏ = f, matched, index 1 |
+//! | 4 | [`lower`] | `Dae` | [`Program`]: derivatives, single assignment |
+//! | 5 | [`crate::codegen::generate`] | `Program` | Rust tokens |
+
+use std::collections::BTreeSet;
+
+use crate::dae::{Dae, assemble};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use crate::model::{Model, ModelOptions, resolve};
+use crate::program::{Program, lower};
+use crate::source::{Source, SourceId, Sources};
+use crate::syntax::ast::{Ast, ItemKind, Name};
+use crate::syntax::parse;
+
+/// How the text of an imported file is had: path in, text or the reason why not out.
+pub type Read<'a> = dyn FnMut(&str) -> Result<String, String> + 'a;
+
+/// Which parameters a program has sensitivities to.
+#[derive(Debug, Clone, Default)]
+pub enum Directions {
+    /// None: only states and outputs.
+    #[default]
+    None,
+    /// All of them.
+    All,
+    /// These.
+    Named(Vec<Name>),
+}
+
+/// What every stage made.
+#[derive(Debug, Clone)]
+pub struct Compiled {
+    /// The model file's tree first, then those of its imports.
+    pub asts: Vec<Ast>,
+    /// Names, units and SI values.
+    pub model: Model,
+    /// The system to be solved.
+    pub dae: Dae,
+    /// Ready to run.
+    pub program: Program,
+}
+
+/// Runs stages 1 to 4.
+///
+/// # Errors
+///
+/// [`Reported`]: what is wrong is in `diagnostics`, its places in `sources`.
+pub fn compile(
+    main: Source,
+    options: &ModelOptions,
+    directions: &Directions,
+    read: &mut Read<'_>,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Compiled, Reported> {
+    let asts = load(main, read, sources, diagnostics)?;
+    let model = resolve(&asts, options, diagnostics)?;
+    let dae = assemble(&model, diagnostics)?;
+    let positions = positions(&dae, directions, diagnostics)?;
+    let program = lower(&dae, &positions);
+    Ok(Compiled { asts, model, dae, program })
+}
+
+/// Parses a file and, once each, the libraries that it imports directly or through others.
+///
+/// A path is relative to the file that names it.
+///
+/// # Errors
+///
+/// [`Reported`] where a file has syntax errors, or cannot be read or imported.
+pub fn load(
+    main: Source,
+    read: &mut Read<'_>,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<Ast>, Reported> {
+    let mut known = BTreeSet::from([normalise(&main.name)]);
+    let main = sources.add(main);
+    let mut asts = vec![parse(main, sources, diagnostics)?];
+    let mut next = 0;
+    while let Some(ast) = asts.get(next) {
+        next += 1;
+        let source = ast.source;
+        let imports: Vec<_> = ast
+            .items
+            .iter()
+            .filter_map(|item| match &item.kind {
+                ItemKind::Import { path, path_span } => Some((path.clone(), *path_span)),
+                _ => None,
+            })
+            .collect();
+        for (path, span) in imports {
+            let name = beside(sources, source, &path);
+            if !known.insert(name.clone()) {
+                continue;
+            }
+            let text = match read(&name) {
+                Ok(text) => text,
+                Err(reason) => {
+                    let message = format!("cannot read `{name}`: {reason}");
+                    diagnostics.error(Diagnostic::new(Code::E208, span, message));
+                    continue;
+                }
+            };
+            let id = sources.add(Source { name, text });
+            let Ok(ast) = parse(id, sources, diagnostics) else { continue };
+            if let Some(header) = &ast.model {
+                let message = format!("`{path}` is a model, `{}`, not a library", header.name.text);
+                diagnostics.error(
+                    Diagnostic::new(Code::E208, span, message).help(
+                        "a library has constants, `let`s and functions, and no `model` line",
+                    ),
+                );
+                continue;
+            }
+            verify_library(&ast, diagnostics);
+            asts.push(ast);
+        }
+    }
+    diagnostics.check()?;
+    Ok(asts)
+}
+
+/// A library declares nothing that belongs to one model.
+fn verify_library(ast: &Ast, diagnostics: &mut Diagnostics) {
+    for item in &ast.items {
+        match item.kind {
+            ItemKind::Import { .. }
+            | ItemKind::Constant { .. }
+            | ItemKind::Let { .. }
+            | ItemKind::Function { .. } => {}
+            ItemKind::Parameter { .. }
+            | ItemKind::Input { .. }
+            | ItemKind::Unknown { .. }
+            | ItemKind::Output { .. }
+            | ItemKind::Equation { .. }
+            | ItemKind::Variant { .. } => {
+                diagnostics.error(
+                    Diagnostic::new(Code::E208, item.span, "this cannot stand in a library")
+                        .help("a library has constants, `let`s and functions; a model file begins with `model NAME`"),
+                );
+            }
+        }
+    }
+}
+
+/// The path of an import as seen from where the importing file lies.
+fn beside(sources: &Sources, source: SourceId, path: &str) -> String {
+    let folder = sources.get(source).name.rsplit_once('/').map_or("", |(folder, _)| folder);
+    if folder.is_empty() || path.starts_with('/') {
+        normalise(path)
+    } else {
+        normalise(&format!("{folder}/{path}"))
+    }
+}
+
+/// Without `.` and without what `..` takes back.
+fn normalise(path: &str) -> String {
+    let mut parts: Vec<&str> = Vec::new();
+    for part in path.split('/') {
+        match (part, parts.last()) {
+            (".", _) => {}
+            ("..", Some(last)) if *last != ".." && !last.is_empty() => {
+                parts.pop();
+            }
+            _ => parts.push(part),
+        }
+    }
+    parts.join("/")
+}
+
+/// Positions of the chosen directions among the parameters.
+fn positions(
+    dae: &Dae,
+    directions: &Directions,
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<usize>, Reported> {
+    let names = match directions {
+        Directions::None => return Ok(Vec::new()),
+        Directions::All => return Ok((0..dae.parameters.len()).collect()),
+        Directions::Named(names) => names,
+    };
+    let mut positions = Vec::with_capacity(names.len());
+    for name in names {
+        let found = dae.parameters.iter().position(|p| p.declared.name == name.text);
+        match found {
+            Some(position) if !positions.contains(&position) => positions.push(position),
+            Some(_) => {}
+            None => {
+                let message = format!("there is no parameter `{}`", name.text);
+                let mut diagnostic = Diagnostic::new(Code::E201, name.span, message);
+                let known = dae.parameters.iter().map(|p| p.declared.name.as_str());
+                if let Some(near) = suggestion(&name.text, known) {
+                    diagnostic.help = Some(format!("did you mean `{near}`?"));
+                }
+                diagnostics.error(diagnostic);
+            }
+        }
+    }
+    diagnostics.check()?;
+    Ok(positions)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::normalise;
+
+    #[test]
+    fn paths_are_taken_as_a_file_system_would() {
+        assert_eq!(normalise("models/./lib/../lib/friction.dgd"), "models/lib/friction.dgd");
+        assert_eq!(normalise("../a/../../b"), "../../b");
+        assert_eq!(normalise("/a/../b"), "/b");
+    }
+}

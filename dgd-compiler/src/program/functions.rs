@@ -1,0 +1,132 @@
+//! THE table of what a program can compute: names, arguments and results of each function.
+
+/// Which function.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum FunctionKind {
+    /// f.
+    Rhs,
+    /// f, ∂f/∂y, df/dt.
+    Linearize,
+    /// f, g.
+    SensitivityRhs,
+    /// f, ∂f/∂y, df/dt, g, ∂g/∂y, dg/dt.
+    SensitivityLinearize,
+    /// ∂f/∂p.
+    ParameterJacobian,
+    /// ∂f/∂u.
+    InputJacobian,
+    /// ∂f/∂t.
+    TimeDerivative,
+    /// w.
+    Outputs,
+    /// ∂w/∂y, ∂w/∂u, ∂w/∂p, ∂w/∂t.
+    OutputJacobians,
+    /// w, dw/dθ.
+    OutputSensitivities,
+    /// y₀.
+    Start,
+    /// ∂y₀/∂θ.
+    StartSensitivities,
+}
+
+/// An array that a function reads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Argument {
+    /// Unknowns y.
+    Y,
+    /// Inputs u.
+    U,
+    /// Parameters p.
+    P,
+    /// Slopes of the inputs.
+    Udot,
+    /// Sensitivities S, column by column.
+    S,
+}
+
+/// An array that a function writes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum ResultKind {
+    /// f, n.
+    F,
+    /// Non-zeros of ∂f/∂y.
+    Jacobian,
+    /// df/dt = ∂f/∂t + ∂f/∂u u̇, n.
+    Dfdt,
+    /// g = ∂f/∂y S + ∂f/∂θ, n n_s.
+    G,
+    /// Non-zeros of ∂g/∂y.
+    Dgdy,
+    /// dg/dt, n n_s.
+    Dgdt,
+    /// Non-zeros of ∂f/∂p.
+    ParameterJacobian,
+    /// Non-zeros of ∂f/∂u.
+    InputJacobian,
+    /// ∂f/∂t, n.
+    TimeDerivative,
+    /// w, n_w.
+    W,
+    /// Non-zeros of ∂w/∂y.
+    Dwdy,
+    /// Non-zeros of ∂w/∂u.
+    Dwdu,
+    /// Non-zeros of ∂w/∂p.
+    Dwdp,
+    /// ∂w/∂t, n_w.
+    Dwdt,
+    /// dw/dθ, n_w × n_s.
+    Dw,
+    /// y₀, n.
+    Y0,
+    /// ∂y₀/∂θ, n n_s.
+    S0,
+}
+
+/// A row of [`FUNCTIONS`].
+#[derive(Debug)]
+pub struct FunctionSpec {
+    /// Which function.
+    pub kind: FunctionKind,
+    /// The method of `System` that it becomes.
+    pub name: &'static str,
+    /// Arrays it takes besides t, y, u, p, in the order of the method's arguments.
+    pub extra: &'static [Argument],
+    /// Arrays it writes, in the order of the method's arguments.
+    pub results: &'static [ResultKind],
+}
+
+const fn row(
+    kind: FunctionKind,
+    name: &'static str,
+    extra: &'static [Argument],
+    results: &'static [ResultKind],
+) -> FunctionSpec {
+    FunctionSpec { kind, name, extra, results }
+}
+
+/// THE table.
+pub static FUNCTIONS: &[FunctionSpec] = {
+    use Argument::{S, Udot};
+    use FunctionKind as K;
+    use ResultKind as R;
+    &[
+        row(K::Rhs, "rhs", &[], &[R::F]),
+        row(K::Linearize, "linearize", &[Udot], &[R::F, R::Jacobian, R::Dfdt]),
+        row(K::SensitivityRhs, "sensitivity_rhs", &[S], &[R::F, R::G]),
+        row(
+            K::SensitivityLinearize,
+            "sensitivity_linearize",
+            &[Udot, S],
+            &[R::F, R::Jacobian, R::Dfdt, R::G, R::Dgdy, R::Dgdt],
+        ),
+        row(K::ParameterJacobian, "parameter_jacobian", &[], &[R::ParameterJacobian]),
+        row(K::InputJacobian, "input_jacobian", &[], &[R::InputJacobian]),
+        row(K::TimeDerivative, "time_derivative", &[], &[R::TimeDerivative]),
+        row(K::Outputs, "outputs", &[], &[R::W]),
+        row(K::OutputJacobians, "output_jacobians", &[], &[R::Dwdy, R::Dwdu, R::Dwdp, R::Dwdt]),
+        row(K::OutputSensitivities, "output_sensitivities", &[S], &[R::W, R::Dw]),
+        row(K::Start, "start", &[], &[R::Y0]),
+        row(K::StartSensitivities, "start_sensitivities", &[], &[R::S0]),
+    ]
+};

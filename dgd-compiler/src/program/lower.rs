@@ -1,0 +1,396 @@
+//! Dae → Program: derivatives are taken, patterns found, expressions put in execution order.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::functions::{Argument, FUNCTIONS, FunctionKind, ResultKind};
+use super::{
+    Function, Input, Operation, Output, Parameter, Program, Unknown, ValueId,
+};
+use crate::dae::Dae;
+use crate::expr::{ExprId, Graph, Node, Symbol};
+
+/// Makes a program of a system, with sensitivities to the parameters at these positions.
+///
+/// # Panics
+///
+/// If a direction is no position in `dae.parameters`.
+pub fn lower(dae: &Dae, directions: &[usize]) -> Program {
+    assert!(directions.iter().all(|d| *d < dae.parameters.len()), "directions are parameters");
+    let mut derivation = Derivation::new(dae, directions);
+    let functions = FUNCTIONS
+        .iter()
+        .map(|spec| {
+            let roots: Vec<Vec<ExprId>> =
+                spec.results.iter().map(|result| derivation.result(*result)).collect();
+            schedule(&derivation.graph, dae, spec.kind, &roots)
+        })
+        .collect();
+    Program {
+        name: dae.name.clone(),
+        doc: dae.doc.clone(),
+        unknowns: dae
+            .unknowns
+            .iter()
+            .map(|unknown| Unknown {
+                name: unknown.name.clone(),
+                unit: unknown.unit.clone(),
+                doc: unknown.doc.clone(),
+                nominal: unknown.nominal,
+                differential: unknown.differential,
+                equation: unknown.equation.clone(),
+                span: unknown.span,
+            })
+            .collect(),
+        parameters: dae
+            .parameters
+            .iter()
+            .map(|parameter| Parameter {
+                name: parameter.declared.name.clone(),
+                unit: parameter.declared.unit.clone(),
+                doc: parameter.declared.doc.clone(),
+                value: parameter.value,
+                lower: parameter.lower,
+                upper: parameter.upper,
+                nominal: parameter.nominal,
+                log: parameter.log,
+                fixed: parameter.fixed,
+            })
+            .collect(),
+        inputs: dae
+            .inputs
+            .iter()
+            .map(|input| Input {
+                name: input.declared.name.clone(),
+                unit: input.declared.unit.clone(),
+                doc: input.declared.doc.clone(),
+                interpolation: input.interpolation,
+            })
+            .collect(),
+        outputs: dae
+            .outputs
+            .iter()
+            .map(|output| Output {
+                name: output.declared.name.clone(),
+                unit: output.declared.unit.clone(),
+                doc: output.declared.doc.clone(),
+                noise: output.noise,
+            })
+            .collect(),
+        directions: directions.to_vec(),
+        patterns: derivation
+            .matrices
+            .iter()
+            .map(|(kind, matrix)| {
+                (*kind, matrix.iter().map(|(row, column, _)| (*row, *column)).collect())
+            })
+            .collect(),
+        functions,
+    }
+}
+
+/// A non-zero of a matrix: (row, column, value).
+type NonZero = (usize, usize, ExprId);
+
+/// The expressions of a system and the derivatives taken of them, each once.
+struct Derivation<'a> {
+    dae: &'a Dae,
+    directions: &'a [usize],
+    graph: Graph,
+    /// Matrices taken so far, by columns.
+    matrices: BTreeMap<ResultKind, Vec<NonZero>>,
+    /// g, once made.
+    g: Option<Vec<ExprId>>,
+}
+
+impl<'a> Derivation<'a> {
+    fn new(dae: &'a Dae, directions: &'a [usize]) -> Self {
+        Derivation {
+            dae,
+            directions,
+            graph: dae.graph.clone(),
+            matrices: BTreeMap::new(),
+            g: None,
+        }
+    }
+
+    fn n(&self) -> usize {
+        self.dae.unknowns.len()
+    }
+
+    fn f(&self) -> Vec<ExprId> {
+        self.dae.unknowns.iter().map(|unknown| unknown.rhs).collect()
+    }
+
+    fn w(&self) -> Vec<ExprId> {
+        self.dae.outputs.iter().map(|output| output.value).collect()
+    }
+
+    /// The numbers of a result.
+    fn result(&mut self, result: ResultKind) -> Vec<ExprId> {
+        let (f, w) = (self.f(), self.w());
+        match result {
+            ResultKind::F => f,
+            ResultKind::W => w,
+            ResultKind::Y0 => self.dae.unknowns.iter().map(|unknown| unknown.start).collect(),
+            ResultKind::G => self.g(),
+            ResultKind::Dfdt => f.iter().map(|f| self.along_time(*f)).collect(),
+            ResultKind::Dgdt => {
+                let zero = self.graph.constant(0.0);
+                let slopes = self.derivatives_of_g(|derivation, e| {
+                    let slope = derivation.along_time(e);
+                    if slope == zero { Vec::new() } else { vec![(0, slope)] }
+                });
+                slopes.iter().map(|row| row.first().map_or(zero, |(_, slope)| *slope)).collect()
+            }
+            ResultKind::TimeDerivative => self.dense(&f, 1, time),
+            ResultKind::Dwdt => self.dense(&w, 1, time),
+            ResultKind::Dw => self.sensitivities_of(&w),
+            ResultKind::S0 => {
+                let start = self.result(ResultKind::Y0);
+                let directions = self.directions;
+                self.dense(&start, directions.len(), direction(directions))
+            }
+            ResultKind::Jacobian => self.sparse(result, &f, unknown),
+            ResultKind::ParameterJacobian => self.sparse(result, &f, parameter),
+            ResultKind::InputJacobian => self.sparse(result, &f, input),
+            ResultKind::Dwdy => self.sparse(result, &w, unknown),
+            ResultKind::Dwdu => self.sparse(result, &w, input),
+            ResultKind::Dwdp => self.sparse(result, &w, parameter),
+            ResultKind::Dgdy => {
+                let rows = self.derivatives_of_g(|derivation, e| derivation.graph.gradient(e, unknown));
+                self.keep(result, rows)
+            }
+        }
+    }
+
+    fn g(&mut self) -> Vec<ExprId> {
+        if let Some(g) = &self.g {
+            return g.clone();
+        }
+        let g = self.sensitivities_of(&self.f());
+        self.g.insert(g).clone()
+    }
+
+    /// ∂expressions/∂(what `wanted` numbers): the non-zeros by columns. Taken once, by its kind.
+    fn sparse(
+        &mut self,
+        kind: ResultKind,
+        expressions: &[ExprId],
+        wanted: impl Fn(Symbol) -> Option<usize>,
+    ) -> Vec<ExprId> {
+        if let Some(matrix) = self.matrices.get(&kind) {
+            return matrix.iter().map(|(_, _, value)| *value).collect();
+        }
+        let rows = expressions.iter().map(|e| self.graph.gradient(*e, &wanted)).collect();
+        self.keep(kind, rows)
+    }
+
+    /// Keeps a matrix given by rows of (column, value); its non-zeros by columns.
+    fn keep(&mut self, kind: ResultKind, rows: Vec<Vec<(usize, ExprId)>>) -> Vec<ExprId> {
+        let mut matrix: Vec<NonZero> = rows
+            .into_iter()
+            .enumerate()
+            .flat_map(|(row, gradient)| gradient.into_iter().map(move |(c, value)| (row, c, value)))
+            .collect();
+        matrix.sort_unstable_by_key(|(row, column, _)| (*column, *row));
+        let values = matrix.iter().map(|(_, _, value)| *value).collect();
+        self.matrices.insert(kind, matrix);
+        values
+    }
+
+    /// Derivatives D of g, for each row j n + i: D gᵢⱼ = Σₖ D(∂fᵢ/∂yₖ) Sₖⱼ + D(∂fᵢ/∂θⱼ).
+    ///
+    /// Second derivatives of f are taken once and serve all directions.
+    fn derivatives_of_g(
+        &mut self,
+        derive: impl Fn(&mut Self, ExprId) -> Vec<(usize, ExprId)>,
+    ) -> Vec<Vec<(usize, ExprId)>> {
+        let n = self.n();
+        let directions = self.directions;
+        let mut rows = vec![Vec::new(); n * directions.len()];
+        if directions.is_empty() {
+            return rows;
+        }
+        for (i, f) in self.f().into_iter().enumerate() {
+            let mut by_unknown = Vec::new();
+            for (k, slope) in self.graph.gradient(f, unknown) {
+                by_unknown.push((k, derive(self, slope)));
+            }
+            let mut by_direction = BTreeMap::new();
+            for (j, slope) in self.graph.gradient(f, direction(directions)) {
+                by_direction.insert(j, derive(self, slope));
+            }
+            for j in 0..directions.len() {
+                let mut sums: BTreeMap<usize, ExprId> = BTreeMap::new();
+                for (k, parts) in &by_unknown {
+                    for (position, part) in parts {
+                        let s = self.sensitivity(*k, j);
+                        let term = self.graph.multiply(*part, s);
+                        self.accumulate(&mut sums, *position, term);
+                    }
+                }
+                for (position, part) in by_direction.get(&j).into_iter().flatten() {
+                    self.accumulate(&mut sums, *position, *part);
+                }
+                sums.retain(|_, sum| self.graph.value(*sum) != Some(0.0));
+                rows[j * n + i] = sums.into_iter().collect();
+            }
+        }
+        rows
+    }
+
+    fn accumulate(&mut self, sums: &mut BTreeMap<usize, ExprId>, position: usize, term: ExprId) {
+        let sum = match sums.get(&position) {
+            Some(earlier) => self.graph.add(*earlier, term),
+            None => term,
+        };
+        sums.insert(position, sum);
+    }
+
+    /// ∂yₖ/∂θⱼ as a symbol.
+    fn sensitivity(&mut self, k: usize, j: usize) -> ExprId {
+        let position = j * self.n() + k;
+        self.graph.symbol(Symbol::Sensitivity(u32::try_from(position).unwrap_or(u32::MAX)))
+    }
+
+    /// ∂expressions/∂(what `wanted` numbers): dense by columns.
+    fn dense(
+        &mut self,
+        expressions: &[ExprId],
+        columns: usize,
+        wanted: impl Fn(Symbol) -> Option<usize>,
+    ) -> Vec<ExprId> {
+        let zero = self.graph.constant(0.0);
+        let mut matrix = vec![zero; expressions.len() * columns];
+        for (row, expression) in expressions.iter().enumerate() {
+            for (column, value) in self.graph.gradient(*expression, &wanted) {
+                matrix[column * expressions.len() + row] = value;
+            }
+        }
+        matrix
+    }
+
+    /// ∂e/∂y S + ∂e/∂θ for each expression e: dense by columns.
+    fn sensitivities_of(&mut self, expressions: &[ExprId]) -> Vec<ExprId> {
+        let directions = self.directions;
+        let mut matrix = self.dense(expressions, directions.len(), direction(directions));
+        if directions.is_empty() {
+            return matrix;
+        }
+        for (row, expression) in expressions.iter().enumerate() {
+            let gradient = self.graph.gradient(*expression, unknown);
+            for j in 0..directions.len() {
+                let mut sum = self.graph.constant(0.0);
+                for (k, slope) in &gradient {
+                    let s = self.sensitivity(*k, j);
+                    let term = self.graph.multiply(*slope, s);
+                    sum = self.graph.add(sum, term);
+                }
+                let entry = &mut matrix[j * expressions.len() + row];
+                *entry = self.graph.add(sum, *entry);
+            }
+        }
+        matrix
+    }
+
+    /// de/dt at fixed unknowns: ∂e/∂t + ∂e/∂u u̇.
+    fn along_time(&mut self, expression: ExprId) -> ExprId {
+        let moving = |symbol| match symbol {
+            Symbol::Time => Some(0),
+            Symbol::Input(i) => Some(i as usize + 1),
+            _ => None,
+        };
+        let mut sum = self.graph.constant(0.0);
+        for (position, slope) in self.graph.gradient(expression, moving) {
+            let term = match u32::try_from(position) {
+                Ok(0) | Err(_) => slope,
+                Ok(position) => {
+                    let udot = self.graph.symbol(Symbol::InputSlope(position - 1));
+                    self.graph.multiply(slope, udot)
+                }
+            };
+            sum = self.graph.add(sum, term);
+        }
+        sum
+    }
+}
+
+fn unknown(symbol: Symbol) -> Option<usize> {
+    match symbol {
+        Symbol::Unknown(i) => Some(i as usize),
+        _ => None,
+    }
+}
+
+fn parameter(symbol: Symbol) -> Option<usize> {
+    match symbol {
+        Symbol::Parameter(i) => Some(i as usize),
+        _ => None,
+    }
+}
+
+fn input(symbol: Symbol) -> Option<usize> {
+    match symbol {
+        Symbol::Input(i) => Some(i as usize),
+        _ => None,
+    }
+}
+
+fn time(symbol: Symbol) -> Option<usize> {
+    (symbol == Symbol::Time).then_some(0)
+}
+
+fn direction(directions: &[usize]) -> impl Fn(Symbol) -> Option<usize> + '_ {
+    |symbol| {
+        let p = parameter(symbol)?;
+        directions.iter().position(|direction| *direction == p)
+    }
+}
+
+/// Puts expressions into execution order: operands first, in the order they were built.
+fn schedule(graph: &Graph, dae: &Dae, kind: FunctionKind, roots: &[Vec<ExprId>]) -> Function {
+    let order = graph.reachable(roots.iter().flatten().copied());
+    let mut values: HashMap<ExprId, ValueId> = HashMap::with_capacity(order.len());
+    let mut body = Vec::with_capacity(order.len());
+    let mut names = Vec::new();
+    for id in order {
+        let value = ValueId(u32::try_from(body.len()).unwrap_or(u32::MAX));
+        body.push(operation(graph.node(id), |operand| values[&operand]));
+        values.insert(id, value);
+        if let Some(name) = dae.names.get(&id) {
+            names.push((value, name.clone()));
+        }
+    }
+    let results =
+        roots.iter().map(|roots| roots.iter().map(|root| values[root]).collect()).collect();
+    Function { kind, body, names, results }
+}
+
+fn operation(node: Node, value: impl Fn(ExprId) -> ValueId) -> Operation {
+    match node {
+        Node::Constant(bits) => Operation::Constant(f64::from_bits(bits)),
+        Node::Symbol(symbol) => match symbol {
+            Symbol::Time => Operation::Time,
+            Symbol::Parameter(i) => Operation::Load(Argument::P, i),
+            Symbol::Input(i) => Operation::Load(Argument::U, i),
+            Symbol::InputSlope(i) => Operation::Load(Argument::Udot, i),
+            Symbol::Unknown(i) => Operation::Load(Argument::Y, i),
+            Symbol::Sensitivity(i) => Operation::Load(Argument::S, i),
+            Symbol::Constant(_) | Symbol::Derivative(_) => {
+                unreachable!("a Dae holds no constants and no derivatives")
+            }
+        },
+        Node::Negate(a) => Operation::Negate(value(a)),
+        Node::Add(a, b) => Operation::Add(value(a), value(b)),
+        Node::Subtract(a, b) => Operation::Subtract(value(a), value(b)),
+        Node::Multiply(a, b) => Operation::Multiply(value(a), value(b)),
+        Node::Divide(a, b) => Operation::Divide(value(a), value(b)),
+        Node::Call1(f, a) => Operation::Call1(f, value(a)),
+        Node::Call2(f, a, b) => Operation::Call2(f, value(a), value(b)),
+        Node::Compare(c, a, b) => Operation::Compare(c, value(a), value(b)),
+        Node::And(a, b) => Operation::And(value(a), value(b)),
+        Node::Or(a, b) => Operation::Or(value(a), value(b)),
+        Node::Not(a) => Operation::Not(value(a)),
+        Node::Select(c, a, b) => Operation::Select(value(c), value(a), value(b)),
+    }
+}

@@ -1,0 +1,194 @@
+//! Functions in single assignment over f64, ready to run or to be written as code.
+
+mod functions;
+mod lower;
+mod text;
+
+use std::collections::BTreeMap;
+
+use crate::expr::graph::Comparison;
+use crate::expr::intrinsics::IntrinsicId;
+use crate::source::Span;
+use crate::units::Unit;
+
+pub use crate::model::Interpolation;
+pub use functions::{Argument, FUNCTIONS, FunctionKind, FunctionSpec, ResultKind};
+pub use lower::lower;
+
+/// What `lower` promises:
+///
+/// - every function is a list of operations in execution order, each on earlier values,
+/// - the patterns hold every place that can be non-zero and no other,
+/// - nothing is left to decide: a back end that performs the operations as IEEE 754 double
+///   precision, without contraction, gives the same bits as any other.
+#[derive(Debug, Clone)]
+pub struct Program {
+    /// The model's name.
+    pub name: String,
+    /// The model's doc comment.
+    pub doc: Vec<String>,
+    /// Unknowns y.
+    pub unknowns: Vec<Unknown>,
+    /// Parameters p.
+    pub parameters: Vec<Parameter>,
+    /// Inputs u.
+    pub inputs: Vec<Input>,
+    /// Outputs w.
+    pub outputs: Vec<Output>,
+    /// Directions θ of the sensitivities, as positions in `parameters`.
+    pub directions: Vec<usize>,
+    /// Where the matrices that are given by their non-zeros have them.
+    pub patterns: BTreeMap<ResultKind, Pattern>,
+    /// One function for each row of [`FUNCTIONS`].
+    pub functions: Vec<Function>,
+}
+
+/// Places that can be non-zero: (row, column), columns ascending, rows ascending within a column.
+pub type Pattern = Vec<(usize, usize)>;
+
+/// An unknown and its row.
+#[derive(Debug, Clone)]
+pub struct Unknown {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: Unit,
+    /// Doc comment.
+    pub doc: Vec<String>,
+    /// Size for tolerances, SI.
+    pub nominal: Option<f64>,
+    /// ẏ = f, or 0 = f.
+    pub differential: bool,
+    /// Label of its equation.
+    pub equation: String,
+    /// Where the equation stands.
+    pub span: Span,
+}
+
+/// A parameter.
+#[derive(Debug, Clone)]
+pub struct Parameter {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: Unit,
+    /// Doc comment.
+    pub doc: Vec<String>,
+    /// Value, SI.
+    pub value: f64,
+    /// Lower bound, SI.
+    pub lower: f64,
+    /// Upper bound, SI.
+    pub upper: f64,
+    /// Size for scaling, SI.
+    pub nominal: Option<f64>,
+    /// The logarithm is estimated.
+    pub log: bool,
+    /// Not estimated unless asked.
+    pub fixed: bool,
+}
+
+/// An input.
+#[derive(Debug, Clone)]
+pub struct Input {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: Unit,
+    /// Doc comment.
+    pub doc: Vec<String>,
+    /// Between samples.
+    pub interpolation: Interpolation,
+}
+
+/// An output.
+#[derive(Debug, Clone)]
+pub struct Output {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: Unit,
+    /// Doc comment.
+    pub doc: Vec<String>,
+    /// Standard deviation of the sensor's white error, SI.
+    pub noise: Option<f64>,
+}
+
+/// A function of the program.
+#[derive(Debug, Clone)]
+pub struct Function {
+    /// Which one.
+    pub kind: FunctionKind,
+    /// Operations in order; value k is the result of operation k.
+    pub body: Vec<Operation>,
+    /// Names that the model gives to values, in ascending order of the value.
+    pub names: Vec<(ValueId, String)>,
+    /// For each result of the function, its numbers.
+    pub results: Vec<Vec<ValueId>>,
+}
+
+/// The value of an operation: its position in the body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ValueId(pub u32);
+
+impl ValueId {
+    /// Position in the body.
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// One operation on earlier values. Conditions are values that are true or false.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Operation {
+    /// A number.
+    Constant(f64),
+    /// t.
+    Time,
+    /// One number of an argument.
+    Load(Argument, u32),
+    /// −a
+    Negate(ValueId),
+    /// a + b
+    Add(ValueId, ValueId),
+    /// a − b
+    Subtract(ValueId, ValueId),
+    /// a b
+    Multiply(ValueId, ValueId),
+    /// a / b
+    Divide(ValueId, ValueId),
+    /// f(a)
+    Call1(IntrinsicId, ValueId),
+    /// f(a, b)
+    Call2(IntrinsicId, ValueId, ValueId),
+    /// Whether a < b and the like.
+    Compare(Comparison, ValueId, ValueId),
+    /// Both.
+    And(ValueId, ValueId),
+    /// Either.
+    Or(ValueId, ValueId),
+    /// Not.
+    Not(ValueId),
+    /// The second where the first is true, otherwise the third.
+    Select(ValueId, ValueId, ValueId),
+}
+
+impl Operation {
+    /// Whether its value is a condition.
+    pub fn is_condition(self) -> bool {
+        matches!(
+            self,
+            Operation::Compare(..) | Operation::And(..) | Operation::Or(..) | Operation::Not(_)
+        )
+    }
+}
+
+impl Program {
+    /// The function of a kind.
+    pub fn function(&self, kind: FunctionKind) -> &Function {
+        self.functions
+            .iter()
+            .find(|function| function.kind == kind)
+            .unwrap_or_else(|| unreachable!("a program has every function of the table"))
+    }
+}

@@ -1,0 +1,97 @@
+//! A program as text, for `dgd emit --stage program`.
+
+use std::fmt;
+
+use super::{Argument, FUNCTIONS, Function, Operation, Program, ValueId};
+use crate::expr::display::number;
+
+impl fmt::Display for Program {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "program {}", self.name)?;
+        for (i, unknown) in self.unknowns.iter().enumerate() {
+            let row = if unknown.differential { "der(y)" } else { "0" };
+            let (name, unit) = (&unknown.name, &unknown.unit.symbol);
+            writeln!(f, "  y[{i}] = {name} [{unit}]: {row} = f[{i}] by `{}`", unknown.equation)?;
+        }
+        let lists: [(&str, Vec<(&str, &str)>); 3] = [
+            ("u", self.inputs.iter().map(|x| (&*x.name, &*x.unit.symbol)).collect()),
+            ("p", self.parameters.iter().map(|x| (&*x.name, &*x.unit.symbol)).collect()),
+            ("w", self.outputs.iter().map(|x| (&*x.name, &*x.unit.symbol)).collect()),
+        ];
+        for (array, list) in lists {
+            for (i, (name, unit)) in list.iter().enumerate() {
+                writeln!(f, "  {array}[{i}] = {name} [{unit}]")?;
+            }
+        }
+        for (j, parameter) in self.directions.iter().enumerate() {
+            writeln!(f, "  theta[{j}] = {}", self.parameters[*parameter].name)?;
+        }
+        for (kind, pattern) in &self.patterns {
+            let places: Vec<String> = pattern.iter().map(|(r, c)| format!("({r},{c})")).collect();
+            writeln!(f, "pattern {kind:?}: {}", places.join(" "))?;
+        }
+        self.functions.iter().try_for_each(|function| write!(f, "{function}"))
+    }
+}
+
+impl fmt::Display for Function {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let spec = FUNCTIONS.iter().find(|spec| spec.kind == self.kind);
+        let spec = spec.unwrap_or_else(|| unreachable!("every function has a row"));
+        writeln!(f, "\nfunction {}", spec.name)?;
+        let mut names = self.names.iter().peekable();
+        for (i, operation) in self.body.iter().enumerate() {
+            write!(f, "  %{i} = {operation}")?;
+            if let Some((_, name)) = names.next_if(|(value, _)| value.index() == i) {
+                write!(f, "    # {name}")?;
+            }
+            writeln!(f)?;
+        }
+        for (result, values) in spec.results.iter().zip(&self.results) {
+            let values: Vec<String> = values.iter().map(ToString::to_string).collect();
+            writeln!(f, "  {result:?} = [{}]", values.join(", "))?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for ValueId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "%{}", self.0)
+    }
+}
+
+impl fmt::Display for Operation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Operation::Constant(value) => write!(f, "{}", number(value)),
+            Operation::Time => write!(f, "t"),
+            Operation::Load(argument, i) => write!(f, "{}[{i}]", argument.symbol()),
+            Operation::Negate(a) => write!(f, "-{a}"),
+            Operation::Add(a, b) => write!(f, "{a} + {b}"),
+            Operation::Subtract(a, b) => write!(f, "{a} - {b}"),
+            Operation::Multiply(a, b) => write!(f, "{a} * {b}"),
+            Operation::Divide(a, b) => write!(f, "{a} / {b}"),
+            Operation::Call1(function, a) => write!(f, "{}({a})", function.get().name),
+            Operation::Call2(function, a, b) => write!(f, "{}({a}, {b})", function.get().name),
+            Operation::Compare(c, a, b) => write!(f, "{a} {} {b}", c.spelling()),
+            Operation::And(a, b) => write!(f, "{a} and {b}"),
+            Operation::Or(a, b) => write!(f, "{a} or {b}"),
+            Operation::Not(a) => write!(f, "not {a}"),
+            Operation::Select(c, a, b) => write!(f, "if {c} then {a} else {b}"),
+        }
+    }
+}
+
+impl Argument {
+    /// As formulas write it.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Argument::Y => "y",
+            Argument::U => "u",
+            Argument::P => "p",
+            Argument::Udot => "udot",
+            Argument::S => "s",
+        }
+    }
+}

@@ -1,0 +1,493 @@
+//! The canonical layout of a file: `dgd fmt`.
+//!
+//! Only blanks and empty lines change; tokens, comments and line breaks stay. Items are indented by
+//! two blanks for every brace, lines that continue an item by four more. Declarations of one kind in
+//! consecutive lines are written in columns. `*` and `/` keep the blanks around them or keep none,
+//! for with them the author groups a formula: `rho/A * der(q)`. Comments at the end of lines keep
+//! their column where the text leaves them room.
+//!
+//! Works on tokens, so that it also lays out what this version cannot compile.
+
+use super::lexical::{self, RESERVED, Token, TokenKind};
+use crate::diagnostics::{Diagnostics, Reported};
+use crate::source::{SourceId, Sources};
+
+/// Blanks for every open brace.
+const INDENT: usize = 2;
+/// Further blanks of a line that continues an item.
+const CONTINUED: usize = 4;
+/// Blanks before a comment at the end of a line, at least.
+const COMMENT_GAP: usize = 2;
+/// Wider cells do not push the columns behind them.
+const WIDEST_CELL: usize = 48;
+
+/// Lays out a source. Fails only where it cannot be cut into tokens.
+pub fn format(
+    source: SourceId,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<String, Reported> {
+    let mut own = Diagnostics::default();
+    let text = sources.get(source).text.as_str();
+    let tokens = lexical::tokens(source, sources, &mut own);
+    for diagnostic in own.sorted() {
+        diagnostics.error(diagnostic.clone());
+    }
+    own.check()?;
+
+    let mut lines = lines(text, &tokens);
+    align(&mut lines);
+    place_comments(&mut lines);
+    Ok(joined(&lines))
+}
+
+/// A line of the source.
+#[derive(Default)]
+struct Line {
+    /// Blanks before it.
+    indent: usize,
+    /// The code in cells; a line that is not in columns has one.
+    cells: Vec<(Column, String)>,
+    /// Which lines it forms columns with.
+    group: Option<Group>,
+    /// The code, once it is laid out.
+    code: String,
+    /// Comment at the end, or alone.
+    comment: String,
+    /// Where the comment begins, in characters.
+    comment_column: usize,
+}
+
+/// The columns of items, from left to right.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Column {
+    /// Keyword and name, or name of a choice.
+    Head,
+    /// The unit.
+    Unit,
+    /// `= …`, or what is behind an equation's label, or `{ … }`.
+    Value,
+    /// Attributes.
+    Attributes,
+}
+
+const COLUMNS: [Column; 4] = [
+    Column::Head,
+    Column::Unit,
+    Column::Value,
+    Column::Attributes,
+];
+
+/// Lines of one group form columns when they follow each other.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Group {
+    /// Items with this keyword.
+    Item(String),
+    /// `NAME { … }`
+    Choice,
+}
+
+/// Keywords of items that are written in columns.
+const IN_COLUMNS: &[&str] = &[
+    "constant",
+    "parameter",
+    "input",
+    "state",
+    "unknown",
+    "let",
+    "function",
+    "output",
+    "equation",
+];
+
+/// A token with what has been found out about it.
+struct Placed {
+    token: Token,
+    /// Whether a blank stands before it within a line.
+    blank: bool,
+    class: Before,
+}
+
+fn lines(text: &str, tokens: &[Token]) -> Vec<Line> {
+    let ends = lexical::item_ends(tokens, text);
+    let mut lines = Vec::new();
+    let mut spacing = Spacing {
+        text,
+        before: Before::Start,
+        open: 0,
+        is_loop: false,
+    };
+    let mut depth = 0_usize;
+    // Whether the line goes on with the item of the line above.
+    let mut continued = false;
+    let mut line = Line::default();
+    let mut code: Vec<Placed> = Vec::new();
+    let mut line_start = 0;
+
+    let no_end = Token {
+        kind: TokenKind::Newline,
+        start: text.len() as u32,
+        end: text.len() as u32,
+    };
+    for (&token, ends_item) in tokens.iter().zip(ends).chain([(&no_end, true)]) {
+        match token.kind {
+            TokenKind::Newline => {
+                let closing = code
+                    .iter()
+                    .take_while(|p| p.token.kind == TokenKind::CloseBrace)
+                    .count();
+                let before = depth.saturating_sub(closing);
+                line.indent = INDENT * before + if continued { CONTINUED } else { 0 };
+                for placed in &code {
+                    match placed.token.kind {
+                        TokenKind::OpenBrace => depth += 1,
+                        TokenKind::CloseBrace => depth = depth.saturating_sub(1),
+                        _ => {}
+                    }
+                }
+                (line.group, line.cells) = if continued || !ends_item {
+                    (None, cells(text, &code, &[]))
+                } else {
+                    in_columns(text, &code)
+                };
+                continued = !ends_item && (continued || !code.is_empty());
+                if ends_item {
+                    spacing.restart();
+                }
+                lines.push(std::mem::take(&mut line));
+                code.clear();
+                line_start = token.end as usize;
+            }
+            TokenKind::Comment | TokenKind::Doc => {
+                token.text(text).trim_end().clone_into(&mut line.comment);
+                line.comment_column = text[line_start..token.start as usize].chars().count();
+            }
+            kind => {
+                let behind_brace = code.last().is_some_and(|placed| {
+                    matches!(
+                        placed.token.kind,
+                        TokenKind::OpenBrace | TokenKind::CloseBrace
+                    )
+                });
+                let (blank, class) = spacing.place(token);
+                code.push(Placed {
+                    token,
+                    blank: blank || behind_brace,
+                    class,
+                });
+                if matches!(kind, TokenKind::OpenBrace | TokenKind::CloseBrace) {
+                    spacing.restart();
+                }
+            }
+        }
+    }
+    lines
+}
+
+/// The code in cells that begin at these tokens; the first begins at token 0.
+fn cells(text: &str, code: &[Placed], starts: &[(Column, usize)]) -> Vec<(Column, String)> {
+    let mut all: Vec<(Column, String)> = Vec::new();
+    for (i, placed) in code.iter().enumerate() {
+        let start = starts
+            .iter()
+            .find(|(_, start)| *start == i)
+            .map(|(column, _)| *column);
+        match (start, all.last_mut()) {
+            (Some(column), _) => all.push((column, placed.token.text(text).to_owned())),
+            (None, None) => all.push((Column::Head, placed.token.text(text).to_owned())),
+            (None, Some((_, cell))) => {
+                if placed.blank {
+                    cell.push(' ');
+                }
+                cell.push_str(placed.token.text(text));
+            }
+        }
+    }
+    all
+}
+
+/// The cells of a line that is an item, and its group.
+fn in_columns(text: &str, code: &[Placed]) -> (Option<Group>, Vec<(Column, String)>) {
+    let kind = |i: usize| code.get(i).map(|placed: &Placed| placed.token.kind);
+    let word = |i: usize| code.get(i).map_or("", |placed| placed.token.text(text));
+
+    let is_brace =
+        |p: &&Placed| matches!(p.token.kind, TokenKind::OpenBrace | TokenKind::CloseBrace);
+    if kind(0) == Some(TokenKind::Name) && kind(1) == Some(TokenKind::OpenBrace) {
+        let is_one_line = kind(code.len() - 1) == Some(TokenKind::CloseBrace);
+        let group = is_one_line.then_some(Group::Choice);
+        return (group, cells(text, code, &[(Column::Value, 1)]));
+    }
+    if kind(0) != Some(TokenKind::Name)
+        || !IN_COLUMNS.contains(&word(0))
+        || code.iter().any(|placed| is_brace(&placed))
+    {
+        return (None, cells(text, code, &[]));
+    }
+
+    let mut starts = Vec::new();
+    let mut open = 0_usize;
+    let mut seen = Column::Head;
+    let separator = if word(0) == "equation" {
+        TokenKind::Colon
+    } else {
+        TokenKind::Equal
+    };
+    for (i, placed) in code.iter().enumerate() {
+        let column = match placed.token.kind {
+            TokenKind::Open => {
+                open += 1;
+                continue;
+            }
+            TokenKind::Close => {
+                open = open.saturating_sub(1);
+                continue;
+            }
+            TokenKind::Unit if i == 2 => (Column::Unit, i),
+            kind if kind == separator && separator == TokenKind::Equal => (Column::Value, i),
+            kind if kind == separator => (Column::Value, i + 1),
+            TokenKind::Name
+                if i > 1
+                    && placed.class == Before::Word
+                    && separator == TokenKind::Equal
+                    && !RESERVED.contains(&word(i)) =>
+            {
+                (Column::Attributes, i)
+            }
+            _ => continue,
+        };
+        let has_gap = code.get(column.1).is_some_and(|placed| placed.blank);
+        if open == 0 && column.0 > seen && has_gap {
+            seen = column.0;
+            starts.push(column);
+        }
+    }
+    (
+        Some(Group::Item(word(0).to_owned())),
+        cells(text, code, &starts),
+    )
+}
+
+/// Writes the code of every line, in columns where lines of one group follow each other.
+fn align(lines: &mut [Line]) {
+    let mut rest = lines;
+    while let Some(first) = rest.first() {
+        let (group, indent) = (&first.group, first.indent);
+        let length = match group {
+            None => 1,
+            Some(_) => rest
+                .iter()
+                .take_while(|l| l.group == *group && l.indent == indent)
+                .count(),
+        };
+        let (run, behind) = rest.split_at_mut(length);
+        write_columns(run);
+        rest = behind;
+    }
+}
+
+fn write_columns(run: &mut [Line]) {
+    let length = |cell: &str| cell.chars().count();
+    // Where every column begins, and the blanks before it.
+    let mut starts = [(0, 0); COLUMNS.len()];
+    let mut end = 0;
+    let mut has_value = false;
+    for column in COLUMNS {
+        let cells = run
+            .iter()
+            .flat_map(|line| &line.cells)
+            .filter(|(c, _)| *c == column);
+        let Some(width) = cells
+            .map(|(_, cell)| length(cell))
+            .map(|w| if w > WIDEST_CELL { 0 } else { w })
+            .max()
+        else {
+            continue;
+        };
+        let gap = match column {
+            Column::Head => 0,
+            Column::Unit | Column::Value => 1,
+            Column::Attributes => 1 + usize::from(has_value),
+        };
+        has_value |= column == Column::Value;
+        starts[column as usize] = (end + gap, gap);
+        end += gap + width;
+    }
+    for line in run {
+        let mut code = String::new();
+        for (column, cell) in &line.cells {
+            let (start, gap) = starts[*column as usize];
+            let at = length(&code);
+            let blanks = start.saturating_sub(at).max(gap);
+            code.extend(std::iter::repeat_n(' ', blanks));
+            code.push_str(cell);
+        }
+        line.code = code;
+    }
+}
+
+/// Gives comments at the end of consecutive lines that began in one column one column again.
+fn place_comments(lines: &mut [Line]) {
+    let is_trailing = |line: &Line| !line.code.is_empty() && !line.comment.is_empty();
+    let mut rest = lines;
+    while let Some(first) = rest.first() {
+        let column = first.comment_column;
+        let same = |line: &&Line| is_trailing(line) && line.comment_column == column;
+        let length = rest.iter().take_while(same).count().max(1);
+        let (run, behind) = rest.split_at_mut(length);
+        let needed = |line: &Line| line.indent + line.code.chars().count() + COMMENT_GAP;
+        let column = run.iter().map(needed).max().unwrap_or(0).max(column);
+        for line in run {
+            line.comment_column = column;
+        }
+        rest = behind;
+    }
+}
+
+/// The text of the lines, without empty ones at the start, at the end, and behind one another.
+fn joined(lines: &[Line]) -> String {
+    let mut out = String::new();
+    let mut is_pending = false;
+    for line in lines {
+        if line.code.is_empty() && line.comment.is_empty() {
+            is_pending = !out.is_empty();
+            continue;
+        }
+        if std::mem::take(&mut is_pending) {
+            out.push('\n');
+        }
+        out.extend(std::iter::repeat_n(' ', line.indent));
+        out.push_str(&line.code);
+        if !line.comment.is_empty() {
+            let at = line.indent + line.code.chars().count();
+            let blanks = if line.code.is_empty() {
+                0
+            } else {
+                line.comment_column.saturating_sub(at)
+            };
+            out.extend(std::iter::repeat_n(' ', blanks));
+            out.push_str(&line.comment);
+        }
+        out.push('\n');
+    }
+    out
+}
+
+/// What stands before a token, as far as spacing is concerned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Before {
+    /// Nothing: the token begins an item.
+    Start,
+    /// Something that can be the left side of an operator.
+    Operand,
+    /// A keyword.
+    Word,
+    /// A `-` that belongs to what follows.
+    Sign,
+    /// `*`, `/`, or the `..` of a loop: with or without blanks.
+    Tight { spaced: bool },
+    /// Any other token.
+    Other(TokenKind),
+}
+
+/// Decides about the blank before every token, token by token.
+struct Spacing<'a> {
+    text: &'a str,
+    before: Before,
+    /// Open parentheses.
+    open: usize,
+    /// Whether the item is a `for`.
+    is_loop: bool,
+}
+
+impl Spacing<'_> {
+    /// What follows begins an item.
+    fn restart(&mut self) {
+        (self.before, self.open, self.is_loop) = (Before::Start, 0, false);
+    }
+
+    /// Whether a blank stands before the token, unless it begins a line; and what it is to the next.
+    fn place(&mut self, token: Token) -> (bool, Before) {
+        if self.before == Before::Start {
+            self.is_loop = token.text(self.text) == "for";
+        }
+        let blank = self.blank(token);
+        self.before = self.class(token);
+        match token.kind {
+            TokenKind::Open => self.open += 1,
+            TokenKind::Close => self.open = self.open.saturating_sub(1),
+            _ => {}
+        }
+        (blank, self.before)
+    }
+
+    fn blank(&self, token: Token) -> bool {
+        match (self.before, token.kind) {
+            (Before::Start, _) => false,
+            // A sign stands tight only where the two cannot be read as one token.
+            (Before::Sign, kind) => !matches!(
+                kind,
+                TokenKind::Name | TokenKind::Number | TokenKind::Open | TokenKind::Minus
+            ),
+            (_, TokenKind::Comma | TokenKind::Close | TokenKind::Colon | TokenKind::Index)
+            | (Before::Other(TokenKind::Open | TokenKind::Caret | TokenKind::Dot), _)
+            | (_, TokenKind::Caret)
+            | (Before::Operand, TokenKind::Open) => false,
+            (Before::Tight { spaced }, _) => spaced,
+            (_, TokenKind::Star | TokenKind::Slash | TokenKind::Dot) => self.is_spaced(token),
+            (_, TokenKind::Range) if self.is_loop => self.is_spaced(token),
+            _ => true,
+        }
+    }
+
+    /// Whether the author wrote a blank on either side, or ended the line there.
+    fn is_spaced(&self, token: Token) -> bool {
+        let behind = &self.text[token.end as usize..];
+        let is_blank = |c: char| c.is_ascii_whitespace();
+        let before = &self.text[..token.start as usize];
+        matches!(self.before, Before::Sign | Before::Tight { spaced: true })
+            || before.ends_with(is_blank)
+            || before.ends_with(['{', '}'])
+            || behind.is_empty()
+            || behind.starts_with(is_blank)
+            || behind.starts_with('#')
+            || behind.starts_with("///")
+    }
+
+    fn class(&self, token: Token) -> Before {
+        match token.kind {
+            TokenKind::Name => {
+                let is_word = RESERVED.contains(&token.text(self.text))
+                    || match self.before {
+                        Before::Start => true,
+                        // Two words in a row, or a list of attributes.
+                        Before::Operand | Before::Other(TokenKind::Comma) => self.open == 0,
+                        // `rises above`, `falls below`
+                        Before::Word => matches!(token.text(self.text), "above" | "below"),
+                        Before::Sign | Before::Tight { .. } | Before::Other(_) => false,
+                    };
+                if is_word {
+                    Before::Word
+                } else {
+                    Before::Operand
+                }
+            }
+            TokenKind::Number
+            | TokenKind::Text
+            | TokenKind::Unit
+            | TokenKind::Index
+            | TokenKind::Close => Before::Operand,
+            TokenKind::Minus if self.before != Before::Operand => Before::Sign,
+            TokenKind::Star | TokenKind::Slash => Before::Tight {
+                spaced: self.is_spaced(token),
+            },
+            TokenKind::Range if self.is_loop => Before::Tight {
+                spaced: self.is_spaced(token),
+            },
+            kind => Before::Other(kind),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

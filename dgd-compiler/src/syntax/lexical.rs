@@ -1,0 +1,665 @@
+//! From text to tokens, and where an item ends.
+//!
+//! Blanks separate tokens; everything else in the text is in some token, comments and line ends
+//! included, so that the formatter works on the same tokens as the parser.
+
+use nom::branch::alt;
+use nom::bytes::complete::{tag, take_while, take_while1};
+use nom::character::complete::{anychar, char, digit1, one_of, satisfy};
+use nom::combinator::{map, opt, peek, recognize, value, verify};
+use nom::error::ErrorKind;
+use nom::sequence::{preceded, terminated};
+use nom::{IResult, Parser};
+
+use super::item;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics};
+use crate::source::{SourceId, Sources, Span};
+
+/// What a token is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum TokenKind {
+    Number,
+    Name,
+    /// `"…"`
+    Text,
+    /// `[…]` behind a blank or a number
+    Unit,
+    /// `[…]` directly behind a name
+    Index,
+    Plus,
+    Minus,
+    Star,
+    Slash,
+    Caret,
+    Equal,
+    Less,
+    LessEqual,
+    Greater,
+    GreaterEqual,
+    Open,
+    Close,
+    OpenBrace,
+    CloseBrace,
+    Comma,
+    Colon,
+    /// `..`
+    Range,
+    /// `.` between names
+    Dot,
+    /// `->`
+    Arrow,
+    /// `/// …`
+    Doc,
+    /// `# …`
+    Comment,
+    /// The end of a line
+    Newline,
+    /// Something that has been reported.
+    Invalid,
+}
+
+/// A token and its place in the source's text.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Token {
+    pub(crate) kind: TokenKind,
+    pub(crate) start: u32,
+    pub(crate) end: u32,
+}
+
+impl Token {
+    /// The token as it stands in the text.
+    pub(crate) fn text(self, source: &str) -> &str {
+        &source[self.start as usize..self.end as usize]
+    }
+
+    pub(crate) fn span(self, source: SourceId) -> Span {
+        Span {
+            source,
+            start: self.start,
+            end: self.end,
+        }
+    }
+}
+
+/// Words of expressions, which cannot be names.
+pub(crate) const RESERVED: &[&str] = &["and", "or", "not", "if", "then", "else"];
+
+/// Cuts a source into tokens. What cannot be read becomes [`TokenKind::Invalid`] and is reported.
+pub(crate) fn tokens(
+    source: SourceId,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+) -> Vec<Token> {
+    let text = sources.get(source).text.as_str();
+    let mut tokens: Vec<Token> = Vec::new();
+    if i32::try_from(text.len()).is_err() {
+        let span = Span {
+            source,
+            start: 0,
+            end: 0,
+        };
+        diagnostics.error(Diagnostic::new(
+            Code::E112,
+            span,
+            "the file is larger than 2 GiB",
+        ));
+        return tokens;
+    }
+    let mut rest = text.strip_prefix('\u{feff}').unwrap_or(text);
+    loop {
+        rest = rest.trim_start_matches([' ', '\t']);
+        if rest.is_empty() {
+            return tokens;
+        }
+        let start = (text.len() - rest.len()) as u32;
+        let behind_name = tokens
+            .last()
+            .is_some_and(|last| last.end == start && matches!(last.kind, TokenKind::Name));
+        let bracket = if behind_name {
+            TokenKind::Index
+        } else {
+            TokenKind::Unit
+        };
+        let (after, kind) = match alt((sound, brackets(bracket))).parse(rest) {
+            Ok((after, kind)) => (after, Ok(kind)),
+            Err(_) => unsound(rest),
+        };
+        let end = (text.len() - after.len()) as u32;
+        let token = Token {
+            kind: *kind.as_ref().unwrap_or(&TokenKind::Invalid),
+            start,
+            end,
+        };
+        if let Err(mistake) = kind {
+            let mut diagnostic = Diagnostic::new(mistake.code, token.span(source), mistake.message);
+            diagnostic.help = mistake.help.map(str::to_owned);
+            diagnostics.error(diagnostic);
+        }
+        tokens.push(token);
+        rest = after;
+    }
+}
+
+type Read<'a, T = TokenKind> = IResult<&'a str, T, (&'a str, ErrorKind)>;
+
+/// A token that is as it should be, unit brackets aside.
+fn sound(input: &str) -> Read<'_> {
+    alt((
+        value(TokenKind::Name, name),
+        value(TokenKind::Number, number),
+        comment,
+        line_end,
+        symbol,
+        value(TokenKind::Text, text),
+    ))
+    .parse(input)
+}
+
+fn name(input: &str) -> Read<'_, &str> {
+    recognize((satisfy(is_letter), take_while(is_name_character))).parse(input)
+}
+
+/// Letters of which names may consist.
+///
+/// These stay what they are under Unicode normalisation, and are letters of names in Rust, too: a
+/// name is one and the same identifier in generated code.
+fn is_letter(c: char) -> bool {
+    c.is_ascii_alphabetic()
+        || c.is_alphabetic()
+            && matches!(
+                c,
+                '\u{c0}'..='\u{24f}'       // Latin
+                | '\u{386}'..='\u{3ff}'    // Greek
+                | '\u{400}'..='\u{481}' | '\u{48a}'..='\u{52f}' // Cyrillic
+                | '\u{5d0}'..='\u{5ea}' | '\u{620}'..='\u{64a}' // Hebrew, Arabic
+                | '\u{3041}'..='\u{3096}' | '\u{30a1}'..='\u{30fa}' // Kana
+                | '\u{4e00}'..='\u{9fff}' | '\u{ac00}'..='\u{d7a3}' // Han, Hangul
+            )
+}
+
+fn is_name_character(c: char) -> bool {
+    c == '_' || c.is_ascii_digit() || is_letter(c)
+}
+
+/// Digits, perhaps a point with digits, perhaps an exponent; nothing of a word directly behind.
+fn number(input: &str) -> Read<'_, &str> {
+    verify(
+        verify_rest(digits, |rest| {
+            let dot = rest.starts_with('.') && !rest.starts_with("..");
+            !dot && !rest.starts_with(is_name_character)
+        }),
+        in_range,
+    )
+    .parse(input)
+}
+
+fn digits(input: &str) -> Read<'_, &str> {
+    let fraction = (char('.'), digit1);
+    let exponent = (one_of("eE"), opt(one_of("+-")), digit1);
+    recognize((digit1, opt(fraction), opt(exponent))).parse(input)
+}
+
+/// Succeeds where what a parser leaves over satisfies a condition.
+fn verify_rest<'a, T>(
+    mut parser: impl Parser<&'a str, Output = T, Error = (&'a str, ErrorKind)>,
+    condition: impl Fn(&str) -> bool,
+) -> impl Parser<&'a str, Output = T, Error = (&'a str, ErrorKind)> {
+    move |input| {
+        let (rest, out) = parser.parse(input)?;
+        if condition(rest) {
+            Ok((rest, out))
+        } else {
+            Err(nom::Err::Error((input, ErrorKind::Verify)))
+        }
+    }
+}
+
+/// Whether a number is neither infinite nor zero by underflow.
+fn in_range(number: &str) -> bool {
+    let mantissa = number.split(['e', 'E']).next().unwrap_or(number);
+    let is_zero = mantissa.chars().all(|c| matches!(c, '0' | '.'));
+    number
+        .parse::<f64>()
+        .is_ok_and(|value| value.is_finite() && (value != 0.0 || is_zero))
+}
+
+/// `/// …` or `# …` up to the end of the line.
+fn comment(input: &str) -> Read<'_> {
+    let line = |c: char| !c.is_control() || c == '\t';
+    let kind = alt((
+        value(TokenKind::Doc, tag("///")),
+        value(TokenKind::Comment, tag("#")),
+    ));
+    verify_rest(terminated(kind, take_while(line)), at_line_end).parse(input)
+}
+
+fn at_line_end(rest: &str) -> bool {
+    rest.is_empty() || rest.starts_with('\n') || rest.starts_with("\r\n")
+}
+
+fn line_end(input: &str) -> Read<'_> {
+    value(TokenKind::Newline, alt((tag("\n"), tag("\r\n")))).parse(input)
+}
+
+fn symbol(input: &str) -> Read<'_> {
+    let two = alt((
+        value(TokenKind::LessEqual, tag("<=")),
+        value(TokenKind::GreaterEqual, tag(">=")),
+        value(TokenKind::Range, tag("..")),
+        value(TokenKind::Arrow, tag("->")),
+    ));
+    // A point before a digit begins a malformed number.
+    let dot = terminated(char('.'), peek(satisfy(is_letter)));
+    let one = alt((
+        value(TokenKind::Plus, char('+')),
+        value(TokenKind::Minus, char('-')),
+        value(TokenKind::Star, char('*')),
+        value(TokenKind::Slash, char('/')),
+        value(TokenKind::Caret, char('^')),
+        value(TokenKind::Equal, char('=')),
+        value(TokenKind::Less, char('<')),
+        value(TokenKind::Greater, char('>')),
+        value(TokenKind::Open, char('(')),
+        value(TokenKind::Close, char(')')),
+        value(TokenKind::OpenBrace, char('{')),
+        value(TokenKind::CloseBrace, char('}')),
+        value(TokenKind::Comma, char(',')),
+        value(TokenKind::Colon, char(':')),
+        value(TokenKind::Dot, dot),
+    ));
+    alt((two, one)).parse(input)
+}
+
+fn text(input: &str) -> Read<'_, &str> {
+    recognize((
+        char('"'),
+        take_while(|c: char| c != '"' && !c.is_control()),
+        char('"'),
+    ))
+    .parse(input)
+}
+
+/// `[` up to the `]` that closes it on the same line.
+fn brackets<'a>(
+    kind: TokenKind,
+) -> impl Parser<&'a str, Output = TokenKind, Error = (&'a str, ErrorKind)> {
+    move |input: &'a str| {
+        let mut open = 0_usize;
+        for (at, c) in input.char_indices() {
+            match c {
+                '[' => open += 1,
+                _ if open == 0 || c.is_control() && c != '\t' => break,
+                ']' if open == 1 => return Ok((&input[at + 1..], kind)),
+                ']' => open -= 1,
+                _ => {}
+            }
+        }
+        Err(nom::Err::Error((input, ErrorKind::Char)))
+    }
+}
+
+/// Why a piece of text is no token.
+#[derive(Debug)]
+struct Mistake {
+    code: Code,
+    message: String,
+    help: Option<&'static str>,
+}
+
+/// Takes a piece that is no token, not empty, and says why.
+fn unsound(input: &str) -> (&str, Result<TokenKind, Mistake>) {
+    let result: Read<'_, Mistake> = alt((
+        map(malformed_number, |piece: &str| number_mistake(piece)),
+        map(unclosed, |piece: &str| {
+            let closing = if piece.starts_with('"') { '"' } else { ']' };
+            Mistake {
+                code: Code::E104,
+                message: format!("no `{closing}` closes this on its line"),
+                help: None,
+            }
+        }),
+        map(broken_comment, |_| Mistake {
+            code: Code::E101,
+            message: "control character in a comment".to_owned(),
+            help: None,
+        }),
+        map(unexpected, |piece: &str| Mistake {
+            code: Code::E101,
+            message: match piece.chars().next() {
+                Some(c) if c.is_control() => format!("unexpected control character {c:?}"),
+                _ => format!("unexpected character `{}`", shortened(piece)),
+            },
+            help: character_help(piece),
+        }),
+    ))
+    .parse(input);
+    match result {
+        Ok((rest, mistake)) => (rest, Err(mistake)),
+        Err(_) => unreachable!("`unexpected` takes any character"),
+    }
+}
+
+/// A piece of text short enough for a message.
+fn shortened(piece: &str) -> String {
+    const LETTERS: usize = 30;
+    let mut letters = piece.chars();
+    let start: String = letters.by_ref().take(LETTERS).collect();
+    if letters.next().is_some() {
+        start + "…"
+    } else {
+        start
+    }
+}
+
+/// What begins like a number, up to the next blank or operator; `1..2` keeps its range.
+fn malformed_number(input: &str) -> Read<'_, &str> {
+    let begins = input
+        .strip_prefix('.')
+        .unwrap_or(input)
+        .starts_with(|c: char| c.is_ascii_digit());
+    if !begins {
+        return Err(nom::Err::Error((input, ErrorKind::Digit)));
+    }
+    // As far as it is well-formed, `1e+999`; and on to the end of the word, `1.2.3m`.
+    let sound = digits(input).map_or(0, |(rest, _)| input.len() - rest.len());
+    let word = |c: char| is_name_character(c) || c == '.';
+    let end = input[sound..]
+        .find(|c| !word(c))
+        .map_or(input.len(), |at| sound + at);
+    let end = input[1..end].find("..").map_or(end, |at| at + 1);
+    Ok((&input[end..], &input[..end]))
+}
+
+/// `# …` with something in it that no text should hold.
+fn broken_comment(input: &str) -> Read<'_, &str> {
+    preceded(
+        peek(alt((tag("///"), tag("#")))),
+        take_while1(|c| c != '\n'),
+    )
+    .parse(input)
+}
+
+fn number_mistake(piece: &str) -> Mistake {
+    let (mantissa, _) = piece.split_once(['e', 'E']).unwrap_or((piece, ""));
+    let letter = piece.find(|c: char| !c.is_ascii_digit() && c != '.');
+    let is_exponent = letter.is_some_and(|at| at == mantissa.len() && piece.len() == at + 1);
+    let shown = shortened(piece);
+    if piece.parse::<f64>().is_ok() && !piece.starts_with('.') && !piece.ends_with('.') {
+        return Mistake {
+            code: Code::E103,
+            message: format!("`{shown}` is out of the range of numbers"),
+            help: Some("numbers reach from about 1e-308 to 1e308"),
+        };
+    }
+    let help = if piece.starts_with('.') {
+        "write a zero before the decimal point"
+    } else if piece.ends_with('.') {
+        "write a zero behind the decimal point, or leave it out"
+    } else if is_exponent {
+        "write digits behind the `e`"
+    } else if letter.is_some() {
+        "a number does not run into a word; a product needs `*`"
+    } else {
+        "a number has one decimal point at most"
+    };
+    Mistake {
+        code: Code::E102,
+        message: format!("`{shown}` is not a number"),
+        help: Some(help),
+    }
+}
+
+/// `"` or `[` without its end, to the end of the line.
+fn unclosed(input: &str) -> Read<'_, &str> {
+    preceded(
+        peek(one_of("\"[")),
+        take_while1(|c: char| !c.is_control() || c == '\t'),
+    )
+    .parse(input)
+}
+
+/// A run of characters that begin no token, or one that begins a broken one.
+fn unexpected(input: &str) -> Read<'_, &str> {
+    let begins_nothing = |c: char| !c.is_ascii() && !is_letter(c) && !c.is_whitespace();
+    let more = take_while(|c| begins_nothing(c) || is_name_character(c));
+    let word = (satisfy(|c| c == '_' || begins_nothing(c)), more);
+    let controls = take_while1(|c: char| c.is_control() && !matches!(c, '\n' | '\r' | '\t'));
+    alt((recognize(word), controls, recognize(anychar))).parse(input)
+}
+
+fn character_help(piece: &str) -> Option<&'static str> {
+    Some(match piece.chars().next()? {
+        ';' => "an item ends with its line, without a mark",
+        '&' => "conditions are joined by `and`",
+        '|' => "conditions are joined by `or`",
+        '!' => "the opposite of a condition is `not (…)`",
+        '_' => "a name begins with a letter",
+        '\'' | '“' | '”' | '„' => "texts stand between `\"`",
+        '−' | '–' | '—' => "write `-`",
+        '·' | '×' | '⋅' => "write `*`",
+        '÷' => "write `/`",
+        '≤' => "write `<=`",
+        '≥' => "write `>=`",
+        '²' | '³' => "write `^2` or `^3`",
+        '°' | '%' | '‰' => "units stand between brackets behind a number or a declared name",
+        'µ' => "between brackets this is a prefix of units; in a name use the Greek letter μ",
+        '\u{2126}' => "in a name use the Greek letter Ω",
+        ']' => "no `[` is open here",
+        '\r' => "lines end with a line feed, perhaps with a carriage return before it",
+        '\u{a0}' | '\u{2000}'..='\u{200b}' | '\u{feff}' => "this looks like a blank but is none",
+        _ => return None,
+    })
+}
+
+/// For every token whether it is a line end that ends an item.
+///
+/// An item goes on while a parenthesis is open and when a line ends in a comma, a colon or an
+/// operator. It does not go on into a line that can only be the beginning of an item, so that one
+/// forgotten parenthesis is one mistake.
+pub(crate) fn item_ends(tokens: &[Token], source: &str) -> Vec<bool> {
+    let is_code = |token: &Token| {
+        !matches!(
+            token.kind,
+            TokenKind::Newline | TokenKind::Comment | TokenKind::Doc
+        )
+    };
+    let code: Vec<usize> = (0..tokens.len()).filter(|&i| is_code(&tokens[i])).collect();
+    // How much of the code has been passed.
+    let mut passed = 0;
+    let mut ends = vec![false; tokens.len()];
+    let mut open = 0_usize;
+    let mut goes_on = false;
+    for (i, token) in tokens.iter().enumerate() {
+        if token.kind == TokenKind::Newline {
+            let mut ahead = code[passed..].iter().map(|&i| tokens[i]);
+            ends[i] = match (ahead.next(), ahead.next()) {
+                (None, _) => true,
+                (Some(first), second) => {
+                    !(goes_on || open > 0) || begins_item(first, second, source)
+                }
+            };
+            if ends[i] {
+                (open, goes_on) = (0, false);
+            }
+        } else if is_code(token) {
+            passed += 1;
+            goes_on = continues(token.kind, token.text(source));
+            match token.kind {
+                TokenKind::Open => open += 1,
+                TokenKind::Close => open = open.saturating_sub(1),
+                // What is open within a block does not reach out of it.
+                TokenKind::OpenBrace | TokenKind::CloseBrace => open = 0,
+                _ => {}
+            }
+        }
+    }
+    ends
+}
+
+/// Whether an item goes on behind a line that ends in this token.
+fn continues(kind: TokenKind, text: &str) -> bool {
+    match kind {
+        TokenKind::Plus
+        | TokenKind::Minus
+        | TokenKind::Star
+        | TokenKind::Slash
+        | TokenKind::Caret
+        | TokenKind::Equal
+        | TokenKind::Less
+        | TokenKind::LessEqual
+        | TokenKind::Greater
+        | TokenKind::GreaterEqual
+        | TokenKind::Comma
+        | TokenKind::Colon => true,
+        TokenKind::Name => RESERVED.contains(&text),
+        TokenKind::Number
+        | TokenKind::Text
+        | TokenKind::Unit
+        | TokenKind::Index
+        | TokenKind::Open
+        | TokenKind::Close
+        | TokenKind::OpenBrace
+        | TokenKind::CloseBrace
+        | TokenKind::Range
+        | TokenKind::Dot
+        | TokenKind::Arrow
+        | TokenKind::Doc
+        | TokenKind::Comment
+        | TokenKind::Newline
+        | TokenKind::Invalid => false,
+    }
+}
+
+/// Whether two tokens are a keyword and a name: no expression goes on like that.
+fn begins_item(first: Token, second: Option<Token>, source: &str) -> bool {
+    first.kind == TokenKind::Name
+        && item::is_keyword(first.text(source))
+        && second.is_some_and(|second| match second.kind {
+            TokenKind::Name => !RESERVED.contains(&second.text(source)),
+            TokenKind::Text => true,
+            _ => false,
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::Source;
+
+    fn read(text: &str) -> (Vec<(TokenKind, String)>, Vec<String>) {
+        let mut sources = Sources::default();
+        let id = sources.add(Source {
+            name: "test".into(),
+            text: text.into(),
+        });
+        let mut diagnostics = Diagnostics::default();
+        let tokens = tokens(id, &sources, &mut diagnostics);
+        let mistakes = diagnostics.sorted();
+        (
+            tokens
+                .iter()
+                .map(|token| (token.kind, token.text(text).to_owned()))
+                .collect(),
+            mistakes
+                .iter()
+                .map(|mistake| format!("{}: {}", mistake.code, mistake.message))
+                .collect(),
+        )
+    }
+
+    fn texts(text: &str) -> Vec<String> {
+        let (tokens, mistakes) = read(text);
+        assert!(mistakes.is_empty(), "{text}: {mistakes:?}");
+        tokens.into_iter().map(|(_, text)| text).collect()
+    }
+
+    #[test]
+    fn ranges_and_numbers_do_not_mix() {
+        assert_eq!(texts("1..N"), ["1", "..", "N"]);
+        assert_eq!(texts("1.5e3..2E-4"), ["1.5e3", "..", "2E-4"]);
+        assert_eq!(texts("2-3"), ["2", "-", "3"]);
+        assert_eq!(texts("a<=b->c.d"), ["a", "<=", "b", "->", "c", ".", "d"]);
+        for (text, code) in [
+            (".5", "E102"),
+            ("1.", "E102"),
+            ("1.2.3", "E102"),
+            ("1e", "E102"),
+            ("2x", "E102"),
+            ("1_000", "E102"),
+            ("1e999", "E103"),
+            ("1e-999", "E103"),
+        ] {
+            let (tokens, mistakes) = read(text);
+            assert_eq!(tokens, [(TokenKind::Invalid, text.to_owned())]);
+            assert!(mistakes[0].starts_with(code), "{text}: {mistakes:?}");
+        }
+        assert_eq!(texts("0e-999"), ["0e-999"]);
+    }
+
+    #[test]
+    fn brackets_are_units_behind_blanks_and_numbers() {
+        let kinds = |text| {
+            read(text)
+                .0
+                .iter()
+                .map(|(kind, _)| *kind)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(kinds("h [m]"), [TokenKind::Name, TokenKind::Unit]);
+        assert_eq!(kinds("h[i]"), [TokenKind::Name, TokenKind::Index]);
+        assert_eq!(kinds("3[%]"), [TokenKind::Number, TokenKind::Unit]);
+        assert_eq!(kinds("3 [µm²·°C]"), [TokenKind::Number, TokenKind::Unit]);
+        assert_eq!(kinds("q[N[1]]"), [TokenKind::Name, TokenKind::Index]);
+        let (tokens, mistakes) = read("h [m\n= 3");
+        assert_eq!(tokens[1], (TokenKind::Invalid, "[m".to_owned()));
+        assert!(mistakes[0].starts_with("E104"));
+    }
+
+    #[test]
+    fn names_are_made_of_letters() {
+        assert_eq!(texts("Δp_τ x1 größe"), ["Δp_τ", "x1", "größe"]);
+        for text in [
+            "_a", "µ", "x²", "\u{2126}", "°C", "%", "\u{24b6}", "e\u{301}",
+        ] {
+            let (_, mistakes) = read(text);
+            assert_eq!(mistakes.len(), 1, "{text}: {mistakes:?}");
+            assert!(mistakes[0].starts_with("E101"), "{text}");
+        }
+    }
+
+    #[test]
+    fn every_byte_is_in_a_token_or_blank() {
+        let all: String = (0..=0x3000).filter_map(char::from_u32).collect();
+        let (tokens, mistakes) = read(&all);
+        let joined: String = tokens.into_iter().map(|(_, text)| text).collect();
+        assert_eq!(joined, all.replace([' ', '\t'], ""));
+        assert!(!mistakes.is_empty());
+    }
+
+    #[test]
+    fn items_end_with_their_line_unless_something_is_open() {
+        for (text, expected) in [
+            ("let a = 1\nlet b = 2\n", 2),
+            ("let a = (1\n + 2)\n", 1),
+            ("let a = 1 +\n 2\n", 1),
+            ("let a = 1 + # why\n\n # what\n 2\n", 1),
+            ("let a = if b > 1 then\n 1 else\n 2\n", 1),
+            ("parameter a = 1 in 0 ..\nlet b = 2\n", 2),
+            ("parameter a = 1 in 0 .. 1,\n log\n", 1),
+            ("equation a:\n b = c\n", 1),
+            ("let a = (1\nlet b = 2\n", 2),
+            ("let a = 1 +\nlet b = 2\n", 2),
+            ("let a = (1 +\nstate)\n", 1),
+            ("let a = 1\r\nlet b = 2\r\n", 2),
+        ] {
+            let mut sources = Sources::default();
+            let id = sources.add(Source {
+                name: "test".into(),
+                text: text.into(),
+            });
+            let tokens = tokens(id, &sources, &mut Diagnostics::default());
+            let ends = item_ends(&tokens, text);
+            assert_eq!(ends.iter().filter(|&&end| end).count(), expected, "{text}");
+        }
+    }
+}

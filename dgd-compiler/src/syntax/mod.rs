@@ -1,0 +1,394 @@
+//! Stage 1: from text to [`Ast`].
+//!
+//! The text is cut into tokens, the tokens into items, and every item is parsed by itself. What is
+//! wrong with one item therefore says nothing about the next, and all mistakes of a file are
+//! reported in one go.
+
+pub mod ast;
+mod expression;
+mod item;
+pub mod layout;
+mod lexical;
+pub mod print;
+mod tokens;
+pub(crate) mod unit;
+
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::source::{SourceId, Sources, Span};
+use ast::{Ast, Choice, Expr, Header, Item, ItemKind, Name};
+use lexical::{Token, TokenKind};
+use tokens::{NESTING, Stop, Tokens, name, too_deep};
+
+/// Reads a source.
+///
+/// The tree says exactly what was written; no name is looked up and no unit understood.
+pub fn parse(
+    source: SourceId,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Ast, Reported> {
+    // Mistakes of earlier sources do not concern this one.
+    let mut own = Diagnostics::default();
+    let text = sources.get(source).text.as_str();
+    let all = lexical::tokens(source, sources, &mut own);
+    let ends = lexical::item_ends(&all, text);
+    let tokens: Vec<Token> = all
+        .into_iter()
+        .zip(ends)
+        .filter(|(token, ends_item)| match token.kind {
+            TokenKind::Newline => *ends_item,
+            kind => kind != TokenKind::Comment,
+        })
+        .map(|(token, _)| token)
+        .collect();
+
+    let mut reader = Reader {
+        source,
+        text,
+        model: None,
+        begun: false,
+        diagnostics: &mut own,
+    };
+    let items = reader.items(&tokens, 0);
+    let model = reader.model;
+    if items.is_empty() && model.is_none() && own.check().is_ok() {
+        let span = Span {
+            source,
+            start: 0,
+            end: 0,
+        };
+        own.error(Diagnostic::new(
+            Code::E112,
+            span,
+            "there is nothing in this file",
+        ));
+    }
+    for diagnostic in own.sorted() {
+        diagnostics.error(diagnostic.clone());
+    }
+    own.check()?;
+    Ok(Ast {
+        source,
+        model,
+        items,
+    })
+}
+
+/// Reads `name = value`, as it is set from outside a model file.
+pub fn parse_setting(
+    source: SourceId,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<(Name, Expr), Reported> {
+    let mut own = Diagnostics::default();
+    let text = sources.get(source).text.as_str();
+    let mut tokens = lexical::tokens(source, sources, &mut own);
+    tokens.retain(|token| token.kind != TokenKind::Newline);
+    let mut reader = Reader {
+        source,
+        text,
+        model: None,
+        begun: true,
+        diagnostics: &mut own,
+    };
+    let setting = reader.setting(&tokens);
+    for diagnostic in own.sorted() {
+        diagnostics.error(diagnostic.clone());
+    }
+    own.check()?;
+    Ok(setting.unwrap_or_else(|| unreachable!("without a setting there is a diagnostic")))
+}
+
+/// Reads the items of a file and of its blocks.
+struct Reader<'a, 'd> {
+    source: SourceId,
+    text: &'a str,
+    model: Option<Header>,
+    /// Whether an item has been met.
+    begun: bool,
+    diagnostics: &'d mut Diagnostics,
+}
+
+impl<'a> Reader<'a, '_> {
+    /// Reads items until nothing is left.
+    fn items(&mut self, mut tokens: &'a [Token], nesting: u32) -> Vec<Item> {
+        let mut items = Vec::new();
+        let mut doc = Vec::new();
+        while let Some((first, rest)) = tokens.split_first() {
+            match first.kind {
+                TokenKind::Newline => tokens = rest,
+                TokenKind::Doc => {
+                    doc.push(*first);
+                    tokens = rest;
+                }
+                TokenKind::CloseBrace => {
+                    let message = "no block is open for this `}`";
+                    self.error(Diagnostic::new(Code::E115, self.span(*first), message));
+                    tokens = rest;
+                }
+                _ if first.text(self.text) == "effect" && first.kind == TokenKind::Name => {
+                    // What an effect consists of is not in the language either.
+                    self.report(item::item(self.input(tokens)).map(|_| ()));
+                    return items;
+                }
+                _ => {
+                    let length = self.length(tokens);
+                    let (statement, rest) = tokens.split_at(length);
+                    let docs = std::mem::take(&mut doc);
+                    items.extend(self.item(statement, docs, nesting));
+                    tokens = rest;
+                }
+            }
+        }
+        if let Some(first) = doc.first() {
+            let message = "this doc comment belongs to nothing";
+            self.error(
+                Diagnostic::new(Code::E118, self.span(*first), message).help(
+                    "write it above an item or at the end of its line; a remark begins with `#`",
+                ),
+            );
+        }
+        items
+    }
+
+    /// How many tokens an item takes, its block included, its line end not.
+    fn length(&self, tokens: &[Token]) -> usize {
+        let mut open = 0_usize;
+        for (i, token) in tokens.iter().enumerate() {
+            match token.kind {
+                TokenKind::OpenBrace => open += 1,
+                TokenKind::CloseBrace if open == 0 => return i,
+                TokenKind::CloseBrace => open -= 1,
+                TokenKind::Newline if open == 0 => return i,
+                _ => {}
+            }
+        }
+        tokens.len()
+    }
+
+    /// Reads one item, without line ends around it.
+    fn item(&mut self, statement: &'a [Token], mut docs: Vec<Token>, nesting: u32) -> Option<Item> {
+        let is_first = !std::mem::replace(&mut self.begun, true);
+        let first = statement.first()?;
+        let keyword = if first.kind == TokenKind::Name {
+            first.text(self.text)
+        } else {
+            ""
+        };
+        let result = match keyword {
+            "variant" => self.variant(statement, &mut docs, nesting),
+            _ => {
+                docs.extend(
+                    statement
+                        .iter()
+                        .filter(|token| token.kind == TokenKind::Doc),
+                );
+                let plain: Vec<Token> = statement
+                    .iter()
+                    .filter(|token| token.kind != TokenKind::Doc)
+                    .copied()
+                    .collect();
+                if plain.iter().any(|token| token.kind == TokenKind::Invalid) {
+                    return None;
+                }
+                let input = Tokens::new(&plain, self.text, self.source);
+                if keyword == "model" {
+                    self.header(input, &docs, is_first && nesting == 0);
+                    return None;
+                }
+                match item::item(input) {
+                    Ok((_, kind)) => Some(kind),
+                    Err(error) => {
+                        self.report::<()>(Err(error));
+                        None
+                    }
+                }
+            }
+        };
+        let last = statement
+            .iter()
+            .rfind(|token| token.kind != TokenKind::Doc)?;
+        let span = self.span(*first).to(self.span(*last));
+        Some(Item {
+            span,
+            doc: self.doc_lines(&docs),
+            kind: result?,
+        })
+    }
+
+    fn header(&mut self, input: Tokens<'_>, docs: &[Token], is_first: bool) {
+        if !is_first {
+            let message = "`model` must be the first item of the file";
+            let diagnostic = Diagnostic::new(Code::E114, input.span(), message);
+            let diagnostic = match &self.model {
+                Some(model) => diagnostic.label(model.name.span, "the model is named here"),
+                None => diagnostic,
+            };
+            self.error(diagnostic);
+            return;
+        }
+        let result = name(input.behind_first()).and_then(|(rest, name)| {
+            if rest.is_empty() {
+                Ok((rest, name))
+            } else {
+                rest.expected("the end of the line")
+            }
+        });
+        if let Some(name) = self.report(result.map(|(_, name)| name)) {
+            self.model = Some(Header {
+                doc: self.doc_lines(docs),
+                name,
+            });
+        }
+    }
+
+    /// `variant NAME { CHOICE { items } … }`
+    fn variant(
+        &mut self,
+        statement: &'a [Token],
+        docs: &mut Vec<Token>,
+        nesting: u32,
+    ) -> Option<ItemKind> {
+        let input = self.input(statement);
+        if nesting >= NESTING {
+            self.error(too_deep(input.span()));
+            return None;
+        }
+        let (rest, name) = self.report(name(input.behind_first()))?;
+        let (mut inside, behind) = self.block(&statement[statement.len() - rest.len()..])?;
+        self.take_docs(&mut inside, docs);
+
+        let mut choices = Vec::new();
+        let mut above = Vec::new();
+        while let Some((first, rest)) = inside.split_first() {
+            match first.kind {
+                TokenKind::Newline => inside = rest,
+                TokenKind::Doc => {
+                    above.push(*first);
+                    inside = rest;
+                }
+                _ => {
+                    let mut docs = std::mem::take(&mut above);
+                    let (choice, rest) = self.choice(inside, &mut docs, nesting)?;
+                    choices.push(choice);
+                    inside = rest;
+                }
+            }
+        }
+        if let Some(doc) = above.first() {
+            let message = "this doc comment belongs to nothing";
+            self.error(Diagnostic::new(Code::E118, self.span(*doc), message));
+        }
+        docs.extend(behind.iter().filter(|token| token.kind == TokenKind::Doc));
+        if let Some(extra) = behind.iter().find(|token| token.kind != TokenKind::Doc) {
+            let message = "expected the end of the line behind a block";
+            self.error(Diagnostic::new(Code::E105, self.span(*extra), message));
+            return None;
+        }
+        if choices.is_empty() {
+            let message = format!("variant `{}` has no choices", name.text);
+            self.error(
+                Diagnostic::new(Code::E105, name.span, message)
+                    .help("write them as `NAME { … }`, the default first"),
+            );
+            return None;
+        }
+        Some(ItemKind::Variant { name, choices })
+    }
+
+    /// Reads `NAME { items }` and the doc comment at the end of its line.
+    fn choice(
+        &mut self,
+        tokens: &'a [Token],
+        docs: &mut Vec<Token>,
+        nesting: u32,
+    ) -> Option<(Choice, &'a [Token])> {
+        let (rest, name) = self.report(name(self.input(tokens)))?;
+        let (mut inside, mut behind) = self.block(&tokens[tokens.len() - rest.len()..])?;
+        self.take_docs(&mut inside, docs);
+        self.take_docs(&mut behind, docs);
+        let items = self.items(inside, nesting + 1);
+        Some((
+            Choice {
+                doc: self.doc_lines(docs),
+                name,
+                items,
+            },
+            behind,
+        ))
+    }
+
+    /// Splits `{ … } …` into what is within the braces and what is behind them.
+    fn block(&mut self, tokens: &'a [Token]) -> Option<(&'a [Token], &'a [Token])> {
+        let input = self.input(tokens);
+        let brace = tokens::token(TokenKind::OpenBrace, "`{`");
+        self.report(brace(input))?;
+        let inside = &tokens[1..];
+        let mut open = 1_usize;
+        for (i, token) in inside.iter().enumerate() {
+            match token.kind {
+                TokenKind::OpenBrace => open += 1,
+                TokenKind::CloseBrace => open -= 1,
+                _ => {}
+            }
+            if open == 0 {
+                return Some((&inside[..i], &inside[i + 1..]));
+            }
+        }
+        let message = "this `{` is not closed";
+        self.error(Diagnostic::new(Code::E115, self.span(tokens[0]), message));
+        None
+    }
+
+    /// Moves doc comments up to the end of the line.
+    fn take_docs(&self, tokens: &mut &'a [Token], docs: &mut Vec<Token>) {
+        while let Some((first, rest)) = tokens.split_first() {
+            if first.kind != TokenKind::Doc {
+                return;
+            }
+            docs.push(*first);
+            *tokens = rest;
+        }
+    }
+
+    /// The lines of doc comments, without `///` and one blank behind it.
+    fn doc_lines(&self, docs: &[Token]) -> Vec<String> {
+        let line = |token: &Token| {
+            let text = &token.text(self.text)[3..];
+            text.strip_prefix(' ').unwrap_or(text).trim_end().to_owned()
+        };
+        docs.iter().map(line).collect()
+    }
+
+    fn setting(&mut self, tokens: &'a [Token]) -> Option<(Name, Expr)> {
+        let result = item::setting(self.input(tokens));
+        self.report(result.map(|(_, setting)| setting))
+    }
+
+    fn input(&self, tokens: &'a [Token]) -> Tokens<'a> {
+        Tokens::new(tokens, self.text, self.source)
+    }
+
+    fn span(&self, token: Token) -> Span {
+        token.span(self.source)
+    }
+
+    fn error(&mut self, diagnostic: Diagnostic) {
+        self.diagnostics.error(diagnostic);
+    }
+
+    /// Reports why a parser failed.
+    fn report<T>(&mut self, result: Result<T, nom::Err<Stop<'_>>>) -> Option<T> {
+        match result {
+            Ok(out) => Some(out),
+            Err(nom::Err::Error(stop) | nom::Err::Failure(stop)) => {
+                self.error(stop.into_diagnostic());
+                None
+            }
+            Err(nom::Err::Incomplete(_)) => unreachable!("an item's tokens are all there"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

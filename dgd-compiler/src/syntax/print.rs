@@ -1,0 +1,540 @@
+//! From [`Ast`] back to text.
+//!
+//! The text is plain and complete; [`super::layout`] makes columns of it. Printing a parsed tree and
+//! parsing the text gives the same tree, places aside. A tree that was put together otherwise gets
+//! the parentheses it needs.
+
+use std::fmt::Write as _;
+
+use super::ast::{
+    Argument, Ast, Attribute, AttributeKind, Choice, Comparison, Expr, ExprKind, Factor, Header,
+    Item, ItemKind, Name, Sign, Unit, UnknownKind,
+};
+use crate::source::{SourceId, Span};
+
+/// The text of a file.
+pub fn print(ast: &Ast) -> String {
+    let mut printer = Printer {
+        out: String::new(),
+        depth: 0,
+    };
+    if let Some(model) = &ast.model {
+        printer.doc(&model.doc);
+        printer.line(&format!("model {}", model.name.text));
+    }
+    printer.items(&ast.items);
+    printer.out
+}
+
+/// The text of an expression.
+pub fn print_expression(expr: &Expr) -> String {
+    let mut out = String::new();
+    expression(&mut out, expr, Binding::Or, Position::Last);
+    out
+}
+
+/// How tightly operators bind, loosest first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Binding {
+    Or,
+    And,
+    Not,
+    Compare,
+    Sum,
+    Product,
+    Sign,
+    Power,
+    Operand,
+}
+
+/// Whether more of the expression follows behind a part: an `if` reaches as far as it can, and must
+/// be closed off before that.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Position {
+    Inner,
+    Last,
+}
+
+fn binding(kind: &ExprKind) -> Binding {
+    match kind {
+        ExprKind::Number { .. }
+        | ExprKind::Name(_)
+        | ExprKind::Call { .. }
+        | ExprKind::Group(_)
+        | ExprKind::If(..) => Binding::Operand,
+        ExprKind::Negate(_) => Binding::Sign,
+        ExprKind::Sum(_) => Binding::Sum,
+        ExprKind::Product(_) => Binding::Product,
+        ExprKind::Power(..) => Binding::Power,
+        ExprKind::Compare(..) => Binding::Compare,
+        ExprKind::And(_) => Binding::And,
+        ExprKind::Or(_) => Binding::Or,
+        ExprKind::Not(_) => Binding::Not,
+    }
+}
+
+/// Writes an expression where one at least this tight is read back.
+fn expression(out: &mut String, expr: &Expr, least: Binding, position: Position) {
+    let reaches_on = matches!(expr.kind, ExprKind::If(..)) && position == Position::Inner;
+    if binding(&expr.kind) < least || reaches_on {
+        out.push('(');
+        expression(out, expr, Binding::Or, Position::Last);
+        out.push(')');
+        return;
+    }
+    match &expr.kind {
+        ExprKind::Number { text, unit, .. } => {
+            out.push_str(text);
+            if let Some(unit) = unit {
+                let _ = write!(out, " [{}]", unit.text);
+            }
+        }
+        ExprKind::Name(name) => out.push_str(name),
+        ExprKind::Call {
+            function,
+            arguments,
+        } => {
+            out.push_str(&function.text);
+            out.push('(');
+            for (i, argument) in arguments.iter().enumerate() {
+                out.push_str(if i == 0 { "" } else { ", " });
+                expression(out, argument, Binding::Or, Position::Last);
+            }
+            out.push(')');
+        }
+        ExprKind::Group(inner) => {
+            out.push('(');
+            expression(out, inner, Binding::Or, Position::Last);
+            out.push(')');
+        }
+        ExprKind::Negate(operand) => {
+            out.push('-');
+            expression(out, operand, Binding::Sign, position);
+        }
+        ExprKind::Not(operand) => {
+            out.push_str("not ");
+            expression(out, operand, Binding::Not, position);
+        }
+        ExprKind::Sum(terms) => {
+            let sign = |sign: &Sign| match sign {
+                Sign::Plus => " + ",
+                Sign::Minus => " - ",
+            };
+            let terms = terms.iter().map(|(s, term)| (sign(s), term));
+            list(out, terms, Binding::Product, position);
+        }
+        ExprKind::Product(factors) => {
+            let sign = |factor: &Factor| match factor {
+                Factor::Times => "*",
+                Factor::Over => "/",
+            };
+            let factors = factors.iter().map(|(f, factor)| (sign(f), factor));
+            list(out, factors, Binding::Sign, position);
+        }
+        ExprKind::And(all) => {
+            list(
+                out,
+                all.iter().map(|operand| (" and ", operand)),
+                Binding::Not,
+                position,
+            );
+        }
+        ExprKind::Or(all) => {
+            list(
+                out,
+                all.iter().map(|operand| (" or ", operand)),
+                Binding::And,
+                position,
+            );
+        }
+        ExprKind::Power(base, exponent) => {
+            expression(out, base, Binding::Operand, Position::Inner);
+            out.push('^');
+            expression(out, exponent, Binding::Sign, position);
+        }
+        ExprKind::Compare(comparison, left, right) => {
+            expression(out, left, Binding::Sum, Position::Inner);
+            out.push_str(match comparison {
+                Comparison::Less => " < ",
+                Comparison::LessEqual => " <= ",
+                Comparison::Greater => " > ",
+                Comparison::GreaterEqual => " >= ",
+            });
+            expression(out, right, Binding::Sum, position);
+        }
+        ExprKind::If(condition, yes, no) => {
+            out.push_str("if ");
+            expression(out, condition, Binding::Or, Position::Last);
+            out.push_str(" then ");
+            expression(out, yes, Binding::Or, Position::Last);
+            out.push_str(" else ");
+            expression(out, no, Binding::Or, position);
+        }
+    }
+}
+
+/// Operands with the signs before them, that of the first left out.
+fn list<'a>(
+    out: &mut String,
+    operands: impl ExactSizeIterator<Item = (&'static str, &'a Expr)>,
+    least: Binding,
+    position: Position,
+) {
+    let last = operands.len().saturating_sub(1);
+    for (i, (sign, operand)) in operands.enumerate() {
+        if i > 0 {
+            out.push_str(sign);
+        }
+        let position = if i == last { position } else { Position::Inner };
+        expression(out, operand, least, position);
+    }
+}
+
+struct Printer {
+    out: String,
+    depth: usize,
+}
+
+impl Printer {
+    fn line(&mut self, text: &str) {
+        self.out.push_str(&"  ".repeat(self.depth));
+        self.out.push_str(text);
+        self.out.push('\n');
+    }
+
+    fn doc(&mut self, lines: &[String]) {
+        for line in lines {
+            self.line(format!("/// {line}").trim_end());
+        }
+    }
+
+    fn items(&mut self, items: &[Item]) {
+        for item in items {
+            self.doc(&item.doc);
+            self.item(&item.kind);
+        }
+    }
+
+    fn item(&mut self, kind: &ItemKind) {
+        match kind {
+            ItemKind::Import { path, .. } => self.line(&format!("import \"{path}\"")),
+            ItemKind::Constant { name, unit, value } => {
+                self.declaration("constant", name, unit.as_ref(), Some(value), &[]);
+            }
+            ItemKind::Parameter {
+                name,
+                unit,
+                value,
+                attributes,
+            } => {
+                self.declaration("parameter", name, unit.as_ref(), Some(value), attributes);
+            }
+            ItemKind::Input {
+                name,
+                unit,
+                attributes,
+            } => {
+                self.declaration("input", name, unit.as_ref(), None, attributes);
+            }
+            ItemKind::Unknown {
+                declared,
+                name,
+                unit,
+                start,
+                attributes,
+            } => {
+                let keyword = match declared {
+                    UnknownKind::State => "state",
+                    UnknownKind::Unknown => "unknown",
+                };
+                self.declaration(keyword, name, unit.as_ref(), start.as_ref(), attributes);
+            }
+            ItemKind::Let { name, unit, value } => {
+                self.declaration("let", name, unit.as_ref(), Some(value), &[]);
+            }
+            ItemKind::Output {
+                name,
+                unit,
+                value,
+                attributes,
+            } => {
+                self.declaration("output", name, unit.as_ref(), value.as_ref(), attributes);
+            }
+            ItemKind::Function {
+                name,
+                arguments,
+                body,
+            } => {
+                let argument = |argument: &Argument| {
+                    format!("{}{}", argument.name.text, brackets(argument.unit.as_ref()))
+                };
+                let arguments: Vec<String> = arguments.iter().map(argument).collect();
+                let body = print_expression(body);
+                self.line(&format!(
+                    "function {}({}) = {body}",
+                    name.text,
+                    arguments.join(", ")
+                ));
+            }
+            ItemKind::Equation { label, left, right } => {
+                let (left, right) = (print_expression(left), print_expression(right));
+                self.line(&format!("equation {}: {left} = {right}", label.text));
+            }
+            ItemKind::Variant { name, choices } => {
+                self.line(&format!("variant {} {{", name.text));
+                self.depth += 1;
+                for choice in choices {
+                    self.doc(&choice.doc);
+                    self.line(&format!("{} {{", choice.name.text));
+                    self.depth += 1;
+                    self.items(&choice.items);
+                    self.depth -= 1;
+                    self.line("}");
+                }
+                self.depth -= 1;
+                self.line("}");
+            }
+        }
+    }
+
+    fn declaration(
+        &mut self,
+        keyword: &str,
+        name: &Name,
+        unit: Option<&Unit>,
+        value: Option<&Expr>,
+        attributes: &[Attribute],
+    ) {
+        let mut text = format!("{keyword} {}{}", name.text, brackets(unit));
+        if let Some(value) = value {
+            text += " = ";
+            text += &print_expression(value);
+        }
+        for (i, attribute) in attributes.iter().enumerate() {
+            text += if i == 0 { " " } else { ", " };
+            text += &print_attribute(&attribute.kind);
+        }
+        self.line(&text);
+    }
+}
+
+fn brackets(unit: Option<&Unit>) -> String {
+    unit.map_or_else(String::new, |unit| format!(" [{}]", unit.text))
+}
+
+fn print_attribute(kind: &AttributeKind) -> String {
+    match kind {
+        AttributeKind::Bounds(lower, upper) => {
+            let bound =
+                |bound: &Option<Expr>| bound.as_ref().map_or_else(String::new, print_expression);
+            let text = format!("in {} .. {}", bound(lower), bound(upper));
+            text.replace("in  ..", "in ..").trim_end().to_owned()
+        }
+        AttributeKind::Log => "log".to_owned(),
+        AttributeKind::Fixed => "fixed".to_owned(),
+        AttributeKind::Nominal(size) => format!("nominal {}", print_expression(size)),
+        AttributeKind::PriorNormal(mean, std) => {
+            format!(
+                "prior normal({}, {})",
+                print_expression(mean),
+                print_expression(std)
+            )
+        }
+        AttributeKind::Hold => "hold".to_owned(),
+        AttributeKind::Linear => "linear".to_owned(),
+        AttributeKind::Noise(std) => format!("noise {}", print_expression(std)),
+    }
+}
+
+/// The tree with every place set to zero, to compare what two texts say.
+#[must_use]
+pub fn without_places(ast: &Ast) -> Ast {
+    let header = |model: &Header| Header {
+        doc: model.doc.clone(),
+        name: placeless_name(&model.name),
+    };
+    Ast {
+        source: SourceId::default(),
+        model: ast.model.as_ref().map(header),
+        items: ast.items.iter().map(placeless_item).collect(),
+    }
+}
+
+fn placeless_name(name: &Name) -> Name {
+    Name {
+        text: name.text.clone(),
+        span: Span::default(),
+    }
+}
+
+fn placeless_unit(unit: &Option<Unit>) -> Option<Unit> {
+    unit.as_ref().map(|unit| Unit {
+        span: Span::default(),
+        text: unit.text.clone(),
+    })
+}
+
+fn placeless_attribute(attribute: &Attribute) -> Attribute {
+    let optional = |expr: &Option<Expr>| expr.as_ref().map(placeless);
+    let kind = match &attribute.kind {
+        AttributeKind::Bounds(lower, upper) => {
+            AttributeKind::Bounds(optional(lower), optional(upper))
+        }
+        AttributeKind::Nominal(size) => AttributeKind::Nominal(placeless(size)),
+        AttributeKind::PriorNormal(mean, std) => {
+            AttributeKind::PriorNormal(placeless(mean), placeless(std))
+        }
+        AttributeKind::Noise(std) => AttributeKind::Noise(placeless(std)),
+        AttributeKind::Log => AttributeKind::Log,
+        AttributeKind::Fixed => AttributeKind::Fixed,
+        AttributeKind::Hold => AttributeKind::Hold,
+        AttributeKind::Linear => AttributeKind::Linear,
+    };
+    Attribute {
+        span: Span::default(),
+        kind,
+    }
+}
+
+fn placeless_item(item: &Item) -> Item {
+    let attributes = |all: &[Attribute]| all.iter().map(placeless_attribute).collect();
+    let kind = match &item.kind {
+        ItemKind::Import { path, .. } => ItemKind::Import {
+            path: path.clone(),
+            path_span: Span::default(),
+        },
+        ItemKind::Constant { name, unit, value } => ItemKind::Constant {
+            name: placeless_name(name),
+            unit: placeless_unit(unit),
+            value: placeless(value),
+        },
+        ItemKind::Parameter {
+            name,
+            unit,
+            value,
+            attributes: all,
+        } => ItemKind::Parameter {
+            name: placeless_name(name),
+            unit: placeless_unit(unit),
+            value: placeless(value),
+            attributes: attributes(all),
+        },
+        ItemKind::Input {
+            name,
+            unit,
+            attributes: all,
+        } => ItemKind::Input {
+            name: placeless_name(name),
+            unit: placeless_unit(unit),
+            attributes: attributes(all),
+        },
+        ItemKind::Unknown {
+            declared,
+            name,
+            unit,
+            start,
+            attributes: all,
+        } => ItemKind::Unknown {
+            declared: *declared,
+            name: placeless_name(name),
+            unit: placeless_unit(unit),
+            start: start.as_ref().map(placeless),
+            attributes: attributes(all),
+        },
+        ItemKind::Let { name, unit, value } => ItemKind::Let {
+            name: placeless_name(name),
+            unit: placeless_unit(unit),
+            value: placeless(value),
+        },
+        ItemKind::Function {
+            name,
+            arguments,
+            body,
+        } => ItemKind::Function {
+            name: placeless_name(name),
+            arguments: arguments
+                .iter()
+                .map(|a| Argument {
+                    name: placeless_name(&a.name),
+                    unit: placeless_unit(&a.unit),
+                })
+                .collect(),
+            body: placeless(body),
+        },
+        ItemKind::Output {
+            name,
+            unit,
+            value,
+            attributes: all,
+        } => ItemKind::Output {
+            name: placeless_name(name),
+            unit: placeless_unit(unit),
+            value: value.as_ref().map(placeless),
+            attributes: attributes(all),
+        },
+        ItemKind::Equation { label, left, right } => ItemKind::Equation {
+            label: placeless_name(label),
+            left: placeless(left),
+            right: placeless(right),
+        },
+        ItemKind::Variant { name, choices } => ItemKind::Variant {
+            name: placeless_name(name),
+            choices: choices
+                .iter()
+                .map(|choice| Choice {
+                    doc: choice.doc.clone(),
+                    name: placeless_name(&choice.name),
+                    items: choice.items.iter().map(placeless_item).collect(),
+                })
+                .collect(),
+        },
+    };
+    Item {
+        span: Span::default(),
+        doc: item.doc.clone(),
+        kind,
+    }
+}
+
+fn placeless(expr: &Expr) -> Expr {
+    let boxed = |expr: &Expr| Box::new(placeless(expr));
+    let kind = match &expr.kind {
+        ExprKind::Number { value, text, unit } => ExprKind::Number {
+            value: *value,
+            text: text.clone(),
+            unit: placeless_unit(unit),
+        },
+        ExprKind::Name(name) => ExprKind::Name(name.clone()),
+        ExprKind::Call {
+            function,
+            arguments,
+        } => ExprKind::Call {
+            function: placeless_name(function),
+            arguments: arguments.iter().map(placeless).collect(),
+        },
+        ExprKind::Group(inner) => ExprKind::Group(boxed(inner)),
+        ExprKind::Negate(operand) => ExprKind::Negate(boxed(operand)),
+        ExprKind::Sum(terms) => ExprKind::Sum(
+            terms
+                .iter()
+                .map(|(sign, term)| (*sign, placeless(term)))
+                .collect(),
+        ),
+        ExprKind::Product(factors) => ExprKind::Product(
+            factors
+                .iter()
+                .map(|(sign, factor)| (*sign, placeless(factor)))
+                .collect(),
+        ),
+        ExprKind::Power(base, exponent) => ExprKind::Power(boxed(base), boxed(exponent)),
+        ExprKind::If(condition, yes, no) => ExprKind::If(boxed(condition), boxed(yes), boxed(no)),
+        ExprKind::Compare(sign, left, right) => ExprKind::Compare(*sign, boxed(left), boxed(right)),
+        ExprKind::And(all) => ExprKind::And(all.iter().map(placeless).collect()),
+        ExprKind::Or(all) => ExprKind::Or(all.iter().map(placeless).collect()),
+        ExprKind::Not(operand) => ExprKind::Not(boxed(operand)),
+    };
+    Expr {
+        span: Span::default(),
+        kind,
+    }
+}

@@ -1,0 +1,342 @@
+//! The parser's input: the tokens of one item, for nom.
+
+use std::iter::{Copied, Enumerate};
+use std::slice::Iter;
+
+use nom::error::{ErrorKind, ParseError};
+use nom::{Err, IResult, Input, Needed};
+
+use super::ast::Name;
+use super::lexical::{RESERVED, Token, TokenKind};
+use crate::diagnostics::{Code, Diagnostic};
+use crate::source::{SourceId, Span};
+
+/// How deep expressions and blocks may nest.
+///
+/// It bounds the stack that the parser needs, and everything behind it that walks over a tree.
+pub(crate) const NESTING: u32 = 128;
+
+/// What is left to read of an item.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tokens<'a> {
+    tokens: &'a [Token],
+    text: &'a str,
+    source: SourceId,
+    /// End of the token read last.
+    before: u32,
+    nesting: u32,
+}
+
+/// Why a parser stopped.
+#[derive(Debug)]
+pub(crate) struct Stop<'a> {
+    /// Where.
+    at: Tokens<'a>,
+    /// What could stand there.
+    expected: &'static str,
+    /// What to say instead, where the parser knows better.
+    diagnostic: Option<Box<Diagnostic>>,
+}
+
+pub(crate) type Parsed<'a, T> = IResult<Tokens<'a>, T, Stop<'a>>;
+
+impl<'a> Tokens<'a> {
+    /// The tokens of an item in a source with this text.
+    pub(crate) fn new(tokens: &'a [Token], text: &'a str, source: SourceId) -> Self {
+        let before = tokens.first().map_or(0, |token| token.start);
+        Tokens {
+            tokens,
+            text,
+            source,
+            before,
+            nesting: 0,
+        }
+    }
+
+    pub(crate) fn first(&self) -> Option<TokenKind> {
+        self.tokens.first().map(|token| token.kind)
+    }
+
+    /// The kind of the token behind the first.
+    pub(crate) fn second(&self) -> Option<TokenKind> {
+        self.tokens.get(1).map(|token| token.kind)
+    }
+
+    /// Text of the first token; empty at the end.
+    pub(crate) fn first_text(&self) -> &'a str {
+        self.tokens
+            .first()
+            .map_or("", |token| token.text(self.text))
+    }
+
+    /// Place of the first token, or the place behind the last.
+    pub(crate) fn span(&self) -> Span {
+        match self.tokens.first() {
+            Some(token) => token.span(self.source),
+            None => Span {
+                source: self.source,
+                start: self.before,
+                end: self.before,
+            },
+        }
+    }
+
+    /// From the first token of `self` to the last one before `rest`.
+    pub(crate) fn span_to(&self, rest: &Tokens<'a>) -> Span {
+        let Span { source, start, .. } = self.span();
+        Span {
+            source,
+            start,
+            end: rest.before.max(start),
+        }
+    }
+
+    /// How many tokens are left.
+    pub(crate) fn len(&self) -> usize {
+        self.tokens.len()
+    }
+
+    /// Whether the item has been read to its end.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.tokens.is_empty()
+    }
+
+    /// Whether the first token is this word.
+    pub(crate) fn starts_with_word(&self, word: &str) -> bool {
+        self.first() == Some(TokenKind::Name) && self.first_text() == word
+    }
+
+    /// All without the first token.
+    pub(crate) fn behind_first(&self) -> Tokens<'a> {
+        self.take_from(1.min(self.tokens.len()))
+    }
+
+    /// A recoverable failure: another parser may be tried here.
+    pub(crate) fn expected<T>(self, expected: &'static str) -> Parsed<'a, T> {
+        Err(Err::Error(Stop {
+            at: self,
+            expected,
+            diagnostic: None,
+        }))
+    }
+
+    /// A failure that has its own explanation and ends the item.
+    pub(crate) fn wrong<T>(self, diagnostic: Diagnostic) -> Parsed<'a, T> {
+        let diagnostic = Some(Box::new(diagnostic));
+        Err(Err::Failure(Stop {
+            at: self,
+            expected: "",
+            diagnostic,
+        }))
+    }
+}
+
+impl<'a> Input for Tokens<'a> {
+    type Item = Token;
+    type Iter = Copied<Iter<'a, Token>>;
+    type IterIndices = Enumerate<Self::Iter>;
+
+    fn input_len(&self) -> usize {
+        self.tokens.len()
+    }
+
+    fn take(&self, index: usize) -> Self {
+        Tokens {
+            tokens: &self.tokens[..index],
+            ..*self
+        }
+    }
+
+    fn take_from(&self, index: usize) -> Self {
+        let (taken, tokens) = self.tokens.split_at(index);
+        Tokens {
+            tokens,
+            before: taken.last().map_or(self.before, |token| token.end),
+            ..*self
+        }
+    }
+
+    fn take_split(&self, index: usize) -> (Self, Self) {
+        (self.take_from(index), self.take(index))
+    }
+
+    fn position<P: Fn(Token) -> bool>(&self, predicate: P) -> Option<usize> {
+        self.tokens.iter().position(|token| predicate(*token))
+    }
+
+    fn iter_elements(&self) -> Self::Iter {
+        self.tokens.iter().copied()
+    }
+
+    fn iter_indices(&self) -> Self::IterIndices {
+        self.iter_elements().enumerate()
+    }
+
+    fn slice_index(&self, count: usize) -> Result<usize, Needed> {
+        if count <= self.tokens.len() {
+            Ok(count)
+        } else {
+            Err(Needed::new(count - self.tokens.len()))
+        }
+    }
+}
+
+impl<'a> ParseError<Tokens<'a>> for Stop<'a> {
+    fn from_error_kind(at: Tokens<'a>, _: ErrorKind) -> Self {
+        Stop {
+            at,
+            expected: "something else",
+            diagnostic: None,
+        }
+    }
+
+    fn append(_: Tokens<'a>, _: ErrorKind, other: Self) -> Self {
+        other
+    }
+
+    /// Of two alternatives, the one that came further knows better.
+    fn or(self, other: Self) -> Self {
+        if self.at.tokens.len() < other.at.tokens.len() {
+            self
+        } else {
+            other
+        }
+    }
+}
+
+impl Stop<'_> {
+    /// What to tell the user.
+    pub(crate) fn into_diagnostic(self) -> Diagnostic {
+        if let Some(diagnostic) = self.diagnostic {
+            return *diagnostic;
+        }
+        let Stop { at, expected, .. } = self;
+        let span = at.span();
+        let text = at.first_text();
+        let found = match at.first() {
+            None => "the end of the item".to_owned(),
+            Some(TokenKind::Number) => format!("the number `{text}`"),
+            Some(TokenKind::Text) => "a text".to_owned(),
+            Some(TokenKind::Unit) => {
+                return Diagnostic::new(
+                    Code::E117,
+                    span,
+                    format!("no unit can stand here: {text}"),
+                )
+                .here(format!("expected {expected}"))
+                .help("in an expression a unit follows a number, such as `3 [m]`");
+            }
+            Some(TokenKind::Index) => {
+                return not_yet(span, "arrays and their indices are")
+                    .help("if this is a unit, leave a blank before it");
+            }
+            Some(TokenKind::Dot) => return not_yet(span, "parts, and names with a dot, are"),
+            Some(TokenKind::Close | TokenKind::CloseBrace) => {
+                let message = format!("no bracket is open for this `{text}`");
+                return Diagnostic::new(Code::E115, span, message)
+                    .here(format!("expected {expected}"));
+            }
+            Some(_) => format!("`{text}`"),
+        };
+        let diagnostic = Diagnostic::new(
+            Code::E105,
+            span,
+            format!("expected {expected}, found {found}"),
+        );
+        match at.first() {
+            Some(TokenKind::Star) if at.text[..span.start as usize].ends_with('*') => {
+                diagnostic.help("a power is written `a^b`")
+            }
+            Some(TokenKind::Slash) if at.text[..span.start as usize].ends_with('/') => {
+                diagnostic.help("a comment begins with `#`")
+            }
+            Some(TokenKind::Name) if expected == OPERATOR && !RESERVED.contains(&text) => {
+                diagnostic.help("a product needs `*`; every item begins on its own line")
+            }
+            _ => diagnostic,
+        }
+    }
+}
+
+/// What can follow a complete expression.
+pub(crate) const OPERATOR: &str = "an operator or the end of the item";
+
+/// The diagnostic for a construct of a later version.
+pub(crate) fn not_yet(span: Span, what: &str) -> Diagnostic {
+    Diagnostic::new(
+        Code::E110,
+        span,
+        format!("{what} not part of the language yet"),
+    )
+}
+
+/// A token of this kind.
+pub(crate) fn token<'a>(
+    kind: TokenKind,
+    expected: &'static str,
+) -> impl Fn(Tokens<'a>) -> Parsed<'a, Span> {
+    move |input| {
+        if input.first() == Some(kind) {
+            Ok((input.behind_first(), input.span()))
+        } else {
+            input.expected(expected)
+        }
+    }
+}
+
+/// This word.
+pub(crate) fn word<'a>(
+    word: &'static str,
+    expected: &'static str,
+) -> impl Fn(Tokens<'a>) -> Parsed<'a, Span> {
+    move |input| {
+        if input.starts_with_word(word) {
+            Ok((input.behind_first(), input.span()))
+        } else {
+            input.expected(expected)
+        }
+    }
+}
+
+/// A name, which is no word of expressions.
+pub(crate) fn name(input: Tokens<'_>) -> Parsed<'_, Name> {
+    let (text, span) = (input.first_text(), input.span());
+    if input.first() != Some(TokenKind::Name) {
+        return input.expected("a name");
+    }
+    if RESERVED.contains(&text) || text == "delay" {
+        let message = format!("`{text}` is a word of the language and cannot be a name");
+        return input.wrong(Diagnostic::new(Code::E119, span, message));
+    }
+    Ok((
+        input.behind_first(),
+        Name {
+            text: text.to_owned(),
+            span,
+        },
+    ))
+}
+
+/// Runs a parser one level deeper, and refuses where that is too deep.
+pub(crate) fn nested<'a, T>(
+    input: Tokens<'a>,
+    parser: fn(Tokens<'a>) -> Parsed<'a, T>,
+) -> Parsed<'a, T> {
+    let nesting = input.nesting + 1;
+    if nesting > NESTING {
+        return input.wrong(too_deep(input.span()));
+    }
+    let (rest, out) = parser(Tokens { nesting, ..input })?;
+    Ok((
+        Tokens {
+            nesting: input.nesting,
+            ..rest
+        },
+        out,
+    ))
+}
+
+pub(crate) fn too_deep(span: Span) -> Diagnostic {
+    Diagnostic::new(Code::E106, span, format!("nested more than {NESTING} deep"))
+        .help("name a part of it with `let`")
+}

@@ -1,0 +1,775 @@
+//! The units the language knows, one row each.
+//!
+//! The parser, the messages and the documentation read this table. A unit is added by a row.
+
+use std::fmt;
+use std::ops::Range;
+
+use super::{Datum, Dimension, Exponent, Unit};
+use crate::diagnostics::{Code, Diagnostic, suggestion};
+use crate::source::{Sources, Span};
+use crate::syntax::{ast, unit};
+
+/// Pa between the zeros of absolute and gauge pressure: the standard atmosphere.
+pub const STANDARD_ATMOSPHERE: f64 = 101_325.0;
+
+/// One unit of the catalogue.
+#[derive(Debug, Clone, Copy)]
+pub struct Row {
+    /// Its usual symbol.
+    pub symbol: &'static str,
+    /// Other spellings.
+    pub aliases: &'static [&'static str],
+    /// What it measures.
+    pub dimension: Dimension,
+    /// SI units in one of it, as a quotient. Both parts are exact wherever the definition is, so
+    /// that compositions such as `l/min` are rounded once, at the very end.
+    pub factor: (f64, f64),
+    /// SI value at its zero, where that is not zero.
+    pub offset: f64,
+    /// Whether SI prefixes may stand before it.
+    pub prefixes: Prefixes,
+    /// Which zero a pressure is counted from, where the unit says so.
+    pub datum: Option<Datum>,
+    /// What it is, in one line.
+    pub doc: &'static str,
+}
+
+/// Whether SI prefixes may stand before a unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Prefixes {
+    /// `k`, `m`, … may stand before it.
+    Allowed,
+    /// Only as it is.
+    None,
+}
+
+/// SI prefixes: symbol, spellings beside it, and factor as a quotient.
+pub const PREFIXES: &[(&str, f64, f64)] = &[
+    ("T", 1e12, 1.0),
+    ("G", 1e9, 1.0),
+    ("M", 1e6, 1.0),
+    ("k", 1e3, 1.0),
+    ("h", 1e2, 1.0),
+    ("da", 1e1, 1.0),
+    ("d", 1.0, 1e1),
+    ("c", 1.0, 1e2),
+    ("m", 1.0, 1e3),
+    ("µ", 1.0, 1e6),
+    ("μ", 1.0, 1e6),
+    ("u", 1.0, 1e6),
+    ("n", 1.0, 1e9),
+    ("p", 1.0, 1e12),
+    ("f", 1.0, 1e15),
+];
+
+const NUMBER: Dimension = Dimension::ONE;
+const MASS: Dimension = Dimension::of([1, 0, 0, 0, 0, 0, 0]);
+const LENGTH: Dimension = Dimension::of([0, 1, 0, 0, 0, 0, 0]);
+const TIME: Dimension = Dimension::of([0, 0, 1, 0, 0, 0, 0]);
+const CURRENT: Dimension = Dimension::of([0, 0, 0, 1, 0, 0, 0]);
+const TEMPERATURE: Dimension = Dimension::of([0, 0, 0, 0, 1, 0, 0]);
+const AMOUNT: Dimension = Dimension::of([0, 0, 0, 0, 0, 1, 0]);
+const LUMINOUS_INTENSITY: Dimension = Dimension::of([0, 0, 0, 0, 0, 0, 1]);
+const AREA: Dimension = Dimension::of([0, 2, 0, 0, 0, 0, 0]);
+const VOLUME: Dimension = Dimension::of([0, 3, 0, 0, 0, 0, 0]);
+const FLOW: Dimension = Dimension::of([0, 3, -1, 0, 0, 0, 0]);
+const FREQUENCY: Dimension = Dimension::of([0, 0, -1, 0, 0, 0, 0]);
+const DENSITY: Dimension = Dimension::of([1, -3, 0, 0, 0, 0, 0]);
+const FORCE: Dimension = Dimension::of([1, 1, -2, 0, 0, 0, 0]);
+const PRESSURE: Dimension = Dimension::of([1, -1, -2, 0, 0, 0, 0]);
+const ENERGY: Dimension = Dimension::of([1, 2, -2, 0, 0, 0, 0]);
+const POWER: Dimension = Dimension::of([1, 2, -3, 0, 0, 0, 0]);
+const VISCOSITY: Dimension = Dimension::of([1, -1, -1, 0, 0, 0, 0]);
+const DIFFUSIVITY: Dimension = Dimension::of([0, 2, -1, 0, 0, 0, 0]);
+const CHARGE: Dimension = Dimension::of([0, 0, 1, 1, 0, 0, 0]);
+const VOLTAGE: Dimension = Dimension::of([1, 2, -3, -1, 0, 0, 0]);
+const RESISTANCE: Dimension = Dimension::of([1, 2, -3, -2, 0, 0, 0]);
+const CONDUCTANCE: Dimension = Dimension::of([-1, -2, 3, 2, 0, 0, 0]);
+const CAPACITANCE: Dimension = Dimension::of([-1, -2, 4, 2, 0, 0, 0]);
+const FLUX: Dimension = Dimension::of([1, 2, -2, -1, 0, 0, 0]);
+const FLUX_DENSITY: Dimension = Dimension::of([1, 0, -2, -1, 0, 0, 0]);
+const INDUCTANCE: Dimension = Dimension::of([1, 2, -2, -2, 0, 0, 0]);
+
+/// kg in a pound, m in an inch and m³ in a US gallon (231 in³), as exact quotients.
+const POUND: (f64, f64) = (45_359_237.0, 1e8);
+const INCH: (f64, f64) = (254.0, 1e4);
+const GALLON: (f64, f64) = (3_785_411_784.0, 1e12);
+/// N in a pound-force: the pound under standard gravity, 9.80665 m/s².
+const POUND_FORCE: (f64, f64) = (44_482_216_152_605.0, 1e13);
+/// Pa in a pound-force on a square inch.
+const PSI: (f64, f64) = (44_482_216_152_605.0, 6_451_600_000.0);
+
+impl Row {
+    /// A coherent SI unit.
+    const fn si(symbol: &'static str, dimension: Dimension, doc: &'static str) -> Row {
+        Row {
+            prefixes: Prefixes::Allowed,
+            ..Row::of(symbol, dimension, (1.0, 1.0), doc)
+        }
+    }
+
+    /// A unit with a factor, and without prefixes.
+    const fn of(
+        symbol: &'static str,
+        dimension: Dimension,
+        factor: (f64, f64),
+        doc: &'static str,
+    ) -> Row {
+        Row {
+            symbol,
+            aliases: &[],
+            dimension,
+            factor,
+            offset: 0.0,
+            prefixes: Prefixes::None,
+            datum: None,
+            doc,
+        }
+    }
+
+    /// The same with SI prefixes.
+    const fn with_prefixes(self) -> Row {
+        Row {
+            prefixes: Prefixes::Allowed,
+            ..self
+        }
+    }
+
+    /// The same with other spellings.
+    const fn or(self, aliases: &'static [&'static str]) -> Row {
+        Row { aliases, ..self }
+    }
+
+    /// The same counted from a zero elsewhere.
+    const fn from_zero_at(self, offset: f64) -> Row {
+        Row { offset, ..self }
+    }
+
+    /// The same with a labelled zero of pressure.
+    const fn counted_from(self, datum: Datum) -> Row {
+        Row {
+            datum: Some(datum),
+            ..self
+        }
+    }
+
+    /// Every spelling without a prefix, the symbol first.
+    pub fn spellings(&self) -> impl Iterator<Item = &'static str> {
+        std::iter::once(self.symbol).chain(self.aliases.iter().copied())
+    }
+}
+
+/// Every unit, by kind of quantity.
+pub static CATALOGUE: &[Row] = &[
+    // Base units; the kilogram is a gram with a prefix.
+    Row::si("m", LENGTH, "metre"),
+    Row::of("g", MASS, (1.0, 1e3), "gram").with_prefixes(),
+    Row::si("s", TIME, "second"),
+    Row::si("A", CURRENT, "ampere"),
+    Row::si("K", TEMPERATURE, "kelvin"),
+    Row::si("mol", AMOUNT, "mole"),
+    Row::si("cd", LUMINOUS_INTENSITY, "candela"),
+    // Numbers and angles
+    Row::of("%", NUMBER, (1.0, 1e2), "percent: 0.01"),
+    Row::of("ppm", NUMBER, (1.0, 1e6), "parts per million"),
+    Row::si("rad", NUMBER, "radian: 1"),
+    Row::si("sr", NUMBER, "steradian: 1"),
+    Row::of(
+        "deg",
+        NUMBER,
+        (std::f64::consts::PI, 180.0),
+        "degree of arc: π/180",
+    )
+    .or(&["°"]),
+    // Time
+    Row::of("min", TIME, (60.0, 1.0), "minute"),
+    Row::of("h", TIME, (3600.0, 1.0), "hour").or(&["hr"]),
+    Row::of("d", TIME, (86_400.0, 1.0), "day").or(&["day"]),
+    Row::si("Hz", FREQUENCY, "hertz: 1/s"),
+    Row::of(
+        "rpm",
+        FREQUENCY,
+        (std::f64::consts::PI, 30.0),
+        "revolutions per minute: 2π/60 rad/s",
+    ),
+    Row::of(
+        "spm",
+        FREQUENCY,
+        (1.0, 60.0),
+        "strokes per minute: 1/60 s⁻¹",
+    ),
+    // Length, area, volume
+    Row::of("in", LENGTH, INCH, "inch: 25.4 mm").or(&["inch"]),
+    Row::of("ft", LENGTH, (3048.0, 1e4), "foot: 0.3048 m"),
+    Row::of("yd", LENGTH, (9144.0, 1e4), "yard: 0.9144 m"),
+    Row::of("mi", LENGTH, (1_609_344.0, 1e3), "mile: 1609.344 m"),
+    Row::of("D", AREA, (1.0, 101_325e7), "darcy (permeability)")
+        .or(&["darcy"])
+        .with_prefixes(),
+    Row::of("l", VOLUME, (1.0, 1e3), "litre")
+        .or(&["L"])
+        .with_prefixes(),
+    Row::of(
+        "bbl",
+        VOLUME,
+        (42.0 * GALLON.0, GALLON.1),
+        "oil barrel: 42 US gallons",
+    ),
+    Row::of("gal", VOLUME, GALLON, "US gallon: 231 in³"),
+    // Flow
+    Row::of("lpm", FLOW, (1.0, 60e3), "litres per minute").or(&["LPM"]),
+    Row::of(
+        "gpm",
+        FLOW,
+        (GALLON.0, 60.0 * GALLON.1),
+        "US gallons per minute",
+    )
+    .or(&["GPM"]),
+    // Mass, force
+    Row::of("t", MASS, (1e3, 1.0), "tonne: 1000 kg").or(&["tonne"]),
+    Row::of("lb", MASS, POUND, "pound: 0.45359237 kg").or(&["lbm"]),
+    Row::si("N", FORCE, "newton"),
+    Row::of("lbf", FORCE, POUND_FORCE, "pound-force"),
+    Row::of("kgf", FORCE, (980_665.0, 1e5), "kilogram-force: 9.80665 N"),
+    // Density
+    Row::of(
+        "sg",
+        DENSITY,
+        (1e3, 1.0),
+        "specific gravity: relative to 1000 kg/m³",
+    ),
+    Row::of(
+        "ppg",
+        DENSITY,
+        (POUND.0 * 1e4, GALLON.0),
+        "pounds per US gallon",
+    ),
+    Row::of(
+        "pcf",
+        DENSITY,
+        (POUND.0 * 1e4, 3048.0 * 3048.0 * 3048.0),
+        "pounds per cubic foot",
+    ),
+    // Pressure
+    Row::si("Pa", PRESSURE, "pascal"),
+    Row::of("bar", PRESSURE, (1e5, 1.0), "bar: 100 kPa").with_prefixes(),
+    Row::of("bara", PRESSURE, (1e5, 1.0), "bar above vacuum")
+        .with_prefixes()
+        .counted_from(Datum::Absolute),
+    Row::of(
+        "barg",
+        PRESSURE,
+        (1e5, 1.0),
+        "bar above the standard atmosphere",
+    )
+    .with_prefixes()
+    .counted_from(Datum::Gauge),
+    Row::of("psi", PRESSURE, PSI, "pound-force per square inch"),
+    Row::of("psia", PRESSURE, PSI, "psi above vacuum").counted_from(Datum::Absolute),
+    Row::of("psig", PRESSURE, PSI, "psi above the standard atmosphere").counted_from(Datum::Gauge),
+    Row::of("ksi", PRESSURE, (1e3 * PSI.0, PSI.1), "1000 psi"),
+    Row::of(
+        "atm",
+        PRESSURE,
+        (STANDARD_ATMOSPHERE, 1.0),
+        "standard atmosphere: 101325 Pa",
+    ),
+    Row::of(
+        "mmHg",
+        PRESSURE,
+        (133_322_387_415.0, 1e9),
+        "millimetre of mercury",
+    ),
+    Row::of(
+        "inHg",
+        PRESSURE,
+        (133_322_387_415.0 * 25.4, 1e9),
+        "inch of mercury",
+    ),
+    Row::of("mmH2O", PRESSURE, (980_665.0, 1e5), "millimetre of water"),
+    Row::of("inH2O", PRESSURE, (980_665.0 * 25.4, 1e5), "inch of water"),
+    // Energy, power
+    Row::si("J", ENERGY, "joule"),
+    Row::of("Wh", ENERGY, (3600.0, 1.0), "watt-hour").with_prefixes(),
+    Row::si("W", POWER, "watt"),
+    Row::of(
+        "hp",
+        POWER,
+        (550.0 * 0.3048 * POUND_FORCE.0, POUND_FORCE.1),
+        "mechanical horsepower",
+    ),
+    // Viscosity
+    Row::of("P", VISCOSITY, (1.0, 10.0), "poise: 0.1 Pa·s").with_prefixes(),
+    Row::of("St", DIFFUSIVITY, (1.0, 1e4), "stokes: 1 cm²/s").with_prefixes(),
+    // Electricity
+    Row::si("C", CHARGE, "coulomb"),
+    Row::si("V", VOLTAGE, "volt"),
+    Row::si("ohm", RESISTANCE, "ohm").or(&["\u{3a9}", "\u{2126}"]),
+    Row::si("S", CONDUCTANCE, "siemens"),
+    Row::si("F", CAPACITANCE, "farad"),
+    Row::si("Wb", FLUX, "weber"),
+    Row::si("T", FLUX_DENSITY, "tesla"),
+    Row::si("H", INDUCTANCE, "henry"),
+    // Temperature: 0 °F is 459.67 °R, and nine degrees Rankine are five kelvin.
+    Row::of("°C", TEMPERATURE, (1.0, 1.0), "degree Celsius")
+        .or(&["degC"])
+        .from_zero_at(273.15),
+    Row::of("°F", TEMPERATURE, (5.0, 9.0), "degree Fahrenheit")
+        .or(&["degF"])
+        .from_zero_at(459.67 * 5.0 / 9.0),
+    Row::of("°R", TEMPERATURE, (5.0, 9.0), "degree Rankine").or(&["degR"]),
+];
+
+/// Why a text is no unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnitError {
+    /// The piece that is wrong, in bytes of the text; empty at its end.
+    pub range: Range<usize>,
+    /// What is wrong with it.
+    pub kind: UnitErrorKind,
+}
+
+/// The ways in which a text is no unit.
+#[derive(Debug, Clone, PartialEq)]
+pub enum UnitErrorKind {
+    /// A symbol is not in the catalogue.
+    Unknown {
+        /// The symbol.
+        symbol: String,
+        /// What was probably meant.
+        suggestion: Option<String>,
+    },
+    /// The text does not follow the grammar of units.
+    Malformed {
+        /// What could stand there.
+        expected: &'static str,
+    },
+    /// An exponent or a factor leaves the range of numbers.
+    OutOfRange,
+}
+
+impl UnitError {
+    /// The diagnostic for a unit written between brackets, at the piece that is wrong, or at the
+    /// whole where blanks inside the brackets hide where it is. [`read_unit`] sees them.
+    pub fn at(&self, written: &ast::Unit) -> Diagnostic {
+        let Span { start, end, .. } = written.span;
+        if end.saturating_sub(start) == written.text.len() as u32 + 2 {
+            self.behind(start + 1, written.span)
+        } else {
+            Diagnostic::new(self.code(), written.span, self.to_string()).maybe_help(self.help())
+        }
+    }
+
+    /// The diagnostic where the unit's text begins at a byte of a source, within `brackets`.
+    fn behind(&self, text_start: u32, brackets: Span) -> Diagnostic {
+        let place = |at: usize| (text_start + at as u32).min(brackets.end);
+        let span = Span {
+            start: place(self.range.start),
+            end: place(self.range.end),
+            ..brackets
+        };
+        Diagnostic::new(self.code(), span, self.to_string()).maybe_help(self.help())
+    }
+
+    fn code(&self) -> Code {
+        match self.kind {
+            UnitErrorKind::Unknown { .. } => Code::E305,
+            UnitErrorKind::Malformed { .. } | UnitErrorKind::OutOfRange => Code::E306,
+        }
+    }
+
+    /// What would be right, where that is known.
+    pub fn help(&self) -> Option<String> {
+        match &self.kind {
+            UnitErrorKind::Unknown { suggestion, .. } => suggestion
+                .as_ref()
+                .map(|unit| format!("did you mean `{unit}`?")),
+            UnitErrorKind::Malformed { .. } => {
+                Some("units are written like `kg/m^3`, `Pa*s^2/m^6` or `1/(m*s)`".to_owned())
+            }
+            UnitErrorKind::OutOfRange => None,
+        }
+    }
+}
+
+impl fmt::Display for UnitError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.kind {
+            UnitErrorKind::Unknown { symbol, .. } => write!(f, "there is no unit `{symbol}`"),
+            UnitErrorKind::Malformed { expected } => {
+                write!(f, "malformed unit: expected {expected}")
+            }
+            UnitErrorKind::OutOfRange => f.write_str("the unit leaves the range of numbers"),
+        }
+    }
+}
+
+impl std::error::Error for UnitError {}
+
+/// Reads a unit such as `m^3/s`.
+///
+/// A zero elsewhere (°C) and a labelled zero (bara) belong to a unit that stands alone. In a product
+/// or power a °C is a difference of one kelvin, and `bara` is `bar`.
+pub fn parse_unit(text: &str) -> Result<Unit, UnitError> {
+    let factors = unit::parse(text).map_err(|malformed| {
+        let length = text[malformed.at..]
+            .chars()
+            .next()
+            .map_or(0, char::len_utf8);
+        UnitError {
+            range: malformed.at..malformed.at + length,
+            kind: UnitErrorKind::Malformed {
+                expected: malformed.expected,
+            },
+        }
+    })?;
+
+    let mut all = Unit {
+        symbol: text.trim().to_owned(),
+        ..Unit::one()
+    };
+    let (mut numerator, mut denominator) = (1.0, 1.0);
+    for factor in &factors {
+        let out_of_range = || UnitError {
+            range: factor.range.clone(),
+            kind: UnitErrorKind::OutOfRange,
+        };
+        let found = look_up(factor)?;
+        let exponent = factor.exponent.mul(found.digits).ok_or_else(out_of_range)?;
+
+        let dimension = found.row.dimension.power(exponent);
+        all.dimension = dimension
+            .and_then(|dimension| all.dimension.times(dimension))
+            .ok_or_else(out_of_range)?;
+
+        let (up, down) = found.factor;
+        if exponent.value() >= 0.0 {
+            numerator *= power(up, exponent);
+            denominator *= power(down, exponent);
+        } else {
+            numerator *= power(down, exponent);
+            denominator *= power(up, exponent);
+        }
+        if factors.len() == 1 && exponent.value() == 1.0 {
+            all.offset = found.row.offset;
+            all.datum = found.row.datum;
+        }
+        all.factor = numerator / denominator;
+        if !all.factor.is_normal() {
+            return Err(out_of_range());
+        }
+    }
+    Ok(all)
+}
+
+/// x^|exponent|, by multiplication where the exponent is whole, so that it is exact where it can be.
+fn power(x: f64, exponent: Exponent) -> f64 {
+    let exponent = exponent.value().abs();
+    if exponent.fract() == 0.0 {
+        (0..exponent as u32).fold(1.0, |product, _| product * x)
+    } else {
+        x.powf(exponent)
+    }
+}
+
+/// A symbol found in the catalogue.
+struct Found {
+    row: &'static Row,
+    /// Factor of the row and its prefix.
+    factor: (f64, f64),
+    /// The power that digits behind the symbol stand for.
+    digits: Exponent,
+}
+
+fn look_up(factor: &unit::Factor) -> Result<Found, UnitError> {
+    let whole = format!("{}{}", factor.symbol, factor.digits);
+    let one = Exponent::new(1, 1);
+    let (symbol, digits) = if factor.digits.is_empty() || find(&whole).is_some() {
+        (&whole, one)
+    } else {
+        // m3 is m^3; more than one digit is a slip.
+        let digit = (factor.digits.len() == 1)
+            .then(|| factor.digits.parse().ok())
+            .flatten();
+        (
+            &factor.symbol,
+            digit.and_then(|digit| Exponent::new(digit, 1)),
+        )
+    };
+    match (find(symbol), digits) {
+        (Some((row, factor)), Some(digits)) => Ok(Found {
+            row,
+            factor,
+            digits,
+        }),
+        (None, _) | (_, None) => {
+            let spellings = all_spellings();
+            let suggestion = suggestion(&whole, spellings.iter().map(String::as_str));
+            let suggestion = suggestion.map(str::to_owned);
+            let kind = UnitErrorKind::Unknown {
+                symbol: whole,
+                suggestion,
+            };
+            Err(UnitError {
+                range: factor.range.clone(),
+                kind,
+            })
+        }
+    }
+}
+
+/// The row and factor of a symbol: as it stands, else as a prefix and a unit.
+fn find(symbol: &str) -> Option<(&'static Row, (f64, f64))> {
+    let exact = |symbol: &str| {
+        CATALOGUE
+            .iter()
+            .find(|row| row.spellings().any(|s| s == symbol))
+    };
+    if let Some(row) = exact(symbol) {
+        return Some((row, row.factor));
+    }
+    PREFIXES.iter().find_map(|&(prefix, up, down)| {
+        let row = exact(symbol.strip_prefix(prefix)?)?;
+        let factor = reduced(row.factor.0 * up, row.factor.1 * down);
+        (row.prefixes == Prefixes::Allowed).then_some((row, factor))
+    })
+}
+
+/// 1000/1000 is 1/1, so that powers of `kg` stay exact.
+fn reduced(up: f64, down: f64) -> (f64, f64) {
+    if up == down { (1.0, 1.0) } else { (up, down) }
+}
+
+/// Every accepted symbol, for suggestions.
+fn all_spellings() -> Vec<String> {
+    let mut all = Vec::new();
+    for row in CATALOGUE {
+        for spelling in row.spellings() {
+            all.push(spelling.to_owned());
+            if row.prefixes == Prefixes::Allowed {
+                all.extend(
+                    PREFIXES
+                        .iter()
+                        .map(|(prefix, ..)| format!("{prefix}{spelling}")),
+                );
+            }
+        }
+    }
+    all
+}
+
+/// Reads the unit between brackets of a source, or says at the right place why it is none.
+pub fn read_unit(written: &ast::Unit, sources: &Sources) -> Result<Unit, Box<Diagnostic>> {
+    parse_unit(&written.text).map_err(|error| {
+        // The text is what stands between the brackets, without blanks around it.
+        let before = sources.text(written.span).find(&written.text).unwrap_or(0);
+        Box::new(error.behind(written.span.start + before as u32, written.span))
+    })
+}
+
+/// A unit in which a dimension can be read: a named one such as `Pa` where there is one, otherwise
+/// one of base units such as `kg/m^4`; `1` for plain numbers.
+pub fn describe(dimension: Dimension) -> String {
+    // Names of coherent units that involve mass or current; 1/s could be Hz or rad/s.
+    let named = CATALOGUE.iter().find(|row| {
+        let [mass, _, _, current, ..] = row.dimension.exponents();
+        row.dimension == dimension
+            && row.factor == (1.0, 1.0)
+            && (*mass != Exponent::ZERO || *current != Exponent::ZERO)
+    });
+    if let Some(row) = named {
+        return row.symbol.to_owned();
+    }
+
+    let (mut above, mut below) = (Vec::new(), Vec::new());
+    for (symbol, &exponent) in super::dimension::BASE_UNITS
+        .iter()
+        .zip(dimension.exponents())
+    {
+        let magnitude = if exponent.value() < 0.0 {
+            Exponent::new(-1, 1)
+                .and_then(|minus| exponent.mul(minus))
+                .unwrap_or(exponent)
+        } else {
+            exponent
+        };
+        let list = if exponent.value() < 0.0 {
+            &mut below
+        } else {
+            &mut above
+        };
+        match magnitude.value() {
+            0.0 => {}
+            1.0 => list.push((*symbol).to_owned()),
+            _ => list.push(format!("{symbol}^{magnitude}")),
+        }
+    }
+    let above = if above.is_empty() {
+        "1".to_owned()
+    } else {
+        above.join("*")
+    };
+    match below.as_slice() {
+        [] => above,
+        [one] => format!("{above}/{one}"),
+        several => format!("{above}/({})", several.join("*")),
+    }
+}
+
+/// Converts a value at the model's edge, between units of one dimension.
+///
+/// Where both units label their zero and the labels differ, the standard atmosphere comes in.
+pub fn convert(value: f64, from: &Unit, to: &Unit) -> f64 {
+    let si = from.to_si(value);
+    let si = match (from.datum, to.datum) {
+        (Some(Datum::Gauge), Some(Datum::Absolute)) => si + STANDARD_ATMOSPHERE,
+        (Some(Datum::Absolute), Some(Datum::Gauge)) => si - STANDARD_ATMOSPHERE,
+        (Some(_) | None, Some(_) | None) => si,
+    };
+    to.from_si(si)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unit(text: &str) -> Unit {
+        parse_unit(text).unwrap_or_else(|error| panic!("{text}: {error}"))
+    }
+
+    /// Relative error of a product and a quotient of correctly rounded numbers.
+    const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+    #[test]
+    fn factors_follow_the_exact_definitions() {
+        for (text, factor) in [
+            ("psi", 6_894.757_293_168_361),
+            ("lpm", 1.0 / 60_000.0),
+            ("l/min", 1.0 / 60_000.0),
+            ("in", 0.0254),
+            ("ppg", 0.453_592_37 / 0.003_785_411_784),
+            ("lb/gal", 0.453_592_37 / 0.003_785_411_784),
+            ("gpm", 3.785_411_784e-3 / 60.0),
+            ("bbl", 0.158_987_294_928),
+            ("bbl/min", 0.158_987_294_928 / 60.0),
+            ("kg", 1.0),
+            ("kg/m^4", 1.0),
+            ("Pa*s^2/m^6", 1.0),
+            ("%", 0.01),
+            ("rpm", 2.0 * std::f64::consts::PI / 60.0),
+            ("mbar", 100.0),
+            ("mL", 1e-6),
+            ("m3/h", 1.0 / 3600.0),
+            ("m³/h", 1.0 / 3600.0),
+            ("mm^2", 1e-6),
+            ("cP", 1e-3),
+            ("cSt", 1e-6),
+            ("kWh", 3.6e6),
+            ("hp", 745.699_871_582_270_2),
+            ("mmHg", 133.322_387_415),
+            ("inH2O", 249.088_91),
+            ("pcf", 16.018_463_373_960_14),
+            ("ksi", 6_894_757.293_168_361),
+            ("lbf", 4.448_221_615_260_5),
+            ("mD", 9.869_232_667_160_13e-16),
+            ("µm", 1e-6),
+            ("μm", 1e-6),
+            ("deg", std::f64::consts::PI / 180.0),
+            ("ft^(1/2)", 0.3048_f64.sqrt()),
+            ("1", 1.0),
+        ] {
+            let error = (unit(text).factor / factor - 1.0).abs();
+            assert!(error <= ROUNDING, "{text}: {} {factor}", unit(text).factor);
+        }
+        assert_eq!(unit("lpm").factor, unit("l/min").factor);
+        assert_eq!(unit("lb/gal").dimension, unit("sg").dimension);
+    }
+
+    #[test]
+    fn no_symbol_has_two_readings() {
+        let mut seen = std::collections::BTreeMap::new();
+        for row in CATALOGUE {
+            for spelling in row.spellings() {
+                let mut readings = vec![spelling.to_owned()];
+                if row.prefixes == Prefixes::Allowed {
+                    let prefixed = |(prefix, ..): &(&str, f64, f64)| format!("{prefix}{spelling}");
+                    readings.extend(PREFIXES.iter().map(prefixed));
+                }
+                for reading in readings {
+                    let other = seen.insert(reading.clone(), row.symbol);
+                    assert_eq!(other, None, "`{reading}` is {} and {other:?}", row.symbol);
+                    assert!(parse_unit(&reading).is_ok(), "{reading}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn prefixes_stand_only_where_allowed() {
+        for text in ["kmin", "mft", "klpm", "kpsi", "mg/kft", "m%"] {
+            assert!(parse_unit(text).is_err(), "{text}");
+        }
+        assert_eq!(unit("min").dimension, TIME);
+        assert_eq!(unit("Pa").dimension, PRESSURE);
+        assert_eq!(unit("cd").dimension, LUMINOUS_INTENSITY);
+    }
+
+    #[test]
+    fn zeros_elsewhere_belong_to_a_unit_alone() {
+        let close = |a: f64, b: f64| (a - b).abs() <= ROUNDING * b.abs().max(a.abs());
+        let (celsius, fahrenheit, kelvin) = (unit("°C"), unit("degF"), unit("K"));
+        assert!(close(celsius.to_si(25.0), 298.15));
+        assert!(close(convert(212.0, &fahrenheit, &celsius), 100.0));
+        assert!(close(convert(0.0, &kelvin, &celsius), -273.15));
+        assert_eq!(unit("W/°C").offset, 0.0);
+        assert_eq!(unit("°C").offset, 273.15);
+        assert_eq!(unit("°C^2").offset, 0.0);
+
+        let (bar, bara, barg, psig) = (unit("bar"), unit("bara"), unit("barg"), unit("psig"));
+        assert!(close(convert(0.0, &barg, &bara), 1.01325));
+        assert!(close(convert(1.01325, &bara, &psig), 0.0));
+        assert_eq!(convert(2.0, &bar, &bara), 2.0);
+        assert_eq!(bara.to_si(1.0), barg.to_si(1.0));
+        assert_eq!(unit("bara/s").datum, None);
+    }
+
+    #[test]
+    fn mistakes_are_placed_and_explained() {
+        let error = parse_unit("kg/lmp").unwrap_err();
+        assert_eq!(error.range, 3..6);
+        assert_eq!(error.help().as_deref(), Some("did you mean `lpm`?"));
+        assert_eq!(
+            parse_unit("KPa").unwrap_err().help().as_deref(),
+            Some("did you mean `kPa`?")
+        );
+        assert_eq!(parse_unit("kg m").unwrap_err().range, 3..4);
+        assert_eq!(parse_unit("").unwrap_err().range, 0..0);
+        assert_eq!(parse_unit("m33").unwrap_err().range, 0..3);
+        let large = parse_unit("km^99*km^99").unwrap_err();
+        assert_eq!(large.kind, UnitErrorKind::OutOfRange);
+    }
+
+    #[test]
+    fn dimensions_are_described_in_units_that_can_be_read_again() {
+        for (text, expected) in [
+            ("bar", "Pa"),
+            ("lbf", "N"),
+            ("hp", "W"),
+            ("N*m", "J"),
+            ("lpm", "m^3/s"),
+            ("kg/m^4", "kg/m^4"),
+            ("cP", "kg/(m*s)"),
+            ("%", "1"),
+            ("rpm", "1/s"),
+            ("m^(1/2)", "m^(1/2)"),
+            ("V/A", "ohm"),
+            ("A", "A"),
+            ("t", "kg"),
+        ] {
+            let dimension = unit(text).dimension;
+            assert_eq!(describe(dimension), expected);
+            assert_eq!(unit(expected).dimension, dimension);
+        }
+    }
+}

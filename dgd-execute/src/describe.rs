@@ -1,0 +1,82 @@
+//! A program's lists as the runtime's signature.
+
+use dgd_compiler::program::{self, Program, ResultKind};
+use dgd_compiler::units;
+use dgd_runtime::system::{
+    Input, Interpolation, List, Output, Parameter, Pattern, Signature, Text, Unit, Unknown,
+};
+
+pub(crate) fn signature(program: &Program) -> Signature {
+    let pattern = |kind| pattern(program, kind);
+    Signature {
+        name: text(&program.name),
+        unknowns: program
+            .unknowns
+            .iter()
+            .map(|unknown| Unknown {
+                name: text(&unknown.name),
+                unit: unit(&unknown.unit),
+                nominal: unknown.nominal,
+                differential: unknown.differential,
+            })
+            .collect(),
+        equations: program.unknowns.iter().map(|unknown| text(&unknown.equation)).collect(),
+        parameters: program
+            .parameters
+            .iter()
+            .map(|parameter| Parameter {
+                name: text(&parameter.name),
+                unit: unit(&parameter.unit),
+                value: parameter.value,
+                lower: parameter.lower,
+                upper: parameter.upper,
+                nominal: parameter.nominal,
+                log: parameter.log,
+                fixed: parameter.fixed,
+            })
+            .collect(),
+        inputs: program
+            .inputs
+            .iter()
+            .map(|input| Input {
+                name: text(&input.name),
+                unit: unit(&input.unit),
+                interpolation: match input.interpolation {
+                    program::Interpolation::Hold => Interpolation::Hold,
+                    program::Interpolation::Linear => Interpolation::Linear,
+                },
+            })
+            .collect(),
+        outputs: program
+            .outputs
+            .iter()
+            .map(|output| Output {
+                name: text(&output.name),
+                unit: unit(&output.unit),
+                noise: output.noise,
+            })
+            .collect(),
+        directions: List::Owned(program.directions.clone()),
+        jacobian: pattern(ResultKind::Jacobian),
+        sensitivity_jacobian: pattern(ResultKind::Dgdy),
+        parameter_jacobian: pattern(ResultKind::ParameterJacobian),
+        input_jacobian: pattern(ResultKind::InputJacobian),
+        output_jacobians: [ResultKind::Dwdy, ResultKind::Dwdu, ResultKind::Dwdp].map(pattern),
+    }
+}
+
+fn text(text: &str) -> Text {
+    Text::Owned(text.to_owned())
+}
+
+fn unit(unit: &units::Unit) -> Unit {
+    Unit { symbol: text(&unit.symbol), factor: unit.factor, offset: unit.offset }
+}
+
+fn pattern(program: &Program, kind: ResultKind) -> Pattern {
+    let places = program.patterns.get(&kind).map_or(&[][..], Vec::as_slice);
+    Pattern {
+        rows: places.iter().map(|(row, _)| *row).collect(),
+        columns: places.iter().map(|(_, column)| *column).collect(),
+    }
+}

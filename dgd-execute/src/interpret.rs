@@ -1,0 +1,192 @@
+//! The interpreter: performs a program's operations one after another.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+
+use dgd_compiler::expr::intrinsics::Definition;
+use dgd_compiler::program::{Argument, Function, FunctionKind, Operation, Program};
+use dgd_runtime::linalg::AutoLu;
+use dgd_runtime::{Point, Signature, System};
+
+use crate::describe::signature;
+
+/// A program as a system, run operation by operation.
+///
+/// The same bits as the generated Rust. Cloning shares the program; each clone has work space of
+/// its own, so that one clone serves one thread.
+#[derive(Debug, Clone)]
+pub struct Interpreted {
+    program: Arc<Program>,
+    signature: Arc<Signature>,
+    /// Position in `program.functions` of each kind, in the order of [`FunctionKind`].
+    registers: RefCell<Vec<f64>>,
+}
+
+impl Interpreted {
+    /// Makes a system of a program.
+    pub fn new(program: Program) -> Self {
+        let longest = program.functions.iter().map(|f| f.body.len()).max().unwrap_or(0);
+        Interpreted {
+            signature: Arc::new(signature(&program)),
+            program: Arc::new(program),
+            registers: RefCell::new(vec![0.0; longest]),
+        }
+    }
+
+    fn run(
+        &self,
+        kind: FunctionKind,
+        at: Point<'_>,
+        udot: &[f64],
+        s: &[f64],
+        results: &mut [&mut [f64]],
+    ) {
+        let function = self.program.function(kind);
+        let mut registers = self.registers.borrow_mut();
+        evaluate(function, at, udot, s, &mut registers);
+        for (values, result) in function.results.iter().zip(results) {
+            assert_eq!(values.len(), result.len(), "length of a result of {kind:?}");
+            for (number, value) in result.iter_mut().zip(values) {
+                *number = registers[value.index()];
+            }
+        }
+    }
+}
+
+fn evaluate(function: &Function, at: Point<'_>, udot: &[f64], s: &[f64], registers: &mut [f64]) {
+    let truth = |condition: bool| f64::from(u8::from(condition));
+    for (i, operation) in function.body.iter().enumerate() {
+        let (done, rest) = registers.split_at_mut(i);
+        rest[0] = match *operation {
+            Operation::Constant(value) => value,
+            Operation::Time => at.t,
+            Operation::Load(argument, index) => {
+                let array = match argument {
+                    Argument::Y => at.y,
+                    Argument::U => at.u,
+                    Argument::P => at.p,
+                    Argument::Udot => udot,
+                    Argument::S => s,
+                };
+                array[index as usize]
+            }
+            Operation::Negate(a) => -done[a.index()],
+            Operation::Add(a, b) => done[a.index()] + done[b.index()],
+            Operation::Subtract(a, b) => done[a.index()] - done[b.index()],
+            Operation::Multiply(a, b) => done[a.index()] * done[b.index()],
+            Operation::Divide(a, b) => done[a.index()] / done[b.index()],
+            Operation::Call1(f, a) => match f.get().definition {
+                Definition::One { value, .. } => value(done[a.index()]),
+                Definition::Two { .. } | Definition::Expansion(_) => {
+                    unreachable!("a function of one argument")
+                }
+            },
+            Operation::Call2(f, a, b) => match f.get().definition {
+                Definition::Two { value, .. } => value(done[a.index()], done[b.index()]),
+                Definition::One { .. } | Definition::Expansion(_) => {
+                    unreachable!("a function of two arguments")
+                }
+            },
+            Operation::Compare(comparison, a, b) => {
+                truth(comparison.holds(done[a.index()], done[b.index()]))
+            }
+            Operation::And(a, b) => truth(done[a.index()] != 0.0 && done[b.index()] != 0.0),
+            Operation::Or(a, b) => truth(done[a.index()] != 0.0 || done[b.index()] != 0.0),
+            Operation::Not(a) => truth(done[a.index()] == 0.0),
+            Operation::Select(c, a, b) => {
+                if done[c.index()] != 0.0 {
+                    done[a.index()]
+                } else {
+                    done[b.index()]
+                }
+            }
+        };
+    }
+}
+
+impl System for Interpreted {
+    type Vector = Vec<f64>;
+    type Sensitivity = Vec<f64>;
+    type Inputs = Vec<f64>;
+    type Jacobian = Vec<f64>;
+    type SensitivityJacobian = Vec<f64>;
+    type Factorisation = AutoLu;
+
+    fn signature(&self) -> &Signature {
+        &self.signature
+    }
+
+    fn rhs(&self, at: Point<'_>, f: &mut [f64]) {
+        self.run(FunctionKind::Rhs, at, &[], &[], &mut [f]);
+    }
+
+    fn linearize(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        f: &mut [f64],
+        jacobian: &mut [f64],
+        dfdt: &mut [f64],
+    ) {
+        self.run(FunctionKind::Linearize, at, udot, &[], &mut [f, jacobian, dfdt]);
+    }
+
+    fn sensitivity_rhs(&self, at: Point<'_>, s: &[f64], f: &mut [f64], g: &mut [f64]) {
+        self.run(FunctionKind::SensitivityRhs, at, &[], s, &mut [f, g]);
+    }
+
+    fn sensitivity_linearize(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        s: &[f64],
+        f: &mut [f64],
+        jacobian: &mut [f64],
+        dfdt: &mut [f64],
+        g: &mut [f64],
+        dgdy: &mut [f64],
+        dgdt: &mut [f64],
+    ) {
+        let results = &mut [f, jacobian, dfdt, g, dgdy, dgdt];
+        self.run(FunctionKind::SensitivityLinearize, at, udot, s, results);
+    }
+
+    fn parameter_jacobian(&self, at: Point<'_>, values: &mut [f64]) {
+        self.run(FunctionKind::ParameterJacobian, at, &[], &[], &mut [values]);
+    }
+
+    fn input_jacobian(&self, at: Point<'_>, values: &mut [f64]) {
+        self.run(FunctionKind::InputJacobian, at, &[], &[], &mut [values]);
+    }
+
+    fn time_derivative(&self, at: Point<'_>, values: &mut [f64]) {
+        self.run(FunctionKind::TimeDerivative, at, &[], &[], &mut [values]);
+    }
+
+    fn outputs(&self, at: Point<'_>, w: &mut [f64]) {
+        self.run(FunctionKind::Outputs, at, &[], &[], &mut [w]);
+    }
+
+    fn output_jacobians(
+        &self,
+        at: Point<'_>,
+        dwdy: &mut [f64],
+        dwdu: &mut [f64],
+        dwdp: &mut [f64],
+        dwdt: &mut [f64],
+    ) {
+        self.run(FunctionKind::OutputJacobians, at, &[], &[], &mut [dwdy, dwdu, dwdp, dwdt]);
+    }
+
+    fn output_sensitivities(&self, at: Point<'_>, s: &[f64], w: &mut [f64], dw: &mut [f64]) {
+        self.run(FunctionKind::OutputSensitivities, at, &[], s, &mut [w, dw]);
+    }
+
+    fn start(&self, at: Point<'_>, y: &mut [f64]) {
+        self.run(FunctionKind::Start, at, &[], &[], &mut [y]);
+    }
+
+    fn start_sensitivities(&self, at: Point<'_>, s: &mut [f64]) {
+        self.run(FunctionKind::StartSensitivities, at, &[], &[], &mut [s]);
+    }
+}

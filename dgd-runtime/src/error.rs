@@ -1,0 +1,253 @@
+//! Why a simulation stopped.
+
+use std::fmt;
+
+use crate::signal::InputError;
+use crate::solution::Solution;
+
+/// A simulation that stopped early.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Failure {
+    /// Why.
+    pub error: IntegrateError,
+    /// The asked times that were reached.
+    pub partial: Solution,
+}
+
+/// Why an integration stopped.
+#[derive(Debug, Clone, PartialEq)]
+pub enum IntegrateError {
+    /// The options or the asked times make no sense.
+    BadRequest(BadRequest),
+    /// The inputs do not reach as far as the asked times.
+    Inputs(InputError),
+    /// There are no consistent values of the algebraic unknowns, at the start or after a jump of
+    /// the inputs.
+    Initial(InitialError),
+    /// The local error stays above the tolerance however small the step.
+    StepSizeTooSmall {
+        /// Time reached, s.
+        t: f64,
+        /// The step size given up at, s.
+        h: f64,
+        /// The unknown with the largest error.
+        unknown: String,
+        /// The parameter, where the error is that of the unknown's sensitivity to it.
+        parameter: Option<String>,
+        /// Its local error, in units of the tolerance.
+        error: f64,
+    },
+    /// An equation or its derivative is not a finite number, however small the step.
+    NotFinite {
+        /// Time of the evaluation, s.
+        t: f64,
+        /// The equation.
+        equation: String,
+        /// What is not finite about it.
+        what: Evaluation,
+    },
+    /// More steps than allowed.
+    TooManySteps {
+        /// Time reached, s.
+        t: f64,
+        /// Number of steps tried.
+        steps: usize,
+    },
+    /// The matrix of the stages is singular, however small the step.
+    SingularIteration {
+        /// Time reached, s.
+        t: f64,
+        /// The step size given up at, s.
+        h: f64,
+        /// The equation whose row vanishes or depends on others.
+        equation: String,
+    },
+}
+
+/// What was evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Evaluation {
+    /// The equation itself.
+    Equation,
+    /// A derivative of the equation.
+    Derivative,
+}
+
+/// Options or asked times that make no sense.
+#[derive(Debug, Clone, PartialEq)]
+pub enum BadRequest {
+    /// A tolerance is not a positive number.
+    Tolerance {
+        /// `rtol` or `atol`.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// The initial step is not a positive number.
+    InitialStep {
+        /// Its value, s.
+        value: f64,
+    },
+    /// An asked time is not a finite number.
+    TimeNotFinite {
+        /// Its position, from 0.
+        index: usize,
+    },
+    /// An asked time is before its predecessor.
+    TimeBackwards {
+        /// The time, s.
+        at: f64,
+        /// Its predecessor, s.
+        previous: f64,
+    },
+    /// A time is asked for more than twice.
+    TimeRepeated {
+        /// The time, s.
+        at: f64,
+    },
+}
+
+/// Why there are no consistent start values.
+#[derive(Debug, Clone, PartialEq)]
+pub enum InitialError {
+    /// A start value is not a finite number.
+    StartNotFinite {
+        /// The unknown.
+        unknown: String,
+        /// The time, s.
+        t: f64,
+    },
+    /// An equation or its derivative is not a finite number at the start values.
+    NotFinite {
+        /// The equation.
+        equation: String,
+        /// The time, s.
+        t: f64,
+    },
+    /// The algebraic equations do not determine the algebraic unknowns.
+    Singular {
+        /// An equation that vanishes or depends on others.
+        equation: String,
+        /// The time, s.
+        t: f64,
+        /// What is left of the equation, in its own SI unit.
+        residual: f64,
+    },
+    /// Newton's method does not converge.
+    NotConverged {
+        /// The time, s.
+        t: f64,
+        /// Iterations done.
+        iterations: usize,
+        /// The equation with the largest residual.
+        equation: String,
+        /// That residual, in the equation's SI unit.
+        residual: f64,
+        /// The unknown that still moves most for its size.
+        unknown: String,
+        /// Its last correction, SI.
+        correction: f64,
+    },
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.error.fmt(f)
+    }
+}
+
+impl std::error::Error for Failure {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        Some(&self.error)
+    }
+}
+
+impl fmt::Display for IntegrateError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::BadRequest(error) => error.fmt(f),
+            Self::Inputs(error) => error.fmt(f),
+            Self::Initial(error) => error.fmt(f),
+            Self::StepSizeTooSmall { t, h, unknown, parameter: None, error } => write!(
+                f,
+                "the step size fell to {h:.1e} s at t = {t} s, where the local error of \
+                 `{unknown}` is still {error:.1e} times the tolerance"
+            ),
+            Self::StepSizeTooSmall { t, h, unknown, parameter: Some(parameter), error } => write!(
+                f,
+                "the step size fell to {h:.1e} s at t = {t} s, where the local error of the \
+                 sensitivity of `{unknown}` to `{parameter}` is still {error:.1e} times the \
+                 tolerance"
+            ),
+            Self::NotFinite { t, equation, what: Evaluation::Equation } => {
+                write!(f, "equation `{equation}` is not finite at t = {t} s")
+            }
+            Self::NotFinite { t, equation, what: Evaluation::Derivative } => {
+                write!(f, "a derivative of equation `{equation}` is not finite at t = {t} s")
+            }
+            Self::TooManySteps { t, steps } => {
+                write!(f, "{steps} steps were not enough, the solution stopped at t = {t} s")
+            }
+            Self::SingularIteration { t, h, equation } => write!(
+                f,
+                "equation `{equation}` leaves the unknowns undetermined at t = {t} s, with steps \
+                 down to {h:.1e} s"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for IntegrateError {}
+
+impl fmt::Display for BadRequest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Tolerance { name, value } => {
+                write!(f, "`{name}` is {value} and must be a positive number")
+            }
+            Self::InitialStep { value } => {
+                write!(f, "the initial step is {value} s and must be a positive number")
+            }
+            Self::TimeNotFinite { index } => {
+                write!(f, "asked time number {} is not a finite number", index + 1)
+            }
+            Self::TimeBackwards { at, previous } => {
+                write!(f, "asked times go back, from t = {previous} s to t = {at} s")
+            }
+            Self::TimeRepeated { at } => write!(
+                f,
+                "t = {at} s is asked for more than twice; twice means left and right of a jump"
+            ),
+        }
+    }
+}
+
+impl fmt::Display for InitialError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::StartNotFinite { unknown, t } => {
+                write!(f, "the start value of `{unknown}` at t = {t} s is not finite")
+            }
+            Self::NotFinite { equation, t } => write!(
+                f,
+                "equation `{equation}` or its derivative is not finite at the start values, \
+                 t = {t} s"
+            ),
+            Self::Singular { equation, t, residual } => write!(
+                f,
+                "no consistent values at t = {t} s: equation `{equation}` (residual \
+                 {residual:.3e}) leaves the algebraic unknowns undetermined"
+            ),
+            Self::NotConverged { t, iterations, equation, residual, unknown, correction } => {
+                write!(
+                    f,
+                    "no consistent values at t = {t} s after {iterations} iterations: equation \
+                     `{equation}` has residual {residual:.3e}, and `{unknown}` still moves by \
+                     {correction:.3e}"
+                )
+            }
+        }
+    }
+}
+
+impl std::error::Error for InitialError {}

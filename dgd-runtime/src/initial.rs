@@ -1,0 +1,449 @@
+//! Consistent values: algebraic unknowns that fulfil their equations.
+//!
+//! ```text
+//!   0 = f_a(t, y_d, y_a),  y_d given:     −∂f_a/∂y_a δ = f_a,  y_a ← y_a + λ δ
+//!   0 = g_a(t, y, S_d, S_a), S_d given:   −∂f_a/∂y_a S_a = ∂f_a/∂y_d S_d + ∂f_a/∂θ
+//! ```
+//!
+//! λ is halved until the next correction, by the same matrix, is the smaller for it: a test that
+//! does not depend on how equations are scaled (Deuflhard, Newton Methods for Nonlinear Problems,
+//! 2004, §3.3). Both systems are solved at full size, with the identity in the rows of differential
+//! unknowns, so that one factorisation serves all sizes and patterns.
+
+use crate::error::{InitialError, IntegrateError};
+use crate::linalg::norm::Tolerances;
+use crate::linalg::{Factorisation, Pivot, Singular};
+use crate::problem::{Options, Problem, unknown_sizes};
+use crate::signal::Side;
+use crate::system::{Pattern, Point, Storage, System};
+
+/// Corrections below this part of the tolerance end the iteration.
+const CONVERGED: f64 = 1e-4;
+const MOST_ITERATIONS: usize = 100;
+/// Residuals below this part of the equation's terms are rounding: a few operations on them.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+/// The smallest damping tried, λ.
+const LEAST_DAMPING: f64 = 1.0 / 4096.0;
+/// How often a guess at which the equations are singular is moved.
+const MOST_NUDGES: u32 = 3;
+
+/// A start that fulfils all equations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ConsistentStart {
+    /// Unknowns.
+    pub y: Vec<f64>,
+    /// Their derivatives, those of algebraic unknowns included.
+    pub ydot: Vec<f64>,
+}
+
+/// Start values at `t` that fulfil the algebraic equations, and the derivatives that go with them.
+///
+/// # Errors
+///
+/// [`IntegrateError::BadRequest`], [`IntegrateError::Inputs`] and [`IntegrateError::Initial`].
+///
+/// # Panics
+///
+/// When the problem has another number of parameters or inputs than the model.
+pub fn consistent_start<S: System>(
+    problem: &Problem<'_, S>,
+    t: f64,
+    options: &Options,
+) -> Result<ConsistentStart, IntegrateError> {
+    options.verify().map_err(IntegrateError::BadRequest)?;
+    problem.inputs.cover(t, t).map_err(IntegrateError::Inputs)?;
+    let system = problem.system;
+    let signature = system.signature();
+    let n = signature.unknowns.len();
+
+    let segment = problem.inputs.segment(problem.inputs.segment_at(t, Side::Right));
+    let mut u = S::Inputs::zeros(segment.u.len());
+    segment.value(t, u.as_mut());
+    let mut y = S::Vector::zeros(n);
+    let at = Point { t, y: &[], u: u.as_ref(), p: problem.p };
+    start_values(problem, at, y.as_mut()).map_err(IntegrateError::Initial)?;
+    let mut sizes = S::Vector::zeros(n);
+    unknown_sizes(system, y.as_ref(), sizes.as_mut());
+
+    let mut algebraic = Algebraic::new(system);
+    let mut jacobian = S::Jacobian::zeros(signature.jacobian.len());
+    let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
+    let at = Place { t, u: u.as_ref(), p: problem.p };
+    algebraic
+        .make_consistent(
+            system,
+            at,
+            y.as_mut(),
+            jacobian.as_mut(),
+            sizes.as_ref(),
+            tolerances,
+        )
+        .map_err(IntegrateError::Initial)?;
+
+    // 0 = ∂f_a/∂y ẏ + df_a/dt with ẏ_d = f_d
+    let (mut f, mut dfdt) = (S::Vector::zeros(n), S::Vector::zeros(n));
+    let at = Point { t, y: y.as_ref(), u: u.as_ref(), p: problem.p };
+    system.linearize(at, segment.udot, f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
+    if !algebraic.is_empty() {
+        algebraic
+            .factorise(&signature.jacobian, jacobian.as_ref())
+            .map_err(|Singular { row }| singular(system, row, t, f.as_ref()))
+            .map_err(IntegrateError::Initial)?;
+        for (i, unknown) in signature.unknowns.iter().enumerate() {
+            if !unknown.differential {
+                f.as_mut()[i] = dfdt.as_ref()[i];
+            }
+        }
+        // The rows of J that couple algebraic equations to ẏ_d are in the matrix.
+        algebraic.factorisation.solve(f.as_mut());
+    }
+    Ok(ConsistentStart { y: y.as_ref().to_vec(), ydot: f.as_ref().to_vec() })
+}
+
+/// Writes the model's start values, with replacements, into `y`.
+pub(crate) fn start_values<S: System>(
+    problem: &Problem<'_, S>,
+    at: Point<'_>,
+    y: &mut [f64],
+) -> Result<(), InitialError> {
+    problem.system.start(at, y);
+    for &(i, value) in problem.start {
+        y[i] = value;
+    }
+    match y.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(i) => Err(InitialError::StartNotFinite {
+            unknown: problem.system.signature().unknowns[i].name.to_string(),
+            t: at.t,
+        }),
+    }
+}
+
+/// Where algebraic equations are solved.
+#[derive(Clone, Copy)]
+pub(crate) struct Place<'a> {
+    pub(crate) t: f64,
+    pub(crate) u: &'a [f64],
+    pub(crate) p: &'a [f64],
+}
+
+/// The algebraic equations of a model and their Jacobian ∂f_a/∂y_a.
+pub(crate) struct Algebraic<S: System> {
+    /// 1 where the unknown is differential, 0 where it is algebraic.
+    pub(crate) mass: S::Vector,
+    count: usize,
+    pub(crate) factorisation: S::Factorisation,
+    /// J with the rows of differential unknowns set to zero.
+    rows: S::Jacobian,
+    row_sizes: S::Vector,
+    f: S::Vector,
+    trial: S::Vector,
+    correction: S::Vector,
+    next: S::Vector,
+    dfdt: S::Vector,
+    zero_slopes: S::Inputs,
+    /// The largest relative pivot of [`Algebraic::weakest`] so far.
+    strongest: f64,
+}
+
+impl<S: System> Algebraic<S> {
+    pub(crate) fn new(system: &S) -> Self {
+        let signature = system.signature();
+        let n = signature.unknowns.len();
+        let zeros = || S::Vector::zeros(n);
+        let mut mass = zeros();
+        for (mass, unknown) in mass.as_mut().iter_mut().zip(signature.unknowns.iter()) {
+            *mass = f64::from(u8::from(unknown.differential));
+        }
+        Self {
+            mass,
+            count: signature.unknowns.iter().filter(|unknown| !unknown.differential).count(),
+            factorisation: S::Factorisation::new(n, &signature.jacobian),
+            rows: S::Jacobian::zeros(signature.jacobian.len()),
+            row_sizes: zeros(),
+            f: zeros(),
+            trial: zeros(),
+            correction: zeros(),
+            next: zeros(),
+            dfdt: zeros(),
+            zero_slopes: S::Inputs::zeros(signature.inputs.len()),
+            strongest: 0.0,
+        }
+    }
+
+    /// Whether all unknowns are differential.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// Whether f differs from `other` in an algebraic equation.
+    pub(crate) fn differs(&self, f: &[f64], other: &[f64]) -> bool {
+        let n = self.mass.as_ref().len().max(1);
+        f.chunks_exact(n).zip(other.chunks_exact(n)).any(|(f, other)| {
+            self.mass.as_ref().iter().zip(f.iter().zip(other)).any(|(m, (f, o))| *m == 0.0 && f != o)
+        })
+    }
+
+    /// Sets the rows of algebraic unknowns to zero, in one or several vectors.
+    pub(crate) fn keep_differential(&self, values: &mut [f64]) {
+        let n = self.mass.as_ref().len().max(1);
+        for column in values.chunks_exact_mut(n) {
+            for (value, mass) in column.iter_mut().zip(self.mass.as_ref()) {
+                if *mass == 0.0 {
+                    *value = 0.0;
+                }
+            }
+        }
+    }
+
+    /// Factorises ⎡ I 0 ⎤ over ⎣ −∂f_a/∂y_d −∂f_a/∂y_a ⎦.
+    pub(crate) fn factorise(&mut self, pattern: &Pattern, jacobian: &[f64]) -> Result<(), Singular> {
+        let mass = self.mass.as_ref();
+        let entries = self.rows.as_mut().iter_mut().zip(pattern.rows.iter());
+        for ((value, &row), j) in entries.zip(jacobian) {
+            *value = if mass[row] == 0.0 { *j } else { 0.0 };
+        }
+        self.factorisation.factorise(1.0, |i| mass[i] != 0.0, pattern, self.rows.as_ref())
+    }
+
+    /// How near ∂f_a/∂y_a is to a singular matrix: `Some` equation when its smallest pivot, with
+    /// unknowns in their sizes and equations in those of their largest term, has fallen below ten
+    /// times `atol` of the largest it was in this run, or to rounding.
+    ///
+    /// An algebraic unknown is known to about `atol`. A derivative that is proportional to one, as
+    /// that of q|q| is, is then known to one part in ten.
+    #[inline]
+    pub(crate) fn singular_equation(
+        &mut self,
+        pattern: &Pattern,
+        jacobian: &[f64],
+        sizes: &[f64],
+        atol: f64,
+    ) -> Option<usize> {
+        match self.smallest_relative_pivot(pattern, jacobian, sizes) {
+            Err(Singular { row }) => Some(row),
+            Ok(None) => None,
+            Ok(Some(Pivot { row, magnitude })) => {
+                self.strongest = self.strongest.max(magnitude);
+                let least = (1e-3 * atol).max(1e-12).max(atol.powf(0.67) * self.strongest);
+                (magnitude <= least).then_some(row)
+            }
+        }
+    }
+
+    #[inline]
+    fn smallest_relative_pivot(
+        &mut self,
+        pattern: &Pattern,
+        jacobian: &[f64],
+        sizes: &[f64],
+    ) -> Result<Option<Pivot>, Singular> {
+        let mass = self.mass.as_ref();
+        // Rows remember their largest term, or an equation of one term would always look regular.
+        let row_sizes = self.row_sizes.as_mut();
+        for ((&row, &column), j) in pattern.rows.iter().zip(pattern.columns.iter()).zip(jacobian) {
+            row_sizes[row] = row_sizes[row].max((j * sizes[column]).abs());
+        }
+        let entries = self.rows.as_mut().iter_mut().zip(pattern.rows.iter());
+        for (((value, &row), &column), j) in entries.zip(pattern.columns.iter()).zip(jacobian) {
+            let inside = mass[row] == 0.0 && mass[column] == 0.0 && row_sizes[row] > 0.0;
+            *value = if inside { j * sizes[column] / row_sizes[row] } else { 0.0 };
+        }
+        self.factorisation.factorise(1.0, |i| mass[i] != 0.0, pattern, self.rows.as_ref())?;
+        Ok(self.factorisation.smallest_pivot())
+    }
+
+    /// Solves 0 = f_a for the algebraic unknowns, from the guess in `y`; `jacobian` is work space.
+    pub(crate) fn make_consistent(
+        &mut self,
+        system: &S,
+        at: Place<'_>,
+        y: &mut [f64],
+        jacobian: &mut [f64],
+        sizes: &[f64],
+        tolerances: Tolerances,
+    ) -> Result<(), InitialError> {
+        if self.is_empty() {
+            return Ok(());
+        }
+        let Place { t, u, p } = at;
+        let signature = system.signature();
+        let pattern = &signature.jacobian;
+        let equation = |row: usize| signature.equations[row].to_string();
+        let mut nudges = 0;
+
+        for iteration in 1..=MOST_ITERATIONS {
+            system.linearize(
+                Point { t, y, u, p },
+                self.zero_slopes.as_ref(),
+                self.f.as_mut(),
+                jacobian,
+                self.dfdt.as_mut(),
+            );
+            mask(self.f.as_mut(), self.mass.as_ref());
+            let spoilt = self.f.as_ref().iter().position(|f| !f.is_finite()).or_else(|| {
+                let mut entries = pattern.rows.iter().zip(jacobian.iter());
+                let mass = self.mass.as_ref();
+                entries.find(|(row, j)| mass[**row] == 0.0 && !j.is_finite()).map(|(row, _)| *row)
+            });
+            if let Some(row) = spoilt {
+                return Err(InitialError::NotFinite { equation: equation(row), t });
+            }
+            if self.f.as_ref().iter().all(|f| *f == 0.0) {
+                return Ok(());
+            }
+
+            if let Err(Singular { row }) = self.factorise(pattern, jacobian) {
+                if self.residual_is_rounding(pattern, jacobian, y) {
+                    return Ok(());
+                }
+                if nudges == MOST_NUDGES {
+                    return Err(singular(system, row, t, self.f.as_ref()));
+                }
+                nudges += 1;
+                self.nudge(y, sizes, nudges);
+                continue;
+            }
+
+            // −∂f_a/∂y_a δ = f_a
+            self.correction.as_mut().copy_from_slice(self.f.as_ref());
+            self.factorisation.solve(self.correction.as_mut());
+            let norm = tolerances.mean_square(self.correction.as_ref(), y, y, sizes);
+            if !norm.is_finite() {
+                let row = largest(self.f.as_ref());
+                return Err(singular(system, row, t, self.f.as_ref()));
+            }
+            if norm <= CONVERGED * CONVERGED {
+                add_scaled(y, 1.0, self.correction.as_ref());
+                return Ok(());
+            }
+
+            // λ is good when the next correction by this matrix is the smaller for it.
+            let mut lambda = 1.0;
+            while lambda >= LEAST_DAMPING {
+                self.trial.as_mut().copy_from_slice(y);
+                add_scaled(self.trial.as_mut(), lambda, self.correction.as_ref());
+                system.rhs(Point { t, y: self.trial.as_ref(), u, p }, self.next.as_mut());
+                mask(self.next.as_mut(), self.mass.as_ref());
+                self.factorisation.solve(self.next.as_mut());
+                let next = tolerances.mean_square(self.next.as_ref(), y, y, sizes);
+                let contraction = 1.0 - 0.25 * lambda;
+                if next <= contraction * contraction * norm {
+                    break;
+                }
+                lambda *= 0.5;
+            }
+            if lambda >= LEAST_DAMPING {
+                y.copy_from_slice(self.trial.as_ref());
+            } else if self.residual_is_rounding(pattern, jacobian, y) {
+                return Ok(());
+            } else if nudges < MOST_NUDGES {
+                nudges += 1;
+                self.nudge(y, sizes, nudges);
+            } else {
+                return Err(self.not_converged(system, t, y, sizes, tolerances, iteration));
+            }
+        }
+        Err(self.not_converged(system, t, y, sizes, tolerances, MOST_ITERATIONS))
+    }
+
+    /// Moves algebraic unknowns by their sizes: q|q| has no slope at a guess of zero, and hardly
+    /// any near it.
+    fn nudge(&self, y: &mut [f64], sizes: &[f64], times: u32) {
+        for ((y, size), mass) in y.iter_mut().zip(sizes).zip(self.mass.as_ref()) {
+            *y += (1.0 - mass) * size * f64::from(times);
+        }
+    }
+
+    /// Solves 0 = g_a for the sensitivities of algebraic unknowns; those of differential unknowns
+    /// are given, and the others in `s` overwritten. [`Algebraic::factorise`] comes first.
+    pub(crate) fn make_sensitivities_consistent(
+        &mut self,
+        system: &S,
+        at: Point<'_>,
+        s: &mut [f64],
+        g: &mut [f64],
+    ) {
+        // With S_a = 0, g_a = ∂f_a/∂y_d S_d + ∂f_a/∂θ.
+        self.keep_differential(s);
+        system.sensitivity_rhs(at, s, self.f.as_mut(), g);
+        for column in g.chunks_exact_mut(self.mass.as_ref().len().max(1)) {
+            mask(column, self.mass.as_ref());
+        }
+        self.factorisation.solve(g);
+        add_scaled(s, 1.0, g);
+    }
+
+    fn residual_is_rounding(&mut self, pattern: &Pattern, jacobian: &[f64], y: &[f64]) -> bool {
+        let f = self.f.clone();
+        self.is_rounding(pattern, jacobian, y, f.as_ref())
+    }
+
+    /// Whether no residual of an algebraic equation in `f` is larger than the rounding of the
+    /// equation's terms at `y`.
+    pub(crate) fn is_rounding(
+        &mut self,
+        pattern: &Pattern,
+        jacobian: &[f64],
+        y: &[f64],
+        f: &[f64],
+    ) -> bool {
+        let terms = self.next.as_mut();
+        terms.fill(0.0);
+        let positions = pattern.rows.iter().zip(pattern.columns.iter());
+        for ((&row, &column), j) in positions.zip(jacobian) {
+            terms[row] += (j * y[column]).abs();
+        }
+        let rows = f.iter().zip(terms).zip(self.mass.as_ref());
+        rows.into_iter().all(|((f, terms), mass)| *mass != 0.0 || f.abs() <= ROUNDING * *terms)
+    }
+
+    fn not_converged(
+        &self,
+        system: &S,
+        t: f64,
+        y: &[f64],
+        sizes: &[f64],
+        tolerances: Tolerances,
+        iterations: usize,
+    ) -> InitialError {
+        let signature = system.signature();
+        let row = largest(self.f.as_ref());
+        let correction = self.correction.as_ref();
+        let relative = |i: usize| correction[i].abs() / tolerances.weight(y[i], sizes[i]);
+        let unknown =
+            (0..y.len()).max_by(|&i, &j| relative(i).total_cmp(&relative(j))).unwrap_or(0);
+        InitialError::NotConverged {
+            t,
+            iterations,
+            equation: signature.equations[row].to_string(),
+            residual: self.f.as_ref()[row],
+            unknown: signature.unknowns[unknown].name.to_string(),
+            correction: correction[unknown],
+        }
+    }
+}
+
+fn singular<S: System>(system: &S, row: usize, t: f64, f: &[f64]) -> InitialError {
+    let equation = system.signature().equations[row].to_string();
+    InitialError::Singular { equation, t, residual: f[row] }
+}
+
+/// Sets the rows of differential unknowns to zero.
+fn mask(values: &mut [f64], mass: &[f64]) {
+    for (value, mass) in values.iter_mut().zip(mass) {
+        if *mass != 0.0 {
+            *value = 0.0;
+        }
+    }
+}
+
+fn largest(values: &[f64]) -> usize {
+    (0..values.len()).max_by(|&i, &j| values[i].abs().total_cmp(&values[j].abs())).unwrap_or(0)
+}
+
+fn add_scaled(y: &mut [f64], factor: f64, x: &[f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += factor * x;
+    }
+}

@@ -1,0 +1,131 @@
+//! How large the next step may be.
+
+/// Proportional–integral control of the step size.
+///
+/// ```text
+///   accepted:  h ← h · clamp((0.5/e)^(0.3/k) (e₋₁/e)^(0.4/k), 0.2, 6)
+///   rejected:  h ← h · clamp(0.9 e^(−1/k), 0.1, 0.9), and no growth in the step after
+/// ```
+///
+/// e is the error in units of the tolerance, e₋₁ that of the last full step, k = 1 + order of the
+/// error estimate.
+///
+/// The natural step size outlives the segments of smooth inputs: a step that a segment's end made
+/// much shorter leaves it alone, unless its error shows that it was too large.
+///
+/// # Source
+///
+/// Gustafsson, Control-theoretic techniques for stepsize selection in implicit Runge–Kutta methods,
+/// ACM Transactions on Mathematical Software 20 (1994) 496–517.
+#[derive(Debug, Clone)]
+pub(crate) struct Controller {
+    /// The natural step size.
+    pub(crate) h: f64,
+    /// 1/k.
+    exponent: f64,
+    /// Square of e₋₁.
+    previous: f64,
+    rejected: bool,
+}
+
+const SAFETY: f64 = 0.9;
+/// The error that the controller steers to.
+const AIM: f64 = 0.5;
+const MOST_GROWTH: f64 = 6.0;
+const LEAST_AFTER_ACCEPTANCE: f64 = 0.2;
+const LEAST_AFTER_REJECTION: f64 = 0.1;
+/// Errors below this (squared) say no more than that the step may grow as much as it can.
+const NEGLIGIBLE: f64 = 1e-12;
+/// A step this much shorter than the natural one was cut by a segment's end.
+const CUT: f64 = 0.5;
+
+impl Controller {
+    pub(crate) fn new(h: f64, estimate_order: u32) -> Self {
+        Self { h, exponent: 1.0 / f64::from(estimate_order + 1), previous: 1.0, rejected: false }
+    }
+
+    /// The next step when `remaining` is left of the segment: equal steps up to its end.
+    #[inline]
+    pub(crate) fn propose(&self, remaining: f64) -> f64 {
+        let ratio = remaining / self.h;
+        // A hundredth more than the natural step is better than two halves.
+        if ratio <= 1.01 { remaining } else { remaining / ratio.ceil() }
+    }
+
+    /// Takes note of an accepted step; `error` is the square of e.
+    #[inline]
+    pub(crate) fn accept(&mut self, tried: f64, error: f64) {
+        if tried < CUT * self.h {
+            // e ~ h^k: the natural step is still good if 0.9 h₀ e^(−1/k) ≥ h.
+            let ratio = SAFETY * tried / self.h;
+            if error > ratio.powi(2 * self.estimate_exponent()) {
+                self.h = tried * (SAFETY * error.powf(-0.5 * self.exponent)).max(1.0);
+            }
+            self.rejected = false;
+            return;
+        }
+        let factor = if error <= NEGLIGIBLE {
+            MOST_GROWTH
+        } else {
+            let integral = (AIM * AIM / error).powf(0.15 * self.exponent);
+            let proportional = (self.previous / error).powf(0.2 * self.exponent);
+            (integral * proportional).clamp(LEAST_AFTER_ACCEPTANCE, MOST_GROWTH)
+        };
+        let factor = if self.rejected { factor.min(1.0) } else { factor };
+        self.h = if factor >= 1.0 { self.h.max(tried * factor) } else { tried * factor };
+        self.previous = error.max(NEGLIGIBLE);
+        self.rejected = false;
+    }
+
+    /// Takes note of a step whose error was too large; `error` is the square of e.
+    pub(crate) fn reject(&mut self, tried: f64, error: f64) {
+        let factor = SAFETY * error.powf(-0.5 * self.exponent);
+        self.h = tried * factor.clamp(LEAST_AFTER_REJECTION, SAFETY);
+        self.rejected = true;
+    }
+
+    /// Takes note of a step that could not be evaluated.
+    pub(crate) fn abandon(&mut self, tried: f64) {
+        self.h = 0.25 * tried;
+        self.rejected = true;
+    }
+
+    fn estimate_exponent(&self) -> i32 {
+        self.exponent.recip().round() as i32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cut_step_leaves_the_natural_one_alone() {
+        let mut controller = Controller::new(8.0, 4);
+        controller.accept(1.0, 1e-12);
+        assert_eq!(controller.h, 8.0);
+        // e = 1 at h = 1 means that 8 would be much too large.
+        controller.accept(1.0, 1.0);
+        assert_eq!(controller.h, 1.0);
+    }
+
+    #[test]
+    fn what_remains_is_split_equally() {
+        let controller = Controller::new(1.0, 4);
+        assert_eq!(controller.propose(1.0), 1.0);
+        assert_eq!(controller.propose(0.3), 0.3);
+        assert_eq!(controller.propose(2.5), 2.5 / 3.0);
+    }
+
+    #[test]
+    fn nothing_grows_after_a_rejection() {
+        let mut controller = Controller::new(1.0, 4);
+        controller.reject(1.0, 16.0);
+        let tried = controller.h;
+        assert!(tried < 0.9);
+        controller.accept(tried, 1e-20);
+        assert_eq!(controller.h, tried);
+        controller.accept(tried, 1e-20);
+        assert_eq!(controller.h, 6.0 * tried);
+    }
+}

@@ -1,0 +1,767 @@
+//! The loop: propose a step, try it, accept it or not, record what was asked for, go on.
+//!
+//! Inputs are smooth within a segment ([`Inputs`](crate::Inputs)). At the end of one
+//!
+//! 1. the step ends exactly there, and the natural step size is carried over;
+//! 2. all that was evaluated with the old inputs is discarded;
+//! 3. where the algebraic equations see the jump, their unknowns and then their sensitivities are
+//!    made consistent again.
+//!
+//! Errors are measured in the weighted root-mean-square norm with weights rtol |y| + atol · size,
+//! of the unknowns and of each direction's sensitivities apart; the largest counts.
+//!
+//! Where ∂f_a/∂y_a becomes singular, sensitivities end and the states go on alone
+//! ([`UndefinedSensitivity`]).
+
+pub mod catalogue;
+mod controller;
+mod rosenbrock;
+pub mod tableau;
+pub mod tableaux;
+
+use crate::error::{BadRequest, Evaluation, Failure, IntegrateError};
+use crate::initial::{Algebraic, Place, start_values};
+use crate::linalg::Singular;
+use crate::linalg::norm::Tolerances;
+use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
+use crate::signal::Side;
+use crate::solution::{Solution, Statistics, UndefinedSensitivity};
+use crate::system::{Point, Storage, System};
+use catalogue::MethodKind;
+use controller::Controller;
+use rosenbrock::{At, Base, Directions, Drive, Rosenbrock, Spoilt};
+use tableau::RosenbrockTableau;
+
+/// Integrates from the first of the asked `times` to the last and gives the unknowns at all of
+/// them.
+///
+/// Times ascend; one that occurs twice means just before and just after a jump of the inputs
+/// ([`side`](crate::side)).
+///
+/// # Errors
+///
+/// [`Failure`], with what was reached.
+///
+/// # Panics
+///
+/// When the problem has another number of parameters or inputs than the model, or replaces the start
+/// value of an unknown that does not exist.
+pub fn simulate<S: System>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+    options: &Options,
+) -> Result<Solution, Failure> {
+    run(problem, times, options, None)
+}
+
+/// [`simulate`], with the sensitivities of all unknowns to the model's directions.
+///
+/// # Errors
+///
+/// [`Failure`], with what was reached.
+///
+/// # Panics
+///
+/// As [`simulate`].
+pub fn simulate_with_sensitivities<S: System>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+    options: &Options,
+) -> Result<Solution, Failure> {
+    run(problem, times, options, Some(Directions::new(problem.system)))
+}
+
+fn run<S: System>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+    options: &Options,
+    directions: Option<Directions<S>>,
+) -> Result<Solution, Failure> {
+    let signature = problem.system.signature();
+    assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
+    assert_eq!(problem.inputs.len(), signature.inputs.len(), "number of inputs");
+    let n = signature.unknowns.len();
+    let n_s = if directions.is_some() { signature.directions.len() } else { 0 };
+    let mut solution = Solution {
+        n,
+        n_s,
+        times: Vec::with_capacity(times.len()),
+        y: Vec::with_capacity(n * times.len()),
+        s: Vec::with_capacity(n * n_s * times.len()),
+        undefined: Vec::new(),
+        statistics: Statistics::default(),
+    };
+    if let Err(error) = verify(problem, times, options) {
+        return Err(Failure { error, partial: solution });
+    }
+    let (Some(&from), Some(&until)) = (times.first(), times.last()) else {
+        return Ok(solution);
+    };
+
+    let MethodKind::Rosenbrock(tableau) = options.method.kind;
+    let mut simulation = Simulation::new(problem, options, tableau, from, directions);
+    let outcome = simulation.integrate(times, until, &mut solution);
+    let reached = simulation.t;
+    for stretch in &mut solution.undefined {
+        stretch.until = reached;
+    }
+    match outcome {
+        Ok(()) => Ok(solution),
+        Err(error) => Err(Failure { error, partial: solution }),
+    }
+}
+
+fn verify<S: System>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+    options: &Options,
+) -> Result<(), IntegrateError> {
+    options.verify().and_then(|()| verify_times(times)).map_err(IntegrateError::BadRequest)?;
+    match (times.first(), times.last()) {
+        (Some(&from), Some(&until)) => {
+            problem.inputs.cover(from, until).map_err(IntegrateError::Inputs)
+        }
+        _ => Ok(()),
+    }
+}
+
+fn verify_times(times: &[f64]) -> Result<(), BadRequest> {
+    if let Some(index) = times.iter().position(|t| !t.is_finite()) {
+        return Err(BadRequest::TimeNotFinite { index });
+    }
+    if let Some(pair) = times.windows(2).find(|pair| pair[1] < pair[0]) {
+        return Err(BadRequest::TimeBackwards { at: pair[1], previous: pair[0] });
+    }
+    if let Some(three) = times.windows(3).find(|three| three[0] == three[2]) {
+        return Err(BadRequest::TimeRepeated { at: three[0] });
+    }
+    Ok(())
+}
+
+/// A simulation under way.
+struct Simulation<'a, S: System> {
+    problem: &'a Problem<'a, S>,
+    tolerances: Tolerances,
+    max_steps: usize,
+    initial_step: Option<f64>,
+    stepper: Rosenbrock<S>,
+    estimate_order: u32,
+    /// `None` without sensitivities, and once they are undefined.
+    directions: Option<Directions<S>>,
+    algebraic: Algebraic<S>,
+    /// The current segment of the inputs, and where it ends.
+    segment: usize,
+    segment_end: f64,
+    drive: Drive<S>,
+    t: f64,
+    y: S::Vector,
+    /// Sizes of the unknowns, for tolerances.
+    sizes: S::Vector,
+    /// Whether the stepper is linearised at (t, y) with the current inputs.
+    linearized: bool,
+    /// Whether algebraic unknowns were made consistent again after a rejection at t.
+    corrected: bool,
+    /// A step below this does not move t reliably.
+    least_step: f64,
+    row: S::Vector,
+    sensitivity_row: Option<S::Sensitivity>,
+}
+
+/// Whether equal asked times at the end of a step are values before or after a jump.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum StepEnd {
+    Smooth,
+    Jump,
+    Last,
+}
+
+impl<'a, S: System> Simulation<'a, S> {
+    fn new(
+        problem: &'a Problem<'a, S>,
+        options: &Options,
+        tableau: &'static RosenbrockTableau,
+        from: f64,
+        directions: Option<Directions<S>>,
+    ) -> Self {
+        let system = problem.system;
+        let n = system.signature().unknowns.len();
+        let segment = problem.inputs.segment_at(from, Side::Right);
+        let sensitivity_row = directions.as_ref().map(|directions| directions.s.clone());
+        Self {
+            problem,
+            tolerances: Tolerances { rtol: options.rtol, atol: options.atol },
+            max_steps: options.max_steps,
+            initial_step: options.initial_step,
+            stepper: Rosenbrock::new(system, tableau),
+            estimate_order: tableau.estimate_order,
+            directions,
+            algebraic: Algebraic::new(system),
+            segment,
+            segment_end: problem.inputs.segment(segment).t1,
+            drive: Drive::new(problem.inputs.segment(segment)),
+            t: from,
+            y: S::Vector::zeros(n),
+            sizes: S::Vector::zeros(n),
+            linearized: false,
+            corrected: false,
+            least_step: 0.0,
+            row: S::Vector::zeros(n),
+            sensitivity_row,
+        }
+    }
+
+    fn integrate(
+        &mut self,
+        times: &[f64],
+        until: f64,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        self.start(solution)?;
+        self.record_now(times, solution);
+        if self.t == until {
+            return Ok(());
+        }
+
+        self.least_step = 4.0 * f64::EPSILON * self.t.abs().max(until.abs());
+        let first = self.segment_end.min(until) - self.t;
+        let h = match self.initial_step {
+            Some(h) => h,
+            None => self.initial_step(first, solution),
+        };
+        let mut controller = Controller::new(h, self.estimate_order);
+        loop {
+            let end = self.segment_end.min(until);
+            while self.t < end {
+                self.step(&mut controller, times, end, until, solution)?;
+            }
+            if solution.times.len() == times.len() {
+                return Ok(());
+            }
+            self.enter_next_segment(solution)?;
+            self.record_now(times, solution);
+        }
+    }
+
+    /// Consistent start values and sensitivities.
+    fn start(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
+        let Problem { system, p, start, .. } = *self.problem;
+        let n = self.y.as_ref().len();
+        let u = self.drive.at(self.t);
+        let at = Point { t: self.t, y: &[], u, p };
+        start_values(self.problem, at, self.y.as_mut()).map_err(IntegrateError::Initial)?;
+        unknown_sizes(system, self.y.as_ref(), self.sizes.as_mut());
+        if let Some(d) = &mut self.directions {
+            system.start_sensitivities(at, d.s.as_mut());
+            for &(i, _) in start {
+                for column in d.s.as_mut().chunks_exact_mut(n) {
+                    column[i] = 0.0;
+                }
+            }
+            let columns = d.sizes.as_mut().chunks_exact_mut(n.max(1));
+            for (column, &position) in columns.zip(system.signature().directions.iter()) {
+                let parameter = parameter_size(system, position);
+                for (size, unknown) in column.iter_mut().zip(self.sizes.as_ref()) {
+                    *size = unknown / parameter;
+                }
+            }
+        }
+        solution.statistics.segments = 1;
+        self.make_consistent(solution)
+    }
+
+    /// Makes algebraic unknowns and their sensitivities consistent with the current inputs.
+    fn make_consistent(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
+        self.linearized = false;
+        if self.algebraic.is_empty() {
+            return Ok(());
+        }
+        let Problem { system, p, .. } = *self.problem;
+        let at = Place { t: self.t, u: self.drive.at(self.t), p };
+        self.algebraic
+            .make_consistent(
+                system,
+                at,
+                self.y.as_mut(),
+                self.stepper.jacobian.as_mut(),
+                self.sizes.as_ref(),
+                self.tolerances,
+            )
+            .map_err(IntegrateError::Initial)?;
+
+        if let Some(d) = &mut self.directions {
+            self.stepper.linearize(
+                Base { system, p, mass: &self.algebraic.mass, t: self.t },
+                &mut self.drive,
+                self.y.as_ref(),
+                None,
+            );
+            let pattern = &system.signature().jacobian;
+            let jacobian = self.stepper.jacobian.as_ref();
+            let (sizes, atol) = (self.sizes.as_ref(), self.tolerances.atol);
+            let singular = self.algebraic.singular_equation(pattern, jacobian, sizes, atol);
+            let singular = singular.or_else(|| {
+                self.algebraic.factorise(pattern, jacobian).err().map(|Singular { row }| row)
+            });
+            solution.statistics.factorisations += 2;
+            match singular {
+                Some(row) => self.end_sensitivities(self.t, row, solution),
+                None => {
+                    let u = self.drive.at(self.t);
+                    let at = Point { t: self.t, y: self.y.as_ref(), u, p };
+                    let (s, g) = (d.s.as_mut(), d.g.as_mut());
+                    self.algebraic.make_sensitivities_consistent(system, at, s, g);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A step that is small against the time in which the solution and its slope change.
+    ///
+    /// ```text
+    ///   h₀ = 0.01 ‖y‖ / ‖ẏ‖,  ‖ÿ‖ ≈ ‖f(t + h₀, y + h₀ f) − f‖ / h₀
+    ///   h  = min(100 h₀, (0.01 / max(‖ẏ‖, ‖ÿ‖))^(1/k))
+    /// ```
+    ///
+    /// # Source
+    ///
+    /// Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, 2nd ed. (1993), §II.4.
+    fn initial_step(&mut self, span: f64, solution: &mut Solution) -> f64 {
+        let Problem { system, p, .. } = *self.problem;
+        let mass = self.algebraic.mass.as_ref();
+        let n = mass.len().max(1);
+        let (y, sizes) = (self.y.as_ref(), self.sizes.as_ref());
+        let tolerances = self.tolerances;
+        let size = |values: &[f64]| tolerances.mean_square(values, y, y, sizes);
+
+        let slope = &mut self.stepper.f;
+        let slope_new = &mut self.stepper.y_new;
+        let u = self.drive.at(self.t);
+        let at = Point { t: self.t, y, u, p };
+        let (mut d0, mut d1) = (size(y), 0.0_f64);
+        if let Some(d) = &mut self.directions {
+            system.sensitivity_rhs(at, d.s.as_ref(), slope.as_mut(), d.g.as_mut());
+            for column in d.g.as_mut().chunks_exact_mut(n) {
+                multiply(column, mass);
+            }
+            let of = |values: &[f64]| {
+                let s = d.s.as_ref();
+                largest_block(tolerances, n, values, s, s, d.sizes.as_ref())
+            };
+            d0 = d0.max(of(d.s.as_ref()));
+            d1 = of(d.g.as_ref());
+        } else {
+            system.rhs(at, slope.as_mut());
+        }
+        multiply(slope.as_mut(), mass);
+        d1 = d1.max(size(slope.as_ref())).sqrt();
+        d0 = d0.sqrt();
+
+        let h0 = (0.01 * d0 / d1).min(span);
+        let h0 = if h0 > 0.0 { h0 } else { 1e-6 * span };
+        let euler = self.row.as_mut();
+        for ((euler, y), slope) in euler.iter_mut().zip(y).zip(slope.as_ref()) {
+            *euler = y + h0 * slope;
+        }
+        let at = Point { t: self.t + h0, y: euler, u: self.drive.at(self.t + h0), p };
+        let mut change = 0.0_f64;
+        if let Some(d) = &mut self.directions {
+            for ((euler, s), g) in d.s_new.as_mut().iter_mut().zip(d.s.as_ref()).zip(d.g.as_ref()) {
+                *euler = s + h0 * g;
+            }
+            let row = self.sensitivity_row.get_or_insert_with(|| d.s.clone());
+            system.sensitivity_rhs(at, d.s_new.as_ref(), slope_new.as_mut(), row.as_mut());
+            for column in row.as_mut().chunks_exact_mut(n) {
+                multiply(column, mass);
+            }
+            for (new, old) in row.as_mut().iter_mut().zip(d.g.as_ref()) {
+                *new -= old;
+            }
+            let s = d.s.as_ref();
+            change = largest_block(tolerances, n, row.as_ref(), s, s, d.sizes.as_ref());
+        } else {
+            system.rhs(at, slope_new.as_mut());
+        }
+        multiply(slope_new.as_mut(), mass);
+        for (new, old) in slope_new.as_mut().iter_mut().zip(slope.as_ref()) {
+            *new -= old;
+        }
+        solution.statistics.evaluations += 2;
+
+        let d2 = change.max(size(slope_new.as_ref())).sqrt() / h0;
+        let steepest = d1.max(d2);
+        let h = (0.01 / steepest).powf(1.0 / f64::from(self.estimate_order + 1)).min(100.0 * h0);
+        // Nothing moves, or the trial point is outside the model's domain.
+        let fallback = if steepest == 0.0 { span } else { 0.01 * h0 };
+        if h.is_finite() && h > 0.0 { h.min(span) } else { fallback }
+    }
+
+    /// Tries one step, and records what was asked for if it is accepted.
+    #[inline]
+    fn step(
+        &mut self,
+        controller: &mut Controller,
+        times: &[f64],
+        end: f64,
+        until: f64,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        let tried = solution.statistics.steps + solution.statistics.rejected;
+        if tried >= self.max_steps {
+            return Err(IntegrateError::TooManySteps { t: self.t, steps: tried });
+        }
+        let Problem { system, p, .. } = *self.problem;
+        let base = Base { system, p, mass: &self.algebraic.mass, t: self.t };
+        let y = self.y.as_ref();
+        if !self.linearized {
+            let directions = self.directions.as_mut().map(|d| (d, At::Start));
+            self.stepper.linearize(base, &mut self.drive, y, directions);
+            solution.statistics.linearizations += 1;
+            self.linearized = true;
+        }
+
+        let remaining = end - self.t;
+        let h = controller.propose(remaining);
+        let directions = self.directions.as_mut();
+        let outcome = self.stepper.attempt(base, &mut self.drive, y, h, directions);
+        solution.statistics.factorisations += 1;
+        solution.statistics.evaluations += usize::from(outcome.is_ok()) * 7;
+
+        let error = match outcome {
+            Ok(()) => self.error(),
+            Err(_) => f64::NAN,
+        };
+        let error = if error > 1.0 { self.error_beyond_rounding(h, error) } else { error };
+        // NaN compares false: what could not be evaluated is not accepted.
+        if error <= 1.0 {
+            controller.accept(h, error);
+            solution.statistics.steps += 1;
+            let t_new = if h < remaining { self.t + h } else { end };
+            let step_end = match () {
+                () if t_new == until => StepEnd::Last,
+                () if t_new == self.segment_end => StepEnd::Jump,
+                () => StepEnd::Smooth,
+            };
+            self.accept(t_new, step_end, times, solution);
+            return Ok(());
+        }
+
+        solution.statistics.rejected += 1;
+        if error.is_finite() {
+            controller.reject(h, error);
+        } else {
+            controller.abandon(h);
+        }
+        if controller.h > self.least_step {
+            self.correct_algebraic();
+            return Ok(());
+        }
+        Err(match outcome {
+            Err(Singular { row }) => self.singular_iteration(h, row),
+            Ok(()) if error.is_finite() => self.step_size_too_small(h),
+            Ok(()) => self.not_finite(h),
+        })
+    }
+
+    /// Makes algebraic unknowns consistent again after a rejection.
+    ///
+    /// Equations are fulfilled to the tolerance of the unknowns. Where ∂f_a/∂y_a is nearly singular
+    /// that is not enough: what is missing is a jump for the next step, which no shortening
+    /// makes smaller.
+    fn correct_algebraic(&mut self) {
+        if self.algebraic.is_empty() || self.corrected {
+            return;
+        }
+        self.corrected = true;
+        self.linearized = false;
+        let Problem { system, p, .. } = *self.problem;
+        let at = Place { t: self.t, u: self.drive.at(self.t), p };
+        let y = self.row.as_mut();
+        y.copy_from_slice(self.y.as_ref());
+        let jacobian = self.stepper.jacobian.as_mut();
+        let (sizes, tolerances) = (self.sizes.as_ref(), self.tolerances);
+        if self.algebraic.make_consistent(system, at, y, jacobian, sizes, tolerances).is_ok() {
+            std::mem::swap(&mut self.y, &mut self.row);
+        }
+    }
+
+    /// Square of the local error of the step tried last, in units of the tolerance.
+    #[inline]
+    fn error(&self) -> f64 {
+        let (y, y_new) = (self.y.as_ref(), self.stepper.y_new.as_ref());
+        let e = self.stepper.local_error();
+        let error = self.tolerances.mean_square(e, y, y_new, self.sizes.as_ref());
+        larger(error, self.sensitivity_error())
+    }
+
+    /// The error, without that of algebraic unknowns if they fulfil their equations at the end of
+    /// the step to rounding.
+    ///
+    /// Where ∂f_a/∂y_a vanishes, rounding of f_a moves algebraic unknowns by its square root, which
+    /// can be more than the tolerance, and no step is short enough to do better.
+    fn error_beyond_rounding(&mut self, h: f64, error: f64) -> f64 {
+        if self.algebraic.is_empty() || !error.is_finite() {
+            return error;
+        }
+        let Problem { system, p, .. } = *self.problem;
+        let (y, y_new) = (self.y.as_ref(), self.stepper.y_new.as_ref());
+        let f = self.row.as_mut();
+        let t_new = self.t + h;
+        system.rhs(Point { t: t_new, y: y_new, u: self.drive.at(t_new), p }, f);
+        let pattern = &system.signature().jacobian;
+        let jacobian = self.stepper.jacobian.as_ref();
+        if !self.algebraic.is_rounding(pattern, jacobian, y_new, f) {
+            return error;
+        }
+        f.copy_from_slice(self.stepper.local_error());
+        multiply(f, self.algebraic.mass.as_ref());
+        let rest = self.tolerances.mean_square(f, y, y_new, self.sizes.as_ref());
+        larger(rest, self.sensitivity_error())
+    }
+
+    /// Square of the local error of the sensitivities of the step tried last.
+    #[inline]
+    fn sensitivity_error(&self) -> f64 {
+        let Some(d) = &self.directions else {
+            return 0.0;
+        };
+        let e = self.stepper.sensitivity_error(d);
+        let (s, s_new) = (d.s.as_ref(), d.s_new.as_ref());
+        let n = self.y.as_ref().len().max(1);
+        largest_block(self.tolerances, n, e, s, s_new, d.sizes.as_ref())
+    }
+
+    /// Records the asked times of an accepted step, and moves on to its end.
+    #[inline]
+    fn accept(&mut self, t_new: f64, end: StepEnd, times: &[f64], solution: &mut Solution) {
+        self.linearized = false;
+        self.corrected = false;
+        if !self.algebraic.is_empty() && self.directions.is_some() {
+            self.look_for_singular_point(t_new, solution);
+        }
+        self.record_step(t_new, end, times, solution);
+        std::mem::swap(&mut self.y, &mut self.stepper.y_new);
+        if let Some(d) = &mut self.directions {
+            std::mem::swap(&mut d.s, &mut d.s_new);
+        }
+        self.t = t_new;
+    }
+
+    /// Linearises at the end of the step; ends the sensitivities where ∂f_a/∂y_a is singular there.
+    fn look_for_singular_point(&mut self, t_new: f64, solution: &mut Solution) {
+        let Problem { system, p, .. } = *self.problem;
+        let base = Base { system, p, mass: &self.algebraic.mass, t: t_new };
+        let directions = self.directions.as_mut().map(|d| (d, At::End));
+        // The linearisation needs y⁺, which the stepper owns.
+        self.row.as_mut().copy_from_slice(self.stepper.y_new.as_ref());
+        self.stepper.linearize(base, &mut self.drive, self.row.as_ref(), directions);
+        self.linearized = true;
+        solution.statistics.linearizations += 1;
+        solution.statistics.factorisations += 1;
+        let singular = self.algebraic.singular_equation(
+            &system.signature().jacobian,
+            self.stepper.jacobian.as_ref(),
+            self.sizes.as_ref(),
+            self.tolerances.atol,
+        );
+        if let Some(row) = singular {
+            self.end_sensitivities(self.t, row, solution);
+        }
+    }
+
+    fn end_sensitivities(&mut self, from: f64, row: usize, solution: &mut Solution) {
+        self.directions = None;
+        let equation = self.problem.system.signature().equations[row].to_string();
+        solution.undefined.push(UndefinedSensitivity { from, until: from, equation });
+    }
+
+    /// Makes the next segment of the inputs the current one.
+    fn enter_next_segment(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
+        let Problem { system, p, inputs, .. } = *self.problem;
+        solution.statistics.segments += 1;
+        self.segment += 1;
+        let segment = inputs.segment(self.segment);
+        self.segment_end = segment.t1;
+        self.linearized = false;
+        if self.algebraic.is_empty() {
+            self.drive.enter(segment);
+            return Ok(());
+        }
+
+        // Most jumps are not seen by algebraic equations.
+        let (t, y) = (self.t, self.y.as_ref());
+        let (before, after) = (&mut self.stepper.f, &mut self.stepper.y_new);
+        let mut evaluate = |drive: &mut Drive<S>, f: &mut S::Vector, place: At| {
+            let at = Point { t, y, u: drive.at(t), p };
+            match (&mut self.directions, place) {
+                (None, _) => system.rhs(at, f.as_mut()),
+                (Some(Directions { s, g, .. }), At::Start) => {
+                    system.sensitivity_rhs(at, s.as_ref(), f.as_mut(), g.as_mut());
+                }
+                (Some(Directions { s, s_new, .. }), At::End) => {
+                    system.sensitivity_rhs(at, s.as_ref(), f.as_mut(), s_new.as_mut());
+                }
+            }
+        };
+        evaluate(&mut self.drive, before, At::Start);
+        self.drive.enter(segment);
+        evaluate(&mut self.drive, after, At::End);
+        let seen = self
+            .directions
+            .as_ref()
+            .is_some_and(|d| self.algebraic.differs(d.g.as_ref(), d.s_new.as_ref()));
+        solution.statistics.evaluations += 2;
+        if seen || self.algebraic.differs(before.as_ref(), after.as_ref()) {
+            self.make_consistent(solution)?;
+        }
+        Ok(())
+    }
+
+    /// Records asked times in (t, t_new].
+    #[inline]
+    fn record_step(&mut self, t_new: f64, end: StepEnd, times: &[f64], solution: &mut Solution) {
+        let done = solution.times.len();
+        let asked = &times[done..];
+        if asked.first().is_none_or(|&t| t > t_new) {
+            return;
+        }
+        let inside = asked.iter().take_while(|&&t| t < t_new).count();
+        let at_end = asked[inside..].iter().take_while(|&&t| t == t_new).count();
+        // A time that occurs twice is a left and a right value; once, right, and left at the end.
+        let at_end = match end {
+            StepEnd::Smooth => at_end,
+            StepEnd::Last if self.segment_end > t_new => at_end,
+            StepEnd::Last => at_end.min(1),
+            StepEnd::Jump => at_end.saturating_sub(1),
+        };
+
+        let y = self.y.as_ref();
+        let h = t_new - self.t;
+        if inside > 0 {
+            self.stepper.prepare_dense(self.directions.as_mut());
+            for &t in &asked[..inside] {
+                let theta = (t - self.t) / h;
+                self.stepper.interpolate(theta, y, self.row.as_mut());
+                solution.y.extend_from_slice(self.row.as_ref());
+            }
+            if let (Some(d), Some(row)) = (&self.directions, &mut self.sensitivity_row) {
+                for &t in &asked[..inside] {
+                    let theta = (t - self.t) / h;
+                    self.stepper.interpolate_sensitivity(theta, d, row.as_mut());
+                    solution.s.extend_from_slice(row.as_ref());
+                }
+            }
+        }
+        for _ in 0..at_end {
+            solution.y.extend_from_slice(self.stepper.y_new.as_ref());
+            if let Some(d) = &self.directions {
+                solution.s.extend_from_slice(d.s_new.as_ref());
+            }
+        }
+        solution.times.extend_from_slice(&asked[..inside + at_end]);
+        fill_undefined(solution);
+    }
+
+    /// Records the asked times that are now.
+    fn record_now(&self, times: &[f64], solution: &mut Solution) {
+        while times.get(solution.times.len()) == Some(&self.t) {
+            solution.times.push(self.t);
+            solution.y.extend_from_slice(self.y.as_ref());
+            if let Some(d) = &self.directions {
+                solution.s.extend_from_slice(d.s.as_ref());
+            }
+        }
+        fill_undefined(solution);
+    }
+
+    fn singular_iteration(&self, h: f64, row: usize) -> IntegrateError {
+        let equation = self.problem.system.signature().equations[row].to_string();
+        IntegrateError::SingularIteration { t: self.t, h, equation }
+    }
+
+    fn step_size_too_small(&self, h: f64) -> IntegrateError {
+        let signature = self.problem.system.signature();
+        let (y, y_new) = (self.y.as_ref(), self.stepper.y_new.as_ref());
+        let n = y.len();
+        let mut worst = (0, 0.0);
+        let mut consider = |index: usize, e: f64, y: f64, y_new: f64, size: f64| {
+            let error = e.abs() / self.tolerances.weight(y.abs().max(y_new.abs()), size);
+            if error > worst.1 {
+                worst = (index, error);
+            }
+        };
+        for (i, e) in self.stepper.local_error().iter().enumerate() {
+            consider(i, *e, y[i], y_new[i], self.sizes.as_ref()[i]);
+        }
+        if let Some(d) = &self.directions {
+            for (i, e) in self.stepper.sensitivity_error(d).iter().enumerate() {
+                let (s, s_new) = (d.s.as_ref()[i], d.s_new.as_ref()[i]);
+                consider(n + i, *e, s, s_new, d.sizes.as_ref()[i]);
+            }
+        }
+        let (index, error) = worst;
+        let parameter = (index / n).checked_sub(1).map(|direction| {
+            signature.parameters[signature.directions[direction]].name.to_string()
+        });
+        IntegrateError::StepSizeTooSmall {
+            t: self.t,
+            h,
+            unknown: signature.unknowns[index % n].name.to_string(),
+            parameter,
+            error,
+        }
+    }
+
+    fn not_finite(&mut self, h: f64) -> IntegrateError {
+        let Problem { system, p, .. } = *self.problem;
+        let base = Base { system, p, mass: &self.algebraic.mass, t: self.t };
+        let directions = self.directions.as_mut();
+        let spoilt = self.stepper.spoilt(base, &mut self.drive, self.y.as_ref(), h, directions);
+        let Some((t, spoilt)) = spoilt else {
+            // Finite evaluations, but a solution beyond the largest number.
+            return self.step_size_too_small(h);
+        };
+        let (row, what) = match spoilt {
+            Spoilt::Equation(row) => (row, Evaluation::Equation),
+            Spoilt::Derivative(row) => (row, Evaluation::Derivative),
+        };
+        let equation = system.signature().equations[row].to_string();
+        IntegrateError::NotFinite { t, equation, what }
+    }
+}
+
+/// The largest mean square over blocks of n numbers; NaN if one is.
+#[inline(always)]
+fn largest_block(
+    tolerances: Tolerances,
+    n: usize,
+    e: &[f64],
+    y: &[f64],
+    y_new: &[f64],
+    sizes: &[f64],
+) -> f64 {
+    let blocks = e.chunks_exact(n).zip(y.chunks_exact(n)).zip(y_new.chunks_exact(n));
+    let mut largest = 0.0;
+    for (((e, y), y_new), sizes) in blocks.zip(sizes.chunks_exact(n)) {
+        let block = tolerances.mean_square(e, y, y_new, sizes);
+        largest = larger(largest, block);
+    }
+    largest
+}
+
+/// The larger of two numbers; NaN if one is.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a >= b || a.is_nan() { a } else { b }
+}
+
+fn multiply(values: &mut [f64], by: &[f64]) {
+    for (value, by) in values.iter_mut().zip(by) {
+        *value *= by;
+    }
+}
+
+/// Sensitivities that were not recorded are undefined.
+fn fill_undefined(solution: &mut Solution) {
+    solution.s.resize(solution.times.len() * solution.n * solution.n_s, f64::NAN);
+}

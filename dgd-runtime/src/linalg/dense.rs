@@ -1,0 +1,205 @@
+use super::{Factorisation, Pivot, Singular};
+use crate::system::Pattern;
+
+/// LU factorisation of a matrix whose size is known when the program is compiled, on the stack.
+#[derive(Debug, Clone)]
+pub struct FixedLu<const N: usize> {
+    /// Column by column: L below the diagonal, U on and above it.
+    factors: [[f64; N]; N],
+    reciprocal_pivots: [f64; N],
+    /// Row k was exchanged with row `exchanges[k]`, k = 0, 1, …
+    exchanges: [usize; N],
+}
+
+impl<const N: usize> Factorisation for FixedLu<N> {
+    fn new(n: usize, _: &Pattern) -> Self {
+        assert_eq!(n, N, "factorisation of fixed size");
+        Self { factors: [[0.0; N]; N], reciprocal_pivots: [0.0; N], exchanges: [0; N] }
+    }
+
+    #[inline]
+    fn factorise(
+        &mut self,
+        c: f64,
+        differential: impl Fn(usize) -> bool,
+        jacobian: &Pattern,
+        values: &[f64],
+    ) -> Result<(), Singular> {
+        let a = self.factors.as_flattened_mut();
+        assemble(a, N, c, differential, jacobian, values);
+        eliminate(a, N, &mut self.reciprocal_pivots, &mut self.exchanges)
+    }
+
+    #[inline]
+    fn solve(&mut self, b: &mut [f64]) {
+        for column in b.as_chunks_mut::<N>().0 {
+            let a = self.factors.as_flattened();
+            substitute(a, N, &self.reciprocal_pivots, &self.exchanges, column);
+        }
+    }
+
+    #[inline]
+    fn smallest_pivot(&self) -> Option<Pivot> {
+        smallest_pivot(self.factors.as_flattened(), N, &self.exchanges)
+    }
+}
+
+/// LU factorisation of a full matrix whose size is known when the program runs.
+#[derive(Debug, Clone)]
+pub struct DenseLu {
+    n: usize,
+    factors: Vec<f64>,
+    reciprocal_pivots: Vec<f64>,
+    exchanges: Vec<usize>,
+}
+
+impl Factorisation for DenseLu {
+    fn new(n: usize, _: &Pattern) -> Self {
+        Self {
+            n,
+            factors: vec![0.0; n * n],
+            reciprocal_pivots: vec![0.0; n],
+            exchanges: vec![0; n],
+        }
+    }
+
+    fn factorise(
+        &mut self,
+        c: f64,
+        differential: impl Fn(usize) -> bool,
+        jacobian: &Pattern,
+        values: &[f64],
+    ) -> Result<(), Singular> {
+        assemble(&mut self.factors, self.n, c, differential, jacobian, values);
+        eliminate(&mut self.factors, self.n, &mut self.reciprocal_pivots, &mut self.exchanges)
+    }
+
+    fn solve(&mut self, b: &mut [f64]) {
+        if self.n == 0 {
+            return;
+        }
+        for column in b.chunks_exact_mut(self.n) {
+            substitute(&self.factors, self.n, &self.reciprocal_pivots, &self.exchanges, column);
+        }
+    }
+
+    fn smallest_pivot(&self) -> Option<Pivot> {
+        smallest_pivot(&self.factors, self.n, &self.exchanges)
+    }
+}
+
+/// a ← c M − J, column by column.
+#[inline(always)]
+fn assemble(
+    a: &mut [f64],
+    n: usize,
+    c: f64,
+    differential: impl Fn(usize) -> bool,
+    jacobian: &Pattern,
+    values: &[f64],
+) {
+    a.fill(0.0);
+    for ((&row, &column), value) in jacobian.rows.iter().zip(jacobian.columns.iter()).zip(values) {
+        a[column * n + row] = -value;
+    }
+    for i in 0..n {
+        if differential(i) {
+            a[i * n + i] += c;
+        }
+    }
+}
+
+/// P A = L U with partial pivoting, in place. Inlined, so that n is a constant in [`FixedLu`].
+#[inline(always)]
+fn eliminate(
+    a: &mut [f64],
+    n: usize,
+    reciprocal_pivots: &mut [f64],
+    exchanges: &mut [usize],
+) -> Result<(), Singular> {
+    let mut finite = true;
+    for k in 0..n {
+        let (left, right) = a.split_at_mut((k + 1) * n);
+        let pivot_column = &mut left[k * n..];
+
+        let mut pivot_row = k;
+        let mut largest = pivot_column[k].abs();
+        for (i, value) in pivot_column.iter().enumerate().skip(k + 1) {
+            if value.abs() > largest {
+                largest = value.abs();
+                pivot_row = i;
+            }
+        }
+        exchanges[k] = pivot_row;
+        finite &= largest < f64::INFINITY;
+        if largest == 0.0 || !finite {
+            return Err(Singular { row: origin(exchanges, k) });
+        }
+        if pivot_row != k {
+            for column in left.chunks_exact_mut(n).chain(right.chunks_exact_mut(n)) {
+                column.swap(k, pivot_row);
+            }
+        }
+
+        let pivot_column = &mut left[k * n..];
+        let reciprocal = 1.0 / pivot_column[k];
+        reciprocal_pivots[k] = reciprocal;
+        for l in &mut pivot_column[k + 1..] {
+            *l *= reciprocal;
+        }
+        for column in right.chunks_exact_mut(n) {
+            let u = column[k];
+            for (value, l) in column[k + 1..].iter_mut().zip(&pivot_column[k + 1..]) {
+                *value -= l * u;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// b ← U⁻¹ L⁻¹ P b.
+#[inline(always)]
+fn substitute(
+    factors: &[f64],
+    n: usize,
+    reciprocal_pivots: &[f64],
+    exchanges: &[usize],
+    b: &mut [f64],
+) {
+    for (k, &other) in exchanges.iter().enumerate() {
+        b.swap(k, other);
+    }
+    for (k, l) in factors.chunks_exact(n).enumerate() {
+        let (b_k, below) = (b[k], &mut b[k + 1..]);
+        for (value, l) in below.iter_mut().zip(&l[k + 1..]) {
+            *value -= l * b_k;
+        }
+    }
+    for (k, u) in factors.chunks_exact(n).enumerate().rev() {
+        b[k] *= reciprocal_pivots[k];
+        let (b_k, above) = (b[k], &mut b[..k]);
+        for (value, u) in above.iter_mut().zip(u) {
+            *value -= u * b_k;
+        }
+    }
+}
+
+#[inline(always)]
+fn smallest_pivot(factors: &[f64], n: usize, exchanges: &[usize]) -> Option<Pivot> {
+    let magnitude = |k: usize| factors[k * n + k].abs();
+    let k = (0..n).min_by(|&i, &j| magnitude(i).total_cmp(&magnitude(j)))?;
+    Some(Pivot { row: origin(exchanges, k), magnitude: magnitude(k) })
+}
+
+/// Where the row that the exchanges up to k brought to place k stood at first.
+fn origin(exchanges: &[usize], k: usize) -> usize {
+    exchanges[..=k].iter().enumerate().rev().fold(k, |row, (i, &other)| {
+        if row == i {
+            other
+        } else if row == other {
+            i
+        } else {
+            row
+        }
+    })
+}

@@ -1,0 +1,96 @@
+//! What to simulate, and how.
+
+use crate::error::BadRequest;
+use crate::integrate::catalogue::{self, Method};
+use crate::signal::Inputs;
+use crate::system::System;
+
+/// A model with numbers.
+#[derive(Debug)]
+pub struct Problem<'a, S> {
+    /// The model.
+    pub system: &'a S,
+    /// Parameters, all of them, SI.
+    pub p: &'a [f64],
+    /// Inputs, in the order of the signature.
+    pub inputs: &'a Inputs,
+    /// Start values that replace the model's, by position of the unknown, SI; for an algebraic
+    /// unknown it is a guess. A replaced start value depends on no parameter.
+    pub start: &'a [(usize, f64)],
+}
+
+impl<S> Clone for Problem<'_, S> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<S> Copy for Problem<'_, S> {}
+
+/// How to integrate.
+#[derive(Debug, Clone, Copy)]
+pub struct Options {
+    /// Tolerance relative to each unknown's value.
+    pub rtol: f64,
+    /// Tolerance relative to each unknown's nominal size; for a sensitivity, to the unknown's
+    /// nominal size over the parameter's.
+    pub atol: f64,
+    /// Integration method.
+    pub method: &'static Method,
+    /// Most steps tried.
+    pub max_steps: usize,
+    /// First step, s; chosen from the equations where there is none.
+    pub initial_step: Option<f64>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            rtol: 1e-6,
+            atol: 1e-6,
+            method: catalogue::DEFAULT,
+            max_steps: 1_000_000,
+            initial_step: None,
+        }
+    }
+}
+
+impl Options {
+    /// Checks that tolerances and the initial step are positive numbers.
+    ///
+    /// # Errors
+    ///
+    /// [`BadRequest::Tolerance`], [`BadRequest::InitialStep`].
+    pub fn verify(&self) -> Result<(), BadRequest> {
+        for (name, value) in [("rtol", self.rtol), ("atol", self.atol)] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(BadRequest::Tolerance { name, value });
+            }
+        }
+        match self.initial_step {
+            Some(value) if !(value > 0.0 && value.is_finite()) => {
+                Err(BadRequest::InitialStep { value })
+            }
+            Some(_) | None => Ok(()),
+        }
+    }
+}
+
+/// Sizes of the unknowns, SI: declared, or the size of the start value, or one of the unit.
+pub(crate) fn unknown_sizes<S: System>(system: &S, start: &[f64], sizes: &mut [f64]) {
+    let unknowns = system.signature().unknowns.iter();
+    for ((size, unknown), start) in sizes.iter_mut().zip(unknowns).zip(start) {
+        *size = size_of(unknown.nominal.unwrap_or(*start), unknown.unit.factor);
+    }
+}
+
+/// Size of the parameter at `position`, SI: declared, or that of its declared value, or one of the
+/// unit.
+pub(crate) fn parameter_size<S: System>(system: &S, position: usize) -> f64 {
+    let parameter = &system.signature().parameters[position];
+    size_of(parameter.nominal.unwrap_or(parameter.value), parameter.unit.factor)
+}
+
+fn size_of(value: f64, unit: f64) -> f64 {
+    if value == 0.0 { unit.abs() } else { value.abs() }
+}

@@ -1,0 +1,442 @@
+//! Recorded inputs, and the points where they are not smooth.
+//!
+//! Samples of one clock become segments on which every input is a straight line,
+//! u(t) = u(t₀) + u̇ (t − t₀). Neighbouring samples between which nothing changes share a segment,
+//! so that constant inputs cost nothing and a solver restarts only where it must.
+
+use std::fmt;
+
+use crate::system::Interpolation;
+
+/// Inputs as functions of time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Inputs {
+    n_u: usize,
+    /// Start of each segment, ascending; the last goes on for ever.
+    starts: Vec<f64>,
+    /// u and u̇ at the start of each segment, n_u numbers each.
+    values: Vec<f64>,
+    slopes: Vec<f64>,
+    first: Option<Edge>,
+    last_linear: Option<Edge>,
+}
+
+/// Where samples begin or end.
+#[derive(Debug, Clone, PartialEq)]
+struct Edge {
+    t: f64,
+    input: String,
+}
+
+/// Samples of one input.
+#[derive(Debug, Clone, Copy)]
+pub struct Column<'a> {
+    /// The input's name.
+    pub name: &'a str,
+    /// Between samples.
+    pub interpolation: Interpolation,
+    /// One number per sample time, SI.
+    pub values: &'a [f64],
+}
+
+/// A stretch of time on which inputs are straight lines.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Segment<'a> {
+    /// Where it starts; minus infinity for inputs that were always constant.
+    pub t0: f64,
+    /// Where the next starts; infinity for the last.
+    pub t1: f64,
+    /// Inputs just after `t0`.
+    pub u: &'a [f64],
+    /// Slopes.
+    pub udot: &'a [f64],
+}
+
+/// Which limit is meant where inputs jump.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Just before.
+    Left,
+    /// Just after.
+    Right,
+}
+
+/// Samples that make no function of time, or do not reach as far as asked.
+#[derive(Debug, Clone, PartialEq)]
+pub enum InputError {
+    /// Inputs without a sample.
+    NoSamples,
+    /// A column has more or fewer values than there are sample times.
+    Length {
+        /// The input.
+        input: String,
+        /// Number of its values.
+        values: usize,
+        /// Number of sample times.
+        times: usize,
+    },
+    /// A sample is not a finite number.
+    NotFinite {
+        /// The input.
+        input: String,
+        /// Time of the sample, s.
+        at: f64,
+    },
+    /// A sample time is not a finite number.
+    TimeNotFinite {
+        /// Position of the sample, from 0.
+        sample: usize,
+    },
+    /// A sample time is before its predecessor.
+    TimeBackwards {
+        /// The sample time, s.
+        at: f64,
+        /// Its predecessor, s.
+        previous: f64,
+    },
+    /// More than two samples at one time.
+    TimeRepeated {
+        /// The time, s.
+        at: f64,
+    },
+    /// A time before the first sample was asked for.
+    InputStarts {
+        /// The input.
+        input: String,
+        /// Time asked for, s.
+        at: f64,
+        /// Time of the first sample, s.
+        first: f64,
+    },
+    /// A linear input was asked for beyond its last sample.
+    InputEnds {
+        /// The input.
+        input: String,
+        /// Time asked for, s.
+        at: f64,
+        /// Time of the last sample, s.
+        last: f64,
+    },
+}
+
+/// How far a sample may lie from the line through its predecessors and still be on it, relative to
+/// its size: the rounding of a slope, a product and a sum.
+const ON_LINE: f64 = 8.0 * f64::EPSILON;
+
+impl Inputs {
+    /// Inputs of a model that has none.
+    pub fn none() -> Self {
+        Self::constant(&[])
+    }
+
+    /// Inputs that are the same at all times, in SI units.
+    pub fn constant(values: &[f64]) -> Self {
+        Self {
+            n_u: values.len(),
+            starts: vec![f64::NEG_INFINITY],
+            values: values.to_vec(),
+            slopes: vec![0.0; values.len()],
+            first: None,
+            last_linear: None,
+        }
+    }
+
+    /// Inputs from samples at `times`, s.
+    ///
+    /// Exactly two samples with one time are the values left and right of a jump. The last value
+    /// of a held input goes on for ever. A single sample means a constant.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError`], all variants but `InputStarts` and `InputEnds`.
+    pub fn recorded(times: &[f64], columns: &[Column<'_>]) -> Result<Self, InputError> {
+        verify_samples(times, columns)?;
+        let Some(name) = columns.first().map(|column| column.name) else {
+            return Ok(Self::none());
+        };
+        if times.len() == 1 {
+            let values: Vec<f64> = columns.iter().map(|column| column.values[0]).collect();
+            return Ok(Self::constant(&values));
+        }
+
+        let mut inputs = Self {
+            n_u: columns.len(),
+            starts: Vec::new(),
+            values: Vec::new(),
+            slopes: Vec::new(),
+            first: Some(Edge { t: times[0], input: name.to_owned() }),
+            last_linear: columns
+                .iter()
+                .find(|column| column.interpolation == Interpolation::Linear)
+                .zip(times.last())
+                .map(|(column, &t)| Edge { t, input: column.name.to_owned() }),
+        };
+        // The interval that starts at a sample ends at the next one; where two samples have one
+        // time, the first only ends an interval and the second only starts one.
+        for start in 0..times.len() {
+            let end = start + 1;
+            if end < times.len() && times[end] == times[start] {
+                continue;
+            }
+            if !inputs.goes_on(times, columns, start, end) {
+                inputs.starts.push(times[start]);
+                for column in columns {
+                    inputs.values.push(column.values[start]);
+                    inputs.slopes.push(slope(times, column, start, end));
+                }
+            }
+        }
+        Ok(inputs)
+    }
+
+    /// Number of inputs.
+    pub fn len(&self) -> usize {
+        self.n_u
+    }
+
+    /// Whether there are no inputs.
+    pub fn is_empty(&self) -> bool {
+        self.n_u == 0
+    }
+
+    /// Number of segments.
+    pub fn segments(&self) -> usize {
+        self.starts.len()
+    }
+
+    /// A segment by its position.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such segment.
+    #[inline]
+    pub fn segment(&self, index: usize) -> Segment<'_> {
+        let range = index * self.n_u..(index + 1) * self.n_u;
+        Segment {
+            t0: self.starts[index],
+            t1: self.starts.get(index + 1).copied().unwrap_or(f64::INFINITY),
+            u: &self.values[range.clone()],
+            udot: &self.slopes[range],
+        }
+    }
+
+    /// Position of the segment that holds just before or just after `t`; the first one for times
+    /// before it.
+    pub fn segment_at(&self, t: f64, side: Side) -> usize {
+        let started = match side {
+            Side::Left => self.starts.partition_point(|&start| start < t),
+            Side::Right => self.starts.partition_point(|&start| start <= t),
+        };
+        started.saturating_sub(1)
+    }
+
+    /// Writes u just before or just after `t`.
+    pub fn value(&self, t: f64, side: Side, u: &mut [f64]) {
+        self.segment(self.segment_at(t, side)).value(t, u);
+    }
+
+    /// Times in (from, until) at which some input jumps or kinks.
+    pub fn breakpoints(&self, from: f64, until: f64) -> &[f64] {
+        let begin = self.starts.partition_point(|&start| start <= from);
+        let end = self.starts.partition_point(|&start| start < until);
+        &self.starts[begin..end.max(begin)]
+    }
+
+    /// Checks that the inputs are known from `from` to `until`.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError::InputStarts`], [`InputError::InputEnds`].
+    pub fn cover(&self, from: f64, until: f64) -> Result<(), InputError> {
+        if let Some(Edge { t: first, input }) = &self.first
+            && from < *first
+        {
+            return Err(InputError::InputStarts { input: input.clone(), at: from, first: *first });
+        }
+        if let Some(Edge { t: last, input }) = &self.last_linear
+            && until > *last
+        {
+            return Err(InputError::InputEnds { input: input.clone(), at: until, last: *last });
+        }
+        Ok(())
+    }
+
+    /// Whether the last segment also describes the interval between two samples.
+    fn goes_on(&self, times: &[f64], columns: &[Column<'_>], start: usize, end: usize) -> bool {
+        let Some(last) = self.starts.len().checked_sub(1) else {
+            return false;
+        };
+        let segment = self.segment(last);
+        columns.iter().enumerate().all(|(j, column)| {
+            let on_line = |sample: usize| {
+                let (t, value) = (times[sample], column.values[sample]);
+                let line = segment.u[j] + segment.udot[j] * (t - segment.t0);
+                (value - line).abs() <= ON_LINE * value.abs().max(segment.u[j].abs())
+            };
+            match column.interpolation {
+                Interpolation::Hold => column.values[start] == segment.u[j],
+                Interpolation::Linear => {
+                    on_line(start) && if end < times.len() { on_line(end) } else { false }
+                }
+            }
+        })
+    }
+}
+
+impl Segment<'_> {
+    /// Writes u(t) = u(t₀) + u̇ (t − t₀).
+    #[inline]
+    pub fn value(&self, t: f64, u: &mut [f64]) {
+        for ((u, u0), udot) in u.iter_mut().zip(self.u).zip(self.udot) {
+            // A constant is defined at all times, and t₀ may be minus infinity.
+            *u = if *udot == 0.0 { *u0 } else { u0 + udot * (t - self.t0) };
+        }
+    }
+
+    /// Whether no input changes.
+    #[inline]
+    pub fn is_constant(&self) -> bool {
+        self.udot.iter().all(|&udot| udot == 0.0)
+    }
+}
+
+fn slope(times: &[f64], column: &Column<'_>, start: usize, end: usize) -> f64 {
+    match column.interpolation {
+        Interpolation::Linear if end < times.len() => {
+            (column.values[end] - column.values[start]) / (times[end] - times[start])
+        }
+        Interpolation::Linear | Interpolation::Hold => 0.0,
+    }
+}
+
+fn verify_samples(times: &[f64], columns: &[Column<'_>]) -> Result<(), InputError> {
+    if times.is_empty() {
+        return if columns.is_empty() { Ok(()) } else { Err(InputError::NoSamples) };
+    }
+    if let Some(sample) = times.iter().position(|t| !t.is_finite()) {
+        return Err(InputError::TimeNotFinite { sample });
+    }
+    if let Some(pair) = times.windows(2).find(|pair| pair[1] < pair[0]) {
+        return Err(InputError::TimeBackwards { at: pair[1], previous: pair[0] });
+    }
+    if let Some(three) = times.windows(3).find(|three| three[0] == three[2]) {
+        return Err(InputError::TimeRepeated { at: three[0] });
+    }
+    for column in columns {
+        if column.values.len() != times.len() {
+            return Err(InputError::Length {
+                input: column.name.to_owned(),
+                values: column.values.len(),
+                times: times.len(),
+            });
+        }
+        if let Some((&at, _)) = times.iter().zip(column.values).find(|(_, v)| !v.is_finite()) {
+            return Err(InputError::NotFinite { input: column.name.to_owned(), at });
+        }
+    }
+    Ok(())
+}
+
+impl fmt::Display for InputError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoSamples => write!(f, "the inputs have no samples"),
+            Self::Length { input, values, times } => {
+                write!(f, "input `{input}` has {values} values for {times} sample times")
+            }
+            Self::NotFinite { input, at } => {
+                write!(f, "input `{input}` is not a finite number at t = {at} s")
+            }
+            Self::TimeNotFinite { sample } => {
+                write!(f, "the time of sample {sample} is not a finite number")
+            }
+            Self::TimeBackwards { at, previous } => {
+                write!(f, "input samples go back in time, from t = {previous} s to t = {at} s")
+            }
+            Self::TimeRepeated { at } => write!(
+                f,
+                "more than two input samples at t = {at} s; two are the values left and right of \
+                 a jump"
+            ),
+            Self::InputStarts { input, at, first } => write!(
+                f,
+                "input `{input}` is asked for at t = {at} s, before its first sample at \
+                 t = {first} s"
+            ),
+            Self::InputEnds { input, at, last } => write!(
+                f,
+                "linear input `{input}` is asked for at t = {at} s, beyond its last sample at \
+                 t = {last} s"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for InputError {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn held<'a>(values: &'a [f64]) -> Column<'a> {
+        Column { name: "u", interpolation: Interpolation::Hold, values }
+    }
+
+    fn linear<'a>(values: &'a [f64]) -> Column<'a> {
+        Column { name: "v", interpolation: Interpolation::Linear, values }
+    }
+
+    fn at(inputs: &Inputs, t: f64, side: Side) -> Vec<f64> {
+        let mut u = vec![0.0; inputs.len()];
+        inputs.value(t, side, &mut u);
+        u
+    }
+
+    #[test]
+    fn nothing_changes_nothing_is_split() {
+        let times: Vec<f64> = (0..1000).map(f64::from).collect();
+        let ramp: Vec<f64> = times.iter().map(|t| 0.1 + 0.3 * t).collect();
+        let inputs = Inputs::recorded(&times, &[held(&[2.0; 1000]), linear(&[5.0; 1000])]);
+        // The linear input ends at the last sample, the held one goes on.
+        assert_eq!(inputs.unwrap().segments(), 2);
+        let inputs = Inputs::recorded(&times, &[linear(&ramp)]).unwrap();
+        assert!(inputs.segments() < 20, "{}", inputs.segments());
+        for (t, v) in times.iter().zip(&ramp) {
+            let u = at(&inputs, *t, Side::Right)[0];
+            assert!((u - v).abs() <= 2.0 * ON_LINE * v, "{u} {v}");
+        }
+    }
+
+    #[test]
+    fn two_rows_are_a_jump() {
+        let inputs =
+            Inputs::recorded(&[0.0, 1.0, 1.0, 2.0], &[linear(&[0.0, 1.0, 5.0, 6.0])]).unwrap();
+        assert_eq!(at(&inputs, 1.0, Side::Left), [1.0]);
+        assert_eq!(at(&inputs, 1.0, Side::Right), [5.0]);
+        assert_eq!(at(&inputs, 1.5, Side::Right), [5.5]);
+        assert_eq!(inputs.breakpoints(0.0, 2.0), [1.0]);
+    }
+
+    #[test]
+    fn held_values_go_on_and_linear_ones_end() {
+        let inputs = Inputs::recorded(&[0.0, 1.0], &[held(&[1.0, 2.0])]).unwrap();
+        assert_eq!(at(&inputs, 9.0, Side::Left), [2.0]);
+        assert_eq!(at(&inputs, 1.0, Side::Left), [1.0]);
+        assert_eq!(inputs.cover(0.0, 9.0), Ok(()));
+        let inputs = Inputs::recorded(&[0.0, 1.0], &[linear(&[1.0, 2.0])]).unwrap();
+        assert!(matches!(inputs.cover(0.0, 1.1), Err(InputError::InputEnds { .. })));
+        assert!(matches!(inputs.cover(-0.1, 1.0), Err(InputError::InputStarts { .. })));
+    }
+
+    #[test]
+    fn wrong_samples_are_refused() {
+        let refused = |times: &[f64], values: &[f64]| {
+            Inputs::recorded(times, &[held(values)]).unwrap_err().to_string()
+        };
+        assert!(refused(&[0.0, 1.0, 1.0, 1.0], &[0.0; 4]).contains("more than two"));
+        assert!(refused(&[0.0, 2.0, 1.0], &[0.0; 3]).contains("go back in time"));
+        assert!(refused(&[0.0, 1.0], &[0.0, f64::NAN]).contains("`u` is not a finite number"));
+        assert!(refused(&[0.0, 1.0], &[0.0]).contains("1 values for 2 sample times"));
+        assert!(refused(&[], &[]).contains("no samples"));
+    }
+}

@@ -1,0 +1,97 @@
+//! What a simulation gives.
+
+use crate::signal::Side;
+
+/// Values at the asked times.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solution {
+    /// Number of unknowns n.
+    pub n: usize,
+    /// Number of directions n_s; 0 without sensitivities.
+    pub n_s: usize,
+    /// The asked times, s.
+    pub times: Vec<f64>,
+    /// Unknowns, n numbers per time.
+    pub y: Vec<f64>,
+    /// Sensitivities, n · n_s numbers per time in the order of [`System`](crate::System); NaN where
+    /// they are undefined.
+    pub s: Vec<f64>,
+    /// Where and why sensitivities are undefined.
+    pub undefined: Vec<UndefinedSensitivity>,
+    /// Work done.
+    pub statistics: Statistics,
+}
+
+/// A stretch of time on which sensitivities are undefined.
+///
+/// Sensitivities of algebraic unknowns solve ∂f_a/∂y_a S_a = −(∂f_a/∂y_d S_d + ∂f_a/∂θ). Where
+/// the matrix is singular they do not exist, and S_d, which is driven by them, cannot be continued:
+/// whether a disturbed solution would leave the singular point at the same time, later, or never, is
+/// not a question of first derivatives. From the step that meets the first singular point, all
+/// sensitivities are therefore undefined to the end of the simulation. The states go on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UndefinedSensitivity {
+    /// Start of the stretch, s.
+    pub from: f64,
+    /// Its end, s.
+    pub until: f64,
+    /// The equation whose derivative to the algebraic unknowns vanishes, or depends on others'.
+    pub equation: String,
+}
+
+/// Work done.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// Accepted steps.
+    pub steps: usize,
+    /// Rejected steps.
+    pub rejected: usize,
+    /// Evaluations of f, alone or with g.
+    pub evaluations: usize,
+    /// Evaluations of f with its Jacobian.
+    pub linearizations: usize,
+    /// Factorisations, for steps and for consistent values.
+    pub factorisations: usize,
+    /// Segments of smooth inputs.
+    pub segments: usize,
+}
+
+impl Solution {
+    /// Number of times.
+    pub fn len(&self) -> usize {
+        self.times.len()
+    }
+
+    /// Whether there are no times.
+    pub fn is_empty(&self) -> bool {
+        self.times.is_empty()
+    }
+
+    /// Unknowns at the k-th time.
+    pub fn y(&self, k: usize) -> &[f64] {
+        &self.y[k * self.n..(k + 1) * self.n]
+    }
+
+    /// Sensitivities at the k-th time: `s(k)[j * n + i]` is ∂yᵢ/∂θⱼ.
+    pub fn s(&self, k: usize) -> &[f64] {
+        let len = self.n * self.n_s;
+        &self.s[k * len..(k + 1) * len]
+    }
+
+    /// Which limit the values at the k-th time are.
+    pub fn side(&self, k: usize) -> Side {
+        side(&self.times, k)
+    }
+}
+
+/// Which limit the k-th of the asked `times` means.
+///
+/// A time that occurs twice means just before and just after. One that occurs once means just
+/// after; at the end, where the solution stops, just before. At the start only just after exists.
+pub fn side(times: &[f64], k: usize) -> Side {
+    let t = times[k];
+    let again = times.get(k + 1) == Some(&t);
+    let before = k > 0 && times[k - 1] == t;
+    let last = k + 1 == times.len();
+    if t > times[0] && (again || (last && !before)) { Side::Left } else { Side::Right }
+}

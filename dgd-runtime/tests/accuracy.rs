@@ -1,0 +1,181 @@
+//! Solutions and sensitivities against known ones.
+
+mod support;
+
+use dgd_runtime::{
+    Column, Inputs, Interpolation, Options, Problem, System, simulate, simulate_with_sensitivities,
+};
+use support::problems::{
+    Algebraic, AlgebraicStacked, Logistic, LogisticStacked, Relaxation, RelaxationStacked, Robertson,
+    RobertsonDae, RobertsonDaeStacked, RobertsonStacked,
+};
+use support::{Equations, Heaped, parameters};
+
+/// Local errors are kept below the tolerance; on these problems, which forget or shrink errors, the
+/// global error is a small multiple of it.
+const GLOBAL: f64 = 20.0;
+
+fn times(until: f64, count: u32) -> Vec<f64> {
+    (0..=count).map(|k| until * f64::from(k) / f64::from(count)).collect()
+}
+
+fn options(tolerance: f64) -> Options {
+    Options { rtol: tolerance, atol: tolerance, ..Options::default() }
+}
+
+#[test]
+fn errors_follow_the_tolerance() {
+    let system = LogisticStacked::new();
+    let p = parameters::<Logistic>();
+    let inputs = Inputs::none();
+    let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+    let times = times(8.0, 160);
+    for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
+        let solution = simulate_with_sensitivities(&problem, &times, &options(tolerance)).unwrap();
+        let (mut worst, mut worst_s) = (0.0_f64, 0.0_f64);
+        for (k, &t) in times.iter().enumerate() {
+            let [x, dx @ ..] = Logistic::solution(t, &p);
+            worst = worst.max((solution.y(k)[0] - x).abs());
+            for j in 0..3 {
+                // In units of the direction's tolerance.
+                worst_s = worst_s.max((solution.s(k)[j] - dx[j]).abs() * p[j]);
+            }
+        }
+        assert!(worst <= GLOBAL * tolerance, "{worst:e} at {tolerance:e}");
+        assert!(worst_s <= GLOBAL * tolerance, "{worst_s:e} at {tolerance:e}");
+    }
+}
+
+#[test]
+fn algebraic_unknowns_are_as_good_as_differential_ones() {
+    let system = AlgebraicStacked::new();
+    let p = parameters::<Algebraic>();
+    let inputs = Inputs::none();
+    let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+    let times = times(3.0, 60);
+    for tolerance in [1e-4, 1e-6, 1e-8] {
+        let solution = simulate_with_sensitivities(&problem, &times, &options(tolerance)).unwrap();
+        for (k, &t) in times.iter().enumerate() {
+            let (y, s) = Algebraic::solution(t, &p);
+            for i in 0..2 {
+                let error = (solution.y(k)[i] - y[i]).abs();
+                assert!(error <= GLOBAL * tolerance, "{error:e} at {tolerance:e}, t = {t}");
+            }
+            for i in 0..6 {
+                let error = (solution.s(k)[i] - s[i]).abs();
+                assert!(error <= GLOBAL * tolerance, "{i}: {error:e} at {tolerance:e}, t = {t}");
+            }
+        }
+    }
+}
+
+#[test]
+fn robertson_as_ode_and_as_dae() {
+    // Hairer and Wanner, Solving Ordinary Differential Equations II: reference solution at t = 1e11.
+    let reference = [0.208_334_014_970_122_e-7, 0.833_336_077_033_471_3e-13, 0.999_999_979_166_506_9];
+    let inputs = Inputs::none();
+    let p = parameters::<Robertson>();
+    let times = [0.0, 1e11];
+    let tolerance = 1e-7;
+    let options = Options { rtol: tolerance, atol: 1e-4 * tolerance, ..Options::default() };
+
+    let system = RobertsonStacked::new();
+    let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+    let ode = simulate(&problem, &times, &options).unwrap();
+    let system = RobertsonDaeStacked::new();
+    let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+    let dae = simulate(&problem, &times, &options).unwrap();
+
+    for i in 0..3 {
+        for solution in [&ode, &dae] {
+            let error = (solution.y(1)[i] / reference[i] - 1.0).abs();
+            // atol is above the size of the first two unknowns at the end.
+            assert!(error <= 1e-3, "{i}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn held_and_linear_inputs() {
+    let system = RelaxationStacked::new();
+    let p = parameters::<Relaxation>();
+    let (k, x0) = (p[0], p[1]);
+    let sampled = [0.0, 1.0, 2.0, 3.0];
+    let values = [1.0, 3.0, -1.0, 2.0];
+    let times = times(3.0, 30);
+    let tolerance = 1e-8;
+
+    for interpolation in [Interpolation::Hold, Interpolation::Linear] {
+        let column = Column { name: "u", interpolation, values: &values };
+        let inputs = Inputs::recorded(&sampled, &[column]).unwrap();
+        let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+        let solution = simulate_with_sensitivities(&problem, &times, &options(tolerance)).unwrap();
+
+        // On a segment u = c + m τ: x = α + β τ + (x(0) − α) e^(−kτ), β = m/k, α = (c − β)/k.
+        let (mut start, mut s0, mut s1) = (x0, 0.0, 1.0);
+        let mut segment = 0;
+        for (index, &t) in times.iter().enumerate() {
+            let at = |start: f64, s0: f64, s1: f64, segment: usize, tau: f64| {
+                let c = values[segment];
+                let m = match interpolation {
+                    Interpolation::Hold => 0.0,
+                    Interpolation::Linear => values[segment + 1] - c,
+                };
+                let (beta, e) = (m / k, (-k * tau).exp());
+                let alpha = (c - beta) / k;
+                let (dbeta, dalpha) = (-m / (k * k), -c / (k * k) + 2.0 * m / (k * k * k));
+                (
+                    alpha + beta * tau + (start - alpha) * e,
+                    dalpha + dbeta * tau + (s0 - dalpha) * e - tau * (start - alpha) * e,
+                    s1 * e,
+                )
+            };
+            while segment < 2 && t >= sampled[segment + 1] {
+                (start, s0, s1) = at(start, s0, s1, segment, 1.0);
+                segment += 1;
+            }
+            let (x, dk, dx0) = at(start, s0, s1, segment, t - sampled[segment]);
+            let computed = [solution.y(index)[0], solution.s(index)[0], solution.s(index)[1]];
+            for (computed, exact) in computed.iter().zip([x, dk, dx0]) {
+                let error = (computed - exact).abs();
+                assert!(error <= GLOBAL * tolerance, "{interpolation:?} {t}: {error:e}");
+            }
+        }
+        assert_eq!(solution.statistics.segments, 3);
+    }
+}
+
+#[test]
+fn storage_does_not_change_a_bit() {
+    fn compare<E: Equations>(stacked: &impl System, until: f64, inputs: &Inputs) {
+        let heaped = Heaped::<E>::new();
+        let p = parameters::<E>();
+        let times = times(until, 50);
+        let options = Options::default();
+        let problem = Problem { system: stacked, p: &p, inputs, start: &[] };
+        let a = simulate_with_sensitivities(&problem, &times, &options).unwrap();
+        let problem = Problem { system: &heaped, p: &p, inputs, start: &[] };
+        let b = simulate_with_sensitivities(&problem, &times, &options).unwrap();
+        let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&a.y), bits(&b.y));
+        assert_eq!(bits(&a.s), bits(&b.s));
+        assert_eq!(a.statistics, b.statistics);
+    }
+    let column = Column { name: "u", interpolation: Interpolation::Linear, values: &[1.0, 2.0, 0.0] };
+    let inputs = Inputs::recorded(&[0.0, 1.5, 4.0], &[column]).unwrap();
+    compare::<Relaxation>(&RelaxationStacked::new(), 4.0, &inputs);
+    compare::<Algebraic>(&AlgebraicStacked::new(), 3.0, &Inputs::none());
+    compare::<RobertsonDae>(&RobertsonDaeStacked::new(), 40.0, &Inputs::none());
+}
+
+#[test]
+fn replaced_start_values_depend_on_nothing() {
+    let system = RelaxationStacked::new();
+    let p = parameters::<Relaxation>();
+    let inputs = Inputs::constant(&[1.0]);
+    let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[(0, 5.0)] };
+    let solution = simulate_with_sensitivities(&problem, &[0.0, 1.0], &options(1e-8)).unwrap();
+    assert_eq!(solution.y(0), [5.0]);
+    assert_eq!(solution.s(0), [0.0, 0.0]);
+    assert_eq!(solution.s(1)[1], 0.0);
+}

@@ -1,0 +1,358 @@
+//! Test problems: equations written once, differentiated with hyper-dual numbers, and made a
+//! [`System`] with storage on the stack and on the heap.
+
+#![allow(dead_code, unreachable_pub, missing_docs)]
+
+mod hyper_dual;
+pub mod problems;
+
+use dgd_runtime::linalg::{AutoLu, FixedLu};
+use dgd_runtime::{
+    Input, Interpolation, Output, Parameter, Pattern, Point, Signature, System, Unit, Unknown,
+};
+
+pub use hyper_dual::{HyperDual, Number};
+
+/// The most unknowns, inputs or parameters a test problem may have.
+const MOST: usize = 16;
+
+/// Equations of a test problem. Directions are all parameters.
+pub trait Equations {
+    /// Unknowns: name, nominal size, whether differential.
+    const UNKNOWNS: &'static [(&'static str, f64, bool)];
+    const PARAMETERS: &'static [(&'static str, f64)];
+    const INPUTS: &'static [&'static str] = &[];
+    fn f<T: Number>(t: T, y: &[T], u: &[T], p: &[T], f: &mut [T]);
+    fn start<T: Number>(u: &[T], p: &[T], y: &mut [T]);
+}
+
+fn unit() -> Unit {
+    Unit { symbol: "1".into(), factor: 1.0, offset: 0.0 }
+}
+
+fn full(rows: usize, columns: usize) -> Pattern {
+    let positions = || (0..columns).flat_map(|j| (0..rows).map(move |i| (i, j)));
+    Pattern {
+        rows: positions().map(|(i, _)| i).collect(),
+        columns: positions().map(|(_, j)| j).collect(),
+    }
+}
+
+fn signature<E: Equations>() -> Signature {
+    let (n, n_s) = (E::UNKNOWNS.len(), E::PARAMETERS.len());
+    Signature {
+        name: "test".into(),
+        unknowns: E::UNKNOWNS
+            .iter()
+            .map(|&(name, nominal, differential)| Unknown {
+                name: name.into(),
+                unit: unit(),
+                nominal: Some(nominal),
+                differential,
+            })
+            .collect(),
+        equations: E::UNKNOWNS.iter().map(|(name, ..)| format!("of_{name}").into()).collect(),
+        parameters: E::PARAMETERS
+            .iter()
+            .map(|&(name, value)| Parameter {
+                name: name.into(),
+                unit: unit(),
+                value,
+                lower: f64::NEG_INFINITY,
+                upper: f64::INFINITY,
+                nominal: None,
+                log: false,
+                fixed: false,
+            })
+            .collect(),
+        inputs: E::INPUTS
+            .iter()
+            .map(|&name| Input {
+                name: name.into(),
+                unit: unit(),
+                interpolation: Interpolation::Hold,
+            })
+            .collect(),
+        outputs: E::UNKNOWNS
+            .iter()
+            .map(|&(name, ..)| Output { name: name.into(), unit: unit(), noise: None })
+            .collect(),
+        directions: (0..n_s).collect(),
+        jacobian: full(n, n),
+        sensitivity_jacobian: full(n * n_s, n),
+        parameter_jacobian: full(n, n_s),
+        input_jacobian: full(n, E::INPUTS.len()),
+        output_jacobians: [full(n, n), full(n, E::INPUTS.len()), full(n, n_s)],
+    }
+}
+
+/// Declared parameter values.
+pub fn parameters<E: Equations>() -> Vec<f64> {
+    E::PARAMETERS.iter().map(|(_, value)| *value).collect()
+}
+
+/// A problem with its storage on the stack: N unknowns, NS = N · parameters, U inputs, J = N²,
+/// G = N · NS.
+pub struct Stacked<
+    E,
+    const N: usize,
+    const NS: usize,
+    const U: usize,
+    const J: usize,
+    const G: usize,
+> {
+    signature: Signature,
+    equations: std::marker::PhantomData<E>,
+}
+
+/// A problem with its storage on the heap.
+pub struct Heaped<E> {
+    signature: Signature,
+    equations: std::marker::PhantomData<E>,
+}
+
+impl<E: Equations, const N: usize, const NS: usize, const U: usize, const J: usize, const G: usize>
+    Stacked<E, N, NS, U, J, G>
+{
+    pub fn new() -> Self {
+        Self { signature: signature::<E>(), equations: std::marker::PhantomData }
+    }
+}
+
+impl<E: Equations> Heaped<E> {
+    pub fn new() -> Self {
+        Self { signature: signature::<E>(), equations: std::marker::PhantomData }
+    }
+}
+
+/// f with derivatives along two directions of (t, y, u, p).
+struct Seeds<'a> {
+    at: Point<'a>,
+    first: [&'a dyn Fn(Slot) -> f64; 2],
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Slot {
+    T,
+    Y(usize),
+    U(usize),
+    P(usize),
+}
+
+fn nothing(_: Slot) -> f64 {
+    0.0
+}
+
+fn evaluate<E: Equations>(seeds: &Seeds<'_>) -> [HyperDual; MOST] {
+    let Point { t, y, u, p } = seeds.at;
+    let [a, b] = seeds.first;
+    let number = |value, slot| HyperDual { value, a: a(slot), b: b(slot), ab: 0.0 };
+    let zero = HyperDual::from(0.0);
+    let (mut ys, mut us, mut ps) = ([zero; MOST], [zero; MOST], [zero; MOST]);
+    for (i, v) in y.iter().enumerate() {
+        ys[i] = number(*v, Slot::Y(i));
+    }
+    for (i, v) in u.iter().enumerate() {
+        us[i] = number(*v, Slot::U(i));
+    }
+    for (i, v) in p.iter().enumerate() {
+        ps[i] = number(*v, Slot::P(i));
+    }
+    let mut f = [zero; MOST];
+    let n = y.len();
+    E::f(number(t, Slot::T), &ys[..n], &us[..u.len()], &ps[..p.len()], &mut f[..n]);
+    f
+}
+
+macro_rules! system {
+    ($equations:ident) => {
+        fn signature(&self) -> &Signature {
+            &self.signature
+        }
+
+        fn rhs(&self, at: Point<'_>, f: &mut [f64]) {
+            $equations::f(at.t, at.y, at.u, at.p, f);
+        }
+
+        fn linearize(
+            &self,
+            at: Point<'_>,
+            udot: &[f64],
+            f: &mut [f64],
+            jacobian: &mut [f64],
+            dfdt: &mut [f64],
+        ) {
+            let n = f.len();
+            self.rhs(at, f);
+            for k in 0..n {
+                let y_k = |slot| f64::from(u8::from(slot == Slot::Y(k)));
+                let d = evaluate::<$equations>(&Seeds { at, first: [&y_k, &nothing] });
+                for i in 0..n {
+                    jacobian[k * n + i] = d[i].a;
+                }
+            }
+            let time = |slot| match slot {
+                Slot::T => 1.0,
+                Slot::U(i) => udot[i],
+                Slot::Y(_) | Slot::P(_) => 0.0,
+            };
+            let d = evaluate::<$equations>(&Seeds { at, first: [&time, &nothing] });
+            for i in 0..n {
+                dfdt[i] = d[i].a;
+            }
+        }
+
+        fn sensitivity_rhs(&self, at: Point<'_>, s: &[f64], f: &mut [f64], g: &mut [f64]) {
+            let n = f.len();
+            self.rhs(at, f);
+            for (j, g) in g.chunks_exact_mut(n).enumerate() {
+                let along = |slot| match slot {
+                    Slot::Y(i) => s[j * n + i],
+                    Slot::P(i) => f64::from(u8::from(i == j)),
+                    Slot::T | Slot::U(_) => 0.0,
+                };
+                let d = evaluate::<$equations>(&Seeds { at, first: [&along, &nothing] });
+                for i in 0..n {
+                    g[i] = d[i].a;
+                }
+            }
+        }
+
+        fn sensitivity_linearize(
+            &self,
+            at: Point<'_>,
+            udot: &[f64],
+            s: &[f64],
+            f: &mut [f64],
+            jacobian: &mut [f64],
+            dfdt: &mut [f64],
+            g: &mut [f64],
+            dgdy: &mut [f64],
+            dgdt: &mut [f64],
+        ) {
+            let n = f.len();
+            let rows = g.len();
+            self.linearize(at, udot, f, jacobian, dfdt);
+            self.sensitivity_rhs(at, s, f, g);
+            for j in 0..rows / n {
+                let along = |slot| match slot {
+                    Slot::Y(i) => s[j * n + i],
+                    Slot::P(i) => f64::from(u8::from(i == j)),
+                    Slot::T | Slot::U(_) => 0.0,
+                };
+                for k in 0..n {
+                    let y_k = |slot| f64::from(u8::from(slot == Slot::Y(k)));
+                    let d = evaluate::<$equations>(&Seeds { at, first: [&along, &y_k] });
+                    for i in 0..n {
+                        dgdy[k * rows + j * n + i] = d[i].ab;
+                    }
+                }
+                let time = |slot| match slot {
+                    Slot::T => 1.0,
+                    Slot::U(i) => udot[i],
+                    Slot::Y(_) | Slot::P(_) => 0.0,
+                };
+                let d = evaluate::<$equations>(&Seeds { at, first: [&along, &time] });
+                for i in 0..n {
+                    dgdt[j * n + i] = d[i].ab;
+                }
+            }
+        }
+
+        fn parameter_jacobian(&self, at: Point<'_>, values: &mut [f64]) {
+            let s = vec![0.0; at.y.len() * at.p.len()];
+            let mut f = vec![0.0; at.y.len()];
+            self.sensitivity_rhs(at, &s, &mut f, values);
+        }
+
+        fn input_jacobian(&self, at: Point<'_>, values: &mut [f64]) {
+            let n = at.y.len();
+            for k in 0..at.u.len() {
+                let u_k = |slot| f64::from(u8::from(slot == Slot::U(k)));
+                let d = evaluate::<$equations>(&Seeds { at, first: [&u_k, &nothing] });
+                for i in 0..n {
+                    values[k * n + i] = d[i].a;
+                }
+            }
+        }
+
+        fn time_derivative(&self, at: Point<'_>, values: &mut [f64]) {
+            let time = |slot| f64::from(u8::from(slot == Slot::T));
+            let d = evaluate::<$equations>(&Seeds { at, first: [&time, &nothing] });
+            for (value, d) in values.iter_mut().zip(d) {
+                *value = d.a;
+            }
+        }
+
+        fn outputs(&self, at: Point<'_>, w: &mut [f64]) {
+            w.copy_from_slice(at.y);
+        }
+
+        fn output_jacobians(
+            &self,
+            at: Point<'_>,
+            dwdy: &mut [f64],
+            dwdu: &mut [f64],
+            dwdp: &mut [f64],
+            dwdt: &mut [f64],
+        ) {
+            let n = at.y.len();
+            dwdy.fill(0.0);
+            for i in 0..n {
+                dwdy[i * n + i] = 1.0;
+            }
+            dwdu.fill(0.0);
+            dwdp.fill(0.0);
+            dwdt.fill(0.0);
+        }
+
+        fn output_sensitivities(&self, at: Point<'_>, s: &[f64], w: &mut [f64], dw: &mut [f64]) {
+            w.copy_from_slice(at.y);
+            dw.copy_from_slice(s);
+        }
+
+        fn start(&self, at: Point<'_>, y: &mut [f64]) {
+            $equations::start(at.u, at.p, y);
+        }
+
+        fn start_sensitivities(&self, at: Point<'_>, s: &mut [f64]) {
+            let n = $equations::UNKNOWNS.len();
+            for (j, s) in s.chunks_exact_mut(n).enumerate() {
+                let zero = HyperDual::from(0.0);
+                let (mut us, mut ps, mut y) = ([zero; MOST], [zero; MOST], [zero; MOST]);
+                for (i, v) in at.u.iter().enumerate() {
+                    us[i] = HyperDual::from(*v);
+                }
+                for (i, v) in at.p.iter().enumerate() {
+                    ps[i] = HyperDual { a: f64::from(u8::from(i == j)), ..HyperDual::from(*v) };
+                }
+                $equations::start(&us[..at.u.len()], &ps[..at.p.len()], &mut y[..n]);
+                for i in 0..n {
+                    s[i] = y[i].a;
+                }
+            }
+        }
+    };
+}
+
+impl<E: Equations, const N: usize, const NS: usize, const U: usize, const J: usize, const G: usize>
+    System for Stacked<E, N, NS, U, J, G>
+{
+    type Vector = [f64; N];
+    type Sensitivity = [f64; NS];
+    type Inputs = [f64; U];
+    type Jacobian = [f64; J];
+    type SensitivityJacobian = [f64; G];
+    type Factorisation = FixedLu<N>;
+    system!(E);
+}
+
+impl<E: Equations> System for Heaped<E> {
+    type Vector = Vec<f64>;
+    type Sensitivity = Vec<f64>;
+    type Inputs = Vec<f64>;
+    type Jacobian = Vec<f64>;
+    type SensitivityJacobian = Vec<f64>;
+    type Factorisation = AutoLu;
+    system!(E);
+}
