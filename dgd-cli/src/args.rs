@@ -7,7 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 /// A physical model in a small equation language: checked, simulated, differentiated, fitted.
 #[derive(Debug, Parser)]
 #[command(name = "dgd", version, max_term_width = 100)]
-pub struct Cli {
+pub(crate) struct Cli {
     #[command(flatten)]
     pub global: Global,
     #[command(subcommand)]
@@ -16,7 +16,7 @@ pub struct Cli {
 
 /// Options of every command.
 #[derive(Debug, Args)]
-pub struct Global {
+pub(crate) struct Global {
     /// How results and diagnostics are printed
     #[arg(long, global = true, value_enum, default_value_t = Format::Text)]
     pub format: Format,
@@ -39,7 +39,7 @@ pub struct Global {
 
 /// How results are printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Format {
+pub(crate) enum Format {
     /// For people
     Text,
     /// For programs
@@ -48,7 +48,7 @@ pub enum Format {
 
 /// When to use colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Color {
+pub(crate) enum Color {
     /// On a terminal
     Auto,
     /// Always
@@ -59,7 +59,7 @@ pub enum Color {
 
 /// What to do.
 #[derive(Debug, Subcommand)]
-pub enum Command {
+pub(crate) enum Command {
     /// Check a model: syntax, names, units, structure, in all its variants
     Check(CheckArgs),
     /// Lay model files out canonically, comments kept
@@ -78,7 +78,7 @@ pub enum Command {
 
 /// Arguments of `check`.
 #[derive(Debug, Args)]
-pub struct CheckArgs {
+pub(crate) struct CheckArgs {
     /// The model file
     pub model: PathBuf,
     #[command(flatten)]
@@ -87,7 +87,7 @@ pub struct CheckArgs {
 
 /// Arguments of `fmt`.
 #[derive(Debug, Args)]
-pub struct FmtArgs {
+pub(crate) struct FmtArgs {
     /// Model files
     #[arg(required = true)]
     pub models: Vec<PathBuf>,
@@ -98,7 +98,7 @@ pub struct FmtArgs {
 
 /// Arguments of `emit`.
 #[derive(Debug, Args)]
-pub struct EmitArgs {
+pub(crate) struct EmitArgs {
     /// The model file
     pub model: PathBuf,
     /// Which stage
@@ -110,7 +110,7 @@ pub struct EmitArgs {
 
 /// Stages of the compiler.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Stage {
+pub(crate) enum Stage {
     /// The file as it was understood
     Ast,
     /// Names, units and SI values
@@ -127,14 +127,14 @@ pub enum Stage {
 
 /// Arguments of `explain`.
 #[derive(Debug, Args)]
-pub struct ExplainArgs {
+pub(crate) struct ExplainArgs {
     /// The code, such as E301
     pub code: String,
 }
 
 /// Arguments of `simulate`.
 #[derive(Debug, Args)]
-pub struct SimulateArgs {
+pub(crate) struct SimulateArgs {
     #[command(flatten)]
     pub run: RunArgs,
     /// Add sensor noise to the outputs, drawn with this seed
@@ -144,7 +144,7 @@ pub struct SimulateArgs {
 
 /// Arguments of `sensitivity`.
 #[derive(Debug, Args)]
-pub struct SensitivityArgs {
+pub(crate) struct SensitivityArgs {
     #[command(flatten)]
     pub run: RunArgs,
     /// States and outputs to differentiate [default: all]
@@ -163,7 +163,7 @@ pub struct SensitivityArgs {
 
 /// What commands that run a model share.
 #[derive(Debug, Args)]
-pub struct RunArgs {
+pub(crate) struct RunArgs {
     /// The model file
     pub model: PathBuf,
     #[command(flatten)]
@@ -199,7 +199,7 @@ pub struct RunArgs {
 
 /// Where start values come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Start {
+pub(crate) enum Start {
     /// The model file
     Model,
     /// The first measured outputs, as far as they determine the states
@@ -208,7 +208,7 @@ pub enum Start {
 
 /// What is chosen and set from outside the model file.
 #[derive(Debug, Args)]
-pub struct Choices {
+pub(crate) struct Choices {
     /// Choose a variant, as in `flow=static`; repeatable
     #[arg(long, value_name = "NAME=CHOICE")]
     pub variant: Vec<String>,

@@ -13,53 +13,62 @@ use crate::failure::CommandError;
 
 /// Standard output and standard error, as the global options want them.
 #[derive(Debug, Clone, Copy)]
-pub struct Console<'a> {
+pub(crate) struct Console<'a> {
     global: &'a Global,
 }
 
 impl<'a> Console<'a> {
-    pub fn new(global: &'a Global) -> Self {
+    pub(crate) fn new(global: &'a Global) -> Self {
         Console { global }
     }
 
-    pub fn is_json(self) -> bool {
+    pub(crate) fn is_json(self) -> bool {
         self.global.format == Format::Json
     }
 
     /// Writes the result to `--out`, whole or not at all, or to standard output.
-    pub fn result(self, text: &str) -> Result<(), CommandError> {
+    pub(crate) fn result(self, text: &str) -> Result<(), CommandError> {
         match &self.global.out {
-            Some(path) => {
-                Ok(write_whole(path, |out| out.write_all(text.as_bytes()))?)
-            }
-            None => print(text),
+            Some(path) => Ok(write_whole(path, |out| out.write_all(text.as_bytes()))?),
+            None => self.print(text),
         }
     }
 
     /// Writes a result as JSON, as [`Console::result`].
-    pub fn json(self, value: &Value) -> Result<(), CommandError> {
+    pub(crate) fn json(self, value: &Value) -> Result<(), CommandError> {
         self.result(&format!("{value:#}\n"))
     }
 
-    pub fn out(self) -> Option<&'a Path> {
+    pub(crate) fn out(self) -> Option<&'a Path> {
         self.global.out.as_deref()
     }
 
+    /// Prints to standard output; a reader that went away is no error.
+    pub(crate) fn print(self, text: &str) -> Result<(), CommandError> {
+        let mut out = io::stdout().lock();
+        match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+            Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+                Err(CommandError::Found(format!("cannot write to standard output: {error}")))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Says something about the run on standard error, unless told to be quiet.
-    pub fn remark(self, text: &str) {
+    pub(crate) fn remark(self, text: &str) {
         if !self.global.quiet {
             complain(text);
         }
     }
 
     /// Shows a diagnostic that is no error.
-    pub fn note(self, diagnostic: &Diagnostic, sources: &Sources) {
+    pub(crate) fn note(self, diagnostic: &Diagnostic, sources: &Sources) {
         let text = render::render_note(diagnostic, sources, self.style());
         self.remark(text.trim_end());
     }
 
     /// Shows why a command did not succeed.
-    pub fn failure(self, error: &CommandError) {
+    pub(crate) fn failure(self, error: &CommandError) {
         match error {
             CommandError::Diagnosed { diagnostics, sources } if self.is_json() => {
                 let entries: Vec<Value> =
@@ -101,7 +110,7 @@ impl<'a> Console<'a> {
 }
 
 /// A diagnostic for programs.
-pub fn entry(diagnostic: &Diagnostic, sources: &Sources) -> Value {
+pub(crate) fn entry(diagnostic: &Diagnostic, sources: &Sources) -> Value {
     let entry = render::entry(diagnostic, sources);
     let places: Vec<Value> = entry
         .places
@@ -118,17 +127,6 @@ pub fn entry(diagnostic: &Diagnostic, sources: &Sources) -> Value {
         })
         .collect();
     json!({ "code": entry.code, "message": entry.message, "places": places, "help": entry.help })
-}
-
-/// Prints to standard output; a reader that went away is no error.
-fn print(text: &str) -> Result<(), CommandError> {
-    let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(CommandError::Found(format!("cannot write to standard output: {error}")))
-        }
-        _ => Ok(()),
-    }
 }
 
 /// Prints a line to standard error; there is nowhere to report that this failed.

@@ -8,7 +8,7 @@ use dgd_compiler::source::Sources;
 
 /// Why a command did not succeed; each kind has its exit code.
 #[derive(Debug)]
-pub enum CommandError {
+pub(crate) enum CommandError {
     /// The model or the data has mistakes, which have been collected: 1.
     Diagnosed {
         /// The mistakes.
@@ -26,13 +26,13 @@ pub enum CommandError {
 
 impl CommandError {
     /// What was diagnosed so far.
-    pub fn diagnosed(diagnostics: &Diagnostics, sources: Sources) -> Self {
+    pub(crate) fn diagnosed(diagnostics: &Diagnostics, sources: Sources) -> Self {
         let diagnostics = diagnostics.sorted().into_iter().cloned().collect();
         CommandError::Diagnosed { diagnostics, sources }
     }
 
     /// The exit code promised for it.
-    pub fn exit_code(&self) -> ExitCode {
+    pub(crate) fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
             CommandError::Diagnosed { .. } | CommandError::Found(_) => 1,
             CommandError::Usage(_) => 2,

@@ -5,9 +5,12 @@ mod command;
 mod console;
 pub mod data;
 mod failure;
+mod figure;
 mod load;
 pub mod plot;
+mod result;
 mod run;
+mod verify;
 
 use std::process::ExitCode;
 

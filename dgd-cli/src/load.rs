@@ -13,21 +13,21 @@ use crate::args::Choices;
 use crate::failure::CommandError;
 
 /// A compiled model and the texts it came from.
-pub struct Loaded {
+pub(crate) struct Loaded {
     pub compiled: Compiled,
     pub sources: Sources,
 }
 
 /// What is being compiled, while mistakes are collected.
 #[derive(Default)]
-pub struct Session {
+pub(crate) struct Session {
     pub sources: Sources,
     pub diagnostics: Diagnostics,
 }
 
 impl Session {
     /// Ends the session because of what was reported.
-    pub fn fail(self, _: Reported) -> CommandError {
+    pub(crate) fn fail(self, _: Reported) -> CommandError {
         CommandError::diagnosed(&self.diagnostics, self.sources)
     }
 
@@ -37,14 +37,14 @@ impl Session {
     }
 
     /// A name given on the command line.
-    pub fn name(&mut self, flag: &str, text: &str) -> Name {
+    pub(crate) fn name(&mut self, flag: &str, text: &str) -> Name {
         let source = self.argument(flag, text);
         let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
         Name { text: text.to_owned(), span: Span { source, start: 0, end } }
     }
 
     /// Variants and settings of the command line.
-    pub fn options(&mut self, choices: &Choices) -> Result<ModelOptions, CommandError> {
+    pub(crate) fn options(&mut self, choices: &Choices) -> Result<ModelOptions, CommandError> {
         let mut options = ModelOptions::default();
         for choice in &choices.variant {
             let Some((variant, chosen)) = choice.split_once('=') else {
@@ -67,7 +67,7 @@ impl Session {
     }
 
     /// Compiles a model file.
-    pub fn compile(
+    pub(crate) fn compile(
         &mut self,
         path: &Path,
         options: &ModelOptions,
@@ -88,7 +88,7 @@ impl Session {
 }
 
 /// Compiles a model file with the choices of the command line.
-pub fn load(
+pub(crate) fn load(
     path: &Path,
     choices: &Choices,
     directions: impl FnOnce(&mut Session) -> Directions,
@@ -103,7 +103,7 @@ pub fn load(
 }
 
 /// The text of a model file.
-pub fn read_model(path: &Path) -> Result<String, CommandError> {
+pub(crate) fn read_model(path: &Path) -> Result<String, CommandError> {
     read_text(path).map_err(|reason| {
         CommandError::Found(format!("cannot read `{}`: {reason}", path.display()))
     })

@@ -7,8 +7,8 @@ use dgd_compiler::source::Sources;
 use dgd_compiler::units::Unit;
 use dgd_execute::Interpreted;
 use dgd_runtime::{
-    BadRequest, Column, Failure, Inputs, Observations, Options, Problem, Signature, Solution, System, find_method,
-    observe, simulate, simulate_with_sensitivities,
+    BadRequest, Column, Failure, Inputs, Observations, Options, Problem, Signature, Solution,
+    System, find_method, observe, simulate, simulate_with_sensitivities,
 };
 
 use crate::args::{RunArgs, Start};
@@ -24,7 +24,7 @@ const DEFAULT_ROWS: u32 = 1000;
 const MOST_ROWS: f64 = 1e8;
 
 /// A model ready to run on its data.
-pub struct Run {
+pub(crate) struct Run {
     pub system: Interpreted,
     /// Parameters, SI.
     pub p: Vec<f64>,
@@ -40,7 +40,7 @@ pub struct Run {
 
 /// Measured outputs, SI.
 #[derive(Debug, Clone, Default)]
-pub struct Measured {
+pub(crate) struct Measured {
     /// Sample times, s.
     pub times: Vec<f64>,
     /// For each output of the model, its samples.
@@ -49,7 +49,7 @@ pub struct Measured {
 
 impl Run {
     /// Reads the data, builds the inputs, finds times and start values.
-    pub fn prepare(
+    pub(crate) fn prepare(
         args: &RunArgs,
         loaded: Loaded,
         console: Console<'_>,
@@ -85,21 +85,33 @@ impl Run {
         Ok(run)
     }
 
-    pub fn problem(&self) -> Problem<'_, Interpreted> {
+    pub(crate) fn problem(&self) -> Problem<'_, Interpreted> {
         Problem { system: &self.system, p: &self.p, inputs: &self.inputs, start: &self.start }
     }
 
-    pub fn signature(&self) -> &Signature {
+    pub(crate) fn signature(&self) -> &Signature {
         self.system.signature()
     }
 
+    /// The i-th input at the times of a solution, SI.
+    pub(crate) fn input_values(&self, solution: &Solution, i: usize) -> Vec<f64> {
+        let mut u = vec![0.0; self.inputs.len()];
+        let at = |k: usize| {
+            self.inputs.value(solution.times[k], solution.side(k), &mut u);
+            u[i]
+        };
+        (0..solution.len()).map(at).collect()
+    }
+
     /// Runs the model and evaluates its outputs.
-    pub fn simulate(&self) -> Result<(Solution, Observations), CommandError> {
+    pub(crate) fn simulate(&self) -> Result<(Solution, Observations), CommandError> {
         self.finish(simulate(&self.problem(), &self.times, &self.options))
     }
 
     /// The same with sensitivities.
-    pub fn simulate_with_sensitivities(&self) -> Result<(Solution, Observations), CommandError> {
+    pub(crate) fn simulate_with_sensitivities(
+        &self,
+    ) -> Result<(Solution, Observations), CommandError> {
         self.finish(simulate_with_sensitivities(&self.problem(), &self.times, &self.options))
     }
 
@@ -152,7 +164,8 @@ fn read_recording(
     let times = table.recording(diagnostics);
     let input_columns = select::inputs(&table, &inputs, diagnostics);
     let output_columns = select::measured(&table, &outputs, diagnostics);
-    let (times, inputs, outputs) = (times.ok()?.to_vec(), input_columns.ok()?, output_columns.ok()?);
+    let (times, inputs, outputs) =
+        (times.ok()?.to_vec(), input_columns.ok()?, output_columns.ok()?);
 
     let known: Vec<&str> = dae
         .inputs
@@ -161,7 +174,7 @@ fn read_recording(
         .chain(dae.outputs.iter().map(|output| output.declared.name.as_str()))
         .chain(dae.unknowns.iter().map(|unknown| unknown.name.as_str()))
         .collect();
-    if let Some(note) = select::unknown_note(&select::unknown(&table, &known), &known) {
+    if let Some(note) = select::unknown_note(&table, &known) {
         console.note(&note, sources);
     }
     let measured = Measured { times: times.clone(), outputs };
@@ -231,7 +244,9 @@ fn times(args: &RunArgs, recording: Option<&Recording>) -> Result<Vec<f64>, Comm
         return Ok(vec![first]);
     }
     if !(every.is_finite() && every > 0.0) {
-        return Err(CommandError::Usage(format!("`--every {every}` must be a positive time, in s")));
+        return Err(CommandError::Usage(format!(
+            "`--every {every}` must be a positive time, in s"
+        )));
     }
     let rows = (last - first) / every;
     if rows > MOST_ROWS {
@@ -269,6 +284,6 @@ fn measured_start(run: &Run) -> Result<Vec<(usize, f64)>, CommandError> {
     }
     let noise: Vec<f64> =
         signature.outputs.iter().map(|output| output.noise.unwrap_or(output.unit.factor)).collect();
-    dgd_runtime::start_from_outputs(&run.problem(), run.times[0], &first, &noise)
+    dgd_runtime::start_from_outputs(&run.problem(), run.times[0], &first, &noise, &run.options)
         .map_err(|error| CommandError::Computation(error.to_string()))
 }

@@ -112,11 +112,10 @@ pub fn load(
             let Ok(ast) = parse(id, sources, diagnostics) else { continue };
             if let Some(header) = &ast.model {
                 let message = format!("`{path}` is a model, `{}`, not a library", header.name.text);
-                diagnostics.error(
-                    Diagnostic::new(Code::E208, span, message).help(
+                diagnostics
+                    .error(Diagnostic::new(Code::E208, span, message).help(
                         "a library has constants, `let`s and functions, and no `model` line",
-                    ),
-                );
+                    ));
                 continue;
             }
             verify_library(&ast, diagnostics);

@@ -33,7 +33,9 @@ pub(crate) fn expand(input: &Input) -> TokenStream {
         variants: input
             .variants
             .iter()
-            .map(|(variant, choice)| (argument(variant, &mut sources), argument(choice, &mut sources)))
+            .map(|(variant, choice)| {
+                (argument(variant, &mut sources), argument(choice, &mut sources))
+            })
             .collect(),
         settings: Vec::new(),
     };

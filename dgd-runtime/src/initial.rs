@@ -70,14 +70,7 @@ pub fn consistent_start<S: System>(
     let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
     let at = Place { t, u: u.as_ref(), p: problem.p };
     algebraic
-        .make_consistent(
-            system,
-            at,
-            y.as_mut(),
-            jacobian.as_mut(),
-            sizes.as_ref(),
-            tolerances,
-        )
+        .make_consistent(system, at, y.as_mut(), jacobian.as_mut(), sizes.as_ref(), tolerances)
         .map_err(IntegrateError::Initial)?;
 
     // 0 = ∂f_a/∂y ẏ + df_a/dt with ẏ_d = f_d
@@ -180,7 +173,11 @@ impl<S: System> Algebraic<S> {
     pub(crate) fn differs(&self, f: &[f64], other: &[f64]) -> bool {
         let n = self.mass.as_ref().len().max(1);
         f.chunks_exact(n).zip(other.chunks_exact(n)).any(|(f, other)| {
-            self.mass.as_ref().iter().zip(f.iter().zip(other)).any(|(m, (f, o))| *m == 0.0 && f != o)
+            self.mass
+                .as_ref()
+                .iter()
+                .zip(f.iter().zip(other))
+                .any(|(m, (f, o))| *m == 0.0 && f != o)
         })
     }
 
@@ -197,7 +194,11 @@ impl<S: System> Algebraic<S> {
     }
 
     /// Factorises ⎡ I 0 ⎤ over ⎣ −∂f_a/∂y_d −∂f_a/∂y_a ⎦.
-    pub(crate) fn factorise(&mut self, pattern: &Pattern, jacobian: &[f64]) -> Result<(), Singular> {
+    pub(crate) fn factorise(
+        &mut self,
+        pattern: &Pattern,
+        jacobian: &[f64],
+    ) -> Result<(), Singular> {
         let mass = self.mass.as_ref();
         let entries = self.rows.as_mut().iter_mut().zip(pattern.rows.iter());
         for ((value, &row), j) in entries.zip(jacobian) {
@@ -294,7 +295,7 @@ impl<S: System> Algebraic<S> {
             }
 
             if let Err(Singular { row }) = self.factorise(pattern, jacobian) {
-                if self.residual_is_rounding(pattern, jacobian, y) {
+                if is_rounding(&self.f, &self.mass, &mut self.trial, pattern, jacobian, y) {
                     return Ok(());
                 }
                 if nudges == MOST_NUDGES {
@@ -335,7 +336,7 @@ impl<S: System> Algebraic<S> {
             }
             if lambda >= LEAST_DAMPING {
                 y.copy_from_slice(self.trial.as_ref());
-            } else if self.residual_is_rounding(pattern, jacobian, y) {
+            } else if is_rounding(&self.f, &self.mass, &mut self.trial, pattern, jacobian, y) {
                 return Ok(());
             } else if nudges < MOST_NUDGES {
                 nudges += 1;
@@ -374,11 +375,6 @@ impl<S: System> Algebraic<S> {
         add_scaled(s, 1.0, g);
     }
 
-    fn residual_is_rounding(&mut self, pattern: &Pattern, jacobian: &[f64], y: &[f64]) -> bool {
-        let f = self.f.clone();
-        self.is_rounding(pattern, jacobian, y, f.as_ref())
-    }
-
     /// Whether no residual of an algebraic equation in `f` is larger than the rounding of the
     /// equation's terms at `y`.
     pub(crate) fn is_rounding(
@@ -386,16 +382,9 @@ impl<S: System> Algebraic<S> {
         pattern: &Pattern,
         jacobian: &[f64],
         y: &[f64],
-        f: &[f64],
+        f: &S::Vector,
     ) -> bool {
-        let terms = self.next.as_mut();
-        terms.fill(0.0);
-        let positions = pattern.rows.iter().zip(pattern.columns.iter());
-        for ((&row, &column), j) in positions.zip(jacobian) {
-            terms[row] += (j * y[column]).abs();
-        }
-        let rows = f.iter().zip(terms).zip(self.mass.as_ref());
-        rows.into_iter().all(|((f, terms), mass)| *mass != 0.0 || f.abs() <= ROUNDING * *terms)
+        is_rounding(f, &self.mass, &mut self.trial, pattern, jacobian, y)
     }
 
     fn not_converged(
@@ -427,6 +416,23 @@ impl<S: System> Algebraic<S> {
 fn singular<S: System>(system: &S, row: usize, t: f64, f: &[f64]) -> InitialError {
     let equation = system.signature().equations[row].to_string();
     InitialError::Singular { equation, t, residual: f[row] }
+}
+
+fn is_rounding<V: Storage>(
+    f: &V,
+    mass: &V,
+    terms: &mut V,
+    pattern: &Pattern,
+    jacobian: &[f64],
+    y: &[f64],
+) -> bool {
+    let terms = terms.as_mut();
+    terms.fill(0.0);
+    for ((&row, &column), j) in pattern.rows.iter().zip(pattern.columns.iter()).zip(jacobian) {
+        terms[row] += (j * y[column]).abs();
+    }
+    let mut rows = f.as_ref().iter().zip(terms).zip(mass.as_ref());
+    rows.all(|((f, terms), mass)| *mass != 0.0 || f.abs() <= ROUNDING * *terms)
 }
 
 /// Sets the rows of differential unknowns to zero.

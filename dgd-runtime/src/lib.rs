@@ -13,6 +13,7 @@ mod initial;
 pub mod integrate;
 pub mod linalg;
 pub mod math;
+mod measured_start;
 mod observe;
 mod problem;
 mod signal;
@@ -23,11 +24,12 @@ pub use error::{BadRequest, Evaluation, Failure, InitialError, IntegrateError};
 pub use initial::{ConsistentStart, consistent_start};
 pub use integrate::catalogue::{METHODS, Method, MethodKind, UnknownMethod, find as find_method};
 pub use integrate::{simulate, simulate_with_sensitivities};
+pub use measured_start::{MeasuredStartError, start_from_outputs};
 pub use observe::{Observations, observe};
 pub use problem::{Options, Problem};
 pub use signal::{Column, InputError, Inputs, Segment, Side};
 pub use solution::{Solution, Statistics, UndefinedSensitivity, side};
 pub use system::{
-    Input, Interpolation, List, Output, Parameter, Pattern, Point, Signature, Storage, System, Text,
-    Unit, Unknown,
+    Input, Interpolation, List, Output, Parameter, Pattern, Point, Signature, Storage, System,
+    Text, Unit, Unknown,
 };

@@ -1,5 +1,7 @@
 //! What a simulation gives.
 
+use std::fmt;
+
 use crate::signal::Side;
 
 /// Values at the asked times.
@@ -37,6 +39,17 @@ pub struct UndefinedSensitivity {
     pub until: f64,
     /// The equation whose derivative to the algebraic unknowns vanishes, or depends on others'.
     pub equation: String,
+}
+
+impl fmt::Display for UndefinedSensitivity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { from, until, equation } = self;
+        write!(
+            f,
+            "sensitivities are undefined from t = {from} s to {until} s, where equation \
+             `{equation}` no longer determines an algebraic unknown"
+        )
+    }
 }
 
 /// Work done.

@@ -6,8 +6,8 @@ use dgd_runtime::{
     Column, Inputs, Interpolation, Options, Problem, System, simulate, simulate_with_sensitivities,
 };
 use support::problems::{
-    Algebraic, AlgebraicStacked, Logistic, LogisticStacked, Relaxation, RelaxationStacked, Robertson,
-    RobertsonDae, RobertsonDaeStacked, RobertsonStacked,
+    Algebraic, AlgebraicStacked, Logistic, LogisticStacked, Relaxation, RelaxationStacked,
+    Robertson, RobertsonDae, RobertsonDaeStacked, RobertsonStacked,
 };
 use support::{Equations, Heaped, parameters};
 
@@ -27,7 +27,7 @@ fn options(tolerance: f64) -> Options {
 fn errors_follow_the_tolerance() {
     let system = LogisticStacked::new();
     let p = parameters::<Logistic>();
-    let inputs = Inputs::none();
+    let inputs = Inputs::constant(&[0.0]);
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
     let times = times(8.0, 160);
     for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
@@ -50,7 +50,7 @@ fn errors_follow_the_tolerance() {
 fn algebraic_unknowns_are_as_good_as_differential_ones() {
     let system = AlgebraicStacked::new();
     let p = parameters::<Algebraic>();
-    let inputs = Inputs::none();
+    let inputs = Inputs::constant(&[0.0]);
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
     let times = times(3.0, 60);
     for tolerance in [1e-4, 1e-6, 1e-8] {
@@ -72,7 +72,8 @@ fn algebraic_unknowns_are_as_good_as_differential_ones() {
 #[test]
 fn robertson_as_ode_and_as_dae() {
     // Hairer and Wanner, Solving Ordinary Differential Equations II: reference solution at t = 1e11.
-    let reference = [0.208_334_014_970_122_e-7, 0.833_336_077_033_471_3e-13, 0.999_999_979_166_506_9];
+    let reference =
+        [0.208_334_014_970_122_e-7, 0.833_336_077_033_471_3e-13, 0.999_999_979_166_506_9];
     let inputs = Inputs::none();
     let p = parameters::<Robertson>();
     let times = [0.0, 1e11];
@@ -161,11 +162,57 @@ fn storage_does_not_change_a_bit() {
         assert_eq!(bits(&a.s), bits(&b.s));
         assert_eq!(a.statistics, b.statistics);
     }
-    let column = Column { name: "u", interpolation: Interpolation::Linear, values: &[1.0, 2.0, 0.0] };
+    let column =
+        Column { name: "u", interpolation: Interpolation::Linear, values: &[1.0, 2.0, 0.0] };
     let inputs = Inputs::recorded(&[0.0, 1.5, 4.0], &[column]).unwrap();
     compare::<Relaxation>(&RelaxationStacked::new(), 4.0, &inputs);
-    compare::<Algebraic>(&AlgebraicStacked::new(), 3.0, &Inputs::none());
+    compare::<Algebraic>(&AlgebraicStacked::new(), 3.0, &Inputs::constant(&[0.0]));
     compare::<RobertsonDae>(&RobertsonDaeStacked::new(), 40.0, &Inputs::none());
+}
+
+/// Global errors with steps of 1/4 and 1/8, without error control: an input that no equation reads
+/// changes at every step, and the tolerance is larger than any error.
+#[test]
+fn the_order_is_that_of_the_method() {
+    fn errors<E: Equations>(steps: u32, exact: impl Fn(f64) -> Vec<f64>) -> [f64; 3] {
+        let system = Heaped::<E>::new();
+        let p = parameters::<E>();
+        let samples = times(2.0, steps);
+        let values: Vec<f64> = samples.iter().map(|t| t * 3.0).collect();
+        let clock = Column { name: "clock", interpolation: Interpolation::Hold, values: &values };
+        let inputs = Inputs::recorded(&samples, &[clock]).unwrap();
+        let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+        let options =
+            Options { rtol: 1e6, atol: 1e6, initial_step: Some(1.0), ..Options::default() };
+        // Step ends, and a third of the last step for the dense output.
+        let asked = [0.0, 2.0 - 2.0 / 3.0 * 2.0 / f64::from(steps), 2.0];
+        let solution = simulate_with_sensitivities(&problem, &asked, &options).unwrap();
+        assert_eq!(solution.statistics.steps, steps as usize);
+        let n = solution.n;
+        let error = |computed: &[f64], exact: &[f64]| {
+            computed.iter().zip(exact).fold(0.0_f64, |worst, (c, e)| worst.max((c - e).abs()))
+        };
+        let (inside, end) = (exact(asked[1]), exact(asked[2]));
+        [
+            error(solution.y(2), &end[..n]),
+            error(solution.s(2), &end[n..]),
+            error(solution.y(1), &inside[..n]).max(error(solution.s(1), &inside[n..])),
+        ]
+    }
+    fn orders<E: Equations>(exact: impl Fn(f64) -> Vec<f64>) {
+        let (coarse, fine) = (errors::<E>(16, &exact), errors::<E>(32, &exact));
+        let order = |k: usize| (coarse[k] / fine[k]).log2();
+        // The next power of h is seen at these steps.
+        assert!(order(0) > 4.7, "unknowns: {}", order(0));
+        assert!(order(1) > 4.7, "sensitivities: {}", order(1));
+        // One step of an interpolant of order 4 errs by h⁵.
+        assert!(order(2) > 4.5, "dense output: {}", order(2));
+    }
+    orders::<Logistic>(|t| Logistic::solution(t, &parameters::<Logistic>()).to_vec());
+    orders::<Algebraic>(|t| {
+        let (y, s) = Algebraic::solution(t, &parameters::<Algebraic>());
+        y.into_iter().chain(s).collect()
+    });
 }
 
 #[test]

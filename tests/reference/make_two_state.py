@@ -21,7 +21,14 @@ import table
 RHO, G = 1120.0, 9.81
 HEAD = 307.0 - 302.0
 RISER = mp.pi / 4 * (mpf("19.75") * mpf("0.0254")) ** 2
-UNITS = {"M": "kg/m^4", "c0": "m", "c1": "s/m^2", "c2": "s^2/m^5", "F1": "Pa*s/m^3", "F2": "Pa*s^2/m^6"}
+UNITS = {
+    "M": "kg/m^4",
+    "c0": "m",
+    "c1": "s/m^2",
+    "c2": "s^2/m^5",
+    "F1": "Pa*s/m^3",
+    "F2": "Pa*s^2/m^6",
+}
 
 
 @dataclass
@@ -95,14 +102,29 @@ def by_scipy(case, static):
             return np.r_[(q - sum(flows)) / area, s_q / area]
         h, q, s_h, s_q = x[0], x[1], x[2 : 2 + n], x[2 + n :]
         f_q, f_p = slopes(w, q)
-        net = weight * (HEAD - h + at["c0"] * w**2 - at["c1"] * w * q) - at["F1"] * q - turbulent * q * abs(q)
+        net = (
+            weight * (HEAD - h + at["c0"] * w**2 - at["c1"] * w * q)
+            - at["F1"] * q
+            - turbulent * q * abs(q)
+        )
         if "M" in roles:
             f_p[roles.index("M")] = -net / at["M"]
-        return np.r_[(q - sum(flows)) / area, net / at["M"], s_q / area, (-weight * s_h + f_q * s_q + f_p) / at["M"]]
+        return np.r_[
+            (q - sum(flows)) / area,
+            net / at["M"],
+            s_q / area,
+            (-weight * s_h + f_q * s_q + f_p) / at["M"],
+        ]
 
     sizes = [10.0 / (at[role] or 1.0) for role in roles]
-    atol = 1e-15 * np.array([10.0, *sizes] if static else [10.0, 0.01, *sizes, *(s * 1e-3 for s in sizes)])
-    x = np.r_[case.h0, np.zeros(n)] if static else np.r_[case.h0, sum(case.rows[0][1][1:]), np.zeros(2 * n)]
+    atol = 1e-15 * np.array(
+        [10.0, *sizes] if static else [10.0, 0.01, *sizes, *(s * 1e-3 for s in sizes)]
+    )
+    x = (
+        np.r_[case.h0, np.zeros(n)]
+        if static
+        else np.r_[case.h0, sum(case.rows[0][1][1:]), np.zeros(2 * n)]
+    )
     solutions = []
     for k, (t1, u1) in enumerate(case.rows):
         t0, u0 = case.rows[k - 1] if k else (t1, u1)
@@ -110,9 +132,14 @@ def by_scipy(case, static):
 
             def inputs(t):
                 s = (t - t0) / (t1 - t0)
-                return [a + s * (b - a) if i in case.linear else a for i, (a, b) in enumerate(zip(u0, u1))]
+                return [
+                    a + s * (b - a) if i in case.linear else a
+                    for i, (a, b) in enumerate(zip(u0, u1))
+                ]
 
-            x = solve_ivp(rhs, (t0, t1), x, "DOP853", args=(inputs,), rtol=1e-13, atol=atol).y[:, -1]
+            x = solve_ivp(rhs, (t0, t1), x, "DOP853", args=(inputs,), rtol=1e-13, atol=atol).y[
+                :, -1
+            ]
         if static:
             q, s_q = static_flow(u1[0], x[0], x[1:])
             solutions.append([t1, x[0], q, *x[1:], *s_q])
@@ -127,13 +154,21 @@ def make(case):
         static = variant == "static"
         reference, check = by_radau(case, static), by_scipy(case, static)
         difference = table.largest_difference(reference, check)
-        parameters = [(name, UNITS[role]) for name, (role, _) in case.parameters.items() if not (static and role == "M")]
+        parameters = [
+            (name, UNITS[role])
+            for name, (role, _) in case.parameters.items()
+            if not (static and role == "M")
+        ]
         unknowns = list(zip(case.unknowns, ("m", "m^3/s")))
         comments = [
             f"{case.name}.dgd, flow = {variant}: states and sensitivities, SI units.",
             *case.how,
             "Every row is taken with the inputs of its own row.",
-            *(["M has no part in this variant: its sensitivities are zero and not listed."] if static else []),
+            *(
+                ["M has no part in this variant: its sensitivities are zero and not listed."]
+                if static
+                else []
+            ),
             f"Tool: radau.py (Radau IIA, 8 stages, {radau.DIGITS} digits, step tolerance 1e-18 against 6 stages).",
             f"Check: SciPy {scipy.__version__} DOP853, rtol 1e-13, restarted at every row"
             + (", q eliminated analytically;" if static else ";")
@@ -153,8 +188,16 @@ def pump_speed_step():
     for t in range(1001):
         row = max((r for r in recording if r[0] <= t), key=lambda r: r[0])
         rows.append((float(t), tuple(row[1:])))
-    parameters = {"M": ("M", 1.1e8), "c0": ("c0", 0.39), "c1": ("c1", 0.5), "c2": ("c2", 2e4), "F": ("F2", 5.5e8)}
-    how = ["Inputs: examples/data/pump_speed_step.csv (held). Haukanes 2015, section 3.2, figure 3.1."]
+    parameters = {
+        "M": ("M", 1.1e8),
+        "c0": ("c0", 0.39),
+        "c1": ("c1", 0.5),
+        "c2": ("c2", 2e4),
+        "F": ("F2", 5.5e8),
+    }
+    how = [
+        "Inputs: examples/data/pump_speed_step.csv (held). Haukanes 2015, section 3.2, figure 3.1."
+    ]
     return Case("pump_speed_step", how, RISER, parameters, 9.117196027955, ("h", "q"), rows)
 
 
@@ -168,7 +211,9 @@ def bench_two_state():
         "c2": ("c2", 2e4),
         "F": ("F2", 3e8),
     }
-    how = ["Inputs: bench_two_state_inputs.csv (held): w is 0.8, and 0.88 from t = 100 s on. Every tenth second."]
+    how = [
+        "Inputs: bench_two_state_inputs.csv (held): w is 0.8, and 0.88 from t = 100 s on. Every tenth second."
+    ]
     return Case("bench_two_state", how, 0.1976, parameters, 40.0, ("h", "q"), rows, keep=10)
 
 
@@ -184,29 +229,50 @@ def mud_circulation():
         "F1": ("F1", 0.0),
         "F2": ("F2", 1.75e8),
     }
-    how = ["Inputs: mud_circulation_inputs.csv; w_ssp and q_tf held, q_boost linear, with a jump at 200 s."]
-    return Case("mud_circulation", how, RISER, parameters, 50.0, ("h_r", "q_ssp"), rows, linear=(1,))
+    how = [
+        "Inputs: mud_circulation_inputs.csv; w_ssp and q_tf held, q_boost linear, with a jump at 200 s."
+    ]
+    return Case(
+        "mud_circulation", how, RISER, parameters, 50.0, ("h_r", "q_ssp"), rows, linear=(1,)
+    )
 
 
 def write_mud_circulation_inputs():
     """Small moves of the pump and two steps, a booster ramp, a booster jump, top fill off."""
     rows = []
     for t in range(301):
-        w = 52.0 + 0.4 * np.sin(0.11 * t) + 0.15 * np.sin(0.9 * t) - (4.0 if t >= 75 else 0.0) + (2.5 if t >= 240 else 0.0)
-        q_boost = np.interp(t, [60, 120], [1800.0, 1100.0]) if t < 200 else np.interp(t, [250, 280], [1350.0, 1700.0])
+        w = (
+            52.0
+            + 0.4 * np.sin(0.11 * t)
+            + 0.15 * np.sin(0.9 * t)
+            - (4.0 if t >= 75 else 0.0)
+            + (2.5 if t >= 240 else 0.0)
+        )
+        q_boost = (
+            np.interp(t, [60, 120], [1800.0, 1100.0])
+            if t < 200
+            else np.interp(t, [250, 280], [1350.0, 1700.0])
+        )
         q_tf = 290.0 if t < 150 else 0.0
         if t == 200:
             # Left of the jump a held input still has its last value.
             rows.append((t, rows[-1][1], 1100.0, rows[-1][3]))
         rows.append((t, round(w, 3), round(q_boost, 1), q_tf))
-    comments = ["A made-up recording: ramp of the booster flow 60 - 120 s, its jump at 200 s, top fill off at 150 s."]
-    table.write("mud_circulation_inputs.csv", comments, ["time [s]", "w_ssp [%]", "q_boost [lpm]", "q_tf [lpm]"], rows)
+    table.write(
+        "mud_circulation_inputs.csv",
+        [],
+        ["time [s]", "w_ssp [%]", "q_boost [lpm]", "q_tf [lpm]"],
+        rows,
+    )
 
 
 if __name__ == "__main__":
     write_mud_circulation_inputs()
     table.write(
-        "bench_two_state_inputs.csv", ["A step of the pump speed."], ["time [s]", "w [1]"], [(0, 0.8), (100, 0.88), (1000, 0.88)]
+        "bench_two_state_inputs.csv",
+        [],
+        ["time [s]", "w [1]"],
+        [(0, 0.8), (100, 0.88), (1000, 0.88)],
     )
     for case in (pump_speed_step(), bench_two_state(), mud_circulation()):
         make(case)

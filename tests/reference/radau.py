@@ -95,7 +95,10 @@ class Problem:
             change = solve(matrix, [[-f[i]] for i in algebraic])
             for i, (d,) in zip(algebraic, change):
                 y[i] += d
-            if all(abs(d) < self.nominal[i] * mpf(10) ** (8 - DIGITS) for i, (d,) in zip(algebraic, change)):
+            if all(
+                abs(d) < self.nominal[i] * mpf(10) ** (8 - DIGITS)
+                for i, (d,) in zip(algebraic, change)
+            ):
                 break
         else:
             raise ArithmeticError(f"no consistent values at t = {t}")
@@ -120,7 +123,10 @@ class Problem:
         y = [list(y0) for _ in c]
         for _ in range(40):
             f = [self.f(t_j, y_j, u_j, self.p) for y_j, (t_j, u_j) in zip(y, at)]
-            f_y = [derivative(lambda x: self.f(t_j, x, u_j, self.p), y_j) for y_j, (t_j, u_j) in zip(y, at)]
+            f_y = [
+                derivative(lambda x: self.f(t_j, x, u_j, self.p), y_j)
+                for y_j, (t_j, u_j) in zip(y, at)
+            ]
             matrix = [
                 [
                     (self.mass[i] if (i, k) == (j, m) else 0) - h * a[k][m] * f_y[m][j][i]
@@ -131,7 +137,10 @@ class Problem:
                 for i in range(n)
             ]
             right = [
-                [h * sum(a[k][m] * f[m][i] for m in range(stages)) - self.mass[i] * (y[k][i] - y0[i])]
+                [
+                    h * sum(a[k][m] * f[m][i] for m in range(stages))
+                    - self.mass[i] * (y[k][i] - y0[i])
+                ]
                 for k in range(stages)
                 for i in range(n)
             ]
@@ -145,7 +154,9 @@ class Problem:
                 break
         else:
             return None
-        f_p = [derivative(lambda x: self.f(t_j, y_j, u_j, x), self.p) for y_j, (t_j, u_j) in zip(y, at)]
+        f_p = [
+            derivative(lambda x: self.f(t_j, y_j, u_j, x), self.p) for y_j, (t_j, u_j) in zip(y, at)
+        ]
         right = [
             [
                 self.mass[i] * s0[i][q] + h * sum(a[k][m] * f_p[m][q][i] for m in range(stages))
@@ -168,28 +179,28 @@ class Problem:
 
     def advance(self, t, end, y, s, u, h=None):
         """y, S at `end`, and the step that the error allows next."""
-        h = end - t if h is None else h
+        h = h or end - t
         while True:
-            left = end - t
-            taken = left if h >= left else left / mp.ceil(left / h)
+            # Equal steps to the end, none longer than h.
+            taken = (end - t) / max(1, mp.ceil((end - t) / h))
             fine = self.step(self.stages, t, taken, y, s, u)
             coarse = fine and self.step(self.stages - 2, t, taken, y, s, u)
             if not coarse:
                 h = taken / 4
                 continue
+            # The coarse method's local error goes with h to the power 2 (stages - 2).
             error = self.error(fine, coarse)
-            # The coarse method has order 2 (stages - 2) - 1.
-            order = 2 * (self.stages - 2)
-            factor = (self.tolerance / error) ** (mpf(1) / order) if error else mpf(4)
-            factor = min(mpf(4), max(mpf("0.1"), mpf("0.9") * factor))
+            factor = mpf(4)
+            if error:
+                factor = (self.tolerance / error) ** (mpf(1) / (2 * (self.stages - 2)))
+            proposed = taken * min(mpf(4), max(mpf("0.1"), mpf("0.9") * factor))
             if error > self.tolerance:
-                h = taken * factor
+                h = proposed
                 continue
             y, s = fine
-            h = max(h, taken * factor) if taken == left else taken * factor
-            if taken == left:
-                return y, s, h
-            t += taken
+            if taken == end - t:
+                return y, s, max(h, proposed)
+            h, t = proposed, t + taken
 
 
 def simulate(problem, y0, rows, linear=(), first_step=None):
@@ -210,9 +221,10 @@ def simulate(problem, y0, rows, linear=(), first_step=None):
 
             def inputs(t, t0=t0, u0=u0, t1=t1, u1=u1):
                 x = (t - t0) / (t1 - t0)
-                return [a + x * (b - a) if i in linear else a for i, (a, b) in enumerate(zip(u0, u1))]
+                return [
+                    a + x * (b - a) if i in linear else a for i, (a, b) in enumerate(zip(u0, u1))
+                ]
 
-            # Algebraic unknowns jump with a held input: start the step where they are consistent.
             y, s, h = problem.advance(t0, t1, y, s, inputs, h)
         y, s = problem.consistent(t1, y, s, u1)
         solutions.append((y, s))

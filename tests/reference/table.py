@@ -25,7 +25,10 @@ def write(name, comments, header, rows):
 
 def sensitivity_header(unknowns, parameters):
     """`d(h)/d(c0) [m/m]` for every pair, the unknown outside; both are lists of (name, unit)."""
-    group = lambda unit: f"({unit})" if any(x in unit for x in "*/") else unit
+
+    def group(unit):
+        return f"({unit})" if any(x in unit for x in "*/") else unit
+
     return [f"d({y})/d({p}) [{a}/{group(b)}]" for y, a in unknowns for p, b in parameters]
 
 

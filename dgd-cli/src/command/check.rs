@@ -12,7 +12,7 @@ use crate::console::Console;
 use crate::failure::CommandError;
 use crate::load::{Session, read_model};
 
-pub fn run(args: &CheckArgs, console: Console<'_>) -> Result<(), CommandError> {
+pub(crate) fn run(args: &CheckArgs, console: Console<'_>) -> Result<(), CommandError> {
     read_model(&args.model)?;
     let mut session = Session::default();
     let options = session.options(&args.choices)?;
@@ -75,9 +75,7 @@ fn summary(path: &str, model: &Model, dae: &Dae) -> String {
 
 /// What a program wants to know about a model. Values are in the declared unit.
 fn describe(model: &Model, dae: &Dae) -> Value {
-    let finite = |declared: &Declared, si: f64| {
-        si.is_finite().then(|| declared.unit.from_si(si))
-    };
+    let finite = |declared: &Declared, si: f64| si.is_finite().then(|| declared.unit.from_si(si));
     let head = |declared: &Declared| {
         json!({
             "name": declared.name,

@@ -11,7 +11,7 @@ use crate::console::Console;
 use crate::failure::CommandError;
 use crate::load::load;
 
-pub fn run(args: &EmitArgs, console: Console<'_>) -> Result<(), CommandError> {
+pub(crate) fn run(args: &EmitArgs, console: Console<'_>) -> Result<(), CommandError> {
     let loaded = load(&args.model, &args.choices, |_| Directions::All)?;
     let compiled = &loaded.compiled;
     let text = match args.stage {

@@ -8,7 +8,7 @@ use crate::args::ExplainArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 
-pub fn run(args: &ExplainArgs, console: Console<'_>) -> Result<(), CommandError> {
+pub(crate) fn run(args: &ExplainArgs, console: Console<'_>) -> Result<(), CommandError> {
     let Some(code) = Code::from_text(&args.code) else {
         let (first, last) = (CODES[0].code, CODES[CODES.len() - 1].code);
         return Err(CommandError::Usage(format!(

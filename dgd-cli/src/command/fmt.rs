@@ -1,9 +1,8 @@
 //! `dgd fmt`: canonical layout.
 
-use std::io::Write;
 use std::path::Path;
 
-use dgd_compiler::diagnostics::{Diagnostic, Diagnostics};
+use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::{layout, parse};
 
@@ -13,7 +12,7 @@ use crate::data::write_whole;
 use crate::failure::CommandError;
 use crate::load::read_model;
 
-pub fn run(args: &FmtArgs, console: Console<'_>) -> Result<(), CommandError> {
+pub(crate) fn run(args: &FmtArgs, console: Console<'_>) -> Result<(), CommandError> {
     // Every file is read and laid out before the first is written.
     let mut changed = Vec::new();
     let mut sources = Sources::default();
@@ -56,14 +55,5 @@ fn formatted(
 ) -> Option<String> {
     let id = sources.add(Source { name: path.display().to_string(), text: text.to_owned() });
     parse(id, sources, diagnostics).ok()?;
-    match layout::format(text) {
-        Ok(formatted) => Some(formatted),
-        Err(mistakes) => {
-            for Diagnostic { mut labels, code, message, help } in mistakes {
-                labels.iter_mut().for_each(|label| label.span.source = id);
-                diagnostics.error(Diagnostic { code, message, labels, help });
-            }
-            None
-        }
-    }
+    layout::format(id, sources, diagnostics).ok()
 }

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::console::Console;
 use crate::failure::CommandError;
 
-pub fn run(console: Console<'_>) -> Result<(), CommandError> {
+pub(crate) fn run(console: Console<'_>) -> Result<(), CommandError> {
     if console.is_json() {
         let all: Vec<Value> = METHODS
             .iter()

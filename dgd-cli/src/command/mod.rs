@@ -1,9 +1,9 @@
 //! The commands, one file each.
 
-pub mod check;
-pub mod emit;
-pub mod explain;
-pub mod fmt;
-pub mod methods;
-pub mod sensitivity;
-pub mod simulate;
+pub(crate) mod check;
+pub(crate) mod emit;
+pub(crate) mod explain;
+pub(crate) mod fmt;
+pub(crate) mod methods;
+pub(crate) mod sensitivity;
+pub(crate) mod simulate;

@@ -83,10 +83,7 @@ impl Cell {
             return Ok(Cell::Zoned(stamp));
         }
         let local: DateTime = text.parse().map_err(|_| TimeFault::NotATime)?;
-        Offset::UTC
-            .to_timestamp(local)
-            .map(Cell::Local)
-            .map_err(|_| TimeFault::NotATime)
+        Offset::UTC.to_timestamp(local).map(Cell::Local).map_err(|_| TimeFault::NotATime)
     }
 }
 
@@ -118,11 +115,7 @@ impl Clock {
             (_, Cell::Missing) => Err(TimeFault::Missing),
             (Clock::Counted { factor, first }, Cell::Number(time)) => {
                 let seconds = (time - first) * factor;
-                if seconds.is_finite() {
-                    Ok(seconds)
-                } else {
-                    Err(TimeFault::NotATime)
-                }
+                if seconds.is_finite() { Ok(seconds) } else { Err(TimeFault::NotATime) }
             }
             (Clock::Zoned { first }, Cell::Zoned(stamp))
             | (Clock::Local { first }, Cell::Local(stamp)) => {
@@ -148,10 +141,7 @@ mod tests {
         let clock = Clock::start(b"2026-11-21T10:00:00Z", None).expect("a stamp");
         assert_eq!(clock.seconds(b"2026-11-21 10:00:01.25Z"), Ok(1.25));
         assert_eq!(clock.seconds(b"2026-11-21T12:00:00+01:00"), Ok(3600.0));
-        assert_eq!(
-            clock.seconds(b"2026-11-21T10:00:00"),
-            Err(TimeFault::OneZone)
-        );
+        assert_eq!(clock.seconds(b"2026-11-21T10:00:00"), Err(TimeFault::OneZone));
         assert_eq!(clock.seconds(b"7"), Err(TimeFault::NotLikeTheFirst));
         assert_eq!(clock.seconds(b""), Err(TimeFault::Missing));
         assert_eq!(clock.seconds(b"21.11.2026 10:57"), Err(TimeFault::NotATime));
@@ -165,9 +155,6 @@ mod tests {
         let clock = Clock::start(b"0.5", Some(60.0)).expect("a number");
         assert_eq!(clock.seconds(b"2"), Ok(90.0));
         assert_eq!(clock.first_time(), 30.0);
-        assert_eq!(
-            clock.seconds(b"2026-11-21"),
-            Err(TimeFault::NotLikeTheFirst)
-        );
+        assert_eq!(clock.seconds(b"2026-11-21"), Err(TimeFault::NotLikeTheFirst));
     }
 }

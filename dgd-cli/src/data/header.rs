@@ -38,28 +38,15 @@ impl Header {
             let place = kept.span(place);
             let parsed = parse(text);
             let malformed = |fault: &str| {
-                Diagnostic::new(
-                    Code::E609,
-                    place,
-                    format!("malformed column header: {fault}"),
-                )
-                .help("a column is headed `name [unit]`")
+                Diagnostic::new(Code::E609, place, format!("malformed column header: {fault}"))
+                    .help("a column is headed `name [unit]`")
             };
             let mut fault = parsed.fault.map(malformed);
             let unit = parsed.unit.and_then(|unit| {
                 // The last bracket opens the unit, which is not to be found in the name.
                 let bracket = sources.text(place).rfind('[').unwrap_or_default() as u32;
-                let span = Span {
-                    start: place.start + bracket,
-                    ..place
-                };
-                match read_unit(
-                    &ast::Unit {
-                        span,
-                        text: unit.to_owned(),
-                    },
-                    sources,
-                ) {
+                let span = Span { start: place.start + bracket, ..place };
+                match read_unit(&ast::Unit { span, text: unit.to_owned() }, sources) {
                     Ok(unit) => Some(unit),
                     Err(diagnostic) => {
                         fault = Some(*diagnostic);
@@ -150,33 +137,18 @@ struct Parsed<'a> {
 /// belong to the name.
 fn parse(cell: &str) -> Parsed<'_> {
     let cell = cell.trim();
-    let plain = |name| Parsed {
-        name,
-        unit: None,
-        fault: None,
-    };
-    let broken = |name, fault| Parsed {
-        name,
-        unit: None,
-        fault: Some(fault),
-    };
+    let plain = |name| Parsed { name, unit: None, fault: None };
+    let broken = |name, fault| Parsed { name, unit: None, fault: Some(fault) };
     if cell.is_empty() {
         return broken(cell, "this column has no name");
     }
     let (open, close) = (cell.matches('[').count(), cell.matches(']').count());
     if open != close {
-        let fault = if open > close {
-            "a `[` is not closed"
-        } else {
-            "a `]` was not opened"
-        };
+        let fault = if open > close { "a `[` is not closed" } else { "a `]` was not opened" };
         let name = cell.split(['[', ']']).next().unwrap_or(cell).trim_end();
         return broken(name, fault);
     }
-    let Some((name, inside)) = cell
-        .strip_suffix(']')
-        .and_then(|rest| rest.rsplit_once('['))
-    else {
+    let Some((name, inside)) = cell.strip_suffix(']').and_then(|rest| rest.rsplit_once('[')) else {
         return match cell.split_once(" [") {
             Some((name, _)) => broken(name.trim_end(), "text after the unit"),
             None => plain(cell),
@@ -194,11 +166,7 @@ fn parse(cell: &str) -> Parsed<'_> {
         (name @ "", _) => broken(name, "this column has no name"),
         (name, "") => broken(name, "the brackets are empty"),
         (name, unit) if unit.contains(']') => broken(name, "brackets inside brackets"),
-        (name, unit) => Parsed {
-            name,
-            unit: Some(unit),
-            fault: None,
-        },
+        (name, unit) => Parsed { name, unit: Some(unit), fault: None },
     }
 }
 
@@ -221,15 +189,7 @@ mod tests {
             ("d(p[3])/d(c0)", "d(p[3])/d(c0)", None),
             ("bit depth (m)", "bit depth (m)", None),
         ] {
-            assert_eq!(
-                parse(cell),
-                Parsed {
-                    name,
-                    unit,
-                    fault: None
-                },
-                "{cell}"
-            );
+            assert_eq!(parse(cell), Parsed { name, unit, fault: None }, "{cell}");
         }
     }
 

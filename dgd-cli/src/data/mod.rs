@@ -110,10 +110,7 @@ impl Table {
     /// Seconds since the first sample, where a recording is needed.
     pub fn recording(&self, diagnostics: &mut Diagnostics) -> Result<&[f64], Reported> {
         self.time.as_deref().ok_or_else(|| {
-            let span = self
-                .columns
-                .first()
-                .map_or(self.header, |column| column.place);
+            let span = self.columns.first().map_or(self.header, |column| column.place);
             diagnostics.error(
                 Diagnostic::new(Code::E602, span, "the file has no time column")
                     .here("the first column")
@@ -130,11 +127,7 @@ impl Cells {
             Some((end, _)) => format!("{}…", &text[..end]),
             None => text,
         };
-        Cells {
-            first,
-            text,
-            count: 1,
-        }
+        Cells { first, text, count: 1 }
     }
 
     /// Counts a cell; only the first is looked at.

@@ -36,20 +36,14 @@ fn damaged() -> ParquetError {
 /// Checks that all columns lie within the file.
 fn verify(metadata: &ParquetMetaData, length: usize) -> Result<()> {
     let within = |column: &ColumnChunkMetaData| {
-        let start = column
-            .dictionary_page_offset()
-            .unwrap_or(column.data_page_offset());
+        let start = column.dictionary_page_offset().unwrap_or(column.data_page_offset());
         let end = u64::try_from(start)
             .ok()
             .zip(u64::try_from(column.compressed_size()).ok())
             .and_then(|(start, size)| start.checked_add(size));
         end.is_some_and(|end| end <= length as u64)
     };
-    let all = metadata
-        .row_groups()
-        .iter()
-        .flat_map(RowGroupMetaData::columns)
-        .all(within);
+    let all = metadata.row_groups().iter().flat_map(RowGroupMetaData::columns).all(within);
     if all { Ok(()) } else { Err(damaged()) }
 }
 
@@ -58,11 +52,7 @@ fn text_of(file: Vec<u8>) -> Result<String> {
     let file = SerializedFileReader::new(Bytes::from(file))?;
     verify(file.metadata(), length)?;
     let schema = file.metadata().file_metadata().schema_descr_ptr();
-    let names: Vec<_> = schema
-        .columns()
-        .iter()
-        .map(|column| quoted(column.name()))
-        .collect();
+    let names: Vec<_> = schema.columns().iter().map(|column| quoted(column.name())).collect();
     let mut text = names.join(",");
     text.push('\n');
     for group in 0..file.num_row_groups() {
@@ -75,10 +65,7 @@ fn text_of(file: Vec<u8>) -> Result<String> {
             .enumerate()
             .map(|(at, column)| cells(group.get_column_reader(at)?, column, n_rows))
             .collect::<Result<Vec<_>>>()?;
-        if !columns
-            .iter()
-            .any(|column| matches!(column, Cells::Numbers(_) | Cells::Texts(_)))
-        {
+        if !columns.iter().any(|column| matches!(column, Cells::Numbers(_) | Cells::Texts(_))) {
             return Err(ParquetError::General("no column holds numbers".to_owned()));
         }
         for row in 0..n_rows {
@@ -117,9 +104,7 @@ fn cells(reader: ColumnReader, column: &ColumnDescriptor, n_rows: usize) -> Resu
     let logical = logical_type(column);
     Ok(match reader {
         ColumnReader::BoolColumnReader(reader) => {
-            numbers(values(reader, column, n_rows)?, |value| {
-                f64::from(u8::from(value))
-            })
+            numbers(values(reader, column, n_rows)?, |value| f64::from(u8::from(value)))
         }
         ColumnReader::Int32ColumnReader(reader) => {
             let values = values(reader, column, n_rows)?;
@@ -136,10 +121,7 @@ fn cells(reader: ColumnReader, column: &ColumnDescriptor, n_rows: usize) -> Resu
         ColumnReader::Int64ColumnReader(reader) => {
             let values = values(reader, column, n_rows)?;
             match &logical {
-                Some(LogicalType::Timestamp(TimestampType {
-                    unit,
-                    is_adjusted_to_u_t_c,
-                })) => {
+                Some(LogicalType::Timestamp(TimestampType { unit, is_adjusted_to_u_t_c })) => {
                     let nanoseconds = match unit {
                         TimeUnit::MILLIS => 1_000_000,
                         TimeUnit::MICROS => 1_000,
@@ -152,9 +134,9 @@ fn cells(reader: ColumnReader, column: &ColumnDescriptor, n_rows: usize) -> Resu
                 _ => numbers(values, |value| integer(value, logical.as_ref(), u64::MAX)),
             }
         }
-        ColumnReader::Int96ColumnReader(reader) => texts(values(reader, column, n_rows)?, |time| {
-            stamp(time.to_nanos().into(), false)
-        }),
+        ColumnReader::Int96ColumnReader(reader) => {
+            texts(values(reader, column, n_rows)?, |time| stamp(time.to_nanos().into(), false))
+        }
         ColumnReader::FloatColumnReader(reader) => {
             numbers(values(reader, column, n_rows)?, f64::from)
         }
@@ -172,21 +154,17 @@ fn cells(reader: ColumnReader, column: &ColumnDescriptor, n_rows: usize) -> Resu
 
 /// What a column means; older files say it in another way.
 fn logical_type(column: &ColumnDescriptor) -> Option<LogicalType> {
-    column
-        .logical_type_ref()
-        .cloned()
-        .or_else(|| match column.converted_type() {
-            ConvertedType::DATE => Some(LogicalType::Date),
-            ConvertedType::TIMESTAMP_MILLIS => Some(LogicalType::timestamp(true, TimeUnit::MILLIS)),
-            ConvertedType::TIMESTAMP_MICROS => Some(LogicalType::timestamp(true, TimeUnit::MICROS)),
-            ConvertedType::UINT_32 => Some(LogicalType::integer(32, false)),
-            ConvertedType::UINT_64 => Some(LogicalType::integer(64, false)),
-            ConvertedType::DECIMAL => Some(LogicalType::decimal(
-                column.type_scale(),
-                column.type_precision(),
-            )),
-            _ => None,
-        })
+    column.logical_type_ref().cloned().or_else(|| match column.converted_type() {
+        ConvertedType::DATE => Some(LogicalType::Date),
+        ConvertedType::TIMESTAMP_MILLIS => Some(LogicalType::timestamp(true, TimeUnit::MILLIS)),
+        ConvertedType::TIMESTAMP_MICROS => Some(LogicalType::timestamp(true, TimeUnit::MICROS)),
+        ConvertedType::UINT_32 => Some(LogicalType::integer(32, false)),
+        ConvertedType::UINT_64 => Some(LogicalType::integer(64, false)),
+        ConvertedType::DECIMAL => {
+            Some(LogicalType::decimal(column.type_scale(), column.type_precision()))
+        }
+        _ => None,
+    })
 }
 
 /// The values of a column without lists; `None` where there is none.
@@ -211,17 +189,12 @@ fn values<T: DataType>(
     let optional: Vec<_> = if there == 0 {
         values.map(Some).collect()
     } else {
-        levels
-            .iter()
-            .map(|&level| if level == there { values.next() } else { None })
-            .collect()
+        levels.iter().map(|&level| if level == there { values.next() } else { None }).collect()
     };
     if optional.len() == n_rows {
         Ok(optional)
     } else {
-        Err(ParquetError::General(
-            "columns of different lengths".to_owned(),
-        ))
+        Err(ParquetError::General("columns of different lengths".to_owned()))
     }
 }
 
@@ -230,12 +203,7 @@ fn numbers<T>(values: Vec<Option<T>>, number: impl Fn(T) -> f64) -> Cells {
 }
 
 fn texts<T>(values: Vec<Option<T>>, text: impl Fn(T) -> String) -> Cells {
-    Cells::Texts(
-        values
-            .into_iter()
-            .map(|value| value.map(&text).unwrap_or_default())
-            .collect(),
-    )
+    Cells::Texts(values.into_iter().map(|value| value.map(&text).unwrap_or_default()).collect())
 }
 
 /// An integer as its column means it: signed or not, or a number of decimals. `mask` is the largest
@@ -275,28 +243,15 @@ mod tests {
     fn file() -> Result<Vec<u8>> {
         let field = |name, physical, repetition, logical| {
             let field = Type::primitive_type_builder(name, physical);
-            field
-                .with_repetition(repetition)
-                .with_logical_type(logical)
-                .build()
-                .map(Arc::new)
+            field.with_repetition(repetition).with_logical_type(logical).build().map(Arc::new)
         };
         let stamps = Some(LogicalType::timestamp(true, TimeUnit::NANOS));
         let fields = vec![
             field("time", Physical::INT64, Repetition::REQUIRED, stamps)?,
             field("x [lpm]", Physical::DOUBLE, Repetition::OPTIONAL, None)?,
-            field(
-                "note",
-                Physical::BYTE_ARRAY,
-                Repetition::REQUIRED,
-                Some(LogicalType::String),
-            )?,
+            field("note", Physical::BYTE_ARRAY, Repetition::REQUIRED, Some(LogicalType::String))?,
         ];
-        let schema = Arc::new(
-            Type::group_type_builder("table")
-                .with_fields(fields)
-                .build()?,
-        );
+        let schema = Arc::new(Type::group_type_builder("table").with_fields(fields).build()?);
         let mut bytes = Vec::new();
         let mut file = SerializedFileWriter::new(&mut bytes, schema, Arc::default())?;
         let mut group = file.next_row_group()?;
@@ -304,9 +259,7 @@ mod tests {
             match column.untyped() {
                 parquet::column::writer::ColumnWriter::Int64ColumnWriter(_) => {
                     let times = [1_000_000_000, 1_500_000_000, 3_000_000_000];
-                    column
-                        .typed::<Int64Type>()
-                        .write_batch(&times, None, None)?;
+                    column.typed::<Int64Type>().write_batch(&times, None, None)?;
                 }
                 parquet::column::writer::ColumnWriter::DoubleColumnWriter(_) => {
                     let column = column.typed::<DoubleType>();
@@ -314,9 +267,7 @@ mod tests {
                 }
                 _ => {
                     let texts = ["a,b".into(), "".into(), "c".into()];
-                    column
-                        .typed::<ByteArrayType>()
-                        .write_batch(&texts, None, None)?;
+                    column.typed::<ByteArrayType>().write_batch(&texts, None, None)?;
                 }
             }
             column.close()?;

@@ -90,26 +90,15 @@ pub(super) fn read_keeping(
     let header = match records.next() {
         Ok(Some(record)) if record.end() <= text.len() => Header::of(&record),
         Ok(_) => {
-            let why = if text.trim().is_empty() {
-                "it is empty"
-            } else {
-                "it has no header line"
-            };
+            let why = if text.trim().is_empty() { "it is empty" } else { "it has no header line" };
             return Err(diagnostics.error(unreadable(name, &text[..start], sources, why)));
         }
         Err(error) => {
             return Err(diagnostics.error(unreadable(name, "", sources, &error.to_string())));
         }
     };
-    let shown = if whole {
-        text
-    } else {
-        &text[..header.place.end]
-    };
-    let source = sources.add(Source {
-        name: name.to_owned(),
-        text: shown.to_owned(),
-    });
+    let shown = if whole { text } else { &text[..header.place.end] };
+    let source = sources.add(Source { name: name.to_owned(), text: shown.to_owned() });
 
     let mut rows = Rows::below(&header, Kept { source, whole }, sources, diagnostics)?;
     loop {
@@ -132,9 +121,7 @@ fn decompressed<'a>(mut input: impl Read + 'a) -> io::Result<Box<dyn BufRead + '
     let gzip = magic == [0x1f, 0x8b];
     let input = Cursor::new(magic).chain(input);
     Ok(if gzip {
-        Box::new(BufReader::new(flate2::read::MultiGzDecoder::new(
-            BufReader::new(input),
-        )))
+        Box::new(BufReader::new(flate2::read::MultiGzDecoder::new(BufReader::new(input))))
     } else {
         Box::new(BufReader::new(input))
     })
@@ -159,32 +146,11 @@ const NOT_TEXT: &[(&[u8], NotText)] = &[
     ),
     (
         b"PK\x03\x04",
-        NotText {
-            message: "it is a spreadsheet or a zip archive",
-            help: "save the sheet as CSV",
-        },
+        NotText { message: "it is a spreadsheet or a zip archive", help: "save the sheet as CSV" },
     ),
-    (
-        b"\xd0\xcf\x11\xe0",
-        NotText {
-            message: "it is a spreadsheet",
-            help: "save it as CSV",
-        },
-    ),
-    (
-        b"\xff\xfe",
-        NotText {
-            message: "its text is UTF-16",
-            help: "save it as UTF-8",
-        },
-    ),
-    (
-        b"\xfe\xff",
-        NotText {
-            message: "its text is UTF-16",
-            help: "save it as UTF-8",
-        },
-    ),
+    (b"\xd0\xcf\x11\xe0", NotText { message: "it is a spreadsheet", help: "save it as CSV" }),
+    (b"\xff\xfe", NotText { message: "its text is UTF-16", help: "save it as UTF-8" }),
+    (b"\xfe\xff", NotText { message: "its text is UTF-16", help: "save it as UTF-8" }),
 ];
 
 /// The bytes as text; of the head of a longer text, without a character cut in two. Otherwise the
@@ -200,10 +166,7 @@ fn utf8(head: &[u8], whole: bool) -> Result<&str, (&str, NotText)> {
         if !whole && error.error_len().is_none() {
             return Ok(valid);
         }
-        let why = NotText {
-            message: "this is not UTF-8 text",
-            help: "save it as UTF-8",
-        };
+        let why = NotText { message: "this is not UTF-8 text", help: "save it as UTF-8" };
         Err((valid, why))
     })
 }
@@ -211,14 +174,7 @@ fn utf8(head: &[u8], whole: bool) -> Result<&str, (&str, NotText)> {
 /// A file that is not the text of a table; what could be read of it ends where the trouble is.
 fn unreadable(name: &str, text: &str, sources: &mut Sources, why: &str) -> Diagnostic {
     let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
-    let source = sources.add(Source {
-        name: name.to_owned(),
-        text: text.to_owned(),
-    });
-    let span = Span {
-        source,
-        start: end,
-        end,
-    };
+    let source = sources.add(Source { name: name.to_owned(), text: text.to_owned() });
+    let span = Span { source, start: end, end };
     Diagnostic::new(Code::E601, span, format!("cannot read `{name}`: {why}"))
 }

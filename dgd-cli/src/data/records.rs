@@ -36,13 +36,7 @@ impl<R: BufRead> Records<R> {
     /// Records of what `reader` has left, which starts `offset` bytes and `line` lines into the
     /// text.
     pub(super) fn new(reader: R, offset: usize, line: usize) -> Self {
-        Records {
-            reader,
-            offset,
-            line,
-            bytes: Vec::new(),
-            cells: Vec::new(),
-        }
+        Records { reader, offset, line, bytes: Vec::new(), cells: Vec::new() }
     }
 
     /// The next record that is not blank.
@@ -67,8 +61,7 @@ impl<R: BufRead> Records<R> {
                 return Ok(None);
             }
             self.offset += self.bytes.len();
-            self.cells
-                .push(trim(&self.bytes, splitter.start..self.bytes.len()));
+            self.cells.push(trim(&self.bytes, splitter.start..self.bytes.len()));
             if self.cells.len() > 1 || !self.cells[0].is_empty() {
                 return Ok(Some(Record {
                     offset,
@@ -143,20 +136,12 @@ impl Splitter {
             match byte {
                 b',' if !self.in_quotes => {
                     cells.push(trim(bytes, self.start..at));
-                    *self = Splitter {
-                        start: at + 1,
-                        ..Splitter::default()
-                    };
+                    *self = Splitter { start: at + 1, ..Splitter::default() };
                 }
                 // In a quoted cell each quote closes or opens: `""` does both.
                 b'"' if self.quoted => self.in_quotes = !self.in_quotes,
                 b'"' if !self.begun => {
-                    *self = Splitter {
-                        quoted: true,
-                        begun: true,
-                        in_quotes: true,
-                        ..*self
-                    };
+                    *self = Splitter { quoted: true, begun: true, in_quotes: true, ..*self };
                 }
                 byte => self.begun |= !byte.is_ascii_whitespace(),
             }
@@ -168,11 +153,7 @@ impl Splitter {
 fn trim(bytes: &[u8], range: Range<usize>) -> Range<usize> {
     let cell = &bytes[range.clone()];
     let length = cell.trim_ascii().len();
-    let blanks = if length == 0 {
-        0
-    } else {
-        cell.len() - cell.trim_ascii_start().len()
-    };
+    let blanks = if length == 0 { 0 } else { cell.len() - cell.trim_ascii_start().len() };
     range.start + blanks..range.start + blanks + length
 }
 
@@ -185,15 +166,10 @@ mod tests {
         let mut records = Records::new(text.as_bytes(), 0, 0);
         let mut all = Vec::new();
         while let Some(record) = records.next().expect("a slice can be read") {
-            let cells = (0..record.len())
-                .map(|column| record.text(column))
-                .collect();
+            let cells = (0..record.len()).map(|column| record.text(column)).collect();
             for column in 0..record.len() {
                 let shown = &text[record.place(column)];
-                assert_eq!(
-                    shown.trim_matches('"').replace("\"\"", "\""),
-                    record.text(column)
-                );
+                assert_eq!(shown.trim_matches('"').replace("\"\"", "\""), record.text(column));
             }
             all.push((record.line, cells));
         }
@@ -207,11 +183,7 @@ mod tests {
 
     #[test]
     fn lines_are_counted_whatever_ends_them() {
-        let expected = vec![
-            (1, cells(&["a", "b"])),
-            (4, cells(&["1", ""])),
-            (5, cells(&["2"])),
-        ];
+        let expected = vec![(1, cells(&["a", "b"])), (4, cells(&["1", ""])), (5, cells(&["2"]))];
         assert_eq!(split("a, b\n\n  \n1,\n2"), expected);
         assert_eq!(split("a ,b\r\n\r\n\r\n1,\r\n2\r\n"), expected);
     }
@@ -231,10 +203,7 @@ mod tests {
     #[test]
     fn a_quote_that_is_never_closed_is_known() {
         let mut records = Records::new(b"a,\"b\nc,d\n".as_slice(), 0, 0);
-        let record = records
-            .next()
-            .expect("a slice can be read")
-            .expect("there is a record");
+        let record = records.next().expect("a slice can be read").expect("there is a record");
         assert!(record.open_quote);
         assert_eq!(record.text(1), "\"b\nc,d");
         assert!(records.next().expect("a slice can be read").is_none());

@@ -22,25 +22,15 @@ pub(super) struct Kept {
 impl Kept {
     pub(super) fn span(self, range: &Range<usize>) -> Span {
         let byte = |at| u32::try_from(at).unwrap_or(u32::MAX);
-        Span {
-            source: self.source,
-            start: byte(range.start),
-            end: byte(range.end),
-        }
+        Span { source: self.source, start: byte(range.start), end: byte(range.end) }
     }
 
     /// A place in a row; `header` stands for it where the row is not kept.
     pub(super) fn place(self, range: &Range<usize>, line: usize, header: Span) -> Place {
         if self.whole {
-            Place {
-                span: self.span(range),
-                line: None,
-            }
+            Place { span: self.span(range), line: None }
         } else {
-            Place {
-                span: header,
-                line: Some(line),
-            }
+            Place { span: header, line: Some(line) }
         }
     }
 }
@@ -104,14 +94,8 @@ impl Rows {
         }
         if record.len() != self.n_cells {
             // Pointed at are the cells that are too many, or else all there are.
-            let first = if record.len() > self.n_cells {
-                self.n_cells
-            } else {
-                0
-            };
-            let place = self
-                .kept
-                .place(&record.place_from(first), record.line, self.header);
+            let first = if record.len() > self.n_cells { self.n_cells } else { 0 };
+            let place = self.kept.place(&record.place_from(first), record.line, self.header);
             Cells::count(&mut self.ragged, || (place, counted(record.len())));
             return;
         }
@@ -130,10 +114,7 @@ impl Rows {
             };
             let header = column.place;
             Cells::count(found, || {
-                (
-                    self.kept.place(&record.place(cell), record.line, header),
-                    record.text(cell),
-                )
+                (self.kept.place(&record.place(cell), record.line, header), record.text(cell))
             });
         }
     }
@@ -146,11 +127,8 @@ impl Rows {
             reported = Err(diagnostics.error(place.diagnostic(Code::E610, message)));
         }
         if let Some(cells) = self.ragged {
-            let message = format!(
-                "this row has {}, and the header {}",
-                cells.text,
-                counted(self.n_cells)
-            );
+            let message =
+                format!("this row has {}, and the header {}", cells.text, counted(self.n_cells));
             reported = Err(diagnostics.error(cells.diagnostic(Code::E610, message)));
         } else if self.taken == 0 && reported.is_ok() {
             let message = "the table has no rows";
@@ -181,9 +159,5 @@ pub(super) fn number(cell: &[u8]) -> Option<f64> {
 }
 
 fn counted(n_cells: usize) -> String {
-    if n_cells == 1 {
-        "1 cell".to_owned()
-    } else {
-        format!("{n_cells} cells")
-    }
+    if n_cells == 1 { "1 cell".to_owned() } else { format!("{n_cells} cells") }
 }

@@ -65,11 +65,7 @@ pub fn measured(
     let mut all = Vec::with_capacity(declared.len());
     let mut reported = Ok(());
     for output in declared {
-        match table
-            .column(output.name)
-            .map(|column| converted(column, output))
-            .transpose()
-        {
+        match table.column(output.name).map(|column| converted(column, output)).transpose() {
             Ok(values) => all.push(values),
             Err(diagnostic) => reported = Err(diagnostics.error(diagnostic)),
         }
@@ -79,31 +75,18 @@ pub fn measured(
 
 /// The columns whose names are not among `known`, in the order of the file.
 pub fn unknown<'t>(table: &'t Table, known: &[&str]) -> Vec<&'t Column> {
-    table
-        .columns
-        .iter()
-        .filter(|column| !known.contains(&column.name.as_str()))
-        .collect()
+    table.columns.iter().filter(|column| !known.contains(&column.name.as_str())).collect()
 }
 
 /// What there is to say about the columns that are not among `known`: that they are not used.
 pub fn unknown_note(table: &Table, known: &[&str]) -> Option<Diagnostic> {
     let unknown = unknown(table, known);
     let (first, others) = unknown.split_first()?;
-    let names: Vec<_> = unknown
-        .iter()
-        .map(|column| format!("`{}`", column.name))
-        .collect();
+    let names: Vec<_> = unknown.iter().map(|column| format!("`{}`", column.name)).collect();
     let message = match others.len() {
-        0 => format!(
-            "the model does not know the column {}, which is not used",
-            names[0]
-        ),
+        0 => format!("the model does not know the column {}, which is not used", names[0]),
         _ => {
-            format!(
-                "the model does not know the columns {}, which are not used",
-                names.join(", ")
-            )
+            format!("the model does not know the columns {}, which are not used", names.join(", "))
         }
     };
     let mut note = Diagnostic::new(Code::E611, first.place, message);
@@ -111,15 +94,9 @@ pub fn unknown_note(table: &Table, known: &[&str]) -> Option<Diagnostic> {
         note = note.label(column.place, "");
     }
     // Meant can only be what has no column yet.
-    let absent = || {
-        known
-            .iter()
-            .copied()
-            .filter(|name| table.column(name).is_none())
-    };
-    let meant = unknown
-        .iter()
-        .find_map(|column| Some((column, suggestion(&column.name, absent())?)));
+    let absent = || known.iter().copied().filter(|name| table.column(name).is_none());
+    let meant =
+        unknown.iter().find_map(|column| Some((column, suggestion(&column.name, absent())?)));
     Some(match meant {
         Some((column, name)) => note.help(format!("is `{}` meant to be `{name}`?", column.name)),
         None => note,
@@ -162,12 +139,8 @@ fn converted(column: &Column, declared: &Declared<'_>) -> Result<Vec<f64>, Diagn
         None if declared.unit.dimension == Dimension::ONE && declared.unit.factor == 1.0 => None,
         None => {
             let message = format!("the column `{}` has no unit", column.name);
-            return Err(
-                Diagnostic::new(Code::E609, column.place, message).help(format!(
-                    "write `{} [{}]`",
-                    column.name, declared.unit.symbol
-                )),
-            );
+            return Err(Diagnostic::new(Code::E609, column.place, message)
+                .help(format!("write `{} [{}]`", column.name, declared.unit.symbol)));
         }
     };
     if let Some(cells) = &column.not_numbers {
@@ -177,14 +150,6 @@ fn converted(column: &Column, declared: &Declared<'_>) -> Result<Vec<f64>, Diagn
         return Ok(column.values.clone());
     };
     // What the model counts in: SI, from the zero of the declared unit.
-    let si = Unit {
-        factor: 1.0,
-        offset: 0.0,
-        ..declared.unit.clone()
-    };
-    Ok(column
-        .values
-        .iter()
-        .map(|&value| convert(value, unit, &si))
-        .collect())
+    let si = Unit { factor: 1.0, offset: 0.0, ..declared.unit.clone() };
+    Ok(column.values.iter().map(|&value| convert(value, unit, &si)).collect())
 }

@@ -22,18 +22,10 @@ fn table(text: impl AsRef<[u8]>) -> (Option<Table>, Vec<String>) {
 fn list(diagnostics: &Diagnostics, sources: &Sources) -> Vec<String> {
     let all = diagnostics.sorted();
     // Whatever is reported can be drawn.
-    assert_eq!(
-        render(&all, sources, Style::Plain).is_empty(),
-        all.is_empty()
-    );
+    assert_eq!(render(&all, sources, Style::Plain).is_empty(), all.is_empty());
     let entries = all.iter().map(|diagnostic| entry(diagnostic, sources));
     entries
-        .map(|e| {
-            format!(
-                "{} {}:{} {}",
-                e.code, e.places[0].line, e.places[0].column, e.message
-            )
-        })
+        .map(|e| format!("{} {}:{} {}", e.code, e.places[0].line, e.places[0].column, e.message))
         .collect()
 }
 
@@ -58,11 +50,7 @@ fn select<T>(
 ) -> Result<T, Vec<String>> {
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
     let unit = unit(declared);
-    let declared = Declared {
-        name: "x",
-        unit: &unit,
-        place: None,
-    };
+    let declared = Declared { name: "x", unit: &unit, place: None };
     read_from("a.csv", text.as_bytes(), &mut sources, &mut diagnostics)
         .and_then(|table| with(&table, &[declared], &mut diagnostics))
         .map_err(|_| list(&diagnostics, &sources))
@@ -82,22 +70,11 @@ fn a_recording_is_columns_and_seconds() {
     assert_eq!(table.time.as_deref(), Some([0.0, 30.0, 60.0].as_slice()));
     assert_eq!((table.first_time, table.len()), (120.0, 3));
     assert_eq!(table.columns[1].name, "p, raw");
-    assert_eq!(
-        table.columns[0]
-            .unit
-            .as_ref()
-            .map(|unit| unit.symbol.as_str()),
-        Some("lpm")
-    );
-    let [first, rest @ ..] = table.columns[0].values.as_slice() else {
-        panic!("no values")
-    };
+    assert_eq!(table.columns[0].unit.as_ref().map(|unit| unit.symbol.as_str()), Some("lpm"));
+    let [first, rest @ ..] = table.columns[0].values.as_slice() else { panic!("no values") };
     assert_eq!(*first, 300.0);
     assert!(rest.iter().all(|value| value.is_nan()));
-    assert_eq!(
-        table.columns[0].missing.as_ref().map(|cells| cells.count),
-        Some(2)
-    );
+    assert_eq!(table.columns[0].missing.as_ref().map(|cells| cells.count), Some(2));
     assert_eq!(table.columns[1].values[2], -2.0);
 }
 
@@ -107,15 +84,9 @@ fn a_table_without_time_has_independent_rows() {
     let text = b"x [m],y [m]\n3,1\n1,2\n1,3\n1,4\n";
     let table = read_from("a.csv", text.as_slice(), &mut sources, &mut diagnostics)
         .expect("rows may be in any order");
-    assert_eq!(
-        (table.len(), table.columns.len(), table.time.is_none()),
-        (4, 2, true)
-    );
+    assert_eq!((table.len(), table.columns.len(), table.time.is_none()), (4, 2, true));
     assert!(table.recording(&mut diagnostics).is_err());
-    assert_eq!(
-        list(&diagnostics, &sources),
-        ["E602 1:1 the file has no time column"]
-    );
+    assert_eq!(list(&diagnostics, &sources), ["E602 1:1 the file has no time column"]);
 }
 
 #[test]
@@ -153,10 +124,7 @@ fn stamps_are_times() {
         let table = good(format!("{header}{text}"));
         assert_eq!(table.time.as_deref(), Some([0.0, 0.5].as_slice()));
     }
-    assert_eq!(
-        errors("time,x [m]\n0,1\n1,1\n"),
-        ["E607 2:1 `0` has no unit of time"]
-    );
+    assert_eq!(errors("time,x [m]\n0,1\n1,1\n"), ["E607 2:1 `0` has no unit of time"]);
     assert_eq!(
         errors("time,x\n2026-11-21T10:00:00Z,1\n2026-11-21T10:00:01,1\n"),
         ["E607 3:1 of this stamp and the first, one has a zone and the other has none"]
@@ -166,10 +134,7 @@ fn stamps_are_times() {
 #[test]
 fn time_goes_forward_and_stands_still_once() {
     let table = good("time [s],x\n0,1\n1,1\n1,2\n2,2\n2,3\n");
-    assert_eq!(
-        table.time.as_deref(),
-        Some([0.0, 1.0, 1.0, 2.0, 2.0].as_slice())
-    );
+    assert_eq!(table.time.as_deref(), Some([0.0, 1.0, 1.0, 2.0, 2.0].as_slice()));
     assert_eq!(
         errors("time [s],x\n0,1\n1,1\n1,2\n1,3\n1,4\n0.5,1\n0.2,1\n"),
         [
@@ -177,10 +142,7 @@ fn time_goes_forward_and_stands_still_once() {
             "E605 7:1 time runs backwards: `0.5` comes after `1`",
         ]
     );
-    assert_eq!(
-        errors("time [s],x\n0,1\n,1\n"),
-        ["E607 3:1 this row has no time"]
-    );
+    assert_eq!(errors("time [s],x\n0,1\n,1\n"), ["E607 3:1 this row has no time"]);
     assert_eq!(errors("time [s]\n1e308\n-1e308\n").len(), 1);
 }
 
@@ -194,24 +156,14 @@ fn files_that_are_no_tables_are_refused() {
             })]
         );
     }
-    assert_eq!(
-        errors("# only\n"),
-        ["E601 2:1 cannot read `a.csv`: it has no header line"]
-    );
+    assert_eq!(errors("# only\n"), ["E601 2:1 cannot read `a.csv`: it has no header line"]);
     assert_eq!(errors("x [m]\n"), ["E612 1:1 the table has no rows"]);
     assert_eq!(
         errors(b"x [m]\n1\n\xe9\n")[0],
         "E601 3:1 cannot read `a.csv`: this is not UTF-8 text"
     );
-    for magic in [
-        b"\xd0\xcf\x11\xe0".as_slice(),
-        b"PK\x03\x04",
-        b"\xff\xfet\0",
-    ] {
-        assert!(
-            errors(magic)[0].starts_with("E601 1:1 cannot read `a.csv`: it"),
-            "{magic:?}"
-        );
+    for magic in [b"\xd0\xcf\x11\xe0".as_slice(), b"PK\x03\x04", b"\xff\xfet\0"] {
+        assert!(errors(magic)[0].starts_with("E601 1:1 cannot read `a.csv`: it"), "{magic:?}");
     }
     if cfg!(not(feature = "parquet")) {
         assert!(errors(b"PAR1")[0].ends_with("it is a Parquet file, and this build reads CSV"));
@@ -221,47 +173,22 @@ fn files_that_are_no_tables_are_refused() {
     for path in ["no/such/file.csv", "."] {
         assert!(read(path.as_ref(), &mut sources, &mut diagnostics).is_err());
     }
-    assert!(
-        list(&diagnostics, &sources)
-            .iter()
-            .all(|error| error.starts_with("E601 1:1 cannot"))
-    );
+    assert!(list(&diagnostics, &sources).iter().all(|error| error.starts_with("E601 1:1 cannot")));
 }
 
 #[test]
 fn headers_and_rows_that_cannot_be_trusted_are_refused() {
     for (text, error) in [
-        (
-            "time [s];x [m]\n0;1\n",
-            "E609 1:1 the columns are separated by semicolons",
-        ),
-        (
-            "x [m],time [s]\n0,1\n",
-            "E609 1:7 the time is not in the first column",
-        ),
-        (
-            "time [s],time [s]\n0,1\n",
-            "E609 1:10 two columns are called `time`",
-        ),
-        (
-            "time [m],x [m]\n0,1\n",
-            "E604 1:1 `time` is in `m`, which is no unit of time",
-        ),
-        (
-            "time [s,x [m]\n0,1\n",
-            "E609 1:1 malformed column header: a `[` is not closed",
-        ),
+        ("time [s];x [m]\n0;1\n", "E609 1:1 the columns are separated by semicolons"),
+        ("x [m],time [s]\n0,1\n", "E609 1:7 the time is not in the first column"),
+        ("time [s],time [s]\n0,1\n", "E609 1:10 two columns are called `time`"),
+        ("time [m],x [m]\n0,1\n", "E604 1:1 `time` is in `m`, which is no unit of time"),
+        ("time [s,x [m]\n0,1\n", "E609 1:1 malformed column header: a `[` is not closed"),
         ("time [sec],x [m]\n0,1\n", "E305 1:7 there is no unit `sec`"),
         ("\"x [m]\n0\n1\n", "E609 1:1 a quoted cell is not closed"),
         ("x [m]\n0\n\"1\n2\n", "E610 3:1 a quoted cell is not closed"),
-        (
-            "x,y\n0,1\n1,2,3,4\n5\n",
-            "E610 3:5 this row has 4 cells, and the header 2 cells",
-        ),
-        (
-            "x,y\n0,1\n5\n",
-            "E610 3:1 this row has 1 cell, and the header 2 cells",
-        ),
+        ("x,y\n0,1\n1,2,3,4\n5\n", "E610 3:5 this row has 4 cells, and the header 2 cells"),
+        ("x,y\n0,1\n5\n", "E610 3:1 this row has 1 cell, and the header 2 cells"),
     ] {
         assert_eq!(errors(text), [error]);
     }
@@ -283,22 +210,14 @@ fn inputs_are_found_and_converted() {
         ("bar", "bara", 100_000.0),
         ("kPa", "bara", 1_000.0),
     ] {
-        assert_eq!(
-            input(&format!("x [{column}]\n1\n"), declared),
-            Ok(vec![si]),
-            "{column}"
-        );
+        assert_eq!(input(&format!("x [{column}]\n1\n"), declared), Ok(vec![si]), "{column}");
     }
 }
 
 #[test]
 fn what_is_wrong_with_an_input_is_told_at_its_place() {
     for (text, declared, error) in [
-        (
-            "y,X [m]\n1,2\n",
-            "m",
-            "E603 1:1 there is no column for the input `x`",
-        ),
+        ("y,X [m]\n1,2\n", "m", "E603 1:1 there is no column for the input `x`"),
         (
             "y,x [bar]\n1,2\n",
             "m",
@@ -306,32 +225,12 @@ fn what_is_wrong_with_an_input_is_told_at_its_place() {
         ),
         ("y,x\n1,2\n", "m", "E609 1:3 the column `x` has no unit"),
         ("y,x\n1,2\n", "%", "E609 1:3 the column `x` has no unit"),
-        (
-            "y,x [m\n1,2\n",
-            "m",
-            "E609 1:3 malformed column header: a `[` is not closed",
-        ),
-        (
-            "y,x [furlong]\n1,2\n",
-            "m",
-            "E305 1:6 there is no unit `furlong`",
-        ),
-        (
-            "y,x [m],x [m]\n1,2,3\n",
-            "m",
-            "E609 1:9 two columns are called `x`",
-        ),
-        (
-            "y,x [m]\n1,2\n1,2;5\n1,a\n",
-            "m",
-            "E607 3:3 `2;5` is not a number",
-        ),
+        ("y,x [m\n1,2\n", "m", "E609 1:3 malformed column header: a `[` is not closed"),
+        ("y,x [furlong]\n1,2\n", "m", "E305 1:6 there is no unit `furlong`"),
+        ("y,x [m],x [m]\n1,2,3\n", "m", "E609 1:9 two columns are called `x`"),
+        ("y,x [m]\n1,2\n1,2;5\n1,a\n", "m", "E607 3:3 `2;5` is not a number"),
         ("y,x [m]\n1,inf\n", "m", "E607 2:3 `inf` is not a number"),
-        (
-            "y,x [m]\n1,2\n1,\n1,NA\n",
-            "m",
-            "E608 3:3 the input `x` has no value here",
-        ),
+        ("y,x [m]\n1,2\n1,\n1,NA\n", "m", "E608 3:3 the input `x` has no value here"),
     ] {
         assert_eq!(input(text, declared), Err(vec![error.to_owned()]));
     }
@@ -340,9 +239,7 @@ fn what_is_wrong_with_an_input_is_told_at_its_place() {
 #[test]
 fn outputs_may_be_absent_or_have_gaps() {
     assert_eq!(output("y\n1\n", "m"), Ok(None));
-    let Ok(Some(values)) = output("x [bara]\n1\n\"\"\n", "Pa") else {
-        panic!("a column")
-    };
+    let Ok(Some(values)) = output("x [bara]\n1\n\"\"\n", "Pa") else { panic!("a column") };
     assert_eq!(values[0], 1e5);
     assert!(values[1].is_nan());
     assert!(output("x [bara]\na\n", "Pa").is_err());
@@ -352,10 +249,7 @@ fn outputs_may_be_absent_or_have_gaps() {
 fn columns_nobody_asks_for_are_only_named() {
     let table = good("time [s],x [m],comment,P_r [furlong],depth [m\n0,1,ok,-,\n");
     let known = ["x", "p_r"];
-    let names: Vec<_> = unknown(&table, &known)
-        .iter()
-        .map(|column| &column.name)
-        .collect();
+    let names: Vec<_> = unknown(&table, &known).iter().map(|column| &column.name).collect();
     assert_eq!(names, ["comment", "P_r", "depth"]);
     let note = unknown_note(&table, &known).expect("there are some");
     assert_eq!(note.code, Code::E611);
@@ -373,27 +267,13 @@ fn in_a_long_file_lines_are_told_in_words() {
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
     // As if only so many bytes could be kept.
     let kept = "# long\ntime [s],x [m]\r\n0,1".len();
-    let table = read_keeping(
-        kept,
-        "a.csv",
-        text.as_bytes(),
-        &mut sources,
-        &mut diagnostics,
-    );
+    let table = read_keeping(kept, "a.csv", text.as_bytes(), &mut sources, &mut diagnostics);
     assert!(table.is_err());
-    let [diagnostic] = diagnostics.sorted()[..] else {
-        panic!("{diagnostics:?}")
-    };
+    let [diagnostic] = diagnostics.sorted()[..] else { panic!("{diagnostics:?}") };
     let drawn = render(&[diagnostic], &sources, Style::Plain);
-    assert!(
-        drawn.contains("a.csv:2:1") && drawn.contains("line 6"),
-        "{drawn}"
-    );
+    assert!(drawn.contains("a.csv:2:1") && drawn.contains("line 6"), "{drawn}");
     assert!(drawn.contains("line 5: the row before"), "{drawn}");
-    assert_eq!(
-        sources.iter().next().map(|s| s.text.as_str()),
-        Some("# long\ntime [s],x [m]")
-    );
+    assert_eq!(sources.iter().next().map(|s| s.text.as_str()), Some("# long\ntime [s],x [m]"));
 }
 
 #[test]
@@ -427,41 +307,23 @@ fn no_bytes_make_it_panic() {
     ];
     let mut state = 1_u64;
     let mut next = |n: usize| {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 33) as usize % n
     };
     for _ in 0..3000 {
-        let text: Vec<u8> = (0..next(40))
-            .flat_map(|_| pieces[next(pieces.len())])
-            .copied()
-            .collect();
+        let text: Vec<u8> =
+            (0..next(40)).flat_map(|_| pieces[next(pieces.len())]).copied().collect();
         let limit = next(2 * text.len() + 2);
         let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let read = read_keeping(
-            limit,
-            "a.csv",
-            text.as_slice(),
-            &mut sources,
-            &mut diagnostics,
-        );
+        let read = read_keeping(limit, "a.csv", text.as_slice(), &mut sources, &mut diagnostics);
         if let Ok(table) = &read {
             let unit = unit("m");
-            let declared = [Declared {
-                name: "x",
-                unit: &unit,
-                place: None,
-            }];
+            let declared = [Declared { name: "x", unit: &unit, place: None }];
             let _ = inputs(table, &declared, &mut diagnostics);
             let _ = measured(table, &declared, &mut diagnostics);
             let _ = table.recording(&mut diagnostics);
-            assert!(
-                table
-                    .columns
-                    .iter()
-                    .all(|column| column.values.len() == table.len())
-            );
+            assert!(table.columns.iter().all(|column| column.values.len() == table.len()));
             if let Some(time) = &table.time {
                 assert!(time.windows(2).all(|pair| pair[0] <= pair[1]));
                 assert!(time.windows(3).all(|three| three[0] < three[2]));

@@ -88,13 +88,7 @@ impl Time {
         self.seconds.push(seconds);
         let Some(last) = &mut self.last else {
             let text = cell.to_owned();
-            self.last = Some(Last {
-                seconds,
-                place,
-                text,
-                same_from: place,
-                same: 1,
-            });
+            self.last = Some(Last { seconds, place, text, same_from: place, same: 1 });
             return;
         };
         if seconds == last.seconds {
@@ -150,9 +144,6 @@ impl Time {
             ));
         }
         reported?;
-        Ok((
-            self.seconds,
-            self.clock.map_or(0.0, |clock| clock.first_time()),
-        ))
+        Ok((self.seconds, self.clock.map_or(0.0, |clock| clock.first_time())))
     }
 }

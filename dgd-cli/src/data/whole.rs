@@ -20,30 +20,21 @@ pub fn write_whole(
     path: &Path,
     content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), WriteError> {
-    let failed = |error| WriteError::Failed {
-        path: path.to_owned(),
-        error,
-    };
+    let failed = |error| WriteError::Failed { path: path.to_owned(), error };
     let goal = match fs::metadata(path) {
         Ok(existing) if existing.is_dir() => {
-            return Err(WriteError::IsFolder {
-                path: path.to_owned(),
-            });
+            return Err(WriteError::IsFolder { path: path.to_owned() });
         }
         Ok(existing) if !existing.is_file() => {
             let mut file = BufWriter::new(File::options().write(true).open(path).map_err(failed)?);
-            return content(&mut file)
-                .and_then(|()| file.flush())
-                .map_err(failed);
+            return content(&mut file).and_then(|()| file.flush()).map_err(failed);
         }
         // A link stays a link: what it points at is replaced.
         Ok(_) => fs::canonicalize(path).map_err(failed)?,
         Err(_) => path.to_owned(),
     };
     let Some(name) = goal.file_name() else {
-        return Err(WriteError::IsFolder {
-            path: path.to_owned(),
-        });
+        return Err(WriteError::IsFolder { path: path.to_owned() });
     };
     let folder = match goal.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -57,10 +48,7 @@ pub fn write_whole(
     let (draft, file) = Draft::create(folder, name).map_err(failed)?;
     let mut file = BufWriter::new(file);
     content(&mut file).map_err(failed)?;
-    drop(
-        file.into_inner()
-            .map_err(|error| failed(error.into_error()))?,
-    );
+    drop(file.into_inner().map_err(|error| failed(error.into_error()))?);
     draft.publish(&goal).map_err(failed)
 }
 
@@ -133,13 +121,7 @@ impl Draft {
             let path = folder.join(hidden);
             match File::create_new(&path) {
                 Ok(file) => {
-                    return Ok((
-                        Draft {
-                            path,
-                            published: false,
-                        },
-                        file,
-                    ));
+                    return Ok((Draft { path, published: false }, file));
                 }
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists && attempt < 1000 => {
                     attempt += 1;
@@ -175,9 +157,8 @@ mod tests {
 
     fn names(folder: &Path) -> Vec<OsString> {
         let entries = fs::read_dir(folder).expect("the folder exists");
-        let mut names: Vec<_> = entries
-            .map(|entry| entry.expect("an entry can be read").file_name())
-            .collect();
+        let mut names: Vec<_> =
+            entries.map(|entry| entry.expect("an entry can be read").file_name()).collect();
         names.sort();
         names
     }
@@ -191,12 +172,7 @@ mod tests {
             out.write_all("x".repeat(1 << 16).as_bytes())?;
             Err(io::Error::other("half way"))
         });
-        assert!(
-            failed
-                .expect_err("it failed")
-                .to_string()
-                .ends_with("half way")
-        );
+        assert!(failed.expect_err("it failed").to_string().ends_with("half way"));
         assert_eq!(fs::read(&path).expect("it is still there"), b"old");
         write_whole(&path, |out| out.write_all(b"new")).expect("the folder is writable");
         assert_eq!(fs::read(&path).expect("it was replaced"), b"new");
@@ -212,29 +188,19 @@ mod tests {
         let error = write_whole(folder.path(), |_| Ok(())).expect_err("a folder");
         assert!(matches!(error, WriteError::IsFolder { .. }));
         let error = write_whole(Path::new(""), |_| Ok(())).expect_err("no name");
-        assert!(matches!(
-            error,
-            WriteError::IsFolder { .. } | WriteError::Failed { .. }
-        ));
+        assert!(matches!(error, WriteError::IsFolder { .. } | WriteError::Failed { .. }));
     }
 
     #[cfg(unix)]
     #[test]
     fn links_and_devices_stay_what_they_are() {
         let folder = tempfile::tempdir().expect("a folder for the test");
-        let (real, link) = (
-            folder.path().join("real.csv"),
-            folder.path().join("link.csv"),
-        );
+        let (real, link) = (folder.path().join("real.csv"), folder.path().join("link.csv"));
         fs::write(&real, b"old").expect("the folder is writable");
         std::os::unix::fs::symlink(&real, &link).expect("the folder is writable");
         write_whole(&link, |out| out.write_all(b"new")).expect("the folder is writable");
         assert_eq!(fs::read(&real).expect("it was replaced"), b"new");
-        assert!(
-            fs::symlink_metadata(&link)
-                .expect("the link is there")
-                .is_symlink()
-        );
+        assert!(fs::symlink_metadata(&link).expect("the link is there").is_symlink());
         write_whole(Path::new("/dev/null"), |out| out.write_all(b"x")).expect("it takes all");
     }
 }

@@ -37,16 +37,8 @@ pub fn write_table(
     time: Option<&[f64]>,
     columns: &[Written<'_>],
 ) -> io::Result<()> {
-    let seconds = Unit {
-        symbol: "s".into(),
-        factor: 1.0,
-        offset: 0.0,
-    };
-    let time = time.map(|values| Written {
-        name: "time",
-        unit: &seconds,
-        values,
-    });
+    let seconds = Unit { symbol: "s".into(), factor: 1.0, offset: 0.0 };
+    let time = time.map(|values| Written { name: "time", unit: &seconds, values });
     let columns: Vec<_> = time.into_iter().chain(columns.iter().copied()).collect();
     let n_rows = columns.first().map_or(0, |column| column.values.len());
     assert!(
@@ -92,10 +84,7 @@ pub fn save_table(
     columns: &[Written<'_>],
 ) -> Result<(), WriteError> {
     write_whole(path, |out| {
-        if path
-            .extension()
-            .is_some_and(|extension| extension.eq_ignore_ascii_case("gz"))
-        {
+        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz")) {
             // The header of the stream holds neither name nor time: equal tables, equal files.
             let mut compressed = GzEncoder::new(out, Compression::default());
             write_table(&mut compressed, time, columns)?;
@@ -174,11 +163,7 @@ mod tests {
     fn units(symbol: &str) -> (dgd_compiler::units::Unit, Unit) {
         let unit = parse_unit(symbol).expect("a unit of the catalogue");
         let symbol = symbol.to_owned().into();
-        let compiled = Unit {
-            symbol,
-            factor: unit.factor,
-            offset: unit.offset,
-        };
+        let compiled = Unit { symbol, factor: unit.factor, offset: unit.offset };
         (unit, compiled)
     }
 
@@ -219,11 +204,7 @@ mod tests {
             let (_, unit) = units(symbol);
             for text in texts {
                 let value: f64 = text.parse().expect("a number");
-                assert_eq!(
-                    in_unit(value * unit.factor + unit.offset, &unit),
-                    text,
-                    "{symbol}"
-                );
+                assert_eq!(in_unit(value * unit.factor + unit.offset, &unit), text, "{symbol}");
             }
         }
     }
@@ -233,9 +214,7 @@ mod tests {
         // A pseudo-random walk through many magnitudes (Knuth's 64-bit congruence).
         let mut state = 7_u64;
         let mut next = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             (state >> 11) as f64 / (1_u64 << 53) as f64
         };
         let symbols = ["m^3/s", "lpm", "bara", "psig", "degC", "%", "1", "kg/m^4"];
@@ -245,14 +224,10 @@ mod tests {
         let values: Vec<Vec<f64>> = symbols
             .iter()
             .map(|_| {
-                (0..n)
-                    .map(|_| (next() - 0.3) * 10_f64.powi((next() * 12.0) as i32 - 6))
-                    .collect()
+                (0..n).map(|_| (next() - 0.3) * 10_f64.powi((next() * 12.0) as i32 - 6)).collect()
             })
             .collect();
-        let names: Vec<_> = (1..=symbols.len())
-            .map(|i| format!("p[{i},\"a\"]"))
-            .collect();
+        let names: Vec<_> = (1..=symbols.len()).map(|i| format!("p[{i},\"a\"]")).collect();
         let columns: Vec<_> = values
             .iter()
             .zip(&units)
@@ -270,28 +245,17 @@ mod tests {
             let declared: Vec<_> = units
                 .iter()
                 .zip(&names)
-                .map(|((unit, _), name)| Declared {
-                    name,
-                    unit,
-                    place: None,
-                })
+                .map(|((unit, _), name)| Declared { name, unit, place: None })
                 .collect();
             let read = inputs(&table, &declared, &mut diagnostics).expect("all are there");
             for ((read, values), (unit, _)) in read.iter().zip(&values).zip(&units) {
                 for (read, value) in read.iter().zip(values) {
                     let ulp = f64::EPSILON * value.abs().max(unit.offset);
-                    assert!(
-                        (read - value).abs() <= ulp,
-                        "{}: {value:e} {read:e}",
-                        unit.symbol
-                    );
+                    assert!((read - value).abs() <= ulp, "{}: {value:e} {read:e}", unit.symbol);
                 }
             }
             let exact = |at: usize| read[at] == values[at];
-            assert!(
-                exact(0) && exact(6) && exact(7),
-                "SI values are kept to the last bit"
-            );
+            assert!(exact(0) && exact(6) && exact(7), "SI values are kept to the last bit");
         }
     }
 
@@ -299,17 +263,10 @@ mod tests {
     fn missing_values_are_empty_cells() {
         let (_, unit) = units("m");
         let values = [1.0, f64::NAN];
-        let column = Written {
-            name: "h",
-            unit: &unit,
-            values: &values,
-        };
+        let column = Written { name: "h", unit: &unit, values: &values };
         let mut out = Vec::new();
         write_table(&mut out, Some(&[0.0, 1.0]), &[column, column]).expect("to memory");
-        assert_eq!(
-            String::from_utf8_lossy(&out),
-            "time [s],h [m],h [m]\n0,1,1\n1,,\n"
-        );
+        assert_eq!(String::from_utf8_lossy(&out), "time [s],h [m],h [m]\n0,1,1\n1,,\n");
         out.clear();
         write_table(&mut out, None, &[column]).expect("to memory");
         assert_eq!(String::from_utf8_lossy(&out), "h [m]\n1\nNaN\n");

@@ -54,14 +54,7 @@ struct Column {
 impl Column {
     fn new(place: f64, point: Point) -> Column {
         let extreme = (0, point);
-        Column {
-            place,
-            count: 1,
-            first: point,
-            lowest: extreme,
-            highest: extreme,
-            last: point,
-        }
+        Column { place, count: 1, first: point, lowest: extreme, highest: extreme, last: point }
     }
 
     fn take_in(&mut self, point: Point) {
@@ -76,12 +69,7 @@ impl Column {
     }
 
     fn append_to(self, line: &mut Vec<Point>) {
-        let mut kept = [
-            (0, self.first),
-            self.lowest,
-            self.highest,
-            (self.count - 1, self.last),
-        ];
+        let mut kept = [(0, self.first), self.lowest, self.highest, (self.count - 1, self.last)];
         kept.sort_by_key(|(order, _)| *order);
         let mut drawn = None;
         for (order, point) in kept {
@@ -105,9 +93,7 @@ pub(super) fn held(points: impl Iterator<Item = Point>) -> impl Iterator<Item = 
 
 /// One dot per cell of a raster, at most about `limit` of them: the cells grow until they fit.
 pub(super) fn dots(points: impl Iterator<Item = Point>, limit: usize) -> Vec<Point> {
-    let mut dots: Vec<Point> = points
-        .filter(|p| p.0.is_finite() && p.1.is_finite())
-        .collect();
+    let mut dots: Vec<Point> = points.filter(|p| p.0.is_finite() && p.1.is_finite()).collect();
     let mut cell = 0.5;
     while dots.len() > limit && cell < 64.0 {
         let place = |p: &Point| ((p.0 / cell).floor() as i64, (p.1 / cell).floor() as i64);
@@ -125,10 +111,7 @@ mod tests {
     #[test]
     fn a_column_keeps_first_lowest_highest_and_last_in_order() {
         let y = [1.0, 5.0, 3.0, -2.0, 0.0, 0.5];
-        let points = y
-            .iter()
-            .enumerate()
-            .map(|(i, &y)| (f64::from(i as u32) * 0.1, y));
+        let points = y.iter().enumerate().map(|(i, &y)| (f64::from(i as u32) * 0.1, y));
         let drawn = lines(points, 1.0);
         assert_eq!(drawn.len(), 1);
         let kept: Vec<f64> = drawn[0].iter().map(|p| p.1).collect();
@@ -137,13 +120,7 @@ mod tests {
 
     #[test]
     fn what_is_not_finite_is_a_gap_and_a_lone_point_stays() {
-        let points = [
-            (0.0, 1.0),
-            (1.0, 2.0),
-            (2.0, f64::NAN),
-            (3.0, 1.0),
-            (4.0, f64::INFINITY),
-        ];
+        let points = [(0.0, 1.0), (1.0, 2.0), (2.0, f64::NAN), (3.0, 1.0), (4.0, f64::INFINITY)];
         let drawn = lines(points.into_iter(), 1.0);
         assert_eq!(drawn, [vec![(0.0, 1.0), (1.0, 2.0)], vec![(3.0, 1.0)]]);
         assert!(lines([(0.0, f64::NAN)].into_iter(), 1.0).is_empty());

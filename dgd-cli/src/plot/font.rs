@@ -15,9 +15,7 @@ pub(super) struct Font {
 impl Font {
     /// The font that is part of the program.
     pub(super) fn embedded() -> Font {
-        Font {
-            face: Face::parse(FIGURE_SANS, 0).expect("the embedded font is well formed"),
-        }
+        Font { face: Face::parse(FIGURE_SANS, 0).expect("the embedded font is well formed") }
     }
 
     /// Width of one character of size 1.
@@ -50,15 +48,7 @@ impl Font {
                 let glyph = self.face.glyph_index(character).unwrap_or(GlyphId(0));
                 let unit = em / f64::from(self.face.units_per_em());
                 let y = size * run.script.shift();
-                self.face.outline_glyph(
-                    glyph,
-                    &mut Placed {
-                        pen: &mut *pen,
-                        x,
-                        y,
-                        unit,
-                    },
-                );
+                self.face.outline_glyph(glyph, &mut Placed { pen: &mut *pen, x, y, unit });
                 x += em * self.advance(character);
             }
         }
@@ -75,10 +65,7 @@ struct Placed<'a> {
 
 impl Placed<'_> {
     fn at(&self, x: f32, y: f32) -> (f32, f32) {
-        (
-            (self.x + f64::from(x) * self.unit) as f32,
-            (self.y - f64::from(y) * self.unit) as f32,
-        )
+        ((self.x + f64::from(x) * self.unit) as f32, (self.y - f64::from(y) * self.unit) as f32)
     }
 }
 

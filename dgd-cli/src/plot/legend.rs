@@ -55,11 +55,7 @@ pub(super) fn pen(index: usize, style: Style) -> Pen {
         Style::ThinLine | Style::Dots => TINT,
     };
     let mixed = |part: u8| (f64::from(part) + tint * (255.0 - f64::from(part))).round() as u8;
-    Pen {
-        colour: Colour(mixed(red), mixed(green), mixed(blue)),
-        width,
-        dashes,
-    }
+    Pen { colour: Colour(mixed(red), mixed(green), mixed(blue)), width, dashes }
 }
 
 /// One name with the look of its series.
@@ -83,10 +79,9 @@ impl Entry {
                 diameter: self.pen.width,
                 colour: self.pen.colour,
             },
-            Style::Line | Style::ThinLine | Style::Step => Mark::Lines {
-                lines: vec![vec![place(0.0), place(1.0)]],
-                pen: self.pen,
-            },
+            Style::Line | Style::ThinLine | Style::Step => {
+                Mark::Lines { lines: vec![vec![place(0.0), place(1.0)]], pen: self.pen }
+            }
         });
         marks.push(Mark::Text {
             text: self.name.clone(),
@@ -101,11 +96,7 @@ impl Entry {
 
 /// The names of the series of a panel.
 pub(super) fn entries(panel: &Panel) -> Vec<Entry> {
-    let series = panel
-        .series
-        .iter()
-        .enumerate()
-        .filter(|(_, series)| !series.name.is_empty());
+    let series = panel.series.iter().enumerate().filter(|(_, series)| !series.name.is_empty());
     series
         .map(|(index, series)| Entry {
             name: series.name.clone(),
@@ -118,17 +109,12 @@ pub(super) fn entries(panel: &Panel) -> Vec<Entry> {
 /// The one legend that serves all panels: two or more would have the same, and no panel has a
 /// line that is not in it.
 pub(super) fn common(panels: &[Panel]) -> Option<Vec<Entry>> {
-    let mut several = panels
-        .iter()
-        .filter(|panel| panel.series.len() > 1)
-        .map(entries);
+    let mut several = panels.iter().filter(|panel| panel.series.len() > 1).map(entries);
     let first = several.next()?;
     let is_repeated = several.next().is_some_and(|next| next == first);
     let serves_all = panels.iter().all(|panel| match panel.series.len() {
         0 => true,
-        1 => entries(panel)
-            .first()
-            .is_some_and(|entry| first.contains(entry)),
+        1 => entries(panel).first().is_some_and(|entry| first.contains(entry)),
         _ => entries(panel) == first,
     });
     (is_repeated && serves_all && !first.is_empty()).then_some(first)
@@ -143,10 +129,7 @@ impl Rows {
     pub(super) fn new(entries: &[Entry], font: &Font, width: f64) -> Rows {
         let mut rows: Vec<Vec<Entry>> = Vec::new();
         let mut used = f64::INFINITY;
-        for entry in entries
-            .iter()
-            .filter_map(|entry| fitted(entry, font, width))
-        {
+        for entry in entries.iter().filter_map(|entry| fitted(entry, font, width)) {
             let needed = ENTRY_GAP + entry.width(font);
             if used + needed > width {
                 used = needed - ENTRY_GAP;
@@ -181,10 +164,7 @@ impl Rows {
 }
 
 fn row_width(row: &[Entry], font: &Font) -> f64 {
-    row.iter()
-        .map(|entry| entry.width(font) + ENTRY_GAP)
-        .sum::<f64>()
-        - ENTRY_GAP
+    row.iter().map(|entry| entry.width(font) + ENTRY_GAP).sum::<f64>() - ENTRY_GAP
 }
 
 /// An entry whose name is too long becomes one whose name ends in dots.
@@ -196,10 +176,7 @@ fn fitted(entry: &Entry, font: &Font, width: f64) -> Option<Entry> {
     let dots = Text::plain("…");
     let start = entry.name.wrap(font, SIZE, room - font.width(&dots, SIZE));
     let name = start.into_iter().next()?.then(dots);
-    Some(Entry {
-        name,
-        ..entry.clone()
-    })
+    Some(Entry { name, ..entry.clone() })
 }
 
 /// Names below each other in a corner of the axes.
@@ -223,38 +200,18 @@ impl Inset {
             return None;
         }
         let (right, bottom) = (size.0 - width - INSET, size.1 - height - INSET);
-        let corners = [
-            (right, INSET),
-            (right, bottom),
-            (INSET, INSET),
-            (INSET, bottom),
-        ];
+        let corners = [(right, INSET), (right, bottom), (INSET, INSET), (INSET, bottom)];
         corners
             .into_iter()
-            .map(|(left, top)| Rectangle {
-                left,
-                top,
-                width,
-                height,
-            })
+            .map(|(left, top)| Rectangle { left, top, width, height })
             .find(|place| !marks.iter().any(|mark| touches(mark, *place)))
-            .map(|place| Inset {
-                entries: entries.to_vec(),
-                place,
-            })
+            .map(|place| Inset { entries: entries.to_vec(), place })
     }
 
     pub(super) fn draw(&self, origin: Point, marks: &mut Vec<Mark>) {
         let left = origin.0 + self.place.left;
         let top = origin.1 + self.place.top;
-        marks.push(Mark::Area {
-            rectangle: Rectangle {
-                left,
-                top,
-                ..self.place
-            },
-            colour: PAPER,
-        });
+        marks.push(Mark::Area { rectangle: Rectangle { left, top, ..self.place }, colour: PAPER });
         for (i, entry) in self.entries.iter().enumerate() {
             let middle = top + 0.5 * PADDING + (i as f64 + 0.5) * ROW_HEIGHT;
             entry.draw(left + PADDING, middle, marks);
@@ -264,9 +221,9 @@ impl Inset {
 
 fn touches(mark: &Mark, place: Rectangle) -> bool {
     match mark {
-        Mark::Lines { lines, .. } => lines
-            .iter()
-            .any(|line| line.windows(2).any(|pair| place.meets(pair[0], pair[1]))),
+        Mark::Lines { lines, .. } => {
+            lines.iter().any(|line| line.windows(2).any(|pair| place.meets(pair[0], pair[1])))
+        }
         Mark::Dots { centres, .. } => centres.iter().any(|&centre| place.meets(centre, centre)),
         Mark::Area { .. } | Mark::Text { .. } => false,
     }

@@ -119,11 +119,11 @@ pub struct Band {
     pub to: f64,
 }
 
-/// How many columns suit a number of panels: one up to three panels, two up to six, then three.
+/// How many columns suit a number of panels: one up to three panels, two up to eight, then three.
 pub fn columns_for(panels: usize) -> usize {
     match panels {
         0..=3 => 1,
-        4..=6 => 2,
+        4..=8 => 2,
         _ => 3,
     }
 }
@@ -152,17 +152,9 @@ mod tests {
         // Without any smoothness, so that nothing is left out for it.
         let noise = |i: u32| f64::from(i.wrapping_mul(2_654_435_761) >> 8);
         let y: Vec<f64> = (0..points).map(noise).collect();
-        let series = |style| Series {
-            name: "x".into(),
-            style,
-            x: x.clone(),
-            y: y.clone(),
-        };
+        let series = |style| Series { name: "x".into(), style, x: x.clone(), y: y.clone() };
         let styles = [Style::Line, Style::Dots, Style::ThinLine, Style::Step];
-        let panel = Panel {
-            series: styles.map(series).to_vec(),
-            ..Panel::default()
-        };
+        let panel = Panel { series: styles.map(series).to_vec(), ..Panel::default() };
         Figure::new("x".into(), vec![panel; panels])
     }
 
@@ -185,14 +177,8 @@ mod tests {
         // Signature, then the header chunk with the width as its first number.
         assert_eq!(&png[..8], b"\x89PNG\r\n\x1a\n");
         assert_eq!(&png[16..20], &1600_u32.to_be_bytes());
-        let wide = Figure {
-            width: 1e6,
-            ..figure(1, 10)
-        };
-        assert!(matches!(
-            render_png(&wide),
-            Err(RasterError::TooLarge { .. })
-        ));
+        let wide = Figure { width: 1e6, ..figure(1, 10) };
+        assert!(matches!(render_png(&wide), Err(RasterError::TooLarge { .. })));
     }
 
     #[test]

@@ -47,10 +47,8 @@ impl fmt::Display for RasterError {
 impl Error for RasterError {}
 
 pub(super) fn encode(scene: &Scene) -> Result<Vec<u8>, RasterError> {
-    let (width, height) = (
-        (scene.width * f64::from(SCALE)).ceil(),
-        (scene.height * f64::from(SCALE)).ceil(),
-    );
+    let (width, height) =
+        ((scene.width * f64::from(SCALE)).ceil(), (scene.height * f64::from(SCALE)).ceil());
     let too_large = RasterError::TooLarge { width, height };
     if width > LARGEST_SIDE || height > LARGEST_SIDE {
         return Err(too_large);
@@ -61,9 +59,7 @@ pub(super) fn encode(scene: &Scene) -> Result<Vec<u8>, RasterError> {
     for mark in &scene.marks {
         draw(mark, &font, &mut image);
     }
-    image
-        .encode_png()
-        .map_err(|error| RasterError::Encoding(error.to_string()))
+    image.encode_png().map_err(|error| RasterError::Encoding(error.to_string()))
 }
 
 fn draw(mark: &Mark, font: &Font, image: &mut Pixmap) {
@@ -81,19 +77,8 @@ fn draw(mark: &Mark, font: &Font, image: &mut Pixmap) {
                 image.stroke_path(&path, &paint(pen.colour), &stroke(*pen), scale, None);
             }
         }
-        Mark::Dots {
-            centres,
-            diameter,
-            colour,
-        } => fill_dots(centres, *diameter, *colour, image),
-        Mark::Text {
-            text,
-            at,
-            anchor,
-            direction,
-            size,
-            colour,
-        } => {
+        Mark::Dots { centres, diameter, colour } => fill_dots(centres, *diameter, *colour, image),
+        Mark::Text { text, at, anchor, direction, size, colour } => {
             let mut outline = Outline(PathBuilder::new());
             font.draw(text, *size, &mut outline);
             let Some(path) = outline.0.finish() else {

@@ -17,7 +17,10 @@ pub(super) enum Mark {
         colour: Colour,
     },
     /// Lines of one pen, each of two points or more.
-    Lines { lines: Vec<Vec<Point>>, pen: Pen },
+    Lines {
+        lines: Vec<Vec<Point>>,
+        pen: Pen,
+    },
     Dots {
         centres: Vec<Point>,
         diameter: f64,
@@ -41,39 +44,18 @@ impl Mark {
         match self {
             Mark::Area { rectangle, colour } => {
                 let (left, top) = shift(&(rectangle.left, rectangle.top));
-                Mark::Area {
-                    rectangle: Rectangle {
-                        left,
-                        top,
-                        ..*rectangle
-                    },
-                    colour: *colour,
-                }
+                Mark::Area { rectangle: Rectangle { left, top, ..*rectangle }, colour: *colour }
             }
             Mark::Lines { lines, pen } => Mark::Lines {
-                lines: lines
-                    .iter()
-                    .map(|line| line.iter().map(shift).collect())
-                    .collect(),
+                lines: lines.iter().map(|line| line.iter().map(shift).collect()).collect(),
                 pen: *pen,
             },
-            Mark::Dots {
-                centres,
-                diameter,
-                colour,
-            } => Mark::Dots {
+            Mark::Dots { centres, diameter, colour } => Mark::Dots {
                 centres: centres.iter().map(shift).collect(),
                 diameter: *diameter,
                 colour: *colour,
             },
-            Mark::Text {
-                text,
-                at,
-                anchor,
-                direction,
-                size,
-                colour,
-            } => Mark::Text {
+            Mark::Text { text, at, anchor, direction, size, colour } => Mark::Text {
                 text: text.clone(),
                 at: shift(at),
                 anchor: *anchor,
@@ -157,12 +139,7 @@ mod tests {
 
     #[test]
     fn a_segment_meets_a_rectangle_by_crossing_touching_or_lying_in_it() {
-        let r = Rectangle {
-            left: 1.0,
-            top: 1.0,
-            width: 2.0,
-            height: 1.0,
-        };
+        let r = Rectangle { left: 1.0, top: 1.0, width: 2.0, height: 1.0 };
         assert!(r.meets((0.0, 0.0), (4.0, 3.0)));
         assert!(r.meets((1.5, 1.5), (1.5, 1.5)));
         assert!(r.meets((2.0, -5.0), (2.0, 5.0)));

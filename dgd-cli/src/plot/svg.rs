@@ -24,29 +24,15 @@ fn write_scene(svg: &mut String, scene: &Scene) -> std::fmt::Result {
          viewBox=\"0 0 {width} {height}\" font-family=\"{FAMILIES}\" \
          xml:space=\"preserve\" stroke-linejoin=\"round\" fill=\"none\">"
     )?;
-    writeln!(
-        svg,
-        "<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>"
-    )?;
+    writeln!(svg, "<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>")?;
     for mark in &scene.marks {
         match mark {
             Mark::Area { rectangle, colour } => write_area(svg, *rectangle, *colour)?,
             Mark::Lines { lines, pen } => write_lines(svg, lines, *pen)?,
-            Mark::Dots {
-                centres,
-                diameter,
-                colour,
-            } => {
+            Mark::Dots { centres, diameter, colour } => {
                 write_dots(svg, centres, *diameter, *colour)?;
             }
-            Mark::Text {
-                text,
-                at,
-                anchor,
-                direction,
-                size,
-                colour,
-            } => {
+            Mark::Text { text, at, anchor, direction, size, colour } => {
                 write!(svg, "<text ")?;
                 match direction {
                     Direction::Rightwards => write_place(svg, *at)?,
@@ -78,11 +64,7 @@ fn write_area(svg: &mut String, rectangle: Rectangle, colour: Colour) -> std::fm
     write!(svg, "<rect ")?;
     write_place(svg, (rectangle.left, rectangle.top))?;
     let (width, height) = (number(rectangle.width), number(rectangle.height));
-    writeln!(
-        svg,
-        " width=\"{width}\" height=\"{height}\" fill=\"{}\"/>",
-        hex(colour)
-    )
+    writeln!(svg, " width=\"{width}\" height=\"{height}\" fill=\"{}\"/>", hex(colour))
 }
 
 fn write_lines(svg: &mut String, lines: &[Vec<Point>], pen: Pen) -> std::fmt::Result {
@@ -103,12 +85,7 @@ fn write_lines(svg: &mut String, lines: &[Vec<Point>], pen: Pen) -> std::fmt::Re
             }
         }
     }
-    write!(
-        svg,
-        "\" stroke=\"{}\" stroke-width=\"{}\"",
-        hex(pen.colour),
-        number(pen.width)
-    )?;
+    write!(svg, "\" stroke=\"{}\" stroke-width=\"{}\"", hex(pen.colour), number(pen.width))?;
     if !pen.dashes.is_empty() {
         let dashes: Vec<String> = pen.dashes.iter().map(|&d| number(f64::from(d))).collect();
         write!(svg, " stroke-dasharray=\"{}\"", dashes.join(" "))?;
@@ -134,10 +111,7 @@ fn write_dots(
         last = point;
     }
     let (colour, width) = (hex(colour), number(diameter));
-    writeln!(
-        svg,
-        "\" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linecap=\"round\"/>"
-    )
+    writeln!(svg, "\" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linecap=\"round\"/>")
 }
 
 fn write_runs(svg: &mut String, text: &Text, size: f64) -> std::fmt::Result {
@@ -162,9 +136,7 @@ fn write_runs(svg: &mut String, text: &Text, size: f64) -> std::fmt::Result {
 }
 
 fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 fn hex(Colour(red, green, blue): Colour) -> String {
@@ -213,14 +185,9 @@ mod tests {
 
     #[test]
     fn numbers_have_two_decimals_and_no_more_digits_than_needed() {
-        for (x, shown) in [
-            (0.0, "0"),
-            (-0.001, "0"),
-            (12.0, "12"),
-            (0.5, ".5"),
-            (-1.25, "-1.25"),
-            (3.07, "3.07"),
-        ] {
+        for (x, shown) in
+            [(0.0, "0"), (-0.001, "0"), (12.0, "12"), (0.5, ".5"), (-1.25, "-1.25"), (3.07, "3.07")]
+        {
             assert_eq!(number(x), shown);
         }
     }

@@ -53,9 +53,7 @@ impl Text {
         let letters = first.trim_end_matches(|c: char| c.is_ascii_digit());
         let is_short = word.chars().count() - first.chars().count() <= LONGEST_SUBSCRIPT;
         let is_symbol = (1..=2).contains(&letters.chars().count());
-        let symbol = greek(letters)
-            .or(is_symbol.then_some(letters))
-            .filter(|_| is_short);
+        let symbol = greek(letters).or(is_symbol.then_some(letters)).filter(|_| is_short);
 
         let mut text = Text::plain(path);
         let Some(symbol) = symbol else {
@@ -77,10 +75,7 @@ impl Text {
 
     /// The partial derivative ∂of/∂by of two names.
     pub fn derivative(of: &str, by: &str) -> Text {
-        Text::plain("∂")
-            .then(Text::name(of))
-            .then(Text::plain("/∂"))
-            .then(Text::name(by))
+        Text::plain("∂").then(Text::name(of)).then(Text::plain("/∂")).then(Text::name(by))
     }
 
     /// A unit as papers set it: `m^3/s` with a superscript 3, `Pa*s` with a raised dot.
@@ -99,9 +94,7 @@ impl Text {
                     1
                 }
                 _ if first.is_alphabetic() => {
-                    let length = rest
-                        .find(|c: char| !c.is_alphabetic())
-                        .unwrap_or(rest.len());
+                    let length = rest.find(|c: char| !c.is_alphabetic()).unwrap_or(rest.len());
                     text.push(unit_symbol(&rest[..length]), Script::Base);
                     length
                 }
@@ -123,9 +116,7 @@ impl Text {
             unit => Text::unit(unit),
         };
         let opening = if self.is_empty() { "[" } else { " [" };
-        self.then(Text::plain(opening))
-            .then(unit)
-            .then(Text::plain("]"))
+        self.then(Text::plain(opening)).then(unit).then(Text::plain("]"))
     }
 
     /// Joins two texts.
@@ -154,21 +145,15 @@ impl Text {
         let clean = text.chars().map(|c| if c.is_control() { ' ' } else { c });
         match self.runs.last_mut() {
             Some(last) if last.script == script => last.text.extend(clean),
-            _ => self.runs.push(Run {
-                text: clean.collect(),
-                script,
-            }),
+            _ => self.runs.push(Run { text: clean.collect(), script }),
         }
     }
 
     /// Breaks the text into lines no wider than `width`: at spaces, else behind a sign, else
     /// anywhere. A line has at least one character.
     pub(super) fn wrap(&self, font: &Font, size: f64, width: f64) -> Vec<Text> {
-        let characters: Vec<(char, Script)> = self
-            .runs
-            .iter()
-            .flat_map(|run| run.text.chars().map(|c| (c, run.script)))
-            .collect();
+        let characters: Vec<(char, Script)> =
+            self.runs.iter().flat_map(|run| run.text.chars().map(|c| (c, run.script))).collect();
         let mut lines = Vec::new();
         let mut start = 0;
         while start < characters.len() {
@@ -240,10 +225,7 @@ fn unit_symbol(unit: &str) -> &str {
 }
 
 fn greek(name: &str) -> Option<&'static str> {
-    GREEK
-        .iter()
-        .find(|(spelling, _)| *spelling == name)
-        .map(|(_, letter)| *letter)
+    GREEK.iter().find(|(spelling, _)| *spelling == name).map(|(_, letter)| *letter)
 }
 
 /// Greek letters that are no Latin ones.
@@ -351,11 +333,7 @@ mod tests {
     fn lines_break_at_spaces_then_signs_then_anywhere() {
         let font = Font::embedded();
         let wrap = |text: &str, width: f64| -> Vec<String> {
-            Text::plain(text)
-                .wrap(&font, 10.0, width)
-                .iter()
-                .map(show)
-                .collect()
+            Text::plain(text).wrap(&font, 10.0, width).iter().map(show).collect()
         };
         assert_eq!(wrap("one two", 1000.0), ["one two"]);
         assert_eq!(wrap("one two", 30.0), ["one", "two"]);

@@ -54,41 +54,21 @@ impl Axis {
     pub(super) fn new(low: f64, high: f64, room: f64, intervals: u32) -> Axis {
         if !(low.is_finite() && high.is_finite() && low <= high) {
             let (ticks, common) = (Vec::new(), Text::default());
-            return Axis {
-                unit: 1.0,
-                low: 0.0,
-                high: 1.0,
-                ticks,
-                common,
-            };
+            return Axis { unit: 1.0, low: 0.0, high: 1.0, ticks, common };
         }
         let largest = low.abs().max(high.abs());
-        let decade = if largest < SMALLEST {
-            0
-        } else {
-            decade_of(largest)
-        };
+        let decade = if largest < SMALLEST { 0 } else { decade_of(largest) };
         let unit = power_of_ten(decade);
         let (mut low, mut high) = (low / unit, high / unit);
         let middle = f64::midpoint(low, high);
         if largest < SMALLEST || high - low <= CONSTANT * middle.abs() {
-            let half = if largest < SMALLEST {
-                1.0
-            } else {
-                0.1 * middle.abs()
-            };
+            let half = if largest < SMALLEST { 1.0 } else { 0.1 * middle.abs() };
             (low, high) = (middle - half, middle + half);
         } else {
             let free = room * (high - low);
             (low, high) = (low - free, high + free);
         }
-        let mut axis = Axis {
-            unit,
-            low,
-            high,
-            ticks: Vec::new(),
-            common: Text::default(),
-        };
+        let mut axis = Axis { unit, low, high, ticks: Vec::new(), common: Text::default() };
         axis.place_ticks(decade, intervals.max(1));
         axis
     }
@@ -119,11 +99,7 @@ impl Axis {
         let numbers: Vec<i64> = numbers.collect();
         let largest = numbers.iter().map(|n| n.unsigned_abs()).max().unwrap_or(0);
         let exponent = decimal_length(largest) - 1 + power + decade;
-        let exponent = if (-2..=4).contains(&exponent) {
-            0
-        } else {
-            exponent
-        };
+        let exponent = if (-2..=4).contains(&exponent) { 0 } else { exponent };
         self.ticks = numbers
             .iter()
             .zip(first..=last)
@@ -156,15 +132,9 @@ impl Step {
         let power = decade_of(distance);
         let leading = distance / power_of_ten(power);
         // A distance that is 2 up to rounding shall not become 5.
-        match [1, 2, 5]
-            .into_iter()
-            .find(|&digit| leading <= digit as f64 * (1.0 + SLACK))
-        {
+        match [1, 2, 5].into_iter().find(|&digit| leading <= digit as f64 * (1.0 + SLACK)) {
             Some(digit) => Step { digit, power },
-            None => Step {
-                digit: 1,
-                power: power + 1,
-            },
+            None => Step { digit: 1, power: power + 1 },
         }
     }
 
@@ -172,10 +142,7 @@ impl Step {
         match self.digit {
             5 => Step { digit: 2, ..self },
             2 => Step { digit: 1, ..self },
-            _ => Step {
-                digit: 5,
-                power: self.power - 1,
-            },
+            _ => Step { digit: 5, power: self.power - 1 },
         }
     }
 
@@ -183,10 +150,7 @@ impl Step {
     fn within(self, low: f64, high: f64) -> (i64, i64) {
         // A limit that is a multiple up to rounding gets its tick.
         let step = self.digit as f64 * power_of_ten(self.power);
-        (
-            (low / step - SLACK).ceil() as i64,
-            (high / step + SLACK).floor() as i64,
-        )
+        ((low / step - SLACK).ceil() as i64, (high / step + SLACK).floor() as i64)
     }
 }
 
@@ -202,28 +166,17 @@ impl Offset {
     fn of(low: f64, high: f64, finest: i32) -> Offset {
         let (middle, span) = (f64::midpoint(low, high), high - low);
         if span >= NARROW * middle.abs() {
-            return Offset {
-                number: 0,
-                power: 0,
-            };
+            return Offset { number: 0, power: 0 };
         }
         let near = |power: i32| {
             let unit = power_of_ten(power);
             let number = (middle / unit).round();
             let near = (number * unit - middle).abs() <= 5.0 * span;
-            near.then_some(Offset {
-                number: number as i64,
-                power,
-            })
+            near.then_some(Offset { number: number as i64, power })
         };
-        let exact = Offset {
-            number: (middle / power_of_ten(finest)).round() as i64,
-            power: finest,
-        };
-        (finest..=decade_of(middle.abs()))
-            .rev()
-            .find_map(near)
-            .unwrap_or(exact)
+        let exact =
+            Offset { number: (middle / power_of_ten(finest)).round() as i64, power: finest };
+        (finest..=decade_of(middle.abs())).rev().find_map(near).unwrap_or(exact)
     }
 
     fn in_units_of(self, power: i32) -> i64 {
@@ -255,10 +208,7 @@ fn power_text(base: &str, exponent: i32) -> Text {
 fn decimal(number: i64, power: i32) -> String {
     let sign = if number < 0 { "−" } else { "" };
     let digits = number.unsigned_abs().to_string();
-    let Some(decimals) = usize::try_from(-power)
-        .ok()
-        .filter(|&decimals| decimals > 0)
-    else {
+    let Some(decimals) = usize::try_from(-power).ok().filter(|&decimals| decimals > 0) else {
         let zeros = if number == 0 { 0 } else { power as usize };
         return format!("{sign}{digits}{}", "0".repeat(zeros));
     };
@@ -337,11 +287,7 @@ mod tests {
     fn narrow_ranges_are_shown_relative_to_an_offset() {
         for (low, high, shown) in [
             (101_325.0, 101_325.000_4, "0 1 2 3 4 | ×10−4 + 101325"),
-            (
-                -9.120_001,
-                -9.120_000_6,
-                "−1.0 −0.9 −0.8 −0.7 −0.6 | ×10−6 − 9.12",
-            ),
+            (-9.120_001, -9.120_000_6, "−1.0 −0.9 −0.8 −0.7 −0.6 | ×10−6 − 9.12"),
             (1e9, 1e9 + 30.0, "0 10 20 30 | + 1×109"),
         ] {
             assert_eq!(show(&Axis::new(low, high, 0.0, 4)), shown);
@@ -350,26 +296,14 @@ mod tests {
 
     #[test]
     fn any_range_of_doubles_has_ticks_inside_its_limits() {
-        let ends = [
-            0.0,
-            1e-310,
-            1e-300,
-            1e-15,
-            1.0,
-            1.0 + 1e-11,
-            1e300,
-            f64::MAX,
-        ];
+        let ends = [0.0, 1e-310, 1e-300, 1e-15, 1.0, 1.0 + 1e-11, 1e300, f64::MAX];
         let signed = || ends.iter().flat_map(|&x| [x, -x]);
         for low in signed() {
             for high in signed().filter(|&high| high >= low) {
                 for intervals in [0, 1, 3, 12] {
                     let axis = Axis::new(low, high, 0.05, intervals);
                     assert!(axis.ticks.len() >= 2, "{low} {high}");
-                    assert!(
-                        axis.ticks.len() <= intervals.max(2) as usize + 4,
-                        "{low} {high}"
-                    );
+                    assert!(axis.ticks.len() <= intervals.max(2) as usize + 4, "{low} {high}");
                     for tick in &axis.ticks {
                         assert!((-1e-3..=1.001).contains(&tick.fraction), "{low} {high}");
                     }
@@ -382,11 +316,9 @@ mod tests {
 
     #[test]
     fn without_values_there_are_no_ticks() {
-        for (low, high) in [
-            (f64::INFINITY, f64::NEG_INFINITY),
-            (f64::NAN, f64::NAN),
-            (0.0, f64::INFINITY),
-        ] {
+        for (low, high) in
+            [(f64::INFINITY, f64::NEG_INFINITY), (f64::NAN, f64::NAN), (0.0, f64::INFINITY)]
+        {
             assert!(Axis::new(low, high, 0.05, 4).ticks.is_empty());
         }
     }

@@ -4,9 +4,8 @@ use proc_macro2::{Ident, Span, TokenStream};
 use quote::quote;
 
 use super::{doc_attributes, identifier, number};
-use crate::expr::display;
 use crate::program::Program;
-use crate::units::Unit;
+use crate::units::{Unit, describe};
 
 /// One field.
 struct Field<'a> {
@@ -37,7 +36,8 @@ pub(super) fn structs(program: &Program) -> TokenStream {
         .iter()
         .map(|x| Field { name: &x.name, unit: &x.unit, doc: &x.doc, default: 0.0 })
         .collect();
-    let parameters = structure("Parameters", "Parameters p; the default is the model file's.", &parameters);
+    let parameters =
+        structure("Parameters", "Parameters p; the default is the model file's.", &parameters);
     let inputs = structure("Inputs", "Inputs u.", &inputs);
     let unknowns = structure("Unknowns", "Unknowns y.", &unknowns);
     let outputs = structure("Outputs", "Outputs w.", &outputs);
@@ -93,14 +93,16 @@ fn structure(name: &str, about: &str, fields: &[Field<'_>]) -> TokenStream {
 
 fn field_doc(field: &Field<'_>) -> TokenStream {
     let mut lines = field.doc.to_vec();
-    let unit = if field.unit.factor == 1.0 && field.unit.offset == 0.0 {
-        format!("[{}]", field.unit.symbol)
+    let si = describe(field.unit.dimension);
+    let unit = if field.unit.symbol == si {
+        format!("[{si}]")
     } else {
-        format!("in SI; the model file has it in [{}], each {} SI", field.unit.symbol, display::number(field.unit.factor))
+        format!("[{si}], declared in {}", field.unit.symbol)
     };
-    match lines.last_mut() {
-        Some(last) => *last = format!("{last} {unit}"),
-        None => lines.push(unit),
+    if lines.is_empty() {
+        lines.push(unit);
+    } else {
+        lines.extend([String::new(), unit]);
     }
     let attributes = doc_attributes(&lines);
     quote!(#(#attributes)*)

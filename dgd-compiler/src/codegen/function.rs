@@ -234,7 +234,9 @@ impl<'a> Body<'a> {
             }
             Operation::Add(a, b) => infix(a, quote!(+), b, Tightness::Sum, Tightness::Product),
             Operation::Subtract(a, b) => infix(a, quote!(-), b, Tightness::Sum, Tightness::Product),
-            Operation::Multiply(a, b) => infix(a, quote!(*), b, Tightness::Product, Tightness::Unary),
+            Operation::Multiply(a, b) => {
+                infix(a, quote!(*), b, Tightness::Product, Tightness::Unary)
+            }
             Operation::Divide(a, b) => infix(a, quote!(/), b, Tightness::Product, Tightness::Unary),
             Operation::Call1(f, a) => {
                 let path = rust_path(f.get().definition.rust_path());
@@ -303,7 +305,9 @@ impl Definition {
     fn rust_path(&self) -> &'static str {
         match self {
             Definition::One { rust_path, .. } | Definition::Two { rust_path, .. } => rust_path,
-            Definition::Expansion(_) => unreachable!("an expansion is expanded before it is called"),
+            Definition::Expansion(_) => {
+                unreachable!("an expansion is expanded before it is called")
+            }
         }
     }
 }

@@ -79,8 +79,7 @@ pub(super) fn signature(program: &Program) -> TokenStream {
     let dgdy = pattern(ResultKind::Dgdy);
     let parameter_jacobian = pattern(ResultKind::ParameterJacobian);
     let input_jacobian = pattern(ResultKind::InputJacobian);
-    let output_jacobians =
-        [ResultKind::Dwdy, ResultKind::Dwdu, ResultKind::Dwdp].map(pattern);
+    let output_jacobians = [ResultKind::Dwdy, ResultKind::Dwdu, ResultKind::Dwdp].map(pattern);
     quote! {
         use ::dgd::__runtime::system::{List, Text};
 

@@ -103,14 +103,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
             (e, rest)
         })
         .collect();
-    match_algebraic(
-        &graph,
-        &equations,
-        &algebraic_equations,
-        &unknowns,
-        &mut rows,
-        diagnostics,
-    )?;
+    match_algebraic(&graph, &equations, &algebraic_equations, &unknowns, &mut rows, diagnostics)?;
 
     let mut dae_outputs = Vec::with_capacity(outputs.len());
     for (output, value) in model.outputs.iter().zip(outputs) {
@@ -274,15 +267,17 @@ fn verify_counts(
     let mut empty = None;
     for (equation, unknowns) in equations.iter().zip(&incidence) {
         if unknowns.is_empty() {
-            empty = Some(diagnostics.error(
-                Diagnostic::new(
-                    Code::E405,
-                    equation.span,
-                    format!("equation `{}` determines nothing", equation.label),
-                )
-                .here("no unknown is left in it")
-                .help("it holds always or never; leave it out, or let it read a state"),
-            ));
+            empty = Some(
+                diagnostics.error(
+                    Diagnostic::new(
+                        Code::E405,
+                        equation.span,
+                        format!("equation `{}` determines nothing", equation.label),
+                    )
+                    .here("no unknown is left in it")
+                    .help("it holds always or never; leave it out, or let it read a state"),
+                ),
+            );
         }
     }
     empty.map_or(Ok(()), Err)?;

@@ -27,10 +27,7 @@ impl Code {
 
     /// The code of this spelling, e.g. `E301`; upper or lower case.
     pub fn from_text(text: &str) -> Option<Code> {
-        CODES
-            .iter()
-            .map(|info| info.code)
-            .find(|code| code.to_string().eq_ignore_ascii_case(text))
+        CODES.iter().map(|info| info.code).find(|code| code.to_string().eq_ignore_ascii_case(text))
     }
 }
 
@@ -57,7 +54,7 @@ macro_rules! codes {
 }
 
 codes! {
-E101 "unexpected character" r#"
+E101 "unexpected character" "
 A character that begins nothing in the language, such as `;`, `&` or a typographic minus. Names are
 made of letters (Greek ones included), digits and `_`, and begin with a letter. Signs such as `%`,
 `°C` and `²` belong between unit brackets.
@@ -69,8 +66,8 @@ Wrong:
 Right:
 
     let volume = 3 [m^3]
-"#
-E102 "malformed number" r#"
+"
+E102 "malformed number" "
 A number is written with digits before the decimal point and, if there is a point, digits after it;
 an exponent has digits, too. A number is not followed by a letter: products need `*`.
 
@@ -83,8 +80,8 @@ Right:
 
     constant half = 0.5
     let doubled = 2*half
-"#
-E103 "number out of range" r#"
+"
+E103 "number out of range" "
 Numbers are kept as 64-bit floating point, which reaches from about 1e-308 to 1e308. A number outside
 of it would silently become infinite or zero.
 
@@ -95,7 +92,7 @@ Wrong:
 Right:
 
     constant huge = 1e300
-"#
+"
 E104 "unclosed text or unit" r#"
 A text begins and ends with `"` on one line, and a unit or an index begins with `[` and ends with `]`
 on one line.
@@ -108,7 +105,7 @@ Right:
 
     constant g [m/s^2] = 9.81
 "#
-E105 "something else was expected" r#"
+E105 "something else was expected" "
 The text does not follow the grammar at this place; the message says what could stand here. There is
 one item in a line. It goes on in the next line only while a parenthesis is open, or when the line
 ends in a comma, a colon or an operator.
@@ -122,8 +119,8 @@ Right:
 
     constant a = 1
     let b = 2*a
-"#
-E106 "nested too deep" r#"
+"
+E106 "nested too deep" "
 Parentheses, calls, powers, signs, `if`s and blocks may nest 128 deep. Name a part of the expression
 with `let`.
 
@@ -135,8 +132,8 @@ Right:
 
     let part = ((b + c))
     let a = ((part))
-"#
-E107 "attribute not allowed here" r#"
+"
+E107 "attribute not allowed here" "
 Attributes follow a value, separated by commas: a parameter takes `in`, `log`, `fixed`, `nominal` and
 `prior`; a state or unknown takes `fixed` and `nominal`; an input takes `hold` or `linear`; an output
 takes `noise`.
@@ -148,8 +145,8 @@ Wrong:
 Right:
 
     input q [lpm] linear
-"#
-E108 "attribute given twice" r#"
+"
+E108 "attribute given twice" "
 An attribute is given once. `hold` and `linear` exclude each other.
 
 Wrong:
@@ -159,8 +156,8 @@ Wrong:
 Right:
 
     parameter c = 1 fixed
-"#
-E109 "comparison that cannot be read" r#"
+"
+E109 "comparison that cannot be read" "
 A comparison has two sides, and comparisons are joined by `and` and `or`. There are `<`, `<=`, `>`
 and `>=`; real numbers are not compared for equality.
 
@@ -171,8 +168,8 @@ Wrong:
 Right:
 
     let inside = if 0 < x and x < 1 then 1 else 0
-"#
-E110 "not part of the language yet" r#"
+"
+E110 "not part of the language yet" "
 The construct is planned, but this version does not read it: modes, events (`when`, `saturate`),
 parts, arrays (`for`, `size`, indices), effects and delays.
 
@@ -183,8 +180,8 @@ Wrong:
 Right:
 
     let level_error = if level > 2.0 [m^3] then level - 2.0 [m^3] else 0
-"#
-E111 "missing value" r#"
+"
+E111 "missing value" "
 A constant, a parameter, a `let` and a function need a value behind `=`. For an unknown or an input,
 which the equations or the data determine, none is needed.
 
@@ -195,8 +192,8 @@ Wrong:
 Right:
 
     constant g [m/s^2] = 9.81
-"#
-E112 "nothing to read" r#"
+"
+E112 "nothing to read" "
 The file holds no item, only blanks or comments, or it is larger than the 2 GiB that can be read.
 
 Wrong:
@@ -206,8 +203,8 @@ Wrong:
 Right:
 
     constant g [m/s^2] = 9.81
-"#
-E113 "no model line" r#"
+"
+E113 "no model line" "
 A file without a `model` line is a library of constants, `let`s and functions that models import. It
 cannot be run or fitted itself.
 
@@ -221,8 +218,8 @@ Right:
     model tank
     state h [m] = 1
     equation level: der(h) = 0 [m/s]
-"#
-E114 "model line out of place" r#"
+"
+E114 "model line out of place" "
 `model NAME` is the first item of its file, and there is one.
 
 Wrong:
@@ -234,8 +231,8 @@ Right:
 
     model tank
     constant g [m/s^2] = 9.81
-"#
-E115 "brackets do not match" r#"
+"
+E115 "brackets do not match" "
 Every `(` and `{` is closed by its own `)` or `}`. A parenthesis may stay open over several lines,
 but not into the next item.
 
@@ -246,8 +243,8 @@ Wrong:
 Right:
 
     let a = 2*(1 + 3)
-"#
-E116 "not the beginning of an item" r#"
+"
+E116 "not the beginning of an item" "
 Every item begins with the word that says what it is: `constant`, `parameter`, `input`, `state`,
 `unknown`, `let`, `function`, `equation`, `variant`, `output` or `import`.
 
@@ -258,8 +255,8 @@ Wrong:
 Right:
 
     let A = 3 [m^2]
-"#
-E117 "unit out of place" r#"
+"
+E117 "unit out of place" "
 In an expression a unit follows a number only: a name has the unit of its declaration, and a bracketed
 expression that of its parts.
 
@@ -272,8 +269,8 @@ Right:
 
     constant width [m] = 2
     let area = width * 3 [m]
-"#
-E118 "doc comment that belongs to nothing" r#"
+"
+E118 "doc comment that belongs to nothing" "
 `///` above an item or at the end of its line belongs to that item and reaches the reports. A remark
 that belongs to nothing begins with `#`.
 
@@ -288,8 +285,8 @@ Right:
     constant g [m/s^2] = 9.81
 
     # End of the constants.
-"#
-E119 "word that cannot be a name" r#"
+"
+E119 "word that cannot be a name" "
 `and`, `or`, `not`, `if`, `then` and `else` are words of expressions everywhere, and `delay` will be
 a function of the language. Other keywords may be names.
 
@@ -300,8 +297,8 @@ Wrong:
 Right:
 
     let otherwise = 3
-"#
-E201 "unknown name" r#"
+"
+E201 "unknown name" "
 The name is not declared in the model, in what it imports, or in the variant's chosen branch. Names
 are case-sensitive.
 
@@ -314,8 +311,8 @@ Right:
 
     constant rho [kg/m^3] = 1120
     let weight = rho * 9.81 [m/s^2]
-"#
-E202 "name defined twice" r#"
+"
+E202 "name defined twice" "
 Constants, parameters, inputs, unknowns, `let`s and functions share one set of names; equations have
 labels of their own. Only an output may bear the name of the unknown that it reads.
 
@@ -328,8 +325,8 @@ Right:
 
     constant A [m^2] = 1
     let A_small = 2 [m^2]
-"#
-E203 "unknown function" r#"
+"
+E203 "unknown function" "
 No function of this name is built in or defined by `function`. Products need `*`: `a(b + c)` calls a
 function `a`.
 
@@ -340,8 +337,8 @@ Wrong:
 Right:
 
     let x = sin(0.5)
-"#
-E204 "wrong number of arguments" r#"
+"
+E204 "wrong number of arguments" "
 A function is called with as many arguments as it has been defined with.
 
 Wrong:
@@ -353,8 +350,8 @@ Right:
 
     function head(w, q) = w^2 - q
     let h = head(0.5, 0.1)
-"#
-E205 "name cannot be used here" r#"
+"
+E205 "name cannot be used here" "
 The name exists, but what it stands for has no place here: an output is read from the model and does
 not enter its equations, a number is not called, and a function is not used without arguments.
 
@@ -367,8 +364,8 @@ Right:
 
     let p = rho*g*h
     equation level: A * der(h) = q - k*p
-"#
-E206 "definition that depends on itself" r#"
+"
+E206 "definition that depends on itself" "
 A `let`, a constant or a function leads back to itself. What two quantities determine together is
 written with `unknown` and `equation`.
 
@@ -383,8 +380,8 @@ Right:
     unknown b
     equation first:  a = b + 1
     equation second: b = 2*a
-"#
-E207 "unknown variant or choice" r#"
+"
+E207 "unknown variant or choice" "
 The model has no variant of this name, or the variant has no such choice.
 
 Wrong:
@@ -394,7 +391,7 @@ Wrong:
 Right:
 
     dgd simulate tank.dgd --variant flow=static
-"#
+"
 E208 "import that cannot be used" r#"
 The imported file cannot be found or read, is a model where a library of constants, `let`s and
 functions is needed, or leads back to itself. Paths are relative to the importing file.
@@ -407,7 +404,7 @@ Right:
 
     import "friction.dgd"
 "#
-E209 "derivative of something that has none" r#"
+E209 "derivative of something that has none" "
 `der(x)` needs the name of a `state`: neither an expression, nor an input, nor an `unknown`.
 
 Wrong:
@@ -419,8 +416,8 @@ Right:
 
     state h [m] = 50
     equation level: der(h) = 0 [m/s]
-"#
-E210 "condition and number confused" r#"
+"
+E210 "condition and number confused" "
 A comparison is a condition: it stands between `if` and `then`, or beside `and`, `or` and `not`. It
 is no number, and a number is no condition.
 
@@ -431,8 +428,8 @@ Wrong:
 Right:
 
     let open = if level > 2 then 1 else 0
-"#
-E211 "model that grows beyond measure when it is opened" r#"
+"
+E211 "model that grows beyond measure when it is opened" "
 Every call is replaced by its function's body and every `let` by its value. Functions that call one
 another with ever new arguments, or definitions nested in hundreds of levels, would make a model too
 large to compile. Name repeated parts with `let`, and give functions fewer calls.
@@ -447,8 +444,8 @@ Wrong:
 Right:
 
     function f3(x) = 4*x + 8
-"#
-E301 "units that cannot be added or compared" r#"
+"
+E301 "units that cannot be added or compared" "
 Terms of a sum, sides of a comparison, and branches of an `if` must measure the same kind of quantity.
 Their scales may differ: bar and psi can be added. Zero goes with every unit.
 
@@ -459,8 +456,8 @@ Wrong:
 Right:
 
     let total = 3 [m] + 2 [s] * 1 [m/s]
-"#
-E302 "sides with different units" r#"
+"
+E302 "sides with different units" "
 The two sides of an equation, or a value and the unit it is declared in, measure different kinds of
 quantities.
 
@@ -471,8 +468,8 @@ Wrong:
 Right:
 
     constant A [m^2] = 2 [m] * 3 [m]
-"#
-E303 "power with a unit" r#"
+"
+E303 "power with a unit" "
 An exponent is a plain number. Where the base has a unit, the exponent must be a constant, for
 otherwise the unit of the power would not be known.
 
@@ -485,8 +482,8 @@ Right:
 
     parameter k = 2
     let head = 1 [m] * (3 [m] / 1 [m])^k
-"#
-E304 "argument must be a plain number" r#"
+"
+E304 "argument must be a plain number" "
 Functions such as `exp`, `log` and `sin` take plain numbers, among which angles count (rad = 1).
 Divide by a reference quantity first.
 
@@ -497,8 +494,8 @@ Wrong:
 Right:
 
     let x = exp(3 [s] / 10 [s])
-"#
-E305 "unknown unit" r#"
+"
+E305 "unknown unit" "
 The unit is not in the catalogue. Upper and lower case matter (`mPa` and `MPa` differ), and SI
 prefixes are accepted only where they are in use.
 
@@ -509,8 +506,8 @@ Wrong:
 Right:
 
     input q [l/min]
-"#
-E306 "malformed unit" r#"
+"
+E306 "malformed unit" "
 A unit is a product of unit names with `*`, `/` and parentheses, read from left to right: `kg/m*s`
 is (kg/m)·s. Exponents are integers or bracketed fractions: `m^2`, `s^-1`, `Pa^(1/2)`, `m²`, `m3`. A
 plain number has the unit `1`.
@@ -522,8 +519,8 @@ Wrong:
 Right:
 
     constant viscosity [Pa*s] = 0.02
-"#
-E401 "too many equations" r#"
+"
+E401 "too many equations" "
 There are more equations than unknowns. The equations named are those for which no unknown is left;
 one of them may say what another has said already, or an unknown has not been declared.
 
@@ -537,8 +534,8 @@ Right:
 
     state h [m] = 1
     equation level: der(h) = 0 [m/s]
-"#
-E402 "too few equations" r#"
+"
+E402 "too few equations" "
 There are more unknowns than equations. The unknowns named are those that no equation is left for.
 
 Wrong:
@@ -553,8 +550,8 @@ Right:
     unknown q [m/s] = 0
     equation level: der(h) = q
     equation valve: q = -0.1 [1/s] * h
-"#
-E403 "equations that do not determine the unknowns" r#"
+"
+E403 "equations that do not determine the unknowns" "
 There are as many equations as unknowns, but some equations share too few unknowns: they determine
 those twice and others not at all.
 
@@ -571,8 +568,8 @@ Right:
     unknown b = 0
     equation first:  a = 1
     equation second: a*b = 1
-"#
-E404 "index above one" r#"
+"
+E404 "index above one" "
 An equation ties states to one another without their derivatives, so that their start values are not
 free and the equation would have to be differentiated before it can be solved. Differentiate the
 constraint by hand, or declare the tied state as an `unknown`.
@@ -590,8 +587,8 @@ Right:
     unknown v [m/s] = 0
     equation motion: v = 1 [m/s] * cos(time / 1 [s])
     equation track:  x = 1 [m] * sin(time / 1 [s])
-"#
-E405 "equation without an unknown" r#"
+"
+E405 "equation without an unknown" "
 The equation contains only constants, parameters and inputs, so that nothing can make it true. A
 check of values belongs into a parameter's bounds.
 
@@ -605,8 +602,8 @@ Right:
 
     constant a = 1
     let b = a
-"#
-E406 "derivative that no equation gives" r#"
+"
+E406 "derivative that no equation gives" "
 An output or a `let` reads `der(x)`, but in the chosen variant no equation contains it.
 
 Wrong:
@@ -620,8 +617,8 @@ Right:
     state q [m^3/s] = 0
     equation balance: tau * der(q) = q_in - q
     output slope [m^3/s^2] = der(q)
-"#
-E501 "value outside its bounds" r#"
+"
+E501 "value outside its bounds" "
 The value of a parameter does not lie within the bounds behind `in`.
 
 Wrong:
@@ -631,8 +628,8 @@ Wrong:
 Right:
 
     parameter c = 0.5 in 0 .. 1
-"#
-E502 "bounds the wrong way round" r#"
+"
+E502 "bounds the wrong way round" "
 The lower bound comes first and must lie below the upper one.
 
 Wrong:
@@ -642,8 +639,8 @@ Wrong:
 Right:
 
     parameter c = 0.5 in 0 .. 1
-"#
-E503 "start value that depends on an unknown" r#"
+"
+E503 "start value that depends on an unknown" "
 A start value is an expression of constants, parameters and inputs, for these are known before the
 unknowns are.
 
@@ -657,8 +654,8 @@ Right:
     parameter a_0 = 1
     state a = a_0
     state b = 2*a_0
-"#
-E504 "value must be known beforehand" r#"
+"
+E504 "value must be known beforehand" "
 Constants, bounds, `noise`, `nominal` and `prior` are finite numbers that depend on numbers and other
 constants only, not on parameters, inputs or unknowns.
 
@@ -671,8 +668,8 @@ Right:
 
     constant d = 2
     parameter c = 1 in 0 .. d
-"#
-E505 "size that is not positive" r#"
+"
+E505 "size that is not positive" "
 `noise` is a standard deviation and `nominal` a size: both are above zero. An output without noise
 simply has no `noise` attribute.
 
@@ -683,8 +680,8 @@ Wrong:
 Right:
 
     output p [bar] = rho*g*h noise 0.01 [bar]
-"#
-E506 "logarithm of what is not positive" r#"
+"
+E506 "logarithm of what is not positive" "
 A parameter with the attribute `log` is estimated by its logarithm, so that its value and its bounds
 must be above zero.
 
@@ -695,8 +692,8 @@ Wrong:
 Right:
 
     parameter c = 0.1 in 1e-3 .. 1, log
-"#
-E601 "file that cannot be read" r#"
+"
+E601 "file that cannot be read" "
 The file does not exist, may not be read, is empty, or is not text in UTF-8.
 
 Wrong:
@@ -706,8 +703,8 @@ Wrong:
 Right:
 
     dgd simulate tank.dgd --data recording.csv
-"#
-E602 "no time column" r#"
+"
+E602 "no time column" "
 The first column of a recording is `time [s]`.
 
 Wrong:
@@ -719,8 +716,8 @@ Right:
 
     time [s],q_in [lpm]
     0,300
-"#
-E603 "no column for an input" r#"
+"
+E603 "no column for an input" "
 Every input of the model needs a column of its name.
 
 Wrong:
@@ -732,8 +729,8 @@ Right:
 
     time [s],q_in [lpm]
     0,300
-"#
-E604 "column with another kind of unit" r#"
+"
+E604 "column with another kind of unit" "
 A column is converted to the unit that the model declares, which is possible only between units of
 one kind.
 
@@ -746,8 +743,8 @@ Right:
 
     time [s],q_in [lpm]
     0,300
-"#
-E605 "time runs backwards" r#"
+"
+E605 "time runs backwards" "
 Rows are in the order of time.
 
 Wrong:
@@ -761,8 +758,8 @@ Right:
     time [s],q_in [lpm]
     0,310
     1,300
-"#
-E606 "more than two rows at one time" r#"
+"
+E606 "more than two rows at one time" "
 Two rows with one time stamp are the values left and right of a jump. Three cannot be told apart.
 
 Wrong:
@@ -777,7 +774,7 @@ Right:
     time [s],q_in [lpm]
     1,300
     1,320
-"#
+"
 E607 "not a number" r#"
 A cell holds a number with a decimal point, or nothing or `NaN` where the value is missing.
 
@@ -791,7 +788,7 @@ Right:
     time [s],p [bar]
     0,1.5
 "#
-E608 "missing value of an input" r#"
+E608 "missing value of an input" "
 Outputs may have gaps, inputs may not: the model needs them at every time. Fill the gap, or cut the
 recording.
 
@@ -806,8 +803,8 @@ Right:
     time [s],q_in [lpm]
     0,300
     1,300
-"#
-E609 "malformed header" r#"
+"
+E609 "malformed header" "
 A column is headed `name [unit]`, with `[1]` for a plain number, and no name occurs twice.
 
 Wrong:
@@ -819,8 +816,8 @@ Right:
 
     time [s],q_in [lpm]
     0,300
-"#
-E610 "row of another length" r#"
+"
+E610 "row of another length" "
 Every row has as many cells as the header.
 
 Wrong:
@@ -832,8 +829,8 @@ Right:
 
     time [s],q_in [lpm]
     0,300
-"#
-E611 "column the model does not know" r#"
+"
+E611 "column the model does not know" "
 The column bears the name of no input and no output of the model. It is named once and not used.
 
 Wrong:
@@ -845,8 +842,8 @@ Right:
 
     time [s],q_in [lpm]
     0,300
-"#
-E612 "no rows" r#"
+"
+E612 "no rows" "
 The file has a header and nothing below it.
 
 Wrong:
@@ -857,7 +854,7 @@ Right:
 
     time [s],q_in [lpm]
     0,300
-"#
+"
 }
 
 #[cfg(test)]
@@ -869,10 +866,7 @@ mod tests {
         assert!(CODES.is_sorted_by(|a, b| a.code.to_string() < b.code.to_string()));
         for info in CODES {
             assert_eq!(info.code.info().title, info.title);
-            assert_eq!(
-                Code::from_text(&info.code.to_string().to_lowercase()),
-                Some(info.code)
-            );
+            assert_eq!(Code::from_text(&info.code.to_string().to_lowercase()), Some(info.code));
             let wrong = info.explanation.find("\nWrong:\n\n    ");
             let right = info.explanation.find("\nRight:\n\n    ");
             assert!(wrong.is_some() && wrong < right, "{}", info.code);

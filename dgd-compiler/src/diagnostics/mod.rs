@@ -31,16 +31,8 @@ pub struct Label {
 impl Diagnostic {
     /// A diagnostic at one place.
     pub fn new(code: Code, span: Span, message: impl Into<String>) -> Self {
-        let label = Label {
-            span,
-            text: String::new(),
-        };
-        Diagnostic {
-            code,
-            message: message.into(),
-            labels: vec![label],
-            help: None,
-        }
+        let label = Label { span, text: String::new() };
+        Diagnostic { code, message: message.into(), labels: vec![label], help: None }
     }
 
     /// Says something at the main place.
@@ -53,10 +45,7 @@ impl Diagnostic {
     /// Points at another place.
     #[must_use]
     pub fn label(mut self, span: Span, text: impl Into<String>) -> Self {
-        self.labels.push(Label {
-            span,
-            text: text.into(),
-        });
+        self.labels.push(Label { span, text: text.into() });
         self
     }
 
@@ -151,11 +140,7 @@ pub fn suggestion<'a>(
 /// (optimal string alignment).
 fn edit_distance(a: &[char], b: &[char]) -> usize {
     // rows[i % 3][j]: distance of the first i letters of a and the first j of b
-    let mut rows = [
-        vec![0; b.len() + 1],
-        (0..=b.len()).collect(),
-        vec![0; b.len() + 1],
-    ];
+    let mut rows = [vec![0; b.len() + 1], (0..=b.len()).collect(), vec![0; b.len() + 1]];
     for i in 1..=a.len() {
         let [before, above, mut row] = rows;
         row[0] = i;
@@ -177,12 +162,9 @@ mod tests {
 
     #[test]
     fn distances_count_slips() {
-        for (a, b, expected) in [
-            ("", "abc", 3),
-            ("kitten", "sitting", 3),
-            ("lmp", "lpm", 1),
-            ("same", "same", 0),
-        ] {
+        for (a, b, expected) in
+            [("", "abc", 3), ("kitten", "sitting", 3), ("lmp", "lpm", 1), ("same", "same", 0)]
+        {
             let letters = |s: &str| s.chars().collect::<Vec<_>>();
             assert_eq!(edit_distance(&letters(a), &letters(b)), expected, "{a} {b}");
         }

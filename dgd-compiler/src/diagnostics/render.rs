@@ -26,13 +26,10 @@ pub enum Style {
 ///
 /// Not more than twenty are drawn; a last line says how many there are besides.
 pub fn render(diagnostics: &[&Diagnostic], sources: &Sources, style: Style) -> String {
-    let renderer = match style {
-        Style::Plain => Renderer::plain(),
-        Style::Coloured => Renderer::styled(),
-    };
+    let renderer = renderer(style);
     let mut out = String::new();
     for diagnostic in diagnostics.iter().take(SHOWN) {
-        out.push_str(&renderer.render(&[group(diagnostic, sources)]));
+        out.push_str(&renderer.render(&[group(diagnostic, Level::ERROR, sources)]));
         out.push_str("\n\n");
     }
     if diagnostics.len() > SHOWN {
@@ -41,8 +38,20 @@ pub fn render(diagnostics: &[&Diagnostic], sources: &Sources, style: Style) -> S
     out
 }
 
-fn group<'a>(diagnostic: &'a Diagnostic, sources: &'a Sources) -> Group<'a> {
-    let mut group = Level::ERROR
+/// Draws something that is worth knowing but no mistake.
+pub fn render_note(diagnostic: &Diagnostic, sources: &Sources, style: Style) -> String {
+    renderer(style).render(&[group(diagnostic, Level::NOTE, sources)])
+}
+
+fn renderer(style: Style) -> Renderer {
+    match style {
+        Style::Plain => Renderer::plain(),
+        Style::Coloured => Renderer::styled(),
+    }
+}
+
+fn group<'a>(diagnostic: &'a Diagnostic, level: Level<'static>, sources: &'a Sources) -> Group<'a> {
+    let mut group = level
         .primary_title(diagnostic.message.as_str())
         .id(diagnostic.code.to_string())
         .elements(snippets(&diagnostic.labels, sources));
@@ -67,24 +76,32 @@ fn snippets<'a>(
         .into_iter()
         .map(|id| {
             let source = sources.get(id);
-            let mut snippet = Snippet::source(source.text.as_str()).path(source.name.as_str());
-            for (i, label) in labels
-                .iter()
-                .enumerate()
-                .filter(|(_, l)| l.span.source == id)
-            {
-                let kind = if i == 0 {
-                    AnnotationKind::Primary
-                } else {
-                    AnnotationKind::Context
-                };
+            let own = || labels.iter().enumerate().filter(move |(_, l)| l.span.source == id);
+            let ranges: Vec<Range<usize>> =
+                own().map(|(_, label)| drawable(&source.text, label.span)).collect();
+            let lines = lines_around(&source.text, &ranges);
+            let first_line = source.text[..lines.start].matches('\n').count() + 1;
+
+            let mut snippet = Snippet::source(&source.text[lines.clone()])
+                .line_start(first_line)
+                .path(source.name.as_str());
+            for ((i, label), range) in own().zip(ranges) {
+                let kind = if i == 0 { AnnotationKind::Primary } else { AnnotationKind::Context };
                 let text = (!label.text.is_empty()).then_some(label.text.as_str());
-                snippet =
-                    snippet.annotation(kind.span(drawable(&source.text, label.span)).label(text));
+                let range = range.start - lines.start..range.end - lines.start;
+                snippet = snippet.annotation(kind.span(range).label(text));
             }
             snippet
         })
         .collect()
+}
+
+/// The whole lines that hold all ranges: the rest of a large file need not be looked at.
+fn lines_around(text: &str, ranges: &[Range<usize>]) -> Range<usize> {
+    let start = ranges.iter().map(|range| range.start).min().unwrap_or(0);
+    let end = ranges.iter().map(|range| range.end).max().unwrap_or(0);
+    let start = text[..start].rfind('\n').map_or(0, |at| at + 1);
+    start..text[end..].find('\n').map_or(text.len(), |length| end + length)
 }
 
 /// The part of a span that can be underlined: within its first line, and at least one character
@@ -92,18 +109,13 @@ fn snippets<'a>(
 fn drawable(text: &str, span: Span) -> Range<usize> {
     let start = floor(text, span.start as usize);
     let line_start = text[..start].rfind('\n').map_or(0, |at| at + 1);
-    let line_end = text[start..]
-        .find('\n')
-        .map_or(text.len(), |length| start + length);
+    let line_end = text[start..].find('\n').map_or(text.len(), |length| start + length);
     let line_end = line_start + text[line_start..line_end].trim_end_matches('\r').len();
 
     // A place behind the last character is shown under it.
     let last = text[line_start..line_end].char_indices().next_back();
     let start = last.map_or(line_start, |(at, _)| start.min(line_start + at));
-    let width = text[start..line_end]
-        .chars()
-        .next()
-        .map_or(0, char::len_utf8);
+    let width = text[start..line_end].chars().next().map_or(0, char::len_utf8);
     let end = floor(text, (span.end as usize).min(line_end)).max(start + width);
     start..end
 }
@@ -150,21 +162,11 @@ pub struct Place {
 /// The fields of a diagnostic.
 pub fn entry(diagnostic: &Diagnostic, sources: &Sources) -> Entry {
     let place = |label: &Label| {
-        let end = Span {
-            start: label.span.end,
-            ..label.span
-        };
+        let end = Span { start: label.span.end, ..label.span };
         let (line, column) = sources.line_column(label.span);
         let (end_line, end_column) = sources.line_column(end);
         let file = sources.get(label.span.source).name.clone();
-        Place {
-            file,
-            line,
-            column,
-            end_line,
-            end_column,
-            text: label.text.clone(),
-        }
+        Place { file, line, column, end_line, end_column, text: label.text.clone() }
     };
     Entry {
         code: diagnostic.code.to_string(),
@@ -182,19 +184,12 @@ mod tests {
 
     fn sources(text: &str) -> Sources {
         let mut sources = Sources::default();
-        sources.add(Source {
-            name: "tank.dgd".into(),
-            text: text.into(),
-        });
+        sources.add(Source { name: "tank.dgd".into(), text: text.into() });
         sources
     }
 
     fn at(start: usize, end: usize) -> Span {
-        Span {
-            source: SourceId(0),
-            start: start as u32,
-            end: end as u32,
-        }
+        Span { source: SourceId(0), start: start as u32, end: end as u32 }
     }
 
     #[test]
@@ -221,10 +216,7 @@ error[E301]: cannot add m and s
         );
         let entry = entry(&diagnostic, &sources);
         assert_eq!((entry.places[0].line, entry.places[0].column), (2, 13));
-        assert_eq!(
-            (entry.places[0].end_line, entry.places[0].end_column),
-            (2, 18)
-        );
+        assert_eq!((entry.places[0].end_line, entry.places[0].end_column), (2, 18));
     }
 
     #[test]
@@ -243,11 +235,7 @@ error[E301]: cannot add m and s
             assert_eq!(drawable(text, at(start, end)), expected, "{text:?}");
             let sources = sources(text);
             let span = at(start.min(text.len()), end.min(text.len()));
-            let drawn = render(
-                &[&Diagnostic::new(Code::E105, span, "x")],
-                &sources,
-                Style::Plain,
-            );
+            let drawn = render(&[&Diagnostic::new(Code::E105, span, "x")], &sources, Style::Plain);
             assert!(drawn.contains("--> tank.dgd:"), "{drawn}");
         }
     }
@@ -259,10 +247,7 @@ error[E301]: cannot add m and s
         let diagnostic = Diagnostic::new(Code::E101, at(10_008, 10_009), "unexpected character");
         let drawn = render(&[&diagnostic], &sources, Style::Plain);
         assert!(drawn.contains("tank.dgd:1:10009"), "{drawn}");
-        assert!(
-            drawn.lines().all(|line| line.chars().count() < 200),
-            "{drawn}"
-        );
+        assert!(drawn.lines().all(|line| line.chars().count() < 200), "{drawn}");
         assert!(drawn.contains(';'));
     }
 

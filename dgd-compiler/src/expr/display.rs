@@ -111,7 +111,8 @@ fn node_text(
         Node::Not(a) => (format!("not {}", at_least(a, Tightness::Compare)), Tightness::Not),
         Node::Select(c, a, b) => {
             let mut text = format!("if {} then ", at_least(c, Tightness::Or));
-            let _ = write!(text, "{} else {}", at_least(a, Tightness::Or), at_least(b, Tightness::Or));
+            let _ =
+                write!(text, "{} else {}", at_least(a, Tightness::Or), at_least(b, Tightness::Or));
             (text, Tightness::Select)
         }
     }

@@ -285,9 +285,7 @@ impl Graph {
         replacement: impl Fn(Symbol) -> Option<ExprId>,
     ) -> ExprId {
         let nodes = self.listed([root]);
-        let touched = |(_, node): &(ExprId, Node)| {
-            matches!(node, Node::Symbol(symbol) if replacement(*symbol).is_some())
-        };
+        let touched = |(_, node): &(ExprId, Node)| matches!(node, Node::Symbol(symbol) if replacement(*symbol).is_some());
         if !nodes.iter().any(touched) {
             return root;
         }

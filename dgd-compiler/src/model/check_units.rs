@@ -67,8 +67,12 @@ pub(super) fn power(
 ) -> Result<Dim, Diagnostic> {
     if exponent.dimension() != Dimension::ONE {
         let unit = describe(exponent.dimension());
-        return Err(Diagnostic::new(Code::E303, exponent_span, "an exponent must be a plain number")
-            .here(format!("this is in {unit}")));
+        return Err(Diagnostic::new(
+            Code::E303,
+            exponent_span,
+            "an exponent must be a plain number",
+        )
+        .here(format!("this is in {unit}")));
     }
     let base = base.dimension();
     if base == Dimension::ONE {

@@ -225,7 +225,8 @@ pub(super) fn in_order<'a>(
 ) -> Vec<(&'a Item, Result<(), Reported>)> {
     let mut values: Vec<(&'a Item, &'a Name, &'a Expr)> = Vec::new();
     for item in items {
-        if let ItemKind::Constant { name, value, .. } | ItemKind::Let { name, value, .. } = &item.kind
+        if let ItemKind::Constant { name, value, .. } | ItemKind::Let { name, value, .. } =
+            &item.kind
         {
             let value = replaced.get(name.text.as_str()).copied().unwrap_or(value);
             values.push((item, name, value));

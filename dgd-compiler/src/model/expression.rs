@@ -529,9 +529,13 @@ impl<'a> Lowering<'a> {
             Some((definition, place)) => {
                 let what = definition.noun();
                 Err(diagnostics.error(
-                    Diagnostic::new(Code::E209, *name_span, format!("`{name}` is {what}, not a state"))
-                        .label(place, "declared here")
-                        .help("only what is declared `state` has a derivative"),
+                    Diagnostic::new(
+                        Code::E209,
+                        *name_span,
+                        format!("`{name}` is {what}, not a state"),
+                    )
+                    .label(place, "declared here")
+                    .help("only what is declared `state` has a derivative"),
                 ))
             }
             None => Err(self.unknown_name(name, *name_span, &Arguments::new(), diagnostics)),

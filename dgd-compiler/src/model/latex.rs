@@ -7,9 +7,7 @@ use std::fmt::Write;
 
 use super::Model;
 use crate::expr::display::number;
-use crate::syntax::ast::{
-    Argument, Ast, Comparison, Expr, ExprKind, Factor, Item, ItemKind, Sign,
-};
+use crate::syntax::ast::{Argument, Ast, Comparison, Expr, ExprKind, Factor, Item, ItemKind, Sign};
 
 /// Writes the model's equations, ready for a document that uses `amsmath`.
 pub fn write(asts: &[Ast], model: &Model) -> String {
@@ -72,7 +70,8 @@ fn symbol(name: &str) -> String {
     let first = parts.next().unwrap_or_default();
     let letters = first.trim_end_matches(|c: char| c.is_ascii_digit());
     let digits = &first[letters.len()..];
-    let subscript: Vec<&str> = (!digits.is_empty()).then_some(digits).into_iter().chain(parts).collect();
+    let subscript: Vec<&str> =
+        (!digits.is_empty()).then_some(digits).into_iter().chain(parts).collect();
     let base = if GREEK.contains(&letters) {
         format!("\\{letters}")
     } else if letters.chars().count() > 1 {

@@ -53,8 +53,9 @@ pub fn resolve(
     let Some(header) = &main.model else {
         let start = Span { source: main.source, start: 0, end: 0 };
         return Err(diagnostics.error(
-            Diagnostic::new(Code::E113, start, "this file does not say which model it is")
-                .help("begin it with `model NAME`; a library without that line can only be imported"),
+            Diagnostic::new(Code::E113, start, "this file does not say which model it is").help(
+                "begin it with `model NAME`; a library without that line can only be imported",
+            ),
         ));
     };
 
@@ -77,7 +78,11 @@ pub fn resolve(
     let mut resolver = Resolver {
         lowering: Lowering::new(scope),
         settings,
-        model: Model { name: header.name.text.clone(), doc: header.doc.clone(), ..Model::default() },
+        model: Model {
+            name: header.name.text.clone(),
+            doc: header.doc.clone(),
+            ..Model::default()
+        },
     };
     resolver.constants_and_lets(&order, diagnostics);
     for item in &items {
@@ -226,16 +231,14 @@ impl<'a> Resolver<'a> {
         for (item, sound) in order {
             match &item.kind {
                 ItemKind::Constant { name, value, .. } => {
-                    let done = sound
-                        .and_then(|()| self.constant(item, name, value, diagnostics));
+                    let done = sound.and_then(|()| self.constant(item, name, value, diagnostics));
                     if let (Ok(constant), Some(index)) = (done, self.constant_index(name)) {
                         self.lowering.constants.insert(index, constant.value);
                         constants.insert(index, constant);
                     }
                 }
                 ItemKind::Let { name, unit, value } => {
-                    let done = sound
-                        .and_then(|()| self.let_(unit.as_ref(), value, diagnostics));
+                    let done = sound.and_then(|()| self.let_(unit.as_ref(), value, diagnostics));
                     if let Ok(typed) = done {
                         self.model.lets.push(Let {
                             name: name.text.clone(),
@@ -370,8 +373,10 @@ impl<'a> Resolver<'a> {
             ));
         }
         // A size given with a unit of its own: 0.5 °C is half a kelvin.
-        if let (Reading::Size, crate::syntax::ast::ExprKind::Number { value, unit: Some(own), .. }) =
-            (reading, &expr.kind)
+        if let (
+            Reading::Size,
+            crate::syntax::ast::ExprKind::Number { value, unit: Some(own), .. },
+        ) = (reading, &expr.kind)
         {
             let own = unit_of(Some(own), diagnostics)?;
             let id = self.lowering.graph.constant(value * own.factor);
@@ -472,7 +477,8 @@ impl<'a> Resolver<'a> {
                 AttributeKind::Log => parameter.log = true,
                 AttributeKind::Fixed => parameter.fixed = true,
                 AttributeKind::Nominal(nominal) => {
-                    parameter.nominal = Some(self.positive(nominal, &unit, "nominal", diagnostics)?);
+                    parameter.nominal =
+                        Some(self.positive(nominal, &unit, "nominal", diagnostics)?);
                 }
                 AttributeKind::PriorNormal(mean, std) => {
                     let mean = self.known(mean, &unit, Reading::Value, diagnostics)?;
@@ -738,7 +744,10 @@ fn check_bounds(
             Diagnostic::new(
                 Code::E506,
                 value_span,
-                format!("`{}` is estimated by its logarithm, so it must be above zero", declared.name),
+                format!(
+                    "`{}` is estimated by its logarithm, so it must be above zero",
+                    declared.name
+                ),
             )
             .help("leave out `log`, or give a positive value"),
         ));

@@ -82,7 +82,8 @@ pub fn write(model: &Model) -> String {
         for (name, value) in longer {
             let _ = writeln!(text, "    {name} = {value}");
         }
-        let noise = output.noise.map_or(String::new(), |noise| format!("  noise {}", number(noise)));
+        let noise =
+            output.noise.map_or(String::new(), |noise| format!("  noise {}", number(noise)));
         let _ = writeln!(text, "  output {} = {value}{noise}", head(&output.declared));
     }
     text

@@ -3,9 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::functions::{Argument, FUNCTIONS, FunctionKind, ResultKind};
-use super::{
-    Function, Input, Operation, Output, Parameter, Program, Unknown, ValueId,
-};
+use super::{Function, Input, Operation, Output, Parameter, Program, Unknown, ValueId};
 use crate::dae::Dae;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 
@@ -104,13 +102,7 @@ struct Derivation<'a> {
 
 impl<'a> Derivation<'a> {
     fn new(dae: &'a Dae, directions: &'a [usize]) -> Self {
-        Derivation {
-            dae,
-            directions,
-            graph: dae.graph.clone(),
-            matrices: BTreeMap::new(),
-            g: None,
-        }
+        Derivation { dae, directions, graph: dae.graph.clone(), matrices: BTreeMap::new(), g: None }
     }
 
     fn n(&self) -> usize {
@@ -157,7 +149,8 @@ impl<'a> Derivation<'a> {
             ResultKind::Dwdu => self.sparse(result, &w, input),
             ResultKind::Dwdp => self.sparse(result, &w, parameter),
             ResultKind::Dgdy => {
-                let rows = self.derivatives_of_g(|derivation, e| derivation.graph.gradient(e, unknown));
+                let rows =
+                    self.derivatives_of_g(|derivation, e| derivation.graph.gradient(e, unknown));
                 self.keep(result, rows)
             }
         }

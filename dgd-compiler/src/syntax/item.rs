@@ -50,10 +50,7 @@ pub(crate) fn is_keyword(word: &str) -> bool {
 }
 
 fn keywords() -> impl Iterator<Item = &'static str> {
-    SIMPLE
-        .iter()
-        .map(|(keyword, _)| *keyword)
-        .chain(["model", "variant"])
+    SIMPLE.iter().map(|(keyword, _)| *keyword).chain(["model", "variant"])
 }
 
 /// Reads an item without a block, from its keyword to its last token.
@@ -84,9 +81,8 @@ fn no_item(input: Tokens<'_>) -> Diagnostic {
             let diagnostic = wrong(format!("no item begins with `{text}`"));
             match (suggestion(text, keywords()), input.second()) {
                 (Some(keyword), _) => diagnostic.help(format!("did you mean `{keyword}`?")),
-                (None, Some(TokenKind::Equal)) => diagnostic.help(format!(
-                    "write `let {text} = …` or `equation LABEL: {text} = …`"
-                )),
+                (None, Some(TokenKind::Equal)) => diagnostic
+                    .help(format!("write `let {text} = …` or `equation LABEL: {text} = …`")),
                 (None, _) => {
                     let all: Vec<&str> = keywords().collect();
                     diagnostic.help(format!("items begin with one of: {}", all.join(", ")))
@@ -104,9 +100,8 @@ fn no_item(input: Tokens<'_>) -> Diagnostic {
                 | TokenKind::Equal,
             ),
             _,
-        ) => wrong(format!("no item begins with `{text}`")).help(format!(
-            "to go on with the line above, leave the `{text}` at its end"
-        )),
+        ) => wrong(format!("no item begins with `{text}`"))
+            .help(format!("to go on with the line above, leave the `{text}` at its end")),
         _ => wrong(format!("no item begins with `{text}`")),
     }
 }
@@ -148,15 +143,7 @@ fn parameter(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     let (rest, ((name, unit), value)) = (declared, value("a parameter")).parse(input)?;
     let allowed = &["in", "log", "fixed", "nominal", "prior"];
     let (rest, attributes) = attributes(allowed, "a parameter", rest)?;
-    Ok((
-        rest,
-        ItemKind::Parameter {
-            name,
-            unit,
-            value,
-            attributes,
-        },
-    ))
+    Ok((rest, ItemKind::Parameter { name, unit, value, attributes }))
 }
 
 fn input(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
@@ -169,14 +156,7 @@ fn input(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
         );
     }
     let (rest, attributes) = attributes(&["hold", "linear"], "an input", rest)?;
-    Ok((
-        rest,
-        ItemKind::Input {
-            name,
-            unit,
-            attributes,
-        },
-    ))
+    Ok((rest, ItemKind::Input { name, unit, attributes }))
 }
 
 fn unknown(declared_as: UnknownKind, input: Tokens<'_>) -> Parsed<'_, ItemKind> {
@@ -186,16 +166,7 @@ fn unknown(declared_as: UnknownKind, input: Tokens<'_>) -> Parsed<'_, ItemKind> 
         UnknownKind::Unknown => "an unknown",
     };
     let (rest, attributes) = attributes(&["fixed", "nominal"], what, rest)?;
-    Ok((
-        rest,
-        ItemKind::Unknown {
-            declared: declared_as,
-            name,
-            unit,
-            start,
-            attributes,
-        },
-    ))
+    Ok((rest, ItemKind::Unknown { declared: declared_as, name, unit, start, attributes }))
 }
 
 fn definition(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
@@ -215,28 +186,13 @@ fn function(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     }
     let rest = close(open.span(), rest)?.0;
     let (rest, body) = value("a function")(rest)?;
-    Ok((
-        rest,
-        ItemKind::Function {
-            name,
-            arguments,
-            body,
-        },
-    ))
+    Ok((rest, ItemKind::Function { name, arguments, body }))
 }
 
 fn output(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     let (rest, ((name, unit), value)) = (declared, optional_value).parse(input)?;
     let (rest, attributes) = attributes(&["noise"], "an output", rest)?;
-    Ok((
-        rest,
-        ItemKind::Output {
-            name,
-            unit,
-            value,
-            attributes,
-        },
-    ))
+    Ok((rest, ItemKind::Output { name, unit, value, attributes }))
 }
 
 /// `name = value`, and nothing behind it.
@@ -270,15 +226,11 @@ const ATTRIBUTES: &[(&str, AttributeRule)] = &[
     ("in", bounds),
     ("log", |input| Ok((input, AttributeKind::Log))),
     ("fixed", |input| Ok((input, AttributeKind::Fixed))),
-    ("nominal", |input| {
-        map(expression, AttributeKind::Nominal).parse(input)
-    }),
+    ("nominal", |input| map(expression, AttributeKind::Nominal).parse(input)),
     ("prior", prior),
     ("hold", |input| Ok((input, AttributeKind::Hold))),
     ("linear", |input| Ok((input, AttributeKind::Linear))),
-    ("noise", |input| {
-        map(expression, AttributeKind::Noise).parse(input)
-    }),
+    ("noise", |input| map(expression, AttributeKind::Noise).parse(input)),
 ];
 
 /// Attributes to the end of the item: the first without a comma, the others behind one.
@@ -288,9 +240,7 @@ fn attributes<'a>(
     mut input: Tokens<'a>,
 ) -> Parsed<'a, Vec<Attribute>> {
     let mut all: Vec<(&str, Attribute)> = Vec::new();
-    let is_attribute = ATTRIBUTES
-        .iter()
-        .any(|(word, _)| input.starts_with_word(word));
+    let is_attribute = ATTRIBUTES.iter().any(|(word, _)| input.starts_with_word(word));
     if input.first() != Some(TokenKind::Name) || allowed.is_empty() && !is_attribute {
         return Ok((input, Vec::new()));
     }
@@ -317,10 +267,7 @@ fn attributes<'a>(
             Some(TokenKind::Comma) => input = rest.behind_first(),
             Some(TokenKind::Name) => return rest.expected("`,` between attributes"),
             Some(_) | None => {
-                return Ok((
-                    rest,
-                    all.into_iter().map(|(_, attribute)| attribute).collect(),
-                ));
+                return Ok((rest, all.into_iter().map(|(_, attribute)| attribute).collect()));
             }
         }
     }
@@ -345,13 +292,7 @@ fn attribute<'a>(allowed: &[&str], what: &str, input: Tokens<'a>) -> Parsed<'a, 
         return input.wrong(Diagnostic::new(Code::E107, input.span(), message).help(help));
     };
     let (rest, kind) = cut(*rule).parse(input.behind_first())?;
-    Ok((
-        rest,
-        Attribute {
-            span: input.span_to(&rest),
-            kind,
-        },
-    ))
+    Ok((rest, Attribute { span: input.span_to(&rest), kind }))
 }
 
 /// `a .. b`, either end open.

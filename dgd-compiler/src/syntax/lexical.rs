@@ -73,11 +73,7 @@ impl Token {
     }
 
     pub(crate) fn span(self, source: SourceId) -> Span {
-        Span {
-            source,
-            start: self.start,
-            end: self.end,
-        }
+        Span { source, start: self.start, end: self.end }
     }
 }
 
@@ -93,16 +89,8 @@ pub(crate) fn tokens(
     let text = sources.get(source).text.as_str();
     let mut tokens: Vec<Token> = Vec::new();
     if i32::try_from(text.len()).is_err() {
-        let span = Span {
-            source,
-            start: 0,
-            end: 0,
-        };
-        diagnostics.error(Diagnostic::new(
-            Code::E112,
-            span,
-            "the file is larger than 2 GiB",
-        ));
+        let span = Span { source, start: 0, end: 0 };
+        diagnostics.error(Diagnostic::new(Code::E112, span, "the file is larger than 2 GiB"));
         return tokens;
     }
     let mut rest = text.strip_prefix('\u{feff}').unwrap_or(text);
@@ -115,21 +103,13 @@ pub(crate) fn tokens(
         let behind_name = tokens
             .last()
             .is_some_and(|last| last.end == start && matches!(last.kind, TokenKind::Name));
-        let bracket = if behind_name {
-            TokenKind::Index
-        } else {
-            TokenKind::Unit
-        };
+        let bracket = if behind_name { TokenKind::Index } else { TokenKind::Unit };
         let (after, kind) = match alt((sound, brackets(bracket))).parse(rest) {
             Ok((after, kind)) => (after, Ok(kind)),
             Err(_) => unsound(rest),
         };
         let end = (text.len() - after.len()) as u32;
-        let token = Token {
-            kind: *kind.as_ref().unwrap_or(&TokenKind::Invalid),
-            start,
-            end,
-        };
+        let token = Token { kind: *kind.as_ref().unwrap_or(&TokenKind::Invalid), start, end };
         if let Err(mistake) = kind {
             let mut diagnostic = Diagnostic::new(mistake.code, token.span(source), mistake.message);
             diagnostic.help = mistake.help.map(str::to_owned);
@@ -218,18 +198,13 @@ fn verify_rest<'a, T>(
 fn in_range(number: &str) -> bool {
     let mantissa = number.split(['e', 'E']).next().unwrap_or(number);
     let is_zero = mantissa.chars().all(|c| matches!(c, '0' | '.'));
-    number
-        .parse::<f64>()
-        .is_ok_and(|value| value.is_finite() && (value != 0.0 || is_zero))
+    number.parse::<f64>().is_ok_and(|value| value.is_finite() && (value != 0.0 || is_zero))
 }
 
 /// `/// …` or `# …` up to the end of the line.
 fn comment(input: &str) -> Read<'_> {
     let line = |c: char| !c.is_control() || c == '\t';
-    let kind = alt((
-        value(TokenKind::Doc, tag("///")),
-        value(TokenKind::Comment, tag("#")),
-    ));
+    let kind = alt((value(TokenKind::Doc, tag("///")), value(TokenKind::Comment, tag("#"))));
     verify_rest(terminated(kind, take_while(line)), at_line_end).parse(input)
 }
 
@@ -271,12 +246,8 @@ fn symbol(input: &str) -> Read<'_> {
 }
 
 fn text(input: &str) -> Read<'_, &str> {
-    recognize((
-        char('"'),
-        take_while(|c: char| c != '"' && !c.is_control()),
-        char('"'),
-    ))
-    .parse(input)
+    recognize((char('"'), take_while(|c: char| c != '"' && !c.is_control()), char('"')))
+        .parse(input)
 }
 
 /// `[` up to the `]` that closes it on the same line.
@@ -344,39 +315,26 @@ fn shortened(piece: &str) -> String {
     const LETTERS: usize = 30;
     let mut letters = piece.chars();
     let start: String = letters.by_ref().take(LETTERS).collect();
-    if letters.next().is_some() {
-        start + "…"
-    } else {
-        start
-    }
+    if letters.next().is_some() { start + "…" } else { start }
 }
 
 /// What begins like a number, up to the next blank or operator; `1..2` keeps its range.
 fn malformed_number(input: &str) -> Read<'_, &str> {
-    let begins = input
-        .strip_prefix('.')
-        .unwrap_or(input)
-        .starts_with(|c: char| c.is_ascii_digit());
+    let begins = input.strip_prefix('.').unwrap_or(input).starts_with(|c: char| c.is_ascii_digit());
     if !begins {
         return Err(nom::Err::Error((input, ErrorKind::Digit)));
     }
     // As far as it is well-formed, `1e+999`; and on to the end of the word, `1.2.3m`.
     let sound = digits(input).map_or(0, |(rest, _)| input.len() - rest.len());
     let word = |c: char| is_name_character(c) || c == '.';
-    let end = input[sound..]
-        .find(|c| !word(c))
-        .map_or(input.len(), |at| sound + at);
+    let end = input[sound..].find(|c| !word(c)).map_or(input.len(), |at| sound + at);
     let end = input[1..end].find("..").map_or(end, |at| at + 1);
     Ok((&input[end..], &input[..end]))
 }
 
 /// `# …` with something in it that no text should hold.
 fn broken_comment(input: &str) -> Read<'_, &str> {
-    preceded(
-        peek(alt((tag("///"), tag("#")))),
-        take_while1(|c| c != '\n'),
-    )
-    .parse(input)
+    preceded(peek(alt((tag("///"), tag("#")))), take_while1(|c| c != '\n')).parse(input)
 }
 
 fn number_mistake(piece: &str) -> Mistake {
@@ -402,29 +360,20 @@ fn number_mistake(piece: &str) -> Mistake {
     } else {
         "a number has one decimal point at most"
     };
-    Mistake {
-        code: Code::E102,
-        message: format!("`{shown}` is not a number"),
-        help: Some(help),
-    }
+    Mistake { code: Code::E102, message: format!("`{shown}` is not a number"), help: Some(help) }
 }
 
 /// `"` or `[` without its end, to the end of the line.
 fn unclosed(input: &str) -> Read<'_, &str> {
-    preceded(
-        peek(one_of("\"[")),
-        take_while1(|c: char| !c.is_control() || c == '\t'),
-    )
-    .parse(input)
+    preceded(peek(one_of("\"[")), take_while1(|c: char| !c.is_control() || c == '\t')).parse(input)
 }
 
-/// A run of characters that begin no token, or one that begins a broken one.
+/// A run of characters that begin no token, or a word that begins with one.
 fn unexpected(input: &str) -> Read<'_, &str> {
     let begins_nothing = |c: char| !c.is_ascii() && !is_letter(c) && !c.is_whitespace();
-    let more = take_while(|c| begins_nothing(c) || is_name_character(c));
-    let word = (satisfy(|c| c == '_' || begins_nothing(c)), more);
+    let word = (one_of("_°µ"), take_while(|c| begins_nothing(c) || is_name_character(c)));
     let controls = take_while1(|c: char| c.is_control() && !matches!(c, '\n' | '\r' | '\t'));
-    alt((recognize(word), controls, recognize(anychar))).parse(input)
+    alt((recognize(word), controls, take_while1(begins_nothing), recognize(anychar))).parse(input)
 }
 
 fn character_help(piece: &str) -> Option<&'static str> {
@@ -458,10 +407,7 @@ fn character_help(piece: &str) -> Option<&'static str> {
 /// forgotten parenthesis is one mistake.
 pub(crate) fn item_ends(tokens: &[Token], source: &str) -> Vec<bool> {
     let is_code = |token: &Token| {
-        !matches!(
-            token.kind,
-            TokenKind::Newline | TokenKind::Comment | TokenKind::Doc
-        )
+        !matches!(token.kind, TokenKind::Newline | TokenKind::Comment | TokenKind::Doc)
     };
     let code: Vec<usize> = (0..tokens.len()).filter(|&i| is_code(&tokens[i])).collect();
     // How much of the code has been passed.
@@ -548,18 +494,12 @@ mod tests {
 
     fn read(text: &str) -> (Vec<(TokenKind, String)>, Vec<String>) {
         let mut sources = Sources::default();
-        let id = sources.add(Source {
-            name: "test".into(),
-            text: text.into(),
-        });
+        let id = sources.add(Source { name: "test".into(), text: text.into() });
         let mut diagnostics = Diagnostics::default();
         let tokens = tokens(id, &sources, &mut diagnostics);
         let mistakes = diagnostics.sorted();
         (
-            tokens
-                .iter()
-                .map(|token| (token.kind, token.text(text).to_owned()))
-                .collect(),
+            tokens.iter().map(|token| (token.kind, token.text(text).to_owned())).collect(),
             mistakes
                 .iter()
                 .map(|mistake| format!("{}: {}", mistake.code, mistake.message))
@@ -598,13 +538,7 @@ mod tests {
 
     #[test]
     fn brackets_are_units_behind_blanks_and_numbers() {
-        let kinds = |text| {
-            read(text)
-                .0
-                .iter()
-                .map(|(kind, _)| *kind)
-                .collect::<Vec<_>>()
-        };
+        let kinds = |text| read(text).0.iter().map(|(kind, _)| *kind).collect::<Vec<_>>();
         assert_eq!(kinds("h [m]"), [TokenKind::Name, TokenKind::Unit]);
         assert_eq!(kinds("h[i]"), [TokenKind::Name, TokenKind::Index]);
         assert_eq!(kinds("3[%]"), [TokenKind::Number, TokenKind::Unit]);
@@ -618,9 +552,7 @@ mod tests {
     #[test]
     fn names_are_made_of_letters() {
         assert_eq!(texts("Δp_τ x1 größe"), ["Δp_τ", "x1", "größe"]);
-        for text in [
-            "_a", "µ", "x²", "\u{2126}", "°C", "%", "\u{24b6}", "e\u{301}",
-        ] {
+        for text in ["_a", "µ", "x²", "\u{2126}", "°C", "%", "\u{24b6}", "e\u{301}"] {
             let (_, mistakes) = read(text);
             assert_eq!(mistakes.len(), 1, "{text}: {mistakes:?}");
             assert!(mistakes[0].starts_with("E101"), "{text}");
@@ -653,10 +585,7 @@ mod tests {
             ("let a = 1\r\nlet b = 2\r\n", 2),
         ] {
             let mut sources = Sources::default();
-            let id = sources.add(Source {
-                name: "test".into(),
-                text: text.into(),
-            });
+            let id = sources.add(Source { name: "test".into(), text: text.into() });
             let tokens = tokens(id, &sources, &mut Diagnostics::default());
             let ends = item_ends(&tokens, text);
             assert_eq!(ends.iter().filter(|&&end| end).count(), expected, "{text}");

@@ -42,36 +42,18 @@ pub fn parse(
         .map(|(token, _)| token)
         .collect();
 
-    let mut reader = Reader {
-        source,
-        text,
-        model: None,
-        begun: false,
-        diagnostics: &mut own,
-    };
+    let mut reader = Reader { source, text, model: None, begun: false, diagnostics: &mut own };
     let items = reader.items(&tokens, 0);
     let model = reader.model;
     if items.is_empty() && model.is_none() && own.check().is_ok() {
-        let span = Span {
-            source,
-            start: 0,
-            end: 0,
-        };
-        own.error(Diagnostic::new(
-            Code::E112,
-            span,
-            "there is nothing in this file",
-        ));
+        let span = Span { source, start: 0, end: 0 };
+        own.error(Diagnostic::new(Code::E112, span, "there is nothing in this file"));
     }
     for diagnostic in own.sorted() {
         diagnostics.error(diagnostic.clone());
     }
     own.check()?;
-    Ok(Ast {
-        source,
-        model,
-        items,
-    })
+    Ok(Ast { source, model, items })
 }
 
 /// Reads `name = value`, as it is set from outside a model file.
@@ -84,13 +66,7 @@ pub fn parse_setting(
     let text = sources.get(source).text.as_str();
     let mut tokens = lexical::tokens(source, sources, &mut own);
     tokens.retain(|token| token.kind != TokenKind::Newline);
-    let mut reader = Reader {
-        source,
-        text,
-        model: None,
-        begun: true,
-        diagnostics: &mut own,
-    };
+    let mut reader = Reader { source, text, model: None, begun: true, diagnostics: &mut own };
     let setting = reader.setting(&tokens);
     for diagnostic in own.sorted() {
         diagnostics.error(diagnostic.clone());
@@ -132,8 +108,7 @@ impl<'a> Reader<'a, '_> {
                     return items;
                 }
                 _ => {
-                    let length = self.length(tokens);
-                    let (statement, rest) = tokens.split_at(length);
+                    let (statement, rest) = tokens.split_at(item_length(tokens));
                     let docs = std::mem::take(&mut doc);
                     items.extend(self.item(statement, docs, nesting));
                     tokens = rest;
@@ -142,78 +117,46 @@ impl<'a> Reader<'a, '_> {
         }
         if let Some(first) = doc.first() {
             let message = "this doc comment belongs to nothing";
-            self.error(
-                Diagnostic::new(Code::E118, self.span(*first), message).help(
-                    "write it above an item or at the end of its line; a remark begins with `#`",
-                ),
-            );
+            self.error(Diagnostic::new(Code::E118, self.span(*first), message).help(
+                "write it above an item or at the end of its line; a remark begins with `#`",
+            ));
         }
         items
-    }
-
-    /// How many tokens an item takes, its block included, its line end not.
-    fn length(&self, tokens: &[Token]) -> usize {
-        let mut open = 0_usize;
-        for (i, token) in tokens.iter().enumerate() {
-            match token.kind {
-                TokenKind::OpenBrace => open += 1,
-                TokenKind::CloseBrace if open == 0 => return i,
-                TokenKind::CloseBrace => open -= 1,
-                TokenKind::Newline if open == 0 => return i,
-                _ => {}
-            }
-        }
-        tokens.len()
     }
 
     /// Reads one item, without line ends around it.
     fn item(&mut self, statement: &'a [Token], mut docs: Vec<Token>, nesting: u32) -> Option<Item> {
         let is_first = !std::mem::replace(&mut self.begun, true);
         let first = statement.first()?;
-        let keyword = if first.kind == TokenKind::Name {
-            first.text(self.text)
+        let kind = if first.kind == TokenKind::Name && first.text(self.text) == "variant" {
+            self.variant(statement, &mut docs, nesting)
         } else {
-            ""
+            docs.extend(statement.iter().filter(|token| token.kind == TokenKind::Doc));
+            self.plain_item(statement, &docs, is_first && nesting == 0)
         };
-        let result = match keyword {
-            "variant" => self.variant(statement, &mut docs, nesting),
-            _ => {
-                docs.extend(
-                    statement
-                        .iter()
-                        .filter(|token| token.kind == TokenKind::Doc),
-                );
-                let plain: Vec<Token> = statement
-                    .iter()
-                    .filter(|token| token.kind != TokenKind::Doc)
-                    .copied()
-                    .collect();
-                if plain.iter().any(|token| token.kind == TokenKind::Invalid) {
-                    return None;
-                }
-                let input = Tokens::new(&plain, self.text, self.source);
-                if keyword == "model" {
-                    self.header(input, &docs, is_first && nesting == 0);
-                    return None;
-                }
-                match item::item(input) {
-                    Ok((_, kind)) => Some(kind),
-                    Err(error) => {
-                        self.report::<()>(Err(error));
-                        None
-                    }
-                }
-            }
-        };
-        let last = statement
-            .iter()
-            .rfind(|token| token.kind != TokenKind::Doc)?;
+        let last = statement.iter().rfind(|token| token.kind != TokenKind::Doc)?;
         let span = self.span(*first).to(self.span(*last));
-        Some(Item {
-            span,
-            doc: self.doc_lines(&docs),
-            kind: result?,
-        })
+        Some(Item { span, doc: self.doc_lines(&docs), kind: kind? })
+    }
+
+    /// Reads an item without a block. The `model` line is kept aside.
+    fn plain_item(
+        &mut self,
+        statement: &[Token],
+        docs: &[Token],
+        is_first: bool,
+    ) -> Option<ItemKind> {
+        let plain: Vec<Token> =
+            statement.iter().filter(|token| token.kind != TokenKind::Doc).copied().collect();
+        if plain.iter().any(|token| token.kind == TokenKind::Invalid) {
+            return None;
+        }
+        let input = Tokens::new(&plain, self.text, self.source);
+        if input.starts_with_word("model") {
+            self.header(input, docs, is_first);
+            return None;
+        }
+        self.report(item::item(input)).map(|(_, kind)| kind)
     }
 
     fn header(&mut self, input: Tokens<'_>, docs: &[Token], is_first: bool) {
@@ -228,17 +171,10 @@ impl<'a> Reader<'a, '_> {
             return;
         }
         let result = name(input.behind_first()).and_then(|(rest, name)| {
-            if rest.is_empty() {
-                Ok((rest, name))
-            } else {
-                rest.expected("the end of the line")
-            }
+            if rest.is_empty() { Ok((rest, name)) } else { rest.expected("the end of the line") }
         });
         if let Some(name) = self.report(result.map(|(_, name)| name)) {
-            self.model = Some(Header {
-                doc: self.doc_lines(docs),
-                name,
-            });
+            self.model = Some(Header { doc: self.doc_lines(docs), name });
         }
     }
 
@@ -256,7 +192,7 @@ impl<'a> Reader<'a, '_> {
         }
         let (rest, name) = self.report(name(input.behind_first()))?;
         let (mut inside, behind) = self.block(&statement[statement.len() - rest.len()..])?;
-        self.take_docs(&mut inside, docs);
+        take_docs(&mut inside, docs);
 
         let mut choices = Vec::new();
         let mut above = Vec::new();
@@ -305,17 +241,10 @@ impl<'a> Reader<'a, '_> {
     ) -> Option<(Choice, &'a [Token])> {
         let (rest, name) = self.report(name(self.input(tokens)))?;
         let (mut inside, mut behind) = self.block(&tokens[tokens.len() - rest.len()..])?;
-        self.take_docs(&mut inside, docs);
-        self.take_docs(&mut behind, docs);
+        take_docs(&mut inside, docs);
+        take_docs(&mut behind, docs);
         let items = self.items(inside, nesting + 1);
-        Some((
-            Choice {
-                doc: self.doc_lines(docs),
-                name,
-                items,
-            },
-            behind,
-        ))
+        Some((Choice { doc: self.doc_lines(docs), name, items }, behind))
     }
 
     /// Splits `{ … } …` into what is within the braces and what is behind them.
@@ -338,17 +267,6 @@ impl<'a> Reader<'a, '_> {
         let message = "this `{` is not closed";
         self.error(Diagnostic::new(Code::E115, self.span(tokens[0]), message));
         None
-    }
-
-    /// Moves doc comments up to the end of the line.
-    fn take_docs(&self, tokens: &mut &'a [Token], docs: &mut Vec<Token>) {
-        while let Some((first, rest)) = tokens.split_first() {
-            if first.kind != TokenKind::Doc {
-                return;
-            }
-            docs.push(*first);
-            *tokens = rest;
-        }
     }
 
     /// The lines of doc comments, without `///` and one blank behind it.
@@ -378,7 +296,7 @@ impl<'a> Reader<'a, '_> {
     }
 
     /// Reports why a parser failed.
-    fn report<T>(&mut self, result: Result<T, nom::Err<Stop<'_>>>) -> Option<T> {
+    fn report<T>(&mut self, result: Result<T, nom::Err<Box<Stop<'_>>>>) -> Option<T> {
         match result {
             Ok(out) => Some(out),
             Err(nom::Err::Error(stop) | nom::Err::Failure(stop)) => {
@@ -388,6 +306,30 @@ impl<'a> Reader<'a, '_> {
             Err(nom::Err::Incomplete(_)) => unreachable!("an item's tokens are all there"),
         }
     }
+}
+
+/// Moves doc comments up to the end of the line.
+fn take_docs(tokens: &mut &[Token], docs: &mut Vec<Token>) {
+    while let Some((first, rest)) = tokens.split_first()
+        && first.kind == TokenKind::Doc
+    {
+        docs.push(*first);
+        *tokens = rest;
+    }
+}
+
+/// How many tokens an item takes, its block included, its line end not.
+fn item_length(tokens: &[Token]) -> usize {
+    let mut open = 0_usize;
+    for (i, token) in tokens.iter().enumerate() {
+        match token.kind {
+            TokenKind::OpenBrace => open += 1,
+            TokenKind::CloseBrace | TokenKind::Newline if open == 0 => return i,
+            TokenKind::CloseBrace => open -= 1,
+            _ => {}
+        }
+    }
+    tokens.len()
 }
 
 #[cfg(test)]

@@ -14,10 +14,7 @@ use crate::source::{SourceId, Span};
 
 /// The text of a file.
 pub fn print(ast: &Ast) -> String {
-    let mut printer = Printer {
-        out: String::new(),
-        depth: 0,
-    };
+    let mut printer = Printer { out: String::new(), depth: 0 };
     if let Some(model) = &ast.model {
         printer.doc(&model.doc);
         printer.line(&format!("model {}", model.name.text));
@@ -90,10 +87,7 @@ fn expression(out: &mut String, expr: &Expr, least: Binding, position: Position)
             }
         }
         ExprKind::Name(name) => out.push_str(name),
-        ExprKind::Call {
-            function,
-            arguments,
-        } => {
+        ExprKind::Call { function, arguments } => {
             out.push_str(&function.text);
             out.push('(');
             for (i, argument) in arguments.iter().enumerate() {
@@ -132,20 +126,10 @@ fn expression(out: &mut String, expr: &Expr, least: Binding, position: Position)
             list(out, factors, Binding::Sign, position);
         }
         ExprKind::And(all) => {
-            list(
-                out,
-                all.iter().map(|operand| (" and ", operand)),
-                Binding::Not,
-                position,
-            );
+            list(out, all.iter().map(|operand| (" and ", operand)), Binding::Not, position);
         }
         ExprKind::Or(all) => {
-            list(
-                out,
-                all.iter().map(|operand| (" or ", operand)),
-                Binding::And,
-                position,
-            );
+            list(out, all.iter().map(|operand| (" or ", operand)), Binding::And, position);
         }
         ExprKind::Power(base, exponent) => {
             expression(out, base, Binding::Operand, Position::Inner);
@@ -221,28 +205,13 @@ impl Printer {
             ItemKind::Constant { name, unit, value } => {
                 self.declaration("constant", name, unit.as_ref(), Some(value), &[]);
             }
-            ItemKind::Parameter {
-                name,
-                unit,
-                value,
-                attributes,
-            } => {
+            ItemKind::Parameter { name, unit, value, attributes } => {
                 self.declaration("parameter", name, unit.as_ref(), Some(value), attributes);
             }
-            ItemKind::Input {
-                name,
-                unit,
-                attributes,
-            } => {
+            ItemKind::Input { name, unit, attributes } => {
                 self.declaration("input", name, unit.as_ref(), None, attributes);
             }
-            ItemKind::Unknown {
-                declared,
-                name,
-                unit,
-                start,
-                attributes,
-            } => {
+            ItemKind::Unknown { declared, name, unit, start, attributes } => {
                 let keyword = match declared {
                     UnknownKind::State => "state",
                     UnknownKind::Unknown => "unknown",
@@ -252,29 +221,16 @@ impl Printer {
             ItemKind::Let { name, unit, value } => {
                 self.declaration("let", name, unit.as_ref(), Some(value), &[]);
             }
-            ItemKind::Output {
-                name,
-                unit,
-                value,
-                attributes,
-            } => {
+            ItemKind::Output { name, unit, value, attributes } => {
                 self.declaration("output", name, unit.as_ref(), value.as_ref(), attributes);
             }
-            ItemKind::Function {
-                name,
-                arguments,
-                body,
-            } => {
+            ItemKind::Function { name, arguments, body } => {
                 let argument = |argument: &Argument| {
                     format!("{}{}", argument.name.text, brackets(argument.unit.as_ref()))
                 };
                 let arguments: Vec<String> = arguments.iter().map(argument).collect();
                 let body = print_expression(body);
-                self.line(&format!(
-                    "function {}({}) = {body}",
-                    name.text,
-                    arguments.join(", ")
-                ));
+                self.line(&format!("function {}({}) = {body}", name.text, arguments.join(", ")));
             }
             ItemKind::Equation { label, left, right } => {
                 let (left, right) = (print_expression(left), print_expression(right));
@@ -334,11 +290,7 @@ fn print_attribute(kind: &AttributeKind) -> String {
         AttributeKind::Fixed => "fixed".to_owned(),
         AttributeKind::Nominal(size) => format!("nominal {}", print_expression(size)),
         AttributeKind::PriorNormal(mean, std) => {
-            format!(
-                "prior normal({}, {})",
-                print_expression(mean),
-                print_expression(std)
-            )
+            format!("prior normal({}, {})", print_expression(mean), print_expression(std))
         }
         AttributeKind::Hold => "hold".to_owned(),
         AttributeKind::Linear => "linear".to_owned(),
@@ -349,10 +301,8 @@ fn print_attribute(kind: &AttributeKind) -> String {
 /// The tree with every place set to zero, to compare what two texts say.
 #[must_use]
 pub fn without_places(ast: &Ast) -> Ast {
-    let header = |model: &Header| Header {
-        doc: model.doc.clone(),
-        name: placeless_name(&model.name),
-    };
+    let header =
+        |model: &Header| Header { doc: model.doc.clone(), name: placeless_name(&model.name) };
     Ast {
         source: SourceId::default(),
         model: ast.model.as_ref().map(header),
@@ -361,17 +311,11 @@ pub fn without_places(ast: &Ast) -> Ast {
 }
 
 fn placeless_name(name: &Name) -> Name {
-    Name {
-        text: name.text.clone(),
-        span: Span::default(),
-    }
+    Name { text: name.text.clone(), span: Span::default() }
 }
 
-fn placeless_unit(unit: &Option<Unit>) -> Option<Unit> {
-    unit.as_ref().map(|unit| Unit {
-        span: Span::default(),
-        text: unit.text.clone(),
-    })
+fn placeless_unit(unit: Option<&Unit>) -> Option<Unit> {
+    unit.map(|unit| Unit { span: Span::default(), text: unit.text.clone() })
 }
 
 fn placeless_attribute(attribute: &Attribute) -> Attribute {
@@ -390,85 +334,57 @@ fn placeless_attribute(attribute: &Attribute) -> Attribute {
         AttributeKind::Hold => AttributeKind::Hold,
         AttributeKind::Linear => AttributeKind::Linear,
     };
-    Attribute {
-        span: Span::default(),
-        kind,
-    }
+    Attribute { span: Span::default(), kind }
 }
 
 fn placeless_item(item: &Item) -> Item {
     let attributes = |all: &[Attribute]| all.iter().map(placeless_attribute).collect();
     let kind = match &item.kind {
-        ItemKind::Import { path, .. } => ItemKind::Import {
-            path: path.clone(),
-            path_span: Span::default(),
-        },
+        ItemKind::Import { path, .. } => {
+            ItemKind::Import { path: path.clone(), path_span: Span::default() }
+        }
         ItemKind::Constant { name, unit, value } => ItemKind::Constant {
             name: placeless_name(name),
-            unit: placeless_unit(unit),
+            unit: placeless_unit(unit.as_ref()),
             value: placeless(value),
         },
-        ItemKind::Parameter {
-            name,
-            unit,
-            value,
-            attributes: all,
-        } => ItemKind::Parameter {
+        ItemKind::Parameter { name, unit, value, attributes: all } => ItemKind::Parameter {
             name: placeless_name(name),
-            unit: placeless_unit(unit),
+            unit: placeless_unit(unit.as_ref()),
             value: placeless(value),
             attributes: attributes(all),
         },
-        ItemKind::Input {
-            name,
-            unit,
-            attributes: all,
-        } => ItemKind::Input {
+        ItemKind::Input { name, unit, attributes: all } => ItemKind::Input {
             name: placeless_name(name),
-            unit: placeless_unit(unit),
+            unit: placeless_unit(unit.as_ref()),
             attributes: attributes(all),
         },
-        ItemKind::Unknown {
-            declared,
-            name,
-            unit,
-            start,
-            attributes: all,
-        } => ItemKind::Unknown {
+        ItemKind::Unknown { declared, name, unit, start, attributes: all } => ItemKind::Unknown {
             declared: *declared,
             name: placeless_name(name),
-            unit: placeless_unit(unit),
+            unit: placeless_unit(unit.as_ref()),
             start: start.as_ref().map(placeless),
             attributes: attributes(all),
         },
         ItemKind::Let { name, unit, value } => ItemKind::Let {
             name: placeless_name(name),
-            unit: placeless_unit(unit),
+            unit: placeless_unit(unit.as_ref()),
             value: placeless(value),
         },
-        ItemKind::Function {
-            name,
-            arguments,
-            body,
-        } => ItemKind::Function {
+        ItemKind::Function { name, arguments, body } => ItemKind::Function {
             name: placeless_name(name),
             arguments: arguments
                 .iter()
                 .map(|a| Argument {
                     name: placeless_name(&a.name),
-                    unit: placeless_unit(&a.unit),
+                    unit: placeless_unit(a.unit.as_ref()),
                 })
                 .collect(),
             body: placeless(body),
         },
-        ItemKind::Output {
-            name,
-            unit,
-            value,
-            attributes: all,
-        } => ItemKind::Output {
+        ItemKind::Output { name, unit, value, attributes: all } => ItemKind::Output {
             name: placeless_name(name),
-            unit: placeless_unit(unit),
+            unit: placeless_unit(unit.as_ref()),
             value: value.as_ref().map(placeless),
             attributes: attributes(all),
         },
@@ -489,11 +405,7 @@ fn placeless_item(item: &Item) -> Item {
                 .collect(),
         },
     };
-    Item {
-        span: Span::default(),
-        doc: item.doc.clone(),
-        kind,
-    }
+    Item { span: Span::default(), doc: item.doc.clone(), kind }
 }
 
 fn placeless(expr: &Expr) -> Expr {
@@ -502,29 +414,20 @@ fn placeless(expr: &Expr) -> Expr {
         ExprKind::Number { value, text, unit } => ExprKind::Number {
             value: *value,
             text: text.clone(),
-            unit: placeless_unit(unit),
+            unit: placeless_unit(unit.as_ref()),
         },
         ExprKind::Name(name) => ExprKind::Name(name.clone()),
-        ExprKind::Call {
-            function,
-            arguments,
-        } => ExprKind::Call {
+        ExprKind::Call { function, arguments } => ExprKind::Call {
             function: placeless_name(function),
             arguments: arguments.iter().map(placeless).collect(),
         },
         ExprKind::Group(inner) => ExprKind::Group(boxed(inner)),
         ExprKind::Negate(operand) => ExprKind::Negate(boxed(operand)),
-        ExprKind::Sum(terms) => ExprKind::Sum(
-            terms
-                .iter()
-                .map(|(sign, term)| (*sign, placeless(term)))
-                .collect(),
-        ),
+        ExprKind::Sum(terms) => {
+            ExprKind::Sum(terms.iter().map(|(sign, term)| (*sign, placeless(term))).collect())
+        }
         ExprKind::Product(factors) => ExprKind::Product(
-            factors
-                .iter()
-                .map(|(sign, factor)| (*sign, placeless(factor)))
-                .collect(),
+            factors.iter().map(|(sign, factor)| (*sign, placeless(factor))).collect(),
         ),
         ExprKind::Power(base, exponent) => ExprKind::Power(boxed(base), boxed(exponent)),
         ExprKind::If(condition, yes, no) => ExprKind::If(boxed(condition), boxed(yes), boxed(no)),
@@ -533,8 +436,5 @@ fn placeless(expr: &Expr) -> Expr {
         ExprKind::Or(all) => ExprKind::Or(all.iter().map(placeless).collect()),
         ExprKind::Not(operand) => ExprKind::Not(boxed(operand)),
     };
-    Expr {
-        span: Span::default(),
-        kind,
-    }
+    Expr { span: Span::default(), kind }
 }

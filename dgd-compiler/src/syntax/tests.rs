@@ -7,7 +7,7 @@ use crate::diagnostics::codes::CODES;
 use crate::source::Source;
 
 /// The model of the language's description.
-pub(super) const CIRCULATION: &str = r#"/// Mud circulation of a dual gradient drilling riser.
+pub(super) const CIRCULATION: &str = "/// Mud circulation of a dual gradient drilling riser.
 /// Haukanes 2015: 2.32, 2.33 (dynamic), 3.17, 3.18 (static).
 model mud_circulation
 
@@ -46,14 +46,11 @@ variant flow {
 output p_in  [barg] = p_suction            noise 0.01 [bar]
 output p_out [barg] = p_suction + dp_pump  noise 0.01 [bar]   # = G + F + M dq/dt, in both variants
 output q_ssp [lpm]                         noise 15 [lpm]
-"#;
+";
 
 fn read(text: &str) -> Result<Ast, Vec<Diagnostic>> {
     let mut sources = Sources::default();
-    let id = sources.add(Source {
-        name: "test.dgd".into(),
-        text: text.into(),
-    });
+    let id = sources.add(Source { name: "test.dgd".into(), text: text.into() });
     let mut diagnostics = Diagnostics::default();
     parse(id, &sources, &mut diagnostics)
         .map_err(|_| diagnostics.sorted().into_iter().cloned().collect())
@@ -62,10 +59,7 @@ fn read(text: &str) -> Result<Ast, Vec<Diagnostic>> {
 fn codes(text: &str) -> Vec<String> {
     match read(text) {
         Ok(_) => Vec::new(),
-        Err(mistakes) => mistakes
-            .iter()
-            .map(|mistake| mistake.code.to_string())
-            .collect(),
+        Err(mistakes) => mistakes.iter().map(|mistake| mistake.code.to_string()).collect(),
     }
 }
 
@@ -118,9 +112,8 @@ pub(super) fn mutated(text: &str, count: usize) -> impl Iterator<Item = String> 
     // everywhere.
     let mut state = 1_u64;
     let mut below = move |n: usize| {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         ((state >> 33) as usize) % n.max(1)
     };
     let base: Vec<char> = text.chars().collect();
@@ -136,11 +129,7 @@ pub(super) fn mutated(text: &str, count: usize) -> impl Iterator<Item = String> 
                     let from = below(base.len());
                     base[from..(from + below(20)).min(base.len())].to_vec()
                 }
-                _ => letters[at..end]
-                    .iter()
-                    .chain(&letters[at..end])
-                    .copied()
-                    .collect(),
+                _ => letters[at..end].iter().chain(&letters[at..end]).copied().collect(),
             };
             letters.splice(at..end, replacement);
         }
@@ -161,38 +150,25 @@ fn grouped(expr: &Expr) -> String {
     match &expr.kind {
         ExprKind::Number { text, .. } => text.clone(),
         ExprKind::Name(name) => name.clone(),
-        ExprKind::Call {
-            function,
-            arguments,
-        } => {
+        ExprKind::Call { function, arguments } => {
             let arguments: Vec<String> = arguments.iter().map(grouped).collect();
             format!("{}({})", function.text, arguments.join(","))
         }
         ExprKind::Group(inner) => grouped(inner),
         ExprKind::Negate(operand) => format!("(-{})", grouped(operand)),
         ExprKind::Sum(terms) => {
-            terms
-                .iter()
-                .fold(String::from("("), |mut out, (sign, term)| {
-                    let _ = write!(
-                        out,
-                        "{}{}",
-                        if *sign == Sign::Plus { '+' } else { '-' },
-                        grouped(term)
-                    );
-                    out
-                })
-                + ")"
+            terms.iter().fold(String::from("("), |mut out, (sign, term)| {
+                let _ =
+                    write!(out, "{}{}", if *sign == Sign::Plus { '+' } else { '-' }, grouped(term));
+                out
+            }) + ")"
         }
         ExprKind::Product(factors) => {
-            factors
-                .iter()
-                .fold(String::from("("), |mut out, (sign, factor)| {
-                    let sign = if *sign == Factor::Times { '*' } else { '/' };
-                    let _ = write!(out, "{sign}{}", grouped(factor));
-                    out
-                })
-                + ")"
+            factors.iter().fold(String::from("("), |mut out, (sign, factor)| {
+                let sign = if *sign == Factor::Times { '*' } else { '/' };
+                let _ = write!(out, "{sign}{}", grouped(factor));
+                out
+            }) + ")"
         }
         ExprKind::Power(base, exponent) => format!("({}^{})", grouped(base), grouped(exponent)),
         ExprKind::If(c, a, b) => format!("(if {} {} {})", grouped(c), grouped(a), grouped(b)),
@@ -216,10 +192,7 @@ fn operators_bind_as_in_mathematics() {
         ("a + b*c^2", "(+a+(*b*(c^2)))"),
         ("(a + b)*c", "(*(+a+b)*c)"),
         ("if a < b then c else d + 1", "(if (Less a b) c (+d+1))"),
-        (
-            "2*if a < b then c else d + 1",
-            "(*2*(if (Less a b) c (+d+1)))",
-        ),
+        ("2*if a < b then c else d + 1", "(*2*(if (Less a b) c (+d+1)))"),
         (
             "if a < 1 and not b > 2 or c >= 3 then 1 else if d <= 4 then 2 else 3",
             "(if (or (and (Less a 1)(not (Greater b 2)))(GreaterEqual c 3)) 1 (if (LessEqual d 4) 2 3))",
@@ -266,48 +239,19 @@ let e = (if a < 1 then 2 else 3)*4 - 2^-x^2 + -f(1, 2.50)/3e-7\n";
 
 #[test]
 fn a_tree_put_together_gets_the_parentheses_it_needs() {
-    let expr = |kind| Expr {
-        span: Span::default(),
-        kind,
-    };
+    let expr = |kind| Expr { span: Span::default(), kind };
     let name = |text: &str| expr(ExprKind::Name(text.into()));
-    let sum = || {
-        expr(ExprKind::Sum(vec![
-            (Sign::Plus, name("a")),
-            (Sign::Minus, name("b")),
-        ]))
-    };
-    let choice = || {
-        expr(ExprKind::If(
-            Box::new(name("c")),
-            Box::new(sum()),
-            Box::new(sum()),
-        ))
-    };
+    let sum = || expr(ExprKind::Sum(vec![(Sign::Plus, name("a")), (Sign::Minus, name("b"))]));
+    let choice = || expr(ExprKind::If(Box::new(name("c")), Box::new(sum()), Box::new(sum())));
     let product = |first, second| {
-        expr(ExprKind::Product(vec![
-            (Factor::Times, first),
-            (Factor::Over, second),
-        ]))
+        expr(ExprKind::Product(vec![(Factor::Times, first), (Factor::Over, second)]))
     };
     for (tree, expected) in [
         (product(sum(), sum()), "(a - b)/(a - b)"),
-        (
-            product(choice(), choice()),
-            "(if c then a - b else a - b)/if c then a - b else a - b",
-        ),
+        (product(choice(), choice()), "(if c then a - b else a - b)/if c then a - b else a - b"),
         (expr(ExprKind::Negate(Box::new(sum()))), "-(a - b)"),
-        (
-            expr(ExprKind::Power(Box::new(sum()), Box::new(sum()))),
-            "(a - b)^(a - b)",
-        ),
-        (
-            expr(ExprKind::Sum(vec![
-                (Sign::Plus, name("a")),
-                (Sign::Minus, sum()),
-            ])),
-            "a - (a - b)",
-        ),
+        (expr(ExprKind::Power(Box::new(sum()), Box::new(sum()))), "(a - b)^(a - b)"),
+        (expr(ExprKind::Sum(vec![(Sign::Plus, name("a")), (Sign::Minus, sum())])), "a - (a - b)"),
     ] {
         assert_eq!(print::print_expression(&tree), expected);
     }
@@ -330,9 +274,7 @@ output p [bar] = width [m]
 ";
     assert_eq!(
         codes(text),
-        [
-            "E105", "E115", "E107", "E105", "E101", "E116", "E110", "E109", "E117"
-        ]
+        ["E105", "E115", "E107", "E105", "E101", "E116", "E110", "E109", "E117"]
     );
 }
 
@@ -371,10 +313,7 @@ fn mistakes_have_their_codes() {
         ("", "E112"),
         ("import friction", "E105"),
         ("parameter a", "E111"),
-        (
-            "effect gain_error(y: output)\nkind sensor\nreplace output y by gain*y",
-            "E110",
-        ),
+        ("effect gain_error(y: output)\nkind sensor\nreplace output y by gain*y", "E110"),
     ] {
         assert_eq!(codes(text), [code], "{text}");
     }
@@ -384,16 +323,11 @@ fn mistakes_have_their_codes() {
 fn every_syntax_code_has_an_example_that_is_wrong_and_one_that_is_right() {
     // A nesting of 128 does not fit a page, and whether a model line is needed depends on the use.
     let not_here = [Code::E106, Code::E113];
-    for info in CODES
-        .iter()
-        .filter(|i| i.code < Code::E201 && !not_here.contains(&i.code))
-    {
+    for info in CODES.iter().filter(|i| i.code < Code::E201 && !not_here.contains(&i.code)) {
         let (_, examples) = info.explanation.split_once("\nWrong:\n\n").unwrap();
         let (wrong, right) = examples.split_once("\nRight:\n\n").unwrap();
         let plain = |text: &str| -> String {
-            text.lines()
-                .map(|line| line.get(4..).unwrap_or("").to_owned() + "\n")
-                .collect()
+            text.lines().map(|line| line.get(4..).unwrap_or("").to_owned() + "\n").collect()
         };
         let wrong = codes(&plain(wrong));
         assert!(!wrong.is_empty(), "{}", info.code);
@@ -403,12 +337,7 @@ fn every_syntax_code_has_an_example_that_is_wrong_and_one_that_is_right() {
             info.code
         );
         let right = plain(right);
-        assert_eq!(
-            codes(&right),
-            Vec::<String>::new(),
-            "{}: {right}",
-            info.code
-        );
+        assert_eq!(codes(&right), Vec::<String>::new(), "{}: {right}", info.code);
     }
 }
 
@@ -434,11 +363,7 @@ fn nesting_is_limited_and_costs_little_stack() {
         assert_eq!(codes(&nested(open, close, 20_000)), ["E106"], "{open}");
         assert_eq!(codes(&nested(open, "", 20_000)), ["E106"], "{open}");
     }
-    let blocks = format!(
-        "{}{}",
-        "variant v {\na {\n".repeat(300),
-        "}\n}\n".repeat(300)
-    );
+    let blocks = format!("{}{}", "variant v {\na {\n".repeat(300), "}\n}\n".repeat(300));
     assert_eq!(codes(&blocks), ["E106"]);
 }
 
@@ -448,10 +373,7 @@ fn long_sums_are_no_nesting_and_many_items_take_no_time() {
     assert!(read(&sum).is_ok());
     let mut many = String::new();
     for i in 0..10_000 {
-        let _ = writeln!(
-            many,
-            "equation e{i}: der(x{i}) = -a*(x{i} - (b + (c*x{i})))^2"
-        );
+        let _ = writeln!(many, "equation e{i}: der(x{i}) = -a*(x{i} - (b + (c*x{i})))^2");
     }
     assert_eq!(read(&many).unwrap().items.len(), 10_000);
     // As many mistakes as the file has lines.
@@ -467,10 +389,7 @@ fn no_text_is_a_surprise() {
             for mistake in mistakes {
                 let span = mistake.labels[0].span;
                 assert!(!mistake.message.is_empty());
-                assert!(
-                    text.get(span.start as usize..span.end as usize).is_some(),
-                    "{mistake:?}"
-                );
+                assert!(text.get(span.start as usize..span.end as usize).is_some(), "{mistake:?}");
             }
         }
     }

@@ -19,7 +19,7 @@ pub(crate) const NESTING: u32 = 128;
 /// What is left to read of an item.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tokens<'a> {
-    tokens: &'a [Token],
+    left: &'a [Token],
     text: &'a str,
     source: SourceId,
     /// End of the token read last.
@@ -35,70 +35,54 @@ pub(crate) struct Stop<'a> {
     /// What could stand there.
     expected: &'static str,
     /// What to say instead, where the parser knows better.
-    diagnostic: Option<Box<Diagnostic>>,
+    diagnostic: Option<Diagnostic>,
 }
 
-pub(crate) type Parsed<'a, T> = IResult<Tokens<'a>, T, Stop<'a>>;
+pub(crate) type Parsed<'a, T> = IResult<Tokens<'a>, T, Box<Stop<'a>>>;
 
 impl<'a> Tokens<'a> {
     /// The tokens of an item in a source with this text.
     pub(crate) fn new(tokens: &'a [Token], text: &'a str, source: SourceId) -> Self {
         let before = tokens.first().map_or(0, |token| token.start);
-        Tokens {
-            tokens,
-            text,
-            source,
-            before,
-            nesting: 0,
-        }
+        Tokens { left: tokens, text, source, before, nesting: 0 }
     }
 
     pub(crate) fn first(&self) -> Option<TokenKind> {
-        self.tokens.first().map(|token| token.kind)
+        self.left.first().map(|token| token.kind)
     }
 
     /// The kind of the token behind the first.
     pub(crate) fn second(&self) -> Option<TokenKind> {
-        self.tokens.get(1).map(|token| token.kind)
+        self.left.get(1).map(|token| token.kind)
     }
 
     /// Text of the first token; empty at the end.
     pub(crate) fn first_text(&self) -> &'a str {
-        self.tokens
-            .first()
-            .map_or("", |token| token.text(self.text))
+        self.left.first().map_or("", |token| token.text(self.text))
     }
 
     /// Place of the first token, or the place behind the last.
     pub(crate) fn span(&self) -> Span {
-        match self.tokens.first() {
+        match self.left.first() {
             Some(token) => token.span(self.source),
-            None => Span {
-                source: self.source,
-                start: self.before,
-                end: self.before,
-            },
+            None => Span { source: self.source, start: self.before, end: self.before },
         }
     }
 
     /// From the first token of `self` to the last one before `rest`.
     pub(crate) fn span_to(&self, rest: &Tokens<'a>) -> Span {
         let Span { source, start, .. } = self.span();
-        Span {
-            source,
-            start,
-            end: rest.before.max(start),
-        }
+        Span { source, start, end: rest.before.max(start) }
     }
 
     /// How many tokens are left.
     pub(crate) fn len(&self) -> usize {
-        self.tokens.len()
+        self.left.len()
     }
 
     /// Whether the item has been read to its end.
     pub(crate) fn is_empty(&self) -> bool {
-        self.tokens.is_empty()
+        self.left.is_empty()
     }
 
     /// Whether the first token is this word.
@@ -108,26 +92,31 @@ impl<'a> Tokens<'a> {
 
     /// All without the first token.
     pub(crate) fn behind_first(&self) -> Tokens<'a> {
-        self.take_from(1.min(self.tokens.len()))
+        self.take_from(1.min(self.left.len()))
+    }
+
+    /// The same, one level deeper; refused where that is too deep.
+    pub(crate) fn deeper(self) -> Result<Self, Err<Box<Stop<'a>>>> {
+        if self.nesting == NESTING {
+            return self.wrong::<()>(too_deep(self.span())).map(|_| self);
+        }
+        Ok(Tokens { nesting: self.nesting + 1, ..self })
+    }
+
+    /// The same, back from a deeper level.
+    pub(crate) fn shallower(self) -> Self {
+        Tokens { nesting: self.nesting.saturating_sub(1), ..self }
     }
 
     /// A recoverable failure: another parser may be tried here.
     pub(crate) fn expected<T>(self, expected: &'static str) -> Parsed<'a, T> {
-        Err(Err::Error(Stop {
-            at: self,
-            expected,
-            diagnostic: None,
-        }))
+        Err(Err::Error(Box::new(Stop { at: self, expected, diagnostic: None })))
     }
 
     /// A failure that has its own explanation and ends the item.
     pub(crate) fn wrong<T>(self, diagnostic: Diagnostic) -> Parsed<'a, T> {
-        let diagnostic = Some(Box::new(diagnostic));
-        Err(Err::Failure(Stop {
-            at: self,
-            expected: "",
-            diagnostic,
-        }))
+        let diagnostic = Some(diagnostic);
+        Err(Err::Failure(Box::new(Stop { at: self, expected: "", diagnostic })))
     }
 }
 
@@ -137,23 +126,16 @@ impl<'a> Input for Tokens<'a> {
     type IterIndices = Enumerate<Self::Iter>;
 
     fn input_len(&self) -> usize {
-        self.tokens.len()
+        self.left.len()
     }
 
     fn take(&self, index: usize) -> Self {
-        Tokens {
-            tokens: &self.tokens[..index],
-            ..*self
-        }
+        Tokens { left: &self.left[..index], ..*self }
     }
 
     fn take_from(&self, index: usize) -> Self {
-        let (taken, tokens) = self.tokens.split_at(index);
-        Tokens {
-            tokens,
-            before: taken.last().map_or(self.before, |token| token.end),
-            ..*self
-        }
+        let (taken, left) = self.left.split_at(index);
+        Tokens { left, before: taken.last().map_or(self.before, |token| token.end), ..*self }
     }
 
     fn take_split(&self, index: usize) -> (Self, Self) {
@@ -161,11 +143,11 @@ impl<'a> Input for Tokens<'a> {
     }
 
     fn position<P: Fn(Token) -> bool>(&self, predicate: P) -> Option<usize> {
-        self.tokens.iter().position(|token| predicate(*token))
+        self.left.iter().position(|token| predicate(*token))
     }
 
     fn iter_elements(&self) -> Self::Iter {
-        self.tokens.iter().copied()
+        self.left.iter().copied()
     }
 
     fn iter_indices(&self) -> Self::IterIndices {
@@ -173,21 +155,13 @@ impl<'a> Input for Tokens<'a> {
     }
 
     fn slice_index(&self, count: usize) -> Result<usize, Needed> {
-        if count <= self.tokens.len() {
-            Ok(count)
-        } else {
-            Err(Needed::new(count - self.tokens.len()))
-        }
+        if count <= self.left.len() { Ok(count) } else { Err(Needed::new(count - self.left.len())) }
     }
 }
 
-impl<'a> ParseError<Tokens<'a>> for Stop<'a> {
+impl<'a> ParseError<Tokens<'a>> for Box<Stop<'a>> {
     fn from_error_kind(at: Tokens<'a>, _: ErrorKind) -> Self {
-        Stop {
-            at,
-            expected: "something else",
-            diagnostic: None,
-        }
+        Box::new(Stop { at, expected: "something else", diagnostic: None })
     }
 
     fn append(_: Tokens<'a>, _: ErrorKind, other: Self) -> Self {
@@ -196,11 +170,7 @@ impl<'a> ParseError<Tokens<'a>> for Stop<'a> {
 
     /// Of two alternatives, the one that came further knows better.
     fn or(self, other: Self) -> Self {
-        if self.at.tokens.len() < other.at.tokens.len() {
-            self
-        } else {
-            other
-        }
+        if self.at.left.len() < other.at.left.len() { self } else { other }
     }
 }
 
@@ -208,7 +178,7 @@ impl Stop<'_> {
     /// What to tell the user.
     pub(crate) fn into_diagnostic(self) -> Diagnostic {
         if let Some(diagnostic) = self.diagnostic {
-            return *diagnostic;
+            return diagnostic;
         }
         let Stop { at, expected, .. } = self;
         let span = at.span();
@@ -238,11 +208,8 @@ impl Stop<'_> {
             }
             Some(_) => format!("`{text}`"),
         };
-        let diagnostic = Diagnostic::new(
-            Code::E105,
-            span,
-            format!("expected {expected}, found {found}"),
-        );
+        let diagnostic =
+            Diagnostic::new(Code::E105, span, format!("expected {expected}, found {found}"));
         match at.first() {
             Some(TokenKind::Star) if at.text[..span.start as usize].ends_with('*') => {
                 diagnostic.help("a power is written `a^b`")
@@ -250,7 +217,9 @@ impl Stop<'_> {
             Some(TokenKind::Slash) if at.text[..span.start as usize].ends_with('/') => {
                 diagnostic.help("a comment begins with `#`")
             }
-            Some(TokenKind::Name) if expected == OPERATOR && !RESERVED.contains(&text) => {
+            Some(TokenKind::Name | TokenKind::Number | TokenKind::Open)
+                if expected == OPERATOR && !RESERVED.contains(&text) =>
+            {
                 diagnostic.help("a product needs `*`; every item begins on its own line")
             }
             _ => diagnostic,
@@ -263,11 +232,7 @@ pub(crate) const OPERATOR: &str = "an operator or the end of the item";
 
 /// The diagnostic for a construct of a later version.
 pub(crate) fn not_yet(span: Span, what: &str) -> Diagnostic {
-    Diagnostic::new(
-        Code::E110,
-        span,
-        format!("{what} not part of the language yet"),
-    )
+    Diagnostic::new(Code::E110, span, format!("{what} not part of the language yet"))
 }
 
 /// A token of this kind.
@@ -308,32 +273,7 @@ pub(crate) fn name(input: Tokens<'_>) -> Parsed<'_, Name> {
         let message = format!("`{text}` is a word of the language and cannot be a name");
         return input.wrong(Diagnostic::new(Code::E119, span, message));
     }
-    Ok((
-        input.behind_first(),
-        Name {
-            text: text.to_owned(),
-            span,
-        },
-    ))
-}
-
-/// Runs a parser one level deeper, and refuses where that is too deep.
-pub(crate) fn nested<'a, T>(
-    input: Tokens<'a>,
-    parser: fn(Tokens<'a>) -> Parsed<'a, T>,
-) -> Parsed<'a, T> {
-    let nesting = input.nesting + 1;
-    if nesting > NESTING {
-        return input.wrong(too_deep(input.span()));
-    }
-    let (rest, out) = parser(Tokens { nesting, ..input })?;
-    Ok((
-        Tokens {
-            nesting: input.nesting,
-            ..rest
-        },
-        out,
-    ))
+    Ok((input.behind_first(), Name { text: text.to_owned(), span }))
 }
 
 pub(crate) fn too_deep(span: Span) -> Diagnostic {

@@ -49,10 +49,7 @@ pub(crate) struct Malformed {
 
 /// Reads a unit into its factors. `1` has none.
 pub(crate) fn parse(text: &str) -> Result<Vec<Factor>, Malformed> {
-    let stopped = |rest: &str, expected| Malformed {
-        at: text.len() - rest.len(),
-        expected,
-    };
+    let stopped = |rest: &str, expected| Malformed { at: text.len() - rest.len(), expected };
     let mut factors = Vec::new();
     match (Reader { text, nesting: 0 }).unit(text.trim_start_matches(is_blank), &mut factors) {
         Ok((rest, ())) => match rest.chars().next() {
@@ -75,10 +72,7 @@ struct Stop<'a> {
 
 impl<'a> ParseError<&'a str> for Stop<'a> {
     fn from_error_kind(rest: &'a str, _: ErrorKind) -> Self {
-        Stop {
-            rest,
-            expected: "the name of a unit",
-        }
+        Stop { rest, expected: "the name of a unit" }
     }
 
     fn append(_: &'a str, _: ErrorKind, other: Self) -> Self {
@@ -136,19 +130,12 @@ impl<'a> Reader<'a> {
         let (rest, ()) = self.base(input, factors)?;
         let (rest, power) = opt(lexeme(exponent)).parse(rest)?;
 
-        let too_large = || {
-            Err::Failure(Stop {
-                rest: input,
-                expected: "a smaller exponent",
-            })
-        };
-        let power = power
-            .or_else(|| Exponent::new(1, 1))
-            .ok_or_else(too_large)?;
+        let too_large = || Err::Failure(Stop { rest: input, expected: "a smaller exponent" });
+        let power = power.or_else(|| Exponent::new(1, 1)).ok_or_else(too_large)?;
         let sign = Exponent::new(sign, 1).ok_or_else(too_large)?;
-        let power = power.mul(sign).ok_or_else(too_large)?;
+        let power = power.times(sign).ok_or_else(too_large)?;
         for factor in &mut factors[first..] {
-            factor.exponent = factor.exponent.mul(power).ok_or_else(too_large)?;
+            factor.exponent = factor.exponent.times(power).ok_or_else(too_large)?;
         }
         Ok((rest, ()))
     }
@@ -157,15 +144,9 @@ impl<'a> Reader<'a> {
         if let (rest, Some(_)) = opt(lexeme(char('('))).parse(input)? {
             if self.nesting == NESTING {
                 let expected = "fewer parentheses within one another";
-                return Err(Err::Failure(Stop {
-                    rest: input,
-                    expected,
-                }));
+                return Err(Err::Failure(Stop { rest: input, expected }));
             }
-            let inner = Reader {
-                text: self.text,
-                nesting: self.nesting + 1,
-            };
+            let inner = Reader { text: self.text, nesting: self.nesting + 1 };
             let (rest, ()) = inner.unit(rest, factors)?;
             let (rest, _) = expect("`)`", lexeme(char(')'))).parse(rest)?;
             return Ok((rest, ()));
@@ -196,34 +177,23 @@ fn is_symbol(c: char) -> bool {
 
 /// `^2`, `^-1`, `^(1/2)`, `²` or `⁻¹`.
 fn exponent(input: &str) -> Parsed<'_, Exponent> {
-    let integer = || {
-        lexeme(map_opt(recognize((opt(char('-')), digit1)), |n: &str| {
-            n.parse().ok()
-        }))
-    };
+    let integer = || lexeme(map_opt(recognize((opt(char('-')), digit1)), |n: &str| n.parse().ok()));
     let fraction = delimited(
         lexeme(char('(')),
-        map_opt(
-            (integer(), opt(preceded(lexeme(char('/')), integer()))),
-            |(n, d)| bounded(n, d.unwrap_or(1)),
-        ),
+        map_opt((integer(), opt(preceded(lexeme(char('/')), integer()))), |(n, d)| {
+            bounded(n, d.unwrap_or(1))
+        }),
         char(')'),
     );
     let plain = map_opt(integer(), |n| bounded(n, 1));
     let caret = preceded(
         lexeme(char('^')),
-        expect(
-            "an exponent such as 2, -1 or (1/2), below 100",
-            alt((fraction, plain)),
-        ),
+        expect("an exponent such as 2, -1 or (1/2), below 100", alt((fraction, plain))),
     );
-    let superscript = map_opt(
-        take_while1(|c| superscript_digit(c).is_some()),
-        |text: &str| {
-            let plain: String = text.chars().filter_map(superscript_digit).collect();
-            bounded(plain.parse().ok()?, 1)
-        },
-    );
+    let superscript = map_opt(take_while1(|c| superscript_digit(c).is_some()), |text: &str| {
+        let plain: String = text.chars().filter_map(superscript_digit).collect();
+        bounded(plain.parse().ok()?, 1)
+    });
     alt((caret, superscript)).parse(input)
 }
 
@@ -235,9 +205,7 @@ fn bounded(numerator: i64, denominator: i64) -> Option<Exponent> {
 
 fn superscript_digit(c: char) -> Option<char> {
     const SUPERSCRIPTS: [char; 11] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹', '⁻'];
-    let at = SUPERSCRIPTS
-        .iter()
-        .position(|&superscript| superscript == c)?;
+    let at = SUPERSCRIPTS.iter().position(|&superscript| superscript == c)?;
     "0123456789-".chars().nth(at)
 }
 
@@ -287,11 +255,7 @@ mod tests {
             ("m^99999999999999999999", 2),
             ("m^0.5", 3),
         ] {
-            assert_eq!(
-                parse(text).err().map(|malformed| malformed.at),
-                Some(at),
-                "{text}"
-            );
+            assert_eq!(parse(text).err().map(|malformed| malformed.at), Some(at), "{text}");
         }
         assert!(parse(&"(".repeat(20_000)).is_err());
         assert!(parse(&"m*".repeat(20_000)).is_err());

@@ -103,10 +103,7 @@ const PSI: (f64, f64) = (44_482_216_152_605.0, 6_451_600_000.0);
 impl Row {
     /// A coherent SI unit.
     const fn si(symbol: &'static str, dimension: Dimension, doc: &'static str) -> Row {
-        Row {
-            prefixes: Prefixes::Allowed,
-            ..Row::of(symbol, dimension, (1.0, 1.0), doc)
-        }
+        Row { prefixes: Prefixes::Allowed, ..Row::of(symbol, dimension, (1.0, 1.0), doc) }
     }
 
     /// A unit with a factor, and without prefixes.
@@ -130,10 +127,7 @@ impl Row {
 
     /// The same with SI prefixes.
     const fn with_prefixes(self) -> Row {
-        Row {
-            prefixes: Prefixes::Allowed,
-            ..self
-        }
+        Row { prefixes: Prefixes::Allowed, ..self }
     }
 
     /// The same with other spellings.
@@ -142,16 +136,13 @@ impl Row {
     }
 
     /// The same counted from a zero elsewhere.
-    const fn from_zero_at(self, offset: f64) -> Row {
+    const fn zero_at(self, offset: f64) -> Row {
         Row { offset, ..self }
     }
 
     /// The same with a labelled zero of pressure.
     const fn counted_from(self, datum: Datum) -> Row {
-        Row {
-            datum: Some(datum),
-            ..self
-        }
+        Row { datum: Some(datum), ..self }
     }
 
     /// Every spelling without a prefix, the symbol first.
@@ -175,57 +166,26 @@ pub static CATALOGUE: &[Row] = &[
     Row::of("ppm", NUMBER, (1.0, 1e6), "parts per million"),
     Row::si("rad", NUMBER, "radian: 1"),
     Row::si("sr", NUMBER, "steradian: 1"),
-    Row::of(
-        "deg",
-        NUMBER,
-        (std::f64::consts::PI, 180.0),
-        "degree of arc: π/180",
-    )
-    .or(&["°"]),
+    Row::of("deg", NUMBER, (std::f64::consts::PI, 180.0), "degree of arc: π/180").or(&["°"]),
     // Time
     Row::of("min", TIME, (60.0, 1.0), "minute"),
     Row::of("h", TIME, (3600.0, 1.0), "hour").or(&["hr"]),
     Row::of("d", TIME, (86_400.0, 1.0), "day").or(&["day"]),
     Row::si("Hz", FREQUENCY, "hertz: 1/s"),
-    Row::of(
-        "rpm",
-        FREQUENCY,
-        (std::f64::consts::PI, 30.0),
-        "revolutions per minute: 2π/60 rad/s",
-    ),
-    Row::of(
-        "spm",
-        FREQUENCY,
-        (1.0, 60.0),
-        "strokes per minute: 1/60 s⁻¹",
-    ),
+    Row::of("rpm", FREQUENCY, (std::f64::consts::PI, 30.0), "revolutions per minute: 2π/60 rad/s"),
+    Row::of("spm", FREQUENCY, (1.0, 60.0), "strokes per minute: 1/60 s⁻¹"),
     // Length, area, volume
     Row::of("in", LENGTH, INCH, "inch: 25.4 mm").or(&["inch"]),
     Row::of("ft", LENGTH, (3048.0, 1e4), "foot: 0.3048 m"),
     Row::of("yd", LENGTH, (9144.0, 1e4), "yard: 0.9144 m"),
     Row::of("mi", LENGTH, (1_609_344.0, 1e3), "mile: 1609.344 m"),
-    Row::of("D", AREA, (1.0, 101_325e7), "darcy (permeability)")
-        .or(&["darcy"])
-        .with_prefixes(),
-    Row::of("l", VOLUME, (1.0, 1e3), "litre")
-        .or(&["L"])
-        .with_prefixes(),
-    Row::of(
-        "bbl",
-        VOLUME,
-        (42.0 * GALLON.0, GALLON.1),
-        "oil barrel: 42 US gallons",
-    ),
+    Row::of("D", AREA, (1.0, 101_325e7), "darcy (permeability)").or(&["darcy"]).with_prefixes(),
+    Row::of("l", VOLUME, (1.0, 1e3), "litre").or(&["L"]).with_prefixes(),
+    Row::of("bbl", VOLUME, (42.0 * GALLON.0, GALLON.1), "oil barrel: 42 US gallons"),
     Row::of("gal", VOLUME, GALLON, "US gallon: 231 in³"),
     // Flow
     Row::of("lpm", FLOW, (1.0, 60e3), "litres per minute").or(&["LPM"]),
-    Row::of(
-        "gpm",
-        FLOW,
-        (GALLON.0, 60.0 * GALLON.1),
-        "US gallons per minute",
-    )
-    .or(&["GPM"]),
+    Row::of("gpm", FLOW, (GALLON.0, 60.0 * GALLON.1), "US gallons per minute").or(&["GPM"]),
     // Mass, force
     Row::of("t", MASS, (1e3, 1.0), "tonne: 1000 kg").or(&["tonne"]),
     Row::of("lb", MASS, POUND, "pound: 0.45359237 kg").or(&["lbm"]),
@@ -233,72 +193,32 @@ pub static CATALOGUE: &[Row] = &[
     Row::of("lbf", FORCE, POUND_FORCE, "pound-force"),
     Row::of("kgf", FORCE, (980_665.0, 1e5), "kilogram-force: 9.80665 N"),
     // Density
-    Row::of(
-        "sg",
-        DENSITY,
-        (1e3, 1.0),
-        "specific gravity: relative to 1000 kg/m³",
-    ),
-    Row::of(
-        "ppg",
-        DENSITY,
-        (POUND.0 * 1e4, GALLON.0),
-        "pounds per US gallon",
-    ),
-    Row::of(
-        "pcf",
-        DENSITY,
-        (POUND.0 * 1e4, 3048.0 * 3048.0 * 3048.0),
-        "pounds per cubic foot",
-    ),
+    Row::of("sg", DENSITY, (1e3, 1.0), "specific gravity: relative to 1000 kg/m³"),
+    Row::of("ppg", DENSITY, (POUND.0 * 1e4, GALLON.0), "pounds per US gallon"),
+    Row::of("pcf", DENSITY, (POUND.0 * 1e4, 3048.0 * 3048.0 * 3048.0), "pounds per cubic foot"),
     // Pressure
     Row::si("Pa", PRESSURE, "pascal"),
     Row::of("bar", PRESSURE, (1e5, 1.0), "bar: 100 kPa").with_prefixes(),
     Row::of("bara", PRESSURE, (1e5, 1.0), "bar above vacuum")
         .with_prefixes()
         .counted_from(Datum::Absolute),
-    Row::of(
-        "barg",
-        PRESSURE,
-        (1e5, 1.0),
-        "bar above the standard atmosphere",
-    )
-    .with_prefixes()
-    .counted_from(Datum::Gauge),
+    Row::of("barg", PRESSURE, (1e5, 1.0), "bar above the standard atmosphere")
+        .with_prefixes()
+        .counted_from(Datum::Gauge),
     Row::of("psi", PRESSURE, PSI, "pound-force per square inch"),
     Row::of("psia", PRESSURE, PSI, "psi above vacuum").counted_from(Datum::Absolute),
     Row::of("psig", PRESSURE, PSI, "psi above the standard atmosphere").counted_from(Datum::Gauge),
     Row::of("ksi", PRESSURE, (1e3 * PSI.0, PSI.1), "1000 psi"),
-    Row::of(
-        "atm",
-        PRESSURE,
-        (STANDARD_ATMOSPHERE, 1.0),
-        "standard atmosphere: 101325 Pa",
-    ),
-    Row::of(
-        "mmHg",
-        PRESSURE,
-        (133_322_387_415.0, 1e9),
-        "millimetre of mercury",
-    ),
-    Row::of(
-        "inHg",
-        PRESSURE,
-        (133_322_387_415.0 * 25.4, 1e9),
-        "inch of mercury",
-    ),
+    Row::of("atm", PRESSURE, (STANDARD_ATMOSPHERE, 1.0), "standard atmosphere: 101325 Pa"),
+    Row::of("mmHg", PRESSURE, (133_322_387_415.0, 1e9), "millimetre of mercury"),
+    Row::of("inHg", PRESSURE, (133_322_387_415.0 * 25.4, 1e9), "inch of mercury"),
     Row::of("mmH2O", PRESSURE, (980_665.0, 1e5), "millimetre of water"),
     Row::of("inH2O", PRESSURE, (980_665.0 * 25.4, 1e5), "inch of water"),
     // Energy, power
     Row::si("J", ENERGY, "joule"),
     Row::of("Wh", ENERGY, (3600.0, 1.0), "watt-hour").with_prefixes(),
     Row::si("W", POWER, "watt"),
-    Row::of(
-        "hp",
-        POWER,
-        (550.0 * 0.3048 * POUND_FORCE.0, POUND_FORCE.1),
-        "mechanical horsepower",
-    ),
+    Row::of("hp", POWER, (550.0 * 0.3048 * POUND_FORCE.0, POUND_FORCE.1), "mechanical horsepower"),
     // Viscosity
     Row::of("P", VISCOSITY, (1.0, 10.0), "poise: 0.1 Pa·s").with_prefixes(),
     Row::of("St", DIFFUSIVITY, (1.0, 1e4), "stokes: 1 cm²/s").with_prefixes(),
@@ -312,12 +232,10 @@ pub static CATALOGUE: &[Row] = &[
     Row::si("T", FLUX_DENSITY, "tesla"),
     Row::si("H", INDUCTANCE, "henry"),
     // Temperature: 0 °F is 459.67 °R, and nine degrees Rankine are five kelvin.
-    Row::of("°C", TEMPERATURE, (1.0, 1.0), "degree Celsius")
-        .or(&["degC"])
-        .from_zero_at(273.15),
+    Row::of("°C", TEMPERATURE, (1.0, 1.0), "degree Celsius").or(&["degC"]).zero_at(273.15),
     Row::of("°F", TEMPERATURE, (5.0, 9.0), "degree Fahrenheit")
         .or(&["degF"])
-        .from_zero_at(459.67 * 5.0 / 9.0),
+        .zero_at(459.67 * 5.0 / 9.0),
     Row::of("°R", TEMPERATURE, (5.0, 9.0), "degree Rankine").or(&["degR"]),
 ];
 
@@ -364,11 +282,7 @@ impl UnitError {
     /// The diagnostic where the unit's text begins at a byte of a source, within `brackets`.
     fn behind(&self, text_start: u32, brackets: Span) -> Diagnostic {
         let place = |at: usize| (text_start + at as u32).min(brackets.end);
-        let span = Span {
-            start: place(self.range.start),
-            end: place(self.range.end),
-            ..brackets
-        };
+        let span = Span { start: place(self.range.start), end: place(self.range.end), ..brackets };
         Diagnostic::new(self.code(), span, self.to_string()).maybe_help(self.help())
     }
 
@@ -382,9 +296,9 @@ impl UnitError {
     /// What would be right, where that is known.
     pub fn help(&self) -> Option<String> {
         match &self.kind {
-            UnitErrorKind::Unknown { suggestion, .. } => suggestion
-                .as_ref()
-                .map(|unit| format!("did you mean `{unit}`?")),
+            UnitErrorKind::Unknown { suggestion, .. } => {
+                suggestion.as_ref().map(|unit| format!("did you mean `{unit}`?"))
+            }
             UnitErrorKind::Malformed { .. } => {
                 Some("units are written like `kg/m^3`, `Pa*s^2/m^6` or `1/(m*s)`".to_owned())
             }
@@ -413,30 +327,20 @@ impl std::error::Error for UnitError {}
 /// or power a °C is a difference of one kelvin, and `bara` is `bar`.
 pub fn parse_unit(text: &str) -> Result<Unit, UnitError> {
     let factors = unit::parse(text).map_err(|malformed| {
-        let length = text[malformed.at..]
-            .chars()
-            .next()
-            .map_or(0, char::len_utf8);
+        let length = text[malformed.at..].chars().next().map_or(0, char::len_utf8);
         UnitError {
             range: malformed.at..malformed.at + length,
-            kind: UnitErrorKind::Malformed {
-                expected: malformed.expected,
-            },
+            kind: UnitErrorKind::Malformed { expected: malformed.expected },
         }
     })?;
 
-    let mut all = Unit {
-        symbol: text.trim().to_owned(),
-        ..Unit::one()
-    };
+    let mut all = Unit { symbol: text.trim().to_owned(), ..Unit::one() };
     let (mut numerator, mut denominator) = (1.0, 1.0);
     for factor in &factors {
-        let out_of_range = || UnitError {
-            range: factor.range.clone(),
-            kind: UnitErrorKind::OutOfRange,
-        };
+        let out_of_range =
+            || UnitError { range: factor.range.clone(), kind: UnitErrorKind::OutOfRange };
         let found = look_up(factor)?;
-        let exponent = factor.exponent.mul(found.digits).ok_or_else(out_of_range)?;
+        let exponent = factor.exponent.times(found.digits).ok_or_else(out_of_range)?;
 
         let dimension = found.row.dimension.power(exponent);
         all.dimension = dimension
@@ -489,43 +393,21 @@ fn look_up(factor: &unit::Factor) -> Result<Found, UnitError> {
         (&whole, one)
     } else {
         // m3 is m^3; more than one digit is a slip.
-        let digit = (factor.digits.len() == 1)
-            .then(|| factor.digits.parse().ok())
-            .flatten();
-        (
-            &factor.symbol,
-            digit.and_then(|digit| Exponent::new(digit, 1)),
-        )
+        let digit = (factor.digits.len() == 1).then(|| factor.digits.parse().ok()).flatten();
+        (&factor.symbol, digit.and_then(|digit| Exponent::new(digit, 1)))
     };
-    match (find(symbol), digits) {
-        (Some((row, factor)), Some(digits)) => Ok(Found {
-            row,
-            factor,
-            digits,
-        }),
-        (None, _) | (_, None) => {
-            let spellings = all_spellings();
-            let suggestion = suggestion(&whole, spellings.iter().map(String::as_str));
-            let suggestion = suggestion.map(str::to_owned);
-            let kind = UnitErrorKind::Unknown {
-                symbol: whole,
-                suggestion,
-            };
-            Err(UnitError {
-                range: factor.range.clone(),
-                kind,
-            })
-        }
+    if let (Some((row, factor)), Some(digits)) = (find(symbol), digits) {
+        return Ok(Found { row, factor, digits });
     }
+    let spellings = all_spellings();
+    let suggestion = suggestion(&whole, spellings.iter().map(String::as_str)).map(str::to_owned);
+    let kind = UnitErrorKind::Unknown { symbol: whole, suggestion };
+    Err(UnitError { range: factor.range.clone(), kind })
 }
 
 /// The row and factor of a symbol: as it stands, else as a prefix and a unit.
 fn find(symbol: &str) -> Option<(&'static Row, (f64, f64))> {
-    let exact = |symbol: &str| {
-        CATALOGUE
-            .iter()
-            .find(|row| row.spellings().any(|s| s == symbol))
-    };
+    let exact = |symbol: &str| CATALOGUE.iter().find(|row| row.spellings().any(|s| s == symbol));
     if let Some(row) = exact(symbol) {
         return Some((row, row.factor));
     }
@@ -548,11 +430,7 @@ fn all_spellings() -> Vec<String> {
         for spelling in row.spellings() {
             all.push(spelling.to_owned());
             if row.prefixes == Prefixes::Allowed {
-                all.extend(
-                    PREFIXES
-                        .iter()
-                        .map(|(prefix, ..)| format!("{prefix}{spelling}")),
-                );
+                all.extend(PREFIXES.iter().map(|(prefix, ..)| format!("{prefix}{spelling}")));
             }
         }
     }
@@ -583,33 +461,20 @@ pub fn describe(dimension: Dimension) -> String {
     }
 
     let (mut above, mut below) = (Vec::new(), Vec::new());
-    for (symbol, &exponent) in super::dimension::BASE_UNITS
-        .iter()
-        .zip(dimension.exponents())
-    {
+    for (symbol, &exponent) in super::dimension::BASE_UNITS.iter().zip(dimension.exponents()) {
         let magnitude = if exponent.value() < 0.0 {
-            Exponent::new(-1, 1)
-                .and_then(|minus| exponent.mul(minus))
-                .unwrap_or(exponent)
+            Exponent::new(-1, 1).and_then(|minus| exponent.times(minus)).unwrap_or(exponent)
         } else {
             exponent
         };
-        let list = if exponent.value() < 0.0 {
-            &mut below
-        } else {
-            &mut above
-        };
+        let list = if exponent.value() < 0.0 { &mut below } else { &mut above };
         match magnitude.value() {
             0.0 => {}
             1.0 => list.push((*symbol).to_owned()),
             _ => list.push(format!("{symbol}^{magnitude}")),
         }
     }
-    let above = if above.is_empty() {
-        "1".to_owned()
-    } else {
-        above.join("*")
-    };
+    let above = if above.is_empty() { "1".to_owned() } else { above.join("*") };
     match below.as_slice() {
         [] => above,
         [one] => format!("{above}/{one}"),
@@ -739,10 +604,7 @@ mod tests {
         let error = parse_unit("kg/lmp").unwrap_err();
         assert_eq!(error.range, 3..6);
         assert_eq!(error.help().as_deref(), Some("did you mean `lpm`?"));
-        assert_eq!(
-            parse_unit("KPa").unwrap_err().help().as_deref(),
-            Some("did you mean `kPa`?")
-        );
+        assert_eq!(parse_unit("KPa").unwrap_err().help().as_deref(), Some("did you mean `kPa`?"));
         assert_eq!(parse_unit("kg m").unwrap_err().range, 3..4);
         assert_eq!(parse_unit("").unwrap_err().range, 0..0);
         assert_eq!(parse_unit("m33").unwrap_err().range, 0..3);

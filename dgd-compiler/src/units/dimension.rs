@@ -11,10 +11,7 @@ pub struct Exponent {
 
 impl Exponent {
     /// Zero.
-    pub const ZERO: Exponent = Exponent {
-        numerator: 0,
-        denominator: 1,
-    };
+    pub const ZERO: Exponent = Exponent { numerator: 0, denominator: 1 };
 
     /// n/d in lowest terms; `None` where d is zero or the result does not fit.
     pub fn new(numerator: i64, denominator: i64) -> Option<Exponent> {
@@ -54,7 +51,7 @@ impl Exponent {
     }
 
     /// The product; `None` where it does not fit.
-    pub fn mul(self, other: Exponent) -> Option<Exponent> {
+    pub fn times(self, other: Exponent) -> Option<Exponent> {
         Exponent::new(
             i64::from(self.numerator) * i64::from(other.numerator),
             i64::from(self.denominator) * i64::from(other.denominator),
@@ -87,10 +84,7 @@ impl Dimension {
         let mut all = [Exponent::ZERO; 7];
         let mut i = 0;
         while i < 7 {
-            all[i] = Exponent {
-                numerator: exponents[i],
-                denominator: 1,
-            };
+            all[i] = Exponent { numerator: exponents[i], denominator: 1 };
             i += 1;
         }
         Dimension(all)
@@ -125,6 +119,6 @@ impl Dimension {
 
     /// Of a power.
     pub fn power(self, exponent: Exponent) -> Option<Dimension> {
-        self.combine(self, |a, _| a.mul(exponent))
+        self.combine(self, |a, _| a.times(exponent))
     }
 }

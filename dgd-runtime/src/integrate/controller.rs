@@ -1,14 +1,15 @@
 //! How large the next step may be.
 
-/// Proportional–integral control of the step size.
+/// Predictive control of the step size.
 ///
 /// ```text
-///   accepted:  h ← h · clamp((0.5/e)^(0.3/k) (e₋₁/e)^(0.4/k), 0.2, 6)
+///   accepted:  h ← h · clamp(0.9 e^(−1/k) min(1, (h/h₋₁) (e₋₁/e)^(1/k)), 0.2, 6)
 ///   rejected:  h ← h · clamp(0.9 e^(−1/k), 0.1, 0.9), and no growth in the step after
 /// ```
 ///
-/// e is the error in units of the tolerance, e₋₁ that of the last full step, k = 1 + order of the
-/// error estimate.
+/// e is the error in units of the tolerance, h₋₁ and e₋₁ are those of the accepted step before,
+/// k = 1 + order of the error estimate. Where errors rise from step to step, they are expected to go
+/// on rising.
 ///
 /// The natural step size outlives the segments of smooth inputs: a step that a segment's end made
 /// much shorter leaves it alone, unless its error shows that it was too large.
@@ -16,21 +17,20 @@
 /// # Source
 ///
 /// Gustafsson, Control-theoretic techniques for stepsize selection in implicit Runge–Kutta methods,
-/// ACM Transactions on Mathematical Software 20 (1994) 496–517.
+/// ACM Transactions on Mathematical Software 20 (1994) 496–517; as in Hairer and Wanner, Solving
+/// Ordinary Differential Equations II, 2nd ed. (1996), §IV.8.
 #[derive(Debug, Clone)]
 pub(crate) struct Controller {
     /// The natural step size.
     pub(crate) h: f64,
     /// 1/k.
     exponent: f64,
-    /// Square of e₋₁.
-    previous: f64,
+    /// h₋₁ and the square of e₋₁; none before the first step and after a step that was cut.
+    previous: Option<(f64, f64)>,
     rejected: bool,
 }
 
 const SAFETY: f64 = 0.9;
-/// The error that the controller steers to.
-const AIM: f64 = 0.5;
 const MOST_GROWTH: f64 = 6.0;
 const LEAST_AFTER_ACCEPTANCE: f64 = 0.2;
 const LEAST_AFTER_REJECTION: f64 = 0.1;
@@ -41,7 +41,7 @@ const CUT: f64 = 0.5;
 
 impl Controller {
     pub(crate) fn new(h: f64, estimate_order: u32) -> Self {
-        Self { h, exponent: 1.0 / f64::from(estimate_order + 1), previous: 1.0, rejected: false }
+        Self { h, exponent: 1.0 / f64::from(estimate_order + 1), previous: None, rejected: false }
     }
 
     /// The next step when `remaining` is left of the segment: equal steps up to its end.
@@ -62,18 +62,20 @@ impl Controller {
                 self.h = tried * (SAFETY * error.powf(-0.5 * self.exponent)).max(1.0);
             }
             self.rejected = false;
+            self.previous = None;
             return;
         }
-        let factor = if error <= NEGLIGIBLE {
-            MOST_GROWTH
-        } else {
-            let integral = (AIM * AIM / error).powf(0.15 * self.exponent);
-            let proportional = (self.previous / error).powf(0.2 * self.exponent);
-            (integral * proportional).clamp(LEAST_AFTER_ACCEPTANCE, MOST_GROWTH)
-        };
+        let error = error.max(NEGLIGIBLE);
+        let mut factor = SAFETY * error.powf(-0.5 * self.exponent);
+        if let Some((h, previous)) = self.previous
+            && error > previous
+        {
+            factor *= (tried / h * (previous / error).powf(0.5 * self.exponent)).min(1.0);
+        }
+        let factor = factor.clamp(LEAST_AFTER_ACCEPTANCE, MOST_GROWTH);
         let factor = if self.rejected { factor.min(1.0) } else { factor };
         self.h = if factor >= 1.0 { self.h.max(tried * factor) } else { tried * factor };
-        self.previous = error.max(NEGLIGIBLE);
+        self.previous = Some((tried, error));
         self.rejected = false;
     }
 

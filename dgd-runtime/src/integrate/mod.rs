@@ -161,8 +161,8 @@ struct Simulation<'a, S: System> {
     linearized: bool,
     /// Whether algebraic unknowns were made consistent again after a rejection at t.
     corrected: bool,
-    /// A step below this does not move t reliably.
-    least_step: f64,
+    /// Length of the simulation.
+    span: f64,
     row: S::Vector,
     sensitivity_row: Option<S::Sensitivity>,
 }
@@ -204,7 +204,7 @@ impl<'a, S: System> Simulation<'a, S> {
             sizes: S::Vector::zeros(n),
             linearized: false,
             corrected: false,
-            least_step: 0.0,
+            span: 0.0,
             row: S::Vector::zeros(n),
             sensitivity_row,
         }
@@ -222,7 +222,7 @@ impl<'a, S: System> Simulation<'a, S> {
             return Ok(());
         }
 
-        self.least_step = 4.0 * f64::EPSILON * self.t.abs().max(until.abs());
+        self.span = until - self.t;
         let first = self.segment_end.min(until) - self.t;
         let h = match self.initial_step {
             Some(h) => h,
@@ -452,7 +452,9 @@ impl<'a, S: System> Simulation<'a, S> {
         } else {
             controller.abandon(h);
         }
-        if controller.h > self.least_step {
+        // Below this a step does not move t reliably, and stages cannot be told apart.
+        let least = 4.0 * f64::EPSILON * self.t.abs().max(f64::EPSILON * self.span);
+        if controller.h > least {
             self.correct_algebraic();
             return Ok(());
         }
@@ -505,14 +507,15 @@ impl<'a, S: System> Simulation<'a, S> {
         }
         let Problem { system, p, .. } = *self.problem;
         let (y, y_new) = (self.y.as_ref(), self.stepper.y_new.as_ref());
-        let f = self.row.as_mut();
         let t_new = self.t + h;
-        system.rhs(Point { t: t_new, y: y_new, u: self.drive.at(t_new), p }, f);
+        let at = Point { t: t_new, y: y_new, u: self.drive.at(t_new), p };
+        system.rhs(at, self.row.as_mut());
         let pattern = &system.signature().jacobian;
         let jacobian = self.stepper.jacobian.as_ref();
-        if !self.algebraic.is_rounding(pattern, jacobian, y_new, f) {
+        if !self.algebraic.is_rounding(pattern, jacobian, y_new, &self.row) {
             return error;
         }
+        let f = self.row.as_mut();
         f.copy_from_slice(self.stepper.local_error());
         multiply(f, self.algebraic.mass.as_ref());
         let rest = self.tolerances.mean_square(f, y, y_new, self.sizes.as_ref());
@@ -636,17 +639,14 @@ impl<'a, S: System> Simulation<'a, S> {
         };
 
         let y = self.y.as_ref();
-        let h = t_new - self.t;
         if inside > 0 {
             self.stepper.prepare_dense(self.directions.as_mut());
-            for &t in &asked[..inside] {
-                let theta = (t - self.t) / h;
+            let (t, per_h) = (self.t, 1.0 / (t_new - self.t));
+            for asked in &asked[..inside] {
+                let theta = (asked - t) * per_h;
                 self.stepper.interpolate(theta, y, self.row.as_mut());
                 solution.y.extend_from_slice(self.row.as_ref());
-            }
-            if let (Some(d), Some(row)) = (&self.directions, &mut self.sensitivity_row) {
-                for &t in &asked[..inside] {
-                    let theta = (t - self.t) / h;
+                if let (Some(d), Some(row)) = (&self.directions, &mut self.sensitivity_row) {
                     self.stepper.interpolate_sensitivity(theta, d, row.as_mut());
                     solution.s.extend_from_slice(row.as_ref());
                 }

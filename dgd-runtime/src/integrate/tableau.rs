@@ -42,3 +42,219 @@ impl RosenbrockTableau {
         self.alpha.len()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrate::catalogue::{METHODS, MethodKind};
+
+    type Vector = Vec<f64>;
+    type Matrix = Vec<Vector>;
+
+    /// The method before its transformation: α, β = α + Γ, and b.
+    struct Classical {
+        alpha: Matrix,
+        gamma: Matrix,
+        beta: Matrix,
+        b: Vector,
+    }
+
+    fn times(a: &Matrix, x: &[f64]) -> Vector {
+        a.iter().map(|row| dot(row, x)).collect()
+    }
+
+    fn dot(a: &[f64], b: &[f64]) -> f64 {
+        a.iter().zip(b).map(|(a, b)| a * b).sum()
+    }
+
+    fn each(a: &[f64], b: &[f64]) -> Vector {
+        a.iter().zip(b).map(|(a, b)| a * b).collect()
+    }
+
+    fn power(a: &[f64], exponent: i32) -> Vector {
+        a.iter().map(|a| a.powi(exponent)).collect()
+    }
+
+    /// Row vector m Γ.
+    fn from_left(m: &[f64], gamma: &Matrix) -> Vector {
+        (0..m.len()).map(|j| m.iter().zip(gamma).map(|(m, row)| m * row[j]).sum()).collect()
+    }
+
+    /// Γ⁻¹ = 1/γ − c, a = α Γ⁻¹, m = b Γ⁻¹: Hairer and Wanner, Solving ODEs II, (IV.7.24).
+    fn classical(tableau: &RosenbrockTableau) -> Classical {
+        let s = tableau.stages();
+        let mut gamma = vec![vec![0.0; s]; s];
+        for column in 0..s {
+            for i in column..s {
+                // Forward substitution with the lower triangle of Γ⁻¹.
+                let unit = if i == column { 1.0 } else { 0.0 };
+                let known: f64 = (column..i).map(|j| tableau.c[i][j] * gamma[j][column]).sum();
+                gamma[i][column] = tableau.gamma * (unit + known);
+            }
+        }
+        let alpha: Matrix =
+            tableau.a.iter().map(|row| from_left(&padded(row, s), &gamma)).collect();
+        let sum = |a: &Vector, g: &Vector| a.iter().zip(g).map(|(a, g)| a + g).collect();
+        let beta = alpha.iter().zip(&gamma).map(|(a, g)| sum(a, g)).collect();
+        let b = from_left(&closing(tableau), &gamma);
+        Classical { alpha, gamma, beta, b }
+    }
+
+    fn padded(row: &[f64], s: usize) -> Vector {
+        (0..s).map(|j| row.get(j).copied().unwrap_or(0.0)).collect()
+    }
+
+    /// m of y⁺ = y + Σ mⱼ Uⱼ: the last stage and its own increment.
+    fn closing(tableau: &RosenbrockTableau) -> Vector {
+        let s = tableau.stages();
+        let mut m = padded(tableau.a[s - 1], s);
+        m[s - 1] = 1.0;
+        m
+    }
+
+    /// Σ over rooted trees up to `order`: (elementary weight, what it must be). Hairer and Wanner,
+    /// Solving ODEs II, tables IV.7.1 and IV.7.2.
+    fn conditions(method: &Classical, b: &[f64], order: u32, theta: f64) -> Vec<(f64, f64)> {
+        let Classical { alpha, beta, .. } = method;
+        let one = vec![1.0; b.len()];
+        let a = times(alpha, &one);
+        let bt = times(beta, &one);
+        let trees: [(u32, f64, Vector); 17] = [
+            (1, 1.0, one.clone()),
+            (2, 2.0, bt.clone()),
+            (3, 3.0, power(&a, 2)),
+            (3, 6.0, times(beta, &bt)),
+            (4, 4.0, power(&a, 3)),
+            (4, 8.0, each(&a, &times(alpha, &bt))),
+            (4, 12.0, times(beta, &power(&a, 2))),
+            (4, 24.0, times(beta, &times(beta, &bt))),
+            (5, 5.0, power(&a, 4)),
+            (5, 10.0, each(&power(&a, 2), &times(alpha, &bt))),
+            (5, 20.0, power(&times(alpha, &bt), 2)),
+            (5, 15.0, each(&a, &times(alpha, &power(&a, 2)))),
+            (5, 30.0, each(&a, &times(alpha, &times(beta, &bt)))),
+            (5, 20.0, times(beta, &power(&a, 3))),
+            (5, 40.0, times(beta, &each(&a, &times(alpha, &bt)))),
+            (5, 60.0, times(beta, &times(beta, &power(&a, 2)))),
+            (5, 120.0, times(beta, &times(beta, &times(beta, &bt)))),
+        ];
+        trees
+            .iter()
+            .filter(|tree| tree.0 <= order)
+            .map(|(order, density, weight)| {
+                (dot(b, weight), theta.powi(i32::try_from(*order).unwrap()) / density)
+            })
+            .collect()
+    }
+
+    /// Coefficients up to 150 with 16 digits, in sums of products of up to four.
+    const ROUNDING: f64 = 1e-10;
+
+    fn tableaux() -> impl Iterator<Item = &'static RosenbrockTableau> {
+        METHODS.iter().map(|method| match method.kind {
+            MethodKind::Rosenbrock(tableau) => tableau,
+        })
+    }
+
+    #[test]
+    fn rows_have_the_right_lengths() {
+        for tableau in tableaux() {
+            let s = tableau.stages();
+            assert!(s <= MAX_STAGES && tableau.a.len() == s && tableau.c.len() == s);
+            assert!(tableau.gamma_sums.len() == s);
+            for i in 0..s {
+                assert!(tableau.a[i].len() == i && tableau.c[i].len() == i);
+            }
+            assert!(tableau.dense.iter().all(|d| d.len() == s));
+        }
+    }
+
+    #[test]
+    fn stages_are_consistent_in_time() {
+        for tableau in tableaux() {
+            let method = classical(tableau);
+            let one = vec![1.0; tableau.stages()];
+            for (alpha, sum) in tableau.alpha.iter().zip(times(&method.alpha, &one)) {
+                assert!((alpha - sum).abs() < ROUNDING, "{alpha} {sum}");
+            }
+            for (gamma, sum) in tableau.gamma_sums.iter().zip(times(&method.gamma, &one)) {
+                assert!((gamma - sum).abs() < ROUNDING, "{gamma} {sum}");
+            }
+        }
+    }
+
+    #[test]
+    fn order_conditions_hold() {
+        for tableau in tableaux() {
+            let method = classical(tableau);
+            for (weight, value) in conditions(&method, &method.b, tableau.order, 1.0) {
+                assert!((weight - value).abs() < ROUNDING, "{weight} {value}");
+            }
+            // ŷ = y⁺ − U_s
+            let mut m = closing(tableau);
+            m[tableau.stages() - 1] = 0.0;
+            let b = from_left(&m, &method.gamma);
+            for (weight, value) in conditions(&method, &b, tableau.estimate_order, 1.0) {
+                assert!((weight - value).abs() < ROUNDING, "{weight} {value}");
+            }
+        }
+    }
+
+    #[test]
+    fn conditions_of_index_one_hold() {
+        // Σ bᵢ αᵢ αᵢⱼ ωⱼₖ αₖ² = 1/4 with ω = β⁻¹; the others follow from stiff accuracy.
+        for tableau in tableaux() {
+            let method = classical(tableau);
+            let one = vec![1.0; tableau.stages()];
+            let a = times(&method.alpha, &one);
+            let omega = solve_lower(&method.beta, &power(&a, 2));
+            let weight = dot(&method.b, &each(&a, &times(&method.alpha, &omega)));
+            assert!((weight - 0.25).abs() < ROUNDING, "{weight}");
+        }
+    }
+
+    #[test]
+    fn the_method_is_stiffly_accurate() {
+        // R(∞) = 1 − b β⁻¹ 1 = 0
+        for tableau in tableaux() {
+            let method = classical(tableau);
+            let last = method.beta.last().unwrap();
+            for (b, beta) in method.b.iter().zip(last) {
+                assert!((b - beta).abs() < ROUNDING, "{b} {beta}");
+            }
+            let one = vec![1.0; tableau.stages()];
+            let at_infinity = 1.0 - dot(&method.b, &solve_lower(&method.beta, &one));
+            assert!(at_infinity.abs() < ROUNDING, "{at_infinity}");
+        }
+    }
+
+    #[test]
+    fn dense_output_has_order_four() {
+        for tableau in tableaux() {
+            let method = classical(tableau);
+            let m = closing(tableau);
+            for theta in [0.1, 0.25, 0.5, 0.8, 1.0] {
+                let rest = 1.0 - theta;
+                let weights: Vector = (0..m.len())
+                    .map(|j| {
+                        let [k1, k2, k3] = tableau.dense.map(|d| d[j]);
+                        theta * (m[j] + rest * (k1 + theta * (k2 + theta * k3)))
+                    })
+                    .collect();
+                let b = from_left(&weights, &method.gamma);
+                for (weight, value) in conditions(&method, &b, 4, theta) {
+                    assert!((weight - value).abs() < ROUNDING, "{theta}: {weight} {value}");
+                }
+            }
+        }
+    }
+
+    fn solve_lower(l: &Matrix, b: &[f64]) -> Vector {
+        let mut x: Vector = Vec::new();
+        for (row, b) in l.iter().zip(b) {
+            let i = x.len();
+            x.push((b - dot(&row[..i], &x)) / row[i]);
+        }
+        x
+    }
+}

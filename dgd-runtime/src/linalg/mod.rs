@@ -58,3 +58,95 @@ pub trait Factorisation: Clone {
     /// The smallest pivot of the last factorisation; `None` for an empty matrix.
     fn smallest_pivot(&self) -> Option<Pivot>;
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A matrix of pseudo-random numbers at about a fifth of the places, by columns, with a full
+    /// diagonal off by one so that rows must be exchanged.
+    fn scattered(n: usize) -> (Pattern, Vec<f64>) {
+        let mut state = 12_345_u64;
+        let mut next = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let (mut rows, mut columns, mut values) = (Vec::new(), Vec::new(), Vec::new());
+        for j in 0..n {
+            for i in 0..n {
+                let value = next();
+                let main = i == (j + 1) % n;
+                if main || next() > 0.3 {
+                    rows.push(i);
+                    columns.push(j);
+                    values.push(if main { value + 4.0 } else { value });
+                }
+            }
+        }
+        (Pattern { rows: rows.into(), columns: columns.into() }, values)
+    }
+
+    /// The largest |W x − b| for x from the factorisation.
+    fn residual<F: Factorisation>(n: usize, pattern: &Pattern, values: &[f64]) -> f64 {
+        let differential = |i: usize| i % 3 == 0;
+        let mut lu = F::new(n, pattern);
+        lu.factorise(2.5, differential, pattern, values).unwrap();
+        let right: Vec<f64> = (0..2 * n).map(|i| 1.0 + i as f64).collect();
+        let mut x = right.clone();
+        lu.solve(&mut x);
+        let mut rest = right;
+        for (x, b) in x.chunks_exact(n).zip(rest.chunks_exact_mut(n)) {
+            for ((i, j), value) in pattern.positions().zip(values) {
+                b[i] += value * x[j];
+            }
+            for i in (0..n).filter(|&i| differential(i)) {
+                b[i] -= 2.5 * x[i];
+            }
+        }
+        rest.iter().fold(0.0, |largest, r| largest.max(r.abs()))
+    }
+
+    #[test]
+    fn all_factorisations_solve() {
+        // Right-hand sides up to 2n, well-conditioned matrices.
+        let (pattern, values) = scattered(12);
+        assert!(residual::<FixedLu<12>>(12, &pattern, &values) < 1e-12);
+        assert!(residual::<DenseLu>(12, &pattern, &values) < 1e-12);
+        assert!(residual::<SparseLu>(12, &pattern, &values) < 1e-12);
+        let (pattern, values) = scattered(90);
+        assert!(residual::<SparseLu>(90, &pattern, &values) < 1e-10);
+        assert!(residual::<AutoLu>(90, &pattern, &values) < 1e-10);
+    }
+
+    #[test]
+    fn singular_matrices_are_told_with_a_row() {
+        fn row_of_failure<F: Factorisation>(n: usize, values: &[f64]) -> usize {
+            // W = −J: rows 0 and 1 are regular, row 2 is the zero row.
+            let pattern =
+                Pattern { rows: vec![1, 2, 0, 1, 2].into(), columns: vec![0, 0, 1, 2, 2].into() };
+            let mut lu = F::new(n, &pattern);
+            lu.factorise(1.0, |_| false, &pattern, values).unwrap_err().row
+        }
+        let zero_row = [1.0, 0.0, 1.0, 1.0, 0.0];
+        assert_eq!(row_of_failure::<FixedLu<3>>(3, &zero_row), 2);
+        assert_eq!(row_of_failure::<DenseLu>(3, &zero_row), 2);
+        assert_eq!(row_of_failure::<SparseLu>(3, &zero_row), 2);
+        let not_finite = [1.0, f64::NAN, 1.0, 1.0, 0.0];
+        row_of_failure::<FixedLu<3>>(3, &not_finite);
+        row_of_failure::<SparseLu>(3, &not_finite);
+    }
+
+    #[test]
+    fn the_smallest_pivot_bears_its_row() {
+        fn smallest<F: Factorisation>() -> Pivot {
+            let pattern = Pattern { rows: vec![1, 0].into(), columns: vec![0, 1].into() };
+            let mut lu = F::new(2, &pattern);
+            lu.factorise(1.0, |_| false, &pattern, &[3.0, -0.5]).unwrap();
+            lu.smallest_pivot().unwrap()
+        }
+        let expected = Pivot { row: 0, magnitude: 0.5 };
+        assert_eq!(smallest::<FixedLu<2>>(), expected);
+        assert_eq!(smallest::<DenseLu>(), expected);
+        assert_eq!(smallest::<SparseLu>(), expected);
+    }
+}

@@ -59,7 +59,10 @@ impl SparseLu {
 impl fmt::Debug for SparseLu {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let non_zeros = self.values.len();
-        f.debug_struct("SparseLu").field("n", &self.n).field("non_zeros", &non_zeros).finish_non_exhaustive()
+        f.debug_struct("SparseLu")
+            .field("n", &self.n)
+            .field("non_zeros", &non_zeros)
+            .finish_non_exhaustive()
     }
 }
 
@@ -143,8 +146,7 @@ impl Factorisation for SparseLu {
         }
 
         let n = self.n;
-        let pattern =
-            SymbolicSparseColMatRef::new_checked(n, n, &self.starts, None, &self.rows);
+        let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.starts, None, &self.rows);
         factorize_simplicial_numeric_lu(
             &mut self.row_order.forward,
             &mut self.row_order.inverse,

@@ -1,6 +1,6 @@
 //! Problems with known solutions.
 
-use super::{Equations, Heaped, Number, Stacked};
+use super::{Equations, Number, Stacked};
 
 /// ẋ = u − k x, x(0) = x₀.
 pub struct Relaxation;
@@ -21,12 +21,13 @@ impl Equations for Relaxation {
 
 pub type RelaxationStacked = Stacked<Relaxation, 1, 2, 1, 1, 2>;
 
-/// ẋ = r x (1 − x / K), x(0) = x₀.
+/// ẋ = r x (1 − x / K), x(0) = x₀. The clock is not read.
 pub struct Logistic;
 
 impl Equations for Logistic {
     const UNKNOWNS: &'static [(&'static str, f64, bool)] = &[("x", 1.0, true)];
     const PARAMETERS: &'static [(&'static str, f64)] = &[("r", 1.3), ("K", 2.0), ("x0", 0.1)];
+    const INPUTS: &'static [&'static str] = &["clock"];
 
     fn f<T: Number>(_: T, y: &[T], _: &[T], p: &[T], f: &mut [T]) {
         f[0] = p[0] * y[0] * (T::from(1.0) - y[0] / p[1]);
@@ -37,7 +38,7 @@ impl Equations for Logistic {
     }
 }
 
-pub type LogisticStacked = Stacked<Logistic, 1, 3, 0, 1, 3>;
+pub type LogisticStacked = Stacked<Logistic, 1, 3, 1, 1, 3>;
 
 impl Logistic {
     /// x and its derivatives to r, K and x₀.
@@ -50,12 +51,14 @@ impl Logistic {
     }
 }
 
-/// Index 1: ẋ = −a z² / x, 0 = b² x² − z², with x = x₀ e^(−a b² t) and z = b x.
+/// Index 1: ẋ = −a z² / x, 0 = b² x² − z², with x = x₀ e^(−a b² t) and z = b x. The
+/// clock is not read.
 pub struct Algebraic;
 
 impl Equations for Algebraic {
     const UNKNOWNS: &'static [(&'static str, f64, bool)] = &[("x", 1.0, true), ("z", 1.0, false)];
     const PARAMETERS: &'static [(&'static str, f64)] = &[("a", 0.5), ("b", 1.2), ("x0", 1.5)];
+    const INPUTS: &'static [&'static str] = &["clock"];
 
     fn f<T: Number>(_: T, y: &[T], _: &[T], p: &[T], f: &mut [T]) {
         f[0] = -p[0] * y[1] * y[1] / y[0];
@@ -68,7 +71,7 @@ impl Equations for Algebraic {
     }
 }
 
-pub type AlgebraicStacked = Stacked<Algebraic, 2, 6, 0, 4, 12>;
+pub type AlgebraicStacked = Stacked<Algebraic, 2, 6, 1, 4, 12>;
 
 impl Algebraic {
     /// x, z, and (∂x, ∂z) to a, b and x₀.
@@ -147,7 +150,6 @@ impl Equations for Tank {
 }
 
 pub type TankStacked = Stacked<Tank, 2, 6, 1, 4, 12>;
-pub type TankHeaped = Heaped<Tank>;
 
 impl Tank {
     /// Time at which the tank is full.
@@ -171,5 +173,84 @@ impl Tank {
         let dc = 0.5 * c / a;
         let droot = -0.5 * dc * t / area;
         [-2.0 * root * droot, dc * root + c * droot]
+    }
+}
+
+/// ẋ = z − x, 0 = z² − (k u)²: an algebraic unknown that jumps with its input.
+pub struct Follower;
+
+impl Equations for Follower {
+    const UNKNOWNS: &'static [(&'static str, f64, bool)] = &[("x", 1.0, true), ("z", 1.0, false)];
+    const PARAMETERS: &'static [(&'static str, f64)] = &[("k", 2.0)];
+    const INPUTS: &'static [&'static str] = &["u"];
+
+    fn f<T: Number>(_: T, y: &[T], u: &[T], p: &[T], f: &mut [T]) {
+        let target = p[0] * u[0];
+        f[0] = y[1] - y[0];
+        f[1] = y[1] * y[1] - target * target;
+    }
+
+    fn start<T: Number>(_: &[T], _: &[T], y: &mut [T]) {
+        y[0] = T::from(0.0);
+        // A guess at which the equation has no slope.
+        y[1] = T::from(0.0);
+    }
+}
+
+pub type FollowerStacked = Stacked<Follower, 2, 2, 1, 4, 4>;
+
+/// Problems that cannot be finished.
+pub mod hopeless {
+    use super::{Equations, Number};
+
+    const ONE: &[(&str, f64, bool)] = &[("x", 1.0, true)];
+    const K: &[(&str, f64)] = &[("k", 1.0)];
+
+    /// ẋ = k x², which is infinite at t = 1.
+    pub struct Explosion;
+
+    impl Equations for Explosion {
+        const UNKNOWNS: &'static [(&'static str, f64, bool)] = ONE;
+        const PARAMETERS: &'static [(&'static str, f64)] = K;
+
+        fn f<T: Number>(_: T, y: &[T], _: &[T], p: &[T], f: &mut [T]) {
+            f[0] = p[0] * y[0] * y[0];
+        }
+
+        fn start<T: Number>(_: &[T], _: &[T], y: &mut [T]) {
+            y[0] = T::from(1.0);
+        }
+    }
+
+    /// ẋ = −k + 0.1 √x, which is not defined below zero.
+    pub struct BelowZero;
+
+    impl Equations for BelowZero {
+        const UNKNOWNS: &'static [(&'static str, f64, bool)] = ONE;
+        const PARAMETERS: &'static [(&'static str, f64)] = K;
+
+        fn f<T: Number>(_: T, y: &[T], _: &[T], p: &[T], f: &mut [T]) {
+            f[0] = y[0].sqrt() * 0.1 - p[0];
+        }
+
+        fn start<T: Number>(_: &[T], _: &[T], y: &mut [T]) {
+            y[0] = T::from(1.0);
+        }
+    }
+
+    /// 0 = z² + k, which has no solution.
+    pub struct NoRoot;
+
+    impl Equations for NoRoot {
+        const UNKNOWNS: &'static [(&'static str, f64, bool)] = &[("z", 1.0, false)];
+        const PARAMETERS: &'static [(&'static str, f64)] = K;
+
+        fn f<T: Number>(_: T, y: &[T], _: &[T], p: &[T], f: &mut [T]) {
+            f[0] = y[0] * y[0] + p[0];
+        }
+
+        fn start<T: Number>(_: &[T], _: &[T], y: &mut [T]) {
+            y[0] = T::from(0.5);
+        }
     }
 }

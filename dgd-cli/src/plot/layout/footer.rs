@@ -20,9 +20,7 @@ impl Footer {
         let label = figure.x_label.wrap(font, LABEL_SIZE, axes_width);
         let ticks = TICK_LENGTH + TICK_GAP + LINE_HEIGHT * TICK_SIZE;
         let line = LINE_HEIGHT * LABEL_SIZE;
-        let first_width = label
-            .first()
-            .map_or(0.0, |first| font.width(first, LABEL_SIZE));
+        let first_width = label.first().map_or(0.0, |first| font.width(first, LABEL_SIZE));
         let common_width = font.width(&x.common, TICK_SIZE);
         // The power of ten of the x axis stands at its end, on the first line of the label or,
         // where that is too long, below.
@@ -53,10 +51,7 @@ impl Footer {
         let mut base = corner.1 + TICK_LENGTH + TICK_GAP + LINE_HEIGHT * TICK_SIZE;
         for line in &self.label {
             base += LINE_HEIGHT * LABEL_SIZE;
-            let at = (
-                corner.0 + 0.5 * self.axes_width,
-                base - DESCENT * LABEL_SIZE,
-            );
+            let at = (corner.0 + 0.5 * self.axes_width, base - DESCENT * LABEL_SIZE);
             marks.push(text(line.clone(), at, Anchor::Middle, LABEL_SIZE));
         }
         if !x.common.is_empty() {

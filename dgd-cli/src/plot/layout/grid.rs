@@ -24,12 +24,7 @@ impl Grid {
             // Full columns may need fewer of them: four panels in two rows leave no third one.
             PanelOrder::ByColumn => panels.div_ceil(rows.max(1)).max(1),
         };
-        Grid {
-            rows,
-            columns,
-            panels,
-            order: figure.order,
-        }
+        Grid { rows, columns, panels, order: figure.order }
     }
 
     /// Row and column of a panel.
@@ -87,10 +82,6 @@ impl Columns {
             lefts.push(right + left);
             right += left + axes_width + COLUMN_GAP;
         }
-        Columns {
-            lefts,
-            axes_width,
-            tick_widths,
-        }
+        Columns { lefts, axes_width, tick_widths }
     }
 }

@@ -58,36 +58,21 @@ const POINT_BUDGET: f64 = 20_000.0;
 
 const INK: Colour = Colour(0x22, 0x22, 0x22);
 const MUTED: Colour = Colour(0x77, 0x77, 0x77);
-const AXIS: Pen = Pen {
-    colour: Colour(0x33, 0x33, 0x33),
-    width: 1.0,
-    dashes: &[],
-};
-const GRID: Pen = Pen {
-    colour: Colour(0xe2, 0xe2, 0xe2),
-    width: 1.0,
-    dashes: &[],
-};
+const AXIS: Pen = Pen { colour: Colour(0x33, 0x33, 0x33), width: 1.0, dashes: &[] };
+const GRID: Pen = Pen { colour: Colour(0xe2, 0xe2, 0xe2), width: 1.0, dashes: &[] };
 const BAND: Colour = Colour(0xf1, 0xf1, 0xf1);
 
 /// Places everything a figure shows.
 pub(super) fn scene(figure: &Figure) -> Scene {
     let font = Font::embedded();
     let grid = Grid::new(figure);
-    let width = if figure.width.is_finite() {
-        figure.width
-    } else {
-        Figure::WIDTH
-    };
+    let width = if figure.width.is_finite() { figure.width } else { Figure::WIDTH };
     let width = width.max(NARROWEST_COLUMN * grid.columns as f64).round();
     let common_legend = legend::common(&figure.panels);
 
     let height = axes_height(width, &grid);
-    let mut panels: Vec<PlacedPanel> = figure
-        .panels
-        .iter()
-        .map(|panel| PlacedPanel::new(panel, &font, height))
-        .collect();
+    let mut panels: Vec<PlacedPanel> =
+        figure.panels.iter().map(|panel| PlacedPanel::new(panel, &font, height)).collect();
     let columns = Columns::new(&panels, &grid, &font, width);
     let x = x_axis(figure, &font, columns.axes_width);
     let size = (columns.axes_width, height);
@@ -99,10 +84,7 @@ pub(super) fn scene(figure: &Figure) -> Scene {
     let mut marks = Vec::new();
     let mut top = MARGIN;
     let middle = 0.5 * width;
-    for line in figure
-        .title
-        .wrap(&font, FIGURE_TITLE_SIZE, width - 2.0 * MARGIN)
-    {
+    for line in figure.title.wrap(&font, FIGURE_TITLE_SIZE, width - 2.0 * MARGIN) {
         top += LINE_HEIGHT * FIGURE_TITLE_SIZE;
         let at = (middle, top - DESCENT * FIGURE_TITLE_SIZE);
         marks.push(text(line, at, Anchor::Middle, FIGURE_TITLE_SIZE));
@@ -116,22 +98,13 @@ pub(super) fn scene(figure: &Figure) -> Scene {
     let footer = Footer::new(figure, &font, &x, columns.axes_width);
     for row in 0..grid.rows {
         let members = || grid.row(row).map(|index| (index, &panels[index]));
-        let header = members()
-            .map(|(_, panel)| panel.header.height)
-            .fold(0.0, f64::max);
+        let header = members().map(|(_, panel)| panel.header.height).fold(0.0, f64::max);
         top = (top + header).round();
         let mut below = 0.0_f64;
         for (index, panel) in members() {
             let column = grid.place(index).1;
             let origin = (columns.lefts[column], top);
-            panel.draw(
-                &font,
-                origin,
-                size,
-                columns.tick_widths[column],
-                &x,
-                &mut marks,
-            );
+            panel.draw(&font, origin, size, columns.tick_widths[column], &x, &mut marks);
             if grid.is_lowest(index) {
                 footer.draw(&x, (origin.0, top + height), &mut marks);
                 below = footer.height;
@@ -140,11 +113,7 @@ pub(super) fn scene(figure: &Figure) -> Scene {
         top += height + below + ROW_GAP;
     }
     let bottom = if grid.rows > 0 { top - ROW_GAP } else { top };
-    Scene {
-        width,
-        height: (bottom + MARGIN).round(),
-        marks,
-    }
+    Scene { width, height: (bottom + MARGIN).round(), marks }
 }
 
 /// A single row may be higher than rows that share a page.
@@ -178,27 +147,15 @@ fn x_axis(figure: &Figure, font: &Font, width: f64) -> Axis {
 fn range<'a>(values: impl Iterator<Item = &'a f64>) -> (f64, f64) {
     values
         .filter(|value| value.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| {
-            (low.min(v), high.max(v))
-        })
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| (low.min(v), high.max(v)))
 }
 
 fn label_width(axis: &Axis, font: &Font) -> f64 {
-    axis.ticks
-        .iter()
-        .map(|tick| font.width(&tick.label, TICK_SIZE))
-        .fold(0.0, f64::max)
+    axis.ticks.iter().map(|tick| font.width(&tick.label, TICK_SIZE)).fold(0.0, f64::max)
 }
 
 fn text(text: Text, at: Point, anchor: Anchor, size: f64) -> Mark {
-    Mark::Text {
-        text,
-        at,
-        anchor,
-        direction: Direction::Rightwards,
-        size,
-        colour: INK,
-    }
+    Mark::Text { text, at, anchor, direction: Direction::Rightwards, size, colour: INK }
 }
 
 #[cfg(test)]
@@ -210,12 +167,7 @@ mod tests {
     fn series(name: &str, style: Style, y: impl Fn(f64) -> f64) -> Series {
         let x: Vec<f64> = (0..=400).map(f64::from).collect();
         let y = x.iter().map(|&x| y(x)).collect();
-        Series {
-            name: Text::name(name),
-            style,
-            x,
-            y,
-        }
+        Series { name: Text::name(name), style, x, y }
     }
 
     /// Panels with ever longer names, larger numbers and more series.
@@ -230,10 +182,7 @@ mod tests {
                 series: names
                     .map(|name| series(&name, Style::Line, |x| size * (x / 30.0).sin()))
                     .collect(),
-                bands: vec![Band {
-                    from: 100.0,
-                    to: f64::INFINITY,
-                }],
+                bands: vec![Band { from: 100.0, to: f64::INFINITY }],
             }
         };
         let panels = (0..panels).map(panel).collect();
@@ -247,15 +196,7 @@ mod tests {
 
     /// The box around a text from its highest to its lowest sign.
     fn box_of(mark: &Mark, font: &Font) -> Option<Rectangle> {
-        let Mark::Text {
-            text,
-            at,
-            anchor,
-            direction,
-            size,
-            ..
-        } = mark
-        else {
+        let Mark::Text { text, at, anchor, direction, size, .. } = mark else {
             return None;
         };
         let width = font.width(text, *size);
@@ -266,12 +207,9 @@ mod tests {
         };
         let (above, height) = (0.75 * size, 0.95 * size);
         Some(match direction {
-            Direction::Rightwards => Rectangle {
-                left: at.0 - before,
-                top: at.1 - above,
-                width,
-                height,
-            },
+            Direction::Rightwards => {
+                Rectangle { left: at.0 - before, top: at.1 - above, width, height }
+            }
             Direction::Upwards => Rectangle {
                 left: at.0 - above,
                 top: at.1 + before - width,
@@ -296,26 +234,16 @@ mod tests {
             (4, 3, PanelOrder::ByColumn),
         ] {
             for stretch in [1.0, 3e5] {
-                let mut figure = Figure {
-                    columns,
-                    order,
-                    ..figure(panels)
-                };
+                let mut figure = Figure { columns, order, ..figure(panels) };
                 for series in figure.panels.iter_mut().flat_map(|panel| &mut panel.series) {
                     series.x.iter_mut().for_each(|x| *x *= stretch);
                 }
                 let scene = scene(&figure);
-                let boxes: Vec<_> = scene
-                    .marks
-                    .iter()
-                    .filter_map(|mark| box_of(mark, &font))
-                    .collect();
+                let boxes: Vec<_> =
+                    scene.marks.iter().filter_map(|mark| box_of(mark, &font)).collect();
                 for (i, a) in boxes.iter().enumerate() {
                     assert!(a.left >= 0.0 && a.right() <= scene.width, "{panels}: {a:?}");
-                    assert!(
-                        a.top >= 0.0 && a.bottom() <= scene.height,
-                        "{panels}: {a:?}"
-                    );
+                    assert!(a.top >= 0.0 && a.bottom() <= scene.height, "{panels}: {a:?}");
                     for b in &boxes[..i] {
                         assert!(!overlap(*a, *b), "{panels} in {columns}: {a:?} {b:?}");
                     }
@@ -326,34 +254,20 @@ mod tests {
 
     #[test]
     fn panels_of_a_column_share_their_edges() {
-        let scene = scene(&Figure {
-            columns: 2,
-            ..figure(6)
-        });
+        let scene = scene(&Figure { columns: 2, ..figure(6) });
         let edges = scene.marks.iter().filter_map(|mark| match mark {
-            Mark::Area {
-                rectangle,
-                colour: BAND,
-            } => Some((rectangle.left, rectangle.right())),
+            Mark::Area { rectangle, colour: BAND } => Some((rectangle.left, rectangle.right())),
             _ => None,
         });
         let edges: Vec<_> = edges.collect();
         assert_eq!(edges.len(), 6);
-        assert!(
-            edges
-                .iter()
-                .zip(&edges[2..])
-                .all(|(above, below)| above == below)
-        );
+        assert!(edges.iter().zip(&edges[2..]).all(|(above, below)| above == below));
     }
 
     #[test]
     fn a_legend_for_all_panels_stands_once_and_only_where_it_is_true() {
         let panel = |names: &[&str]| Panel {
-            series: names
-                .iter()
-                .map(|name| series(name, Style::Line, f64::sqrt))
-                .collect(),
+            series: names.iter().map(|name| series(name, Style::Line, f64::sqrt)).collect(),
             ..Panel::default()
         };
         let (both, x, z) = (panel(&["x", "y"]), panel(&["x"]), panel(&["z"]));
@@ -366,29 +280,15 @@ mod tests {
 
     #[test]
     fn odd_figures_are_drawn_too() {
-        let lonely = Series {
-            x: vec![1.0],
-            ..series("x", Style::Step, |_| 2.0)
-        };
+        let lonely = Series { x: vec![1.0], ..series("x", Style::Step, |_| 2.0) };
         let undefined = series("x", Style::Dots, |_| f64::NAN);
-        let bands = vec![Band {
-            from: f64::NAN,
-            to: f64::NAN,
-        }];
+        let bands = vec![Band { from: f64::NAN, to: f64::NAN }];
         let both = vec![lonely.clone(), undefined.clone()];
         for series in [vec![], vec![lonely], vec![undefined], both] {
-            let panel = Panel {
-                series,
-                bands: bands.clone(),
-                ..Panel::default()
-            };
+            let panel = Panel { series, bands: bands.clone(), ..Panel::default() };
             for width in [f64::NAN, -1.0, 0.0, 300.0, f64::INFINITY] {
                 let figure = Figure::new(Text::default(), vec![panel.clone(); 3]);
-                let scene = scene(&Figure {
-                    width,
-                    columns: 0,
-                    ..figure
-                });
+                let scene = scene(&Figure { width, columns: 0, ..figure });
                 assert!(scene.width >= NARROWEST_COLUMN && scene.height > 100.0);
             }
         }

@@ -34,10 +34,7 @@ pub(super) struct Header {
 impl<'a> PlacedPanel<'a> {
     pub(super) fn new(panel: &'a Panel, font: &Font, height: f64) -> PlacedPanel<'a> {
         // Values without a place on the x axis are not drawn.
-        let points = panel
-            .series
-            .iter()
-            .flat_map(|series| series.x.iter().zip(&series.y));
+        let points = panel.series.iter().flat_map(|series| series.x.iter().zip(&series.y));
         let (low, high) = range(points.filter(|(x, _)| x.is_finite()).map(|(_, y)| y));
         PlacedPanel {
             panel,
@@ -55,10 +52,7 @@ impl<'a> PlacedPanel<'a> {
         let curve = |index: usize, series: &Series| {
             let pen = legend::pen(index, series.style);
             let points = series.x.iter().zip(&series.y).map(|(&at, &value)| {
-                (
-                    x.fraction(at) * size.0,
-                    (1.0 - self.y.fraction(value)) * size.1,
-                )
+                (x.fraction(at) * size.0, (1.0 - self.y.fraction(value)) * size.1)
             });
             let lines = match series.style {
                 Style::Dots => {
@@ -71,20 +65,14 @@ impl<'a> PlacedPanel<'a> {
             // A point between two gaps has no line to lie on.
             let (alone, lines): (Vec<_>, Vec<_>) =
                 lines.into_iter().partition(|line| line.len() == 1);
-            vec![
-                Mark::Lines { lines, pen },
-                dots(alone.into_iter().flatten().collect(), pen),
-            ]
+            vec![Mark::Lines { lines, pen }, dots(alone.into_iter().flatten().collect(), pen)]
         };
         // Measured below simulated: both stay visible.
         let is_below = |series: &Series| matches!(series.style, Style::Dots | Style::ThinLine);
         let numbered = || self.panel.series.iter().enumerate();
         let below = numbered().filter(|(_, series)| is_below(series));
         let above = numbered().filter(|(_, series)| !is_below(series));
-        self.curves = below
-            .chain(above)
-            .flat_map(|(index, series)| curve(index, series))
-            .collect();
+        self.curves = below.chain(above).flat_map(|(index, series)| curve(index, series)).collect();
     }
 
     pub(super) fn place_header(&mut self, font: &Font, size: Point, has_legend: bool) {
@@ -108,19 +96,10 @@ impl<'a> PlacedPanel<'a> {
         };
         let common = font.width(&self.y.common, TICK_SIZE);
         let is_beside = lowest.is_some_and(|width| common + TEXT_GAP <= 0.5 * (size.0 - width));
-        let lift = if common > 0.0 && !is_beside {
-            LINE_HEIGHT * TICK_SIZE
-        } else {
-            0.0
-        };
+        let lift = if common > 0.0 && !is_beside { LINE_HEIGHT * TICK_SIZE } else { 0.0 };
         let lines = title.len() as f64 * LINE_HEIGHT * TITLE_SIZE
             + rows.as_ref().map_or(0.0, legend::Rows::height);
-        self.header = Header {
-            height: lines + lift + HEADER_GAP,
-            title,
-            legend: rows,
-            lift,
-        };
+        self.header = Header { height: lines + lift + HEADER_GAP, title, legend: rows, lift };
     }
 
     /// Draws the panel with the upper left corner of its axes at `origin`.
@@ -138,34 +117,18 @@ impl<'a> PlacedPanel<'a> {
         self.draw_bands(origin, size, x, marks);
 
         // Whole pixels, so that lines of one pixel are sharp.
-        let x_ticks = x
-            .ticks
-            .iter()
-            .map(|tick| (left + tick.fraction * size.0).round());
+        let x_ticks = x.ticks.iter().map(|tick| (left + tick.fraction * size.0).round());
         let y_place = |fraction: f64| bottom - fraction * size.1;
-        let y_ticks = self
-            .y
-            .ticks
-            .iter()
-            .map(|tick| y_place(tick.fraction).round());
+        let y_ticks = self.y.ticks.iter().map(|tick| y_place(tick.fraction).round());
         if !self.y.ticks.is_empty() {
             let verticals = x_ticks.clone().map(|x| vec![(x, top), (x, bottom)]);
             let horizontals = y_ticks.clone().map(|y| vec![(left, y), (right, y)]);
-            marks.push(Mark::Lines {
-                lines: verticals.chain(horizontals).collect(),
-                pen: GRID,
-            });
+            marks.push(Mark::Lines { lines: verticals.chain(horizontals).collect(), pen: GRID });
         }
 
         marks.extend(self.curves.iter().map(|curve| curve.shifted(origin)));
 
-        let frame = [
-            (left, top),
-            (left, bottom),
-            (right, bottom),
-            (right, top),
-            (left, top),
-        ];
+        let frame = [(left, top), (left, bottom), (right, bottom), (right, top), (left, top)];
         let below = x_ticks.map(|x| vec![(x, bottom), (x, bottom + TICK_LENGTH)]);
         let beside = y_ticks.map(|y| vec![(left - TICK_LENGTH, y), (left, y)]);
         let lines = below.chain(beside).chain([frame.to_vec()]).collect();
@@ -209,27 +172,15 @@ impl<'a> PlacedPanel<'a> {
             let edge = |at: f64| origin.0 + x.fraction(at).clamp(0.0, 1.0) * size.0;
             let (from, to) = (edge(band.from.min(band.to)), edge(band.from.max(band.to)));
             if to > from {
-                let rectangle = Rectangle {
-                    left: from,
-                    top: origin.1,
-                    width: to - from,
-                    height: size.1,
-                };
-                marks.push(Mark::Area {
-                    rectangle,
-                    colour: BAND,
-                });
+                let rectangle =
+                    Rectangle { left: from, top: origin.1, width: to - from, height: size.1 };
+                marks.push(Mark::Area { rectangle, colour: BAND });
             }
         }
     }
 
     fn draw_header(&self, font: &Font, origin: Point, size: Point, marks: &mut Vec<Mark>) {
-        let Header {
-            title,
-            legend,
-            height: _,
-            lift,
-        } = &self.header;
+        let Header { title, legend, height: _, lift } = &self.header;
         let middle = origin.0 + 0.5 * size.0;
         let mut base = origin.1 - HEADER_GAP - lift;
         if let Some(rows) = legend {
@@ -237,12 +188,7 @@ impl<'a> PlacedPanel<'a> {
             rows.draw(font, middle, base, marks);
         }
         for line in title.iter().rev() {
-            marks.push(text(
-                line.clone(),
-                (middle, base),
-                Anchor::Middle,
-                TITLE_SIZE,
-            ));
+            marks.push(text(line.clone(), (middle, base), Anchor::Middle, TITLE_SIZE));
             base -= LINE_HEIGHT * TITLE_SIZE;
         }
         if !self.y.common.is_empty() {
@@ -253,9 +199,5 @@ impl<'a> PlacedPanel<'a> {
 }
 
 fn dots(centres: Vec<Point>, pen: Pen) -> Mark {
-    Mark::Dots {
-        centres,
-        diameter: legend::DOT_DIAMETER,
-        colour: pen.colour,
-    }
+    Mark::Dots { centres, diameter: legend::DOT_DIAMETER, colour: pen.colour }
 }

@@ -4,19 +4,13 @@ use crate::source::Source;
 
 fn laid_out(text: &str) -> Result<String, Reported> {
     let mut sources = Sources::default();
-    let id = sources.add(Source {
-        name: "test".into(),
-        text: text.into(),
-    });
+    let id = sources.add(Source { name: "test".into(), text: text.into() });
     format(id, &sources, &mut Diagnostics::default())
 }
 
 fn token_texts(text: &str) -> Vec<String> {
     let mut sources = Sources::default();
-    let id = sources.add(Source {
-        name: "test".into(),
-        text: text.into(),
-    });
+    let id = sources.add(Source { name: "test".into(), text: text.into() });
     lexical::tokens(id, &sources, &mut Diagnostics::default())
         .into_iter()
         .filter(|token| token.kind != TokenKind::Newline)
@@ -36,29 +30,14 @@ fn blanks_become_canonical() {
         ("let a = b* c/d ^ 2", "let a = b * c/d^2\n"),
         ("let a = - b-(-c)", "let a = -b - (-c)\n"),
         ("let a = max( b ,c )", "let a = max(b, c)\n"),
-        (
-            "let a = if b<1 and(c>2)then 1 else -2",
-            "let a = if b < 1 and (c > 2) then 1 else -2\n",
-        ),
-        (
-            "parameter a=1[m] in -1..1,nominal -2",
-            "parameter a = 1 [m]  in -1 .. 1, nominal -2\n",
-        ),
+        ("let a = if b<1 and(c>2)then 1 else -2", "let a = if b < 1 and (c > 2) then 1 else -2\n"),
+        ("parameter a=1[m] in -1..1,nominal -2", "parameter a = 1 [m]  in -1 .. 1, nominal -2\n"),
         ("input a [%] hold", "input a [%] hold\n"),
         ("equation a:b=c", "equation a: b = c\n"),
-        (
-            "for i in 1..N {\nequation m: a = b\n}",
-            "for i in 1..N {\n  equation m: a = b\n}\n",
-        ),
+        ("for i in 1..N {\nequation m: a = b\n}", "for i in 1..N {\n  equation m: a = b\n}\n"),
         ("v  {let a=1}", "v { let a = 1 }\n"),
-        (
-            "\n\n let a = 1\n\n\n\n let b = 2\r\n\n",
-            "let a = 1\n\nlet b = 2\n",
-        ),
-        (
-            "let a = (1 +\n2)\nlet b = 3",
-            "let a = (1 +\n    2)\nlet b = 3\n",
-        ),
+        ("\n\n let a = 1\n\n\n\n let b = 2\r\n\n", "let a = 1\n\nlet b = 2\n"),
+        ("let a = (1 +\n2)\nlet b = 3", "let a = (1 +\n    2)\nlet b = 3\n"),
         (
             "modes m {\na->b when x falls below -1\n}",
             "modes m {\n  a -> b when x falls below -1\n}\n",

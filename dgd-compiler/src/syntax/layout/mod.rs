@@ -18,6 +18,8 @@ const INDENT: usize = 2;
 const CONTINUED: usize = 4;
 /// Blanks before a comment at the end of a line, at least.
 const COMMENT_GAP: usize = 2;
+/// Deeper braces are not indented further.
+const DEEPEST: usize = 64;
 /// Wider cells do not push the columns behind them.
 const WIDEST_CELL: usize = 48;
 
@@ -71,12 +73,7 @@ enum Column {
     Attributes,
 }
 
-const COLUMNS: [Column; 4] = [
-    Column::Head,
-    Column::Unit,
-    Column::Value,
-    Column::Attributes,
-];
+const COLUMNS: [Column; 4] = [Column::Head, Column::Unit, Column::Value, Column::Attributes];
 
 /// Lines of one group form columns when they follow each other.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -111,12 +108,7 @@ struct Placed {
 fn lines(text: &str, tokens: &[Token]) -> Vec<Line> {
     let ends = lexical::item_ends(tokens, text);
     let mut lines = Vec::new();
-    let mut spacing = Spacing {
-        text,
-        before: Before::Start,
-        open: 0,
-        is_loop: false,
-    };
+    let mut spacing = Spacing { text, before: Before::Start, open: 0, is_loop: false };
     let mut depth = 0_usize;
     // Whether the line goes on with the item of the line above.
     let mut continued = false;
@@ -124,20 +116,15 @@ fn lines(text: &str, tokens: &[Token]) -> Vec<Line> {
     let mut code: Vec<Placed> = Vec::new();
     let mut line_start = 0;
 
-    let no_end = Token {
-        kind: TokenKind::Newline,
-        start: text.len() as u32,
-        end: text.len() as u32,
-    };
+    let no_end =
+        Token { kind: TokenKind::Newline, start: text.len() as u32, end: text.len() as u32 };
     for (&token, ends_item) in tokens.iter().zip(ends).chain([(&no_end, true)]) {
         match token.kind {
             TokenKind::Newline => {
-                let closing = code
-                    .iter()
-                    .take_while(|p| p.token.kind == TokenKind::CloseBrace)
-                    .count();
+                let closing =
+                    code.iter().take_while(|p| p.token.kind == TokenKind::CloseBrace).count();
                 let before = depth.saturating_sub(closing);
-                line.indent = INDENT * before + if continued { CONTINUED } else { 0 };
+                line.indent = INDENT * before.min(DEEPEST) + if continued { CONTINUED } else { 0 };
                 for placed in &code {
                     match placed.token.kind {
                         TokenKind::OpenBrace => depth += 1,
@@ -164,17 +151,10 @@ fn lines(text: &str, tokens: &[Token]) -> Vec<Line> {
             }
             kind => {
                 let behind_brace = code.last().is_some_and(|placed| {
-                    matches!(
-                        placed.token.kind,
-                        TokenKind::OpenBrace | TokenKind::CloseBrace
-                    )
+                    matches!(placed.token.kind, TokenKind::OpenBrace | TokenKind::CloseBrace)
                 });
                 let (blank, class) = spacing.place(token);
-                code.push(Placed {
-                    token,
-                    blank: blank || behind_brace,
-                    class,
-                });
+                code.push(Placed { token, blank: blank || behind_brace, class });
                 if matches!(kind, TokenKind::OpenBrace | TokenKind::CloseBrace) {
                     spacing.restart();
                 }
@@ -188,10 +168,7 @@ fn lines(text: &str, tokens: &[Token]) -> Vec<Line> {
 fn cells(text: &str, code: &[Placed], starts: &[(Column, usize)]) -> Vec<(Column, String)> {
     let mut all: Vec<(Column, String)> = Vec::new();
     for (i, placed) in code.iter().enumerate() {
-        let start = starts
-            .iter()
-            .find(|(_, start)| *start == i)
-            .map(|(column, _)| *column);
+        let start = starts.iter().find(|(_, start)| *start == i).map(|(column, _)| *column);
         match (start, all.last_mut()) {
             (Some(column), _) => all.push((column, placed.token.text(text).to_owned())),
             (None, None) => all.push((Column::Head, placed.token.text(text).to_owned())),
@@ -228,11 +205,7 @@ fn in_columns(text: &str, code: &[Placed]) -> (Option<Group>, Vec<(Column, Strin
     let mut starts = Vec::new();
     let mut open = 0_usize;
     let mut seen = Column::Head;
-    let separator = if word(0) == "equation" {
-        TokenKind::Colon
-    } else {
-        TokenKind::Equal
-    };
+    let separator = if word(0) == "equation" { TokenKind::Colon } else { TokenKind::Equal };
     for (i, placed) in code.iter().enumerate() {
         let column = match placed.token.kind {
             TokenKind::Open => {
@@ -262,10 +235,7 @@ fn in_columns(text: &str, code: &[Placed]) -> (Option<Group>, Vec<(Column, Strin
             starts.push(column);
         }
     }
-    (
-        Some(Group::Item(word(0).to_owned())),
-        cells(text, code, &starts),
-    )
+    (Some(Group::Item(word(0).to_owned())), cells(text, code, &starts))
 }
 
 /// Writes the code of every line, in columns where lines of one group follow each other.
@@ -275,10 +245,7 @@ fn align(lines: &mut [Line]) {
         let (group, indent) = (&first.group, first.indent);
         let length = match group {
             None => 1,
-            Some(_) => rest
-                .iter()
-                .take_while(|l| l.group == *group && l.indent == indent)
-                .count(),
+            Some(_) => rest.iter().take_while(|l| l.group == *group && l.indent == indent).count(),
         };
         let (run, behind) = rest.split_at_mut(length);
         write_columns(run);
@@ -293,14 +260,9 @@ fn write_columns(run: &mut [Line]) {
     let mut end = 0;
     let mut has_value = false;
     for column in COLUMNS {
-        let cells = run
-            .iter()
-            .flat_map(|line| &line.cells)
-            .filter(|(c, _)| *c == column);
-        let Some(width) = cells
-            .map(|(_, cell)| length(cell))
-            .map(|w| if w > WIDEST_CELL { 0 } else { w })
-            .max()
+        let cells = run.iter().flat_map(|line| &line.cells).filter(|(c, _)| *c == column);
+        let Some(width) =
+            cells.map(|(_, cell)| length(cell)).map(|w| if w > WIDEST_CELL { 0 } else { w }).max()
         else {
             continue;
         };
@@ -360,11 +322,8 @@ fn joined(lines: &[Line]) -> String {
         out.push_str(&line.code);
         if !line.comment.is_empty() {
             let at = line.indent + line.code.chars().count();
-            let blanks = if line.code.is_empty() {
-                0
-            } else {
-                line.comment_column.saturating_sub(at)
-            };
+            let blanks =
+                if line.code.is_empty() { 0 } else { line.comment_column.saturating_sub(at) };
             out.extend(std::iter::repeat_n(' ', blanks));
             out.push_str(&line.comment);
         }
@@ -423,15 +382,23 @@ impl Spacing<'_> {
 
     fn blank(&self, token: Token) -> bool {
         match (self.before, token.kind) {
-            (Before::Start, _) => false,
             // A sign stands tight only where the two cannot be read as one token.
             (Before::Sign, kind) => !matches!(
                 kind,
                 TokenKind::Name | TokenKind::Number | TokenKind::Open | TokenKind::Minus
             ),
-            (_, TokenKind::Comma | TokenKind::Close | TokenKind::Colon | TokenKind::Index)
-            | (Before::Other(TokenKind::Open | TokenKind::Caret | TokenKind::Dot), _)
-            | (_, TokenKind::Caret)
+            (
+                Before::Start | Before::Other(TokenKind::Open | TokenKind::Caret | TokenKind::Dot),
+                _,
+            )
+            | (
+                _,
+                TokenKind::Comma
+                | TokenKind::Close
+                | TokenKind::Colon
+                | TokenKind::Index
+                | TokenKind::Caret,
+            )
             | (Before::Operand, TokenKind::Open) => false,
             (Before::Tight { spaced }, _) => spaced,
             (_, TokenKind::Star | TokenKind::Slash | TokenKind::Dot) => self.is_spaced(token),
@@ -466,11 +433,7 @@ impl Spacing<'_> {
                         Before::Word => matches!(token.text(self.text), "above" | "below"),
                         Before::Sign | Before::Tight { .. } | Before::Other(_) => false,
                     };
-                if is_word {
-                    Before::Word
-                } else {
-                    Before::Operand
-                }
+                if is_word { Before::Word } else { Before::Operand }
             }
             TokenKind::Number
             | TokenKind::Text
@@ -478,12 +441,8 @@ impl Spacing<'_> {
             | TokenKind::Index
             | TokenKind::Close => Before::Operand,
             TokenKind::Minus if self.before != Before::Operand => Before::Sign,
-            TokenKind::Star | TokenKind::Slash => Before::Tight {
-                spaced: self.is_spaced(token),
-            },
-            TokenKind::Range if self.is_loop => Before::Tight {
-                spaced: self.is_spaced(token),
-            },
+            TokenKind::Star | TokenKind::Slash => Before::Tight { spaced: self.is_spaced(token) },
+            TokenKind::Range if self.is_loop => Before::Tight { spaced: self.is_spaced(token) },
             kind => Before::Other(kind),
         }
     }

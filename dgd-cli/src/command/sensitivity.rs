@@ -1,0 +1,241 @@
+//! `dgd sensitivity`: derivatives of states and outputs to parameters over time.
+
+use dgd_compiler::diagnostics::{Code, Diagnostic, suggestion};
+use dgd_compiler::pipeline::Directions;
+use dgd_runtime::{Observations, Signature, Solution, Unit};
+use serde_json::json;
+
+use crate::args::SensitivityArgs;
+use crate::console::Console;
+use crate::failure::CommandError;
+use crate::figure::{self, Line, Subject};
+use crate::load::{Loaded, Session};
+use crate::plot::Text;
+use crate::result::{self, NamedColumn};
+use crate::run::Run;
+use crate::verify;
+
+/// Something that can be differentiated.
+#[derive(Debug, Clone, Copy)]
+enum Of {
+    /// An unknown, by its position.
+    Unknown(usize),
+    /// An output, by its position.
+    Output(usize),
+}
+
+pub(crate) fn run(args: &SensitivityArgs, console: Console<'_>) -> Result<(), CommandError> {
+    figure::verify_formats(&args.run.plot)?;
+    let (loaded, of) = load(args)?;
+    let run = Run::prepare(&args.run, loaded, console)?;
+    let (solution, observations) = run.simulate_with_sensitivities()?;
+    for undefined in &solution.undefined {
+        console.remark(&format!("note: {undefined}"));
+    }
+    let report = args
+        .verify_sensitivities
+        .then(|| verify::against_differences(&run, &solution))
+        .transpose()?;
+
+    let pairs = pairs(&run, &solution, &observations, &of, args.scaled);
+    let columns: Vec<NamedColumn> = pairs.iter().map(Pair::column).collect();
+    if !args.run.plot.is_empty() {
+        let subjects = subjects(&run, &solution, &observations, &of, &pairs);
+        let figure = figure::panels(&subjects);
+        for path in &args.run.plot {
+            figure::save(&figure, path)?;
+        }
+    }
+    let mut details = json!({
+        "model": run.signature().name,
+        "rows": solution.len(),
+        "steps": solution.statistics.steps,
+        "rejected": solution.statistics.rejected,
+        "undefined": solution.undefined.iter().map(|stretch| json!({
+            "from": stretch.from,
+            "until": stretch.until,
+            "equation": stretch.equation,
+        })).collect::<Vec<_>>(),
+    });
+    if let (Some(report), Some(details)) = (&report, details.as_object_mut()) {
+        details.insert("verification".to_owned(), report.to_json());
+    }
+    let drawn = !args.run.plot.is_empty() || report.is_some();
+    result::write(console, &solution.times, &columns, &details, drawn)?;
+    match report {
+        Some(report) => report.conclude(console),
+        None => Ok(()),
+    }
+}
+
+/// Compiles the model with sensitivities to `--to` and finds what `--of` names.
+fn load(args: &SensitivityArgs) -> Result<(Loaded, Vec<Of>), CommandError> {
+    let mut session = Session::default();
+    let options = session.options(&args.run.choices)?;
+    let directions = if args.to.is_empty() {
+        Directions::All
+    } else {
+        Directions::Named(args.to.iter().map(|name| session.name("--to", name.trim())).collect())
+    };
+    let compiled = match session.compile(&args.run.model, &options, &directions)? {
+        Ok(compiled) => compiled,
+        Err(reported) => return Err(session.fail(reported)),
+    };
+
+    let program = &compiled.program;
+    let unknown = |name: &str| program.unknowns.iter().position(|x| x.name == name);
+    let output = |name: &str| program.outputs.iter().position(|x| x.name == name);
+    let mut of = Vec::new();
+    for name in &args.of {
+        let name = session.name("--of", name.trim());
+        let found = unknown(&name.text).map(Of::Unknown);
+        match found.or_else(|| output(&name.text).map(Of::Output)) {
+            Some(found) => of.push(found),
+            None => {
+                let message = format!("no state and no output is called `{}`", name.text);
+                let mut diagnostic = Diagnostic::new(Code::E201, name.span, message);
+                let unknowns = program.unknowns.iter().map(|x| x.name.as_str());
+                let outputs = program.outputs.iter().map(|x| x.name.as_str());
+                if let Some(near) = suggestion(&name.text, unknowns.chain(outputs)) {
+                    diagnostic.help = Some(format!("did you mean `{near}`?"));
+                }
+                session.diagnostics.error(diagnostic);
+            }
+        }
+    }
+    if session.diagnostics.check().is_err() {
+        return Err(CommandError::diagnosed(&session.diagnostics, session.sources));
+    }
+    if of.is_empty() {
+        of.extend((0..program.unknowns.len()).map(Of::Unknown));
+        // An output that reads its unknown says the same in another unit.
+        let others = program.outputs.iter().enumerate();
+        of.extend(others.filter(|(_, x)| unknown(&x.name).is_none()).map(|(i, _)| Of::Output(i)));
+    }
+    Ok((Loaded { compiled, sources: session.sources }, of))
+}
+
+impl Of {
+    fn name_and_unit(self, signature: &Signature) -> (&str, &Unit) {
+        match self {
+            Of::Unknown(i) => (&signature.unknowns[i].name, &signature.unknowns[i].unit),
+            Of::Output(i) => (&signature.outputs[i].name, &signature.outputs[i].unit),
+        }
+    }
+
+    /// Its values in SI.
+    fn values(self, solution: &Solution, observations: &Observations) -> Vec<f64> {
+        let at = |k| match self {
+            Of::Unknown(i) => solution.y(k)[i],
+            Of::Output(i) => observations.w(k)[i],
+        };
+        (0..solution.len()).map(at).collect()
+    }
+
+    /// Its derivatives to the j-th direction, SI.
+    fn derivatives(self, solution: &Solution, observations: &Observations, j: usize) -> Vec<f64> {
+        let at = |k| match self {
+            Of::Unknown(i) => solution.s(k)[j * solution.n + i],
+            Of::Output(i) => observations.dw(k)[j * observations.n_w + i],
+        };
+        (0..solution.len()).map(at).collect()
+    }
+}
+
+/// The derivative of one thing to one parameter.
+struct Pair {
+    of: String,
+    to: String,
+    scaled: bool,
+    unit: Unit,
+    /// SI.
+    values: Vec<f64>,
+}
+
+impl Pair {
+    fn column(&self) -> NamedColumn {
+        let derivative = format!("d({})/d({})", self.of, self.to);
+        let name = if self.scaled { format!("{}*{derivative}", self.to) } else { derivative };
+        NamedColumn { name, unit: self.unit.clone(), values: self.values.clone() }
+    }
+
+    fn title(&self) -> Text {
+        let derivative = Text::derivative(&self.of, &self.to);
+        if self.scaled {
+            Text::name(&self.to).then(Text::plain(" ")).then(derivative)
+        } else {
+            derivative
+        }
+    }
+}
+
+fn pairs(
+    run: &Run,
+    solution: &Solution,
+    observations: &Observations,
+    of: &[Of],
+    scaled: bool,
+) -> Vec<Pair> {
+    let signature = run.signature();
+    let mut pairs = Vec::new();
+    for of in of {
+        let (name, unit) = of.name_and_unit(signature);
+        for (j, direction) in signature.directions.iter().enumerate() {
+            let parameter = &signature.parameters[*direction];
+            let mut values = of.derivatives(solution, observations, j);
+            let unit = if scaled {
+                values.iter_mut().for_each(|value| *value *= run.p[*direction]);
+                Unit { offset: 0.0, ..unit.clone() }
+            } else {
+                quotient(unit, &parameter.unit)
+            };
+            let (of, to) = (name.to_owned(), parameter.name.to_string());
+            pairs.push(Pair { of, to, scaled, unit, values });
+        }
+    }
+    pairs
+}
+
+/// The unit of a derivative.
+fn quotient(of: &Unit, to: &Unit) -> Unit {
+    let symbol = match &*to.symbol {
+        "1" => of.symbol.to_string(),
+        to if to.contains(['*', '/', '·', ' ']) => format!("{}/({to})", of.symbol),
+        to => format!("{}/{to}", of.symbol),
+    };
+    Unit { symbol: symbol.into(), factor: of.factor / to.factor, offset: 0.0 }
+}
+
+/// For each thing its own trajectory, then its derivatives.
+fn subjects(
+    run: &Run,
+    solution: &Solution,
+    observations: &Observations,
+    of: &[Of],
+    pairs: &[Pair],
+) -> Vec<Subject> {
+    let signature = run.signature();
+    let n_s = signature.directions.len();
+    let line = |values: Vec<f64>| {
+        let (times, name) = (solution.times.clone(), Text::default());
+        vec![Line { name, times, values, measured: false }]
+    };
+    let mut subjects = Vec::new();
+    for (i, of) in of.iter().enumerate() {
+        let (name, unit) = of.name_and_unit(signature);
+        let values = of.values(solution, observations);
+        subjects.push(Subject {
+            title: Text::name(name),
+            unit: unit.symbol.to_string(),
+            lines: line(values.iter().map(|v| (v - unit.offset) / unit.factor).collect()),
+        });
+        for pair in &pairs[i * n_s..(i + 1) * n_s] {
+            subjects.push(Subject {
+                title: pair.title(),
+                unit: pair.unit.symbol.to_string(),
+                lines: line(pair.values.iter().map(|v| v / pair.unit.factor).collect()),
+            });
+        }
+    }
+    subjects
+}

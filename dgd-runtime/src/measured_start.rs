@@ -1,0 +1,164 @@
+//! Start values from the first measured outputs.
+
+use std::fmt;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::error::IntegrateError;
+use crate::initial::consistent_start;
+use crate::problem::{Options, Problem, unknown_sizes};
+use crate::signal::Side;
+use crate::system::{Point, Storage, System};
+
+/// Most corrections.
+const MOST_ITERATIONS: usize = 50;
+
+/// A correction below this fraction of every unknown's size ends the iteration.
+const CONVERGED: f64 = 1e-10;
+
+/// Directions that the outputs see this many times less than the best seen one are left alone.
+const UNSEEN: f64 = 1e-8;
+
+/// Start values of the differential unknowns that make the outputs at `t` equal those measured.
+///
+/// Gauss–Newton on w(y₀) = w_measured: with G = dw/dy_d, algebraic unknowns following, the
+/// correction Δ minimises |N⁻¹ (w_measured − w − G Δ)| over N, the outputs' noise. Where the outputs
+/// determine less than the unknowns, it is the shortest in units of the unknowns' sizes, so that
+/// what is not seen keeps the model's start value.
+///
+/// `measured` and `noise` have one entry for each output; an output without a measurement is left
+/// out.
+///
+/// # Errors
+///
+/// [`MeasuredStartError`]: no consistent values on the way, or no convergence.
+pub fn start_from_outputs<S: System>(
+    problem: &Problem<'_, S>,
+    t: f64,
+    measured: &[Option<f64>],
+    noise: &[f64],
+    options: &Options,
+) -> Result<Vec<(usize, f64)>, MeasuredStartError> {
+    let system = problem.system;
+    let signature = system.signature();
+    let n = signature.unknowns.len();
+    let (differential, algebraic): (Vec<usize>, Vec<usize>) =
+        (0..n).partition(|i| signature.unknowns[*i].differential);
+    let seen: Vec<usize> = (0..measured.len()).filter(|i| measured[*i].is_some()).collect();
+
+    let mut y = consistent_start(problem, t, options).map_err(MeasuredStartError::Start)?.y;
+    let mut sizes = vec![0.0; n];
+    unknown_sizes(system, &y, &mut sizes);
+    let mut u = S::Inputs::zeros(problem.inputs.len());
+    problem.inputs.value(t, Side::Right, u.as_mut());
+
+    let mut w = vec![0.0; signature.outputs.len()];
+    for _ in 0..MOST_ITERATIONS {
+        let at = Point { t, y: &y, u: u.as_ref(), p: problem.p };
+        system.outputs(at, &mut w);
+        let slopes = output_slopes(system, at, &differential, &algebraic)
+            .ok_or(MeasuredStartError::Undetermined { t })?;
+        // Rows over the noise, columns times the size.
+        let g = DMatrix::from_fn(seen.len(), differential.len(), |row, column| {
+            slopes[(seen[row], column)] * sizes[differential[column]] / noise[seen[row]]
+        });
+        let rest = DVector::from_fn(seen.len(), |row, _| {
+            (measured[seen[row]].unwrap_or(w[seen[row]]) - w[seen[row]]) / noise[seen[row]]
+        });
+        let svd = g.svd(true, true);
+        let cutoff = svd.singular_values.max() * UNSEEN;
+        let correction =
+            svd.solve(&rest, cutoff).map_err(|_| MeasuredStartError::Undetermined { t })?;
+        if correction.iter().any(|c| !c.is_finite()) {
+            return Err(MeasuredStartError::Undetermined { t });
+        }
+
+        let start: Vec<(usize, f64)> = differential
+            .iter()
+            .zip(correction.iter())
+            .map(|(i, c)| (*i, y[*i] + c * sizes[*i]))
+            .collect();
+        if correction.amax() <= CONVERGED {
+            return Ok(start);
+        }
+        // Algebraic unknowns start from where they are.
+        let guess = algebraic.iter().map(|i| (*i, y[*i]));
+        let start: Vec<(usize, f64)> = start.into_iter().chain(guess).collect();
+        let next = Problem { start: &start, ..*problem };
+        y = consistent_start(&next, t, options).map_err(MeasuredStartError::Start)?.y;
+    }
+    Err(MeasuredStartError::NotConverged { t, iterations: MOST_ITERATIONS })
+}
+
+/// dw/dy_d = ∂w/∂y_d − ∂w/∂y_a (∂f_a/∂y_a)⁻¹ ∂f_a/∂y_d, n_w × number of differential unknowns;
+/// `None` where the algebraic unknowns are not determined.
+fn output_slopes<S: System>(
+    system: &S,
+    at: Point<'_>,
+    differential: &[usize],
+    algebraic: &[usize],
+) -> Option<DMatrix<f64>> {
+    let signature = system.signature();
+    let n = signature.unknowns.len();
+    let (n_w, n_u) = (signature.outputs.len(), signature.inputs.len());
+    let [by_y, by_u, by_p] = &signature.output_jacobians;
+    let mut dwdy = vec![0.0; by_y.len()];
+    let (mut dwdu, mut dwdp) = (vec![0.0; by_u.len()], vec![0.0; by_p.len()]);
+    system.output_jacobians(at, &mut dwdy, &mut dwdu, &mut dwdp, &mut vec![0.0; n_w]);
+    let mut w_y = DMatrix::zeros(n_w, n);
+    for ((row, column), value) in by_y.positions().zip(&dwdy) {
+        w_y[(row, column)] = *value;
+    }
+    let of_differential = w_y.select_columns(differential);
+    if algebraic.is_empty() {
+        return Some(of_differential);
+    }
+
+    let mut values = vec![0.0; signature.jacobian.len()];
+    let (mut f, mut dfdt) = (vec![0.0; n], vec![0.0; n]);
+    system.linearize(at, &vec![0.0; n_u], &mut f, &mut values, &mut dfdt);
+    let mut f_y = DMatrix::zeros(n, n);
+    for ((row, column), value) in signature.jacobian.positions().zip(&values) {
+        f_y[(row, column)] = *value;
+    }
+    let f_a = f_y.select_rows(algebraic);
+    let response = f_a.select_columns(algebraic).lu().solve(&f_a.select_columns(differential))?;
+    Some(of_differential - w_y.select_columns(algebraic) * response)
+}
+
+/// Why measured outputs give no start values.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MeasuredStartError {
+    /// There are no consistent values.
+    Start(IntegrateError),
+    /// The outputs' derivatives are not finite, or the algebraic unknowns not determined.
+    Undetermined {
+        /// The time, s.
+        t: f64,
+    },
+    /// Corrections do not become small.
+    NotConverged {
+        /// The time, s.
+        t: f64,
+        /// Corrections made.
+        iterations: usize,
+    },
+}
+
+impl fmt::Display for MeasuredStartError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Start(error) => error.fmt(f),
+            Self::Undetermined { t } => {
+                write!(f, "the outputs measured at t = {t} s do not determine start values")
+            }
+            Self::NotConverged { t, iterations } => write!(
+                f,
+                "no start values reproduce the outputs measured at t = {t} s, after {iterations} \
+                 corrections"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for MeasuredStartError {}

@@ -1,0 +1,56 @@
+//! Stepping does not allocate.
+#![allow(unsafe_code)]
+
+mod support;
+
+use std::alloc::{GlobalAlloc, Layout, System as Allocator};
+use std::cell::Cell;
+
+use dgd_runtime::{Inputs, Options, Problem, System, simulate_with_sensitivities};
+use support::problems::{RobertsonDae, RobertsonDaeStacked};
+use support::{Heaped, parameters};
+
+/// Counts the allocations of each thread.
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: everything is handed on to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.set(COUNT.get() + 1);
+        unsafe { Allocator.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { Allocator.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Number of allocations, and of steps.
+fn work(system: &impl System, tolerance: f64) -> (usize, usize) {
+    let p = parameters::<RobertsonDae>();
+    let inputs = Inputs::none();
+    let problem = Problem { system, p: &p, inputs: &inputs, start: &[] };
+    let options = Options { rtol: tolerance, atol: tolerance, ..Options::default() };
+    let before = COUNT.get();
+    let solution = simulate_with_sensitivities(&problem, &[0.0, 20.0, 40.0], &options).unwrap();
+    (COUNT.get() - before, solution.statistics.steps)
+}
+
+#[test]
+fn the_number_of_allocations_does_not_depend_on_the_number_of_steps() {
+    fn compare(system: &impl System) {
+        let (few, some_steps) = work(system, 1e-4);
+        let (many, more_steps) = work(system, 1e-8);
+        assert!(more_steps > 2 * some_steps);
+        assert_eq!(few, many);
+    }
+    compare(&RobertsonDaeStacked::new());
+    compare(&Heaped::<RobertsonDae>::new());
+}

@@ -1,0 +1,89 @@
+//! What is said when a simulation cannot be finished.
+
+mod support;
+
+use dgd_runtime::{
+    Column, Failure, Inputs, Interpolation, Options, Problem, Solution, find_method, simulate,
+    simulate_with_sensitivities,
+};
+use support::problems::Relaxation;
+use support::problems::hopeless::{BelowZero, Explosion, NoRoot};
+use support::{Equations, Heaped, parameters};
+
+fn run<E: Equations>(
+    inputs: &Inputs,
+    times: &[f64],
+    options: &Options,
+) -> Result<Solution, Failure> {
+    let system = Heaped::<E>::new();
+    let p = parameters::<E>();
+    let problem = Problem { system: &system, p: &p, inputs, start: &[] };
+    let with = simulate_with_sensitivities(&problem, times, options);
+    let without = simulate(&problem, times, options);
+    assert_eq!(with.is_ok(), without.is_ok());
+    without
+}
+
+fn said<E: Equations>(inputs: &Inputs, times: &[f64], options: &Options) -> String {
+    run::<E>(inputs, times, options).unwrap_err().to_string()
+}
+
+#[test]
+fn the_solver_says_where_it_stopped_and_why() {
+    let none = Inputs::none();
+    let times = [0.0, 0.5, 1.0, 1.5];
+    let options = Options::default();
+    let failure = run::<Explosion>(&none, &times, &options).unwrap_err();
+    assert_eq!(failure.partial.times, [0.0, 0.5]);
+    assert!((failure.partial.y(1)[0] - 2.0).abs() < 1e-4);
+    let message = failure.to_string();
+    assert!(message.contains("step size fell") && message.contains("`x`"), "{message}");
+
+    let message = said::<BelowZero>(&none, &times, &options);
+    assert!(message.contains("`of_x` is not finite at t = 1.07"), "{message}");
+
+    let few = Options { max_steps: 3, ..options };
+    let message = said::<BelowZero>(&none, &[0.0, 0.9], &Options { rtol: 1e-9, ..few });
+    assert!(message.contains("3 steps were not enough"), "{message}");
+
+    let message = said::<NoRoot>(&none, &times, &options);
+    assert!(message.contains("no consistent values at t = 0 s"), "{message}");
+    assert!(message.contains("`of_z`"), "{message}");
+}
+
+#[test]
+fn senseless_requests_are_refused() {
+    let inputs = Inputs::constant(&[0.0]);
+    for (rtol, atol) in [(0.0, 1e-6), (1e-6, -1.0), (f64::NAN, 1e-6)] {
+        let options = Options { rtol, atol, ..Options::default() };
+        let message = said::<Relaxation>(&inputs, &[0.0, 1.0], &options);
+        assert!(message.contains("must be a positive number"), "{message}");
+    }
+    let options = Options::default();
+    let message = said::<Relaxation>(&inputs, &[0.0, 2.0, 1.0], &options);
+    assert!(message.contains("asked times go back"), "{message}");
+    let message = said::<Relaxation>(&inputs, &[0.0, 1.0, 1.0, 1.0], &options);
+    assert!(message.contains("more than twice"), "{message}");
+    let message = said::<Relaxation>(&inputs, &[0.0, f64::NAN], &options);
+    assert!(message.contains("asked time number 2"), "{message}");
+    assert!(run::<Relaxation>(&inputs, &[], &options).unwrap().is_empty());
+    assert_eq!(run::<Relaxation>(&inputs, &[3.0], &options).unwrap().y, [2.0]);
+}
+
+#[test]
+fn linear_inputs_end_and_all_begin() {
+    let column = Column { name: "u", interpolation: Interpolation::Linear, values: &[1.0, 2.0] };
+    let inputs = Inputs::recorded(&[0.0, 1.0], &[column]).unwrap();
+    let options = Options::default();
+    let message = said::<Relaxation>(&inputs, &[0.0, 2.0], &options);
+    assert!(message.contains("`u`") && message.contains("beyond its last sample"), "{message}");
+    let message = said::<Relaxation>(&inputs, &[-1.0, 1.0], &options);
+    assert!(message.contains("before its first sample"), "{message}");
+}
+
+#[test]
+fn methods_are_found_by_name() {
+    assert_eq!(find_method("rodas5p").unwrap().order, 5);
+    let message = find_method("euler").unwrap_err().to_string();
+    assert!(message.contains("`euler`") && message.contains("`rodas5p`"), "{message}");
+}

@@ -1,0 +1,419 @@
+//! Every model in `models/`, in every variant: its derivatives, and generated Rust against the
+//! interpreter.
+
+mod support;
+
+use std::path::Path;
+
+use dgd::{Pattern, Point, System};
+use dgd_execute::Interpreted;
+use support::{Noise, compiled, every_variant, interpreted, model_files};
+
+/// A place at which a model is evaluated.
+#[derive(Clone)]
+struct At {
+    t: f64,
+    y: Vec<f64>,
+    u: Vec<f64>,
+    p: Vec<f64>,
+}
+
+impl At {
+    /// Near the start values, inputs of a few units, parameters as declared; zeros are moved, so
+    /// that no derivative is tested where it vanishes by accident.
+    fn near_start(system: &impl System, noise: &mut Noise) -> At {
+        let signature = system.signature();
+        let p: Vec<f64> = signature
+            .parameters
+            .iter()
+            .map(|x| if x.value == 0.0 { 0.1 * x.unit.factor } else { x.value })
+            .collect();
+        let u: Vec<f64> = signature
+            .inputs
+            .iter()
+            .map(|x| x.unit.offset + x.unit.factor * (20.0 + 2.0 * noise.next()))
+            .collect();
+        let mut y = vec![0.0; signature.unknowns.len()];
+        system.start(Point { t: 0.0, y: &[], u: &u, p: &p }, &mut y);
+        for (y, unknown) in y.iter_mut().zip(signature.unknowns.iter()) {
+            let size = unknown.nominal.unwrap_or(if *y == 0.0 { unknown.unit.factor } else { *y });
+            *y += 0.05 * size.abs() * (1.5 + 0.5 * noise.next());
+        }
+        At { t: 0.3, y, u, p }
+    }
+
+    fn point(&self) -> Point<'_> {
+        Point { t: self.t, y: &self.y, u: &self.u, p: &self.p }
+    }
+}
+
+/// dF/dx at x by Ridders' extrapolation of central differences (Adv. Eng. Softw. 4 (1982) 75–76),
+/// and what it estimates its error to be.
+fn difference(f: &dyn Fn(f64) -> Vec<f64>, x: f64, size: f64) -> Vec<(f64, f64)> {
+    const ROWS: usize = 10;
+    let mut h = 0.02 * size;
+    let central = |h: f64| -> Vec<f64> {
+        f(x + h).iter().zip(f(x - h)).map(|(high, low)| (high - low) / (2.0 * h)).collect()
+    };
+    let mut table: Vec<Vec<Vec<f64>>> = vec![vec![central(h)]];
+    let n = table[0][0].len();
+    let mut best = vec![(f64::NAN, f64::INFINITY); n];
+    for row in 1..ROWS {
+        h /= 1.5;
+        let mut entries = vec![central(h)];
+        let mut factor = 1.5f64 * 1.5;
+        for column in 1..=row {
+            let entry: Vec<f64> = (0..n)
+                .map(|k| {
+                    (entries[column - 1][k] * factor - table[row - 1][column - 1][k])
+                        / (factor - 1.0)
+                })
+                .collect();
+            for k in 0..n {
+                let error = (entry[k] - entries[column - 1][k])
+                    .abs()
+                    .max((entry[k] - table[row - 1][column - 1][k]).abs());
+                if error < best[k].1 {
+                    best[k] = (entry[k], error);
+                }
+            }
+            entries.push(entry);
+            factor *= 1.5 * 1.5;
+        }
+        table.push(entries);
+    }
+    best
+}
+
+/// Compares one column of derivatives with differences.
+fn compare(what: &str, derivative: &[f64], difference: &[(f64, f64)]) {
+    assert_eq!(derivative.len(), difference.len(), "{what}");
+    for (row, (d, (value, error))) in derivative.iter().zip(difference).enumerate() {
+        // The extrapolation's own estimate, with a factor for its optimism; 1e-9 of the value is
+        // where rounding of the differences ends up.
+        let allowed = 10.0 * error + 1e-9 * d.abs().max(value.abs()) + 1e-300;
+        assert!(
+            (d - value).abs() <= allowed,
+            "{what}, row {row}: derivative {d:e}, difference {value:e} ± {error:e}"
+        );
+        assert!(
+            *error <= 1e-6 * d.abs().max(1e-200),
+            "{what}, row {row}: a difference of {error:e}"
+        );
+    }
+}
+
+fn dense(pattern: &Pattern, values: &[f64], rows: usize, column: usize) -> Vec<f64> {
+    let mut dense = vec![0.0; rows];
+    for ((row, c), value) in pattern.positions().zip(values) {
+        if c == column {
+            dense[row] = *value;
+        }
+    }
+    dense
+}
+
+/// Every derivative of a system at a point against differences of what it is the derivative of.
+fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
+    let signature = system.signature().clone();
+    let (n, n_w) = (signature.unknowns.len(), signature.outputs.len());
+    let (n_u, n_s) = (signature.inputs.len(), signature.directions.len());
+    let size = |value: f64| if value == 0.0 { 1.0 } else { value.abs() };
+    let f = |at: &At| {
+        let mut f = vec![0.0; n];
+        system.rhs(at.point(), &mut f);
+        f
+    };
+    let w = |at: &At| {
+        let mut w = vec![0.0; n_w];
+        system.outputs(at.point(), &mut w);
+        w
+    };
+    assert!(f(at).iter().chain(&w(at)).all(|x| x.is_finite()), "{label}: finite at {:?}", at.y);
+
+    let mut jacobian = vec![0.0; signature.jacobian.len()];
+    let mut dfdt = vec![0.0; n];
+    let mut noise = Noise::new(5);
+    let udot: Vec<f64> = at.u.iter().map(|u| 0.01 * size(*u) * noise.next()).collect();
+    system.linearize(at.point(), &udot, &mut vec![0.0; n], &mut jacobian, &mut dfdt);
+    let [by_y, by_u, by_p] = &signature.output_jacobians;
+    let (mut dwdy, mut dwdu) = (vec![0.0; by_y.len()], vec![0.0; by_u.len()]);
+    let (mut dwdp, mut dwdt) = (vec![0.0; by_p.len()], vec![0.0; n_w]);
+    system.output_jacobians(at.point(), &mut dwdy, &mut dwdu, &mut dwdp, &mut dwdt);
+
+    type Moved = fn(&mut At) -> &mut Vec<f64>;
+    let mut parameter_jacobian = vec![0.0; signature.parameter_jacobian.len()];
+    system.parameter_jacobian(at.point(), &mut parameter_jacobian);
+    let mut input_jacobian = vec![0.0; signature.input_jacobian.len()];
+    system.input_jacobian(at.point(), &mut input_jacobian);
+    let cases: [(&str, Moved, &Pattern, &[f64], &Pattern, &[f64]); 3] = [
+        ("y", |at| &mut at.y, &signature.jacobian, &jacobian, by_y, &dwdy),
+        ("u", |at| &mut at.u, &signature.input_jacobian, &input_jacobian, by_u, &dwdu),
+        ("p", |at| &mut at.p, &signature.parameter_jacobian, &parameter_jacobian, by_p, &dwdp),
+    ];
+    for (array, moved, f_pattern, f_values, w_pattern, w_values) in cases {
+        for column in 0..moved(&mut at.clone()).len() {
+            let x = moved(&mut at.clone())[column];
+            let shifted = |x: f64| {
+                let mut at = at.clone();
+                moved(&mut at)[column] = x;
+                at
+            };
+            let what = |of: &str| format!("{label}: d{of}/d{array}[{column}]");
+            let found = difference(&|x| f(&shifted(x)), x, size(x));
+            compare(&what("f"), &dense(f_pattern, f_values, n, column), &found);
+            let found = difference(&|x| w(&shifted(x)), x, size(x));
+            compare(&what("w"), &dense(w_pattern, w_values, n_w, column), &found);
+        }
+    }
+
+    // Along time, with the inputs moving.
+    let moving = |dt: f64, udot: &[f64]| {
+        let mut at = at.clone();
+        at.t += dt;
+        at.u.iter_mut().zip(udot).for_each(|(u, udot)| *u += udot * dt);
+        at
+    };
+    let still = vec![0.0; n_u];
+    let mut time_derivative = vec![0.0; n];
+    system.time_derivative(at.point(), &mut time_derivative);
+    compare(
+        &format!("{label}: df/dt"),
+        &time_derivative,
+        &difference(&|dt| f(&moving(dt, &still)), 0.0, 1.0),
+    );
+    compare(
+        &format!("{label}: df/dt along the inputs"),
+        &dfdt,
+        &difference(&|dt| f(&moving(dt, &udot)), 0.0, 1.0),
+    );
+    compare(&format!("{label}: dw/dt"), &dwdt, &difference(&|dt| w(&moving(dt, &still)), 0.0, 1.0));
+
+    // g = df/dy S + df/dθ is the derivative of f along (S_j, e_j); the same of w.
+    let s: Vec<f64> = (0..n * n_s).map(|k| size(at.y[k % n]) * noise.next()).collect();
+    let along = |j: usize, dx: f64| {
+        let mut at = at.clone();
+        let parameter = signature.directions[j];
+        let step = size(at.p[parameter]);
+        at.p[parameter] += step * dx;
+        at.y.iter_mut().zip(&s[j * n..]).for_each(|(y, s)| *y += s * dx);
+        at
+    };
+    // Sensitivities are per unit of θ; here θ moves by its size, so S is S θ.
+    let unscaled: Vec<f64> =
+        (0..n * n_s).map(|k| s[k] / size(at.p[signature.directions[k / n]])).collect();
+    let g_at = |at: &At| {
+        let (mut f, mut g) = (vec![0.0; n], vec![0.0; n * n_s]);
+        system.sensitivity_rhs(at.point(), &unscaled, &mut f, &mut g);
+        g
+    };
+    let g = g_at(at);
+    let (mut w_now, mut dw) = (vec![0.0; n_w], vec![0.0; n_w * n_s]);
+    system.output_sensitivities(at.point(), &unscaled, &mut w_now, &mut dw);
+    assert_eq!(w_now, w(at), "{label}: outputs with and without sensitivities");
+    for j in 0..n_s {
+        let step = size(at.p[signature.directions[j]]);
+        let scaled = |values: &[f64]| values.iter().map(|v| v * step).collect::<Vec<f64>>();
+        let found = difference(&|dx| f(&along(j, dx)), 0.0, 1.0);
+        compare(&format!("{label}: g, direction {j}"), &scaled(&g[j * n..(j + 1) * n]), &found);
+        let found = difference(&|dx| w(&along(j, dx)), 0.0, 1.0);
+        let columns = scaled(&dw[j * n_w..(j + 1) * n_w]);
+        compare(&format!("{label}: dw, direction {j}"), &columns, &found);
+    }
+
+    // dg/dy and dg/dt, and the fused function against its parts.
+    let mut dgdy = vec![0.0; signature.sensitivity_jacobian.len()];
+    let (mut f2, mut j2) = (vec![0.0; n], vec![0.0; jacobian.len()]);
+    let (mut dfdt2, mut g2, mut dgdt) = (vec![0.0; n], vec![0.0; n * n_s], vec![0.0; n * n_s]);
+    system.sensitivity_linearize(
+        at.point(),
+        &udot,
+        &unscaled,
+        &mut f2,
+        &mut j2,
+        &mut dfdt2,
+        &mut g2,
+        &mut dgdy,
+        &mut dgdt,
+    );
+    assert_eq!((&f2, &j2, &dfdt2, &g2), (&f(at), &jacobian, &dfdt, &g), "{label}: fused");
+    for column in 0..n {
+        let shifted = |x: f64| {
+            let mut at = at.clone();
+            at.y[column] = x;
+            at
+        };
+        let found = difference(&|x| g_at(&shifted(x)), at.y[column], size(at.y[column]));
+        let derivative = dense(&signature.sensitivity_jacobian, &dgdy, n * n_s, column);
+        compare(&format!("{label}: dg/dy[{column}]"), &derivative, &found);
+    }
+    let found = difference(&|dt| g_at(&moving(dt, &udot)), 0.0, 1.0);
+    compare(&format!("{label}: dg/dt"), &dgdt, &found);
+
+    // Start values.
+    let y0 = |at: &At| {
+        let mut y = vec![0.0; n];
+        system.start(at.point(), &mut y);
+        y
+    };
+    let mut s0 = vec![0.0; n * n_s];
+    system.start_sensitivities(at.point(), &mut s0);
+    for j in 0..n_s {
+        let parameter = signature.directions[j];
+        let shifted = |x: f64| {
+            let mut at = at.clone();
+            at.p[parameter] = x;
+            at
+        };
+        let found = difference(&|x| y0(&shifted(x)), at.p[parameter], size(at.p[parameter]));
+        compare(&format!("{label}: dy0, direction {j}"), &s0[j * n..(j + 1) * n], &found);
+    }
+}
+
+#[test]
+fn derivatives_of_every_model_agree_with_differences() {
+    for path in model_files() {
+        for choices in every_variant(&path) {
+            let choices: Vec<(&str, &str)> =
+                choices.iter().map(|(v, c)| (v.as_str(), c.as_str())).collect();
+            let system = Interpreted::new(compiled(&path, &choices).program);
+            let mut noise = Noise::new(11);
+            for _ in 0..3 {
+                let at = At::near_start(&system, &mut noise);
+                check_derivatives(&system, &at, &format!("{} {choices:?}", path.display()));
+            }
+        }
+    }
+}
+
+/// Bits of everything that a system computes at a place.
+fn bits(system: &impl System, at: &At) -> Vec<Vec<u64>> {
+    let signature = system.signature();
+    let (n, n_w) = (signature.unknowns.len(), signature.outputs.len());
+    let (n_s, n_j) = (signature.directions.len(), signature.jacobian.len());
+    let numbers = |n: usize| vec![0.0; n];
+    let mut noise = Noise::new(23);
+    let udot: Vec<f64> = at.u.iter().map(|u| u * noise.next()).collect();
+    let s: Vec<f64> = (0..n * n_s).map(|_| noise.next()).collect();
+    let point = at.point();
+    let mut all: Vec<Vec<f64>> = Vec::new();
+
+    let mut f = numbers(n);
+    system.rhs(point, &mut f);
+    all.push(f.clone());
+    let (mut jacobian, mut dfdt) = (numbers(n_j), numbers(n));
+    system.linearize(point, &udot, &mut f, &mut jacobian, &mut dfdt);
+    all.extend([f.clone(), jacobian.clone(), dfdt.clone()]);
+    let mut g = numbers(n * n_s);
+    system.sensitivity_rhs(point, &s, &mut f, &mut g);
+    all.extend([f.clone(), g.clone()]);
+    let (mut dgdy, mut dgdt) = (numbers(signature.sensitivity_jacobian.len()), numbers(n * n_s));
+    system.sensitivity_linearize(
+        point,
+        &udot,
+        &s,
+        &mut f,
+        &mut jacobian,
+        &mut dfdt,
+        &mut g,
+        &mut dgdy,
+        &mut dgdt,
+    );
+    all.extend([f, jacobian, dfdt, g, dgdy, dgdt]);
+    let mut values = numbers(signature.parameter_jacobian.len());
+    system.parameter_jacobian(point, &mut values);
+    all.push(values);
+    let mut values = numbers(signature.input_jacobian.len());
+    system.input_jacobian(point, &mut values);
+    all.push(values);
+    let mut values = numbers(n);
+    system.time_derivative(point, &mut values);
+    all.push(values);
+    let [by_y, by_u, by_p] = &signature.output_jacobians;
+    let (mut dwdy, mut dwdu) = (numbers(by_y.len()), numbers(by_u.len()));
+    let (mut dwdp, mut dwdt) = (numbers(by_p.len()), numbers(n_w));
+    system.output_jacobians(point, &mut dwdy, &mut dwdu, &mut dwdp, &mut dwdt);
+    let (mut w, mut dw) = (numbers(n_w), numbers(n_w * n_s));
+    system.outputs(point, &mut w);
+    all.extend([dwdy, dwdu, dwdp, dwdt, w.clone()]);
+    system.output_sensitivities(point, &s, &mut w, &mut dw);
+    let (mut y0, mut s0) = (numbers(n), numbers(n * n_s));
+    system.start(point, &mut y0);
+    system.start_sensitivities(point, &mut s0);
+    all.extend([w, dw, y0, s0]);
+    all.iter().map(|values| values.iter().map(|x| x.to_bits()).collect()).collect()
+}
+
+/// Generated Rust and the interpreter give the same signature and the same bits.
+fn check_agreement(generated: &impl System, path: &str, choices: &[(&str, &str)]) {
+    let interpreted = interpreted(path, choices);
+    assert_eq!(generated.signature(), interpreted.signature(), "{path} {choices:?}");
+    let mut noise = Noise::new(17);
+    for _ in 0..20 {
+        let at = At::near_start(&interpreted, &mut noise);
+        assert_eq!(
+            bits(generated, &at),
+            bits(&interpreted, &at),
+            "{path} {choices:?} at {:?}",
+            at.y
+        );
+    }
+}
+
+/// Compiles each model of the list with `dgd::model!` and compares it with the interpreter.
+macro_rules! agreement {
+    ($($name:ident: $path:literal $(, $variant:ident = $choice:ident)*;)*) => {
+        $(mod $name {
+            dgd::model!($path $(, $variant = $choice)*, as generated);
+        })*
+
+        const COMPARED: &[(&str, &[(&str, &str)])] =
+            &[$(($path, &[$((stringify!($variant), stringify!($choice))),*])),*];
+
+        #[test]
+        fn generated_rust_and_interpreter_give_the_same_bits() {
+            $(check_agreement(
+                &$name::generated::Model,
+                $path,
+                &[$((stringify!($variant), stringify!($choice))),*],
+            );)*
+        }
+    };
+}
+
+agreement! {
+    bench_two_state: "models/bench_two_state.dgd";
+    bench_two_state_static: "models/bench_two_state.dgd", flow = static;
+    cstr: "models/cstr.dgd";
+    every_intrinsic: "models/every_intrinsic.dgd";
+    mud_circulation: "models/mud_circulation.dgd";
+    mud_circulation_static: "models/mud_circulation.dgd", flow = static;
+    pendulum: "models/pendulum.dgd";
+    pipe_flow: "models/pipe_flow.dgd";
+    predator_prey: "models/predator_prey.dgd";
+    pump_speed_step: "models/pump_speed_step.dgd";
+    pump_speed_step_static: "models/pump_speed_step.dgd", flow = static;
+    rc_circuit: "models/rc_circuit.dgd";
+    robertson: "models/robertson.dgd";
+    robertson_dae: "models/robertson.dgd", form = dae;
+    two_tanks: "models/two_tanks.dgd";
+    van_der_pol: "models/van_der_pol.dgd";
+}
+
+#[test]
+fn the_list_of_compared_models_is_complete() {
+    for path in model_files() {
+        let file = path.file_name().expect("a file").to_string_lossy().into_owned();
+        for choices in every_variant(&path) {
+            let compared = COMPARED.iter().any(|(compared, compared_choices)| {
+                Path::new(compared).file_name().is_some_and(|name| name == file.as_str())
+                    && compared_choices.len() == choices.len()
+                    && compared_choices
+                        .iter()
+                        .zip(&choices)
+                        .all(|((v, c), (v2, c2))| v == v2 && c == c2)
+            });
+            assert!(compared, "`{file}` {choices:?} is missing in the list of `agreement!`");
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! What the integration tests share: models of the repository as systems.
+
+#![allow(dead_code, reason = "no test binary uses all of it")]
+
+use std::path::{Path, PathBuf};
+
+use dgd_compiler::diagnostics::{Diagnostics, render};
+use dgd_compiler::model::ModelOptions;
+use dgd_compiler::pipeline::{Compiled, Directions, compile};
+use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::syntax::ast::Name;
+use dgd_execute::Interpreted;
+
+/// The repository's root.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Every model file in `models/`, in order of name.
+pub fn model_files() -> Vec<PathBuf> {
+    let folder = root().join("models");
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
+        .expect("the repository has models")
+        .map(|entry| entry.expect("a readable folder").path())
+        .filter(|path| path.extension().is_some_and(|ending| ending == "dgd"))
+        .collect();
+    files.sort();
+    files
+}
+
+/// A name without a place.
+pub fn name(text: &str) -> Name {
+    Name { text: text.to_owned(), span: Span::default() }
+}
+
+/// Compiles a model of the repository with the given choices and all sensitivities.
+pub fn compiled(path: &Path, variants: &[(&str, &str)]) -> Compiled {
+    let path = root().join(path);
+    let options = ModelOptions {
+        variants: variants.iter().map(|(v, c)| (name(v), name(c))).collect(),
+        settings: Vec::new(),
+    };
+    let text = std::fs::read_to_string(&path).expect("a model file");
+    let main = Source { name: path.display().to_string(), text };
+    let mut sources = Sources::default();
+    let mut diagnostics = Diagnostics::default();
+    compile(
+        main,
+        &options,
+        &Directions::All,
+        &mut |path| std::fs::read_to_string(path).map_err(|error| error.to_string()),
+        &mut sources,
+        &mut diagnostics,
+    )
+    .unwrap_or_else(|_| {
+        panic!("{}", render::render(&diagnostics.sorted(), &sources, render::Style::Plain))
+    })
+}
+
+/// A model of the repository, interpreted.
+pub fn interpreted(path: &str, variants: &[(&str, &str)]) -> Interpreted {
+    Interpreted::new(compiled(Path::new(path), variants).program)
+}
+
+/// Every model of the repository in each of its variants, one choice changed at a time:
+/// (description, choices).
+pub fn every_variant(path: &Path) -> Vec<Vec<(String, String)>> {
+    let model = compiled(path, &[]).model;
+    let mut all = vec![Vec::new()];
+    for variant in &model.variants {
+        for choice in variant.choices.iter().skip(1) {
+            all.push(vec![(variant.name.clone(), choice.clone())]);
+        }
+    }
+    all
+}
+
+/// Numbers in (-1, 1) that are the same in every run: SplitMix64 (Steele, Lea, Flood 2014).
+pub struct Noise(u64);
+
+impl Noise {
+    pub fn new(seed: u64) -> Self {
+        Noise(seed)
+    }
+
+    pub fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^= z >> 31;
+        (z >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}
