@@ -207,12 +207,12 @@ impl<S: System> Algebraic<S> {
         self.factorisation.factorise(1.0, |i| mass[i] != 0.0, pattern, self.rows.as_ref())
     }
 
-    /// How near ∂f_a/∂y_a is to a singular matrix: `Some` equation when its smallest pivot, with
-    /// unknowns in their sizes and equations in those of their largest term, has fallen below ten
-    /// times `atol` of the largest it was in this run, or to rounding.
+    /// The equation that makes ∂f_a/∂y_a as good as singular, if one does.
     ///
-    /// An algebraic unknown is known to about `atol`. A derivative that is proportional to one, as
-    /// that of q|q| is, is then known to one part in ten.
+    /// The measure is the smallest pivot m, with unknowns in units of their sizes and equations in
+    /// units of their largest term so far. S_a is S_d, known to about `atol`, over m: where m falls
+    /// below atol^(2/3) of the largest it was in this run, no more than a third of the digits are
+    /// left, and an error estimate that insists on the others takes steps without number.
     #[inline]
     pub(crate) fn singular_equation(
         &mut self,
@@ -226,9 +226,24 @@ impl<S: System> Algebraic<S> {
             Ok(None) => None,
             Ok(Some(Pivot { row, magnitude })) => {
                 self.strongest = self.strongest.max(magnitude);
-                let least = (1e-3 * atol).max(1e-12).max(atol.powf(0.67) * self.strongest);
+                let least = vanishing(atol).max(atol.powf(2.0 / 3.0) * self.strongest);
                 (magnitude <= least).then_some(row)
             }
+        }
+    }
+
+    /// Whether ∂f_a/∂y_a is singular to rounding, or to what a solution of 0 = f_a for unknowns with
+    /// this tolerance makes of zero.
+    pub(crate) fn vanishes(
+        &mut self,
+        pattern: &Pattern,
+        jacobian: &[f64],
+        sizes: &[f64],
+        atol: f64,
+    ) -> bool {
+        match self.smallest_relative_pivot(pattern, jacobian, sizes) {
+            Err(_) => true,
+            Ok(pivot) => pivot.is_some_and(|pivot| pivot.magnitude <= vanishing(atol)),
         }
     }
 
@@ -294,25 +309,26 @@ impl<S: System> Algebraic<S> {
                 return Ok(());
             }
 
-            if let Err(Singular { row }) = self.factorise(pattern, jacobian) {
+            // −∂f_a/∂y_a δ = f_a
+            let factorised = self.factorise(pattern, jacobian);
+            self.correction.as_mut().copy_from_slice(self.f.as_ref());
+            let norm = if factorised.is_ok() {
+                self.factorisation.solve(self.correction.as_mut());
+                tolerances.mean_square(self.correction.as_ref(), y, y, sizes)
+            } else {
+                f64::INFINITY
+            };
+            if !norm.is_finite() {
                 if is_rounding(&self.f, &self.mass, &mut self.trial, pattern, jacobian, y) {
                     return Ok(());
                 }
                 if nudges == MOST_NUDGES {
+                    let row = factorised.err().map_or(largest(self.f.as_ref()), |e| e.row);
                     return Err(singular(system, row, t, self.f.as_ref()));
                 }
                 nudges += 1;
                 self.nudge(y, sizes, nudges);
                 continue;
-            }
-
-            // −∂f_a/∂y_a δ = f_a
-            self.correction.as_mut().copy_from_slice(self.f.as_ref());
-            self.factorisation.solve(self.correction.as_mut());
-            let norm = tolerances.mean_square(self.correction.as_ref(), y, y, sizes);
-            if !norm.is_finite() {
-                let row = largest(self.f.as_ref());
-                return Err(singular(system, row, t, self.f.as_ref()));
             }
             if norm <= CONVERGED * CONVERGED {
                 add_scaled(y, 1.0, self.correction.as_ref());
@@ -411,6 +427,11 @@ impl<S: System> Algebraic<S> {
             correction: correction[unknown],
         }
     }
+}
+
+/// Relative pivots below this are zero: corrections of [`CONVERGED`] leave that much of a double root.
+fn vanishing(atol: f64) -> f64 {
+    (10.0 * CONVERGED * atol).max(1e-12)
 }
 
 fn singular<S: System>(system: &S, row: usize, t: f64, f: &[f64]) -> InitialError {

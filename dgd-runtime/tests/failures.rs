@@ -31,13 +31,14 @@ fn said<E: Equations>(inputs: &Inputs, times: &[f64], options: &Options) -> Stri
 #[test]
 fn the_solver_says_where_it_stopped_and_why() {
     let none = Inputs::none();
-    let times = [0.0, 0.5, 1.0, 1.5];
+    let times = [0.0, 0.5, 1.5];
     let options = Options::default();
     let failure = run::<Explosion>(&none, &times, &options).unwrap_err();
     assert_eq!(failure.partial.times, [0.0, 0.5]);
     assert!((failure.partial.y(1)[0] - 2.0).abs() < 1e-4);
+    // The last steps overflow.
     let message = failure.to_string();
-    assert!(message.contains("step size fell") && message.contains("`x`"), "{message}");
+    assert!(message.contains("`of_x` is not finite at t = 1.0"), "{message}");
 
     let message = said::<BelowZero>(&none, &times, &options);
     assert!(message.contains("`of_x` is not finite at t = 1.07"), "{message}");

@@ -21,7 +21,7 @@ pub mod tableaux;
 
 use crate::error::{BadRequest, Evaluation, Failure, IntegrateError};
 use crate::initial::{Algebraic, Place, start_values};
-use crate::linalg::Singular;
+use crate::linalg::{Factorisation, Singular};
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
 use crate::signal::Side;
@@ -455,7 +455,9 @@ impl<'a, S: System> Simulation<'a, S> {
         // Below this a step does not move t reliably, and stages cannot be told apart.
         let least = 4.0 * f64::EPSILON * self.t.abs().max(f64::EPSILON * self.span);
         if controller.h > least {
-            self.correct_algebraic();
+            if let Some(h) = self.after_rejection(h, remaining, times, solution) {
+                controller.h = h;
+            }
             return Ok(());
         }
         Err(match outcome {
@@ -465,14 +467,21 @@ impl<'a, S: System> Simulation<'a, S> {
         })
     }
 
-    /// Makes algebraic unknowns consistent again after a rejection.
+    /// Makes algebraic unknowns consistent again after a rejection; takes the step off a singular
+    /// point, and gives its size, if that is where the solution stands.
     ///
     /// Equations are fulfilled to the tolerance of the unknowns. Where ∂f_a/∂y_a is nearly singular
-    /// that is not enough: what is missing is a jump for the next step, which no shortening
-    /// makes smaller.
-    fn correct_algebraic(&mut self) {
+    /// that is not enough: what is missing is a jump for the next step, which no shortening makes
+    /// smaller.
+    fn after_rejection(
+        &mut self,
+        h: f64,
+        remaining: f64,
+        times: &[f64],
+        solution: &mut Solution,
+    ) -> Option<f64> {
         if self.algebraic.is_empty() || self.corrected {
-            return;
+            return None;
         }
         self.corrected = true;
         self.linearized = false;
@@ -485,6 +494,74 @@ impl<'a, S: System> Simulation<'a, S> {
         if self.algebraic.make_consistent(system, at, y, jacobian, sizes, tolerances).is_ok() {
             std::mem::swap(&mut self.y, &mut self.row);
         }
+
+        let base = Base { system, p, mass: &self.algebraic.mass, t: self.t };
+        self.stepper.linearize(base, &mut self.drive, self.y.as_ref(), None);
+        let pattern = &system.signature().jacobian;
+        let jacobian = self.stepper.jacobian.as_ref();
+        let atol = self.tolerances.atol;
+        if !self.algebraic.vanishes(pattern, jacobian, self.sizes.as_ref(), atol) {
+            return None;
+        }
+        let next = times.get(solution.times.len()).map_or(remaining, |t| t - self.t);
+        let h = self.leave_singular_point(h.min(0.5 * remaining).min(0.5 * next))?;
+        solution.statistics.steps += 1;
+        Some(h)
+    }
+
+    /// Takes a step of at most `h` off a point where ∂f_a/∂y_a vanishes; gives its size.
+    ///
+    /// There, algebraic unknowns may move like a square root, and no method that is linear in J at
+    /// the start of the step follows them. Euler's explicit step
+    ///
+    /// ```text
+    ///   y_d⁺ = y_d + h f_d,   0 = f_a(y⁺),   e_d = h/2 (f_d⁺ − f_d),   ∂f_a/∂y_a e_a = −∂f_a/∂y_d e_d
+    /// ```
+    ///
+    /// needs no J at its start.
+    fn leave_singular_point(&mut self, mut h: f64) -> Option<f64> {
+        let Problem { system, p, .. } = *self.problem;
+        let pattern = &system.signature().jacobian;
+        let (sizes, tolerances) = (self.sizes.as_ref(), self.tolerances);
+        let y = self.y.as_ref();
+        self.row.as_mut().copy_from_slice(self.stepper.f.as_ref());
+        multiply(self.row.as_mut(), self.algebraic.mass.as_ref());
+        let slope = self.row.as_ref();
+
+        while h > 4.0 * f64::EPSILON * self.t.abs().max(f64::MIN_POSITIVE) {
+            let t_new = self.t + h;
+            let y_new = self.stepper.y_new.as_mut();
+            for ((new, y), slope) in y_new.iter_mut().zip(y).zip(slope) {
+                *new = y + h * slope;
+            }
+            let (u, udot) = self.drive.with_slope(t_new);
+            let at = Place { t: t_new, u, p };
+            let jacobian = self.stepper.jacobian.as_mut();
+            let consistent =
+                self.algebraic.make_consistent(system, at, y_new, jacobian, sizes, tolerances);
+            if consistent.is_ok() {
+                let at = Point { t: t_new, y: y_new, u, p };
+                let (f, dfdt) = (self.stepper.f.as_mut(), self.stepper.dfdt.as_mut());
+                system.linearize(at, udot, f, jacobian, dfdt);
+                let e = self.stepper.rhs.as_mut();
+                e.copy_from_slice(f);
+                multiply(e, self.algebraic.mass.as_ref());
+                for (e, slope) in e.iter_mut().zip(slope) {
+                    *e = 0.5 * h * (*e - slope);
+                }
+                if self.algebraic.factorise(pattern, jacobian).is_ok() {
+                    self.algebraic.factorisation.solve(e);
+                    if tolerances.mean_square(e, y, y_new, sizes) <= 1.0 {
+                        std::mem::swap(&mut self.y, &mut self.stepper.y_new);
+                        self.t = t_new;
+                        self.corrected = false;
+                        return Some(h);
+                    }
+                }
+            }
+            h *= 0.25;
+        }
+        None
     }
 
     /// Square of the local error of the step tried last, in units of the tolerance.

@@ -77,10 +77,10 @@ pub(crate) struct Rosenbrock<S: System> {
     /// f, ∂f/∂y and df/dt at the start of the step.
     pub(crate) f: S::Vector,
     pub(crate) jacobian: S::Jacobian,
-    dfdt: S::Vector,
+    pub(crate) dfdt: S::Vector,
     /// Yᵢ, and f there.
     stage: S::Vector,
-    rhs: S::Vector,
+    pub(crate) rhs: S::Vector,
     /// Uᵢ.
     u: [S::Vector; MAX_STAGES],
     pub(crate) y_new: S::Vector,
