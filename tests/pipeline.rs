@@ -12,7 +12,7 @@ use std::path::Path;
 
 use dgd_compiler::codegen;
 use dgd_compiler::diagnostics::codes::{CODES, CodeInfo};
-use dgd_compiler::diagnostics::{Diagnostics, render};
+use dgd_compiler::diagnostics::{Code, Diagnostics, render};
 use dgd_compiler::model::{ModelOptions, Setting};
 use dgd_compiler::pipeline::{Compiled, Directions, compile};
 use dgd_compiler::source::{Source, SourceId, Sources, Span};
@@ -196,9 +196,10 @@ fn examples(info: &CodeInfo) -> (String, String) {
     (model(wrong), model(right))
 }
 
-/// E211 is explained by the beginning of a long example.
+/// E207 is explained by a command, E211 by the beginning of a long model.
 fn has_whole_examples(info: &&CodeInfo) -> bool {
-    ("E201".."E600").contains(&info.code.to_string().as_str()) && info.code.to_string() != "E211"
+    let not_here = [Code::E207, Code::E211];
+    (Code::E201..Code::E601).contains(&info.code) && !not_here.contains(&info.code)
 }
 
 #[test]

@@ -67,13 +67,14 @@ impl<'a> Console<'a> {
         self.remark(text.trim_end());
     }
 
-    /// Shows why a command did not succeed.
+    /// Shows why a command did not succeed: to people on standard error, to programs where they
+    /// look for the result.
     pub(crate) fn failure(self, error: &CommandError) {
         match error {
             CommandError::Diagnosed { diagnostics, sources } if self.is_json() => {
                 let entries: Vec<Value> =
                     diagnostics.iter().map(|diagnostic| entry(diagnostic, sources)).collect();
-                complain(&format!("{:#}", json!({ "diagnostics": entries })));
+                self.failed_json(&json!({ "diagnostics": entries }));
             }
             CommandError::Diagnosed { diagnostics, sources } => {
                 let all: Vec<&Diagnostic> = diagnostics.iter().collect();
@@ -83,13 +84,20 @@ impl<'a> Console<'a> {
             | CommandError::Usage(message)
             | CommandError::Computation(message) => {
                 if self.is_json() {
-                    complain(&format!("{:#}", json!({ "error": message })));
+                    self.failed_json(&json!({ "error": message }));
                 } else if self.is_coloured() {
                     complain(&format!("\u{1b}[1;31merror\u{1b}[0m: {message}"));
                 } else {
                     complain(&format!("error: {message}"));
                 }
             }
+        }
+    }
+
+    /// Prints to standard output, or complains where that is not possible.
+    fn failed_json(self, value: &Value) {
+        if let Err(error) = self.print(&format!("{value:#}\n")) {
+            complain(&error.to_string());
         }
     }
 

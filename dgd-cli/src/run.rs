@@ -193,7 +193,7 @@ fn needs_data(signature: &Signature) -> CommandError {
         .map(|input| format!("`{} [{}]`", input.name, input.unit.symbol))
         .collect();
     CommandError::Usage(format!(
-        "model `{}` has inputs: give a file with `time [s]` and {} by `--data FILE`",
+        "model `{}` has inputs: give a file with the columns `time [s]`, {} by `--data FILE`",
         signature.name,
         inputs.join(", ")
     ))

@@ -80,7 +80,7 @@ pub fn load(
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<Ast>, Reported> {
-    let mut known = BTreeSet::from([normalise(&main.name)]);
+    let mut known = BTreeSet::new();
     let main = sources.add(main);
     let mut asts = vec![parse(main, sources, diagnostics)?];
     let mut next = 0;

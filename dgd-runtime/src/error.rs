@@ -11,7 +11,7 @@ pub struct Failure {
     /// Why.
     pub error: IntegrateError,
     /// The asked times that were reached.
-    pub partial: Solution,
+    pub partial: Box<Solution>,
 }
 
 /// Why an integration stopped.

@@ -378,11 +378,11 @@ impl std::error::Error for InputError {}
 mod tests {
     use super::*;
 
-    fn held<'a>(values: &'a [f64]) -> Column<'a> {
+    fn held(values: &[f64]) -> Column<'_> {
         Column { name: "u", interpolation: Interpolation::Hold, values }
     }
 
-    fn linear<'a>(values: &'a [f64]) -> Column<'a> {
+    fn linear(values: &[f64]) -> Column<'_> {
         Column { name: "v", interpolation: Interpolation::Linear, values }
     }
 

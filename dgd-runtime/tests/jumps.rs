@@ -3,8 +3,9 @@
 mod support;
 
 use dgd_runtime::{
-    Column, Inputs, Interpolation, Options, Problem, Side, consistent_start, observe,
-    simulate_with_sensitivities,
+    Column, Inputs, Interpolation, Options, Problem,
+    Side::{Left, Right},
+    consistent_start, observe, simulate_with_sensitivities,
 };
 use support::parameters;
 use support::problems::{Follower, FollowerStacked};
@@ -24,8 +25,7 @@ fn a_time_that_occurs_twice_is_left_and_right() {
     let times = [0.0, 0.5, 1.0, 1.0, 1.5, 2.0];
     let solution = simulate_with_sensitivities(&problem, &times, &Options::default()).unwrap();
     assert_eq!(solution.times, times);
-    let sides: Vec<Side> = (0..6).map(|k| solution.side(k)).collect();
-    use Side::{Left, Right};
+    let sides: Vec<_> = (0..6).map(|k| solution.side(k)).collect();
     assert_eq!(sides, [Right, Right, Left, Right, Right, Left]);
 
     // z = k u, ∂z/∂k = u

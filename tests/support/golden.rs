@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 
 /// Compares texts with files and collects what differs.
 #[derive(Default)]
-pub struct Goldens {
+pub(crate) struct Goldens {
     differences: Vec<String>,
 }
 
 impl Goldens {
     /// Compares a text with a file, or writes the file when asked to.
-    pub fn compare(&mut self, path: &Path, actual: &str) {
+    pub(crate) fn compare(&mut self, path: &Path, actual: &str) {
         if std::env::var_os("UPDATE_GOLDEN").is_some() {
             fs::write(path, actual).expect("the golden files can be written");
             return;
@@ -32,7 +32,7 @@ impl Goldens {
     }
 
     /// Fails if anything differs.
-    pub fn finish(self) {
+    pub(crate) fn finish(self) {
         assert!(
             self.differences.is_empty(),
             "{}\n`UPDATE_GOLDEN=1 cargo test` writes these files anew",
@@ -42,7 +42,7 @@ impl Goldens {
 }
 
 /// The files of a folder with this ending, in order of name.
-pub fn files(folder: &Path, ending: &str) -> Vec<PathBuf> {
+pub(crate) fn files(folder: &Path, ending: &str) -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = fs::read_dir(folder)
         .expect("the folder is there")
         .map(|entry| entry.expect("a readable folder").path())

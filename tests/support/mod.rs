@@ -12,12 +12,12 @@ use dgd_compiler::syntax::ast::Name;
 use dgd_execute::Interpreted;
 
 /// The repository's root.
-pub fn root() -> &'static Path {
+pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
 /// Every model file in `models/`, in order of name.
-pub fn model_files() -> Vec<PathBuf> {
+pub(crate) fn model_files() -> Vec<PathBuf> {
     let folder = root().join("models");
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
         .expect("the repository has models")
@@ -29,12 +29,12 @@ pub fn model_files() -> Vec<PathBuf> {
 }
 
 /// A name without a place.
-pub fn name(text: &str) -> Name {
+pub(crate) fn name(text: &str) -> Name {
     Name { text: text.to_owned(), span: Span::default() }
 }
 
 /// Compiles a model of the repository with the given choices and all sensitivities.
-pub fn compiled(path: &Path, variants: &[(&str, &str)]) -> Compiled {
+pub(crate) fn compiled(path: &Path, variants: &[(&str, &str)]) -> Compiled {
     let path = root().join(path);
     let options = ModelOptions {
         variants: variants.iter().map(|(v, c)| (name(v), name(c))).collect(),
@@ -58,13 +58,13 @@ pub fn compiled(path: &Path, variants: &[(&str, &str)]) -> Compiled {
 }
 
 /// A model of the repository, interpreted.
-pub fn interpreted(path: &str, variants: &[(&str, &str)]) -> Interpreted {
+pub(crate) fn interpreted(path: &str, variants: &[(&str, &str)]) -> Interpreted {
     Interpreted::new(compiled(Path::new(path), variants).program)
 }
 
 /// Every model of the repository in each of its variants, one choice changed at a time:
 /// (description, choices).
-pub fn every_variant(path: &Path) -> Vec<Vec<(String, String)>> {
+pub(crate) fn every_variant(path: &Path) -> Vec<Vec<(String, String)>> {
     let model = compiled(path, &[]).model;
     let mut all = vec![Vec::new()];
     for variant in &model.variants {
@@ -76,14 +76,14 @@ pub fn every_variant(path: &Path) -> Vec<Vec<(String, String)>> {
 }
 
 /// Numbers in (-1, 1) that are the same in every run: SplitMix64 (Steele, Lea, Flood 2014).
-pub struct Noise(u64);
+pub(crate) struct Noise(u64);
 
 impl Noise {
-    pub fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Noise(seed)
     }
 
-    pub fn next(&mut self) -> f64 {
+    pub(crate) fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

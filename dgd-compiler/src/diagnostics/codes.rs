@@ -357,13 +357,16 @@ not enter its equations, a number is not called, and a function is not used with
 
 Wrong:
 
-    output p [bar] = rho*g*h
-    equation level: A * der(h) = q - k*p
+    state h [m] = 1
+    equation level: der(h) = -leak
+    output leak [m/s] = 0.1 [1/s] * h
 
 Right:
 
-    let p = rho*g*h
-    equation level: A * der(h) = q - k*p
+    state h [m] = 1
+    let leak = 0.1 [1/s] * h
+    equation level: der(h) = -leak
+    output leak_rate [m/s] = leak
 "
 E206 "definition that depends on itself" "
 A `let`, a constant or a function leads back to itself. What two quantities determine together is
@@ -393,8 +396,8 @@ Right:
     dgd simulate tank.dgd --variant flow=static
 "
 E208 "import that cannot be used" r#"
-The imported file cannot be found or read, is a model where a library of constants, `let`s and
-functions is needed, or leads back to itself. Paths are relative to the importing file.
+The imported file cannot be found or read, or is not a library of constants, `let`s and functions
+but a model, or part of one. Paths are relative to the importing file.
 
 Wrong:
 
@@ -423,10 +426,12 @@ is no number, and a number is no condition.
 
 Wrong:
 
+    constant level = 3
     let open = level > 2
 
 Right:
 
+    constant level = 3
     let open = if level > 2 then 1 else 0
 "
 E211 "model that grows beyond measure when it is opened" "
@@ -608,14 +613,16 @@ An output or a `let` reads `der(x)`, but in the chosen variant no equation conta
 
 Wrong:
 
+    input q_in [m^3/s]
     state q [m^3/s] = 0
     equation balance: q = q_in
     output slope [m^3/s^2] = der(q)
 
 Right:
 
+    input q_in [m^3/s]
     state q [m^3/s] = 0
-    equation balance: tau * der(q) = q_in - q
+    equation balance: 3 [s] * der(q) = q_in - q
     output slope [m^3/s^2] = der(q)
 "
 E501 "value outside its bounds" "
@@ -648,12 +655,16 @@ Wrong:
 
     state a = 1
     state b = 2*a
+    equation first:  der(a) = 0
+    equation second: der(b) = 0
 
 Right:
 
     parameter a_0 = 1
     state a = a_0
     state b = 2*a_0
+    equation first:  der(a) = 0
+    equation second: der(b) = 0
 "
 E504 "value must be known beforehand" "
 Constants, bounds, `noise`, `nominal` and `prior` are finite numbers that depend on numbers and other
@@ -675,11 +686,13 @@ simply has no `noise` attribute.
 
 Wrong:
 
-    output p [bar] = rho*g*h noise 0 [bar]
+    constant depth [m] = 10
+    output p [bar] = depth * 0.1 [bar/m]  noise 0 [bar]
 
 Right:
 
-    output p [bar] = rho*g*h noise 0.01 [bar]
+    constant depth [m] = 10
+    output p [bar] = depth * 0.1 [bar/m]  noise 0.01 [bar]
 "
 E506 "logarithm of what is not positive" "
 A parameter with the attribute `log` is estimated by its logarithm, so that its value and its bounds

@@ -119,6 +119,16 @@ fn choose<'a>(
             ));
             continue;
         }
+        for (i, choice) in choices.iter().enumerate() {
+            let name = &choice.name;
+            if let Some(first) = choices[..i].iter().find(|first| first.name.text == name.text) {
+                let message = format!("two choices are called `{}`", name.text);
+                diagnostics.error(
+                    Diagnostic::new(Code::E202, name.span, message)
+                        .label(first.name.span, "first here"),
+                );
+            }
+        }
         let chosen = chosen_of(name, choices, options, diagnostics);
         variants.push(Variant {
             name: name.text.clone(),
@@ -156,13 +166,15 @@ fn unknown_choice<'a>(
     message: &str,
     known: impl Iterator<Item = &'a str>,
 ) -> Diagnostic {
-    let known: Vec<String> = known.map(|name| format!("`{name}`")).collect();
+    let known: Vec<&str> = known.collect();
     let diagnostic = Diagnostic::new(Code::E207, at.span, message);
     if known.is_empty() {
-        diagnostic.help("this model has no variants")
-    } else {
-        diagnostic.help(format!("there is {}", known.join(", ")))
+        return diagnostic.help("this model has no variants");
     }
+    diagnostic.help(match suggestion(&at.text, known.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("there is `{}`", known.join("`, `")),
+    })
 }
 
 /// Settings by name, each of something that can be set.

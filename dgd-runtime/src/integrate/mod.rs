@@ -11,25 +11,32 @@
 //! of the unknowns and of each direction's sensitivities apart; the largest counts.
 //!
 //! Where ∂f_a/∂y_a becomes singular, sensitivities end and the states go on alone
-//! ([`UndefinedSensitivity`]).
+//! ([`UndefinedSensitivity`](crate::UndefinedSensitivity)).
+
+// Lengths are constants where storage has a fixed size, and only once inlined there.
+#![allow(clippy::inline_always)]
 
 pub mod catalogue;
 mod controller;
+mod diagnose;
+mod initial_step;
+mod record;
 mod rosenbrock;
+mod singular_point;
 pub mod tableau;
 pub mod tableaux;
 
-use crate::error::{BadRequest, Evaluation, Failure, IntegrateError};
+use crate::error::{BadRequest, Failure, IntegrateError};
 use crate::initial::{Algebraic, Place, start_values};
-use crate::linalg::{Factorisation, Singular};
+use crate::linalg::Singular;
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
 use crate::signal::Side;
-use crate::solution::{Solution, Statistics, UndefinedSensitivity};
+use crate::solution::{Solution, Statistics};
 use crate::system::{Point, Storage, System};
 use catalogue::MethodKind;
 use controller::Controller;
-use rosenbrock::{At, Base, Directions, Drive, Rosenbrock, Spoilt};
+use rosenbrock::{At, Base, Directions, Drive, Rosenbrock};
 use tableau::RosenbrockTableau;
 
 /// Integrates from the first of the asked `times` to the last and gives the unknowns at all of
@@ -92,7 +99,7 @@ fn run<S: System>(
         statistics: Statistics::default(),
     };
     if let Err(error) = verify(problem, times, options) {
-        return Err(Failure { error, partial: solution });
+        return Err(Failure { error, partial: Box::new(solution) });
     }
     let (Some(&from), Some(&until)) = (times.first(), times.last()) else {
         return Ok(solution);
@@ -107,7 +114,7 @@ fn run<S: System>(
     }
     match outcome {
         Ok(()) => Ok(solution),
-        Err(error) => Err(Failure { error, partial: solution }),
+        Err(error) => Err(Failure { error, partial: Box::new(solution) }),
     }
 }
 
@@ -146,6 +153,8 @@ struct Simulation<'a, S: System> {
     initial_step: Option<f64>,
     stepper: Rosenbrock<S>,
     estimate_order: u32,
+    /// Stages after the first, which is part of the linearisation.
+    further_stages: usize,
     /// `None` without sensitivities, and once they are undefined.
     directions: Option<Directions<S>>,
     algebraic: Algebraic<S>,
@@ -194,6 +203,7 @@ impl<'a, S: System> Simulation<'a, S> {
             initial_step: options.initial_step,
             stepper: Rosenbrock::new(system, tableau),
             estimate_order: tableau.estimate_order,
+            further_stages: tableau.stages() - 1,
             directions,
             algebraic: Algebraic::new(system),
             segment,
@@ -303,97 +313,16 @@ impl<'a, S: System> Simulation<'a, S> {
                 self.algebraic.factorise(pattern, jacobian).err().map(|Singular { row }| row)
             });
             solution.statistics.factorisations += 2;
-            match singular {
-                Some(row) => self.end_sensitivities(self.t, row, solution),
-                None => {
-                    let u = self.drive.at(self.t);
-                    let at = Point { t: self.t, y: self.y.as_ref(), u, p };
-                    let (s, g) = (d.s.as_mut(), d.g.as_mut());
-                    self.algebraic.make_sensitivities_consistent(system, at, s, g);
-                }
+            if let Some(row) = singular {
+                self.end_sensitivities(self.t, row, solution);
+            } else {
+                let u = self.drive.at(self.t);
+                let at = Point { t: self.t, y: self.y.as_ref(), u, p };
+                let (s, g) = (d.s.as_mut(), d.g.as_mut());
+                self.algebraic.make_sensitivities_consistent(system, at, s, g);
             }
         }
         Ok(())
-    }
-
-    /// A step that is small against the time in which the solution and its slope change.
-    ///
-    /// ```text
-    ///   h₀ = 0.01 ‖y‖ / ‖ẏ‖,  ‖ÿ‖ ≈ ‖f(t + h₀, y + h₀ f) − f‖ / h₀
-    ///   h  = min(100 h₀, (0.01 / max(‖ẏ‖, ‖ÿ‖))^(1/k))
-    /// ```
-    ///
-    /// # Source
-    ///
-    /// Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, 2nd ed. (1993), §II.4.
-    fn initial_step(&mut self, span: f64, solution: &mut Solution) -> f64 {
-        let Problem { system, p, .. } = *self.problem;
-        let mass = self.algebraic.mass.as_ref();
-        let n = mass.len().max(1);
-        let (y, sizes) = (self.y.as_ref(), self.sizes.as_ref());
-        let tolerances = self.tolerances;
-        let size = |values: &[f64]| tolerances.mean_square(values, y, y, sizes);
-
-        let slope = &mut self.stepper.f;
-        let slope_new = &mut self.stepper.y_new;
-        let u = self.drive.at(self.t);
-        let at = Point { t: self.t, y, u, p };
-        let (mut d0, mut d1) = (size(y), 0.0_f64);
-        if let Some(d) = &mut self.directions {
-            system.sensitivity_rhs(at, d.s.as_ref(), slope.as_mut(), d.g.as_mut());
-            for column in d.g.as_mut().chunks_exact_mut(n) {
-                multiply(column, mass);
-            }
-            let of = |values: &[f64]| {
-                let s = d.s.as_ref();
-                largest_block(tolerances, n, values, s, s, d.sizes.as_ref())
-            };
-            d0 = d0.max(of(d.s.as_ref()));
-            d1 = of(d.g.as_ref());
-        } else {
-            system.rhs(at, slope.as_mut());
-        }
-        multiply(slope.as_mut(), mass);
-        d1 = d1.max(size(slope.as_ref())).sqrt();
-        d0 = d0.sqrt();
-
-        let h0 = (0.01 * d0 / d1).min(span);
-        let h0 = if h0 > 0.0 { h0 } else { 1e-6 * span };
-        let euler = self.row.as_mut();
-        for ((euler, y), slope) in euler.iter_mut().zip(y).zip(slope.as_ref()) {
-            *euler = y + h0 * slope;
-        }
-        let at = Point { t: self.t + h0, y: euler, u: self.drive.at(self.t + h0), p };
-        let mut change = 0.0_f64;
-        if let Some(d) = &mut self.directions {
-            for ((euler, s), g) in d.s_new.as_mut().iter_mut().zip(d.s.as_ref()).zip(d.g.as_ref()) {
-                *euler = s + h0 * g;
-            }
-            let row = self.sensitivity_row.get_or_insert_with(|| d.s.clone());
-            system.sensitivity_rhs(at, d.s_new.as_ref(), slope_new.as_mut(), row.as_mut());
-            for column in row.as_mut().chunks_exact_mut(n) {
-                multiply(column, mass);
-            }
-            for (new, old) in row.as_mut().iter_mut().zip(d.g.as_ref()) {
-                *new -= old;
-            }
-            let s = d.s.as_ref();
-            change = largest_block(tolerances, n, row.as_ref(), s, s, d.sizes.as_ref());
-        } else {
-            system.rhs(at, slope_new.as_mut());
-        }
-        multiply(slope_new.as_mut(), mass);
-        for (new, old) in slope_new.as_mut().iter_mut().zip(slope.as_ref()) {
-            *new -= old;
-        }
-        solution.statistics.evaluations += 2;
-
-        let d2 = change.max(size(slope_new.as_ref())).sqrt() / h0;
-        let steepest = d1.max(d2);
-        let h = (0.01 / steepest).powf(1.0 / f64::from(self.estimate_order + 1)).min(100.0 * h0);
-        // Nothing moves, or the trial point is outside the model's domain.
-        let fallback = if steepest == 0.0 { span } else { 0.01 * h0 };
-        if h.is_finite() && h > 0.0 { h.min(span) } else { fallback }
     }
 
     /// Tries one step, and records what was asked for if it is accepted.
@@ -425,7 +354,7 @@ impl<'a, S: System> Simulation<'a, S> {
         let directions = self.directions.as_mut();
         let outcome = self.stepper.attempt(base, &mut self.drive, y, h, directions);
         solution.statistics.factorisations += 1;
-        solution.statistics.evaluations += usize::from(outcome.is_ok()) * 7;
+        solution.statistics.evaluations += usize::from(outcome.is_ok()) * self.further_stages;
 
         let error = match outcome {
             Ok(()) => self.error(),
@@ -467,103 +396,6 @@ impl<'a, S: System> Simulation<'a, S> {
         })
     }
 
-    /// Makes algebraic unknowns consistent again after a rejection; takes the step off a singular
-    /// point, and gives its size, if that is where the solution stands.
-    ///
-    /// Equations are fulfilled to the tolerance of the unknowns. Where ∂f_a/∂y_a is nearly singular
-    /// that is not enough: what is missing is a jump for the next step, which no shortening makes
-    /// smaller.
-    fn after_rejection(
-        &mut self,
-        h: f64,
-        remaining: f64,
-        times: &[f64],
-        solution: &mut Solution,
-    ) -> Option<f64> {
-        if self.algebraic.is_empty() || self.corrected {
-            return None;
-        }
-        self.corrected = true;
-        self.linearized = false;
-        let Problem { system, p, .. } = *self.problem;
-        let at = Place { t: self.t, u: self.drive.at(self.t), p };
-        let y = self.row.as_mut();
-        y.copy_from_slice(self.y.as_ref());
-        let jacobian = self.stepper.jacobian.as_mut();
-        let (sizes, tolerances) = (self.sizes.as_ref(), self.tolerances);
-        if self.algebraic.make_consistent(system, at, y, jacobian, sizes, tolerances).is_ok() {
-            std::mem::swap(&mut self.y, &mut self.row);
-        }
-
-        let base = Base { system, p, mass: &self.algebraic.mass, t: self.t };
-        self.stepper.linearize(base, &mut self.drive, self.y.as_ref(), None);
-        let pattern = &system.signature().jacobian;
-        let jacobian = self.stepper.jacobian.as_ref();
-        let atol = self.tolerances.atol;
-        if !self.algebraic.vanishes(pattern, jacobian, self.sizes.as_ref(), atol) {
-            return None;
-        }
-        let next = times.get(solution.times.len()).map_or(remaining, |t| t - self.t);
-        let h = self.leave_singular_point(h.min(0.5 * remaining).min(0.5 * next))?;
-        solution.statistics.steps += 1;
-        Some(h)
-    }
-
-    /// Takes a step of at most `h` off a point where ∂f_a/∂y_a vanishes; gives its size.
-    ///
-    /// There, algebraic unknowns may move like a square root, and no method that is linear in J at
-    /// the start of the step follows them. Euler's explicit step
-    ///
-    /// ```text
-    ///   y_d⁺ = y_d + h f_d,   0 = f_a(y⁺),   e_d = h/2 (f_d⁺ − f_d),   ∂f_a/∂y_a e_a = −∂f_a/∂y_d e_d
-    /// ```
-    ///
-    /// needs no J at its start.
-    fn leave_singular_point(&mut self, mut h: f64) -> Option<f64> {
-        let Problem { system, p, .. } = *self.problem;
-        let pattern = &system.signature().jacobian;
-        let (sizes, tolerances) = (self.sizes.as_ref(), self.tolerances);
-        let y = self.y.as_ref();
-        self.row.as_mut().copy_from_slice(self.stepper.f.as_ref());
-        multiply(self.row.as_mut(), self.algebraic.mass.as_ref());
-        let slope = self.row.as_ref();
-
-        while h > 4.0 * f64::EPSILON * self.t.abs().max(f64::MIN_POSITIVE) {
-            let t_new = self.t + h;
-            let y_new = self.stepper.y_new.as_mut();
-            for ((new, y), slope) in y_new.iter_mut().zip(y).zip(slope) {
-                *new = y + h * slope;
-            }
-            let (u, udot) = self.drive.with_slope(t_new);
-            let at = Place { t: t_new, u, p };
-            let jacobian = self.stepper.jacobian.as_mut();
-            let consistent =
-                self.algebraic.make_consistent(system, at, y_new, jacobian, sizes, tolerances);
-            if consistent.is_ok() {
-                let at = Point { t: t_new, y: y_new, u, p };
-                let (f, dfdt) = (self.stepper.f.as_mut(), self.stepper.dfdt.as_mut());
-                system.linearize(at, udot, f, jacobian, dfdt);
-                let e = self.stepper.rhs.as_mut();
-                e.copy_from_slice(f);
-                multiply(e, self.algebraic.mass.as_ref());
-                for (e, slope) in e.iter_mut().zip(slope) {
-                    *e = 0.5 * h * (*e - slope);
-                }
-                if self.algebraic.factorise(pattern, jacobian).is_ok() {
-                    self.algebraic.factorisation.solve(e);
-                    if tolerances.mean_square(e, y, y_new, sizes) <= 1.0 {
-                        std::mem::swap(&mut self.y, &mut self.stepper.y_new);
-                        self.t = t_new;
-                        self.corrected = false;
-                        return Some(h);
-                    }
-                }
-            }
-            h *= 0.25;
-        }
-        None
-    }
-
     /// Square of the local error of the step tried last, in units of the tolerance.
     #[inline]
     fn error(&self) -> f64 {
@@ -571,32 +403,6 @@ impl<'a, S: System> Simulation<'a, S> {
         let e = self.stepper.local_error();
         let error = self.tolerances.mean_square(e, y, y_new, self.sizes.as_ref());
         larger(error, self.sensitivity_error())
-    }
-
-    /// The error, without that of algebraic unknowns if they fulfil their equations at the end of
-    /// the step to rounding.
-    ///
-    /// Where ∂f_a/∂y_a vanishes, rounding of f_a moves algebraic unknowns by its square root, which
-    /// can be more than the tolerance, and no step is short enough to do better.
-    fn error_beyond_rounding(&mut self, h: f64, error: f64) -> f64 {
-        if self.algebraic.is_empty() || !error.is_finite() {
-            return error;
-        }
-        let Problem { system, p, .. } = *self.problem;
-        let (y, y_new) = (self.y.as_ref(), self.stepper.y_new.as_ref());
-        let t_new = self.t + h;
-        let at = Point { t: t_new, y: y_new, u: self.drive.at(t_new), p };
-        system.rhs(at, self.row.as_mut());
-        let pattern = &system.signature().jacobian;
-        let jacobian = self.stepper.jacobian.as_ref();
-        if !self.algebraic.is_rounding(pattern, jacobian, y_new, &self.row) {
-            return error;
-        }
-        let f = self.row.as_mut();
-        f.copy_from_slice(self.stepper.local_error());
-        multiply(f, self.algebraic.mass.as_ref());
-        let rest = self.tolerances.mean_square(f, y, y_new, self.sizes.as_ref());
-        larger(rest, self.sensitivity_error())
     }
 
     /// Square of the local error of the sensitivities of the step tried last.
@@ -625,34 +431,6 @@ impl<'a, S: System> Simulation<'a, S> {
             std::mem::swap(&mut d.s, &mut d.s_new);
         }
         self.t = t_new;
-    }
-
-    /// Linearises at the end of the step; ends the sensitivities where ∂f_a/∂y_a is singular there.
-    fn look_for_singular_point(&mut self, t_new: f64, solution: &mut Solution) {
-        let Problem { system, p, .. } = *self.problem;
-        let base = Base { system, p, mass: &self.algebraic.mass, t: t_new };
-        let directions = self.directions.as_mut().map(|d| (d, At::End));
-        // The linearisation needs y⁺, which the stepper owns.
-        self.row.as_mut().copy_from_slice(self.stepper.y_new.as_ref());
-        self.stepper.linearize(base, &mut self.drive, self.row.as_ref(), directions);
-        self.linearized = true;
-        solution.statistics.linearizations += 1;
-        solution.statistics.factorisations += 1;
-        let singular = self.algebraic.singular_equation(
-            &system.signature().jacobian,
-            self.stepper.jacobian.as_ref(),
-            self.sizes.as_ref(),
-            self.tolerances.atol,
-        );
-        if let Some(row) = singular {
-            self.end_sensitivities(self.t, row, solution);
-        }
-    }
-
-    fn end_sensitivities(&mut self, from: f64, row: usize, solution: &mut Solution) {
-        self.directions = None;
-        let equation = self.problem.system.signature().equations[row].to_string();
-        solution.undefined.push(UndefinedSensitivity { from, until: from, equation });
     }
 
     /// Makes the next segment of the inputs the current one.
@@ -696,115 +474,6 @@ impl<'a, S: System> Simulation<'a, S> {
         }
         Ok(())
     }
-
-    /// Records asked times in (t, t_new].
-    #[inline]
-    fn record_step(&mut self, t_new: f64, end: StepEnd, times: &[f64], solution: &mut Solution) {
-        let done = solution.times.len();
-        let asked = &times[done..];
-        if asked.first().is_none_or(|&t| t > t_new) {
-            return;
-        }
-        let inside = asked.iter().take_while(|&&t| t < t_new).count();
-        let at_end = asked[inside..].iter().take_while(|&&t| t == t_new).count();
-        // A time that occurs twice is a left and a right value; once, right, and left at the end.
-        let at_end = match end {
-            StepEnd::Smooth => at_end,
-            StepEnd::Last if self.segment_end > t_new => at_end,
-            StepEnd::Last => at_end.min(1),
-            StepEnd::Jump => at_end.saturating_sub(1),
-        };
-
-        let y = self.y.as_ref();
-        if inside > 0 {
-            self.stepper.prepare_dense(self.directions.as_mut());
-            let (t, per_h) = (self.t, 1.0 / (t_new - self.t));
-            for asked in &asked[..inside] {
-                let theta = (asked - t) * per_h;
-                self.stepper.interpolate(theta, y, self.row.as_mut());
-                solution.y.extend_from_slice(self.row.as_ref());
-                if let (Some(d), Some(row)) = (&self.directions, &mut self.sensitivity_row) {
-                    self.stepper.interpolate_sensitivity(theta, d, row.as_mut());
-                    solution.s.extend_from_slice(row.as_ref());
-                }
-            }
-        }
-        for _ in 0..at_end {
-            solution.y.extend_from_slice(self.stepper.y_new.as_ref());
-            if let Some(d) = &self.directions {
-                solution.s.extend_from_slice(d.s_new.as_ref());
-            }
-        }
-        solution.times.extend_from_slice(&asked[..inside + at_end]);
-        fill_undefined(solution);
-    }
-
-    /// Records the asked times that are now.
-    fn record_now(&self, times: &[f64], solution: &mut Solution) {
-        while times.get(solution.times.len()) == Some(&self.t) {
-            solution.times.push(self.t);
-            solution.y.extend_from_slice(self.y.as_ref());
-            if let Some(d) = &self.directions {
-                solution.s.extend_from_slice(d.s.as_ref());
-            }
-        }
-        fill_undefined(solution);
-    }
-
-    fn singular_iteration(&self, h: f64, row: usize) -> IntegrateError {
-        let equation = self.problem.system.signature().equations[row].to_string();
-        IntegrateError::SingularIteration { t: self.t, h, equation }
-    }
-
-    fn step_size_too_small(&self, h: f64) -> IntegrateError {
-        let signature = self.problem.system.signature();
-        let (y, y_new) = (self.y.as_ref(), self.stepper.y_new.as_ref());
-        let n = y.len();
-        let mut worst = (0, 0.0);
-        let mut consider = |index: usize, e: f64, y: f64, y_new: f64, size: f64| {
-            let error = e.abs() / self.tolerances.weight(y.abs().max(y_new.abs()), size);
-            if error > worst.1 {
-                worst = (index, error);
-            }
-        };
-        for (i, e) in self.stepper.local_error().iter().enumerate() {
-            consider(i, *e, y[i], y_new[i], self.sizes.as_ref()[i]);
-        }
-        if let Some(d) = &self.directions {
-            for (i, e) in self.stepper.sensitivity_error(d).iter().enumerate() {
-                let (s, s_new) = (d.s.as_ref()[i], d.s_new.as_ref()[i]);
-                consider(n + i, *e, s, s_new, d.sizes.as_ref()[i]);
-            }
-        }
-        let (index, error) = worst;
-        let parameter = (index / n).checked_sub(1).map(|direction| {
-            signature.parameters[signature.directions[direction]].name.to_string()
-        });
-        IntegrateError::StepSizeTooSmall {
-            t: self.t,
-            h,
-            unknown: signature.unknowns[index % n].name.to_string(),
-            parameter,
-            error,
-        }
-    }
-
-    fn not_finite(&mut self, h: f64) -> IntegrateError {
-        let Problem { system, p, .. } = *self.problem;
-        let base = Base { system, p, mass: &self.algebraic.mass, t: self.t };
-        let directions = self.directions.as_mut();
-        let spoilt = self.stepper.spoilt(base, &mut self.drive, self.y.as_ref(), h, directions);
-        let Some((t, spoilt)) = spoilt else {
-            // Finite evaluations, but a solution beyond the largest number.
-            return self.step_size_too_small(h);
-        };
-        let (row, what) = match spoilt {
-            Spoilt::Equation(row) => (row, Evaluation::Equation),
-            Spoilt::Derivative(row) => (row, Evaluation::Derivative),
-        };
-        let equation = system.signature().equations[row].to_string();
-        IntegrateError::NotFinite { t, equation, what }
-    }
 }
 
 /// The largest mean square over blocks of n numbers; NaN if one is.
@@ -836,9 +505,4 @@ fn multiply(values: &mut [f64], by: &[f64]) {
     for (value, by) in values.iter_mut().zip(by) {
         *value *= by;
     }
-}
-
-/// Sensitivities that were not recorded are undefined.
-fn fill_undefined(solution: &mut Solution) {
-    solution.s.resize(solution.times.len() * solution.n * solution.n_s, f64::NAN);
 }

@@ -11,6 +11,9 @@
 //! so that one factorisation serves all. Without ∂gⱼ/∂y, the second derivatives of f, the method
 //! would lose its order.
 
+// Lengths are constants where storage has a fixed size, and only once inlined there.
+#![allow(clippy::inline_always)]
+
 use super::tableau::{MAX_STAGES, RosenbrockTableau};
 use crate::linalg::{Factorisation, Singular};
 use crate::signal::Segment;
@@ -123,6 +126,12 @@ impl<S: System> Directions<S> {
             dense: std::array::from_fn(|_| zeros()),
         }
     }
+
+    /// S at the fraction θ of the step tried last.
+    #[inline]
+    pub(crate) fn interpolate(&self, theta: f64, out: &mut [f64]) {
+        interpolate(theta, self.s.as_ref(), self.s_new.as_ref(), &self.dense, out);
+    }
 }
 
 /// Where a step starts.
@@ -229,7 +238,7 @@ impl<S: System> Rosenbrock<S> {
         for i in 0..tableau.stages() {
             let (earlier, rest) = self.u.split_at_mut(i);
             let u_i = rest[0].as_mut();
-            let (a, c) = (tableau.a[i], tableau.c[i]);
+            let (a, c) = (&tableau.a[i], &tableau.c[i]);
             let slope = h * tableau.gamma_sums[i];
 
             // Yᵢ = y + Σ aᵢⱼ Uⱼ,  Uᵢ ← Σ cᵢⱼ Uⱼ
@@ -321,7 +330,7 @@ impl<S: System> Rosenbrock<S> {
             }
         }
         for i in 1..self.tableau.stages() {
-            let (a, c) = (self.tableau.a[i], self.tableau.c[i]);
+            let (a, c) = (&self.tableau.a[i], &self.tableau.c[i]);
             let stage_t = t + self.tableau.alpha[i] * h;
             combine(y, &self.u[..i], a, c, self.stage.as_mut(), self.rhs.as_mut());
             let at = Point { t: stage_t, y: self.stage.as_ref(), u: drive.at(stage_t), p };
@@ -361,18 +370,6 @@ impl<S: System> Rosenbrock<S> {
     pub(crate) fn interpolate(&self, theta: f64, y: &[f64], out: &mut [f64]) {
         interpolate(theta, y, self.y_new.as_ref(), &self.dense, out);
     }
-
-    /// S at the fraction θ of the step tried last.
-    #[inline]
-    pub(crate) fn interpolate_sensitivity(
-        &self,
-        theta: f64,
-        directions: &Directions<S>,
-        out: &mut [f64],
-    ) {
-        let Directions { s, s_new, dense, .. } = directions;
-        interpolate(theta, s.as_ref(), s_new.as_ref(), dense, out);
-    }
 }
 
 /// End of a step.
@@ -387,8 +384,8 @@ pub(crate) enum At {
 fn combine<V: Storage>(
     y: &[f64],
     k: &[V],
-    a: &[f64],
-    c: &[f64],
+    a: &[f64; MAX_STAGES],
+    c: &[f64; MAX_STAGES],
     stage: &mut [f64],
     coupling: &mut [f64],
 ) {
@@ -411,15 +408,13 @@ fn combine<V: Storage>(
 fn combine_all<const J: usize, V: Storage>(
     y: &[f64],
     k: &[V],
-    a: &[f64],
-    c: &[f64],
+    a: &[f64; MAX_STAGES],
+    c: &[f64; MAX_STAGES],
     stage: &mut [f64],
     coupling: &mut [f64],
 ) {
     let n = y.len();
     let k: [&[f64]; J] = std::array::from_fn(|j| &k[j].as_ref()[..n]);
-    let a: [f64; J] = std::array::from_fn(|j| a[j]);
-    let c: [f64; J] = std::array::from_fn(|j| c[j]);
     let (stage, coupling) = (&mut stage[..n], &mut coupling[..n]);
     for i in 0..n {
         let (mut value, mut sum) = (y[i], 0.0);

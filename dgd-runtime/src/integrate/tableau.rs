@@ -3,6 +3,29 @@
 /// The most stages a method may have; work space is laid out for so many.
 pub const MAX_STAGES: usize = 8;
 
+/// A strictly lower triangle of coefficients, with zeros in and above the diagonal.
+pub type Triangle = [[f64; MAX_STAGES]; MAX_STAGES];
+
+/// A triangle of which row i has i entries.
+///
+/// # Panics
+///
+/// If there are more than [`MAX_STAGES`] rows, or a row has another number of entries.
+pub const fn triangle(rows: &[&[f64]]) -> Triangle {
+    let mut triangle = [[0.0; MAX_STAGES]; MAX_STAGES];
+    let mut i = 0;
+    while i < rows.len() {
+        assert!(rows[i].len() == i, "row i of a strictly lower triangle has i entries");
+        let mut j = 0;
+        while j < i {
+            triangle[i][j] = rows[i][j];
+            j += 1;
+        }
+        i += 1;
+    }
+    triangle
+}
+
 /// Coefficients of a stiffly accurate Rosenbrock method for M ẏ = f(t, y), transformed so that no
 /// product with the Jacobian is needed.
 ///
@@ -20,10 +43,10 @@ pub const MAX_STAGES: usize = 8;
 pub struct RosenbrockTableau {
     /// γ, the same in all stages.
     pub gamma: f64,
-    /// aᵢⱼ: row i has i entries.
-    pub a: &'static [&'static [f64]],
-    /// cᵢⱼ: row i has i entries.
-    pub c: &'static [&'static [f64]],
+    /// aᵢⱼ, a strictly lower triangle.
+    pub a: Triangle,
+    /// cᵢⱼ, a strictly lower triangle.
+    pub c: Triangle,
     /// αᵢ, where in the step a stage stands.
     pub alpha: &'static [f64],
     /// γᵢ, weights of ∂f/∂t.
@@ -84,30 +107,25 @@ mod tests {
     fn classical(tableau: &RosenbrockTableau) -> Classical {
         let s = tableau.stages();
         let mut gamma = vec![vec![0.0; s]; s];
-        for column in 0..s {
-            for i in column..s {
-                // Forward substitution with the lower triangle of Γ⁻¹.
+        // Forward substitution with the lower triangle of Γ⁻¹.
+        for (i, c) in tableau.c[..s].iter().enumerate() {
+            for column in 0..=i {
                 let unit = if i == column { 1.0 } else { 0.0 };
-                let known: f64 = (column..i).map(|j| tableau.c[i][j] * gamma[j][column]).sum();
+                let known: f64 = c.iter().zip(&gamma).map(|(c, row)| c * row[column]).sum();
                 gamma[i][column] = tableau.gamma * (unit + known);
             }
         }
-        let alpha: Matrix =
-            tableau.a.iter().map(|row| from_left(&padded(row, s), &gamma)).collect();
+        let alpha: Matrix = tableau.a[..s].iter().map(|row| from_left(&row[..s], &gamma)).collect();
         let sum = |a: &Vector, g: &Vector| a.iter().zip(g).map(|(a, g)| a + g).collect();
         let beta = alpha.iter().zip(&gamma).map(|(a, g)| sum(a, g)).collect();
         let b = from_left(&closing(tableau), &gamma);
         Classical { alpha, gamma, beta, b }
     }
 
-    fn padded(row: &[f64], s: usize) -> Vector {
-        (0..s).map(|j| row.get(j).copied().unwrap_or(0.0)).collect()
-    }
-
     /// m of y⁺ = y + Σ mⱼ Uⱼ: the last stage and its own increment.
     fn closing(tableau: &RosenbrockTableau) -> Vector {
         let s = tableau.stages();
-        let mut m = padded(tableau.a[s - 1], s);
+        let mut m = tableau.a[s - 1][..s].to_vec();
         m[s - 1] = 1.0;
         m
     }
@@ -157,14 +175,10 @@ mod tests {
     }
 
     #[test]
-    fn rows_have_the_right_lengths() {
+    fn lists_have_one_entry_per_stage() {
         for tableau in tableaux() {
             let s = tableau.stages();
-            assert!(s <= MAX_STAGES && tableau.a.len() == s && tableau.c.len() == s);
-            assert!(tableau.gamma_sums.len() == s);
-            for i in 0..s {
-                assert!(tableau.a[i].len() == i && tableau.c[i].len() == i);
-            }
+            assert!(s <= MAX_STAGES && tableau.gamma_sums.len() == s);
             assert!(tableau.dense.iter().all(|d| d.len() == s));
         }
     }

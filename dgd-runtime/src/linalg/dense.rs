@@ -1,3 +1,6 @@
+// Lengths are constants where storage has a fixed size, and only once inlined there.
+#![allow(clippy::inline_always)]
+
 use super::{Factorisation, Pivot, Singular};
 use crate::system::Pattern;
 
@@ -7,14 +10,14 @@ pub struct FixedLu<const N: usize> {
     /// Column by column: L below the diagonal, U on and above it.
     factors: [[f64; N]; N],
     reciprocal_pivots: [f64; N],
-    /// Row k was exchanged with row `exchanges[k]`, k = 0, 1, …
-    exchanges: [usize; N],
+    /// Row of W that became row k of U.
+    order: [usize; N],
 }
 
 impl<const N: usize> Factorisation for FixedLu<N> {
     fn new(n: usize, _: &Pattern) -> Self {
         assert_eq!(n, N, "factorisation of fixed size");
-        Self { factors: [[0.0; N]; N], reciprocal_pivots: [0.0; N], exchanges: [0; N] }
+        Self { factors: [[0.0; N]; N], reciprocal_pivots: [0.0; N], order: [0; N] }
     }
 
     #[inline]
@@ -27,20 +30,22 @@ impl<const N: usize> Factorisation for FixedLu<N> {
     ) -> Result<(), Singular> {
         let a = self.factors.as_flattened_mut();
         assemble(a, N, c, differential, jacobian, values);
-        eliminate(a, N, &mut self.reciprocal_pivots, &mut self.exchanges)
+        eliminate(a, N, &mut self.reciprocal_pivots, &mut self.order)
     }
 
     #[inline]
     fn solve(&mut self, b: &mut [f64]) {
+        let factors = self.factors.as_flattened();
         for column in b.as_chunks_mut::<N>().0 {
-            let a = self.factors.as_flattened();
-            substitute(a, N, &self.reciprocal_pivots, &self.exchanges, column);
+            let mut x = [0.0; N];
+            substitute(factors, N, &self.reciprocal_pivots, &self.order, column, &mut x);
+            *column = x;
         }
     }
 
     #[inline]
     fn smallest_pivot(&self) -> Option<Pivot> {
-        smallest_pivot(self.factors.as_flattened(), N, &self.exchanges)
+        smallest_pivot(self.factors.as_flattened(), N, &self.order)
     }
 }
 
@@ -50,7 +55,8 @@ pub struct DenseLu {
     n: usize,
     factors: Vec<f64>,
     reciprocal_pivots: Vec<f64>,
-    exchanges: Vec<usize>,
+    order: Vec<usize>,
+    scratch: Vec<f64>,
 }
 
 impl Factorisation for DenseLu {
@@ -59,7 +65,8 @@ impl Factorisation for DenseLu {
             n,
             factors: vec![0.0; n * n],
             reciprocal_pivots: vec![0.0; n],
-            exchanges: vec![0; n],
+            order: vec![0; n],
+            scratch: vec![0.0; n],
         }
     }
 
@@ -71,20 +78,22 @@ impl Factorisation for DenseLu {
         values: &[f64],
     ) -> Result<(), Singular> {
         assemble(&mut self.factors, self.n, c, differential, jacobian, values);
-        eliminate(&mut self.factors, self.n, &mut self.reciprocal_pivots, &mut self.exchanges)
+        eliminate(&mut self.factors, self.n, &mut self.reciprocal_pivots, &mut self.order)
     }
 
     fn solve(&mut self, b: &mut [f64]) {
         if self.n == 0 {
             return;
         }
-        for column in b.chunks_exact_mut(self.n) {
-            substitute(&self.factors, self.n, &self.reciprocal_pivots, &self.exchanges, column);
+        let Self { n, factors, reciprocal_pivots, order, scratch } = self;
+        for column in b.chunks_exact_mut(*n) {
+            substitute(factors, *n, reciprocal_pivots, order, column, scratch);
+            column.copy_from_slice(scratch);
         }
     }
 
     fn smallest_pivot(&self) -> Option<Pivot> {
-        smallest_pivot(&self.factors, self.n, &self.exchanges)
+        smallest_pivot(&self.factors, self.n, &self.order)
     }
 }
 
@@ -115,25 +124,28 @@ fn eliminate(
     a: &mut [f64],
     n: usize,
     reciprocal_pivots: &mut [f64],
-    exchanges: &mut [usize],
+    order: &mut [usize],
 ) -> Result<(), Singular> {
-    let mut finite = true;
+    for (k, row) in order.iter_mut().enumerate() {
+        *row = k;
+    }
     for k in 0..n {
         let (left, right) = a.split_at_mut((k + 1) * n);
         let pivot_column = &mut left[k * n..];
 
         let mut pivot_row = k;
         let mut largest = pivot_column[k].abs();
+        let mut finite = largest < f64::INFINITY;
         for (i, value) in pivot_column.iter().enumerate().skip(k + 1) {
+            finite &= value.is_finite();
             if value.abs() > largest {
                 largest = value.abs();
                 pivot_row = i;
             }
         }
-        exchanges[k] = pivot_row;
-        finite &= largest < f64::INFINITY;
+        order.swap(k, pivot_row);
         if largest == 0.0 || !finite {
-            return Err(Singular { row: origin(exchanges, k) });
+            return Err(Singular { row: order[k] });
         }
         if pivot_row != k {
             for column in left.chunks_exact_mut(n).chain(right.chunks_exact_mut(n)) {
@@ -157,49 +169,37 @@ fn eliminate(
     Ok(())
 }
 
-/// b ← U⁻¹ L⁻¹ P b.
+/// x ← U⁻¹ L⁻¹ P b.
 #[inline(always)]
 fn substitute(
     factors: &[f64],
     n: usize,
     reciprocal_pivots: &[f64],
-    exchanges: &[usize],
-    b: &mut [f64],
+    order: &[usize],
+    b: &[f64],
+    x: &mut [f64],
 ) {
-    for (k, &other) in exchanges.iter().enumerate() {
-        b.swap(k, other);
+    for (x, &row) in x.iter_mut().zip(order) {
+        *x = b[row];
     }
     for (k, l) in factors.chunks_exact(n).enumerate() {
-        let (b_k, below) = (b[k], &mut b[k + 1..]);
+        let (x_k, below) = (x[k], &mut x[k + 1..]);
         for (value, l) in below.iter_mut().zip(&l[k + 1..]) {
-            *value -= l * b_k;
+            *value -= l * x_k;
         }
     }
     for (k, u) in factors.chunks_exact(n).enumerate().rev() {
-        b[k] *= reciprocal_pivots[k];
-        let (b_k, above) = (b[k], &mut b[..k]);
+        x[k] *= reciprocal_pivots[k];
+        let (x_k, above) = (x[k], &mut x[..k]);
         for (value, u) in above.iter_mut().zip(u) {
-            *value -= u * b_k;
+            *value -= u * x_k;
         }
     }
 }
 
 #[inline(always)]
-fn smallest_pivot(factors: &[f64], n: usize, exchanges: &[usize]) -> Option<Pivot> {
+fn smallest_pivot(factors: &[f64], n: usize, order: &[usize]) -> Option<Pivot> {
     let magnitude = |k: usize| factors[k * n + k].abs();
     let k = (0..n).min_by(|&i, &j| magnitude(i).total_cmp(&magnitude(j)))?;
-    Some(Pivot { row: origin(exchanges, k), magnitude: magnitude(k) })
-}
-
-/// Where the row that the exchanges up to k brought to place k stood at first.
-fn origin(exchanges: &[usize], k: usize) -> usize {
-    exchanges[..=k].iter().enumerate().rev().fold(k, |row, (i, &other)| {
-        if row == i {
-            other
-        } else if row == other {
-            i
-        } else {
-            row
-        }
-    })
+    Some(Pivot { row: order[k], magnitude: magnitude(k) })
 }

@@ -88,7 +88,7 @@ mod tests {
 
     /// The largest |W x − b| for x from the factorisation.
     fn residual<F: Factorisation>(n: usize, pattern: &Pattern, values: &[f64]) -> f64 {
-        let differential = |i: usize| i % 3 == 0;
+        let differential = |i: usize| i.is_multiple_of(3);
         let mut lu = F::new(n, pattern);
         lu.factorise(2.5, differential, pattern, values).unwrap();
         let right: Vec<f64> = (0..2 * n).map(|i| 1.0 + i as f64).collect();

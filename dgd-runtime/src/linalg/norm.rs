@@ -1,3 +1,6 @@
+// Lengths are constants where storage has a fixed size, and only once inlined there.
+#![allow(clippy::inline_always)]
+
 /// Tolerances of a step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tolerances {

@@ -1,4 +1,4 @@
-use crate::integrate::tableau::RosenbrockTableau;
+use crate::integrate::tableau::{RosenbrockTableau, triangle};
 
 /// Rodas5P: order 5, L-stable, for stiff and differential-algebraic systems of index 1.
 ///
@@ -8,7 +8,7 @@ use crate::integrate::tableau::RosenbrockTableau;
 /// the Julia Differential Equations package, BIT Numerical Mathematics 63 (2023) 27.
 pub static RODAS5P: RosenbrockTableau = RosenbrockTableau {
     gamma: 0.211_937_563_194_290_14,
-    a: &[
+    a: triangle(&[
         &[],
         &[3.0],
         &[2.849_394_379_747_939, 0.458_422_422_044_639_23],
@@ -43,8 +43,8 @@ pub static RODAS5P: RosenbrockTableau = RosenbrockTableau {
             1.0,
             1.0,
         ],
-    ],
-    c: &[
+    ]),
+    c: triangle(&[
         &[],
         &[-14.155_112_264_123_755],
         &[-17.972_960_358_859_52, -2.859_693_295_451_294],
@@ -79,7 +79,7 @@ pub static RODAS5P: RosenbrockTableau = RosenbrockTableau {
             -54.667_802_628_779_68,
             -9.488_616_523_096_27,
         ],
-    ],
+    ]),
     alpha: &[
         0.0,
         0.635_812_689_582_870_4,

@@ -1,0 +1,140 @@
+//! P1 and P2: the two-state model as ODE and as index-1 DAE, without and with five sensitivities.
+//!
+//! 1001 outputs over 1000 s with a jump of the input at 100 s. The error is the largest difference
+//! from a reference solution, of a column's largest value: of the states where there are no
+//! sensitivities, of the sensitivities otherwise. `generated` is Rust by `dgd::model!`,
+//! `interpreted` the same program without rustc.
+
+#![allow(clippy::print_stdout, reason = "a benchmark prints its table")]
+
+use std::path::Path;
+use std::time::Duration;
+
+use dgd::{
+    Column, Inputs, Interpolation, Options, Problem, Solution, System, simulate,
+    simulate_with_sensitivities,
+};
+use dgd_benches::measure;
+use dgd_cli::data::{Table, read};
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::model::ModelOptions;
+use dgd_compiler::pipeline::{Directions, compile};
+use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::syntax::ast::Name;
+use dgd_execute::Interpreted;
+
+mod models {
+    dgd::model!("../models/bench_two_state.dgd", as ode);
+    dgd::model!("../models/bench_two_state.dgd", flow = static, as dae);
+}
+
+fn main() {
+    println!("problem  back end     tolerance  least µs  median µs     error  steps  rejected");
+    for flow in ["dynamic", "static"] {
+        let reference = reference(flow);
+        let interpreted = interpreted(flow);
+        for with in [false, true] {
+            let problem = match (flow, with) {
+                ("dynamic", false) => "P1a",
+                ("dynamic", true) => "P1b",
+                (_, false) => "P2a",
+                (_, true) => "P2b",
+            };
+            for tolerance in [1e-4, 1e-6, 1e-8] {
+                match flow {
+                    "dynamic" => row(problem, "generated", &models::ode::Model, &reference, with, tolerance),
+                    _ => row(problem, "generated", &models::dae::Model, &reference, with, tolerance),
+                }
+                row(problem, "interpreted", &interpreted, &reference, with, tolerance);
+            }
+        }
+    }
+}
+
+/// Measures one case and prints its row.
+fn row(
+    problem: &str,
+    back_end: &str,
+    system: &impl System,
+    reference: &Table,
+    with: bool,
+    tolerance: f64,
+) {
+    let p: Vec<f64> = system.signature().parameters.iter().map(|x| x.value).collect();
+    let column = Column { name: "w", interpolation: Interpolation::Hold, values: &[0.8, 0.88] };
+    let inputs = Inputs::recorded(&[0.0, 100.0], &[column]).expect("inputs");
+    let times: Vec<f64> = (0..=1000).map(f64::from).collect();
+    // As the peers: atol is a hundredth of rtol, relative to the unknowns' sizes.
+    let options = Options { rtol: tolerance, atol: 0.01 * tolerance, ..Options::default() };
+    let case = Problem { system, p: &p, inputs: &inputs, start: &[] };
+    let run = || {
+        let run = if with { simulate_with_sensitivities } else { simulate };
+        run(&case, &times, &options).expect("a solution")
+    };
+    let solution = run();
+    let taken = measure(Duration::from_millis(300), run);
+    println!(
+        "{problem:<8} {back_end:<12} {tolerance:>9.0e} {:>9.1} {:>10.1} {:>9.1e} {:>6} {:>9}",
+        taken.least.as_secs_f64() * 1e6,
+        taken.median.as_secs_f64() * 1e6,
+        error(system, &solution, reference, with),
+        solution.statistics.steps,
+        solution.statistics.rejected,
+    );
+}
+
+/// The largest difference from the reference, of a column's largest value.
+fn error(system: &impl System, solution: &Solution, reference: &Table, with: bool) -> f64 {
+    let signature = system.signature();
+    let times = reference.time.as_deref().unwrap_or_default();
+    let mut worst: f64 = 0.0;
+    for column in &reference.columns {
+        let is_state = !column.name.starts_with("d(");
+        if is_state == with {
+            continue;
+        }
+        let largest = column.values.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
+        for (t, expected) in times.iter().zip(&column.values) {
+            let k = *t as usize;
+            let value = signature.unknowns.iter().enumerate().find_map(|(i, unknown)| {
+                if column.name == unknown.name {
+                    return Some(solution.y(k)[i]);
+                }
+                signature.directions.iter().enumerate().find_map(|(j, direction)| {
+                    let parameter = &signature.parameters[*direction].name;
+                    (column.name == format!("d({})/d({parameter})", unknown.name))
+                        .then(|| solution.s(k)[j * solution.n + i])
+                })
+            });
+            let value = value.expect("a column of the model");
+            worst = worst.max((value - expected).abs() / largest);
+        }
+    }
+    worst
+}
+
+fn root() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
+fn reference(flow: &str) -> Table {
+    let path = root().join(format!("tests/reference/bench_two_state_{flow}.csv"));
+    read(&path, &mut Sources::default(), &mut Diagnostics::default()).expect("a reference")
+}
+
+fn interpreted(flow: &str) -> Interpreted {
+    let path = root().join("models/bench_two_state.dgd");
+    let text = std::fs::read_to_string(&path).expect("the model");
+    let name = |text: &str| Name { text: text.to_owned(), span: Span::default() };
+    let options =
+        ModelOptions { variants: vec![(name("flow"), name(flow))], ..ModelOptions::default() };
+    let compiled = compile(
+        Source { name: path.display().to_string(), text },
+        &options,
+        &Directions::All,
+        &mut |path| std::fs::read_to_string(path).map_err(|error| error.to_string()),
+        &mut Sources::default(),
+        &mut Diagnostics::default(),
+    );
+    Interpreted::new(compiled.expect("a sound model").program)
+}

@@ -1,0 +1,558 @@
+//! The `dgd` command as a user meets it: exit codes, messages, files.
+
+#[path = "../../tests/support/golden.rs"]
+mod golden;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use golden::{Goldens, files};
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+/// What a command left behind.
+struct Run {
+    code: i32,
+    out: String,
+    err: String,
+}
+
+impl Run {
+    fn of(output: &Output) -> Run {
+        Run {
+            code: output.status.code().expect("no signal ends the command"),
+            out: String::from_utf8_lossy(&output.stdout).into_owned(),
+            err: String::from_utf8_lossy(&output.stderr).into_owned(),
+        }
+    }
+
+    /// It was refused with this exit code, and the message has all of these parts.
+    #[track_caller]
+    fn refused(&self, code: i32, parts: &[&str]) {
+        assert_eq!(self.code, code, "{}", self.err);
+        for part in parts {
+            assert!(self.err.contains(part), "no {part:?} in\n{}", self.err);
+        }
+        assert!(!self.err.contains("panicked"), "{}", self.err);
+    }
+
+    #[track_caller]
+    fn done(self) -> Run {
+        assert_eq!(self.code, 0, "{}", self.err);
+        self
+    }
+
+    #[track_caller]
+    fn json(&self) -> Value {
+        serde_json::from_str(&self.out).unwrap_or_else(|error| panic!("{error}:\n{}", self.out))
+    }
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a package of a workspace").to_owned()
+}
+
+fn command(folder: &Path, args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dgd"));
+    command.current_dir(folder).args(args).env_remove("NO_COLOR");
+    command
+}
+
+fn dgd_in(folder: &Path, args: &[&str]) -> Run {
+    Run::of(&command(folder, args).output().expect("the command starts"))
+}
+
+/// Runs in the repository's root.
+fn dgd(args: &[&str]) -> Run {
+    dgd_in(&root(), args)
+}
+
+const TANK: &str = "tests/golden/data/model.dgd";
+const DATA: &str = "tests/golden/data/good.csv";
+
+/// Runs the tank with its data.
+fn tank(command: &str, more: &[&str]) -> Run {
+    dgd(&[&[command, TANK, "--data", DATA], more].concat())
+}
+
+fn folder_with(files: &[(&str, &[u8])]) -> TempDir {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    for (name, bytes) in files {
+        fs::write(folder.path().join(name), bytes).expect("the folder is writable");
+    }
+    folder
+}
+
+fn path(folder: &TempDir, name: &str) -> String {
+    folder.path().join(name).display().to_string()
+}
+
+/// Names of what is in a folder.
+fn listing(folder: &TempDir) -> Vec<String> {
+    let entries = fs::read_dir(folder.path()).expect("the folder is there");
+    let mut names: Vec<String> = entries
+        .map(|entry| entry.expect("a readable folder").file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names
+}
+
+/// A column of CSV text.
+#[track_caller]
+fn column(csv: &str, header: &str) -> Vec<f64> {
+    let mut lines = csv.lines();
+    let headers = lines.next().unwrap_or_default();
+    let at = headers
+        .split(',')
+        .position(|cell| cell == header)
+        .unwrap_or_else(|| panic!("no {header} in {headers}"));
+    lines
+        .map(|line| line.split(',').nth(at).unwrap_or_default().parse().unwrap_or(f64::NAN))
+        .collect()
+}
+
+/// The slope of x is its square: it explodes at 1 s.
+const EXPLOSION: &[u8] =
+    b"model explosion\n\nstate x [1] = 1\n\nequation growth: der(x) = x^2 * 1 [1/s]\n";
+
+#[test]
+fn mistakes_in_data_are_shown_as_expected() {
+    let folder = root().join("tests/golden/data");
+    let mut goldens = Goldens::default();
+    for path in files(&folder, "csv") {
+        let name = path.file_name().and_then(|name| name.to_str()).expect("a plain name");
+        if name == "good.csv" {
+            continue;
+        }
+        let run = dgd_in(&folder, &["simulate", "model.dgd", "--data", name]);
+        // Columns that are not used are worth a note only.
+        let refused = !name.starts_with("E611");
+        assert_eq!(run.code, i32::from(refused), "{name}: {}", run.err);
+        assert_eq!(run.out.is_empty(), refused, "{name}: {}", run.out);
+        goldens.compare(&path.with_extension("stderr"), &run.err);
+    }
+    goldens.finish();
+}
+
+#[test]
+fn exit_codes_are_as_promised() {
+    let folder = folder_with(&[("explosion.dgd", EXPLOSION)]);
+    let model = path(&folder, "explosion.dgd");
+    assert_eq!(dgd(&["check", &model]).code, 0);
+    assert_eq!(dgd(&["check", &model, "--set", "y=1"]).code, 1);
+    assert_eq!(dgd(&["simulate", &model]).code, 2);
+    assert_eq!(dgd(&["simulate", &model, "--until", "2"]).code, 3);
+}
+
+#[test]
+fn a_failed_computation_names_equation_and_time() {
+    let folder = folder_with(&[("explosion.dgd", EXPLOSION)]);
+    let run = dgd(&["simulate", &path(&folder, "explosion.dgd"), "--until", "2"]);
+    run.refused(3, &["growth", "0.99"]);
+}
+
+#[test]
+fn missing_files_are_named() {
+    dgd(&["check", "models/tnak.dgd"]).refused(1, &["cannot read `models/tnak.dgd`"]);
+    dgd(&["fmt", "models/tnak.dgd"]).refused(1, &["cannot read `models/tnak.dgd`"]);
+    dgd(&["simulate", TANK, "--data", "nowhere.csv"]).refused(1, &["cannot read `nowhere.csv`"]);
+    dgd(&["check", "models"]).refused(1, &["cannot read `models`"]);
+}
+
+#[test]
+fn wrong_usage_is_explained() {
+    dgd(&["simulate", TANK, "--methd", "x"]).refused(2, &["--methd", "--method"]);
+    dgd(&["simulat", TANK]).refused(2, &["simulat", "simulate"]);
+    dgd(&["check"]).refused(2, &["<MODEL>"]);
+    dgd(&["emit", TANK, "--stage", "rst"]).refused(2, &["rst", "rust"]);
+    dgd(&["explain", "E999"]).refused(2, &["E999", "E101"]);
+    tank("simulate", &["--method", "rodas"]).refused(2, &["rodas"]);
+}
+
+#[test]
+fn inputs_need_data_and_a_run_needs_an_end() {
+    dgd(&["simulate", TANK]).refused(2, &["`time [s]`, `q_in [lpm]`, `opening [%]`", "--data"]);
+    dgd(&["simulate", "models/van_der_pol.dgd"]).refused(2, &["--until"]);
+}
+
+#[test]
+fn wrong_settings_are_explained() {
+    let set = |setting: &str| tank("simulate", &["--set", setting]);
+    set("q_valv=3").refused(1, &["nothing is called `q_valv`", "did you mean `q_valve`?"]);
+    set("p=3").refused(1, &["`p` is an output"]);
+    set("q_in=3").refused(1, &["`q_in` is an input"]);
+    set("k=-1").refused(1, &["`k` = -1", "bound of 0", "model.dgd:"]);
+    set("A=3 [bar]").refused(1, &["m^2", "bar"]);
+    set("A=3 [m^").refused(1, &["E104"]);
+    set("A").refused(1, &["E105"]);
+    set("").refused(1, &["E105"]);
+}
+
+#[test]
+fn settings_change_parameters_constants_and_start_values() {
+    let h = |more: &[&str]| column(&tank("simulate", more).done().out, "h [m]");
+    let plain = h(&[]);
+    assert_eq!(plain[0], 1.0);
+    assert_eq!(h(&["--set", "h=150 [cm]"])[0], 1.5);
+    assert_eq!(h(&["--set", "A=2"]), plain);
+    assert_ne!(h(&["--set", "A=3"]), plain);
+    assert_ne!(h(&["--set", "q_valve=500 [l/min]"]), plain);
+}
+
+#[test]
+fn wrong_variants_are_explained() {
+    let check = |choice: &str| dgd(&["check", "models/mud_circulation.dgd", "--variant", choice]);
+    check("flow=stattic").refused(1, &["no choice `stattic`", "did you mean `static`?"]);
+    check("flwo=static").refused(1, &["no variant `flwo`", "did you mean `flow`?"]);
+    check("static").refused(2, &["NAME=CHOICE"]);
+    check("flow=static").done();
+}
+
+#[test]
+fn unknown_names_of_sensitivities_are_explained() {
+    tank("sensitivity", &["--to", "AA"]).refused(1, &["no parameter `AA`", "did you mean `A`?"]);
+    tank("sensitivity", &["--of", "q_ot"]).refused(1, &["`q_ot`", "did you mean `q_out`?"]);
+}
+
+#[test]
+fn tolerances_must_be_positive_numbers() {
+    for tolerance in ["0", "-1e-6", "NaN", "inf"] {
+        tank("simulate", &[&format!("--rtol={tolerance}")]).refused(2, &["rtol"]);
+        tank("simulate", &[&format!("--atol={tolerance}")]).refused(2, &["atol"]);
+    }
+    tank("simulate", &["--rtol", "small"]).refused(2, &["--rtol", "small"]);
+}
+
+#[test]
+fn times_of_a_run_are_checked() {
+    tank("simulate", &["--from", "30", "--until", "10"]).refused(2, &["30 s", "10 s"]);
+    tank("simulate", &["--until", "NaN"]).refused(2, &["NaN"]);
+    tank("simulate", &["--every", "0"]).refused(2, &["--every"]);
+    tank("simulate", &["--every", "1e-300"]).refused(2, &["--every"]);
+    tank("simulate", &["--until", "100"]).refused(3, &["60", "100"]);
+}
+
+#[test]
+fn from_until_and_every_choose_the_rows() {
+    let times = |more: &[&str]| column(&tank("simulate", more).done().out, "time [s]");
+    assert_eq!(times(&[]), [0.0, 10.0, 20.0, 20.0, 40.0, 60.0]);
+    assert_eq!(times(&["--every", "25"]), [0.0, 25.0, 50.0, 60.0]);
+    assert_eq!(times(&["--from", "5", "--until", "15", "--every", "5"]), [5.0, 10.0, 15.0]);
+    assert_eq!(times(&["--from", "40"]), [40.0, 60.0]);
+}
+
+#[test]
+fn pictures_are_refused_with_nothing_written() {
+    let folder = folder_with(&[]);
+    let out = path(&folder, "out.csv");
+    tank("simulate", &["--plot", "x.jpg", "-o", &out]).refused(2, &["x.jpg", ".svg or .png"]);
+    let lost = path(&folder, "nowhere/x.png");
+    tank("simulate", &["--plot", &lost, "-o", &out]).refused(1, &["nowhere"]);
+    assert_eq!(listing(&folder), Vec::<String>::new());
+}
+
+#[test]
+fn pictures_are_drawn() {
+    let folder = folder_with(&[]);
+    let (svg, png) = (path(&folder, "a.svg"), path(&folder, "a.PNG"));
+    let run = tank("simulate", &["--plot", &svg, "--plot", &png]).done();
+    assert_eq!(run.out, "", "the picture stands for the table");
+    assert!(fs::read_to_string(svg).expect("a picture").contains("</svg>"));
+    assert!(fs::read(png).expect("a picture").starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn no_output_is_half_written() {
+    let folder = folder_with(&[("explosion.dgd", EXPLOSION), ("old.csv", b"old\n")]);
+    let model = path(&folder, "explosion.dgd");
+    for name in ["old.csv", "new.csv"] {
+        let out = path(&folder, name);
+        dgd(&["simulate", &model, "--until", "2", "-o", &out]).refused(3, &[]);
+    }
+    assert_eq!(listing(&folder), ["explosion.dgd", "old.csv"]);
+    assert_eq!(fs::read(folder.path().join("old.csv")).expect("it is there"), b"old\n");
+
+    let lost = path(&folder, "nowhere/out.csv");
+    dgd(&["simulate", &model, "--until", "0.5", "-o", &lost]).refused(1, &["nowhere"]);
+}
+
+#[test]
+fn results_can_be_read_back_and_give_the_same() {
+    let folder = folder_with(&[]);
+    let printed = tank("simulate", &[]).done().out;
+    for name in ["out.csv", "out.csv.gz"] {
+        let out = path(&folder, name);
+        tank("simulate", &["-o", &out]).done();
+        assert_eq!(dgd(&["simulate", TANK, "--data", &out]).done().out, printed);
+    }
+    let packed = fs::read(folder.path().join("out.csv.gz")).expect("it was written");
+    assert!(packed.starts_with(&[0x1f, 0x8b]), "a gzip stream");
+}
+
+#[test]
+fn the_same_command_writes_the_same_bytes() {
+    let folder = folder_with(&[]);
+    for (flag, name) in
+        [("-o", "out.csv"), ("-o", "out.csv.gz"), ("--plot", "out.svg"), ("--plot", "out.png")]
+    {
+        let out = path(&folder, name);
+        let bytes = || {
+            tank("sensitivity", &[flag, &out]).done();
+            fs::read(&out).expect("it was written")
+        };
+        assert!(bytes() == bytes(), "{name}");
+    }
+}
+
+#[test]
+fn noise_comes_from_its_seed_only() {
+    let with = |more: &[&str]| tank("simulate", more).done().out;
+    let (plain, noisy) = (with(&[]), with(&["--noise-seed", "1"]));
+    assert_eq!(noisy, with(&["--noise-seed", "1"]));
+    assert_ne!(noisy, with(&["--noise-seed", "2"]));
+    assert_ne!(column(&noisy, "p [bara]"), column(&plain, "p [bara]"));
+    assert_eq!(column(&noisy, "q_out [lpm]"), column(&plain, "q_out [lpm]"), "without `noise`");
+}
+
+#[test]
+fn start_values_come_from_measured_outputs() {
+    let data = "examples/data/circulation.csv";
+    let start = |from: &str| {
+        let model = "models/mud_circulation.dgd";
+        dgd(&["simulate", model, "--data", data, "--until", "2", "--start", from]).done().out
+    };
+    let measured = fs::read_to_string(root().join(data)).expect("the example's data");
+    let gap = |simulated: &str, output| {
+        (column(simulated, output)[0] - column(&measured, output)[0]).abs()
+    };
+    // A start value averages over the sensors that see it, so that it is within three standard
+    // deviations of the noise of each.
+    let simulated = start("measured");
+    assert!(gap(&simulated, "p_r [bara]") < 3.0 * 0.01);
+    assert!(gap(&simulated, "q_ssp [lpm]") < 3.0 * 15.0);
+    assert!(gap(&start("model"), "p_r [bara]") > 0.1, "the model starts elsewhere");
+}
+
+#[test]
+fn measured_starts_need_measurements() {
+    let inputs = b"time [s],q_in [lpm],opening [%]\n0,300,50\n1,300,50\n";
+    let folder = folder_with(&[("inputs.csv", inputs)]);
+    let data = path(&folder, "inputs.csv");
+    dgd(&["simulate", TANK, "--data", &data, "--start", "measured"])
+        .refused(2, &["--start measured", "output"]);
+}
+
+#[test]
+fn sensitivities_are_verified_on_demand() {
+    let run = tank("sensitivity", &["--verify-sensitivities"]).done();
+    assert!(run.err.contains("d(h)/d(A)") && run.err.contains("d(h)/d(k)"), "{}", run.err);
+    assert!(!run.err.contains("too large"), "{}", run.err);
+}
+
+#[test]
+fn sensitivities_have_the_columns_asked_for() {
+    let header = |more: &[&str]| {
+        let out = tank("sensitivity", more).done().out;
+        out.lines().next().unwrap_or_default().to_owned()
+    };
+    assert_eq!(header(&["--of", "h", "--to", "A"]), "time [s],d(h)/d(A) [m/(m^2)]");
+    let scaled = header(&["--of", "h", "--to", "A,k", "--scaled"]);
+    assert_eq!(scaled, "time [s],A*d(h)/d(A) [m],k*d(h)/d(k) [m]");
+    // h, p and q_out, each to A and k.
+    assert_eq!(header(&[]).matches(",d(").count(), 6);
+}
+
+#[test]
+fn an_edit_of_the_model_changes_the_result() {
+    let folder = folder_with(&[]);
+    let model = path(&folder, "decay.dgd");
+    let with = |rate: &str| {
+        let equation = format!("equation loss: der(x) = -{rate} [1/s] * x");
+        let text = format!("model decay\n\nstate x = 1\n\n{equation}\n");
+        fs::write(&model, text).expect("the folder is writable");
+        dgd(&["simulate", &model, "--until", "1"]).done().out
+    };
+    assert_ne!(with("1"), with("2"));
+}
+
+#[test]
+fn parentheses_20_000_deep_are_refused() {
+    let nested = format!("{}1{}", "(".repeat(20_000), ")".repeat(20_000));
+    let model = format!("model deep\n\nlet a = {nested}\n");
+    let folder = folder_with(&[("deep.dgd", model.as_bytes())]);
+    dgd(&["check", &path(&folder, "deep.dgd")]).refused(1, &["E106", "deep.dgd:3"]);
+    tank("simulate", &["--set", &format!("A={nested}")]).refused(1, &["E106"]);
+}
+
+/// Bytes that are the same in every run: Knuth's 64-bit congruence.
+fn random_bytes(seed: u64, n: usize) -> Vec<u8> {
+    let mut state = seed;
+    let mut next = || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as u8
+    };
+    (0..n).map(|_| next()).collect()
+}
+
+#[test]
+fn random_bytes_are_no_model_and_no_data() {
+    let folder = folder_with(&[]);
+    let file = path(&folder, "random");
+    for seed in 0..20 {
+        let mut bytes = random_bytes(seed, 2000);
+        if seed % 2 == 1 {
+            // Printable ones get past the decoding of text.
+            bytes.iter_mut().for_each(|byte| *byte = b' ' + *byte % 95);
+        }
+        fs::write(&file, &bytes).expect("the folder is writable");
+        dgd(&["check", &file]).refused(1, &["random"]);
+        dgd(&["fmt", &file]).refused(1, &["random"]);
+        dgd(&["simulate", TANK, "--data", &file]).refused(1, &["random"]);
+        assert!(fs::read(&file).expect("it is there") == bytes, "the file is left alone");
+    }
+}
+
+#[test]
+fn results_are_valid_json() {
+    let check = dgd(&["check", TANK, "--format", "json"]).done().json();
+    assert_eq!(check["diagnostics"], json!([]));
+
+    let simulated = tank("simulate", &["--format", "json"]).done().json();
+    assert_eq!(simulated["model"], "tank");
+    assert_eq!(simulated["time"].as_array().map(Vec::len), Some(6));
+
+    let more = ["--format", "json", "--verify-sensitivities"];
+    let sensitivity = tank("sensitivity", &more).done().json();
+    assert!(sensitivity["verification"]["sensitivities"].is_array());
+    assert_eq!(sensitivity["columns"][0]["name"], "d(h)/d(A)");
+
+    for args in [&["methods"][..], &["explain", "E301"]] {
+        assert!(dgd(&[args, &["--format", "json"]].concat()).done().json().is_object());
+    }
+}
+
+#[test]
+fn mistakes_are_valid_json() {
+    let wrong = "tests/golden/fail/E301_branches_of_an_if.dgd";
+    let run = dgd(&["check", wrong, "--format", "json"]);
+    assert_eq!(run.code, 1);
+    let mistake = &run.json()["diagnostics"][0];
+    assert_eq!(mistake["code"], "E301");
+    assert_eq!(mistake["places"][0]["file"], wrong);
+    assert_eq!(mistake["places"][0]["line"], 4);
+
+    let run = dgd(&["check", "nowhere.dgd", "--format", "json"]);
+    assert_eq!(run.code, 1);
+    assert!(run.json()["error"].as_str().is_some_and(|error| error.contains("nowhere.dgd")));
+}
+
+#[test]
+fn check_describes_the_model() {
+    let all = dgd(&["check", "models/mud_circulation.dgd", "--format", "json"]).done().json();
+    let names = |list: &str, key: &str| -> Vec<String> {
+        let entries = all[list].as_array().expect("a list").iter();
+        entries.map(|entry| entry[key].as_str().unwrap_or_default().to_owned()).collect()
+    };
+    assert_eq!(names("inputs", "name"), ["w_ssp", "q_boost", "q_tf"]);
+    assert_eq!(names("states", "name"), ["h_r", "q_ssp"]);
+    assert_eq!(names("parameters", "name"), ["M_ssp", "c0", "c1", "c2", "F1", "F2"]);
+    assert_eq!(names("outputs", "name"), ["p_r", "p_in", "p_out", "q_ssp"]);
+    assert_eq!(names("equations", "label"), ["riser", "return_line"]);
+    assert_eq!(all["variants"][0]["choices"], json!(["dynamic", "static"]));
+    assert_eq!(all["inputs"][1]["interpolation"], "linear");
+    assert_eq!(all["outputs"][0]["noise"], 0.01);
+
+    let (c0, c1) = (&all["parameters"][1], &all["parameters"][2]);
+    assert_eq!(c0["value"], 275.0);
+    assert_eq!(c0["unit"], "m");
+    assert_eq!(c0["bounds"], json!([0.0, null]));
+    assert_eq!((&c0["fixed"], &c1["fixed"]), (&json!(false), &json!(true)));
+}
+
+#[test]
+fn check_looks_at_every_choice() {
+    let text = "model tank\n\nstate h [m] = 1\n\nvariant flow {\n  \
+                free { equation level: der(h) = 0 }\n  \
+                closed { equation level: der(h) = 1 [bar] }\n}\n";
+    let folder = folder_with(&[("tank.dgd", text.as_bytes())]);
+    let model = path(&folder, "tank.dgd");
+    dgd(&["check", &model]).refused(1, &["E302", "tank.dgd:7"]);
+    dgd(&["check", &model, "--variant", "flow=free"]).done();
+}
+
+#[test]
+fn colours_are_used_when_wanted() {
+    let args = ["check", "tests/golden/fail/E112_only_remarks.dgd"];
+    let coloured = |more: &[&str], no_color: &str| {
+        let mut command = command(&root(), &[&args, more].concat());
+        let output = command.env("NO_COLOR", no_color).output().expect("the command starts");
+        Run::of(&output).err.contains('\u{1b}')
+    };
+    assert!(!coloured(&[], ""), "standard error is no terminal");
+    assert!(coloured(&["--color", "always"], ""));
+    assert!(coloured(&["--color", "always"], "1"), "an option outweighs the environment");
+    assert!(!coloured(&["--color", "never"], ""));
+}
+
+#[test]
+fn quiet_leaves_errors_only() {
+    assert_eq!(dgd(&["check", TANK, "--quiet"]).done().err, "");
+    assert_ne!(dgd(&["check", TANK]).done().err, "");
+    dgd(&["check", "nowhere.dgd", "--quiet"]).refused(1, &["nowhere.dgd"]);
+}
+
+#[test]
+fn formatting_is_checked_then_done_then_idempotent() {
+    let text = "model  tank\n\n\n\nstate h[m]=1  # level\nequation level:der( h )=0\n";
+    let folder = folder_with(&[("tank.dgd", text.as_bytes())]);
+    let file = path(&folder, "tank.dgd");
+    let read = || fs::read_to_string(&file).expect("it is there");
+    dgd(&["fmt", "--check", &file]).refused(1, &["tank.dgd"]);
+    assert_eq!(read(), text);
+    dgd(&["fmt", &file]).done();
+    let formatted = read();
+    assert!(formatted.contains("# level"), "{formatted}");
+    dgd(&["fmt", "--check", &file]).done();
+    dgd(&["fmt", &file]).done();
+    assert_eq!(read(), formatted);
+}
+
+#[test]
+fn nothing_is_formatted_where_one_file_is_wrong() {
+    let text = b"model  tank\n";
+    let folder = folder_with(&[("a.dgd", text), ("b.dgd", b"model tank\nlet a =\n")]);
+    let (a, b) = (path(&folder, "a.dgd"), path(&folder, "b.dgd"));
+    dgd(&["fmt", &a, &b]).refused(1, &["b.dgd:2"]);
+    assert_eq!(fs::read(a).expect("it is there"), text);
+}
+
+#[test]
+fn every_model_is_laid_out_canonically() {
+    let mut args = vec!["fmt".to_owned(), "--check".to_owned()];
+    for folder in ["models", "models/lib", "tests/golden/data"] {
+        let models = files(&root().join(folder), "dgd");
+        args.extend(models.iter().map(|path| path.display().to_string()));
+    }
+    let args: Vec<&str> = args.iter().map(String::as_str).collect();
+    dgd(&args).done();
+}
+
+#[test]
+fn every_code_is_explained() {
+    for info in dgd_compiler::diagnostics::codes::CODES {
+        let code = info.code.to_string();
+        let run = dgd(&["explain", &code.to_lowercase()]).done();
+        assert!(run.out.starts_with(&format!("{code}: {}\n\n", info.title)), "{}", run.out);
+        assert!(run.out.contains("Wrong:") && run.out.contains("Right:"), "{}", run.out);
+    }
+}
+
+#[test]
+fn every_stage_is_shown() {
+    for stage in ["ast", "model", "dae", "program", "rust", "latex"] {
+        let run = dgd(&["emit", "models/pipe_flow.dgd", "--stage", stage]).done();
+        assert!(run.out.contains("mu"), "{stage}: {}", run.out);
+    }
+}

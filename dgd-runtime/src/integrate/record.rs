@@ -1,0 +1,72 @@
+//! Values at the asked times.
+
+use super::{Simulation, StepEnd};
+use crate::solution::Solution;
+use crate::system::System;
+
+impl<S: System> Simulation<'_, S> {
+    /// Records asked times in (t, t_new].
+    #[inline]
+    pub(super) fn record_step(
+        &mut self,
+        t_new: f64,
+        end: StepEnd,
+        times: &[f64],
+        solution: &mut Solution,
+    ) {
+        let done = solution.times.len();
+        let asked = &times[done..];
+        if asked.first().is_none_or(|&t| t > t_new) {
+            return;
+        }
+        let inside = asked.iter().take_while(|&&t| t < t_new).count();
+        let at_end = asked[inside..].iter().take_while(|&&t| t == t_new).count();
+        // A time that occurs twice is a left and a right value; once, right, and left at the end.
+        let at_end = match end {
+            StepEnd::Smooth => at_end,
+            StepEnd::Last if self.segment_end > t_new => at_end,
+            StepEnd::Last => at_end.min(1),
+            StepEnd::Jump => at_end.saturating_sub(1),
+        };
+
+        let y = self.y.as_ref();
+        if inside > 0 {
+            self.stepper.prepare_dense(self.directions.as_mut());
+            let (t, per_h) = (self.t, 1.0 / (t_new - self.t));
+            for asked in &asked[..inside] {
+                let theta = (asked - t) * per_h;
+                self.stepper.interpolate(theta, y, self.row.as_mut());
+                solution.y.extend_from_slice(self.row.as_ref());
+                if let (Some(d), Some(row)) = (&self.directions, &mut self.sensitivity_row) {
+                    d.interpolate(theta, row.as_mut());
+                    solution.s.extend_from_slice(row.as_ref());
+                }
+            }
+        }
+        for _ in 0..at_end {
+            solution.y.extend_from_slice(self.stepper.y_new.as_ref());
+            if let Some(d) = &self.directions {
+                solution.s.extend_from_slice(d.s_new.as_ref());
+            }
+        }
+        solution.times.extend_from_slice(&asked[..inside + at_end]);
+        fill_undefined(solution);
+    }
+
+    /// Records the asked times that are now.
+    pub(super) fn record_now(&self, times: &[f64], solution: &mut Solution) {
+        while times.get(solution.times.len()) == Some(&self.t) {
+            solution.times.push(self.t);
+            solution.y.extend_from_slice(self.y.as_ref());
+            if let Some(d) = &self.directions {
+                solution.s.extend_from_slice(d.s.as_ref());
+            }
+        }
+        fill_undefined(solution);
+    }
+}
+
+/// Sensitivities that were not recorded are undefined.
+fn fill_undefined(solution: &mut Solution) {
+    solution.s.resize(solution.times.len() * solution.n * solution.n_s, f64::NAN);
+}

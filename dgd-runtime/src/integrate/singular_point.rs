@@ -1,0 +1,170 @@
+//! Points where ∂f_a/∂y_a is singular: how the states go through, and where sensitivities end.
+//!
+//! A tank that fills through a throttle, 0 = a (5 − h) − b q|q|, is full after a finite time, and then
+//! ∂f/∂q = 0. The matrix of the stages is regular all the same. What is not as usual:
+//!
+//! - f_a = 0 to tolerance leaves q undetermined to its square root ([`Simulation::after_rejection`]),
+//! - so does f_a = 0 to rounding ([`Simulation::error_beyond_rounding`]),
+//! - q leaves rest like a square root ([`Simulation::leave_singular_point`]),
+//! - S is no longer determined ([`UndefinedSensitivity`]).
+
+use super::rosenbrock::{At, Base};
+use super::{Simulation, larger, multiply};
+use crate::initial::Place;
+use crate::linalg::Factorisation;
+use crate::problem::Problem;
+use crate::solution::{Solution, UndefinedSensitivity};
+use crate::system::{Point, System};
+
+impl<S: System> Simulation<'_, S> {
+    /// Makes algebraic unknowns consistent again after a rejection; takes the step off a singular
+    /// point, and gives its size, if that is where the solution stands.
+    ///
+    /// Equations are fulfilled to the tolerance of the unknowns. Where ∂f_a/∂y_a is nearly singular
+    /// that is not enough: what is missing is a jump for the next step, which no shortening makes
+    /// smaller.
+    pub(super) fn after_rejection(
+        &mut self,
+        h: f64,
+        remaining: f64,
+        times: &[f64],
+        solution: &mut Solution,
+    ) -> Option<f64> {
+        if self.algebraic.is_empty() || self.corrected {
+            return None;
+        }
+        self.corrected = true;
+        self.linearized = false;
+        let Problem { system, p, .. } = *self.problem;
+        let at = Place { t: self.t, u: self.drive.at(self.t), p };
+        let y = self.row.as_mut();
+        y.copy_from_slice(self.y.as_ref());
+        let jacobian = self.stepper.jacobian.as_mut();
+        let (sizes, tolerances) = (self.sizes.as_ref(), self.tolerances);
+        if self.algebraic.make_consistent(system, at, y, jacobian, sizes, tolerances).is_ok() {
+            std::mem::swap(&mut self.y, &mut self.row);
+        }
+
+        let base = Base { system, p, mass: &self.algebraic.mass, t: self.t };
+        self.stepper.linearize(base, &mut self.drive, self.y.as_ref(), None);
+        let pattern = &system.signature().jacobian;
+        let jacobian = self.stepper.jacobian.as_ref();
+        let atol = self.tolerances.atol;
+        if !self.algebraic.vanishes(pattern, jacobian, self.sizes.as_ref(), atol) {
+            return None;
+        }
+        let next = times.get(solution.times.len()).map_or(remaining, |t| t - self.t);
+        let h = self.leave_singular_point(h.min(0.5 * remaining).min(0.5 * next))?;
+        solution.statistics.steps += 1;
+        Some(h)
+    }
+
+    /// Takes a step of at most `h` off a point where ∂f_a/∂y_a vanishes; gives its size.
+    ///
+    /// There, algebraic unknowns may move like a square root, and no method that is linear in J at
+    /// the start of the step follows them. Euler's explicit step
+    ///
+    /// ```text
+    ///   y_d⁺ = y_d + h f_d,   0 = f_a(y⁺),   e_d = h/2 (f_d⁺ − f_d),   ∂f_a/∂y_a e_a = −∂f_a/∂y_d e_d
+    /// ```
+    ///
+    /// needs no J at its start.
+    fn leave_singular_point(&mut self, mut h: f64) -> Option<f64> {
+        let Problem { system, p, .. } = *self.problem;
+        let pattern = &system.signature().jacobian;
+        let (sizes, tolerances) = (self.sizes.as_ref(), self.tolerances);
+        let y = self.y.as_ref();
+        self.row.as_mut().copy_from_slice(self.stepper.f.as_ref());
+        multiply(self.row.as_mut(), self.algebraic.mass.as_ref());
+        let slope = self.row.as_ref();
+
+        while h > 4.0 * f64::EPSILON * self.t.abs().max(f64::MIN_POSITIVE) {
+            let t_new = self.t + h;
+            let y_new = self.stepper.y_new.as_mut();
+            for ((new, y), slope) in y_new.iter_mut().zip(y).zip(slope) {
+                *new = y + h * slope;
+            }
+            let (u, udot) = self.drive.with_slope(t_new);
+            let at = Place { t: t_new, u, p };
+            let jacobian = self.stepper.jacobian.as_mut();
+            let consistent =
+                self.algebraic.make_consistent(system, at, y_new, jacobian, sizes, tolerances);
+            if consistent.is_ok() {
+                let at = Point { t: t_new, y: y_new, u, p };
+                let (f, dfdt) = (self.stepper.f.as_mut(), self.stepper.dfdt.as_mut());
+                system.linearize(at, udot, f, jacobian, dfdt);
+                let e = self.stepper.rhs.as_mut();
+                e.copy_from_slice(f);
+                multiply(e, self.algebraic.mass.as_ref());
+                for (e, slope) in e.iter_mut().zip(slope) {
+                    *e = 0.5 * h * (*e - slope);
+                }
+                if self.algebraic.factorise(pattern, jacobian).is_ok() {
+                    self.algebraic.factorisation.solve(e);
+                    if tolerances.mean_square(e, y, y_new, sizes) <= 1.0 {
+                        std::mem::swap(&mut self.y, &mut self.stepper.y_new);
+                        self.t = t_new;
+                        self.corrected = false;
+                        return Some(h);
+                    }
+                }
+            }
+            h *= 0.25;
+        }
+        None
+    }
+
+    /// The error, without that of algebraic unknowns if they fulfil their equations at the end of
+    /// the step to rounding.
+    ///
+    /// Where ∂f_a/∂y_a vanishes, rounding of f_a moves algebraic unknowns by its square root, which
+    /// can be more than the tolerance, and no step is short enough to do better.
+    pub(super) fn error_beyond_rounding(&mut self, h: f64, error: f64) -> f64 {
+        if self.algebraic.is_empty() || !error.is_finite() {
+            return error;
+        }
+        let Problem { system, p, .. } = *self.problem;
+        let (y, y_new) = (self.y.as_ref(), self.stepper.y_new.as_ref());
+        let t_new = self.t + h;
+        let at = Point { t: t_new, y: y_new, u: self.drive.at(t_new), p };
+        system.rhs(at, self.row.as_mut());
+        let pattern = &system.signature().jacobian;
+        let jacobian = self.stepper.jacobian.as_ref();
+        if !self.algebraic.is_rounding(pattern, jacobian, y_new, &self.row) {
+            return error;
+        }
+        let f = self.row.as_mut();
+        f.copy_from_slice(self.stepper.local_error());
+        multiply(f, self.algebraic.mass.as_ref());
+        let rest = self.tolerances.mean_square(f, y, y_new, self.sizes.as_ref());
+        larger(rest, self.sensitivity_error())
+    }
+
+    /// Linearises at the end of the step; ends the sensitivities where ∂f_a/∂y_a is singular there.
+    pub(super) fn look_for_singular_point(&mut self, t_new: f64, solution: &mut Solution) {
+        let Problem { system, p, .. } = *self.problem;
+        let base = Base { system, p, mass: &self.algebraic.mass, t: t_new };
+        let directions = self.directions.as_mut().map(|d| (d, At::End));
+        // The linearisation needs y⁺, which the stepper owns.
+        self.row.as_mut().copy_from_slice(self.stepper.y_new.as_ref());
+        self.stepper.linearize(base, &mut self.drive, self.row.as_ref(), directions);
+        self.linearized = true;
+        solution.statistics.linearizations += 1;
+        solution.statistics.factorisations += 1;
+        let singular = self.algebraic.singular_equation(
+            &system.signature().jacobian,
+            self.stepper.jacobian.as_ref(),
+            self.sizes.as_ref(),
+            self.tolerances.atol,
+        );
+        if let Some(row) = singular {
+            self.end_sensitivities(self.t, row, solution);
+        }
+    }
+
+    pub(super) fn end_sensitivities(&mut self, from: f64, row: usize, solution: &mut Solution) {
+        self.directions = None;
+        let equation = self.problem.system.signature().equations[row].to_string();
+        solution.undefined.push(UndefinedSensitivity { from, until: from, equation });
+    }
+}

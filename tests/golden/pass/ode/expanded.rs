@@ -1,0 +1,491 @@
+/// A mass on a spring, with friction and a force.
+#[allow(
+    non_snake_case,
+    unused_variables,
+    unused_doc_comments,
+    dead_code,
+    clippy::all,
+    clippy::pedantic
+)]
+pub mod spring {
+    /// The model `spring`.
+    #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+    pub struct Model;
+    /// Parameters p; the default is the model file's. All in SI units.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Parameters {
+        /// stiffness
+        ///
+        /// [kg/s^2], declared in N/m
+        pub k: f64,
+        /// [kg/s], declared in N*s/m
+        pub d: f64,
+    }
+    #[automatically_derived]
+    impl ::core::default::Default for Parameters {
+        fn default() -> Self {
+            Parameters { k: 8.0, d: 0.5 }
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<Parameters> for [f64; 2usize] {
+        fn from(named: Parameters) -> [f64; 2usize] {
+            [named.k, named.d]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<[f64; 2usize]> for Parameters {
+        fn from([k, d]: [f64; 2usize]) -> Parameters {
+            Parameters { k, d }
+        }
+    }
+    /// Inputs u. All in SI units.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Inputs {
+        /// downwards
+        ///
+        /// [N]
+        pub force: f64,
+    }
+    #[automatically_derived]
+    impl ::core::default::Default for Inputs {
+        fn default() -> Self {
+            Inputs { force: 0.0 }
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<Inputs> for [f64; 1usize] {
+        fn from(named: Inputs) -> [f64; 1usize] {
+            [named.force]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<[f64; 1usize]> for Inputs {
+        fn from([force]: [f64; 1usize]) -> Inputs {
+            Inputs { force }
+        }
+    }
+    /// Unknowns y. All in SI units.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Unknowns {
+        /// downwards from rest
+        ///
+        /// [m], declared in mm
+        pub x: f64,
+        /// [m/s]
+        pub v: f64,
+    }
+    #[automatically_derived]
+    impl ::core::default::Default for Unknowns {
+        fn default() -> Self {
+            Unknowns { x: 0.0, v: 0.0 }
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<Unknowns> for [f64; 2usize] {
+        fn from(named: Unknowns) -> [f64; 2usize] {
+            [named.x, named.v]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<[f64; 2usize]> for Unknowns {
+        fn from([x, v]: [f64; 2usize]) -> Unknowns {
+            Unknowns { x, v }
+        }
+    }
+    /// Outputs w. All in SI units.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Outputs {
+        /// [m], declared in cm
+        pub x: f64,
+        /// [J]
+        pub energy: f64,
+    }
+    #[automatically_derived]
+    impl ::core::default::Default for Outputs {
+        fn default() -> Self {
+            Outputs { x: 0.0, energy: 0.0 }
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<Outputs> for [f64; 2usize] {
+        fn from(named: Outputs) -> [f64; 2usize] {
+            [named.x, named.energy]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<[f64; 2usize]> for Outputs {
+        fn from([x, energy]: [f64; 2usize]) -> Outputs {
+            Outputs { x, energy }
+        }
+    }
+    use ::dgd::__runtime::system::{List, Text};
+    static SIGNATURE: ::dgd::__runtime::Signature = ::dgd::__runtime::Signature {
+        name: Text::Borrowed("spring"),
+        unknowns: List::Borrowed(
+            &[
+                ::dgd::__runtime::system::Unknown {
+                    name: Text::Borrowed("x"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("mm"),
+                        factor: 0.001,
+                        offset: 0.0,
+                    },
+                    nominal: ::core::option::Option::None,
+                    differential: true,
+                },
+                ::dgd::__runtime::system::Unknown {
+                    name: Text::Borrowed("v"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("m/s"),
+                        factor: 1.0,
+                        offset: 0.0,
+                    },
+                    nominal: ::core::option::Option::Some(1.0),
+                    differential: true,
+                },
+            ],
+        ),
+        equations: List::Borrowed(&[Text::Borrowed("motion"), Text::Borrowed("newton")]),
+        parameters: List::Borrowed(
+            &[
+                ::dgd::__runtime::system::Parameter {
+                    name: Text::Borrowed("k"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("N/m"),
+                        factor: 1.0,
+                        offset: 0.0,
+                    },
+                    value: 8.0,
+                    lower: 1.0,
+                    upper: 1000.0,
+                    nominal: ::core::option::Option::None,
+                    log: true,
+                    fixed: false,
+                },
+                ::dgd::__runtime::system::Parameter {
+                    name: Text::Borrowed("d"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("N*s/m"),
+                        factor: 1.0,
+                        offset: 0.0,
+                    },
+                    value: 0.5,
+                    lower: 0.0,
+                    upper: f64::INFINITY,
+                    nominal: ::core::option::Option::None,
+                    log: false,
+                    fixed: true,
+                },
+            ],
+        ),
+        inputs: List::Borrowed(
+            &[
+                ::dgd::__runtime::system::Input {
+                    name: Text::Borrowed("force"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("N"),
+                        factor: 1.0,
+                        offset: 0.0,
+                    },
+                    interpolation: ::dgd::__runtime::system::Interpolation::Linear,
+                },
+            ],
+        ),
+        outputs: List::Borrowed(
+            &[
+                ::dgd::__runtime::system::Output {
+                    name: Text::Borrowed("x"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("cm"),
+                        factor: 0.01,
+                        offset: 0.0,
+                    },
+                    noise: ::core::option::Option::Some(0.0001),
+                },
+                ::dgd::__runtime::system::Output {
+                    name: Text::Borrowed("energy"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("J"),
+                        factor: 1.0,
+                        offset: 0.0,
+                    },
+                    noise: ::core::option::Option::None,
+                },
+            ],
+        ),
+        directions: List::Borrowed(&[0usize, 1usize]),
+        jacobian: ::dgd::__runtime::system::Pattern {
+            rows: List::Borrowed(&[1usize, 0usize, 1usize]),
+            columns: List::Borrowed(&[0usize, 1usize, 1usize]),
+        },
+        sensitivity_jacobian: ::dgd::__runtime::system::Pattern {
+            rows: List::Borrowed(&[1usize, 3usize]),
+            columns: List::Borrowed(&[0usize, 1usize]),
+        },
+        parameter_jacobian: ::dgd::__runtime::system::Pattern {
+            rows: List::Borrowed(&[1usize, 1usize]),
+            columns: List::Borrowed(&[0usize, 1usize]),
+        },
+        input_jacobian: ::dgd::__runtime::system::Pattern {
+            rows: List::Borrowed(&[1usize]),
+            columns: List::Borrowed(&[0usize]),
+        },
+        output_jacobians: [
+            ::dgd::__runtime::system::Pattern {
+                rows: List::Borrowed(&[0usize, 1usize, 1usize]),
+                columns: List::Borrowed(&[0usize, 0usize, 1usize]),
+            },
+            ::dgd::__runtime::system::Pattern {
+                rows: List::Borrowed(&[]),
+                columns: List::Borrowed(&[]),
+            },
+            ::dgd::__runtime::system::Pattern {
+                rows: List::Borrowed(&[1usize]),
+                columns: List::Borrowed(&[0usize]),
+            },
+        ],
+    };
+    #[automatically_derived]
+    impl ::dgd::__runtime::System for Model {
+        type Vector = [f64; 2usize];
+        type Sensitivity = [f64; 4usize];
+        type Inputs = [f64; 1usize];
+        type Jacobian = [f64; 3usize];
+        type SensitivityJacobian = [f64; 2usize];
+        type Factorisation = ::dgd::__runtime::linalg::FixedLu<2usize>;
+        #[inline]
+        fn signature(&self) -> &::dgd::__runtime::Signature {
+            &SIGNATURE
+        }
+        #[inline]
+        fn rhs(&self, _at: ::dgd::__runtime::Point<'_>, _f: &mut [f64]) {
+            let _y = ::dgd::__runtime::codegen::fixed::<2usize>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1usize>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<2usize>(_at.p);
+            let v = _y[1usize];
+            let force = _u[0usize];
+            let k = _p[0usize];
+            let x = _y[0usize];
+            let d = _p[1usize];
+            /// `motion`: der(x) =  (model.dgd:14)
+            let _row_0: f64 = v;
+            /// `newton`: der(v) =  (model.dgd:15)
+            let _row_1: f64 = 0.5 * (force - k * x - d * v);
+            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_f) = [_row_0, _row_1];
+        }
+        #[inline]
+        fn linearize(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _udot: &[f64],
+            _f: &mut [f64],
+            _jacobian: &mut [f64],
+            _dfdt: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<2usize>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1usize>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<2usize>(_at.p);
+            let _udot = ::dgd::__runtime::codegen::fixed::<1usize>(_udot);
+            let v = _y[1usize];
+            let force = _u[0usize];
+            let k = _p[0usize];
+            let x = _y[0usize];
+            let d = _p[1usize];
+            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_f) = [
+                v,
+                0.5 * (force - k * x - d * v),
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_jacobian) = [
+                -0.5 * k,
+                1.0,
+                -0.5 * d,
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_dfdt) = [
+                0.0,
+                0.5 * _udot[0usize],
+            ];
+        }
+        #[inline]
+        fn sensitivity_rhs(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _s: &[f64],
+            _f: &mut [f64],
+            _g: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<2usize>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1usize>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<2usize>(_at.p);
+            let _s = ::dgd::__runtime::codegen::fixed::<4usize>(_s);
+            let v = _y[1usize];
+            let force = _u[0usize];
+            let k = _p[0usize];
+            let x = _y[0usize];
+            let d = _p[1usize];
+            let _v12 = -0.5 * d;
+            let _v13 = -0.5 * k;
+            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_f) = [
+                v,
+                0.5 * (force - k * x - d * v),
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<4usize>(_g) = [
+                _s[1usize],
+                _v13 * _s[0usize] + _v12 * _s[1usize] + -0.5 * x,
+                _s[3usize],
+                _v13 * _s[2usize] + _v12 * _s[3usize] + -0.5 * v,
+            ];
+        }
+        #[inline]
+        fn sensitivity_linearize(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _udot: &[f64],
+            _s: &[f64],
+            _f: &mut [f64],
+            _jacobian: &mut [f64],
+            _dfdt: &mut [f64],
+            _g: &mut [f64],
+            _dgdy: &mut [f64],
+            _dgdt: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<2usize>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1usize>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<2usize>(_at.p);
+            let _udot = ::dgd::__runtime::codegen::fixed::<1usize>(_udot);
+            let _s = ::dgd::__runtime::codegen::fixed::<4usize>(_s);
+            let v = _y[1usize];
+            let force = _u[0usize];
+            let k = _p[0usize];
+            let x = _y[0usize];
+            let d = _p[1usize];
+            let _v14 = -0.5 * d;
+            let _v15 = -0.5 * k;
+            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_f) = [
+                v,
+                0.5 * (force - k * x - d * v),
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_jacobian) = [
+                _v15,
+                1.0,
+                _v14,
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_dfdt) = [
+                0.0,
+                0.5 * _udot[0usize],
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<4usize>(_g) = [
+                _s[1usize],
+                _v15 * _s[0usize] + _v14 * _s[1usize] + -0.5 * x,
+                _s[3usize],
+                _v15 * _s[2usize] + _v14 * _s[3usize] + -0.5 * v,
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_dgdy) = [-0.5, -0.5];
+            *::dgd::__runtime::codegen::fixed_mut::<4usize>(_dgdt) = [
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+            ];
+        }
+        #[inline]
+        fn parameter_jacobian(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _values: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<2usize>(_at.y);
+            let v = _y[1usize];
+            let x = _y[0usize];
+            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_values) = [
+                -0.5 * x,
+                -0.5 * v,
+            ];
+        }
+        #[inline]
+        fn input_jacobian(&self, _at: ::dgd::__runtime::Point<'_>, _values: &mut [f64]) {
+            *::dgd::__runtime::codegen::fixed_mut::<1usize>(_values) = [0.5];
+        }
+        #[inline]
+        fn time_derivative(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _values: &mut [f64],
+        ) {
+            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_values) = [0.0, 0.0];
+        }
+        #[inline]
+        fn outputs(&self, _at: ::dgd::__runtime::Point<'_>, _w: &mut [f64]) {
+            let _y = ::dgd::__runtime::codegen::fixed::<2usize>(_at.y);
+            let _p = ::dgd::__runtime::codegen::fixed::<2usize>(_at.p);
+            let v = _y[1usize];
+            let k = _p[0usize];
+            let x = _y[0usize];
+            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_w) = [
+                x,
+                v * v + 0.5 * k * (x * x),
+            ];
+        }
+        #[inline]
+        fn output_jacobians(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _dwdy: &mut [f64],
+            _dwdu: &mut [f64],
+            _dwdp: &mut [f64],
+            _dwdt: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<2usize>(_at.y);
+            let _p = ::dgd::__runtime::codegen::fixed::<2usize>(_at.p);
+            let v = _y[1usize];
+            let k = _p[0usize];
+            let x = _y[0usize];
+            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_dwdy) = [
+                1.0,
+                2.0 * (0.5 * k * x),
+                2.0 * v,
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<0usize>(_dwdu) = [];
+            *::dgd::__runtime::codegen::fixed_mut::<1usize>(_dwdp) = [0.5 * (x * x)];
+            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_dwdt) = [0.0, 0.0];
+        }
+        #[inline]
+        fn output_sensitivities(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _s: &[f64],
+            _w: &mut [f64],
+            _dw: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<2usize>(_at.y);
+            let _p = ::dgd::__runtime::codegen::fixed::<2usize>(_at.p);
+            let _s = ::dgd::__runtime::codegen::fixed::<4usize>(_s);
+            let v = _y[1usize];
+            let k = _p[0usize];
+            let x = _y[0usize];
+            let _v6 = 0.5 * k;
+            let _v7 = x * x;
+            let _v15 = 2.0 * (_v6 * x);
+            let _v16 = 2.0 * v;
+            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_w) = [x, v * v + _v6 * _v7];
+            *::dgd::__runtime::codegen::fixed_mut::<4usize>(_dw) = [
+                _s[0usize],
+                _v15 * _s[0usize] + _v16 * _s[1usize] + 0.5 * _v7,
+                _s[2usize],
+                _v15 * _s[2usize] + _v16 * _s[3usize],
+            ];
+        }
+        #[inline]
+        fn start(&self, _at: ::dgd::__runtime::Point<'_>, _y0: &mut [f64]) {
+            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_y0) = [0.1, 0.0];
+        }
+        #[inline]
+        fn start_sensitivities(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _s0: &mut [f64],
+        ) {
+            *::dgd::__runtime::codegen::fixed_mut::<4usize>(_s0) = [0.0, 0.0, 0.0, 0.0];
+        }
+    }
+}
