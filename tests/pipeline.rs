@@ -1,9 +1,9 @@
 //! Every stage of the compiler against files: mistakes in `golden/fail/`, sound models in
 //! `golden/pass/`, and `docs/errors.md`.
 
-mod support;
 #[path = "support/golden.rs"]
 mod golden;
+mod support;
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -51,9 +51,8 @@ impl Compilation {
             match flag {
                 "--set" => {
                     let source = self.argument(flag, value);
-                    let (name, value) =
-                        parse_setting(source, &self.sources, &mut self.diagnostics)
-                            .expect("a setting in a golden file parses");
+                    let (name, value) = parse_setting(source, &self.sources, &mut self.diagnostics)
+                        .expect("a setting in a golden file parses");
                     options.settings.push(Setting { name, value });
                 }
                 "--variant" => {

@@ -194,10 +194,13 @@ fn positions(
             None => {
                 let message = format!("there is no parameter `{}`", name.text);
                 let mut diagnostic = Diagnostic::new(Code::E201, name.span, message);
-                let known = dae.parameters.iter().map(|p| p.declared.name.as_str());
-                if let Some(near) = suggestion(&name.text, known) {
-                    diagnostic.help = Some(format!("did you mean `{near}`?"));
-                }
+                let known: Vec<&str> =
+                    dae.parameters.iter().map(|p| p.declared.name.as_str()).collect();
+                diagnostic.help = Some(match suggestion(&name.text, known.iter().copied()) {
+                    Some(near) => format!("did you mean `{near}`?"),
+                    None if known.is_empty() => "this model has no parameters".to_owned(),
+                    None => format!("there is `{}`", known.join("`, `")),
+                });
                 diagnostics.error(diagnostic);
             }
         }

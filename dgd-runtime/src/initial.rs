@@ -232,18 +232,20 @@ impl<S: System> Algebraic<S> {
         }
     }
 
-    /// Whether ∂f_a/∂y_a is singular to rounding, or to what a solution of 0 = f_a for unknowns with
-    /// this tolerance makes of zero.
-    pub(crate) fn vanishes(
+    /// The equation that makes ∂f_a/∂y_a singular to rounding, or to what a solution of 0 = f_a for
+    /// unknowns with this tolerance makes of zero; if one does.
+    pub(crate) fn vanishing_equation(
         &mut self,
         pattern: &Pattern,
         jacobian: &[f64],
         sizes: &[f64],
         atol: f64,
-    ) -> bool {
+    ) -> Option<usize> {
         match self.smallest_relative_pivot(pattern, jacobian, sizes) {
-            Err(_) => true,
-            Ok(pivot) => pivot.is_some_and(|pivot| pivot.magnitude <= vanishing(atol)),
+            Err(Singular { row }) => Some(row),
+            Ok(pivot) => {
+                pivot.filter(|pivot| pivot.magnitude <= vanishing(atol)).map(|pivot| pivot.row)
+            }
         }
     }
 

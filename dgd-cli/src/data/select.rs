@@ -44,7 +44,9 @@ pub fn inputs(
         }
         if let Some(missing) = &column.missing {
             let message = format!("the input `{}` has no value here", input.name);
-            let diagnostic = missing.diagnostic(Code::E608, message);
+            let diagnostic = missing
+                .diagnostic(Code::E608, message)
+                .help("an input is needed at every time: fill the gap, or cut the recording");
             reported = Err(diagnostics.error(diagnostic));
         }
     }
@@ -111,7 +113,7 @@ fn no_column(table: &Table, input: &Declared<'_>) -> Diagnostic {
     }
     let names = table.columns.iter().map(|column| column.name.as_str());
     diagnostic.help(match suggestion(input.name, names) {
-        Some(name) => format!("did you mean `{name}`?"),
+        Some(name) => format!("is the column `{name}` meant to be `{}`?", input.name),
         None => format!("add a column `{} [{}]`", input.name, input.unit.symbol),
     })
 }
@@ -144,7 +146,11 @@ fn converted(column: &Column, declared: &Declared<'_>) -> Result<Vec<f64>, Diagn
         }
     };
     if let Some(cells) = &column.not_numbers {
-        return Err(cells.diagnostic(Code::E607, format!("`{}` is not a number", cells.text)));
+        let diagnostic = cells.diagnostic(Code::E607, format!("`{}` is not a number", cells.text));
+        let decimal_comma = cells.text.contains(',');
+        return Err(
+            diagnostic.maybe_help(decimal_comma.then(|| "write decimals with a point".to_owned()))
+        );
     }
     let Some(unit) = unit else {
         return Ok(column.values.clone());

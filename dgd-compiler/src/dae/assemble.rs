@@ -302,9 +302,9 @@ fn verify_counts(
         let diagnostic = Diagnostic::new(
             Code::E401,
             first.span,
-            format!("too many equations, {counts}: {equation_names} finds no unknown left"),
+            format!("too many equations, {counts}: no unknown is left for {equation_names}"),
         )
-        .help("leave it out, or declare what it should determine");
+        .help("leave out what has been said already, or declare the unknown that is missing");
         return Err(diagnostics.error(more_places(
             diagnostic,
             free_equations.iter().skip(1).map(|e| equations[*e].span),
@@ -319,13 +319,15 @@ fn verify_counts(
             first.span,
             format!("too few equations, {counts}: nothing determines {unknown_names}"),
         )
-        .help("add an equation that holds it, or declare it as an input")
+        .help("add an equation that determines it, or declare it as an input")
     } else {
         let spare = free_equations.iter().map(|e| equations[*e].span);
         let diagnostic = Diagnostic::new(
             Code::E403,
             first.span,
-            format!("nothing determines {unknown_names}, while {equation_names} says too much"),
+            format!(
+                "nothing determines {unknown_names}, and no unknown is left for {equation_names}"
+            ),
         )
         .help("the counts match, but several equations determine the same unknowns");
         more_places(diagnostic, spare, "one too many for the unknowns in it")

@@ -15,7 +15,7 @@ use crate::units::{Dimension, Unit, describe, parse_unit};
 const DEEPEST: usize = 512;
 
 /// A model may open at most this many calls of its own functions.
-const MOST_CALLS: usize = 1_000_000;
+const MOST_CALLS: usize = 200_000;
 
 /// An expression in the graph and its dimension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -39,6 +39,8 @@ pub(super) struct Lowering<'a> {
     calls: BTreeMap<(&'a str, Vec<Typed>), Result<Typed, Reported>>,
     /// Functions being opened, innermost last.
     open: Vec<&'a str>,
+    /// That too many calls have been opened, which is said once.
+    exhausted: Option<Reported>,
     depth: usize,
 }
 
@@ -51,6 +53,7 @@ impl<'a> Lowering<'a> {
             constants: BTreeMap::new(),
             calls: BTreeMap::new(),
             open: Vec::new(),
+            exhausted: None,
             depth: 0,
         }
     }
@@ -340,6 +343,7 @@ impl<'a> Lowering<'a> {
         let mut diagnostic =
             Diagnostic::new(Code::E201, span, format!("nothing is called `{name}`"));
         if IntrinsicId::find(name).is_some() {
+            diagnostic.code = Code::E205;
             diagnostic.message = format!("`{name}` is a function");
             diagnostic.help = Some(format!("call it: `{name}(…)`"));
         } else if let Some(near) = suggestion(name, candidates) {
@@ -432,11 +436,14 @@ impl<'a> Lowering<'a> {
     ) -> Result<Typed, Reported> {
         if self.open.contains(&name) {
             let chain = self.open.join("` → `");
-            return Err(diagnostics.error(Diagnostic::new(
-                Code::E206,
-                passed.call,
-                format!("the function `{name}` calls itself: `{chain}` → `{name}`"),
-            )));
+            return Err(diagnostics.error(
+                Diagnostic::new(
+                    Code::E206,
+                    passed.call,
+                    format!("the function `{name}` calls itself: `{chain}` → `{name}`"),
+                )
+                .help("a call stands for the function's body, which cannot hold the same call"),
+            ));
         }
         let mut bound = Arguments::new();
         for ((argument, typed), span) in declared.iter().zip(&passed.typed).zip(&passed.spans) {
@@ -468,10 +475,14 @@ impl<'a> Lowering<'a> {
             return *result;
         }
         if self.calls.len() >= MOST_CALLS {
-            return Err(diagnostics.error(
-                Diagnostic::new(Code::E211, passed.call, "the model opens too many calls")
-                    .label(passed.place, format!("`{name}` multiplies when it is opened")),
-            ));
+            let reported = self.exhausted.get_or_insert_with(|| {
+                diagnostics.error(
+                    Diagnostic::new(Code::E211, passed.call, "the model opens too many calls")
+                        .label(passed.place, format!("`{name}` multiplies when it is opened"))
+                        .help("name repeated parts with `let`, and give functions fewer calls"),
+                )
+            });
+            return Err(*reported);
         }
         self.open.push(name);
         let result = self.lower(body, &bound, diagnostics);

@@ -193,14 +193,10 @@ fn check_settings<'a>(
                 checked.insert(name.text.as_str(), value);
             }
             Some(other) => {
-                diagnostics.error(
-                    Diagnostic::new(
-                        Code::E205,
-                        name.span,
-                        format!("`{}` is {}, which cannot be set", name.text, other.noun()),
-                    )
-                    .help("set a constant, a parameter or the start value of a state"),
-                );
+                diagnostics.error(cannot_be_set(name, other.noun()));
+            }
+            None if scope.outputs.contains_key(name.text.as_str()) => {
+                diagnostics.error(cannot_be_set(name, "an output"));
             }
             None => {
                 let mut diagnostic = Diagnostic::new(
@@ -216,6 +212,12 @@ fn check_settings<'a>(
         }
     }
     checked
+}
+
+fn cannot_be_set(name: &Name, noun: &str) -> Diagnostic {
+    let message = format!("`{}` is {noun}, which cannot be set", name.text);
+    Diagnostic::new(Code::E205, name.span, message)
+        .help("set a constant, a parameter or the start value of a state")
 }
 
 /// Whether a number is a value, with the zero of its unit, or a size.
@@ -430,24 +432,24 @@ impl<'a> Resolver<'a> {
     /// The first thing in an expression that is not known before a run.
     fn first_unknown_beforehand(&self, id: ExprId) -> String {
         let symbols = self.lowering.graph.symbols(id);
-        let found = symbols.iter().find_map(|symbol| match symbol {
-            // A constant that failed has been reported; something else is named before it.
-            Symbol::Constant(_) => None,
-            Symbol::Time => Some("`time`".to_owned()),
-            other => self.lowering.scope.names.iter().find_map(|(name, entry)| {
-                let same = match (entry.definition, *other) {
-                    (Definition::Parameter(i), Symbol::Parameter(j))
-                    | (Definition::Input(i), Symbol::Input(j)) => i == j,
-                    (
-                        Definition::Unknown { index, .. },
-                        Symbol::Unknown(j) | Symbol::Derivative(j),
-                    ) => index == j,
-                    _ => false,
-                };
-                same.then(|| format!("`{name}`"))
-            }),
-        });
+        let found = symbols.iter().find_map(|symbol| self.quoted_name(*symbol));
         found.unwrap_or_else(|| "a constant that is in error".to_owned())
+    }
+
+    /// What a symbol is called; nothing for a constant, of which others are named first.
+    fn quoted_name(&self, symbol: Symbol) -> Option<String> {
+        self.lowering.scope.names.iter().find_map(|(name, entry)| {
+            let same = match (entry.definition, symbol) {
+                (Definition::Time, Symbol::Time) => true,
+                (Definition::Parameter(i), Symbol::Parameter(j))
+                | (Definition::Input(i), Symbol::Input(j)) => i == j,
+                (Definition::Unknown { index, .. }, Symbol::Unknown(j) | Symbol::Derivative(j)) => {
+                    index == j
+                }
+                _ => false,
+            };
+            same.then(|| format!("`{name}`"))
+        })
     }
 
     fn parameter(
@@ -490,7 +492,7 @@ impl<'a> Resolver<'a> {
                 AttributeKind::Fixed => parameter.fixed = true,
                 AttributeKind::Nominal(nominal) => {
                     parameter.nominal =
-                        Some(self.positive(nominal, &unit, "nominal", diagnostics)?);
+                        Some(self.positive(nominal, &unit, "nominal size", diagnostics)?);
                 }
                 AttributeKind::PriorNormal(mean, std) => {
                     let mean = self.known(mean, &unit, Reading::Value, diagnostics)?;
@@ -545,7 +547,7 @@ impl<'a> Resolver<'a> {
         for attribute in attributes {
             match &attribute.kind {
                 AttributeKind::Nominal(expr) => {
-                    nominal = Some(self.positive(expr, &unit, "nominal", diagnostics)?);
+                    nominal = Some(self.positive(expr, &unit, "nominal size", diagnostics)?);
                 }
                 AttributeKind::Fixed => fixed = true,
                 AttributeKind::Bounds(..)
@@ -568,12 +570,13 @@ impl<'a> Resolver<'a> {
         let graph = &self.lowering.graph;
         let depends =
             |s: &Symbol| matches!(s, Symbol::Unknown(_) | Symbol::Derivative(_) | Symbol::Time);
-        if graph.symbols(start).iter().any(depends) {
+        if let Some(symbol) = graph.symbols(start).into_iter().find(depends) {
+            let culprit = self.quoted_name(symbol).unwrap_or_else(|| "an unknown".to_owned());
             return Err(diagnostics.error(
                 Diagnostic::new(
                     Code::E503,
                     expr.span,
-                    "a start value cannot depend on time or on another unknown",
+                    format!("this start value depends on {culprit}, which is not known before"),
                 )
                 .help("use parameters, constants and inputs, which are known at the start"),
             ));
@@ -721,7 +724,10 @@ fn check_bounds(
     let mut sound = Ok(());
     if let Some(span) = bounds_span {
         let empty = match (lower, upper) {
-            (l, u) if l > u => Some(format!("from {} to {}", shown(*l), shown(*u))),
+            (l, u) if l > u => {
+                let unit = &declared.unit.symbol;
+                Some(format!("from {} {unit} to {} {unit}", shown(*l), shown(*u)))
+            }
             _ => None,
         };
         if let Some(range) = empty {

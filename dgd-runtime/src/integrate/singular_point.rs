@@ -50,8 +50,10 @@ impl<S: System> Simulation<'_, S> {
         let pattern = &system.signature().jacobian;
         let jacobian = self.stepper.jacobian.as_ref();
         let atol = self.tolerances.atol;
-        if !self.algebraic.vanishes(pattern, jacobian, self.sizes.as_ref(), atol) {
-            return None;
+        let sizes = self.sizes.as_ref();
+        let row = self.algebraic.vanishing_equation(pattern, jacobian, sizes, atol)?;
+        if self.directions.is_some() {
+            self.end_sensitivities(self.t, row, solution);
         }
         let next = times.get(solution.times.len()).map_or(remaining, |t| t - self.t);
         let h = self.leave_singular_point(h.min(0.5 * remaining).min(0.5 * next))?;

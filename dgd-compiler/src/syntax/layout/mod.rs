@@ -124,7 +124,10 @@ fn lines(text: &str, tokens: &[Token]) -> Vec<Line> {
                 let closing =
                     code.iter().take_while(|p| p.token.kind == TokenKind::CloseBrace).count();
                 let before = depth.saturating_sub(closing);
-                line.indent = INDENT * before.min(DEEPEST) + if continued { CONTINUED } else { 0 };
+                // A parenthesis that closes an item's lines stands under the item.
+                let closes = code.first().is_some_and(|p| p.token.kind == TokenKind::CloseParen);
+                let deeper = if continued && !closes { CONTINUED } else { 0 };
+                line.indent = INDENT * before.min(DEEPEST) + deeper;
                 for placed in &code {
                     match placed.token.kind {
                         TokenKind::OpenBrace => depth += 1,

@@ -38,6 +38,7 @@ fn blanks_become_canonical() {
         ("v  {let a=1}", "v { let a = 1 }\n"),
         ("\n\n let a = 1\n\n\n\n let b = 2\r\n\n", "let a = 1\n\nlet b = 2\n"),
         ("let a = (1 +\n2)\nlet b = 3", "let a = (1 +\n    2)\nlet b = 3\n"),
+        ("let a = (\n1\n  )", "let a = (\n    1\n)\n"),
         (
             "modes m {\na->b when x falls below -1\n}",
             "modes m {\n  a -> b when x falls below -1\n}\n",
