@@ -41,11 +41,13 @@ fn main() {
                 (_, true) => "P2b",
             };
             for tolerance in [1e-4, 1e-6, 1e-8] {
-                match flow {
-                    "dynamic" => row(problem, "generated", &models::ode::Model, &reference, with, tolerance),
-                    _ => row(problem, "generated", &models::dae::Model, &reference, with, tolerance),
+                let reference = &reference;
+                if flow == "dynamic" {
+                    row(problem, "generated", &models::ode::Model, reference, with, tolerance);
+                } else {
+                    row(problem, "generated", &models::dae::Model, reference, with, tolerance);
                 }
-                row(problem, "interpreted", &interpreted, &reference, with, tolerance);
+                row(problem, "interpreted", &interpreted, reference, with, tolerance);
             }
         }
     }

@@ -30,7 +30,7 @@ impl<'a> Console<'a> {
     pub(crate) fn result(self, text: &str) -> Result<(), CommandError> {
         match &self.global.out {
             Some(path) => Ok(write_whole(path, |out| out.write_all(text.as_bytes()))?),
-            None => self.print(text),
+            None => print(text),
         }
     }
 
@@ -41,17 +41,6 @@ impl<'a> Console<'a> {
 
     pub(crate) fn out(self) -> Option<&'a Path> {
         self.global.out.as_deref()
-    }
-
-    /// Prints to standard output; a reader that went away is no error.
-    pub(crate) fn print(self, text: &str) -> Result<(), CommandError> {
-        let mut out = io::stdout().lock();
-        match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-            Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-                Err(CommandError::Found(format!("cannot write to standard output: {error}")))
-            }
-            _ => Ok(()),
-        }
     }
 
     /// Says something about the run on standard error, unless told to be quiet.
@@ -96,7 +85,7 @@ impl<'a> Console<'a> {
 
     /// Prints to standard output, or complains where that is not possible.
     fn failed_json(self, value: &Value) {
-        if let Err(error) = self.print(&format!("{value:#}\n")) {
+        if let Err(error) = print(&format!("{value:#}\n")) {
             complain(&error.to_string());
         }
     }
@@ -135,6 +124,17 @@ pub(crate) fn entry(diagnostic: &Diagnostic, sources: &Sources) -> Value {
         })
         .collect();
     json!({ "code": entry.code, "message": entry.message, "places": places, "help": entry.help })
+}
+
+/// Prints to standard output; a reader that went away is no error.
+pub(crate) fn print(text: &str) -> Result<(), CommandError> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(CommandError::Found(format!("cannot write to standard output: {error}")))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Prints a line to standard error; there is nowhere to report that this failed.

@@ -44,3 +44,19 @@ pub fn run() -> ExitCode {
         }
     }
 }
+
+/// Whether these words behind `dgd` are a command line, or else what is wrong with them.
+///
+/// For the tests of the documentation: nothing is run, and no file is looked at.
+///
+/// # Errors
+///
+/// What `dgd` would say on standard error.
+pub fn verify_arguments(words: &[String]) -> Result<(), String> {
+    let line = std::iter::once("dgd").chain(words.iter().map(String::as_str));
+    match Cli::try_parse_from(line) {
+        // `--help` and `--version` are no mistakes.
+        Err(error) if error.use_stderr() => Err(error.to_string()),
+        Ok(_) | Err(_) => Ok(()),
+    }
+}

@@ -3,7 +3,7 @@
 use dgd_runtime::Unit;
 use serde_json::{Value, json};
 
-use crate::console::Console;
+use crate::console::{Console, print};
 use crate::data::write::{Written, save_table, write_table};
 use crate::failure::CommandError;
 
@@ -38,7 +38,7 @@ pub(crate) fn write(
     if let Some(path) = console.out() {
         save_table(path, Some(times), &written)?;
         if console.is_json() {
-            return console.print(&format!("{details:#}\n"));
+            return print(&format!("{details:#}\n"));
         }
         return Ok(());
     }
@@ -57,7 +57,7 @@ pub(crate) fn write(
             all.insert("time".to_owned(), json!(times));
             all.insert("columns".to_owned(), json!(columns));
         }
-        return console.print(&format!("{all:#}\n"));
+        return print(&format!("{all:#}\n"));
     }
     if drawn {
         return Ok(());
@@ -65,5 +65,5 @@ pub(crate) fn write(
     let mut text = Vec::new();
     write_table(&mut text, Some(times), &written)
         .map_err(|error| CommandError::Found(error.to_string()))?;
-    console.print(&String::from_utf8_lossy(&text))
+    print(&String::from_utf8_lossy(&text))
 }

@@ -94,10 +94,10 @@ fn evaluate(function: &Function, at: Point<'_>, udot: &[f64], s: &[f64], registe
             Operation::Or(a, b) => truth(done[a.index()] != 0.0 || done[b.index()] != 0.0),
             Operation::Not(a) => truth(done[a.index()] == 0.0),
             Operation::Select(c, a, b) => {
-                if done[c.index()] != 0.0 {
-                    done[a.index()]
-                } else {
+                if done[c.index()] == 0.0 {
                     done[b.index()]
+                } else {
+                    done[a.index()]
                 }
             }
         };

@@ -1,6 +1,6 @@
 //! From the macro's arguments to the generated module, or to one compile error.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use dgd_compiler::codegen;
 use dgd_compiler::diagnostics::{Diagnostics, render};
@@ -15,14 +15,14 @@ use syn::Ident;
 use crate::fallback;
 use crate::input::Input;
 
-pub(crate) fn expand(input: &Input) -> TokenStream {
-    let root = PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
+/// The module of the model at `input.path` in `folder`.
+pub(crate) fn expand(input: &Input, folder: &Path) -> TokenStream {
     let path = input.path.value();
-    let text = match read(&root, &path) {
+    let text = match read(folder, &path) {
         Ok(text) => text,
         Err(reason) => {
             let message = format!("cannot read `{path}`: {reason}");
-            return failure(input, &root, &Sources::default(), &message);
+            return failure(input, folder, "", &Sources::default(), &message);
         }
     };
 
@@ -46,26 +46,23 @@ pub(crate) fn expand(input: &Input) -> TokenStream {
         }
     };
     let compiled = compile(
-        Source { name: path, text },
+        Source { name: path.clone(), text: text.clone() },
         &options,
         &directions,
-        &mut |path| read(&root, path),
+        &mut |path| read(folder, path),
         &mut sources,
         &mut diagnostics,
     );
-    match compiled {
-        Ok(compiled) => {
-            let name = input.module.as_ref().map(ToString::to_string);
-            let name = name.as_deref().unwrap_or(&compiled.program.name);
-            let module = codegen::generate(&compiled.program, name, &sources);
-            let tracked = track(&root, &sources);
-            quote!(#module #tracked)
-        }
-        Err(_) => {
-            let message = render::render(&diagnostics.sorted(), &sources, render::Style::Plain);
-            failure(input, &root, &sources, &message)
-        }
-    }
+    let Ok(compiled) = compiled else {
+        let shown = render::render(&diagnostics.sorted(), &sources, render::Style::Plain);
+        let message = format!("`{path}` cannot be compiled\n\n{}", shown.trim_end());
+        return failure(input, folder, &text, &sources, &message);
+    };
+    let name = input.module.as_ref().map(ToString::to_string);
+    let name = name.as_deref().unwrap_or(&compiled.program.name);
+    let module = codegen::generate(&compiled.program, name, &sources);
+    let tracked = track(folder, &sources);
+    quote!(#module #tracked)
 }
 
 /// An argument of the macro as a name with a place of its own.
@@ -77,25 +74,48 @@ fn argument(ident: &Ident, sources: &mut Sources) -> Name {
     Name { text, span: Span { source, start: 0, end } }
 }
 
-fn read(root: &Path, path: &str) -> Result<String, String> {
-    std::fs::read_to_string(root.join(path)).map_err(|error| error.to_string())
+fn read(folder: &Path, path: &str) -> Result<String, String> {
+    std::fs::read_to_string(folder.join(path)).map_err(|error| error.to_string())
 }
 
 /// One error that shows the rendered diagnostics, and a stub so that no other follows from it.
-fn failure(input: &Input, root: &Path, sources: &Sources, message: &str) -> TokenStream {
+fn failure(
+    input: &Input,
+    folder: &Path,
+    text: &str,
+    sources: &Sources,
+    message: &str,
+) -> TokenStream {
     let span = input.path.span();
     let error = quote_spanned!(span=> ::core::compile_error!(#message););
-    let stub = fallback::stub(input);
-    let tracked = track(root, sources);
+    let stub = fallback::stub(input, text);
+    let tracked = track(folder, sources);
     quote!(#error #stub #tracked)
 }
 
 /// Makes cargo rebuild when one of the files changes.
-fn track(root: &Path, sources: &Sources) -> TokenStream {
+fn track(folder: &Path, sources: &Sources) -> TokenStream {
     let files = sources
         .iter()
-        .map(|source| root.join(&source.name))
+        .map(|source| folder.join(&source.name))
         .filter(|path| path.is_file())
         .map(|path| path.to_string_lossy().into_owned());
     quote!(#(const _: &[u8] = ::core::include_bytes!(#files);)*)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_edit_of_the_file_or_of_what_it_imports_rebuilds() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../models");
+        let input = syn::parse_str("\"pipe_flow.dgd\"").expect("arguments of the macro");
+        let tokens = expand(&input, &folder).to_string();
+        for file in ["pipe_flow.dgd", "lib/friction.dgd"] {
+            let path = folder.join(file).display().to_string();
+            let tracked = quote!(::core::include_bytes!(#path)).to_string();
+            assert!(tokens.contains(&tracked), "no {tracked}");
+        }
+    }
 }

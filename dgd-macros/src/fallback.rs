@@ -1,32 +1,176 @@
-//! What stands in for a model that has mistakes: its types without its fields.
+//! What stands in for a model that has mistakes: its names without its physics.
 
-use proc_macro2::{Ident, Span, TokenStream};
-use quote::quote;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use dgd_compiler::codegen;
+use dgd_compiler::dae::assemble;
+use dgd_compiler::diagnostics::{Diagnostics, Reported};
+use dgd_compiler::model::{ModelOptions, resolve};
+use dgd_compiler::program::lower;
+use dgd_compiler::source::{Source, SourceId, Sources, Span};
+use dgd_compiler::syntax::ast::{Ast, Expr, ExprKind, Header, Item, ItemKind, Name, UnknownKind};
+use dgd_compiler::syntax::parse_what_is_sound;
+use proc_macro2::TokenStream;
 
 use crate::input::Input;
 
-/// A module with the names that a user imports, so that rustc reports the model's own mistake and
-/// not that its module is missing.
-pub(crate) fn stub(input: &Input) -> TokenStream {
-    let module = input.module.clone().or_else(|| {
-        let path = input.path.value();
-        let stem = std::path::Path::new(&path).file_stem()?.to_str()?.to_owned();
-        syn::parse_str::<Ident>(&stem).ok()
-    });
-    let module = module.unwrap_or_else(|| Ident::new("model", Span::call_site()));
-    quote! {
-        #[allow(missing_docs, dead_code)]
-        pub mod #module {
-            #[derive(Debug, Clone, Copy, Default)]
-            pub struct Model;
-            #[derive(Debug, Clone, Copy, Default)]
-            pub struct Parameters;
-            #[derive(Debug, Clone, Copy, Default)]
-            pub struct Inputs;
-            #[derive(Debug, Clone, Copy, Default)]
-            pub struct Unknowns;
-            #[derive(Debug, Clone, Copy, Default)]
-            pub struct Outputs;
+/// A module with the names that a user reads, so that rustc reports the model's own mistake and not
+/// that something is missing.
+///
+/// It is generated from a sound model of the same names, whose unknowns stand still, and so has
+/// every type and function of the real one.
+pub(crate) fn stub(input: &Input, text: &str) -> TokenStream {
+    let mut sources = Sources::default();
+    let source = sources.add(Source { name: input.path.value(), text: text.to_owned() });
+    let ast = parse_what_is_sound(source, &sources);
+    let module = match (&input.module, &ast.model) {
+        (Some(module), _) => module.to_string(),
+        (None, Some(header)) => header.name.text.clone(),
+        (None, None) => stem(&input.path.value()),
+    };
+    match generated(&still(&ast), &module, &sources) {
+        Ok(tokens) => tokens,
+        // There is an error already.
+        Err(_) => TokenStream::new(),
+    }
+}
+
+/// What the model of a file without a `model` line was probably called.
+fn stem(path: &str) -> String {
+    let stem = Path::new(path).file_stem().map(|stem| stem.to_string_lossy());
+    match stem {
+        Some(stem) if syn::parse_str::<syn::Ident>(&stem).is_ok() => stem.into_owned(),
+        Some(_) | None => "model".to_owned(),
+    }
+}
+
+fn generated(ast: &Ast, module: &str, sources: &Sources) -> Result<TokenStream, Reported> {
+    let mut diagnostics = Diagnostics::default();
+    let model = resolve(std::slice::from_ref(ast), &ModelOptions::default(), &mut diagnostics)?;
+    let dae = assemble(&model, &mut diagnostics)?;
+    let directions: Vec<usize> = (0..dae.parameters.len()).collect();
+    Ok(codegen::generate(&lower(&dae, &directions), module, sources))
+}
+
+/// The model with the same names in which all numbers are zero and nothing moves.
+fn still(ast: &Ast) -> Ast {
+    let mut still = Still {
+        names: BTreeSet::from(["time", "pi"]),
+        outputs: BTreeSet::new(),
+        items: Vec::new(),
+    };
+    still.take(&ast.items);
+    let model = Header { doc: Vec::new(), name: name("model") };
+    Ast { source: ast.source, model: Some(model), items: still.items }
+}
+
+struct Still<'a> {
+    names: BTreeSet<&'a str>,
+    outputs: BTreeSet<&'a str>,
+    items: Vec<Item>,
+}
+
+impl<'a> Still<'a> {
+    fn take(&mut self, items: &'a [Item]) {
+        for item in items {
+            match &item.kind {
+                ItemKind::Parameter { name, .. } if self.is_new(name) => {
+                    self.push(ItemKind::Parameter {
+                        name: name.clone(),
+                        unit: None,
+                        value: zero(),
+                        attributes: Vec::new(),
+                    });
+                }
+                ItemKind::Input { name, .. } if self.is_new(name) => {
+                    let (name, attributes) = (name.clone(), Vec::new());
+                    self.push(ItemKind::Input { name, unit: None, attributes });
+                }
+                ItemKind::Unknown { name, .. } if self.is_new(name) => self.unknown(name),
+                ItemKind::Output { name, .. } if self.outputs.insert(&name.text) => {
+                    self.push(ItemKind::Output {
+                        name: name.clone(),
+                        unit: None,
+                        value: Some(zero()),
+                        attributes: Vec::new(),
+                    });
+                }
+                ItemKind::Variant { choices, .. } => {
+                    for choice in choices {
+                        self.take(&choice.items);
+                    }
+                }
+                // Of a name declared twice the first counts.
+                ItemKind::Parameter { .. }
+                | ItemKind::Input { .. }
+                | ItemKind::Unknown { .. }
+                | ItemKind::Output { .. }
+                | ItemKind::Import { .. }
+                | ItemKind::Constant { .. }
+                | ItemKind::Let { .. }
+                | ItemKind::Function { .. }
+                | ItemKind::Equation { .. } => {}
+            }
         }
+    }
+
+    fn is_new(&mut self, name: &'a Name) -> bool {
+        self.names.insert(&name.text)
+    }
+
+    /// `state x = 0` and `equation x: der(x) = 0`
+    fn unknown(&mut self, unknown: &Name) {
+        let x = expr(ExprKind::Name(unknown.text.clone()));
+        let left = expr(ExprKind::Call { function: name("der"), arguments: vec![x] });
+        self.push(ItemKind::Equation { label: unknown.clone(), left, right: zero() });
+        self.push(ItemKind::Unknown {
+            declared: UnknownKind::State,
+            name: unknown.clone(),
+            unit: None,
+            start: None,
+            attributes: Vec::new(),
+        });
+    }
+
+    fn push(&mut self, kind: ItemKind) {
+        self.items.push(Item { span: NOWHERE, doc: Vec::new(), kind });
+    }
+}
+
+const NOWHERE: Span = Span { source: SourceId(0), start: 0, end: 0 };
+
+fn name(text: &str) -> Name {
+    Name { text: text.to_owned(), span: NOWHERE }
+}
+
+fn expr(kind: ExprKind) -> Expr {
+    Expr { span: NOWHERE, kind }
+}
+
+fn zero() -> Expr {
+    expr(ExprKind::Number { value: 0.0, text: "0".to_owned(), unit: None })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stub_has_the_fields_that_can_be_read() {
+        let input = syn::parse_str("\"tank.dgd\"").expect("arguments of the macro");
+        let text = "model tank\nparameter A [ft2\nparameter k [furlong] = 1\ninput q\n\
+                    variant v { a { state h = 1 } b { unknown h } }\noutput h = nothing\n";
+        let stub = stub(&input, text).to_string();
+        for field in ["pub k : f64", "pub q : f64", "pub h : f64", "pub mod tank"] {
+            assert!(stub.contains(field), "no {field} in {stub}");
+        }
+        assert!(!stub.contains("pub A"), "{stub}");
+    }
+
+    #[test]
+    fn no_text_leaves_a_model_without_fields() {
+        let input = syn::parse_str("\"a b.dgd\"").expect("arguments of the macro");
+        assert!(stub(&input, "").to_string().contains("pub mod model"));
     }
 }

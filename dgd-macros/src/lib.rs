@@ -4,6 +4,8 @@ mod expand;
 mod fallback;
 mod input;
 
+use std::path::{Path, PathBuf};
+
 /// Compiles a `.dgd` file into a module with the model's type and its named fields.
 ///
 /// ```text
@@ -12,7 +14,8 @@ mod input;
 /// dgd::model!("models/mud_circulation.dgd", sensitivities = [c0, c2], as quasi_static);
 /// ```
 ///
-/// The path is relative to the crate's `Cargo.toml`. Behind it, in any order:
+/// The path is relative to the crate's `Cargo.toml`; one that begins with `./` or `../` is relative
+/// to the Rust file. Behind it, in any order:
 ///
 /// - `VARIANT = CHOICE` picks a variant,
 /// - `sensitivities = [NAMES]` restricts the parameters to which sensitivities are generated; all
@@ -25,11 +28,25 @@ mod input;
 ///
 /// # Errors
 ///
-/// A mistake in the file is one compile error that shows file, line and caret.
+/// Mistakes in the file are one compile error that shows file, line and caret of each. The module is
+/// there all the same, with the fields that could be read and no physics, so that no error about
+/// its uses follows.
 #[proc_macro]
 pub fn model(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
     match syn::parse::<input::Input>(input) {
-        Ok(input) => expand::expand(&input).into(),
+        Ok(input) => expand::expand(&input, &folder(&input)).into(),
         Err(error) => error.to_compile_error().into(),
+    }
+}
+
+/// What the path is relative to.
+fn folder(input: &input::Input) -> PathBuf {
+    let path = input.path.value();
+    let beside = path.starts_with("./") || path.starts_with("../");
+    // An editor's analysis may not know the file.
+    let file = beside.then(|| input.path.span().unwrap().local_file()).flatten();
+    match file.as_deref().and_then(Path::parent).map(std::path::absolute) {
+        Some(Ok(folder)) => folder,
+        Some(Err(_)) | None => std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default().into(),
     }
 }

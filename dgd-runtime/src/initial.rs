@@ -232,6 +232,22 @@ impl<S: System> Algebraic<S> {
         }
     }
 
+    /// The equation that makes ∂f_a/∂y_a a thousand times weaker than it has been, if one does.
+    pub(crate) fn weakened_equation(
+        &mut self,
+        pattern: &Pattern,
+        jacobian: &[f64],
+        sizes: &[f64],
+    ) -> Option<usize> {
+        match self.smallest_relative_pivot(pattern, jacobian, sizes) {
+            Err(Singular { row }) => Some(row),
+            Ok(pivot) => {
+                let weak = |pivot: &Pivot| pivot.magnitude <= 1e-3 * self.strongest;
+                pivot.filter(weak).map(|pivot| pivot.row)
+            }
+        }
+    }
+
     /// The equation that makes ∂f_a/∂y_a singular to rounding, or to what a solution of 0 = f_a for
     /// unknowns with this tolerance makes of zero; if one does.
     pub(crate) fn vanishing_equation(

@@ -100,11 +100,9 @@ impl Solution {
 /// Which limit the k-th of the asked `times` means.
 ///
 /// A time that occurs twice means just before and just after. One that occurs once means just
-/// after; at the end, where the solution stops, just before. At the start only just after exists.
+/// after, at the end too: a row of a recording holds what goes on from there. At the start only
+/// just after exists.
 pub fn side(times: &[f64], k: usize) -> Side {
     let t = times[k];
-    let again = times.get(k + 1) == Some(&t);
-    let before = k > 0 && times[k - 1] == t;
-    let last = k + 1 == times.len();
-    if t > times[0] && (again || (last && !before)) { Side::Left } else { Side::Right }
+    if t > times[0] && times.get(k + 1) == Some(&t) { Side::Left } else { Side::Right }
 }

@@ -1,6 +1,8 @@
 //! Files that hold what is expected. `UPDATE_GOLDEN=1 cargo test` writes them anew; what changed is
 //! then reviewed like code.
 
+#![allow(dead_code, reason = "not every test binary uses all of it")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

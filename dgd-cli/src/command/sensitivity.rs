@@ -89,19 +89,17 @@ fn load(args: &SensitivityArgs) -> Result<(Loaded, Vec<Of>), CommandError> {
     for name in &args.of {
         let name = session.name("--of", name.trim());
         let found = unknown(&name.text).map(Of::Unknown);
-        match found.or_else(|| output(&name.text).map(Of::Output)) {
-            Some(found) => of.push(found),
-            None => {
-                let message = format!("no state and no output is called `{}`", name.text);
-                let mut diagnostic = Diagnostic::new(Code::E201, name.span, message);
-                let unknowns = program.unknowns.iter().map(|x| x.name.as_str());
-                let outputs = program.outputs.iter().map(|x| x.name.as_str());
-                if let Some(near) = suggestion(&name.text, unknowns.chain(outputs)) {
-                    diagnostic.help = Some(format!("did you mean `{near}`?"));
-                }
-                session.diagnostics.error(diagnostic);
-            }
+        if let Some(found) = found.or_else(|| output(&name.text).map(Of::Output)) {
+            of.push(found);
+            continue;
         }
+        let message = format!("no state and no output is called `{}`", name.text);
+        let unknowns = program.unknowns.iter().map(|x| x.name.as_str());
+        let outputs = program.outputs.iter().map(|x| x.name.as_str());
+        let near = suggestion(&name.text, unknowns.chain(outputs));
+        let help = near.map(|near| format!("did you mean `{near}`?"));
+        let diagnostic = Diagnostic::new(Code::E201, name.span, message).maybe_help(help);
+        session.diagnostics.error(diagnostic);
     }
     if session.diagnostics.check().is_err() {
         return Err(CommandError::diagnosed(&session.diagnostics, session.sources));
@@ -184,7 +182,9 @@ fn pairs(
             let parameter = &signature.parameters[*direction];
             let mut values = of.derivatives(solution, observations, j);
             let unit = if scaled {
-                values.iter_mut().for_each(|value| *value *= run.p[*direction]);
+                for value in &mut values {
+                    *value *= run.p[*direction];
+                }
                 Unit { offset: 0.0, ..unit.clone() }
             } else {
                 quotient(unit, &parameter.unit)

@@ -83,7 +83,7 @@ fn subjects(run: &Run, solution: &Solution, observations: &Observations) -> Vec<
                 subject.lines.push(line);
             }
             None => {
-                subjects.push(Subject { title: Text::name(&input.name), unit, lines: vec![line] })
+                subjects.push(Subject { title: Text::name(&input.name), unit, lines: vec![line] });
             }
         }
     }

@@ -174,7 +174,7 @@ impl<'a> Body<'a> {
         let mut pieces: BTreeMap<ValueId, Piece> = BTreeMap::new();
         for (i, operation) in self.function.body.iter().enumerate() {
             let value = ValueId(i as u32);
-            let piece = self.piece(*operation, &pieces);
+            let piece = piece_of(*operation, &pieces);
             let name = match operation {
                 Operation::Constant(_) | Operation::Time => None,
                 Operation::Load(argument, index) => self.load_name(*argument, *index as usize),
@@ -208,72 +208,71 @@ impl<'a> Body<'a> {
             Argument::Udot | Argument::S => None,
         }
     }
+}
 
-    fn piece(&self, operation: Operation, pieces: &BTreeMap<ValueId, Piece>) -> Piece {
-        let depth = operation.operands().map(|v| pieces[&v].depth + 1).max().unwrap_or(0);
-        let infix = |a: ValueId, operator: TokenStream, b: ValueId, own, right| {
-            let (a, b) = (pieces[&a].at_least(own), pieces[&b].at_least(right));
-            Piece { tokens: quote!(#a #operator #b), tightness: own, depth }
-        };
-        let any = |value: ValueId| &pieces[&value].tokens;
-        let atom = |tokens| Piece { tokens, tightness: Tightness::Atom, depth };
-        match operation {
-            Operation::Constant(value) => {
-                let tightness =
-                    if value.is_sign_negative() { Tightness::Unary } else { Tightness::Atom };
-                Piece { tokens: number(value), tightness, depth }
-            }
-            Operation::Time => atom(quote!(_at.t)),
-            Operation::Load(argument, index) => {
-                let (array, index) = (array(argument), index as usize);
-                atom(quote!(#array[#index]))
-            }
-            Operation::Negate(a) => {
-                let a = pieces[&a].at_least(Tightness::Atom);
-                Piece { tokens: quote!(-#a), tightness: Tightness::Unary, depth }
-            }
-            Operation::Add(a, b) => infix(a, quote!(+), b, Tightness::Sum, Tightness::Product),
-            Operation::Subtract(a, b) => infix(a, quote!(-), b, Tightness::Sum, Tightness::Product),
-            Operation::Multiply(a, b) => {
-                infix(a, quote!(*), b, Tightness::Product, Tightness::Unary)
-            }
-            Operation::Divide(a, b) => infix(a, quote!(/), b, Tightness::Product, Tightness::Unary),
-            Operation::Call1(f, a) => {
-                let path = rust_path(f.get().definition.rust_path());
-                let a = any(a);
-                atom(quote!(#path(#a)))
-            }
-            Operation::Call2(f, a, b) => {
-                let path = rust_path(f.get().definition.rust_path());
-                let (a, b) = (any(a), any(b));
-                atom(quote!(#path(#a, #b)))
-            }
-            Operation::Compare(comparison, a, b) => {
-                let (a, b) = (any(a), any(b));
-                let operator = match comparison {
-                    Comparison::Less => quote!(<),
-                    Comparison::LessEqual => quote!(<=),
-                    Comparison::Greater => quote!(>),
-                    Comparison::GreaterEqual => quote!(>=),
-                };
-                atom(quote!((#a #operator #b)))
-            }
-            Operation::And(a, b) => {
-                let (a, b) = (any(a), any(b));
-                atom(quote!((#a && #b)))
-            }
-            Operation::Or(a, b) => {
-                let (a, b) = (any(a), any(b));
-                atom(quote!((#a || #b)))
-            }
-            Operation::Not(a) => {
-                let a = pieces[&a].at_least(Tightness::Atom);
-                Piece { tokens: quote!(!#a), tightness: Tightness::Unary, depth }
-            }
-            Operation::Select(c, a, b) => {
-                let (c, a, b) = (any(c), any(a), any(b));
-                Piece { tokens: quote!(if #c { #a } else { #b }), tightness: Tightness::Any, depth }
-            }
+/// Code for an operation on pieces.
+fn piece_of(operation: Operation, pieces: &BTreeMap<ValueId, Piece>) -> Piece {
+    let depth = operation.operands().map(|v| pieces[&v].depth + 1).max().unwrap_or(0);
+    let infix = |a: ValueId, operator: TokenStream, b: ValueId, own, right| {
+        let (a, b) = (pieces[&a].at_least(own), pieces[&b].at_least(right));
+        Piece { tokens: quote!(#a #operator #b), tightness: own, depth }
+    };
+    let any = |value: ValueId| &pieces[&value].tokens;
+    let atom = |tokens| Piece { tokens, tightness: Tightness::Atom, depth };
+    match operation {
+        Operation::Constant(value) => {
+            let tightness =
+                if value.is_sign_negative() { Tightness::Unary } else { Tightness::Atom };
+            Piece { tokens: number(value), tightness, depth }
+        }
+        Operation::Time => atom(quote!(_at.t)),
+        Operation::Load(argument, index) => {
+            let (array, index) = (array(argument), index as usize);
+            atom(quote!(#array[#index]))
+        }
+        Operation::Negate(a) => {
+            let a = pieces[&a].at_least(Tightness::Atom);
+            Piece { tokens: quote!(-#a), tightness: Tightness::Unary, depth }
+        }
+        Operation::Add(a, b) => infix(a, quote!(+), b, Tightness::Sum, Tightness::Product),
+        Operation::Subtract(a, b) => infix(a, quote!(-), b, Tightness::Sum, Tightness::Product),
+        Operation::Multiply(a, b) => infix(a, quote!(*), b, Tightness::Product, Tightness::Unary),
+        Operation::Divide(a, b) => infix(a, quote!(/), b, Tightness::Product, Tightness::Unary),
+        Operation::Call1(f, a) => {
+            let path = rust_path(f.get().definition.rust_path());
+            let a = any(a);
+            atom(quote!(#path(#a)))
+        }
+        Operation::Call2(f, a, b) => {
+            let path = rust_path(f.get().definition.rust_path());
+            let (a, b) = (any(a), any(b));
+            atom(quote!(#path(#a, #b)))
+        }
+        Operation::Compare(comparison, a, b) => {
+            let (a, b) = (any(a), any(b));
+            let operator = match comparison {
+                Comparison::Less => quote!(<),
+                Comparison::LessEqual => quote!(<=),
+                Comparison::Greater => quote!(>),
+                Comparison::GreaterEqual => quote!(>=),
+            };
+            atom(quote!((#a #operator #b)))
+        }
+        Operation::And(a, b) => {
+            let (a, b) = (any(a), any(b));
+            atom(quote!((#a && #b)))
+        }
+        Operation::Or(a, b) => {
+            let (a, b) = (any(a), any(b));
+            atom(quote!((#a || #b)))
+        }
+        Operation::Not(a) => {
+            let a = pieces[&a].at_least(Tightness::Atom);
+            Piece { tokens: quote!(!#a), tightness: Tightness::Unary, depth }
+        }
+        Operation::Select(c, a, b) => {
+            let (c, a, b) = (any(c), any(a), any(b));
+            Piece { tokens: quote!(if #c { #a } else { #b }), tightness: Tightness::Any, depth }
         }
     }
 }

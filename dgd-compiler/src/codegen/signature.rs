@@ -113,13 +113,9 @@ fn unit(unit: &Unit) -> TokenStream {
 }
 
 fn optional(value: Option<f64>) -> TokenStream {
-    match value {
-        Some(value) => {
-            let value = number(value);
-            quote!(::core::option::Option::Some(#value))
-        }
-        None => quote!(::core::option::Option::None),
-    }
+    let Some(value) = value else { return quote!(::core::option::Option::None) };
+    let value = number(value);
+    quote!(::core::option::Option::Some(#value))
 }
 
 fn pattern(program: &Program, kind: ResultKind) -> TokenStream {

@@ -67,9 +67,13 @@ impl Graph {
     ) -> Vec<(ExprId, ExprId)> {
         let mut parts = Vec::with_capacity(2);
         match self.node(id) {
-            Node::Constant(_) | Node::Symbol(_) => {}
             // Conditions are constant between switches.
-            Node::Compare(..) | Node::And(..) | Node::Or(..) | Node::Not(_) => {}
+            Node::Constant(_)
+            | Node::Symbol(_)
+            | Node::Compare(..)
+            | Node::And(..)
+            | Node::Or(..)
+            | Node::Not(_) => {}
             Node::Negate(a) => parts.push((a, self.negate(adjoint))),
             Node::Add(a, b) => parts.extend([(a, adjoint), (b, adjoint)]),
             Node::Subtract(a, b) => {

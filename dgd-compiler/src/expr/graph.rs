@@ -218,10 +218,10 @@ pub fn apply(node: Node, value: impl Fn(ExprId) -> f64) -> f64 {
         Node::Or(a, b) => truth(value(a) != 0.0 || value(b) != 0.0),
         Node::Not(a) => truth(value(a) == 0.0),
         Node::Select(c, a, b) => {
-            if value(c) != 0.0 {
-                value(a)
-            } else {
+            if value(c) == 0.0 {
                 value(b)
+            } else {
+                value(a)
             }
         }
     }

@@ -121,7 +121,7 @@ impl<'a> Scope<'a> {
                 }
                 ItemKind::Function { name, arguments, body } => {
                     scope.functions.push(Function { name: &name.text, arguments, body });
-                    scope.check_function(name, arguments, diagnostics);
+                    check_function(name, arguments, diagnostics);
                     (name, Definition::Function(scope.functions.len() - 1), None)
                 }
                 ItemKind::Output { name, .. } => {
@@ -167,27 +167,23 @@ impl<'a> Scope<'a> {
             }
         }
     }
+}
 
-    fn check_function(
-        &self,
-        name: &Name,
-        arguments: &'a [Argument],
-        diagnostics: &mut Diagnostics,
-    ) {
-        if name.text == "der" || IntrinsicId::find(&name.text).is_some() {
-            diagnostics.error(
-                Diagnostic::new(
-                    Code::E202,
-                    name.span,
-                    format!("`{}` is a function of the language", name.text),
-                )
-                .help("choose another name"),
-            );
-        }
-        let mut seen = BTreeMap::new();
-        for argument in arguments {
-            unique(&mut seen, &argument.name, "argument", diagnostics);
-        }
+/// A function's own name and its arguments' names.
+fn check_function(name: &Name, arguments: &[Argument], diagnostics: &mut Diagnostics) {
+    if name.text == "der" || IntrinsicId::find(&name.text).is_some() {
+        diagnostics.error(
+            Diagnostic::new(
+                Code::E202,
+                name.span,
+                format!("`{}` is a function of the language", name.text),
+            )
+            .help("choose another name"),
+        );
+    }
+    let mut seen = BTreeMap::new();
+    for argument in arguments {
+        unique(&mut seen, &argument.name, "argument", diagnostics);
     }
 }
 
@@ -350,7 +346,9 @@ fn names_in<'a>(expr: &'a Expr, names: &mut Vec<&'a str>) {
         ExprKind::Name(name) => names.push(name),
         ExprKind::Call { function, arguments } => {
             names.push(&function.text);
-            arguments.iter().for_each(|argument| names_in(argument, names));
+            for argument in arguments {
+                names_in(argument, names);
+            }
         }
         ExprKind::Group(a) | ExprKind::Negate(a) | ExprKind::Not(a) => names_in(a, names),
         ExprKind::Sum(terms) => terms.iter().for_each(|(_, term)| names_in(term, names)),
@@ -365,7 +363,9 @@ fn names_in<'a>(expr: &'a Expr, names: &mut Vec<&'a str>) {
             }
         }
         ExprKind::And(parts) | ExprKind::Or(parts) => {
-            parts.iter().for_each(|part| names_in(part, names));
+            for part in parts {
+                names_in(part, names);
+            }
         }
     }
 }

@@ -26,7 +26,8 @@ pub fn write(asts: &[Ast], model: &Model) -> String {
 fn collect(items: &[Item], model: &Model, lines: &mut Vec<String>) {
     for item in items {
         match &item.kind {
-            ItemKind::Let { name, value, .. } => {
+            ItemKind::Let { name, value, .. }
+            | ItemKind::Output { name, value: Some(value), .. } => {
                 lines.push(format!("{} &= {}", symbol(&name.text), expression(value)));
             }
             ItemKind::Function { name, arguments, body } => {
@@ -38,9 +39,6 @@ fn collect(items: &[Item], model: &Model, lines: &mut Vec<String>) {
             ItemKind::Equation { label, left, right } => {
                 let (left, right) = (expression(left), expression(right));
                 lines.push(format!("{left} &= {right} \\tag{{{}}}", escaped(&label.text)));
-            }
-            ItemKind::Output { name, value: Some(value), .. } => {
-                lines.push(format!("{} &= {}", symbol(&name.text), expression(value)));
             }
             ItemKind::Variant { name, choices } => {
                 let chosen = model.variants.iter().find(|v| v.name == name.text);

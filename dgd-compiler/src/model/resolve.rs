@@ -294,13 +294,11 @@ impl<'a> Resolver<'a> {
         value: &'a Expr,
         diagnostics: &mut Diagnostics,
     ) -> Result<Typed, Reported> {
-        match unit {
-            None => self.lowering.value(value, diagnostics),
-            Some(_) => {
-                let unit = unit_of(unit, diagnostics)?;
-                self.in_unit(value, &unit, Reading::Value, diagnostics)
-            }
+        if unit.is_none() {
+            return self.lowering.value(value, diagnostics);
         }
+        let unit = unit_of(unit, diagnostics)?;
+        self.in_unit(value, &unit, Reading::Value, diagnostics)
     }
 
     fn item(&mut self, item: &'a Item, diagnostics: &mut Diagnostics) -> Result<(), Reported> {

@@ -28,6 +28,21 @@ pub fn parse(
     diagnostics: &mut Diagnostics,
 ) -> Result<Ast, Reported> {
     // Mistakes of earlier sources do not concern this one.
+    let (ast, own) = read(source, sources);
+    for diagnostic in own.sorted() {
+        diagnostics.error(diagnostic.clone());
+    }
+    own.check()?;
+    Ok(ast)
+}
+
+/// Reads what is sound of a source and passes over the rest, for tools that go on after a mistake.
+pub fn parse_what_is_sound(source: SourceId, sources: &Sources) -> Ast {
+    read(source, sources).0
+}
+
+/// The items that can be read, and what is wrong with the others.
+fn read(source: SourceId, sources: &Sources) -> (Ast, Diagnostics) {
     let mut own = Diagnostics::default();
     let text = sources.get(source).text.as_str();
     let all = lexical::tokens(source, sources, &mut own);
@@ -49,11 +64,7 @@ pub fn parse(
         let span = Span { source, start: 0, end: 0 };
         own.error(Diagnostic::new(Code::E112, span, "there is nothing in this file"));
     }
-    for diagnostic in own.sorted() {
-        diagnostics.error(diagnostic.clone());
-    }
-    own.check()?;
-    Ok(Ast { source, model, items })
+    (Ast { source, model, items }, own)
 }
 
 /// Reads `name = value`, as it is set from outside a model file.

@@ -176,14 +176,6 @@ struct Simulation<'a, S: System> {
     sensitivity_row: Option<S::Sensitivity>,
 }
 
-/// Whether equal asked times at the end of a step are values before or after a jump.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum StepEnd {
-    Smooth,
-    Jump,
-    Last,
-}
-
 impl<'a, S: System> Simulation<'a, S> {
     fn new(
         problem: &'a Problem<'a, S>,
@@ -242,7 +234,7 @@ impl<'a, S: System> Simulation<'a, S> {
         loop {
             let end = self.segment_end.min(until);
             while self.t < end {
-                self.step(&mut controller, times, end, until, solution)?;
+                self.step(&mut controller, times, end, solution)?;
             }
             if solution.times.len() == times.len() {
                 return Ok(());
@@ -298,31 +290,35 @@ impl<'a, S: System> Simulation<'a, S> {
             )
             .map_err(IntegrateError::Initial)?;
 
-        if let Some(d) = &mut self.directions {
-            self.stepper.linearize(
-                Base { system, p, mass: &self.algebraic.mass, t: self.t },
-                &mut self.drive,
-                self.y.as_ref(),
-                None,
-            );
-            let pattern = &system.signature().jacobian;
-            let jacobian = self.stepper.jacobian.as_ref();
-            let (sizes, atol) = (self.sizes.as_ref(), self.tolerances.atol);
-            let singular = self.algebraic.singular_equation(pattern, jacobian, sizes, atol);
-            let singular = singular.or_else(|| {
-                self.algebraic.factorise(pattern, jacobian).err().map(|Singular { row }| row)
-            });
-            solution.statistics.factorisations += 2;
-            if let Some(row) = singular {
-                self.end_sensitivities(self.t, row, solution);
-            } else {
-                let u = self.drive.at(self.t);
-                let at = Point { t: self.t, y: self.y.as_ref(), u, p };
-                let (s, g) = (d.s.as_mut(), d.g.as_mut());
-                self.algebraic.make_sensitivities_consistent(system, at, s, g);
-            }
+        if self.directions.is_some() {
+            let base = Base { system, p, mass: &self.algebraic.mass, t: self.t };
+            self.stepper.linearize(base, &mut self.drive, self.y.as_ref(), None);
+            self.make_sensitivities_consistent(solution);
         }
         Ok(())
+    }
+
+    /// Makes the sensitivities of algebraic unknowns follow those of the others, or ends them where
+    /// they are not determined. The stepper is linearised at (t, y).
+    fn make_sensitivities_consistent(&mut self, solution: &mut Solution) {
+        let Problem { system, p, .. } = *self.problem;
+        let Some(d) = &mut self.directions else { return };
+        let pattern = &system.signature().jacobian;
+        let jacobian = self.stepper.jacobian.as_ref();
+        let (sizes, atol) = (self.sizes.as_ref(), self.tolerances.atol);
+        let singular = self.algebraic.singular_equation(pattern, jacobian, sizes, atol);
+        let singular = singular.or_else(|| {
+            self.algebraic.factorise(pattern, jacobian).err().map(|Singular { row }| row)
+        });
+        solution.statistics.factorisations += 2;
+        if let Some(row) = singular {
+            self.end_sensitivities(self.t, row, solution);
+        } else {
+            let u = self.drive.at(self.t);
+            let at = Point { t: self.t, y: self.y.as_ref(), u, p };
+            let (s, g) = (d.s.as_mut(), d.g.as_mut());
+            self.algebraic.make_sensitivities_consistent(system, at, s, g);
+        }
     }
 
     /// Tries one step, and records what was asked for if it is accepted.
@@ -332,7 +328,6 @@ impl<'a, S: System> Simulation<'a, S> {
         controller: &mut Controller,
         times: &[f64],
         end: f64,
-        until: f64,
         solution: &mut Solution,
     ) -> Result<(), IntegrateError> {
         let tried = solution.statistics.steps + solution.statistics.rejected;
@@ -366,12 +361,7 @@ impl<'a, S: System> Simulation<'a, S> {
             controller.accept(h, error);
             solution.statistics.steps += 1;
             let t_new = if h < remaining { self.t + h } else { end };
-            let step_end = match () {
-                () if t_new == until => StepEnd::Last,
-                () if t_new == self.segment_end => StepEnd::Jump,
-                () => StepEnd::Smooth,
-            };
-            self.accept(t_new, step_end, times, solution);
+            self.accept(t_new, times, solution);
             return Ok(());
         }
 
@@ -387,6 +377,12 @@ impl<'a, S: System> Simulation<'a, S> {
             if let Some(h) = self.after_rejection(h, remaining, times, solution) {
                 controller.h = h;
             }
+            return Ok(());
+        }
+        if error.is_finite()
+            && let Some(row) = self.unresolved_equation(h)
+        {
+            self.end_sensitivities(self.t, row, solution);
             return Ok(());
         }
         Err(match outcome {
@@ -419,13 +415,13 @@ impl<'a, S: System> Simulation<'a, S> {
 
     /// Records the asked times of an accepted step, and moves on to its end.
     #[inline]
-    fn accept(&mut self, t_new: f64, end: StepEnd, times: &[f64], solution: &mut Solution) {
+    fn accept(&mut self, t_new: f64, times: &[f64], solution: &mut Solution) {
         self.linearized = false;
         self.corrected = false;
         if !self.algebraic.is_empty() && self.directions.is_some() {
             self.look_for_singular_point(t_new, solution);
         }
-        self.record_step(t_new, end, times, solution);
+        self.record_step(t_new, times, solution);
         std::mem::swap(&mut self.y, &mut self.stepper.y_new);
         if let Some(d) = &mut self.directions {
             std::mem::swap(&mut d.s, &mut d.s_new);

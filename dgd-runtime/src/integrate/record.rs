@@ -1,19 +1,13 @@
 //! Values at the asked times.
 
-use super::{Simulation, StepEnd};
+use super::Simulation;
 use crate::solution::Solution;
 use crate::system::System;
 
 impl<S: System> Simulation<'_, S> {
     /// Records asked times in (t, t_new].
     #[inline]
-    pub(super) fn record_step(
-        &mut self,
-        t_new: f64,
-        end: StepEnd,
-        times: &[f64],
-        solution: &mut Solution,
-    ) {
+    pub(super) fn record_step(&mut self, t_new: f64, times: &[f64], solution: &mut Solution) {
         let done = solution.times.len();
         let asked = &times[done..];
         if asked.first().is_none_or(|&t| t > t_new) {
@@ -21,13 +15,8 @@ impl<S: System> Simulation<'_, S> {
         }
         let inside = asked.iter().take_while(|&&t| t < t_new).count();
         let at_end = asked[inside..].iter().take_while(|&&t| t == t_new).count();
-        // A time that occurs twice is a left and a right value; once, right, and left at the end.
-        let at_end = match end {
-            StepEnd::Smooth => at_end,
-            StepEnd::Last if self.segment_end > t_new => at_end,
-            StepEnd::Last => at_end.min(1),
-            StepEnd::Jump => at_end.saturating_sub(1),
-        };
+        // The last of equal times at a jump is a right value, which is had after it.
+        let at_end = if t_new == self.segment_end { at_end.saturating_sub(1) } else { at_end };
 
         let y = self.y.as_ref();
         if inside > 0 {

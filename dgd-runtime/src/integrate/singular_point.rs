@@ -6,7 +6,8 @@
 //! - f_a = 0 to tolerance leaves q undetermined to its square root ([`Simulation::after_rejection`]),
 //! - so does f_a = 0 to rounding ([`Simulation::error_beyond_rounding`]),
 //! - q leaves rest like a square root ([`Simulation::leave_singular_point`]),
-//! - S is no longer determined ([`UndefinedSensitivity`]).
+//! - S is no longer determined ([`UndefinedSensitivity`]), and close to there no longer to tolerance
+//!   ([`Simulation::unresolved_equation`]).
 
 use super::rosenbrock::{At, Base};
 use super::{Simulation, larger, multiply};
@@ -51,7 +52,12 @@ impl<S: System> Simulation<'_, S> {
         let jacobian = self.stepper.jacobian.as_ref();
         let atol = self.tolerances.atol;
         let sizes = self.sizes.as_ref();
-        let row = self.algebraic.vanishing_equation(pattern, jacobian, sizes, atol)?;
+        let vanishing = self.algebraic.vanishing_equation(pattern, jacobian, sizes, atol);
+        let Some(row) = vanishing else {
+            // The sensitivities were consistent with the unknowns as they were.
+            self.make_sensitivities_consistent(solution);
+            return None;
+        };
         if self.directions.is_some() {
             self.end_sensitivities(self.t, row, solution);
         }
@@ -140,6 +146,25 @@ impl<S: System> Simulation<'_, S> {
         multiply(f, self.algebraic.mass.as_ref());
         let rest = self.tolerances.mean_square(f, y, y_new, self.sizes.as_ref());
         larger(rest, self.sensitivity_error())
+    }
+
+    /// The equation that rounding keeps from determining the sensitivities to tolerance, if it is
+    /// they alone that reject a step of this size.
+    ///
+    /// Close to where ∂f_a/∂y_a vanishes, rounding of f_a moves algebraic unknowns by less than
+    /// their tolerance, and their sensitivities, which grow with the inverse of ∂f_a/∂y_a, by more.
+    pub(super) fn unresolved_equation(&mut self, h: f64) -> Option<usize> {
+        if self.algebraic.is_empty() {
+            return None;
+        }
+        let directions = self.directions.take()?;
+        let error = self.error();
+        let of_states = self.error_beyond_rounding(h, error);
+        self.directions = Some(directions);
+        let pattern = &self.problem.system.signature().jacobian;
+        let jacobian = self.stepper.jacobian.as_ref();
+        let row = self.algebraic.weakened_equation(pattern, jacobian, self.sizes.as_ref())?;
+        (of_states <= 1.0).then_some(row)
     }
 
     /// Linearises at the end of the step; ends the sensitivities where ∂f_a/∂y_a is singular there.

@@ -125,7 +125,7 @@ fn lines(text: &str, tokens: &[Token]) -> Vec<Line> {
                     code.iter().take_while(|p| p.token.kind == TokenKind::CloseBrace).count();
                 let before = depth.saturating_sub(closing);
                 // A parenthesis that closes an item's lines stands under the item.
-                let closes = code.first().is_some_and(|p| p.token.kind == TokenKind::CloseParen);
+                let closes = code.first().is_some_and(|p| p.token.kind == TokenKind::Close);
                 let deeper = if continued && !closes { CONTINUED } else { 0 };
                 line.indent = INDENT * before.min(DEEPEST) + deeper;
                 for placed in &code {

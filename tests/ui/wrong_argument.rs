@@ -1,0 +1,5 @@
+//! Arguments have a form.
+
+dgd::model!(tank.dgd);
+
+fn main() {}
