@@ -83,9 +83,12 @@ fn values(system: &Interpreted) -> BTreeMap<String, f64> {
     let mut f = vec![0.0; y.len()];
     system.rhs(at, &mut f);
     let rows: Vec<String> = (signature.unknowns.iter().zip(signature.equations.iter()))
-        .map(|(unknown, equation)| match unknown.differential {
-            true => format!("der({})", unknown.name),
-            false => format!("equation {equation}"),
+        .map(|(unknown, equation)| {
+            if unknown.differential {
+                format!("der({})", unknown.name)
+            } else {
+                format!("equation {equation}")
+            }
         })
         .collect();
     values.extend(rows.iter().cloned().zip(f));
@@ -123,7 +126,9 @@ fn shuffled(items: &mut [Item], noise: &mut Noise) {
     }
     for item in items {
         if let ItemKind::Variant { choices, .. } = &mut item.kind {
-            choices.iter_mut().for_each(|choice| shuffled(&mut choice.items, noise));
+            for choice in choices {
+                shuffled(&mut choice.items, noise);
+            }
         }
     }
 }
@@ -136,7 +141,9 @@ fn the_order_of_items_does_not_matter() {
         let expected = values(&interpreted(&asts));
         for _ in 0..5 {
             let mut other = asts.clone();
-            other.iter_mut().for_each(|ast| shuffled(&mut ast.items, &mut noise));
+            for ast in &mut other {
+                shuffled(&mut ast.items, &mut noise);
+            }
             // Sums may be taken in another order: a few roundings, enlarged where terms cancel.
             compare(&path, &expected, &values(&interpreted(&other)), 1e-10);
         }

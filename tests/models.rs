@@ -128,6 +128,12 @@ fn dense(pattern: &Pattern, values: &[f64], rows: usize, column: usize) -> Vec<f
     dense
 }
 
+/// A matrix by its non-zeros.
+type Matrix<'a> = (&'a Pattern, &'a [f64]);
+
+/// The numbers of a place that are moved.
+type Moved = fn(&mut At) -> &mut Vec<f64>;
+
 /// Every derivative of a system at a point against differences of what it is the derivative of.
 fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
     let signature = system.signature().clone();
@@ -156,17 +162,20 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
     let (mut dwdp, mut dwdt) = (vec![0.0; by_p.len()], vec![0.0; n_w]);
     system.output_jacobians(at.point(), &mut dwdy, &mut dwdu, &mut dwdp, &mut dwdt);
 
-    type Moved = fn(&mut At) -> &mut Vec<f64>;
     let mut parameter_jacobian = vec![0.0; signature.parameter_jacobian.len()];
     system.parameter_jacobian(at.point(), &mut parameter_jacobian);
     let mut input_jacobian = vec![0.0; signature.input_jacobian.len()];
     system.input_jacobian(at.point(), &mut input_jacobian);
-    let cases: [(&str, Moved, &Pattern, &[f64], &Pattern, &[f64]); 3] = [
-        ("y", |at| &mut at.y, &signature.jacobian, &jacobian, by_y, &dwdy),
-        ("u", |at| &mut at.u, &signature.input_jacobian, &input_jacobian, by_u, &dwdu),
-        ("p", |at| &mut at.p, &signature.parameter_jacobian, &parameter_jacobian, by_p, &dwdp),
+    let cases: [(&str, Moved, [Matrix<'_>; 2]); 3] = [
+        ("y", |at| &mut at.y, [(&signature.jacobian, &jacobian), (by_y, &dwdy)]),
+        ("u", |at| &mut at.u, [(&signature.input_jacobian, &input_jacobian), (by_u, &dwdu)]),
+        (
+            "p",
+            |at| &mut at.p,
+            [(&signature.parameter_jacobian, &parameter_jacobian), (by_p, &dwdp)],
+        ),
     ];
-    for (array, moved, f_pattern, f_values, w_pattern, w_values) in cases {
+    for (array, moved, [(f_pattern, f_values), (w_pattern, w_values)]) in cases {
         for column in 0..moved(&mut at.clone()).len() {
             let x = moved(&mut at.clone())[column];
             let shifted = |x: f64| {

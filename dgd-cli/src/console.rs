@@ -63,7 +63,7 @@ impl<'a> Console<'a> {
             CommandError::Diagnosed { diagnostics, sources } if self.is_json() => {
                 let entries: Vec<Value> =
                     diagnostics.iter().map(|diagnostic| entry(diagnostic, sources)).collect();
-                self.failed_json(&json!({ "diagnostics": entries }));
+                print_or_complain(&json!({ "diagnostics": entries }));
             }
             CommandError::Diagnosed { diagnostics, sources } => {
                 let all: Vec<&Diagnostic> = diagnostics.iter().collect();
@@ -73,20 +73,13 @@ impl<'a> Console<'a> {
             | CommandError::Usage(message)
             | CommandError::Computation(message) => {
                 if self.is_json() {
-                    self.failed_json(&json!({ "error": message }));
+                    print_or_complain(&json!({ "error": message }));
                 } else if self.is_coloured() {
                     complain(&format!("\u{1b}[1;31merror\u{1b}[0m: {message}"));
                 } else {
                     complain(&format!("error: {message}"));
                 }
             }
-        }
-    }
-
-    /// Prints to standard output, or complains where that is not possible.
-    fn failed_json(self, value: &Value) {
-        if let Err(error) = print(&format!("{value:#}\n")) {
-            complain(&error.to_string());
         }
     }
 
@@ -134,6 +127,13 @@ pub(crate) fn print(text: &str) -> Result<(), CommandError> {
             Err(CommandError::Found(format!("cannot write to standard output: {error}")))
         }
         _ => Ok(()),
+    }
+}
+
+/// Prints to standard output, or complains where that is not possible.
+fn print_or_complain(value: &Value) {
+    if let Err(error) = print(&format!("{value:#}\n")) {
+        complain(&error.to_string());
     }
 }
 

@@ -419,7 +419,9 @@ fn random_bytes_are_no_model_and_no_data() {
         let mut bytes = random_bytes(seed, 2000);
         if seed % 2 == 1 {
             // Printable ones get past the decoding of text.
-            bytes.iter_mut().for_each(|byte| *byte = b' ' + *byte % 95);
+            for byte in &mut bytes {
+                *byte = b' ' + *byte % 95;
+            }
         }
         fs::write(&file, &bytes).expect("the folder is writable");
         dgd(&["check", &file]).refused(1, &["random"]);

@@ -1,8 +1,10 @@
 //! A model whose names are looked up, whose units are checked and whose values are in SI.
 
 mod check_units;
+mod choose;
 mod define;
 mod expression;
+mod item;
 pub mod latex;
 mod resolve;
 pub mod text;

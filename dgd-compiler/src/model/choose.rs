@@ -1,0 +1,131 @@
+//! What is chosen and set from outside: variants' items put in place, settings checked.
+
+use std::collections::BTreeMap;
+
+use super::Variant;
+use super::define::{Definition, Scope};
+use super::resolve::{ModelOptions, Setting};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, suggestion};
+use crate::syntax::ast::{Choice, Expr, Item, ItemKind, Name};
+
+/// Puts the chosen variants' items in place.
+pub(super) fn choose<'a>(
+    items: &'a [Item],
+    options: &ModelOptions,
+    chosen_items: &mut Vec<&'a Item>,
+    variants: &mut Vec<Variant>,
+    diagnostics: &mut Diagnostics,
+) {
+    for item in items {
+        let ItemKind::Variant { name, choices } = &item.kind else {
+            chosen_items.push(item);
+            continue;
+        };
+        if variants.iter().any(|v| v.name == name.text) {
+            diagnostics.error(Diagnostic::new(
+                Code::E202,
+                name.span,
+                format!("two variants are called `{}`", name.text),
+            ));
+            continue;
+        }
+        for (i, choice) in choices.iter().enumerate() {
+            let name = &choice.name;
+            if let Some(first) = choices[..i].iter().find(|first| first.name.text == name.text) {
+                let message = format!("two choices are called `{}`", name.text);
+                diagnostics.error(
+                    Diagnostic::new(Code::E202, name.span, message)
+                        .label(first.name.span, "first here"),
+                );
+            }
+        }
+        let chosen = chosen_of(name, choices, options, diagnostics);
+        variants.push(Variant {
+            name: name.text.clone(),
+            choices: choices.iter().map(|choice| choice.name.text.clone()).collect(),
+            chosen,
+        });
+        if let Some(choice) = choices.get(chosen) {
+            choose(&choice.items, options, chosen_items, variants, diagnostics);
+        }
+    }
+}
+
+fn chosen_of(
+    variant: &Name,
+    choices: &[Choice],
+    options: &ModelOptions,
+    diagnostics: &mut Diagnostics,
+) -> usize {
+    let Some((_, wanted)) = options.variants.iter().rev().find(|(v, _)| v.text == variant.text)
+    else {
+        return 0;
+    };
+    choices.iter().position(|choice| choice.name.text == wanted.text).unwrap_or_else(|| {
+        diagnostics.error(unknown_choice(
+            wanted,
+            &format!("variant `{}` has no choice `{}`", variant.text, wanted.text),
+            choices.iter().map(|choice| choice.name.text.as_str()),
+        ));
+        0
+    })
+}
+
+pub(super) fn unknown_choice<'a>(
+    at: &Name,
+    message: &str,
+    known: impl Iterator<Item = &'a str>,
+) -> Diagnostic {
+    let known: Vec<&str> = known.collect();
+    let diagnostic = Diagnostic::new(Code::E207, at.span, message);
+    if known.is_empty() {
+        return diagnostic.help("this model has no variants");
+    }
+    diagnostic.help(match suggestion(&at.text, known.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("there is `{}`", known.join("`, `")),
+    })
+}
+
+/// Settings by name, each of something that can be set.
+pub(super) fn check_settings<'a>(
+    settings: &'a [Setting],
+    scope: &Scope<'a>,
+    diagnostics: &mut Diagnostics,
+) -> BTreeMap<&'a str, &'a Expr> {
+    let mut checked = BTreeMap::new();
+    for Setting { name, value } in settings {
+        let entry = scope.names.get(name.text.as_str()).map(|entry| entry.definition);
+        match entry {
+            Some(
+                Definition::Constant(_) | Definition::Parameter(_) | Definition::Unknown { .. },
+            ) => {
+                checked.insert(name.text.as_str(), value);
+            }
+            Some(other) => {
+                diagnostics.error(cannot_be_set(name, other.noun()));
+            }
+            None if scope.outputs.contains_key(name.text.as_str()) => {
+                diagnostics.error(cannot_be_set(name, "an output"));
+            }
+            None => {
+                let mut diagnostic = Diagnostic::new(
+                    Code::E201,
+                    name.span,
+                    format!("nothing is called `{}`", name.text),
+                );
+                if let Some(near) = suggestion(&name.text, scope.names.keys().copied()) {
+                    diagnostic.help = Some(format!("did you mean `{near}`?"));
+                }
+                diagnostics.error(diagnostic);
+            }
+        }
+    }
+    checked
+}
+
+fn cannot_be_set(name: &Name, noun: &str) -> Diagnostic {
+    let message = format!("`{}` is {noun}, which cannot be set", name.text);
+    Diagnostic::new(Code::E205, name.span, message)
+        .help("set a constant, a parameter or the start value of a state")
+}

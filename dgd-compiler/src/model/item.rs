@@ -1,0 +1,323 @@
+//! Parameters, unknowns, outputs and equations: one item at a time.
+
+use super::Declared;
+use super::define::Definition;
+use super::expression::unit_of;
+use super::resolve::{Reading, Resolver};
+use super::{Equation, Output, Parameter, Unknown};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::expr::{ExprId, Symbol};
+use crate::source::Span;
+use crate::syntax::ast::{Attribute, AttributeKind, Expr, Item, Name, Unit as WrittenUnit};
+use crate::units::{Unit, describe};
+
+impl<'a> Resolver<'a> {
+    pub(super) fn parameter(
+        &mut self,
+        item: &Item,
+        name: &'a Name,
+        value: &'a Expr,
+        attributes: &'a [Attribute],
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Parameter, Reported> {
+        let declared = self.declared(item, name)?;
+        let unit = declared.unit.clone();
+        let set = self.settings.get(name.text.as_str()).copied();
+        let expr = set.unwrap_or(value);
+        let value = self.known(expr, &unit, Reading::Value, diagnostics);
+
+        let mut parameter = Parameter {
+            declared,
+            value: 0.0,
+            lower: f64::NEG_INFINITY,
+            upper: f64::INFINITY,
+            log: false,
+            fixed: false,
+            nominal: None,
+            prior: None,
+        };
+        let mut bounds_span = None;
+        for attribute in attributes {
+            match &attribute.kind {
+                AttributeKind::Bounds(lower, upper) => {
+                    bounds_span = Some(attribute.span);
+                    if let Some(lower) = lower {
+                        parameter.lower = self.known(lower, &unit, Reading::Value, diagnostics)?;
+                    }
+                    if let Some(upper) = upper {
+                        parameter.upper = self.known(upper, &unit, Reading::Value, diagnostics)?;
+                    }
+                }
+                AttributeKind::Log => parameter.log = true,
+                AttributeKind::Fixed => parameter.fixed = true,
+                AttributeKind::Nominal(nominal) => {
+                    parameter.nominal =
+                        Some(self.positive(nominal, &unit, "nominal size", diagnostics)?);
+                }
+                AttributeKind::PriorNormal(mean, std) => {
+                    let mean = self.known(mean, &unit, Reading::Value, diagnostics)?;
+                    let std =
+                        self.positive(std, &unit, "standard deviation of a prior", diagnostics)?;
+                    parameter.prior = Some((mean, std));
+                }
+                AttributeKind::Hold | AttributeKind::Linear | AttributeKind::Noise(_) => {}
+            }
+        }
+        parameter.value = value?;
+        check_bounds(&parameter, expr.span, bounds_span, diagnostics)?;
+        Ok(parameter)
+    }
+
+    fn positive(
+        &mut self,
+        expr: &'a Expr,
+        unit: &Unit,
+        what: &str,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<f64, Reported> {
+        let value = self.known(expr, unit, Reading::Size, diagnostics)?;
+        if value > 0.0 {
+            return Ok(value);
+        }
+        let message = format!("the {what} must be above zero");
+        Err(diagnostics.error(Diagnostic::new(Code::E505, expr.span, message)))
+    }
+
+    pub(super) fn unknown(
+        &mut self,
+        item: &Item,
+        name: &'a Name,
+        state: bool,
+        start: Option<&'a Expr>,
+        attributes: &'a [Attribute],
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Unknown, Reported> {
+        let declared = self.declared(item, name)?;
+        let unit = declared.unit.clone();
+        let start = match self.settings.get(name.text.as_str()).copied().or(start) {
+            None => self.lowering.graph.constant(0.0),
+            Some(expr) => {
+                let typed = self.in_unit(expr, &unit, Reading::Value, diagnostics)?;
+                self.check_start(typed.id, expr, diagnostics)?;
+                typed.id
+            }
+        };
+        let mut nominal = None;
+        let mut fixed = false;
+        for attribute in attributes {
+            match &attribute.kind {
+                AttributeKind::Nominal(expr) => {
+                    nominal = Some(self.positive(expr, &unit, "nominal size", diagnostics)?);
+                }
+                AttributeKind::Fixed => fixed = true,
+                AttributeKind::Bounds(..)
+                | AttributeKind::Log
+                | AttributeKind::PriorNormal(..)
+                | AttributeKind::Hold
+                | AttributeKind::Linear
+                | AttributeKind::Noise(_) => {}
+            }
+        }
+        Ok(Unknown { declared, state, start, fixed, nominal })
+    }
+
+    fn check_start(
+        &self,
+        start: ExprId,
+        expr: &Expr,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), Reported> {
+        let graph = &self.lowering.graph;
+        let depends =
+            |s: &Symbol| matches!(s, Symbol::Unknown(_) | Symbol::Derivative(_) | Symbol::Time);
+        if let Some(symbol) = graph.symbols(start).into_iter().find(depends) {
+            let culprit = self.quoted_name(symbol).unwrap_or_else(|| "an unknown".to_owned());
+            return Err(diagnostics.error(
+                Diagnostic::new(
+                    Code::E503,
+                    expr.span,
+                    format!("this start value depends on {culprit}, which is not known before"),
+                )
+                .help("use parameters, constants and inputs, which are known at the start"),
+            ));
+        }
+        match self.lowering.number(start) {
+            Some(value) if !value.is_finite() => Err(diagnostics.error(Diagnostic::new(
+                Code::E504,
+                expr.span,
+                format!("this comes to {value}, which is no finite number"),
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    pub(super) fn output(
+        &mut self,
+        item: &Item,
+        (name, unit): (&'a Name, Option<&'a WrittenUnit>),
+        value: Option<&'a Expr>,
+        attributes: &'a [Attribute],
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Output, Reported> {
+        let own_unit = unit.map(|unit| unit_of(Some(unit), diagnostics)).transpose()?;
+        let (value, unit) = match value {
+            Some(expr) => {
+                let unit = own_unit.unwrap_or_else(Unit::one);
+                (self.in_unit(expr, &unit, Reading::Value, diagnostics)?.id, unit)
+            }
+            None => self.unknown_read(name, own_unit, diagnostics)?,
+        };
+        let mut noise = None;
+        for attribute in attributes {
+            if let AttributeKind::Noise(expr) = &attribute.kind {
+                noise = Some(self.positive(expr, &unit, "noise", diagnostics)?);
+            }
+        }
+        let declared =
+            Declared { name: name.text.clone(), span: name.span, unit, doc: item.doc.clone() };
+        Ok(Output { declared, value, noise })
+    }
+
+    /// What an output without `=` reads: the unknown of its name.
+    fn unknown_read(
+        &mut self,
+        name: &Name,
+        own_unit: Option<Unit>,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(ExprId, Unit), Reported> {
+        let entry = self.lowering.scope.names.get(name.text.as_str()).cloned();
+        let Some(entry) = entry else {
+            return Err(diagnostics.error(
+                Diagnostic::new(
+                    Code::E201,
+                    name.span,
+                    format!("output `{}` reads nothing: no unknown has its name", name.text),
+                )
+                .help(format!("say what it reads: `output {} = …`", name.text)),
+            ));
+        };
+        let Definition::Unknown { index, .. } = entry.definition else {
+            return Err(diagnostics.error(
+                Diagnostic::new(
+                    Code::E205,
+                    name.span,
+                    format!(
+                        "output `{}` reads nothing: `{}` is {}, not an unknown",
+                        name.text,
+                        name.text,
+                        entry.definition.noun()
+                    ),
+                )
+                .label(entry.span, "declared here")
+                .help(format!("say what it reads: `output {} = …`", name.text)),
+            ));
+        };
+        let declared = entry.unit.unwrap_or_else(|| Ok(Unit::one()))?;
+        let unit = own_unit.unwrap_or_else(|| declared.clone());
+        if unit.dimension != declared.dimension {
+            return Err(diagnostics.error(
+                Diagnostic::new(
+                    Code::E302,
+                    name.span,
+                    format!(
+                        "output `{}` is declared in {}, but the unknown is in {}",
+                        name.text, unit.symbol, declared.symbol
+                    ),
+                )
+                .label(entry.span, "the unknown is declared here"),
+            ));
+        }
+        Ok((self.lowering.graph.symbol(Symbol::Unknown(index)), unit))
+    }
+
+    pub(super) fn equation(
+        &mut self,
+        item: &Item,
+        label: &Name,
+        (left, right): (&'a Expr, &'a Expr),
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Equation, Reported> {
+        let a = self.lowering.value(left, diagnostics);
+        let b = self.lowering.value(right, diagnostics);
+        let (a, b) = (a?, b?);
+        if a.dim.with(b.dim).is_none() {
+            let (l, r) = (describe(a.dim.dimension()), describe(b.dim.dimension()));
+            return Err(diagnostics.error(
+                Diagnostic::new(
+                    Code::E302,
+                    left.span,
+                    format!("the sides of equation `{}` are in {l} and {r}", label.text),
+                )
+                .here(format!("this is in {l}"))
+                .label(right.span, format!("this is in {r}")),
+            ));
+        }
+        Ok(Equation {
+            label: label.text.clone(),
+            span: item.span,
+            doc: item.doc.clone(),
+            left: a.id,
+            right: b.id,
+        })
+    }
+}
+
+fn check_bounds(
+    parameter: &Parameter,
+    value_span: Span,
+    bounds_span: Option<Span>,
+    diagnostics: &mut Diagnostics,
+) -> Result<(), Reported> {
+    let Parameter { declared, value, lower, upper, .. } = parameter;
+    let shown = |si: f64| crate::expr::display::number(declared.unit.from_si(si));
+    let mut sound = Ok(());
+    if let Some(span) = bounds_span {
+        let empty = match (lower, upper) {
+            (l, u) if l > u => {
+                let unit = &declared.unit.symbol;
+                Some(format!("from {} {unit} to {} {unit}", shown(*l), shown(*u)))
+            }
+            _ => None,
+        };
+        if let Some(range) = empty {
+            sound = Err(diagnostics.error(
+                Diagnostic::new(
+                    Code::E502,
+                    span,
+                    format!("the bounds of `{}` leave nothing: {range}", declared.name),
+                )
+                .help("write the smaller bound first"),
+            ));
+        } else if value < lower || value > upper {
+            let (bound, side) = if value < lower { (lower, "below") } else { (upper, "above") };
+            sound = Err(diagnostics.error(
+                Diagnostic::new(
+                    Code::E501,
+                    value_span,
+                    format!(
+                        "`{}` = {} {u} is {side} its bound of {} {u}",
+                        declared.name,
+                        shown(*value),
+                        shown(*bound),
+                        u = declared.unit.symbol,
+                    ),
+                )
+                .label(span, "bounds declared here"),
+            ));
+        }
+    }
+    if parameter.log && *value <= 0.0 {
+        sound = Err(diagnostics.error(
+            Diagnostic::new(
+                Code::E506,
+                value_span,
+                format!(
+                    "`{}` is estimated by its logarithm, so it must be above zero",
+                    declared.name
+                ),
+            )
+            .help("leave out `log`, or give a positive value"),
+        ));
+    }
+    sound
+}
