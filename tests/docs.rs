@@ -316,7 +316,8 @@ fn words(line: &str) -> Vec<String> {
 #[test]
 fn command_lines_are_understood() {
     check_blocks("sh", |block| {
-        block.text().lines().try_for_each(|line| {
+        let joined = block.text().replace("\\\n", "");
+        joined.lines().try_for_each(|line| {
             let own = ["dgd ", "cargo run --release -- "];
             let Some(arguments) = own.iter().find_map(|start| line.strip_prefix(start)) else {
                 return Ok(());
@@ -364,9 +365,12 @@ fn unit_line(row: &Row) -> String {
         Prefixes::None => "",
     };
     let (up, down) = row.factor;
-    let mut si = format!("{} {}", six_digits(up / down), describe(row.dimension));
+    let base = describe(row.dimension);
+    // 60 m, 0.01, 0.1 /s
+    let base = base.strip_prefix('1').unwrap_or(&base);
+    let mut si = format!("{} {base}", six_digits(up / down)).trim_end().to_owned();
     if row.offset != 0.0 {
-        let _ = write!(si, ", from {} K", six_digits(row.offset));
+        let _ = write!(si, ", from {} {base}", six_digits(row.offset));
     }
     let datum = match row.datum {
         Some(Datum::Absolute) => "; absolute",
@@ -391,8 +395,10 @@ fn reference_page() -> String {
         page += &unit_line(row);
     }
     page += "\nThe prefixes:\n\n| prefix | factor |\n|---|---|\n";
-    for (symbol, up, down) in PREFIXES {
-        let _ = writeln!(page, "| `{symbol}` | {:e} |", up / down);
+    for same in PREFIXES.chunk_by(|a, b| (a.1, a.2) == (b.1, b.2)) {
+        let spellings: Vec<String> =
+            same.iter().map(|(symbol, ..)| format!("`{symbol}`")).collect();
+        let _ = writeln!(page, "| {} | {:e} |", spellings.join(", "), same[0].1 / same[0].2);
     }
     page += "\n## Functions\n\n| function | units | is |\n|---|---|---|\n";
     for function in INTRINSICS {

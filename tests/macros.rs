@@ -1,8 +1,8 @@
 //! `dgd::model!` as rustc shows it: one error for a model with mistakes, none for its uses.
+//!
+//! Sound models are compiled and run by the other tests.
 
 #[test]
-fn mistakes_are_one_error_and_sound_models_run() {
-    let cases = trybuild::TestCases::new();
-    cases.pass("tests/ui/pass/*.rs");
-    cases.compile_fail("tests/ui/*.rs");
+fn a_mistake_in_a_model_is_one_error() {
+    trybuild::TestCases::new().compile_fail("tests/ui/*.rs");
 }

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use dgd_compiler::dae::{Dae, assemble};
+use dgd_compiler::diagnostics::{Diagnostics, Reported};
 use dgd_compiler::model::{Declared, Interpolation, Model, Variant, resolve};
 use dgd_compiler::pipeline::Directions;
 use serde_json::{Value, json};
@@ -30,12 +31,17 @@ pub(crate) fn run(args: &CheckArgs, console: Console<'_>) -> Result<(), CommandE
             let mut other = options.clone();
             let variant = session.name("--variant", name);
             other.variants.push((variant, session.name("--variant", choice)));
-            let checked = resolve(&compiled.asts, &other, &mut session.diagnostics)
-                .and_then(|model| assemble(&model, &mut session.diagnostics));
-            if let Err(reported) = checked {
-                return Err(session.fail(reported));
+            let mut own = Diagnostics::default();
+            // Mistakes are collected: one choice's say nothing about the next.
+            let _: Result<_, Reported> = resolve(&compiled.asts, &other, &mut own)
+                .and_then(|model| assemble(&model, &mut own));
+            for diagnostic in own.sorted() {
+                session.diagnostics.error(diagnostic.clone());
             }
         }
+    }
+    if let Err(reported) = session.diagnostics.check() {
+        return Err(session.fail(reported));
     }
 
     if console.is_json() {

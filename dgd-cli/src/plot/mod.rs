@@ -184,6 +184,6 @@ mod tests {
     #[test]
     fn the_grid_suits_the_number_of_panels() {
         let columns: Vec<usize> = (0..10).map(columns_for).collect();
-        assert_eq!(columns, [1, 1, 1, 1, 2, 2, 2, 3, 3, 3]);
+        assert_eq!(columns, [1, 1, 1, 1, 2, 2, 2, 2, 2, 3]);
     }
 }

@@ -33,6 +33,7 @@ pub fn write(model: &Model) -> String {
         if parameter.lower.is_finite() || parameter.upper.is_finite() {
             let end = |x: f64| if x.is_finite() { number(x) } else { String::new() };
             let _ = write!(content, " in {} .. {}", end(parameter.lower), end(parameter.upper));
+            content.truncate(content.trim_end().len());
         }
         for (flag, word) in [(parameter.log, ", log"), (parameter.fixed, ", fixed")] {
             if flag {
