@@ -174,10 +174,10 @@ pub(crate) struct RunArgs {
     /// Where start values come from
     #[arg(long, value_enum, default_value_t = Start::Model)]
     pub start: Start,
-    /// First time, s [default: the data's]
+    /// First time, s since the data's first sample [default: 0]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub from: Option<f64>,
-    /// Last time, s [default: the data's]
+    /// Last time, s since the data's first sample [default: the data's last]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub until: Option<f64>,
     /// Time between rows, s [default: the data's rows]

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::console::Console;
 use crate::data::write_whole;
 use crate::failure::CommandError;
 use crate::plot::{Figure, Panel, Series, Style, Text, render_png, render_svg};
@@ -73,12 +74,14 @@ pub(crate) fn verify_formats(paths: &[PathBuf]) -> Result<(), CommandError> {
 }
 
 /// Draws a figure into a file.
-pub(crate) fn save(figure: &Figure, path: &Path) -> Result<(), CommandError> {
+pub(crate) fn save(figure: &Figure, path: &Path, console: Console<'_>) -> Result<(), CommandError> {
     let bytes = match picture(path)? {
         Picture::Svg => render_svg(figure).into_bytes(),
         Picture::Png => {
             render_png(figure).map_err(|error| CommandError::Found(error.to_string()))?
         }
     };
-    Ok(write_whole(path, |out| out.write_all(&bytes))?)
+    write_whole(path, |out| out.write_all(&bytes))?;
+    console.remark(&format!("drew {}", path.display()));
+    Ok(())
 }

@@ -37,6 +37,7 @@ pub(crate) fn write(
         .collect();
     if let Some(path) = console.out() {
         save_table(path, Some(times), &written)?;
+        console.remark(&format!("wrote {} ({} rows)", path.display(), times.len()));
         if console.is_json() {
             return print(&format!("{details:#}\n"));
         }

@@ -18,7 +18,7 @@ use crate::describe::signature;
 pub struct Interpreted {
     program: Arc<Program>,
     signature: Arc<Signature>,
-    /// Position in `program.functions` of each kind, in the order of [`FunctionKind`].
+    /// Values of the function being evaluated.
     registers: RefCell<Vec<f64>>,
 }
 

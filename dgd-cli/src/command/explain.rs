@@ -12,7 +12,7 @@ pub(crate) fn run(args: &ExplainArgs, console: Console<'_>) -> Result<(), Comman
     let Some(code) = Code::from_text(&args.code) else {
         let (first, last) = (CODES[0].code, CODES[CODES.len() - 1].code);
         return Err(CommandError::Usage(format!(
-            "there is no code `{}`; codes go from {first} to {last}, see docs/errors.md",
+            "there is no code `{}`; codes go from {first} to {last}, as in `dgd explain E301`",
             args.code
         )));
     };

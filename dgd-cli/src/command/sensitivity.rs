@@ -43,7 +43,7 @@ pub(crate) fn run(args: &SensitivityArgs, console: Console<'_>) -> Result<(), Co
         let subjects = subjects(&run, &solution, &observations, &of, &pairs);
         let figure = figure::panels(&subjects);
         for path in &args.run.plot {
-            figure::save(&figure, path)?;
+            figure::save(&figure, path, console)?;
         }
     }
     let mut details = json!({
@@ -95,10 +95,15 @@ fn load(args: &SensitivityArgs) -> Result<(Loaded, Vec<Of>), CommandError> {
         }
         let message = format!("no state and no output is called `{}`", name.text);
         let unknowns = program.unknowns.iter().map(|x| x.name.as_str());
-        let outputs = program.outputs.iter().map(|x| x.name.as_str());
-        let near = suggestion(&name.text, unknowns.chain(outputs));
-        let help = near.map(|near| format!("did you mean `{near}`?"));
-        let diagnostic = Diagnostic::new(Code::E201, name.span, message).maybe_help(help);
+        // An output may bear the name of its unknown.
+        let others = program.outputs.iter().map(|x| x.name.as_str());
+        let known: Vec<&str> =
+            unknowns.chain(others.filter(|name| unknown(name).is_none())).collect();
+        let help = match suggestion(&name.text, known.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("there is `{}`", known.join("`, `")),
+        };
+        let diagnostic = Diagnostic::new(Code::E201, name.span, message).help(help);
         session.diagnostics.error(diagnostic);
     }
     if session.diagnostics.check().is_err() {

@@ -27,7 +27,7 @@ pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), Comma
     let columns = columns(&run, &solution, &observations);
     let figure = figure::panels(&subjects(&run, &solution, &observations));
     for path in &args.run.plot {
-        figure::save(&figure, path)?;
+        figure::save(&figure, path, console)?;
     }
     let details = json!({
         "model": run.signature().name,

@@ -34,6 +34,29 @@ impl Dim {
     }
 }
 
+/// A dimension in a sentence.
+fn named(dimension: Dimension) -> String {
+    if dimension == Dimension::ONE {
+        "a plain number".to_owned()
+    } else {
+        format!("`{}`", describe(dimension))
+    }
+}
+
+/// What completes "this is …".
+pub(super) fn being(dimension: Dimension) -> String {
+    if dimension == Dimension::ONE {
+        "a plain number".to_owned()
+    } else {
+        format!("in `{}`", describe(dimension))
+    }
+}
+
+/// What to say at a place about its dimension.
+pub(super) fn this_is(dimension: Dimension) -> String {
+    format!("this is {}", being(dimension))
+}
+
 /// Two things that must have one unit; `doing` completes "cannot …".
 pub(super) fn same(
     doing: &str,
@@ -41,10 +64,9 @@ pub(super) fn same(
     (b, b_span): (Dim, Span),
 ) -> Result<Dim, Diagnostic> {
     a.with(b).ok_or_else(|| {
-        let (a, b) = (describe(a.dimension()), describe(b.dimension()));
-        Diagnostic::new(Code::E301, b_span, format!("cannot {doing} {a} and {b}"))
-            .here(format!("this is in {b}"))
-            .label(a_span, format!("this is in {a}"))
+        let (a, b) = (a.dimension(), b.dimension());
+        let message = format!("cannot {doing} {} and {}", named(a), named(b));
+        Diagnostic::new(Code::E301, b_span, message).here(this_is(b)).label(a_span, this_is(a))
     })
 }
 
@@ -66,13 +88,12 @@ pub(super) fn power(
     span: Span,
 ) -> Result<Dim, Diagnostic> {
     if exponent.dimension() != Dimension::ONE {
-        let unit = describe(exponent.dimension());
         return Err(Diagnostic::new(
             Code::E303,
             exponent_span,
             "an exponent must be a plain number",
         )
-        .here(format!("this is in {unit}")));
+        .here(this_is(exponent.dimension())));
     }
     let base = base.dimension();
     if base == Dimension::ONE {
@@ -82,9 +103,9 @@ pub(super) fn power(
         return Err(Diagnostic::new(
             Code::E303,
             base_span,
-            format!("{} to a power that is not a number has no unit", describe(base)),
+            format!("{} to a power that is not a number has no unit", named(base)),
         )
-        .here(format!("this is in {}", describe(base)))
+        .here(this_is(base))
         .label(exponent_span, "this varies")
         .help("divide the base by a reference value, so that it becomes a plain number"));
     };
@@ -92,9 +113,9 @@ pub(super) fn power(
         Diagnostic::new(
             Code::E303,
             exponent_span,
-            format!("{} to the power {value} has no unit", describe(base)),
+            format!("{} to the power {value} has no unit", named(base)),
         )
-        .label(base_span, format!("this is in {}", describe(base)))
+        .label(base_span, this_is(base))
         .help("divide the base by a reference value, so that it becomes a plain number")
     })?;
     base.power(fraction).map(Dim::Of).ok_or_else(|| too_large(span))
@@ -112,13 +133,12 @@ pub(super) fn call(
         UnitRule::Dimensionless => {
             for (dim, span) in arguments {
                 if dim.dimension() != Dimension::ONE {
-                    let unit = describe(dim.dimension());
                     return Err(Diagnostic::new(
                         Code::E304,
                         *span,
-                        format!("`{name}` needs a plain number, not {unit}"),
+                        format!("`{name}` needs a plain number, not {}", named(dim.dimension())),
                     )
-                    .here(format!("this is in {unit}")));
+                    .here(this_is(dim.dimension())));
                 }
             }
             Ok(Dim::ONE)

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use super::check_units::{self, Dim};
+use super::check_units::{self, Dim, being, this_is};
 use super::define::{Definition, Function, Scope};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::expr::intrinsics::{INTRINSICS, IntrinsicId};
 use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::source::Span;
 use crate::syntax::ast::{Argument, Expr, ExprKind, Factor, Name, Sign};
-use crate::units::{Dimension, Unit, describe, parse_unit};
+use crate::units::{Dimension, Unit, parse_unit};
 
 /// Functions open inside functions at most this deep, and nested brackets with them.
 const DEEPEST: usize = 512;
@@ -452,18 +452,20 @@ impl<'a> Lowering<'a> {
                 let unit = unit_of(argument.unit.as_ref(), diagnostics)?;
                 let wanted = Dim::Of(unit.dimension);
                 if typed.dim.with(wanted).is_none() {
-                    let found = describe(typed.dim.dimension());
+                    let found = typed.dim.dimension();
                     return Err(diagnostics.error(
                         Diagnostic::new(
                             Code::E302,
                             *span,
                             format!(
-                                "`{name}` takes `{}` in {}, not in {found}",
-                                argument.name.text, unit.symbol
+                                "`{name}` takes `{}` in `{}`, not {}",
+                                argument.name.text,
+                                unit.symbol,
+                                being(found)
                             ),
                         )
-                        .here(format!("this is in {found}"))
-                        .label(argument.name.span, format!("declared in {}", unit.symbol)),
+                        .here(this_is(found))
+                        .label(argument.name.span, format!("declared in `{}`", unit.symbol)),
                     ));
                 }
                 typed.dim = wanted;

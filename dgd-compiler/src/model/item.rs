@@ -1,6 +1,7 @@
 //! Parameters, unknowns, outputs and equations: one item at a time.
 
 use super::Declared;
+use super::check_units::{being, this_is};
 use super::define::Definition;
 use super::expression::unit_of;
 use super::resolve::{Reading, Resolver};
@@ -9,7 +10,7 @@ use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{ExprId, Symbol};
 use crate::source::Span;
 use crate::syntax::ast::{Attribute, AttributeKind, Expr, Item, Name, Unit as WrittenUnit};
-use crate::units::{Unit, describe};
+use crate::units::Unit;
 
 impl<'a> Resolver<'a> {
     pub(super) fn parameter(
@@ -95,7 +96,8 @@ impl<'a> Resolver<'a> {
         let declared = self.declared(item, name)?;
         let unit = declared.unit.clone();
         let start = match self.settings.get(name.text.as_str()).copied().or(start) {
-            None => self.lowering.graph.constant(0.0),
+            // Zero in the declared unit, which of °C is 273.15 K.
+            None => self.lowering.graph.constant(unit.to_si(0.0)),
             Some(expr) => {
                 let typed = self.in_unit(expr, &unit, Reading::Value, diagnostics)?;
                 self.check_start(typed.id, expr, diagnostics)?;
@@ -220,7 +222,7 @@ impl<'a> Resolver<'a> {
                     Code::E302,
                     name.span,
                     format!(
-                        "output `{}` is declared in {}, but the unknown is in {}",
+                        "output `{}` is declared in `{}`, but the unknown is in `{}`",
                         name.text, unit.symbol, declared.symbol
                     ),
                 )
@@ -241,15 +243,20 @@ impl<'a> Resolver<'a> {
         let b = self.lowering.value(right, diagnostics);
         let (a, b) = (a?, b?);
         if a.dim.with(b.dim).is_none() {
-            let (l, r) = (describe(a.dim.dimension()), describe(b.dim.dimension()));
+            let (l, r) = (a.dim.dimension(), b.dim.dimension());
             return Err(diagnostics.error(
                 Diagnostic::new(
                     Code::E302,
                     left.span,
-                    format!("the sides of equation `{}` are in {l} and {r}", label.text),
+                    format!(
+                        "the sides of equation `{}` are {} and {}",
+                        label.text,
+                        being(l),
+                        being(r)
+                    ),
                 )
-                .here(format!("this is in {l}"))
-                .label(right.span, format!("this is in {r}")),
+                .here(this_is(l))
+                .label(right.span, this_is(r)),
             ));
         }
         Ok(Equation {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::check_units::Dim;
+use super::check_units::{Dim, being, this_is};
 use super::choose::{check_settings, choose, unknown_choice};
 use super::define::{Definition, Scope, in_order};
 use super::expression::{Lowering, Typed, is_plain, unit_of};
@@ -13,7 +13,7 @@ use crate::source::Span;
 use crate::syntax::ast::{
     Ast, AttributeKind, Expr, Item, ItemKind, Name, Unit as WrittenUnit, UnknownKind,
 };
-use crate::units::{Unit, describe};
+use crate::units::Unit;
 
 /// What is chosen and set from outside the model file.
 #[derive(Debug, Clone, Default)]
@@ -249,14 +249,14 @@ impl<'a> Resolver<'a> {
             return Ok(Typed { id, dim: Dim::Of(unit.dimension) });
         }
         if typed.dim.with(Dim::Of(unit.dimension)).is_none() {
-            let found = describe(typed.dim.dimension());
+            let found = typed.dim.dimension();
             return Err(diagnostics.error(
                 Diagnostic::new(
                     Code::E302,
                     expr.span,
-                    format!("declared in {}, but the value is in {found}", unit.symbol),
+                    format!("declared in `{}`, but the value is {}", unit.symbol, being(found)),
                 )
-                .here(format!("this is in {found}")),
+                .here(this_is(found)),
             ));
         }
         // A size given with a unit of its own: 0.5 °C is half a kelvin.

@@ -380,7 +380,7 @@ fn character_help(piece: &str) -> Option<&'static str> {
     Some(match piece.chars().next()? {
         ';' => "an item ends with its line, without a mark",
         '&' => "conditions are joined by `and`",
-        '|' => "conditions are joined by `or`",
+        '|' => "an absolute value is `abs(x)`; conditions are joined by `or`",
         '!' => "the opposite of a condition is `not (…)`",
         '_' => "a name begins with a letter",
         '\'' | '“' | '”' | '„' => "texts stand between `\"`",

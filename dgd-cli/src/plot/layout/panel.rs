@@ -26,6 +26,8 @@ pub(super) struct PlacedPanel<'a> {
 pub(super) struct Header {
     title: Vec<Text>,
     legend: Option<legend::Rows>,
+    /// Room between title and legend.
+    between: f64,
     pub(super) height: f64,
     /// Free above the axes: the power of ten may need a line of its own.
     lift: f64,
@@ -97,9 +99,13 @@ impl<'a> PlacedPanel<'a> {
         let common = font.width(&self.y.common, TICK_SIZE);
         let is_beside = lowest.is_some_and(|width| common + TEXT_GAP <= 0.5 * (size.0 - width));
         let lift = if common > 0.0 && !is_beside { LINE_HEIGHT * TICK_SIZE } else { 0.0 };
+        // Subscripts of the title reach down to the legend.
+        let between = if rows.is_some() && !title.is_empty() { HEADER_GAP } else { 0.0 };
         let lines = title.len() as f64 * LINE_HEIGHT * TITLE_SIZE
+            + between
             + rows.as_ref().map_or(0.0, legend::Rows::height);
-        self.header = Header { height: lines + lift + HEADER_GAP, title, legend: rows, lift };
+        let height = lines + lift + HEADER_GAP;
+        self.header = Header { height, title, legend: rows, between, lift };
     }
 
     /// Draws the panel with the upper left corner of its axes at `origin`.
@@ -180,13 +186,14 @@ impl<'a> PlacedPanel<'a> {
     }
 
     fn draw_header(&self, font: &Font, origin: Point, size: Point, marks: &mut Vec<Mark>) {
-        let Header { title, legend, height: _, lift } = &self.header;
+        let Header { title, legend, between, height: _, lift } = &self.header;
         let middle = origin.0 + 0.5 * size.0;
         let mut base = origin.1 - HEADER_GAP - lift;
         if let Some(rows) = legend {
             base -= rows.height();
             rows.draw(font, middle, base, marks);
         }
+        base -= between;
         for line in title.iter().rev() {
             marks.push(text(line.clone(), (middle, base), Anchor::Middle, TITLE_SIZE));
             base -= LINE_HEIGHT * TITLE_SIZE;
