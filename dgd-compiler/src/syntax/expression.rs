@@ -19,7 +19,7 @@
 
 use super::ast::{Comparison, Expr, ExprKind, Factor, Sign, Unit};
 use super::lexical::{RESERVED, TokenKind};
-use super::tokens::{Parsed, Tokens, name, not_yet, word};
+use super::tokens::{CLOSE, Parsed, Tokens, name, not_yet, word};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::source::Span;
 
@@ -326,7 +326,7 @@ pub(crate) fn close(open: Span, input: Tokens<'_>) -> Parsed<'_, Span> {
             Diagnostic::new(Code::E115, open, "this `(` is not closed")
                 .label(input.span(), "expected `)`"),
         ),
-        Some(_) => input.expected("`)` or an operator"),
+        Some(_) => input.expected(CLOSE),
     }
 }
 

@@ -8,8 +8,9 @@ use nom::sequence::preceded;
 use super::ast::{Argument, Attribute, AttributeKind, Expr, ItemKind, Name, Unit, UnknownKind};
 use super::expression::{close, expression, optional_unit};
 use super::lexical::TokenKind;
-use super::tokens::{OPERATOR, Parsed, Tokens, name, not_yet, token, word};
+use super::tokens::{DECIMAL_POINT, OPERATOR, Parsed, Tokens, name, not_yet, token, word};
 use crate::diagnostics::{Code, Diagnostic, suggestion};
+use crate::units::parse_unit;
 
 /// Reads an item behind its keyword.
 type Rule = for<'a> fn(Tokens<'a>) -> Parsed<'a, ItemKind>;
@@ -274,10 +275,14 @@ fn attributes<'a>(
 }
 
 fn attribute<'a>(allowed: &[&str], what: &str, input: Tokens<'a>) -> Parsed<'a, Attribute> {
+    let text = input.first_text();
+    if input.first() == Some(TokenKind::Number) {
+        let message = format!("expected an attribute, found the number `{text}`");
+        return input.wrong(Diagnostic::new(Code::E105, input.span(), message).help(DECIMAL_POINT));
+    }
     if input.first() != Some(TokenKind::Name) {
         return input.expected("an attribute");
     }
-    let text = input.first_text();
     let rule = ATTRIBUTES.iter().find(|(word, _)| *word == text);
     let Some((_, rule)) = rule.filter(|(word, _)| allowed.contains(word)) else {
         let message = match rule {
@@ -286,6 +291,9 @@ fn attribute<'a>(allowed: &[&str], what: &str, input: Tokens<'a>) -> Parsed<'a, 
         };
         let help = match suggestion(text, allowed.iter().copied()) {
             Some(word) => format!("did you mean `{word}`?"),
+            None if parse_unit(text).is_ok() => {
+                format!("a unit stands between brackets before the `=`: `[{text}]`")
+            }
             None if allowed.is_empty() => format!("{what} has no attributes"),
             None => format!("{what} can have: {}", allowed.join(", ")),
         };

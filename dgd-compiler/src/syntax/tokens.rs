@@ -75,6 +75,14 @@ impl<'a> Tokens<'a> {
         Span { source, start, end: rest.before.max(start) }
     }
 
+    /// Whether a digit stands directly before and behind the first token.
+    fn is_between_digits(&self) -> bool {
+        let Span { start, end, .. } = self.span();
+        let (before, behind) = (&self.text[..start as usize], &self.text[end as usize..]);
+        before.ends_with(|c: char| c.is_ascii_digit())
+            && behind.starts_with(|c: char| c.is_ascii_digit())
+    }
+
     /// How many tokens are left.
     pub(crate) fn len(&self) -> usize {
         self.left.len()
@@ -222,6 +230,12 @@ impl Stop<'_> {
             {
                 diagnostic.help("a product needs `*`; every item begins on its own line")
             }
+            Some(TokenKind::Comma) if at.is_between_digits() => diagnostic.help(DECIMAL_POINT),
+            Some(TokenKind::Name | TokenKind::Number | TokenKind::Open)
+                if expected == CLOSE && !RESERVED.contains(&text) =>
+            {
+                diagnostic.help("a product needs `*`")
+            }
             _ => diagnostic,
         }
     }
@@ -229,6 +243,12 @@ impl Stop<'_> {
 
 /// What can follow a complete expression.
 pub(crate) const OPERATOR: &str = "an operator or the end of the item";
+
+/// What to say of a comma inside a number.
+pub(crate) const DECIMAL_POINT: &str = "decimals are written with a point, such as `1.75`";
+
+/// What may follow a whole expression inside brackets.
+pub(crate) const CLOSE: &str = "`)` or an operator";
 
 /// The diagnostic for a construct of a later version.
 pub(crate) fn not_yet(span: Span, what: &str) -> Diagnostic {

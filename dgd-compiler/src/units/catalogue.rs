@@ -386,6 +386,38 @@ struct Found {
     digits: Exponent,
 }
 
+/// Words that are no units, without a plural's s, and what is meant by them.
+const SPELLED_OUT: &[(&str, &str)] = &[
+    ("sec", "s"),
+    ("second", "s"),
+    ("minute", "min"),
+    ("hour", "h"),
+    ("metre", "m"),
+    ("meter", "m"),
+    ("kilometre", "km"),
+    ("kilometer", "km"),
+    ("feet", "ft"),
+    ("foot", "ft"),
+    ("litre", "L"),
+    ("liter", "L"),
+    ("ltr", "L"),
+    ("gallon", "gal"),
+    ("barrel", "bbl"),
+    ("gram", "g"),
+    ("kilogram", "kg"),
+    ("pound", "lb"),
+    ("ton", "t"),
+    ("newton", "N"),
+    ("pascal", "Pa"),
+    ("joule", "J"),
+    ("watt", "W"),
+    ("volt", "V"),
+    ("kelvin", "K"),
+    ("celsiu", "degC"),
+    ("degree", "deg"),
+    ("percent", "%"),
+];
+
 fn look_up(factor: &unit::Factor) -> Result<Found, UnitError> {
     let whole = format!("{}{}", factor.symbol, factor.digits);
     let one = Exponent::new(1, 1);
@@ -399,8 +431,12 @@ fn look_up(factor: &unit::Factor) -> Result<Found, UnitError> {
     if let (Some((row, factor)), Some(digits)) = (find(symbol), digits) {
         return Ok(Found { row, factor, digits });
     }
+    let meant = SPELLED_OUT.iter().find(|(word, _)| whole.trim_end_matches('s') == *word);
     let spellings = all_spellings();
-    let suggestion = suggestion(&whole, spellings.iter().map(String::as_str)).map(str::to_owned);
+    let suggestion = match meant {
+        Some((_, symbol)) => Some((*symbol).to_owned()),
+        None => suggestion(&whole, spellings.iter().map(String::as_str)).map(str::to_owned),
+    };
     let kind = UnitErrorKind::Unknown { symbol: whole, suggestion };
     Err(UnitError { range: factor.range.clone(), kind })
 }
@@ -505,6 +541,18 @@ mod tests {
 
     /// Relative error of a product and a quotient of correctly rounded numbers.
     const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+    #[test]
+    fn spelled_out_units_lead_to_units() {
+        let units: Vec<_> =
+            SPELLED_OUT.iter().filter(|(word, _)| parse_unit(word).is_ok()).collect();
+        assert!(units.is_empty(), "these are units: {units:?}");
+        for (_, symbol) in SPELLED_OUT {
+            assert!(parse_unit(symbol).is_ok(), "`{symbol}` is no unit");
+        }
+        let error = parse_unit("kg/seconds").expect_err("no unit");
+        assert_eq!(error.help().as_deref(), Some("did you mean `s`?"));
+    }
 
     #[test]
     fn factors_follow_the_exact_definitions() {
