@@ -3,7 +3,7 @@
 use proc_macro2::{Ident, Span, TokenStream};
 use quote::quote;
 
-use super::{doc_attributes, identifier, number};
+use super::{doc_attributes, identifier, index, number};
 use crate::program::Program;
 use crate::units::{Unit, describe};
 
@@ -57,7 +57,7 @@ pub(super) fn structs(program: &Program) -> TokenStream {
 fn structure(name: &str, about: &str, fields: &[Field<'_>]) -> TokenStream {
     let name = Ident::new(name, Span::call_site());
     let about = format!(" {about} All in SI units.");
-    let len = fields.len();
+    let len = index(fields.len());
     let names: Vec<Ident> = fields.iter().map(|field| identifier(field.name)).collect();
     let docs = fields.iter().map(field_doc);
     let defaults = fields.iter().map(|field| number(field.default));

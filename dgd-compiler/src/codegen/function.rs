@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use proc_macro2::{Ident, Span, TokenStream};
 use quote::{format_ident, quote};
 
-use super::{identifier, number};
+use super::{identifier, index, number};
 use crate::expr::graph::Comparison;
 use crate::expr::intrinsics::Definition;
 use crate::program::{
@@ -60,7 +60,8 @@ pub(super) fn method(program: &Program, function: &Function, sources: &Sources) 
     let body = Body::new(program, function).statements();
     let body_statements = body.statements;
     let writes = function.results.iter().zip(&results).map(|(values, name)| {
-        let len = values.len();
+        let n = values.len();
+        let len = index(n);
         if function.kind == FunctionKind::Rhs {
             // One statement for each equation, with its place.
             let rows = values.iter().zip(&program.unknowns).enumerate().map(
@@ -69,14 +70,14 @@ pub(super) fn method(program: &Program, function: &Function, sources: &Sources) 
                     let left =
                         if unknown.differential { format!("der({})", unknown.name) } else { "0".to_owned() };
                     let file = &sources.get(unknown.span.source).name;
-                    let doc = format!(" `{}`: {left} =  ({file}:{line})", unknown.equation);
+                    let doc = format!(" `{}` ({file}:{line}): {left} =", unknown.equation);
                     let row = format_ident!("_row_{}", i);
                     let value = &body.pieces[value].tokens;
                     quote!(#[doc = #doc] let #row: f64 = #value;)
                 },
             );
             let rows: Vec<TokenStream> = rows.collect();
-            let names = (0..len).map(|i| format_ident!("_row_{}", i));
+            let names = (0..n).map(|i| format_ident!("_row_{}", i));
             return quote! { #(#rows)* *::dgd::__runtime::codegen::fixed_mut::<#len>(#name) = [#(#names),*]; };
         }
         let values = values.iter().map(|value| &body.pieces[value].tokens);
@@ -108,7 +109,7 @@ fn bind_arrays(program: &Program, function: &Function) -> Vec<TokenStream> {
     .into_iter()
     .filter(|(argument, _, _)| read(*argument))
     .map(|(argument, from, len)| {
-        let name = array(argument);
+        let (name, len) = (array(argument), index(len));
         quote!(let #name = ::dgd::__runtime::codegen::fixed::<#len>(#from);)
     })
     .collect()
@@ -227,7 +228,7 @@ fn piece_of(operation: Operation, pieces: &BTreeMap<ValueId, Piece>) -> Piece {
         }
         Operation::Time => atom(quote!(_at.t)),
         Operation::Load(argument, index) => {
-            let (array, index) = (array(argument), index as usize);
+            let (array, index) = (array(argument), super::index(index as usize));
             atom(quote!(#array[#index]))
         }
         Operation::Negate(a) => {

@@ -47,6 +47,7 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
     let n_s = program.directions.len();
     let storage = |len: usize| {
         if n <= LARGEST_ON_STACK {
+            let len = index(len);
             quote!([f64; #len])
         } else {
             quote!(::dgd::__runtime::codegen::HeapNumbers)
@@ -59,6 +60,7 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
     let jacobian = storage(nonzeros(crate::program::ResultKind::Jacobian));
     let dgdy = storage(nonzeros(crate::program::ResultKind::Dgdy));
     let factorisation = if n <= LARGEST_ON_STACK {
+        let n = index(n);
         quote!(::dgd::__runtime::linalg::FixedLu<#n>)
     } else {
         quote!(::dgd::__runtime::linalg::AutoLu)
@@ -109,6 +111,11 @@ fn is_keyword(name: &str) -> bool {
         "unsized", "use", "virtual", "where", "while", "yield",
     ];
     KEYWORDS.contains(&name)
+}
+
+/// A size or position, without the type that `quote` would put behind it.
+fn index(value: usize) -> proc_macro2::Literal {
+    proc_macro2::Literal::usize_unsuffixed(value)
 }
 
 /// A number as Rust spells it: the same bits when read back.

@@ -3,7 +3,7 @@
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::number;
+use super::{index, number};
 use crate::program::{Interpolation, Program, ResultKind};
 use crate::units::Unit;
 
@@ -73,7 +73,7 @@ pub(super) fn signature(program: &Program) -> TokenStream {
             }
         }
     });
-    let directions = &program.directions;
+    let directions = program.directions.iter().map(|position| index(*position));
     let pattern = |kind| pattern(program, kind);
     let jacobian = pattern(ResultKind::Jacobian);
     let dgdy = pattern(ResultKind::Dgdy);
@@ -120,8 +120,8 @@ fn optional(value: Option<f64>) -> TokenStream {
 
 fn pattern(program: &Program, kind: ResultKind) -> TokenStream {
     let places = program.patterns.get(&kind).map_or(&[][..], Vec::as_slice);
-    let rows = places.iter().map(|(row, _)| row);
-    let columns = places.iter().map(|(_, column)| column);
+    let rows = places.iter().map(|(row, _)| index(*row));
+    let columns = places.iter().map(|(_, column)| index(*column));
     quote! {
         ::dgd::__runtime::system::Pattern {
             rows: List::Borrowed(&[#(#rows),*]),

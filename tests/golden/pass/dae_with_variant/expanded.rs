@@ -32,14 +32,14 @@ pub mod vessel {
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<Parameters> for [f64; 3usize] {
-        fn from(named: Parameters) -> [f64; 3usize] {
+    impl ::core::convert::From<Parameters> for [f64; 3] {
+        fn from(named: Parameters) -> [f64; 3] {
             [named.R, named.tau, named.k]
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<[f64; 3usize]> for Parameters {
-        fn from([R, tau, k]: [f64; 3usize]) -> Parameters {
+    impl ::core::convert::From<[f64; 3]> for Parameters {
+        fn from([R, tau, k]: [f64; 3]) -> Parameters {
             Parameters { R, tau, k }
         }
     }
@@ -56,14 +56,14 @@ pub mod vessel {
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<Inputs> for [f64; 1usize] {
-        fn from(named: Inputs) -> [f64; 1usize] {
+    impl ::core::convert::From<Inputs> for [f64; 1] {
+        fn from(named: Inputs) -> [f64; 1] {
             [named.opening]
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<[f64; 1usize]> for Inputs {
-        fn from([opening]: [f64; 1usize]) -> Inputs {
+    impl ::core::convert::From<[f64; 1]> for Inputs {
+        fn from([opening]: [f64; 1]) -> Inputs {
             Inputs { opening }
         }
     }
@@ -84,14 +84,14 @@ pub mod vessel {
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<Unknowns> for [f64; 3usize] {
-        fn from(named: Unknowns) -> [f64; 3usize] {
+    impl ::core::convert::From<Unknowns> for [f64; 3] {
+        fn from(named: Unknowns) -> [f64; 3] {
             [named.p, named.w, named.s]
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<[f64; 3usize]> for Unknowns {
-        fn from([p, w, s]: [f64; 3usize]) -> Unknowns {
+    impl ::core::convert::From<[f64; 3]> for Unknowns {
+        fn from([p, w, s]: [f64; 3]) -> Unknowns {
             Unknowns { p, w, s }
         }
     }
@@ -110,14 +110,14 @@ pub mod vessel {
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<Outputs> for [f64; 2usize] {
-        fn from(named: Outputs) -> [f64; 2usize] {
+    impl ::core::convert::From<Outputs> for [f64; 2] {
+        fn from(named: Outputs) -> [f64; 2] {
             [named.p, named.flow]
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<[f64; 2usize]> for Outputs {
-        fn from([p, flow]: [f64; 2usize]) -> Outputs {
+    impl ::core::convert::From<[f64; 2]> for Outputs {
+        fn from([p, flow]: [f64; 2]) -> Outputs {
             Outputs { p, flow }
         }
     }
@@ -242,31 +242,27 @@ pub mod vessel {
                 },
             ],
         ),
-        directions: List::Borrowed(&[0usize, 1usize]),
+        directions: List::Borrowed(&[0, 1]),
         jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[1usize, 0usize, 1usize, 1usize, 2usize]),
-            columns: List::Borrowed(&[0usize, 1usize, 1usize, 2usize, 2usize]),
+            rows: List::Borrowed(&[1, 0, 1, 1, 2]),
+            columns: List::Borrowed(&[0, 1, 1, 2, 2]),
         },
         sensitivity_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(
-                &[1usize, 4usize, 1usize, 4usize, 1usize, 4usize, 5usize],
-            ),
-            columns: List::Borrowed(
-                &[0usize, 0usize, 1usize, 1usize, 2usize, 2usize, 2usize],
-            ),
+            rows: List::Borrowed(&[1, 4, 1, 4, 1, 4, 5]),
+            columns: List::Borrowed(&[0, 0, 1, 1, 2, 2, 2]),
         },
         parameter_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[1usize, 2usize, 0usize]),
-            columns: List::Borrowed(&[0usize, 1usize, 2usize]),
+            rows: List::Borrowed(&[1, 2, 0]),
+            columns: List::Borrowed(&[0, 1, 2]),
         },
         input_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[2usize]),
-            columns: List::Borrowed(&[0usize]),
+            rows: List::Borrowed(&[2]),
+            columns: List::Borrowed(&[0]),
         },
         output_jacobians: [
             ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[0usize, 1usize]),
-                columns: List::Borrowed(&[0usize, 1usize]),
+                rows: List::Borrowed(&[0, 1]),
+                columns: List::Borrowed(&[0, 1]),
             },
             ::dgd::__runtime::system::Pattern {
                 rows: List::Borrowed(&[]),
@@ -280,40 +276,36 @@ pub mod vessel {
     };
     #[automatically_derived]
     impl ::dgd::__runtime::System for Model {
-        type Vector = [f64; 3usize];
-        type Sensitivity = [f64; 6usize];
-        type Inputs = [f64; 1usize];
-        type Jacobian = [f64; 5usize];
-        type SensitivityJacobian = [f64; 7usize];
-        type Factorisation = ::dgd::__runtime::linalg::FixedLu<3usize>;
+        type Vector = [f64; 3];
+        type Sensitivity = [f64; 6];
+        type Inputs = [f64; 1];
+        type Jacobian = [f64; 5];
+        type SensitivityJacobian = [f64; 7];
+        type Factorisation = ::dgd::__runtime::linalg::FixedLu<3>;
         #[inline]
         fn signature(&self) -> &::dgd::__runtime::Signature {
             &SIGNATURE
         }
         #[inline]
         fn rhs(&self, _at: ::dgd::__runtime::Point<'_>, _f: &mut [f64]) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3usize>(_at.y);
-            let _u = ::dgd::__runtime::codegen::fixed::<1usize>(_at.u);
-            let _p = ::dgd::__runtime::codegen::fixed::<3usize>(_at.p);
-            let opening = _u[0usize];
-            let k = _p[2usize];
-            let w = _y[1usize];
-            let R = _p[0usize];
-            let s = _y[2usize];
-            let p = _y[0usize];
-            let tau = _p[1usize];
-            /// `mass`: der(p) =  (model.dgd:17)
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<3>(_at.p);
+            let opening = _u[0];
+            let k = _p[2];
+            let w = _y[1];
+            let R = _p[0];
+            let s = _y[2];
+            let p = _y[0];
+            let tau = _p[1];
+            /// `mass` (model.dgd:17): der(p) =
             let _row_0: f64 = -(w / (2.0 * k));
-            /// `outflow`: 0 =  (model.dgd:18)
+            /// `outflow` (model.dgd:18): 0 =
             let _row_1: f64 = s * p
                 - (R * w + 10000.0 * (w * ::core::primitive::f64::abs(w)));
-            /// `stem`: der(s) =  (model.dgd:22)
+            /// `stem` (model.dgd:22): der(s) =
             let _row_2: f64 = (opening - s) / tau;
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_f) = [
-                _row_0,
-                _row_1,
-                _row_2,
-            ];
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [_row_0, _row_1, _row_2];
         }
         #[inline]
         fn linearize(
@@ -324,36 +316,36 @@ pub mod vessel {
             _jacobian: &mut [f64],
             _dfdt: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3usize>(_at.y);
-            let _u = ::dgd::__runtime::codegen::fixed::<1usize>(_at.u);
-            let _p = ::dgd::__runtime::codegen::fixed::<3usize>(_at.p);
-            let _udot = ::dgd::__runtime::codegen::fixed::<1usize>(_udot);
-            let opening = _u[0usize];
-            let k = _p[2usize];
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<3>(_at.p);
+            let _udot = ::dgd::__runtime::codegen::fixed::<1>(_udot);
+            let opening = _u[0];
+            let k = _p[2];
             let _v3 = 2.0 * k;
-            let w = _y[1usize];
-            let R = _p[0usize];
+            let w = _y[1];
+            let R = _p[0];
             let _v8 = ::core::primitive::f64::abs(w);
-            let s = _y[2usize];
-            let p = _y[0usize];
-            let tau = _p[1usize];
+            let s = _y[2];
+            let p = _y[0];
+            let tau = _p[1];
             let _v28 = 1.0 / tau;
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_f) = [
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
                 -(w / _v3),
                 s * p - (R * w + 10000.0 * (w * _v8)),
                 (opening - s) / tau,
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<5usize>(_jacobian) = [
+            *::dgd::__runtime::codegen::fixed_mut::<5>(_jacobian) = [
                 s,
                 -1.0 / _v3,
                 -20000.0 * _v8 - R,
                 p,
                 -_v28,
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_dfdt) = [
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_dfdt) = [
                 0.0,
                 0.0,
-                _v28 * _udot[0usize],
+                _v28 * _udot[0],
             ];
         }
         #[inline]
@@ -364,35 +356,35 @@ pub mod vessel {
             _f: &mut [f64],
             _g: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3usize>(_at.y);
-            let _u = ::dgd::__runtime::codegen::fixed::<1usize>(_at.u);
-            let _p = ::dgd::__runtime::codegen::fixed::<3usize>(_at.p);
-            let _s = ::dgd::__runtime::codegen::fixed::<6usize>(_s);
-            let opening = _u[0usize];
-            let k = _p[2usize];
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<3>(_at.p);
+            let _s = ::dgd::__runtime::codegen::fixed::<6>(_s);
+            let opening = _u[0];
+            let k = _p[2];
             let _v3 = 2.0 * k;
-            let w = _y[1usize];
-            let R = _p[0usize];
+            let w = _y[1];
+            let R = _p[0];
             let _v8 = ::core::primitive::f64::abs(w);
-            let s = _y[2usize];
-            let p = _y[0usize];
-            let tau = _p[1usize];
+            let s = _y[2];
+            let p = _y[0];
+            let tau = _p[1];
             let _v22 = (opening - s) / tau;
             let _v23 = -1.0 / _v3;
             let _v26 = -20000.0 * _v8 - R;
             let _v27 = 1.0 / tau;
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_f) = [
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
                 -(w / _v3),
                 s * p - (R * w + 10000.0 * (w * _v8)),
                 _v22,
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<6usize>(_g) = [
-                _v23 * _s[1usize],
-                s * _s[0usize] + _v26 * _s[1usize] + p * _s[2usize] - w,
-                -(_v27 * _s[2usize]),
-                _v23 * _s[4usize],
-                s * _s[3usize] + _v26 * _s[4usize] + p * _s[5usize],
-                -(_v27 * _s[5usize]) - _v27 * _v22,
+            *::dgd::__runtime::codegen::fixed_mut::<6>(_g) = [
+                _v23 * _s[1],
+                s * _s[0] + _v26 * _s[1] + p * _s[2] - w,
+                -(_v27 * _s[2]),
+                _v23 * _s[4],
+                s * _s[3] + _v26 * _s[4] + p * _s[5],
+                -(_v27 * _s[5]) - _v27 * _v22,
             ];
         }
         #[inline]
@@ -408,67 +400,67 @@ pub mod vessel {
             _dgdy: &mut [f64],
             _dgdt: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3usize>(_at.y);
-            let _u = ::dgd::__runtime::codegen::fixed::<1usize>(_at.u);
-            let _p = ::dgd::__runtime::codegen::fixed::<3usize>(_at.p);
-            let _udot = ::dgd::__runtime::codegen::fixed::<1usize>(_udot);
-            let _s = ::dgd::__runtime::codegen::fixed::<6usize>(_s);
-            let opening = _u[0usize];
-            let k = _p[2usize];
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<3>(_at.p);
+            let _udot = ::dgd::__runtime::codegen::fixed::<1>(_udot);
+            let _s = ::dgd::__runtime::codegen::fixed::<6>(_s);
+            let opening = _u[0];
+            let k = _p[2];
             let _v3 = 2.0 * k;
-            let w = _y[1usize];
-            let R = _p[0usize];
+            let w = _y[1];
+            let R = _p[0];
             let _v8 = ::core::primitive::f64::abs(w);
-            let s = _y[2usize];
-            let p = _y[0usize];
-            let tau = _p[1usize];
+            let s = _y[2];
+            let p = _y[0];
+            let tau = _p[1];
             let _v23 = (opening - s) / tau;
             let _v24 = -1.0 / _v3;
             let _v27 = -20000.0 * _v8 - R;
             let _v28 = 1.0 / tau;
             let _v58 = -20000.0 * ::dgd::__runtime::math::sign(w);
             let _v62 = _v28 / tau;
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_f) = [
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
                 -(w / _v3),
                 s * p - (R * w + 10000.0 * (w * _v8)),
                 _v23,
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<5usize>(_jacobian) = [
+            *::dgd::__runtime::codegen::fixed_mut::<5>(_jacobian) = [
                 s,
                 _v24,
                 _v27,
                 p,
                 -_v28,
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_dfdt) = [
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_dfdt) = [
                 0.0,
                 0.0,
-                _v28 * _udot[0usize],
+                _v28 * _udot[0],
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<6usize>(_g) = [
-                _v24 * _s[1usize],
-                s * _s[0usize] + _v27 * _s[1usize] + p * _s[2usize] - w,
-                -(_v28 * _s[2usize]),
-                _v24 * _s[4usize],
-                s * _s[3usize] + _v27 * _s[4usize] + p * _s[5usize],
-                -(_v28 * _s[5usize]) - _v28 * _v23,
+            *::dgd::__runtime::codegen::fixed_mut::<6>(_g) = [
+                _v24 * _s[1],
+                s * _s[0] + _v27 * _s[1] + p * _s[2] - w,
+                -(_v28 * _s[2]),
+                _v24 * _s[4],
+                s * _s[3] + _v27 * _s[4] + p * _s[5],
+                -(_v28 * _s[5]) - _v28 * _v23,
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<7usize>(_dgdy) = [
-                _s[2usize],
-                _s[5usize],
-                _v58 * _s[1usize] + -1.0,
-                _v58 * _s[4usize],
-                _s[0usize],
-                _s[3usize],
+            *::dgd::__runtime::codegen::fixed_mut::<7>(_dgdy) = [
+                _s[2],
+                _s[5],
+                _v58 * _s[1] + -1.0,
+                _v58 * _s[4],
+                _s[0],
+                _s[3],
                 _v62,
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<6usize>(_dgdt) = [
+            *::dgd::__runtime::codegen::fixed_mut::<6>(_dgdt) = [
                 0.0,
                 0.0,
                 0.0,
                 0.0,
                 0.0,
-                -(_v62 * _udot[0usize]),
+                -(_v62 * _udot[0]),
             ];
         }
         #[inline]
@@ -477,16 +469,16 @@ pub mod vessel {
             _at: ::dgd::__runtime::Point<'_>,
             _values: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3usize>(_at.y);
-            let _u = ::dgd::__runtime::codegen::fixed::<1usize>(_at.u);
-            let _p = ::dgd::__runtime::codegen::fixed::<3usize>(_at.p);
-            let opening = _u[0usize];
-            let k = _p[2usize];
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<3>(_at.p);
+            let opening = _u[0];
+            let k = _p[2];
             let _v3 = 2.0 * k;
-            let w = _y[1usize];
-            let s = _y[2usize];
-            let tau = _p[1usize];
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_values) = [
+            let w = _y[1];
+            let s = _y[2];
+            let tau = _p[1];
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_values) = [
                 -w,
                 -(1.0 / tau * ((opening - s) / tau)),
                 -2.0 * (-1.0 / _v3 * (w / _v3)),
@@ -494,9 +486,9 @@ pub mod vessel {
         }
         #[inline]
         fn input_jacobian(&self, _at: ::dgd::__runtime::Point<'_>, _values: &mut [f64]) {
-            let _p = ::dgd::__runtime::codegen::fixed::<3usize>(_at.p);
-            let tau = _p[1usize];
-            *::dgd::__runtime::codegen::fixed_mut::<1usize>(_values) = [1.0 / tau];
+            let _p = ::dgd::__runtime::codegen::fixed::<3>(_at.p);
+            let tau = _p[1];
+            *::dgd::__runtime::codegen::fixed_mut::<1>(_values) = [1.0 / tau];
         }
         #[inline]
         fn time_derivative(
@@ -504,14 +496,14 @@ pub mod vessel {
             _at: ::dgd::__runtime::Point<'_>,
             _values: &mut [f64],
         ) {
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_values) = [0.0, 0.0, 0.0];
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_values) = [0.0, 0.0, 0.0];
         }
         #[inline]
         fn outputs(&self, _at: ::dgd::__runtime::Point<'_>, _w: &mut [f64]) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3usize>(_at.y);
-            let w = _y[1usize];
-            let p = _y[0usize];
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_w) = [p, w];
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let w = _y[1];
+            let p = _y[0];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_w) = [p, w];
         }
         #[inline]
         fn output_jacobians(
@@ -522,10 +514,10 @@ pub mod vessel {
             _dwdp: &mut [f64],
             _dwdt: &mut [f64],
         ) {
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_dwdy) = [1.0, 1.0];
-            *::dgd::__runtime::codegen::fixed_mut::<0usize>(_dwdu) = [];
-            *::dgd::__runtime::codegen::fixed_mut::<0usize>(_dwdp) = [];
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_dwdt) = [0.0, 0.0];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_dwdy) = [1.0, 1.0];
+            *::dgd::__runtime::codegen::fixed_mut::<0>(_dwdu) = [];
+            *::dgd::__runtime::codegen::fixed_mut::<0>(_dwdp) = [];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_dwdt) = [0.0, 0.0];
         }
         #[inline]
         fn output_sensitivities(
@@ -535,27 +527,23 @@ pub mod vessel {
             _w: &mut [f64],
             _dw: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3usize>(_at.y);
-            let _s = ::dgd::__runtime::codegen::fixed::<6usize>(_s);
-            let w = _y[1usize];
-            let p = _y[0usize];
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_w) = [p, w];
-            *::dgd::__runtime::codegen::fixed_mut::<4usize>(_dw) = [
-                _s[0usize],
-                _s[1usize],
-                _s[3usize],
-                _s[4usize],
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _s = ::dgd::__runtime::codegen::fixed::<6>(_s);
+            let w = _y[1];
+            let p = _y[0];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_w) = [p, w];
+            *::dgd::__runtime::codegen::fixed_mut::<4>(_dw) = [
+                _s[0],
+                _s[1],
+                _s[3],
+                _s[4],
             ];
         }
         #[inline]
         fn start(&self, _at: ::dgd::__runtime::Point<'_>, _y0: &mut [f64]) {
-            let _u = ::dgd::__runtime::codegen::fixed::<1usize>(_at.u);
-            let opening = _u[0usize];
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_y0) = [
-                600000.0,
-                0.5,
-                opening,
-            ];
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let opening = _u[0];
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_y0) = [600000.0, 0.5, opening];
         }
         #[inline]
         fn start_sensitivities(
@@ -563,7 +551,7 @@ pub mod vessel {
             _at: ::dgd::__runtime::Point<'_>,
             _s0: &mut [f64],
         ) {
-            *::dgd::__runtime::codegen::fixed_mut::<6usize>(_s0) = [
+            *::dgd::__runtime::codegen::fixed_mut::<6>(_s0) = [
                 0.0,
                 0.0,
                 0.0,

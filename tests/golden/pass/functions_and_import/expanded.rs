@@ -26,14 +26,14 @@ pub mod basins {
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<Parameters> for [f64; 2usize] {
-        fn from(named: Parameters) -> [f64; 2usize] {
+    impl ::core::convert::From<Parameters> for [f64; 2] {
+        fn from(named: Parameters) -> [f64; 2] {
             [named.A_1, named.A_2]
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<[f64; 2usize]> for Parameters {
-        fn from([A_1, A_2]: [f64; 2usize]) -> Parameters {
+    impl ::core::convert::From<[f64; 2]> for Parameters {
+        fn from([A_1, A_2]: [f64; 2]) -> Parameters {
             Parameters { A_1, A_2 }
         }
     }
@@ -47,14 +47,14 @@ pub mod basins {
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<Inputs> for [f64; 0usize] {
-        fn from(named: Inputs) -> [f64; 0usize] {
+    impl ::core::convert::From<Inputs> for [f64; 0] {
+        fn from(named: Inputs) -> [f64; 0] {
             []
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<[f64; 0usize]> for Inputs {
-        fn from([]: [f64; 0usize]) -> Inputs {
+    impl ::core::convert::From<[f64; 0]> for Inputs {
+        fn from([]: [f64; 0]) -> Inputs {
             Inputs {}
         }
     }
@@ -81,14 +81,14 @@ pub mod basins {
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<Unknowns> for [f64; 3usize] {
-        fn from(named: Unknowns) -> [f64; 3usize] {
+    impl ::core::convert::From<Unknowns> for [f64; 3] {
+        fn from(named: Unknowns) -> [f64; 3] {
             [named.h_1, named.h_2, named.v]
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<[f64; 3usize]> for Unknowns {
-        fn from([h_1, h_2, v]: [f64; 3usize]) -> Unknowns {
+    impl ::core::convert::From<[f64; 3]> for Unknowns {
+        fn from([h_1, h_2, v]: [f64; 3]) -> Unknowns {
             Unknowns { h_1, h_2, v }
         }
     }
@@ -107,14 +107,14 @@ pub mod basins {
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<Outputs> for [f64; 2usize] {
-        fn from(named: Outputs) -> [f64; 2usize] {
+    impl ::core::convert::From<Outputs> for [f64; 2] {
+        fn from(named: Outputs) -> [f64; 2] {
             [named.flow, named.gap]
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<[f64; 2usize]> for Outputs {
-        fn from([flow, gap]: [f64; 2usize]) -> Outputs {
+    impl ::core::convert::From<[f64; 2]> for Outputs {
+        fn from([flow, gap]: [f64; 2]) -> Outputs {
             Outputs { flow, gap }
         }
     }
@@ -213,18 +213,18 @@ pub mod basins {
                 },
             ],
         ),
-        directions: List::Borrowed(&[0usize, 1usize]),
+        directions: List::Borrowed(&[0, 1]),
         jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[2usize, 2usize, 0usize, 1usize, 2usize]),
-            columns: List::Borrowed(&[0usize, 1usize, 2usize, 2usize, 2usize]),
+            rows: List::Borrowed(&[2, 2, 0, 1, 2]),
+            columns: List::Borrowed(&[0, 1, 2, 2, 2]),
         },
         sensitivity_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[0usize, 2usize, 4usize, 5usize]),
-            columns: List::Borrowed(&[2usize, 2usize, 2usize, 2usize]),
+            rows: List::Borrowed(&[0, 2, 4, 5]),
+            columns: List::Borrowed(&[2, 2, 2, 2]),
         },
         parameter_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[0usize, 1usize]),
-            columns: List::Borrowed(&[0usize, 1usize]),
+            rows: List::Borrowed(&[0, 1]),
+            columns: List::Borrowed(&[0, 1]),
         },
         input_jacobian: ::dgd::__runtime::system::Pattern {
             rows: List::Borrowed(&[]),
@@ -232,8 +232,8 @@ pub mod basins {
         },
         output_jacobians: [
             ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[1usize, 1usize, 0usize]),
-                columns: List::Borrowed(&[0usize, 1usize, 2usize]),
+                rows: List::Borrowed(&[1, 1, 0]),
+                columns: List::Borrowed(&[0, 1, 2]),
             },
             ::dgd::__runtime::system::Pattern {
                 rows: List::Borrowed(&[]),
@@ -247,25 +247,25 @@ pub mod basins {
     };
     #[automatically_derived]
     impl ::dgd::__runtime::System for Model {
-        type Vector = [f64; 3usize];
-        type Sensitivity = [f64; 6usize];
-        type Inputs = [f64; 0usize];
-        type Jacobian = [f64; 5usize];
-        type SensitivityJacobian = [f64; 4usize];
-        type Factorisation = ::dgd::__runtime::linalg::FixedLu<3usize>;
+        type Vector = [f64; 3];
+        type Sensitivity = [f64; 6];
+        type Inputs = [f64; 0];
+        type Jacobian = [f64; 5];
+        type SensitivityJacobian = [f64; 4];
+        type Factorisation = ::dgd::__runtime::linalg::FixedLu<3>;
         #[inline]
         fn signature(&self) -> &::dgd::__runtime::Signature {
             &SIGNATURE
         }
         #[inline]
         fn rhs(&self, _at: ::dgd::__runtime::Point<'_>, _f: &mut [f64]) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3usize>(_at.y);
-            let _p = ::dgd::__runtime::codegen::fixed::<2usize>(_at.p);
-            let A_1 = _p[0usize];
-            let v = _y[2usize];
-            let A_2 = _p[1usize];
-            let h_1 = _y[0usize];
-            let h_2 = _y[1usize];
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let A_1 = _p[0];
+            let v = _y[2];
+            let A_2 = _p[1];
+            let h_1 = _y[0];
+            let h_2 = _y[1];
             let _v11 = ::core::primitive::f64::abs(v);
             let _v13 = 40000.0 * _v11;
             let _v35 = 0.3924
@@ -277,17 +277,13 @@ pub mod basins {
                             } else {
                                 0.316 * ::dgd::__runtime::math::power(_v13, -0.25)
                             }) * (v * _v11)));
-            /// `upper`: der(h_1) =  (model.dgd:21)
+            /// `upper` (model.dgd:21): der(h_1) =
             let _row_0: f64 = -0.0012566370614359172 * v / A_1;
-            /// `lower`: der(h_2) =  (model.dgd:22)
+            /// `lower` (model.dgd:22): der(h_2) =
             let _row_1: f64 = 0.0012566370614359172 * v / A_2;
-            /// `pipe`: der(v) =  (model.dgd:23)
+            /// `pipe` (model.dgd:23): der(v) =
             let _row_2: f64 = _v35;
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_f) = [
-                _row_0,
-                _row_1,
-                _row_2,
-            ];
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [_row_0, _row_1, _row_2];
         }
         #[inline]
         fn linearize(
@@ -298,13 +294,13 @@ pub mod basins {
             _jacobian: &mut [f64],
             _dfdt: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3usize>(_at.y);
-            let _p = ::dgd::__runtime::codegen::fixed::<2usize>(_at.p);
-            let A_1 = _p[0usize];
-            let v = _y[2usize];
-            let A_2 = _p[1usize];
-            let h_1 = _y[0usize];
-            let h_2 = _y[1usize];
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let A_1 = _p[0];
+            let v = _y[2];
+            let A_2 = _p[1];
+            let h_1 = _y[0];
+            let h_2 = _y[1];
             let _v13 = ::core::primitive::f64::abs(v);
             let _v15 = 40000.0 * _v13;
             let _v17 = (_v15 < 2300.0);
@@ -327,19 +323,19 @@ pub mod basins {
                         } else {
                             0.0
                         })) * ::dgd::__runtime::math::sign(v);
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_f) = [
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
                 -0.0012566370614359172 * v / A_1,
                 0.0012566370614359172 * v / A_2,
                 0.3924 * (h_1 - h_2 - 0.0509683995922528 * (625.0 * _v26 * _v29)),
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<5usize>(_jacobian) = [
+            *::dgd::__runtime::codegen::fixed_mut::<5>(_jacobian) = [
                 0.3924,
                 -0.3924,
                 -0.0012566370614359172 / A_1,
                 0.0012566370614359172 / A_2,
                 _v61,
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_dfdt) = [0.0, 0.0, 0.0];
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_dfdt) = [0.0, 0.0, 0.0];
         }
         #[inline]
         fn sensitivity_rhs(
@@ -349,14 +345,14 @@ pub mod basins {
             _f: &mut [f64],
             _g: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3usize>(_at.y);
-            let _p = ::dgd::__runtime::codegen::fixed::<2usize>(_at.p);
-            let _s = ::dgd::__runtime::codegen::fixed::<6usize>(_s);
-            let A_1 = _p[0usize];
-            let v = _y[2usize];
-            let A_2 = _p[1usize];
-            let h_1 = _y[0usize];
-            let h_2 = _y[1usize];
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let _s = ::dgd::__runtime::codegen::fixed::<6>(_s);
+            let A_1 = _p[0];
+            let v = _y[2];
+            let A_2 = _p[1];
+            let h_1 = _y[0];
+            let h_2 = _y[1];
             let _v13 = ::core::primitive::f64::abs(v);
             let _v15 = 40000.0 * _v13;
             let _v17 = (_v15 < 2300.0);
@@ -383,18 +379,18 @@ pub mod basins {
                         } else {
                             0.0
                         })) * ::dgd::__runtime::math::sign(v);
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_f) = [
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
                 _v34,
                 _v35,
                 0.3924 * (h_1 - h_2 - 0.0509683995922528 * (625.0 * _v26 * _v29)),
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<6usize>(_g) = [
-                _v39 * _s[2usize] - 1.0 / A_1 * _v34,
-                _v41 * _s[2usize],
-                0.3924 * _s[0usize] + -0.3924 * _s[1usize] + _v63 * _s[2usize],
-                _v39 * _s[5usize],
-                _v41 * _s[5usize] - 1.0 / A_2 * _v35,
-                0.3924 * _s[3usize] + -0.3924 * _s[4usize] + _v63 * _s[5usize],
+            *::dgd::__runtime::codegen::fixed_mut::<6>(_g) = [
+                _v39 * _s[2] - 1.0 / A_1 * _v34,
+                _v41 * _s[2],
+                0.3924 * _s[0] + -0.3924 * _s[1] + _v63 * _s[2],
+                _v39 * _s[5],
+                _v41 * _s[5] - 1.0 / A_2 * _v35,
+                0.3924 * _s[3] + -0.3924 * _s[4] + _v63 * _s[5],
             ];
         }
         #[inline]
@@ -410,14 +406,14 @@ pub mod basins {
             _dgdy: &mut [f64],
             _dgdt: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3usize>(_at.y);
-            let _p = ::dgd::__runtime::codegen::fixed::<2usize>(_at.p);
-            let _s = ::dgd::__runtime::codegen::fixed::<6usize>(_s);
-            let A_1 = _p[0usize];
-            let v = _y[2usize];
-            let A_2 = _p[1usize];
-            let h_1 = _y[0usize];
-            let h_2 = _y[1usize];
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let _s = ::dgd::__runtime::codegen::fixed::<6>(_s);
+            let A_1 = _p[0];
+            let v = _y[2];
+            let A_2 = _p[1];
+            let h_1 = _y[0];
+            let h_2 = _y[1];
             let _v13 = ::core::primitive::f64::abs(v);
             let _v15 = 40000.0 * _v13;
             let _v17 = (_v15 < 2300.0);
@@ -464,34 +460,34 @@ pub mod basins {
             let _v129 = -12.5
                 * ((if _v17 { 0.0 } else { 0.316 * (_v92 * _v53) })
                     + (if _v17 { -_v96 } else { 0.0 })) * _v45 + _v127 * _v61;
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_f) = [
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
                 _v34,
                 _v35,
                 0.3924 * (h_1 - h_2 - 0.0509683995922528 * (625.0 * _v26 * _v29)),
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<5usize>(_jacobian) = [
+            *::dgd::__runtime::codegen::fixed_mut::<5>(_jacobian) = [
                 0.3924,
                 -0.3924,
                 _v39,
                 _v41,
                 _v63,
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_dfdt) = [0.0, 0.0, 0.0];
-            *::dgd::__runtime::codegen::fixed_mut::<6usize>(_g) = [
-                _v39 * _s[2usize] - _v38 * _v34,
-                _v41 * _s[2usize],
-                0.3924 * _s[0usize] + -0.3924 * _s[1usize] + _v63 * _s[2usize],
-                _v39 * _s[5usize],
-                _v41 * _s[5usize] - _v40 * _v35,
-                0.3924 * _s[3usize] + -0.3924 * _s[4usize] + _v63 * _s[5usize],
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_dfdt) = [0.0, 0.0, 0.0];
+            *::dgd::__runtime::codegen::fixed_mut::<6>(_g) = [
+                _v39 * _s[2] - _v38 * _v34,
+                _v41 * _s[2],
+                0.3924 * _s[0] + -0.3924 * _s[1] + _v63 * _s[2],
+                _v39 * _s[5],
+                _v41 * _s[5] - _v40 * _v35,
+                0.3924 * _s[3] + -0.3924 * _s[4] + _v63 * _s[5],
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<4usize>(_dgdy) = [
+            *::dgd::__runtime::codegen::fixed_mut::<4>(_dgdy) = [
                 0.0012566370614359172 * (_v38 / A_1),
-                _v129 * _s[2usize],
+                _v129 * _s[2],
                 -0.0012566370614359172 * (_v40 / A_2),
-                _v129 * _s[5usize],
+                _v129 * _s[5],
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<6usize>(_dgdt) = [
+            *::dgd::__runtime::codegen::fixed_mut::<6>(_dgdt) = [
                 0.0,
                 0.0,
                 0.0,
@@ -506,19 +502,19 @@ pub mod basins {
             _at: ::dgd::__runtime::Point<'_>,
             _values: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3usize>(_at.y);
-            let _p = ::dgd::__runtime::codegen::fixed::<2usize>(_at.p);
-            let A_1 = _p[0usize];
-            let v = _y[2usize];
-            let A_2 = _p[1usize];
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_values) = [
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let A_1 = _p[0];
+            let v = _y[2];
+            let A_2 = _p[1];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_values) = [
                 -(1.0 / A_1 * (-0.0012566370614359172 * v / A_1)),
                 -(1.0 / A_2 * (0.0012566370614359172 * v / A_2)),
             ];
         }
         #[inline]
         fn input_jacobian(&self, _at: ::dgd::__runtime::Point<'_>, _values: &mut [f64]) {
-            *::dgd::__runtime::codegen::fixed_mut::<0usize>(_values) = [];
+            *::dgd::__runtime::codegen::fixed_mut::<0>(_values) = [];
         }
         #[inline]
         fn time_derivative(
@@ -526,15 +522,15 @@ pub mod basins {
             _at: ::dgd::__runtime::Point<'_>,
             _values: &mut [f64],
         ) {
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_values) = [0.0, 0.0, 0.0];
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_values) = [0.0, 0.0, 0.0];
         }
         #[inline]
         fn outputs(&self, _at: ::dgd::__runtime::Point<'_>, _w: &mut [f64]) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3usize>(_at.y);
-            let v = _y[2usize];
-            let h_1 = _y[0usize];
-            let h_2 = _y[1usize];
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_w) = [
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let v = _y[2];
+            let h_1 = _y[0];
+            let h_2 = _y[1];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_w) = [
                 0.0012566370614359172 * v,
                 if ((h_1 > h_2) && !(v < 0.0)) { h_1 - h_2 } else { 0.0 },
             ];
@@ -548,19 +544,19 @@ pub mod basins {
             _dwdp: &mut [f64],
             _dwdt: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3usize>(_at.y);
-            let v = _y[2usize];
-            let h_1 = _y[0usize];
-            let h_2 = _y[1usize];
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let v = _y[2];
+            let h_1 = _y[0];
+            let h_2 = _y[1];
             let _v10 = if ((h_1 > h_2) && !(v < 0.0)) { 1.0 } else { 0.0 };
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_dwdy) = [
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_dwdy) = [
                 _v10,
                 -_v10,
                 0.0012566370614359172,
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<0usize>(_dwdu) = [];
-            *::dgd::__runtime::codegen::fixed_mut::<0usize>(_dwdp) = [];
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_dwdt) = [0.0, 0.0];
+            *::dgd::__runtime::codegen::fixed_mut::<0>(_dwdu) = [];
+            *::dgd::__runtime::codegen::fixed_mut::<0>(_dwdp) = [];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_dwdt) = [0.0, 0.0];
         }
         #[inline]
         fn output_sensitivities(
@@ -570,27 +566,27 @@ pub mod basins {
             _w: &mut [f64],
             _dw: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3usize>(_at.y);
-            let _s = ::dgd::__runtime::codegen::fixed::<6usize>(_s);
-            let v = _y[2usize];
-            let h_1 = _y[0usize];
-            let h_2 = _y[1usize];
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _s = ::dgd::__runtime::codegen::fixed::<6>(_s);
+            let v = _y[2];
+            let h_1 = _y[0];
+            let h_2 = _y[1];
             let _v11 = ((h_1 > h_2) && !(v < 0.0));
             let _v19 = if _v11 { 1.0 } else { 0.0 };
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_w) = [
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_w) = [
                 0.0012566370614359172 * v,
                 if _v11 { h_1 - h_2 } else { 0.0 },
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<4usize>(_dw) = [
-                0.0012566370614359172 * _s[2usize],
-                _v19 * _s[0usize] - _v19 * _s[1usize],
-                0.0012566370614359172 * _s[5usize],
-                _v19 * _s[3usize] - _v19 * _s[4usize],
+            *::dgd::__runtime::codegen::fixed_mut::<4>(_dw) = [
+                0.0012566370614359172 * _s[2],
+                _v19 * _s[0] - _v19 * _s[1],
+                0.0012566370614359172 * _s[5],
+                _v19 * _s[3] - _v19 * _s[4],
             ];
         }
         #[inline]
         fn start(&self, _at: ::dgd::__runtime::Point<'_>, _y0: &mut [f64]) {
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_y0) = [2.0, 0.5, 0.0];
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_y0) = [2.0, 0.5, 0.0];
         }
         #[inline]
         fn start_sensitivities(
@@ -598,7 +594,7 @@ pub mod basins {
             _at: ::dgd::__runtime::Point<'_>,
             _s0: &mut [f64],
         ) {
-            *::dgd::__runtime::codegen::fixed_mut::<6usize>(_s0) = [
+            *::dgd::__runtime::codegen::fixed_mut::<6>(_s0) = [
                 0.0,
                 0.0,
                 0.0,

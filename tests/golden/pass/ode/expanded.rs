@@ -28,14 +28,14 @@ pub mod spring {
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<Parameters> for [f64; 2usize] {
-        fn from(named: Parameters) -> [f64; 2usize] {
+    impl ::core::convert::From<Parameters> for [f64; 2] {
+        fn from(named: Parameters) -> [f64; 2] {
             [named.k, named.d]
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<[f64; 2usize]> for Parameters {
-        fn from([k, d]: [f64; 2usize]) -> Parameters {
+    impl ::core::convert::From<[f64; 2]> for Parameters {
+        fn from([k, d]: [f64; 2]) -> Parameters {
             Parameters { k, d }
         }
     }
@@ -54,14 +54,14 @@ pub mod spring {
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<Inputs> for [f64; 1usize] {
-        fn from(named: Inputs) -> [f64; 1usize] {
+    impl ::core::convert::From<Inputs> for [f64; 1] {
+        fn from(named: Inputs) -> [f64; 1] {
             [named.force]
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<[f64; 1usize]> for Inputs {
-        fn from([force]: [f64; 1usize]) -> Inputs {
+    impl ::core::convert::From<[f64; 1]> for Inputs {
+        fn from([force]: [f64; 1]) -> Inputs {
             Inputs { force }
         }
     }
@@ -82,14 +82,14 @@ pub mod spring {
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<Unknowns> for [f64; 2usize] {
-        fn from(named: Unknowns) -> [f64; 2usize] {
+    impl ::core::convert::From<Unknowns> for [f64; 2] {
+        fn from(named: Unknowns) -> [f64; 2] {
             [named.x, named.v]
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<[f64; 2usize]> for Unknowns {
-        fn from([x, v]: [f64; 2usize]) -> Unknowns {
+    impl ::core::convert::From<[f64; 2]> for Unknowns {
+        fn from([x, v]: [f64; 2]) -> Unknowns {
             Unknowns { x, v }
         }
     }
@@ -108,14 +108,14 @@ pub mod spring {
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<Outputs> for [f64; 2usize] {
-        fn from(named: Outputs) -> [f64; 2usize] {
+    impl ::core::convert::From<Outputs> for [f64; 2] {
+        fn from(named: Outputs) -> [f64; 2] {
             [named.x, named.energy]
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<[f64; 2usize]> for Outputs {
-        fn from([x, energy]: [f64; 2usize]) -> Outputs {
+    impl ::core::convert::From<[f64; 2]> for Outputs {
+        fn from([x, energy]: [f64; 2]) -> Outputs {
             Outputs { x, energy }
         }
     }
@@ -214,65 +214,65 @@ pub mod spring {
                 },
             ],
         ),
-        directions: List::Borrowed(&[0usize, 1usize]),
+        directions: List::Borrowed(&[0, 1]),
         jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[1usize, 0usize, 1usize]),
-            columns: List::Borrowed(&[0usize, 1usize, 1usize]),
+            rows: List::Borrowed(&[1, 0, 1]),
+            columns: List::Borrowed(&[0, 1, 1]),
         },
         sensitivity_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[1usize, 3usize]),
-            columns: List::Borrowed(&[0usize, 1usize]),
+            rows: List::Borrowed(&[1, 3]),
+            columns: List::Borrowed(&[0, 1]),
         },
         parameter_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[1usize, 1usize]),
-            columns: List::Borrowed(&[0usize, 1usize]),
+            rows: List::Borrowed(&[1, 1]),
+            columns: List::Borrowed(&[0, 1]),
         },
         input_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[1usize]),
-            columns: List::Borrowed(&[0usize]),
+            rows: List::Borrowed(&[1]),
+            columns: List::Borrowed(&[0]),
         },
         output_jacobians: [
             ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[0usize, 1usize, 1usize]),
-                columns: List::Borrowed(&[0usize, 0usize, 1usize]),
+                rows: List::Borrowed(&[0, 1, 1]),
+                columns: List::Borrowed(&[0, 0, 1]),
             },
             ::dgd::__runtime::system::Pattern {
                 rows: List::Borrowed(&[]),
                 columns: List::Borrowed(&[]),
             },
             ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[1usize]),
-                columns: List::Borrowed(&[0usize]),
+                rows: List::Borrowed(&[1]),
+                columns: List::Borrowed(&[0]),
             },
         ],
     };
     #[automatically_derived]
     impl ::dgd::__runtime::System for Model {
-        type Vector = [f64; 2usize];
-        type Sensitivity = [f64; 4usize];
-        type Inputs = [f64; 1usize];
-        type Jacobian = [f64; 3usize];
-        type SensitivityJacobian = [f64; 2usize];
-        type Factorisation = ::dgd::__runtime::linalg::FixedLu<2usize>;
+        type Vector = [f64; 2];
+        type Sensitivity = [f64; 4];
+        type Inputs = [f64; 1];
+        type Jacobian = [f64; 3];
+        type SensitivityJacobian = [f64; 2];
+        type Factorisation = ::dgd::__runtime::linalg::FixedLu<2>;
         #[inline]
         fn signature(&self) -> &::dgd::__runtime::Signature {
             &SIGNATURE
         }
         #[inline]
         fn rhs(&self, _at: ::dgd::__runtime::Point<'_>, _f: &mut [f64]) {
-            let _y = ::dgd::__runtime::codegen::fixed::<2usize>(_at.y);
-            let _u = ::dgd::__runtime::codegen::fixed::<1usize>(_at.u);
-            let _p = ::dgd::__runtime::codegen::fixed::<2usize>(_at.p);
-            let v = _y[1usize];
-            let force = _u[0usize];
-            let k = _p[0usize];
-            let x = _y[0usize];
-            let d = _p[1usize];
-            /// `motion`: der(x) =  (model.dgd:14)
+            let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let v = _y[1];
+            let force = _u[0];
+            let k = _p[0];
+            let x = _y[0];
+            let d = _p[1];
+            /// `motion` (model.dgd:14): der(x) =
             let _row_0: f64 = v;
-            /// `newton`: der(v) =  (model.dgd:15)
+            /// `newton` (model.dgd:15): der(v) =
             let _row_1: f64 = 0.5 * (force - k * x - d * v);
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_f) = [_row_0, _row_1];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_f) = [_row_0, _row_1];
         }
         #[inline]
         fn linearize(
@@ -283,28 +283,25 @@ pub mod spring {
             _jacobian: &mut [f64],
             _dfdt: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<2usize>(_at.y);
-            let _u = ::dgd::__runtime::codegen::fixed::<1usize>(_at.u);
-            let _p = ::dgd::__runtime::codegen::fixed::<2usize>(_at.p);
-            let _udot = ::dgd::__runtime::codegen::fixed::<1usize>(_udot);
-            let v = _y[1usize];
-            let force = _u[0usize];
-            let k = _p[0usize];
-            let x = _y[0usize];
-            let d = _p[1usize];
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_f) = [
+            let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let _udot = ::dgd::__runtime::codegen::fixed::<1>(_udot);
+            let v = _y[1];
+            let force = _u[0];
+            let k = _p[0];
+            let x = _y[0];
+            let d = _p[1];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_f) = [
                 v,
                 0.5 * (force - k * x - d * v),
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_jacobian) = [
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_jacobian) = [
                 -0.5 * k,
                 1.0,
                 -0.5 * d,
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_dfdt) = [
-                0.0,
-                0.5 * _udot[0usize],
-            ];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_dfdt) = [0.0, 0.5 * _udot[0]];
         }
         #[inline]
         fn sensitivity_rhs(
@@ -314,26 +311,26 @@ pub mod spring {
             _f: &mut [f64],
             _g: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<2usize>(_at.y);
-            let _u = ::dgd::__runtime::codegen::fixed::<1usize>(_at.u);
-            let _p = ::dgd::__runtime::codegen::fixed::<2usize>(_at.p);
-            let _s = ::dgd::__runtime::codegen::fixed::<4usize>(_s);
-            let v = _y[1usize];
-            let force = _u[0usize];
-            let k = _p[0usize];
-            let x = _y[0usize];
-            let d = _p[1usize];
+            let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let _s = ::dgd::__runtime::codegen::fixed::<4>(_s);
+            let v = _y[1];
+            let force = _u[0];
+            let k = _p[0];
+            let x = _y[0];
+            let d = _p[1];
             let _v12 = -0.5 * d;
             let _v13 = -0.5 * k;
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_f) = [
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_f) = [
                 v,
                 0.5 * (force - k * x - d * v),
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<4usize>(_g) = [
-                _s[1usize],
-                _v13 * _s[0usize] + _v12 * _s[1usize] + -0.5 * x,
-                _s[3usize],
-                _v13 * _s[2usize] + _v12 * _s[3usize] + -0.5 * v,
+            *::dgd::__runtime::codegen::fixed_mut::<4>(_g) = [
+                _s[1],
+                _v13 * _s[0] + _v12 * _s[1] + -0.5 * x,
+                _s[3],
+                _v13 * _s[2] + _v12 * _s[3] + -0.5 * v,
             ];
         }
         #[inline]
@@ -349,44 +346,32 @@ pub mod spring {
             _dgdy: &mut [f64],
             _dgdt: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<2usize>(_at.y);
-            let _u = ::dgd::__runtime::codegen::fixed::<1usize>(_at.u);
-            let _p = ::dgd::__runtime::codegen::fixed::<2usize>(_at.p);
-            let _udot = ::dgd::__runtime::codegen::fixed::<1usize>(_udot);
-            let _s = ::dgd::__runtime::codegen::fixed::<4usize>(_s);
-            let v = _y[1usize];
-            let force = _u[0usize];
-            let k = _p[0usize];
-            let x = _y[0usize];
-            let d = _p[1usize];
+            let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let _udot = ::dgd::__runtime::codegen::fixed::<1>(_udot);
+            let _s = ::dgd::__runtime::codegen::fixed::<4>(_s);
+            let v = _y[1];
+            let force = _u[0];
+            let k = _p[0];
+            let x = _y[0];
+            let d = _p[1];
             let _v14 = -0.5 * d;
             let _v15 = -0.5 * k;
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_f) = [
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_f) = [
                 v,
                 0.5 * (force - k * x - d * v),
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_jacobian) = [
-                _v15,
-                1.0,
-                _v14,
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_jacobian) = [_v15, 1.0, _v14];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_dfdt) = [0.0, 0.5 * _udot[0]];
+            *::dgd::__runtime::codegen::fixed_mut::<4>(_g) = [
+                _s[1],
+                _v15 * _s[0] + _v14 * _s[1] + -0.5 * x,
+                _s[3],
+                _v15 * _s[2] + _v14 * _s[3] + -0.5 * v,
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_dfdt) = [
-                0.0,
-                0.5 * _udot[0usize],
-            ];
-            *::dgd::__runtime::codegen::fixed_mut::<4usize>(_g) = [
-                _s[1usize],
-                _v15 * _s[0usize] + _v14 * _s[1usize] + -0.5 * x,
-                _s[3usize],
-                _v15 * _s[2usize] + _v14 * _s[3usize] + -0.5 * v,
-            ];
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_dgdy) = [-0.5, -0.5];
-            *::dgd::__runtime::codegen::fixed_mut::<4usize>(_dgdt) = [
-                0.0,
-                0.0,
-                0.0,
-                0.0,
-            ];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_dgdy) = [-0.5, -0.5];
+            *::dgd::__runtime::codegen::fixed_mut::<4>(_dgdt) = [0.0, 0.0, 0.0, 0.0];
         }
         #[inline]
         fn parameter_jacobian(
@@ -394,17 +379,14 @@ pub mod spring {
             _at: ::dgd::__runtime::Point<'_>,
             _values: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<2usize>(_at.y);
-            let v = _y[1usize];
-            let x = _y[0usize];
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_values) = [
-                -0.5 * x,
-                -0.5 * v,
-            ];
+            let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            let v = _y[1];
+            let x = _y[0];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_values) = [-0.5 * x, -0.5 * v];
         }
         #[inline]
         fn input_jacobian(&self, _at: ::dgd::__runtime::Point<'_>, _values: &mut [f64]) {
-            *::dgd::__runtime::codegen::fixed_mut::<1usize>(_values) = [0.5];
+            *::dgd::__runtime::codegen::fixed_mut::<1>(_values) = [0.5];
         }
         #[inline]
         fn time_derivative(
@@ -412,16 +394,16 @@ pub mod spring {
             _at: ::dgd::__runtime::Point<'_>,
             _values: &mut [f64],
         ) {
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_values) = [0.0, 0.0];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_values) = [0.0, 0.0];
         }
         #[inline]
         fn outputs(&self, _at: ::dgd::__runtime::Point<'_>, _w: &mut [f64]) {
-            let _y = ::dgd::__runtime::codegen::fixed::<2usize>(_at.y);
-            let _p = ::dgd::__runtime::codegen::fixed::<2usize>(_at.p);
-            let v = _y[1usize];
-            let k = _p[0usize];
-            let x = _y[0usize];
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_w) = [
+            let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let v = _y[1];
+            let k = _p[0];
+            let x = _y[0];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_w) = [
                 x,
                 v * v + 0.5 * k * (x * x),
             ];
@@ -435,19 +417,19 @@ pub mod spring {
             _dwdp: &mut [f64],
             _dwdt: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<2usize>(_at.y);
-            let _p = ::dgd::__runtime::codegen::fixed::<2usize>(_at.p);
-            let v = _y[1usize];
-            let k = _p[0usize];
-            let x = _y[0usize];
-            *::dgd::__runtime::codegen::fixed_mut::<3usize>(_dwdy) = [
+            let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let v = _y[1];
+            let k = _p[0];
+            let x = _y[0];
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_dwdy) = [
                 1.0,
                 2.0 * (0.5 * k * x),
                 2.0 * v,
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<0usize>(_dwdu) = [];
-            *::dgd::__runtime::codegen::fixed_mut::<1usize>(_dwdp) = [0.5 * (x * x)];
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_dwdt) = [0.0, 0.0];
+            *::dgd::__runtime::codegen::fixed_mut::<0>(_dwdu) = [];
+            *::dgd::__runtime::codegen::fixed_mut::<1>(_dwdp) = [0.5 * (x * x)];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_dwdt) = [0.0, 0.0];
         }
         #[inline]
         fn output_sensitivities(
@@ -457,27 +439,27 @@ pub mod spring {
             _w: &mut [f64],
             _dw: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<2usize>(_at.y);
-            let _p = ::dgd::__runtime::codegen::fixed::<2usize>(_at.p);
-            let _s = ::dgd::__runtime::codegen::fixed::<4usize>(_s);
-            let v = _y[1usize];
-            let k = _p[0usize];
-            let x = _y[0usize];
+            let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let _s = ::dgd::__runtime::codegen::fixed::<4>(_s);
+            let v = _y[1];
+            let k = _p[0];
+            let x = _y[0];
             let _v6 = 0.5 * k;
             let _v7 = x * x;
             let _v15 = 2.0 * (_v6 * x);
             let _v16 = 2.0 * v;
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_w) = [x, v * v + _v6 * _v7];
-            *::dgd::__runtime::codegen::fixed_mut::<4usize>(_dw) = [
-                _s[0usize],
-                _v15 * _s[0usize] + _v16 * _s[1usize] + 0.5 * _v7,
-                _s[2usize],
-                _v15 * _s[2usize] + _v16 * _s[3usize],
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_w) = [x, v * v + _v6 * _v7];
+            *::dgd::__runtime::codegen::fixed_mut::<4>(_dw) = [
+                _s[0],
+                _v15 * _s[0] + _v16 * _s[1] + 0.5 * _v7,
+                _s[2],
+                _v15 * _s[2] + _v16 * _s[3],
             ];
         }
         #[inline]
         fn start(&self, _at: ::dgd::__runtime::Point<'_>, _y0: &mut [f64]) {
-            *::dgd::__runtime::codegen::fixed_mut::<2usize>(_y0) = [0.1, 0.0];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_y0) = [0.1, 0.0];
         }
         #[inline]
         fn start_sensitivities(
@@ -485,7 +467,7 @@ pub mod spring {
             _at: ::dgd::__runtime::Point<'_>,
             _s0: &mut [f64],
         ) {
-            *::dgd::__runtime::codegen::fixed_mut::<4usize>(_s0) = [0.0, 0.0, 0.0, 0.0];
+            *::dgd::__runtime::codegen::fixed_mut::<4>(_s0) = [0.0, 0.0, 0.0, 0.0];
         }
     }
 }
