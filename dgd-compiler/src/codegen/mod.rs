@@ -14,8 +14,10 @@ use quote::quote;
 use crate::program::Program;
 use crate::source::Sources;
 
-/// Up to this many unknowns a model's numbers live in arrays on the stack.
-const LARGEST_ON_STACK: usize = 24;
+/// Up to this many unknowns, and this many sensitivities, a model's numbers live in arrays on the
+/// stack. A solver keeps about thirty arrays of sensitivities: 120 kB at most.
+const MOST_UNKNOWNS_ON_STACK: usize = 24;
+const MOST_SENSITIVITIES_ON_STACK: usize = 512;
 
 /// The module of a program under this name. `sources` are those that it was compiled from.
 pub fn generate(program: &Program, module: &str, sources: &Sources) -> TokenStream {
@@ -45,8 +47,9 @@ pub fn generate(program: &Program, module: &str, sources: &Sources) -> TokenStre
 fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
     let n = program.unknowns.len();
     let n_s = program.directions.len();
+    let on_stack = n <= MOST_UNKNOWNS_ON_STACK && n * n_s <= MOST_SENSITIVITIES_ON_STACK;
     let storage = |len: usize| {
-        if n <= LARGEST_ON_STACK {
+        if on_stack {
             let len = index(len);
             quote!([f64; #len])
         } else {
@@ -59,7 +62,7 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
     let inputs = storage(program.inputs.len());
     let jacobian = storage(nonzeros(crate::program::ResultKind::Jacobian));
     let dgdy = storage(nonzeros(crate::program::ResultKind::Dgdy));
-    let factorisation = if n <= LARGEST_ON_STACK {
+    let factorisation = if on_stack {
         let n = index(n);
         quote!(::dgd::__runtime::linalg::FixedLu<#n>)
     } else {

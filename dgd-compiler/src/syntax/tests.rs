@@ -6,47 +6,8 @@ use super::*;
 use crate::diagnostics::codes::CODES;
 use crate::source::Source;
 
-/// The model of the language's description.
-pub(super) const CIRCULATION: &str = "/// Mud circulation of a dual gradient drilling riser.
-/// Haukanes 2015: 2.32, 2.33 (dynamic), 3.17, 3.18 (static).
-model mud_circulation
-
-constant g     [m/s^2]  = 9.81
-constant p_atm [Pa]     = 101325
-constant rho   [kg/m^3] = 1120
-constant h_in  [m]      = 307            /// subsea pump inlet, below the rig floor
-constant h_out [m]      = 302            /// subsea pump outlet
-constant d_r   [in]     = 19.75          # a remark that stays in the file; /// reaches the reports
-let A_r = pi/4 * d_r^2
-
-input w_ssp   [%]   hold                 /// pump speed reference, of maximum
-input q_boost [lpm] linear               /// from the mud pump's speed, not metered
-input q_tf    [lpm] hold
-
-parameter M_ssp [kg/m^4]     = 1.1e8   in 1e6 .. 1e10, log
-parameter c0    [m]          = 275     in 0 ..            /// shut-off head at full speed
-parameter c1    [s/m^2]      = 0       in 0 .., fixed
-parameter F2    [Pa*s^2/m^6] = 1.75e8  in 0 ..
-
-state h_r   [m]     = 50                 /// riser level, downwards from the rig floor
-state q_ssp [m^3/s] = q_boost + q_tf
-
-function friction(q [m^3/s]) = F1*q + F2*q*abs(q)
-let p_suction = rho*g*(h_in - h_r)
-let dp_pump   = rho*g*(c0*w_ssp^2 - c1*w_ssp*q_ssp - c2*q_ssp*abs(q_ssp))
-let net       = p_suction + dp_pump - friction(q_ssp) - rho*g*h_out
-
-equation riser: A_r * der(h_r) = q_ssp - q_boost - q_tf
-
-variant flow {
-  dynamic { equation return_line: M_ssp * der(q_ssp) = net }
-  static  { equation return_line: 0 = net }
-}
-
-output p_in  [barg] = p_suction            noise 0.01 [bar]
-output p_out [barg] = p_suction + dp_pump  noise 0.01 [bar]   # = G + F + M dq/dt, in both variants
-output q_ssp [lpm]                         noise 15 [lpm]
-";
+/// A whole model.
+pub(super) const CIRCULATION: &str = include_str!("../../../models/mud_circulation.dgd");
 
 fn read(text: &str) -> Result<Ast, Vec<Diagnostic>> {
     let mut sources = Sources::default();
@@ -210,7 +171,9 @@ fn the_example_is_read_whole() {
     let ast = read(CIRCULATION).unwrap();
     assert_eq!(ast.model.as_ref().unwrap().name.text, "mud_circulation");
     assert_eq!(ast.model.as_ref().unwrap().doc.len(), 2);
-    assert_eq!(ast.items.len(), 25);
+    // Each item of this file begins a line of its own.
+    let begins = |line: &&str| line.starts_with(|c: char| c.is_alphabetic());
+    assert_eq!(ast.items.len() + 1, CIRCULATION.lines().filter(begins).count());
     assert_eq!(ast.items[3].doc, ["subsea pump inlet, below the rig floor"]);
     let span = ast.items[0].span;
     let text = &CIRCULATION[span.start as usize..span.end as usize];
