@@ -102,8 +102,8 @@ fn error(system: &impl System, solution: &Solution, reference: &Table, with: boo
                 if column.name == unknown.name {
                     return Some(solution.y(k)[i]);
                 }
-                signature.directions.iter().enumerate().find_map(|(j, direction)| {
-                    let parameter = &signature.parameters[*direction].name;
+                (0..signature.directions.len()).find_map(|j| {
+                    let parameter = signature.direction_name(j);
                     (column.name == format!("d({})/d({parameter})", unknown.name))
                         .then(|| solution.s(k)[j * solution.n + i])
                 })

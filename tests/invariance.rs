@@ -13,7 +13,7 @@ use dgd_compiler::dae::assemble;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::{ModelOptions, resolve};
 use dgd_compiler::pipeline::load;
-use dgd_compiler::program::lower;
+use dgd_compiler::program::{Direction, lower};
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::ast::{Ast, AttributeKind, Expr, ExprKind, Item, ItemKind, Unit};
 use dgd_compiler::syntax::{parse, print};
@@ -58,7 +58,7 @@ fn interpreted(asts: &[Ast]) -> Interpreted {
     let dae = resolve(asts, &ModelOptions::default(), &mut diagnostics)
         .and_then(|model| assemble(&model, &mut diagnostics))
         .unwrap_or_else(|_| panic!("{:?}", diagnostics.sorted()));
-    let all: Vec<usize> = (0..dae.parameters.len()).collect();
+    let all: Vec<_> = (0..dae.parameters.len()).map(Direction::Parameter).collect();
     Interpreted::new(lower(&dae, &all))
 }
 

@@ -5,7 +5,7 @@ mod support;
 
 use std::path::Path;
 
-use dgd::{Pattern, Point, System};
+use dgd::{Direction, Pattern, Point, System};
 use dgd_execute::Interpreted;
 use support::{Noise, compiled, every_variant, interpreted, model_files};
 
@@ -140,6 +140,10 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
     let (n, n_w) = (signature.unknowns.len(), signature.outputs.len());
     let (n_u, n_s) = (signature.inputs.len(), signature.directions.len());
     let size = |value: f64| if value == 0.0 { 1.0 } else { value.abs() };
+    let moved_parameter = |j: usize| match signature.directions[j] {
+        Direction::Parameter(position) => position,
+        Direction::Start(_) => unreachable!("the models are compiled with their parameters only"),
+    };
     let f = |at: &At| {
         let mut f = vec![0.0; n];
         system.rhs(at.point(), &mut f);
@@ -217,7 +221,7 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
     let s: Vec<f64> = (0..n * n_s).map(|k| size(at.y[k % n]) * noise.next()).collect();
     let along = |j: usize, dx: f64| {
         let mut at = at.clone();
-        let parameter = signature.directions[j];
+        let parameter = moved_parameter(j);
         let step = size(at.p[parameter]);
         at.p[parameter] += step * dx;
         at.y.iter_mut().zip(&s[j * n..]).for_each(|(y, s)| *y += s * dx);
@@ -225,7 +229,7 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
     };
     // Sensitivities are per unit of θ; here θ moves by its size, so S is S θ.
     let unscaled: Vec<f64> =
-        (0..n * n_s).map(|k| s[k] / size(at.p[signature.directions[k / n]])).collect();
+        (0..n * n_s).map(|k| s[k] / size(at.p[moved_parameter(k / n)])).collect();
     let g_at = |at: &At| {
         let (mut f, mut g) = (vec![0.0; n], vec![0.0; n * n_s]);
         system.sensitivity_rhs(at.point(), &unscaled, &mut f, &mut g);
@@ -236,7 +240,7 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
     system.output_sensitivities(at.point(), &unscaled, &mut w_now, &mut dw);
     assert_eq!(w_now, w(at), "{label}: outputs with and without sensitivities");
     for j in 0..n_s {
-        let step = size(at.p[signature.directions[j]]);
+        let step = size(at.p[moved_parameter(j)]);
         let scaled = |values: &[f64]| values.iter().map(|v| v * step).collect::<Vec<f64>>();
         let found = difference(&|dx| f(&along(j, dx)), 0.0, 1.0);
         compare(&format!("{label}: g, direction {j}"), &scaled(&g[j * n..(j + 1) * n]), &found);
@@ -283,7 +287,7 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
     let mut s0 = vec![0.0; n * n_s];
     system.start_sensitivities(at.point(), &mut s0);
     for j in 0..n_s {
-        let parameter = signature.directions[j];
+        let parameter = moved_parameter(j);
         let shifted = |x: f64| {
             let mut at = at.clone();
             at.p[parameter] = x;

@@ -97,8 +97,8 @@ fn check(generated: &impl System, case: &Case) {
                 if column.name == unknown.name {
                     return solution.y(k)[i];
                 }
-                for (j, direction) in signature.directions.iter().enumerate() {
-                    let parameter = &signature.parameters[*direction].name;
+                for j in 0..signature.directions.len() {
+                    let parameter = signature.direction_name(j);
                     if column.name == format!("d({})/d({parameter})", unknown.name) {
                         return solution.s(k)[j * solution.n + i];
                     }

@@ -2,6 +2,9 @@
 
 mod support;
 
+use dgd_compiler::pipeline::Directions;
+use dgd_execute::Interpreted;
+
 use dgd::{
     Column, Inputs, Interpolation, Options, Problem, Solution, System, simulate,
     simulate_with_sensitivities,
@@ -55,6 +58,51 @@ fn figure_3_1_has_the_numbers_of_the_equations() {
     let largest = to_m.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     assert!((smallest / -3.28e-10 - 1.0).abs() < 2e-3, "{smallest:e}");
     assert!((largest / 4.58e-11 - 1.0).abs() < 2e-3, "{largest:e}");
+}
+
+#[test]
+fn sensitivities_to_start_values_are_those_of_differences() {
+    // The level's own start, its replacement, and the flow's where it is differential.
+    for (variants, starts) in [(&[][..], &["h_r", "q_ssp"][..]), (&[("flow", "static")], &["h_r"])]
+    {
+        let names = [&["c0"], starts].concat().into_iter().map(support::name).collect();
+        let path = std::path::Path::new("models/mud_circulation.dgd");
+        let compiled = support::compiled_with(path, variants, &Directions::Named(names));
+        let system = Interpreted::new(compiled.program);
+        let p: [f64; 6] = riser::dynamic_flow::Parameters::default().into();
+        let speeds: &[f64] = &[0.50, 0.52];
+        let inputs = held(&system, &[0.0, 100.0], &[speeds, &[0.03, 0.03], &[0.005, 0.005]]);
+        let times: Vec<f64> = (0..=50).map(|k| f64::from(k) * 10.0).collect();
+        let run = |start: &[(usize, f64)]| {
+            let problem = Problem { system: &system, p: &p, inputs: &inputs, start };
+            simulate_with_sensitivities(&problem, &times, &options(1e-10)).expect("a run")
+        };
+        let own = run(&[]);
+        let start: Vec<(usize, f64)> = own.y(0).iter().copied().enumerate().collect();
+        let replaced = run(&start);
+        for i in 0..starts.len() {
+            let moved = |change: f64| {
+                let mut start = start.clone();
+                start[i].1 += change;
+                run(&start)
+            };
+            let h = 1e-3 * start[i].1;
+            let (low, high) = (moved(-h), moved(h));
+            let column = 2 * (i + 1);
+            assert_eq!(own.s(0)[column + i], 1.0, "a start value follows itself");
+            for (k, t) in times.iter().enumerate() {
+                for row in 0..2 {
+                    let difference = (high.y(k)[row] - low.y(k)[row]) / (2.0 * h);
+                    for s in [own.s(k)[column + row], replaced.s(k)[column + row]] {
+                        // Curvature: h² relative. Rounding and tolerance: 1e-10 over 1e-3.
+                        let size = if row == i { 1.0 } else { start[row].1 / start[i].1 };
+                        let error = (s - difference).abs() / size;
+                        assert!(error < 1e-5, "{} in row {row} at {t} s: {error:.1e}", starts[i]);
+                    }
+                }
+            }
+        }
+    }
 }
 
 /// Level, flow and their sensitivities to c0, c2, F2 for a step in pump speed.

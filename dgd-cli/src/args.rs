@@ -150,7 +150,7 @@ pub(crate) struct SensitivityArgs {
     /// States and outputs to differentiate [default: all]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub of: Vec<String>,
-    /// Parameters to differentiate to [default: all]
+    /// Parameters to differentiate to, and states for their start values [default: all parameters]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub to: Vec<String>,
     /// Multiply each derivative by its parameter

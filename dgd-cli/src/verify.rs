@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use dgd_runtime::{Options, Problem, Solution, simulate};
+use dgd_runtime::{Direction, Options, Problem, Solution, simulate};
 use serde_json::{Value, json};
 
 use crate::console::Console;
@@ -36,22 +36,29 @@ struct Row {
     at: f64,
 }
 
-/// Repeats the simulation with each parameter a little lower and a little higher.
+/// Repeats the simulation with each parameter or start value a little lower and a little higher.
 pub(crate) fn against_differences(run: &Run, solution: &Solution) -> Result<Report, CommandError> {
     let signature = run.signature();
     let options = Options { rtol: TIGHT, atol: TIGHT, ..run.options };
     let mut rows = Vec::new();
     for (j, direction) in signature.directions.iter().enumerate() {
-        let parameter = &signature.parameters[*direction];
-        let size = match run.p[*direction] {
-            0.0 => parameter.nominal.unwrap_or(parameter.unit.factor),
-            value => value,
+        let unit = signature.direction_unit(j);
+        let (value, nominal) = match *direction {
+            Direction::Parameter(i) => (run.p[i], signature.parameters[i].nominal),
+            Direction::Start(i) => (solution.y(0)[i], signature.unknowns[i].nominal),
         };
+        let size = if value == 0.0 { nominal.unwrap_or(unit.factor) } else { value };
         let h = CHANGE * size.abs();
         let shifted = |change: f64| {
-            let mut p = run.p.clone();
-            p[*direction] += change;
-            let problem = Problem { p: &p, ..run.problem() };
+            let (mut p, mut start) = (run.p.clone(), run.start.clone());
+            match *direction {
+                Direction::Parameter(i) => p[i] += change,
+                Direction::Start(i) => {
+                    start.retain(|(unknown, _)| *unknown != i);
+                    start.push((i, value + change));
+                }
+            }
+            let problem = Problem { p: &p, start: &start, ..run.problem() };
             simulate(&problem, &run.times, &options)
                 .map_err(|failure| CommandError::Computation(failure.to_string()))
         };
@@ -73,7 +80,7 @@ pub(crate) fn against_differences(run: &Run, solution: &Solution) -> Result<Repo
             }
             rows.push(Row {
                 of: unknown.name.to_string(),
-                to: parameter.name.to_string(),
+                to: signature.direction_name(j).into_owned(),
                 difference: if largest == 0.0 { 0.0 } else { worst.0 / largest },
                 at: worst.1,
             });

@@ -211,7 +211,8 @@ fn wrong_variants_are_explained() {
 
 #[test]
 fn unknown_names_of_sensitivities_are_explained() {
-    tank("sensitivity", &["--to", "AA"]).refused(1, &["no parameter `AA`", "did you mean `A`?"]);
+    tank("sensitivity", &["--to", "AA"])
+        .refused(1, &["no parameter and no state `AA`", "did you mean `A`?"]);
     tank("sensitivity", &["--of", "q_ot"]).refused(1, &["`q_ot`", "did you mean `q_out`?"]);
 }
 

@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 use crate::dae::{Dae, assemble};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::model::{Model, ModelOptions, resolve};
-use crate::program::{Program, lower};
+use crate::program::{Direction, Program, lower};
 use crate::source::{Source, SourceId, Sources};
 use crate::syntax::ast::{Ast, ItemKind, Name};
 use crate::syntax::parse;
@@ -21,15 +21,15 @@ use crate::syntax::parse;
 /// How the text of an imported file is had: path in, text or the reason why not out.
 pub type Read<'a> = dyn FnMut(&str) -> Result<String, String> + 'a;
 
-/// Which parameters a program has sensitivities to.
+/// What a program has sensitivities to.
 #[derive(Debug, Clone, Default)]
 pub enum Directions {
     /// None: only states and outputs.
     #[default]
     None,
-    /// All of them.
+    /// All parameters.
     All,
-    /// These.
+    /// These parameters, and the start values of these states.
     Named(Vec<Name>),
 }
 
@@ -62,8 +62,8 @@ pub fn compile(
     let asts = load(main, read, sources, diagnostics)?;
     let model = resolve(&asts, options, diagnostics)?;
     let dae = assemble(&model, diagnostics)?;
-    let positions = positions(&dae, directions, diagnostics)?;
-    let program = lower(&dae, &positions);
+    let chosen = chosen(&dae, directions, diagnostics)?;
+    let program = lower(&dae, &chosen);
     Ok(Compiled { asts, model, dae, program })
 }
 
@@ -174,39 +174,44 @@ fn normalise(path: &str) -> String {
     parts.join("/")
 }
 
-/// Positions of the chosen directions among the parameters.
-fn positions(
+/// The chosen directions, each once.
+fn chosen(
     dae: &Dae,
     directions: &Directions,
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<usize>, Reported> {
+) -> Result<Vec<Direction>, Reported> {
     let names = match directions {
         Directions::None => return Ok(Vec::new()),
-        Directions::All => return Ok((0..dae.parameters.len()).collect()),
+        Directions::All => {
+            return Ok((0..dae.parameters.len()).map(Direction::Parameter).collect());
+        }
         Directions::Named(names) => names,
     };
-    let mut positions = Vec::with_capacity(names.len());
-    for name in names {
-        let found = dae.parameters.iter().position(|p| p.declared.name == name.text);
-        match found {
-            Some(position) if !positions.contains(&position) => positions.push(position),
+    let parameter = |name: &str| dae.parameters.iter().position(|p| p.declared.name == name);
+    let state = |name: &str| dae.unknowns.iter().position(|x| x.differential && x.name == name);
+    let mut chosen = Vec::with_capacity(names.len());
+    for Name { text, span } in names {
+        let found = parameter(text).map(Direction::Parameter);
+        match found.or_else(|| state(text).map(Direction::Start)) {
+            Some(direction) if !chosen.contains(&direction) => chosen.push(direction),
             Some(_) => {}
             None => {
-                let message = format!("there is no parameter `{}`", name.text);
-                let mut diagnostic = Diagnostic::new(Code::E201, name.span, message);
-                let known: Vec<&str> =
-                    dae.parameters.iter().map(|p| p.declared.name.as_str()).collect();
-                diagnostic.help = Some(match suggestion(&name.text, known.iter().copied()) {
+                let parameters = dae.parameters.iter().map(|p| p.declared.name.as_str());
+                let states =
+                    dae.unknowns.iter().filter(|x| x.differential).map(|x| x.name.as_str());
+                let known: Vec<&str> = parameters.chain(states).collect();
+                let help = match suggestion(text, known.iter().copied()) {
                     Some(near) => format!("did you mean `{near}`?"),
                     None if known.is_empty() => "this model has no parameters".to_owned(),
                     None => format!("there is `{}`", known.join("`, `")),
-                });
-                diagnostics.error(diagnostic);
+                };
+                let message = format!("there is no parameter and no state `{text}`");
+                diagnostics.error(Diagnostic::new(Code::E201, *span, message).help(help));
             }
         }
     }
     diagnostics.check()?;
-    Ok(positions)
+    Ok(chosen)
 }
 
 #[cfg(test)]

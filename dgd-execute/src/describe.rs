@@ -3,7 +3,7 @@
 use dgd_compiler::program::{self, Program, ResultKind};
 use dgd_compiler::units;
 use dgd_runtime::system::{
-    Input, Interpolation, List, Output, Parameter, Pattern, Signature, Text, Unit, Unknown,
+    Direction, Input, Interpolation, Output, Parameter, Pattern, Signature, Text, Unit, Unknown,
 };
 
 pub(crate) fn signature(program: &Program) -> Signature {
@@ -56,7 +56,14 @@ pub(crate) fn signature(program: &Program) -> Signature {
                 noise: output.noise,
             })
             .collect(),
-        directions: List::Owned(program.directions.clone()),
+        directions: program
+            .directions
+            .iter()
+            .map(|direction| match *direction {
+                program::Direction::Parameter(i) => Direction::Parameter(i),
+                program::Direction::Start(i) => Direction::Start(i),
+            })
+            .collect(),
         jacobian: pattern(ResultKind::Jacobian),
         sensitivity_jacobian: pattern(ResultKind::Dgdy),
         parameter_jacobian: pattern(ResultKind::ParameterJacobian),

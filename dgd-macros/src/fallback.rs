@@ -7,7 +7,7 @@ use dgd_compiler::codegen;
 use dgd_compiler::dae::assemble;
 use dgd_compiler::diagnostics::{Diagnostics, Reported};
 use dgd_compiler::model::{ModelOptions, resolve};
-use dgd_compiler::program::lower;
+use dgd_compiler::program::{Direction, lower};
 use dgd_compiler::source::{Source, SourceId, Sources, Span};
 use dgd_compiler::syntax::ast::{Ast, Expr, ExprKind, Header, Item, ItemKind, Name, UnknownKind};
 use dgd_compiler::syntax::parse_what_is_sound;
@@ -49,7 +49,7 @@ fn generated(ast: &Ast, module: &str, sources: &Sources) -> Result<TokenStream, 
     let mut diagnostics = Diagnostics::default();
     let model = resolve(std::slice::from_ref(ast), &ModelOptions::default(), &mut diagnostics)?;
     let dae = assemble(&model, &mut diagnostics)?;
-    let directions: Vec<usize> = (0..dae.parameters.len()).collect();
+    let directions: Vec<Direction> = (0..dae.parameters.len()).map(Direction::Parameter).collect();
     Ok(codegen::generate(&lower(&dae, &directions), module, sources))
 }
 

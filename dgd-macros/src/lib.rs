@@ -18,8 +18,8 @@ use std::path::{Path, PathBuf};
 /// to the Rust file. Behind it, in any order:
 ///
 /// - `VARIANT = CHOICE` picks a variant,
-/// - `sensitivities = [NAMES]` restricts the parameters to which sensitivities are generated; all
-///   of them without it,
+/// - `sensitivities = [NAMES]` says to which parameters, and to which states' start values,
+///   sensitivities are generated; to all parameters without it,
 /// - `as NAME` names the module; it has the model's name without it.
 ///
 /// The module holds `Model`, which implements `dgd::System`, and `Parameters`, `Inputs`,

@@ -30,6 +30,6 @@ pub use problem::{Options, Problem};
 pub use signal::{Column, InputError, Inputs, Segment, Side};
 pub use solution::{Solution, Statistics, UndefinedSensitivity, side};
 pub use system::{
-    Input, Interpolation, List, Output, Parameter, Pattern, Point, Signature, Storage, System,
-    Text, Unit, Unknown,
+    Direction, Input, Interpolation, List, Output, Parameter, Pattern, Point, Signature, Storage,
+    System, Text, Unit, Unknown,
 };

@@ -11,7 +11,7 @@
 //! of index 1 at most: ∂f_a/∂y_a is structurally non-singular over the rows and columns where M is
 //! zero. Row i belongs to unknown i: where `differential[i]` holds it reads ẏᵢ = fᵢ.
 //!
-//! With the chosen directions θ (a subset of p), the sensitivities S = ∂y/∂θ obey
+//! With the chosen directions θ, parameters and start values, the sensitivities S = ∂y/∂θ obey
 //!
 //! ```text
 //!   M Ṡ = g(t, y, S, u, p) = ∂f/∂y S + ∂f/∂θ
@@ -184,8 +184,8 @@ pub struct Signature {
     pub inputs: List<Input>,
     /// Outputs w.
     pub outputs: List<Output>,
-    /// Chosen directions θ, as positions in `parameters`.
-    pub directions: List<usize>,
+    /// Chosen directions θ.
+    pub directions: List<Direction>,
     /// Where ∂f/∂y is not zero: n × n.
     pub jacobian: Pattern,
     /// Where ∂g/∂y is not zero: (n · n_s) × n.
@@ -213,6 +213,41 @@ pub struct Unit {
     pub factor: f64,
     /// SI value at its zero.
     pub offset: f64,
+}
+
+/// Something that sensitivities are taken to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Direction {
+    /// The parameter at this position.
+    Parameter(usize),
+    /// The start value of the unknown at this position.
+    Start(usize),
+}
+
+impl Signature {
+    /// What the j-th direction is called: a parameter by its name, a start value as `x(0)`.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such direction.
+    pub fn direction_name(&self, j: usize) -> Text {
+        match self.directions[j] {
+            Direction::Parameter(i) => self.parameters[i].name.clone(),
+            Direction::Start(i) => format!("{}(0)", self.unknowns[i].name).into(),
+        }
+    }
+
+    /// The unit of the j-th direction.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such direction.
+    pub fn direction_unit(&self, j: usize) -> &Unit {
+        match self.directions[j] {
+            Direction::Parameter(i) => &self.parameters[i].unit,
+            Direction::Start(i) => &self.unknowns[i].unit,
+        }
+    }
 }
 
 /// An unknown of the system.

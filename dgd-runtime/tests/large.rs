@@ -2,8 +2,8 @@
 
 use dgd_runtime::linalg::AutoLu;
 use dgd_runtime::{
-    Inputs, Options, Parameter, Pattern, Point, Problem, Signature, System, Unit, Unknown,
-    simulate_with_sensitivities,
+    Direction, Inputs, Options, Parameter, Pattern, Point, Problem, Signature, System, Unit,
+    Unknown, simulate_with_sensitivities,
 };
 
 /// Diffusion on a line between ends at zero, and an algebraic unknown beside each cell:
@@ -63,7 +63,7 @@ impl Diffusion {
                 .into(),
                 inputs: Vec::new().into(),
                 outputs: Vec::new().into(),
-                directions: vec![0].into(),
+                directions: vec![Direction::Parameter(0)].into(),
                 sensitivity_jacobian: pattern(&jacobian),
                 jacobian: pattern(&jacobian),
                 parameter_jacobian: pattern(&[]),

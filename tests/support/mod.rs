@@ -35,6 +35,15 @@ pub(crate) fn name(text: &str) -> Name {
 
 /// Compiles a model of the repository with the given choices and all sensitivities.
 pub(crate) fn compiled(path: &Path, variants: &[(&str, &str)]) -> Compiled {
+    compiled_with(path, variants, &Directions::All)
+}
+
+/// Compiles a model of the repository with the given choices and sensitivities.
+pub(crate) fn compiled_with(
+    path: &Path,
+    variants: &[(&str, &str)],
+    directions: &Directions,
+) -> Compiled {
     let path = root().join(path);
     let options = ModelOptions {
         variants: variants.iter().map(|(v, c)| (name(v), name(c))).collect(),
@@ -47,7 +56,7 @@ pub(crate) fn compiled(path: &Path, variants: &[(&str, &str)]) -> Compiled {
     compile(
         main,
         &options,
-        &Directions::All,
+        directions,
         &mut |path| std::fs::read_to_string(path).map_err(|error| error.to_string()),
         &mut sources,
         &mut diagnostics,

@@ -2,7 +2,7 @@
 
 use dgd_compiler::diagnostics::{Code, Diagnostic, suggestion};
 use dgd_compiler::pipeline::Directions;
-use dgd_runtime::{Observations, Signature, Solution, Unit};
+use dgd_runtime::{Direction, Observations, Signature, Solution, Unit};
 use serde_json::json;
 
 use crate::args::SensitivityArgs;
@@ -184,17 +184,20 @@ fn pairs(
     for of in of {
         let (name, unit) = of.name_and_unit(signature);
         for (j, direction) in signature.directions.iter().enumerate() {
-            let parameter = &signature.parameters[*direction];
             let mut values = of.derivatives(solution, observations, j);
             let unit = if scaled {
+                let size = match *direction {
+                    Direction::Parameter(i) => run.p[i],
+                    Direction::Start(i) => solution.y(0)[i],
+                };
                 for value in &mut values {
-                    *value *= run.p[*direction];
+                    *value *= size;
                 }
                 Unit { offset: 0.0, ..unit.clone() }
             } else {
-                quotient(unit, &parameter.unit)
+                quotient(unit, signature.direction_unit(j))
             };
-            let (of, to) = (name.to_owned(), parameter.name.to_string());
+            let (of, to) = (name.to_owned(), signature.direction_name(j).into_owned());
             pairs.push(Pair { of, to, scaled, unit, values });
         }
     }

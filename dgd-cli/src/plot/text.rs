@@ -40,6 +40,10 @@ impl Text {
     /// Greek one: `pump_speed` and `q_of_the_third_pump` stay as they are. The path in front of a
     /// dotted name stays too.
     pub fn name(name: &str) -> Text {
+        // An argument, as in x(0), belongs to the whole name.
+        if let Some(at) = name.find('(') {
+            return Text::name(&name[..at]).then(Text::plain(&name[at..]));
+        }
         let (path, last) = match name.rfind('.') {
             Some(dot) => name.split_at(dot + 1),
             None => ("", name),

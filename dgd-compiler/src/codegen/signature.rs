@@ -4,7 +4,7 @@ use proc_macro2::TokenStream;
 use quote::quote;
 
 use super::{index, number};
-use crate::program::{Interpolation, Program, ResultKind};
+use crate::program::{Direction, Interpolation, Program, ResultKind};
 use crate::units::Unit;
 
 pub(super) fn signature(program: &Program) -> TokenStream {
@@ -73,7 +73,16 @@ pub(super) fn signature(program: &Program) -> TokenStream {
             }
         }
     });
-    let directions = program.directions.iter().map(|position| index(*position));
+    let directions = program.directions.iter().map(|direction| match *direction {
+        Direction::Parameter(i) => {
+            let i = index(i);
+            quote!(::dgd::__runtime::system::Direction::Parameter(#i))
+        }
+        Direction::Start(i) => {
+            let i = index(i);
+            quote!(::dgd::__runtime::system::Direction::Start(#i))
+        }
+    });
     let pattern = |kind| pattern(program, kind);
     let jacobian = pattern(ResultKind::Jacobian);
     let dgdy = pattern(ResultKind::Dgdy);

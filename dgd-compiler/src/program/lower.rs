@@ -3,17 +3,21 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::functions::{Argument, FUNCTIONS, FunctionKind, ResultKind};
-use super::{Function, Input, Operation, Output, Parameter, Program, Unknown, ValueId};
+use super::{Direction, Function, Input, Operation, Output, Parameter, Program, Unknown, ValueId};
 use crate::dae::Dae;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 
-/// Makes a program of a system, with sensitivities to the parameters at these positions.
+/// Makes a program of a system, with sensitivities to these directions.
 ///
 /// # Panics
 ///
-/// If a direction is no position in `dae.parameters`.
-pub fn lower(dae: &Dae, directions: &[usize]) -> Program {
-    assert!(directions.iter().all(|d| *d < dae.parameters.len()), "directions are parameters");
+/// If a direction is a position that the system does not have.
+pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
+    let exists = |direction: &Direction| match *direction {
+        Direction::Parameter(i) => i < dae.parameters.len(),
+        Direction::Start(i) => i < dae.unknowns.len(),
+    };
+    assert!(directions.iter().all(exists), "directions are parameters and unknowns of the system");
     let mut derivation = Derivation::new(dae, directions);
     let functions = FUNCTIONS
         .iter()
@@ -92,7 +96,7 @@ type NonZero = (usize, usize, ExprId);
 /// The expressions of a system and the derivatives taken of them, each once.
 struct Derivation<'a> {
     dae: &'a Dae,
-    directions: &'a [usize],
+    directions: &'a [Direction],
     graph: Graph,
     /// Matrices taken so far, by columns.
     matrices: BTreeMap<ResultKind, Vec<NonZero>>,
@@ -101,7 +105,7 @@ struct Derivation<'a> {
 }
 
 impl<'a> Derivation<'a> {
-    fn new(dae: &'a Dae, directions: &'a [usize]) -> Self {
+    fn new(dae: &'a Dae, directions: &'a [Direction]) -> Self {
         Derivation { dae, directions, graph: dae.graph.clone(), matrices: BTreeMap::new(), g: None }
     }
 
@@ -140,7 +144,14 @@ impl<'a> Derivation<'a> {
             ResultKind::S0 => {
                 let start = self.result(ResultKind::Y0);
                 let directions = self.directions;
-                self.dense(&start, directions.len(), direction(directions))
+                let n = start.len();
+                let mut matrix = self.dense(&start, directions.len(), direction(directions));
+                for (j, direction) in directions.iter().enumerate() {
+                    if let Direction::Start(i) = direction {
+                        matrix[j * n + i] = self.graph.constant(1.0);
+                    }
+                }
+                matrix
             }
             ResultKind::Jacobian => self.sparse(result, &f, unknown),
             ResultKind::ParameterJacobian => self.sparse(result, &f, parameter),
@@ -333,10 +344,10 @@ fn time(symbol: Symbol) -> Option<usize> {
     (symbol == Symbol::Time).then_some(0)
 }
 
-fn direction(directions: &[usize]) -> impl Fn(Symbol) -> Option<usize> + '_ {
+fn direction(directions: &[Direction]) -> impl Fn(Symbol) -> Option<usize> + '_ {
     |symbol| {
         let p = parameter(symbol)?;
-        directions.iter().position(|direction| *direction == p)
+        directions.iter().position(|direction| *direction == Direction::Parameter(p))
     }
 }
 

@@ -35,12 +35,21 @@ pub struct Program {
     pub inputs: Vec<Input>,
     /// Outputs w.
     pub outputs: Vec<Output>,
-    /// Directions θ of the sensitivities, as positions in `parameters`.
-    pub directions: Vec<usize>,
+    /// Directions θ of the sensitivities.
+    pub directions: Vec<Direction>,
     /// Where the matrices that are given by their non-zeros have them.
     pub patterns: BTreeMap<ResultKind, Pattern>,
     /// One function for each row of [`FUNCTIONS`].
     pub functions: Vec<Function>,
+}
+
+/// Something that sensitivities are taken to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Direction {
+    /// The parameter at this position.
+    Parameter(usize),
+    /// The start value of the unknown at this position.
+    Start(usize),
 }
 
 /// Places that can be non-zero: (row, column), columns ascending, rows ascending within a column.

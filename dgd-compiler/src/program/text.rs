@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{Argument, FUNCTIONS, Function, Operation, Program, ValueId};
+use super::{Argument, Direction, FUNCTIONS, Function, Operation, Program, ValueId};
 use crate::expr::display::number;
 
 impl fmt::Display for Program {
@@ -23,8 +23,15 @@ impl fmt::Display for Program {
                 writeln!(f, "  {array}[{i}] = {name} [{unit}]")?;
             }
         }
-        for (j, parameter) in self.directions.iter().enumerate() {
-            writeln!(f, "  theta[{j}] = {}", self.parameters[*parameter].name)?;
+        for (j, direction) in self.directions.iter().enumerate() {
+            match *direction {
+                Direction::Parameter(i) => {
+                    writeln!(f, "  theta[{j}] = {}", self.parameters[i].name)?;
+                }
+                Direction::Start(i) => {
+                    writeln!(f, "  theta[{j}] = {}(0)", self.unknowns[i].name)?;
+                }
+            }
         }
         for (kind, pattern) in &self.patterns {
             let places: Vec<String> = pattern.iter().map(|(r, c)| format!("({r},{c})")).collect();

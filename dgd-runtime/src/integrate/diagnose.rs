@@ -33,9 +33,9 @@ impl<S: System> Simulation<'_, S> {
             }
         }
         let (index, error) = worst;
-        let parameter = (index / n).checked_sub(1).map(|direction| {
-            signature.parameters[signature.directions[direction]].name.to_string()
-        });
+        let parameter = (index / n)
+            .checked_sub(1)
+            .map(|direction| signature.direction_name(direction).to_string());
         IntegrateError::StepSizeTooSmall {
             t: self.t,
             h,

@@ -33,7 +33,7 @@ use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
 use crate::signal::Side;
 use crate::solution::{Solution, Statistics};
-use crate::system::{Point, Storage, System};
+use crate::system::{Direction, Point, Storage, System};
 use catalogue::MethodKind;
 use controller::Controller;
 use rosenbrock::{At, Base, Directions, Drive, Rosenbrock};
@@ -254,16 +254,22 @@ impl<'a, S: System> Simulation<'a, S> {
         unknown_sizes(system, self.y.as_ref(), self.sizes.as_mut());
         if let Some(d) = &mut self.directions {
             system.start_sensitivities(at, d.s.as_mut());
+            let directions = &system.signature().directions;
+            // A replaced start value depends on nothing but itself.
             for &(i, _) in start {
-                for column in d.s.as_mut().chunks_exact_mut(n) {
-                    column[i] = 0.0;
+                let columns = d.s.as_mut().chunks_exact_mut(n);
+                for (column, direction) in columns.zip(directions.iter()) {
+                    column[i] = f64::from(u8::from(*direction == Direction::Start(i)));
                 }
             }
             let columns = d.sizes.as_mut().chunks_exact_mut(n.max(1));
-            for (column, &position) in columns.zip(system.signature().directions.iter()) {
-                let parameter = parameter_size(system, position);
+            for (column, direction) in columns.zip(directions.iter()) {
+                let of_direction = match *direction {
+                    Direction::Parameter(position) => parameter_size(system, position),
+                    Direction::Start(i) => self.sizes.as_ref()[i],
+                };
                 for (size, unknown) in column.iter_mut().zip(self.sizes.as_ref()) {
-                    *size = unknown / parameter;
+                    *size = unknown / of_direction;
                 }
             }
         }

@@ -8,7 +8,8 @@ pub mod problems;
 
 use dgd_runtime::linalg::{AutoLu, FixedLu};
 use dgd_runtime::{
-    Input, Interpolation, Output, Parameter, Pattern, Point, Signature, System, Unit, Unknown,
+    Direction, Input, Interpolation, Output, Parameter, Pattern, Point, Signature, System, Unit,
+    Unknown,
 };
 
 pub use hyper_dual::{HyperDual, Number};
@@ -77,7 +78,7 @@ fn signature<E: Equations>() -> Signature {
             .iter()
             .map(|&(name, ..)| Output { name: name.into(), unit: unit(), noise: None })
             .collect(),
-        directions: (0..n_s).collect(),
+        directions: (0..n_s).map(Direction::Parameter).collect(),
         jacobian: full(n, n),
         sensitivity_jacobian: full(n * n_s, n),
         parameter_jacobian: full(n, n_s),

@@ -242,7 +242,12 @@ pub mod vessel {
                 },
             ],
         ),
-        directions: List::Borrowed(&[0, 1]),
+        directions: List::Borrowed(
+            &[
+                ::dgd::__runtime::system::Direction::Parameter(0),
+                ::dgd::__runtime::system::Direction::Parameter(1),
+            ],
+        ),
         jacobian: ::dgd::__runtime::system::Pattern {
             rows: List::Borrowed(&[1, 0, 1, 1, 2]),
             columns: List::Borrowed(&[0, 1, 1, 2, 2]),

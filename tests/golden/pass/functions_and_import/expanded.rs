@@ -213,7 +213,12 @@ pub mod basins {
                 },
             ],
         ),
-        directions: List::Borrowed(&[0, 1]),
+        directions: List::Borrowed(
+            &[
+                ::dgd::__runtime::system::Direction::Parameter(0),
+                ::dgd::__runtime::system::Direction::Parameter(1),
+            ],
+        ),
         jacobian: ::dgd::__runtime::system::Pattern {
             rows: List::Borrowed(&[2, 2, 0, 1, 2]),
             columns: List::Borrowed(&[0, 1, 2, 2, 2]),
