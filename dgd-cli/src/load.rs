@@ -20,13 +20,13 @@ pub(crate) struct Loaded {
 
 /// What is being compiled, while mistakes are collected.
 #[derive(Default)]
-pub(crate) struct Session {
+pub(crate) struct Compilation {
     pub sources: Sources,
     pub diagnostics: Diagnostics,
 }
 
-impl Session {
-    /// Ends the session because of what was reported.
+impl Compilation {
+    /// Ends the compilation because of what was reported.
     pub(crate) fn fail(self, _: Reported) -> CommandError {
         CommandError::diagnosed(&self.diagnostics, self.sources)
     }
@@ -91,14 +91,14 @@ impl Session {
 pub(crate) fn load(
     path: &Path,
     choices: &Choices,
-    directions: impl FnOnce(&mut Session) -> Directions,
+    directions: impl FnOnce(&mut Compilation) -> Directions,
 ) -> Result<Loaded, CommandError> {
-    let mut session = Session::default();
-    let options = session.options(choices)?;
-    let directions = directions(&mut session);
-    match session.compile(path, &options, &directions)? {
-        Ok(compiled) => Ok(Loaded { compiled, sources: session.sources }),
-        Err(reported) => Err(session.fail(reported)),
+    let mut compilation = Compilation::default();
+    let options = compilation.options(choices)?;
+    let directions = directions(&mut compilation);
+    match compilation.compile(path, &options, &directions)? {
+        Ok(compiled) => Ok(Loaded { compiled, sources: compilation.sources }),
+        Err(reported) => Err(compilation.fail(reported)),
     }
 }
 

@@ -11,15 +11,15 @@ use serde_json::{Value, json};
 use crate::args::CheckArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
-use crate::load::{Session, read_model};
+use crate::load::{Compilation, read_model};
 
 pub(crate) fn run(args: &CheckArgs, console: Console<'_>) -> Result<(), CommandError> {
     read_model(&args.model)?;
-    let mut session = Session::default();
-    let options = session.options(&args.choices)?;
-    let compiled = match session.compile(&args.model, &options, &Directions::None)? {
+    let mut compilation = Compilation::default();
+    let options = compilation.options(&args.choices)?;
+    let compiled = match compilation.compile(&args.model, &options, &Directions::None)? {
         Ok(compiled) => compiled,
-        Err(reported) => return Err(session.fail(reported)),
+        Err(reported) => return Err(compilation.fail(reported)),
     };
 
     // What was not chosen must be sound too, one choice at a time.
@@ -29,19 +29,19 @@ pub(crate) fn run(args: &CheckArgs, console: Console<'_>) -> Result<(), CommandE
         }
         for (_, choice) in choices.iter().enumerate().filter(|(i, _)| i != chosen) {
             let mut other = options.clone();
-            let variant = session.name("--variant", name);
-            other.variants.push((variant, session.name("--variant", choice)));
+            let variant = compilation.name("--variant", name);
+            other.variants.push((variant, compilation.name("--variant", choice)));
             let mut own = Diagnostics::default();
             // Mistakes are collected: one choice's say nothing about the next.
             let _: Result<_, Reported> = resolve(&compiled.asts, &other, &mut own)
                 .and_then(|model| assemble(&model, &mut own));
             for diagnostic in own.sorted() {
-                session.diagnostics.error(diagnostic.clone());
+                compilation.diagnostics.error(diagnostic.clone());
             }
         }
     }
-    if let Err(reported) = session.diagnostics.check() {
-        return Err(session.fail(reported));
+    if let Err(reported) = compilation.diagnostics.check() {
+        return Err(compilation.fail(reported));
     }
 
     if console.is_json() {

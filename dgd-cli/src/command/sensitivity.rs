@@ -9,7 +9,7 @@ use crate::args::SensitivityArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::figure::{self, Line, Subject};
-use crate::load::{Loaded, Session};
+use crate::load::{Compilation, Loaded};
 use crate::plot::Text;
 use crate::result::{self, NamedColumn};
 use crate::run::Run;
@@ -70,16 +70,18 @@ pub(crate) fn run(args: &SensitivityArgs, console: Console<'_>) -> Result<(), Co
 
 /// Compiles the model with sensitivities to `--to` and finds what `--of` names.
 fn load(args: &SensitivityArgs) -> Result<(Loaded, Vec<Of>), CommandError> {
-    let mut session = Session::default();
-    let options = session.options(&args.run.choices)?;
+    let mut compilation = Compilation::default();
+    let options = compilation.options(&args.run.choices)?;
     let directions = if args.to.is_empty() {
         Directions::All
     } else {
-        Directions::Named(args.to.iter().map(|name| session.name("--to", name.trim())).collect())
+        Directions::Named(
+            args.to.iter().map(|name| compilation.name("--to", name.trim())).collect(),
+        )
     };
-    let compiled = match session.compile(&args.run.model, &options, &directions)? {
+    let compiled = match compilation.compile(&args.run.model, &options, &directions)? {
         Ok(compiled) => compiled,
-        Err(reported) => return Err(session.fail(reported)),
+        Err(reported) => return Err(compilation.fail(reported)),
     };
 
     let program = &compiled.program;
@@ -87,7 +89,7 @@ fn load(args: &SensitivityArgs) -> Result<(Loaded, Vec<Of>), CommandError> {
     let output = |name: &str| program.outputs.iter().position(|x| x.name == name);
     let mut of = Vec::new();
     for name in &args.of {
-        let name = session.name("--of", name.trim());
+        let name = compilation.name("--of", name.trim());
         let found = unknown(&name.text).map(Of::Unknown);
         if let Some(found) = found.or_else(|| output(&name.text).map(Of::Output)) {
             of.push(found);
@@ -104,10 +106,10 @@ fn load(args: &SensitivityArgs) -> Result<(Loaded, Vec<Of>), CommandError> {
             None => format!("there is `{}`", known.join("`, `")),
         };
         let diagnostic = Diagnostic::new(Code::E201, name.span, message).help(help);
-        session.diagnostics.error(diagnostic);
+        compilation.diagnostics.error(diagnostic);
     }
-    if session.diagnostics.check().is_err() {
-        return Err(CommandError::diagnosed(&session.diagnostics, session.sources));
+    if compilation.diagnostics.check().is_err() {
+        return Err(CommandError::diagnosed(&compilation.diagnostics, compilation.sources));
     }
     if of.is_empty() {
         of.extend((0..program.unknowns.len()).map(Of::Unknown));
@@ -115,7 +117,7 @@ fn load(args: &SensitivityArgs) -> Result<(Loaded, Vec<Of>), CommandError> {
         let others = program.outputs.iter().enumerate();
         of.extend(others.filter(|(_, x)| unknown(&x.name).is_none()).map(|(i, _)| Of::Output(i)));
     }
-    Ok((Loaded { compiled, sources: session.sources }, of))
+    Ok((Loaded { compiled, sources: compilation.sources }, of))
 }
 
 impl Of {
