@@ -8,9 +8,7 @@ use quote::{format_ident, quote};
 use super::{identifier, index, number};
 use crate::expr::graph::Comparison;
 use crate::expr::intrinsics::Definition;
-use crate::program::{
-    Argument, FUNCTIONS, Function, FunctionKind, Operation, Program, ResultKind, ValueId,
-};
+use crate::program::{Argument, Function, FunctionKind, Operation, Program, ResultKind, ValueId};
 use crate::source::Sources;
 
 /// An expression stays in one piece up to this many operations deep.
@@ -46,10 +44,7 @@ impl Piece {
 }
 
 pub(super) fn method(program: &Program, function: &Function, sources: &Sources) -> TokenStream {
-    let spec = FUNCTIONS
-        .iter()
-        .find(|spec| spec.kind == function.kind)
-        .unwrap_or_else(|| unreachable!("every function has a row"));
+    let spec = function.kind.spec();
     let name = Ident::new(spec.name, Span::call_site());
     let extra = spec.extra.iter().map(|argument| {
         let name = array(*argument);

@@ -130,3 +130,22 @@ pub static FUNCTIONS: &[FunctionSpec] = {
         row(K::StartSensitivities, "start_sensitivities", &[], &[R::S0]),
     ]
 };
+
+impl FunctionKind {
+    /// Its row of the table.
+    pub fn spec(self) -> &'static FunctionSpec {
+        &FUNCTIONS[self as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::FUNCTIONS;
+
+    #[test]
+    fn kinds_and_rows_have_one_order() {
+        for (row, spec) in FUNCTIONS.iter().enumerate() {
+            assert_eq!(spec.kind as usize, row, "{}", spec.name);
+        }
+    }
+}

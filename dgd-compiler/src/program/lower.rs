@@ -3,7 +3,9 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::functions::{Argument, FUNCTIONS, FunctionKind, ResultKind};
-use super::{Direction, Function, Input, Operation, Output, Parameter, Program, Unknown, ValueId};
+use super::{
+    Direction, Function, Input, Operation, Output, Parameter, Pattern, Program, Unknown, ValueId,
+};
 use crate::dae::Dae;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 
@@ -79,34 +81,31 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
             })
             .collect(),
         directions: directions.to_vec(),
-        patterns: derivation
-            .matrices
-            .iter()
-            .map(|(kind, matrix)| {
-                (*kind, matrix.iter().map(|(row, column, _)| (*row, *column)).collect())
-            })
-            .collect(),
+        patterns: derivation.patterns,
         functions,
     }
 }
-
-/// A non-zero of a matrix: (row, column, value).
-type NonZero = (usize, usize, ExprId);
 
 /// The expressions of a system and the derivatives taken of them, each once.
 struct Derivation<'a> {
     dae: &'a Dae,
     directions: &'a [Direction],
     graph: Graph,
-    /// Matrices taken so far, by columns.
-    matrices: BTreeMap<ResultKind, Vec<NonZero>>,
-    /// g, once made.
-    g: Option<Vec<ExprId>>,
+    /// Results made so far.
+    results: BTreeMap<ResultKind, Vec<ExprId>>,
+    /// Where those that are given by their non-zeros have them.
+    patterns: BTreeMap<ResultKind, Pattern>,
 }
 
 impl<'a> Derivation<'a> {
     fn new(dae: &'a Dae, directions: &'a [Direction]) -> Self {
-        Derivation { dae, directions, graph: dae.graph.clone(), matrices: BTreeMap::new(), g: None }
+        Derivation {
+            dae,
+            directions,
+            graph: dae.graph.clone(),
+            results: BTreeMap::new(),
+            patterns: BTreeMap::new(),
+        }
     }
 
     fn n(&self) -> usize {
@@ -121,14 +120,23 @@ impl<'a> Derivation<'a> {
         self.dae.outputs.iter().map(|output| output.value).collect()
     }
 
-    /// The numbers of a result.
+    /// The numbers of a result, which several functions may give.
     fn result(&mut self, result: ResultKind) -> Vec<ExprId> {
+        if let Some(numbers) = self.results.get(&result) {
+            return numbers.clone();
+        }
+        let numbers = self.derive(result);
+        self.results.insert(result, numbers.clone());
+        numbers
+    }
+
+    fn derive(&mut self, result: ResultKind) -> Vec<ExprId> {
         let (f, w) = (self.f(), self.w());
         match result {
             ResultKind::F => f,
             ResultKind::W => w,
             ResultKind::Y0 => self.dae.unknowns.iter().map(|unknown| unknown.start).collect(),
-            ResultKind::G => self.g(),
+            ResultKind::G => self.sensitivities_of(&f),
             ResultKind::Dfdt => f.iter().map(|f| self.along_time(*f)).collect(),
             ResultKind::Dgdt => {
                 let zero = self.graph.constant(0.0);
@@ -162,44 +170,33 @@ impl<'a> Derivation<'a> {
             ResultKind::Dgdy => {
                 let rows =
                     self.derivatives_of_g(|derivation, e| derivation.graph.gradient(e, unknown));
-                self.keep(result, rows)
+                self.non_zeros(result, rows)
             }
         }
     }
 
-    fn g(&mut self) -> Vec<ExprId> {
-        if let Some(g) = &self.g {
-            return g.clone();
-        }
-        let g = self.sensitivities_of(&self.f());
-        self.g.insert(g).clone()
-    }
-
-    /// ∂expressions/∂(what `wanted` numbers): the non-zeros by columns. Taken once, by its kind.
+    /// ∂expressions/∂(what `wanted` numbers): the non-zeros by columns.
     fn sparse(
         &mut self,
         kind: ResultKind,
         expressions: &[ExprId],
         wanted: impl Fn(Symbol) -> Option<usize>,
     ) -> Vec<ExprId> {
-        if let Some(matrix) = self.matrices.get(&kind) {
-            return matrix.iter().map(|(_, _, value)| *value).collect();
-        }
         let rows = expressions.iter().map(|e| self.graph.gradient(*e, &wanted)).collect();
-        self.keep(kind, rows)
+        self.non_zeros(kind, rows)
     }
 
-    /// Keeps a matrix given by rows of (column, value); its non-zeros by columns.
-    fn keep(&mut self, kind: ResultKind, rows: Vec<Vec<(usize, ExprId)>>) -> Vec<ExprId> {
-        let mut matrix: Vec<NonZero> = rows
+    /// The non-zeros by columns of a matrix given by rows of (column, value); notes its pattern.
+    fn non_zeros(&mut self, kind: ResultKind, rows: Vec<Vec<(usize, ExprId)>>) -> Vec<ExprId> {
+        let mut matrix: Vec<(usize, usize, ExprId)> = rows
             .into_iter()
             .enumerate()
             .flat_map(|(row, gradient)| gradient.into_iter().map(move |(c, value)| (row, c, value)))
             .collect();
         matrix.sort_unstable_by_key(|(row, column, _)| (*column, *row));
-        let values = matrix.iter().map(|(_, _, value)| *value).collect();
-        self.matrices.insert(kind, matrix);
-        values
+        let pattern = matrix.iter().map(|(row, column, _)| (*row, *column)).collect();
+        self.patterns.insert(kind, pattern);
+        matrix.into_iter().map(|(_, _, value)| value).collect()
     }
 
     /// Derivatives D of g, for each row j n + i: D gᵢⱼ = Σₖ D(∂fᵢ/∂yₖ) Sₖⱼ + D(∂fᵢ/∂θⱼ).

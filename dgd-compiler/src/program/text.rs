@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{Argument, Direction, FUNCTIONS, Function, Operation, Program, ValueId};
+use super::{Argument, Direction, Function, Operation, Program, ValueId};
 use crate::expr::display::number;
 
 impl fmt::Display for Program {
@@ -43,8 +43,7 @@ impl fmt::Display for Program {
 
 impl fmt::Display for Function {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let spec = FUNCTIONS.iter().find(|spec| spec.kind == self.kind);
-        let spec = spec.unwrap_or_else(|| unreachable!("every function has a row"));
+        let spec = self.kind.spec();
         writeln!(f, "\nfunction {}", spec.name)?;
         let mut names = self.names.iter().peekable();
         for (i, operation) in self.body.iter().enumerate() {
