@@ -25,8 +25,8 @@ pub(crate) fn signature(program: &Program) -> Signature {
             .parameters
             .iter()
             .map(|parameter| Parameter {
-                name: text(&parameter.name),
-                unit: unit(&parameter.unit),
+                name: text(&parameter.declared.name),
+                unit: unit(&parameter.declared.unit),
                 value: parameter.value,
                 lower: parameter.lower,
                 upper: parameter.upper,
@@ -39,8 +39,8 @@ pub(crate) fn signature(program: &Program) -> Signature {
             .inputs
             .iter()
             .map(|input| Input {
-                name: text(&input.name),
-                unit: unit(&input.unit),
+                name: text(&input.declared.name),
+                unit: unit(&input.declared.unit),
                 interpolation: match input.interpolation {
                     program::Interpolation::Hold => Interpolation::Hold,
                     program::Interpolation::Linear => Interpolation::Linear,

@@ -4,6 +4,7 @@ use proc_macro2::{Ident, Span, TokenStream};
 use quote::quote;
 
 use super::{doc_attributes, identifier, index, number};
+use crate::model::Declared;
 use crate::program::Program;
 use crate::units::{Unit, describe};
 
@@ -15,17 +16,17 @@ struct Field<'a> {
     default: f64,
 }
 
+impl<'a> Field<'a> {
+    fn declared(declared: &'a Declared, default: f64) -> Self {
+        Field { name: &declared.name, unit: &declared.unit, doc: &declared.doc, default }
+    }
+}
+
 pub(super) fn structs(program: &Program) -> TokenStream {
-    let parameters: Vec<Field<'_>> = program
-        .parameters
-        .iter()
-        .map(|p| Field { name: &p.name, unit: &p.unit, doc: &p.doc, default: p.value })
-        .collect();
-    let inputs: Vec<Field<'_>> = program
-        .inputs
-        .iter()
-        .map(|x| Field { name: &x.name, unit: &x.unit, doc: &x.doc, default: 0.0 })
-        .collect();
+    let parameters: Vec<Field<'_>> =
+        program.parameters.iter().map(|p| Field::declared(&p.declared, p.value)).collect();
+    let inputs: Vec<Field<'_>> =
+        program.inputs.iter().map(|x| Field::declared(&x.declared, 0.0)).collect();
     let unknowns: Vec<Field<'_>> = program
         .unknowns
         .iter()

@@ -199,8 +199,8 @@ impl<'a> Body<'a> {
     fn load_name(&self, argument: Argument, index: usize) -> Option<Ident> {
         match argument {
             Argument::Y => Some(identifier(&self.program.unknowns[index].name)),
-            Argument::U => Some(identifier(&self.program.inputs[index].name)),
-            Argument::P => Some(identifier(&self.program.parameters[index].name)),
+            Argument::U => Some(identifier(&self.program.inputs[index].declared.name)),
+            Argument::P => Some(identifier(&self.program.parameters[index].declared.name)),
             Argument::Udot | Argument::S => None,
         }
     }

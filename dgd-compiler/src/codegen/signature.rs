@@ -28,8 +28,8 @@ pub(super) fn signature(program: &Program) -> TokenStream {
         quote!(Text::Borrowed(#label))
     });
     let parameters = program.parameters.iter().map(|parameter| {
-        let name = &parameter.name;
-        let unit = unit(&parameter.unit);
+        let name = &parameter.declared.name;
+        let unit = unit(&parameter.declared.unit);
         let [value, lower, upper] = [parameter.value, parameter.lower, parameter.upper].map(number);
         let nominal = optional(parameter.nominal);
         let (log, fixed) = (parameter.log, parameter.fixed);
@@ -47,8 +47,8 @@ pub(super) fn signature(program: &Program) -> TokenStream {
         }
     });
     let inputs = program.inputs.iter().map(|input| {
-        let name = &input.name;
-        let unit = unit(&input.unit);
+        let name = &input.declared.name;
+        let unit = unit(&input.declared.unit);
         let interpolation = match input.interpolation {
             Interpolation::Hold => quote!(::dgd::__runtime::system::Interpolation::Hold),
             Interpolation::Linear => quote!(::dgd::__runtime::system::Interpolation::Linear),

@@ -3,9 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::functions::{Argument, FUNCTIONS, FunctionKind, ResultKind};
-use super::{
-    Direction, Function, Input, Operation, Output, Parameter, Pattern, Program, Unknown, ValueId,
-};
+use super::{Direction, Function, Operation, Output, Pattern, Program, Unknown, ValueId};
 use crate::dae::Dae;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 
@@ -45,31 +43,8 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
                 span: unknown.span,
             })
             .collect(),
-        parameters: dae
-            .parameters
-            .iter()
-            .map(|parameter| Parameter {
-                name: parameter.declared.name.clone(),
-                unit: parameter.declared.unit.clone(),
-                doc: parameter.declared.doc.clone(),
-                value: parameter.value,
-                lower: parameter.lower,
-                upper: parameter.upper,
-                nominal: parameter.nominal,
-                log: parameter.log,
-                fixed: parameter.fixed,
-            })
-            .collect(),
-        inputs: dae
-            .inputs
-            .iter()
-            .map(|input| Input {
-                name: input.declared.name.clone(),
-                unit: input.declared.unit.clone(),
-                doc: input.declared.doc.clone(),
-                interpolation: input.interpolation,
-            })
-            .collect(),
+        parameters: dae.parameters.clone(),
+        inputs: dae.inputs.clone(),
         outputs: dae
             .outputs
             .iter()

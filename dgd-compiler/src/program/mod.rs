@@ -11,7 +11,7 @@ use crate::expr::intrinsics::IntrinsicId;
 use crate::source::Span;
 use crate::units::Unit;
 
-pub use crate::model::Interpolation;
+pub use crate::model::{Input, Interpolation, Parameter};
 pub use functions::{Argument, FUNCTIONS, FunctionKind, FunctionSpec, ResultKind};
 pub use lower::lower;
 
@@ -72,42 +72,6 @@ pub struct Unknown {
     pub equation: String,
     /// Where the equation stands.
     pub span: Span,
-}
-
-/// A parameter.
-#[derive(Debug, Clone)]
-pub struct Parameter {
-    /// Its name.
-    pub name: String,
-    /// Its unit.
-    pub unit: Unit,
-    /// Doc comment.
-    pub doc: Vec<String>,
-    /// Value, SI.
-    pub value: f64,
-    /// Lower bound, SI.
-    pub lower: f64,
-    /// Upper bound, SI.
-    pub upper: f64,
-    /// Size for scaling, SI.
-    pub nominal: Option<f64>,
-    /// The logarithm is estimated.
-    pub log: bool,
-    /// Not estimated unless asked.
-    pub fixed: bool,
-}
-
-/// An input.
-#[derive(Debug, Clone)]
-pub struct Input {
-    /// Its name.
-    pub name: String,
-    /// Its unit.
-    pub unit: Unit,
-    /// Doc comment.
-    pub doc: Vec<String>,
-    /// Between samples.
-    pub interpolation: Interpolation,
 }
 
 /// An output.

@@ -4,6 +4,7 @@ use std::fmt;
 
 use super::{Argument, Direction, Function, Operation, Program, ValueId};
 use crate::expr::display::number;
+use crate::model::Declared;
 
 impl fmt::Display for Program {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -14,8 +15,8 @@ impl fmt::Display for Program {
             writeln!(f, "  y[{i}] = {name} [{unit}]: {row} = f[{i}] by `{}`", unknown.equation)?;
         }
         let lists: [(&str, Vec<(&str, &str)>); 3] = [
-            ("u", self.inputs.iter().map(|x| (&*x.name, &*x.unit.symbol)).collect()),
-            ("p", self.parameters.iter().map(|x| (&*x.name, &*x.unit.symbol)).collect()),
+            ("u", self.inputs.iter().map(|x| head(&x.declared)).collect()),
+            ("p", self.parameters.iter().map(|x| head(&x.declared)).collect()),
             ("w", self.outputs.iter().map(|x| (&*x.name, &*x.unit.symbol)).collect()),
         ];
         for (array, list) in lists {
@@ -26,7 +27,7 @@ impl fmt::Display for Program {
         for (j, direction) in self.directions.iter().enumerate() {
             match *direction {
                 Direction::Parameter(i) => {
-                    writeln!(f, "  theta[{j}] = {}", self.parameters[i].name)?;
+                    writeln!(f, "  theta[{j}] = {}", self.parameters[i].declared.name)?;
                 }
                 Direction::Start(i) => {
                     writeln!(f, "  theta[{j}] = {}(0)", self.unknowns[i].name)?;
@@ -39,6 +40,11 @@ impl fmt::Display for Program {
         }
         self.functions.iter().try_for_each(|function| write!(f, "{function}"))
     }
+}
+
+/// Name and unit.
+fn head(declared: &Declared) -> (&str, &str) {
+    (&declared.name, &declared.unit.symbol)
 }
 
 impl fmt::Display for Function {
