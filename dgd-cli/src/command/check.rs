@@ -11,10 +11,9 @@ use serde_json::{Value, json};
 use crate::args::CheckArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
-use crate::load::{Compilation, read_model};
+use crate::load::Compilation;
 
 pub(crate) fn run(args: &CheckArgs, console: Console<'_>) -> Result<(), CommandError> {
-    read_model(&args.model)?;
     let mut compilation = Compilation::default();
     let options = compilation.options(&args.choices)?;
     let compiled = match compilation.compile(&args.model, &options, &Directions::None)? {

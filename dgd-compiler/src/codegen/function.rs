@@ -273,28 +273,6 @@ fn piece_of(operation: Operation, pieces: &BTreeMap<ValueId, Piece>) -> Piece {
     }
 }
 
-impl Operation {
-    /// The values it reads, in order.
-    fn operands(self) -> impl Iterator<Item = ValueId> {
-        let [a, b, c] = match self {
-            Operation::Constant(_) | Operation::Time | Operation::Load(..) => [None; 3],
-            Operation::Negate(a) | Operation::Call1(_, a) | Operation::Not(a) => {
-                [Some(a), None, None]
-            }
-            Operation::Add(a, b)
-            | Operation::Subtract(a, b)
-            | Operation::Multiply(a, b)
-            | Operation::Divide(a, b)
-            | Operation::Call2(_, a, b)
-            | Operation::Compare(_, a, b)
-            | Operation::And(a, b)
-            | Operation::Or(a, b) => [Some(a), Some(b), None],
-            Operation::Select(a, b, c) => [Some(a), Some(b), Some(c)],
-        };
-        [a, b, c].into_iter().flatten()
-    }
-}
-
 impl Definition {
     /// The function that generated code calls.
     fn rust_path(&self) -> &'static str {
