@@ -11,7 +11,7 @@
 //! and with `--name` that case and its truth bear the name. The recordings beside the other data are
 //!
 //! ```text
-//! cargo run --release --example hidden_effects -- --out examples/data --minutes 45 --seed 5
+//! cargo run --release --example hidden_effects -- --out examples/data --minutes 45 --seed 8
 //!     --effects booster_u_tubing --name booster_stop
 //! ```
 
