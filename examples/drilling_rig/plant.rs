@@ -106,6 +106,16 @@ pub(crate) struct Controls {
     pub(crate) top_fill: f64,
 }
 
+/// What does not change within a step.
+#[derive(Debug, Clone, Copy)]
+struct Piece {
+    draining: bool,
+    /// Flow from the well, m³/s.
+    well_flow: f64,
+    /// Share of friction that the valve adds.
+    shut: f64,
+}
+
 impl Controls {
     fn boost_at(&self, t: f64) -> f64 {
         self.boost + self.boost_slope * (t - self.since)
@@ -144,11 +154,14 @@ impl Plant {
         RHO * G * (self.c0 * speed.powf(self.exponent) - self.c2 * q * q.abs())
     }
 
-    fn friction(&self, t: f64, q: f64) -> f64 {
+    /// Pressure lost in the return line, with the share that a valve adds.
+    fn friction(&self, t: f64, q: f64, shut: f64) -> f64 {
         let aged = self.ageing.map_or(0.0, |a| a.share * (1.0 - (-t / a.time_constant).exp()));
-        let shut =
-            self.valve.map_or(0.0, |v| if v.shuts <= t && t < v.opens { v.share } else { 0.0 });
         (1.0 + aged + shut) * self.f2 * q * q.abs()
+    }
+
+    fn shut(&self, t: f64) -> f64 {
+        self.valve.map_or(0.0, |v| if v.shuts <= t && t < v.opens { v.share } else { 0.0 })
     }
 
     fn well_flow(&self, t: f64) -> f64 {
@@ -168,14 +181,13 @@ impl Plant {
     /// full again when its level is back at the rig floor.
     fn stays(&self, state: &State, controls: &Controls, t: f64) -> f64 {
         match self.booster_line {
-            None => 1.0,
             // F_b q + M_b dq/dt − ρ g h_r
             Some(line) if !state.draining => {
                 line.friction * controls.boost_at(t) + line.inertia * controls.boost_slope
                     - RHO * G * state.h_r
             }
             Some(_) if state.q_bo < controls.boost_at(t) => state.h_b,
-            Some(_) => 1.0,
+            _ => 1.0,
         }
     }
 
@@ -187,8 +199,7 @@ impl Plant {
             if !state.draining && self.stays(&state, controls, t) < 0.0 {
                 state = State { draining: true, h_b: 0.0, q_bo: controls.boost_at(t), ..state };
             }
-            let end =
-                self.jumps().filter(|jump| (t..to).contains(jump) && *jump > t).fold(to, f64::min);
+            let end = self.jumps().filter(|&jump| t < jump && jump < to).fold(to, f64::min);
             let mut next = self.step(t, &state, controls, end);
             let mut reached = end;
             if self.stays(&next, controls, end) < 0.0 {
@@ -220,7 +231,14 @@ impl Plant {
         let x = [state.h_r, state.q_ssp, state.h_b, state.q_bo];
         let along =
             |k: &[f64; 4], c: f64| -> [f64; 4] { std::array::from_fn(|i| x[i] + c * h * k[i]) };
-        let slope = |x: &[f64; 4], c: f64| self.slope(t + c * h, x, state.draining, controls);
+        // A step that begins or ends at a jump lies on the side of it on which its middle lies.
+        let middle = t.midpoint(end);
+        let piece = Piece {
+            draining: state.draining,
+            well_flow: self.well_flow(middle),
+            shut: self.shut(middle),
+        };
+        let slope = |x: &[f64; 4], c: f64| self.slope(t + c * h, x, piece, controls);
         let k1 = slope(&x, 0.0);
         let k2 = slope(&along(&k1, 0.5), 0.5);
         let k3 = slope(&along(&k2, 0.5), 0.5);
@@ -233,18 +251,19 @@ impl Plant {
     }
 
     /// Derivatives of h_r, q_ssp, h_b, q_bo.
-    fn slope(&self, t: f64, x: &[f64; 4], draining: bool, controls: &Controls) -> [f64; 4] {
+    fn slope(&self, t: f64, x: &[f64; 4], piece: Piece, controls: &Controls) -> [f64; 4] {
         let &[h_r, q_ssp, h_b, q_bo] = x;
+        let Piece { draining, well_flow, shut } = piece;
         let boost = controls.boost_at(t);
         let delivered = if draining { q_bo } else { boost };
 
         // A_r dh_r/dt = q_ssp − q_bo − q_tf − q_res
-        let riser = (q_ssp - delivered - controls.top_fill - self.well_flow(t)) / A_R;
+        let riser = (q_ssp - delivered - controls.top_fill - well_flow) / A_R;
 
         // M dq/dt = ρ g (h_in − h_r) + Δp(ω, q) − F(q) − ρ g h_out,  M = M₅₀ − 5600 kg/m⁵ (h_r − 50 m)
         let speed = controls.speed_at(t, self.speed_lag);
         let net = Self::inlet_pressure(h_r) + self.pump_pressure(speed, q_ssp)
-            - self.friction(t, q_ssp)
+            - self.friction(t, q_ssp, shut)
             - RHO * G * H_OUT;
         let return_line = net / (self.inertia - 5.6e3 * (h_r - 50.0));
 
