@@ -28,6 +28,9 @@ pub(crate) fn normal_threshold(probability: f64) -> f64 {
     high
 }
 
+/// What stands for zero in a continued fraction's denominators.
+const TINY: f64 = 1e-300;
+
 /// Q(a, x) for a > 0, x > 0.
 fn upper_gamma(a: f64, x: f64) -> f64 {
     // Both expansions converge within a few √a terms where x is near a, sooner elsewhere.
@@ -45,7 +48,6 @@ fn upper_gamma(a: f64, x: f64) -> f64 {
         }
         return (1.0 - scale * sum).clamp(0.0, 1.0);
     }
-    const TINY: f64 = 1e-300;
     let mut b = x + 1.0 - a;
     let mut c = 1.0 / TINY;
     let mut d = 1.0 / b;

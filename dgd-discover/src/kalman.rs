@@ -23,9 +23,17 @@
 //! Source: Bierman, Fixed interval smoothing with discrete measurements, Int. J. Control 18 (1973)
 //! 65–75.
 
+// Sizes are constants only once inlined where they are.
+#![allow(clippy::inline_always)]
+
 use crate::deviations::Deviations;
 
+/// Numbers that the kernels below take at once.
+const LANES: usize = 4;
+
 /// Deviations with one unknown input, and what was measured of them.
+///
+/// Between δx and d, z is filled up with zeros to a multiple of [`LANES`].
 #[derive(Debug)]
 pub(crate) struct Chain {
     /// Length of z.
@@ -101,12 +109,16 @@ impl Chain {
         noise: &[f64],
     ) -> Self {
         let (times, n_w) = (&deviations.times, deviations.n_outputs);
-        let n = deviations.n() + 1;
-        let mut transitions = Vec::with_capacity(deviations.transitions.len() * n * (n - 1));
-        for (transition, response) in deviations.transitions.iter().zip(&deviations.responses) {
-            for i in 0..n - 1 {
-                transitions.extend(transition.row(i).iter());
-                transitions.push(response[(i, place)]);
+        let states = deviations.n();
+        let n = (states + 1).next_multiple_of(LANES);
+        let mut transitions = vec![0.0; deviations.transitions.len() * n * (n - 1)];
+        let systems = deviations.transitions.iter().zip(&deviations.responses);
+        for (f, (transition, response)) in transitions.chunks_exact_mut(n * (n - 1)).zip(systems) {
+            for (i, row) in f.chunks_exact_mut(n).enumerate().take(states) {
+                for (entry, phi) in row.iter_mut().zip(transition.row(i).iter()) {
+                    *entry = *phi;
+                }
+                row[n - 1] = response[(i, place)];
             }
         }
         let (mut measurements, mut rows, mut begin) = (Vec::new(), Vec::new(), vec![0]);
@@ -117,6 +129,7 @@ impl Chain {
                 if value.is_finite() && std > 0.0 && std.is_finite() {
                     measurements.push(Measurement { sample, output, value, variance: std * std });
                     rows.extend(seen.states.row(output).iter());
+                    rows.resize(rows.len() + n - 1 - states, 0.0);
                     rows.push(seen.inputs[(output, place)]);
                 }
             }
@@ -153,7 +166,7 @@ impl Chain {
             }
             if k < self.intervals.len() {
                 for (next, row) in next.iter_mut().zip(self.transition(k).chunks_exact(n)) {
-                    *next = dot(row, &z);
+                    *next = flushed(dot(row, &z));
                 }
                 std::mem::swap(&mut z, &mut next);
                 z[n - 1] = 1.0;
@@ -239,7 +252,9 @@ impl Chain {
             add_scaled(column, *lambda, row);
         }
         column[n - 1] += lambda[n - 1];
-        lambda.copy_from_slice(column);
+        for (lambda, column) in lambda.iter_mut().zip(column.iter()) {
+            *lambda = flushed(*column);
+        }
 
         // Λ F, then Fᵀ (Λ F); F's last row is the unit vector of d.
         for (capital, product) in capital.chunks_exact(n).zip(product.chunks_exact_mut(n)) {
@@ -261,7 +276,17 @@ impl Chain {
 
     /// Runs the filter and returns ln p(r | q).
     fn filter(&self, intensity: f64, record: &mut Option<Record>) -> f64 {
-        let n = self.n;
+        // One routine; inlined, its size is a constant where models are small.
+        match self.n {
+            4 => self.filter_of_size(4, intensity, record),
+            8 => self.filter_of_size(8, intensity, record),
+            12 => self.filter_of_size(12, intensity, record),
+            n => self.filter_of_size(n, intensity, record),
+        }
+    }
+
+    #[inline(always)]
+    fn filter_of_size(&self, n: usize, intensity: f64, record: &mut Option<Record>) -> f64 {
         let mut filter = Filter::new(n);
         for (i, variance) in self.start.iter().enumerate() {
             filter.p[i * n + i] = *variance;
@@ -273,7 +298,7 @@ impl Chain {
             for m in self.begin[k]..self.begin[k + 1] {
                 let Measurement { value, variance, .. } = self.measurements[m];
                 let h = &self.rows[m * n..(m + 1) * n];
-                let (innovation, s) = filter.update(h, value, variance);
+                let (innovation, s) = filter.update(n, h, value, variance);
                 log_likelihood -= 0.5 * (s.ln() + innovation * innovation / s);
                 if let Some(record) = record {
                     record.gains.extend_from_slice(&filter.gain);
@@ -285,7 +310,7 @@ impl Chain {
                 record.p.extend_from_slice(&filter.p);
             }
             if let Some(h) = self.intervals.get(k) {
-                filter.predict(self.transition(k), intensity * h);
+                filter.predict(n, self.transition(k), intensity * h);
             }
         }
         if log_likelihood.is_finite() { log_likelihood } else { f64::NEG_INFINITY }
@@ -304,65 +329,84 @@ impl Filter {
     }
 
     /// Takes in a measurement; returns its innovation and the innovation's variance.
-    fn update(&mut self, h: &[f64], value: f64, variance: f64) -> (f64, f64) {
-        let n = self.z.len();
-        // S = H P Hᵀ + σ²,  K = P Hᵀ/S
-        multiply(&self.p, h, &mut self.column);
-        let s = dot(h, &self.column) + variance;
-        for (gain, column) in self.gain.iter_mut().zip(&self.column) {
+    #[inline(always)]
+    fn update(&mut self, n: usize, h: &[f64], value: f64, variance: f64) -> (f64, f64) {
+        let Filter { z, p, gain, column, .. } = self;
+        let (p, h) = (&mut p[..n * n], &h[..n]);
+        let (z, gain, column) = (&mut z[..n], &mut gain[..n], &mut column[..n]);
+        // S = H P Hᵀ + σ²,  K = P Hᵀ/S; most outputs see few states.
+        column.fill(0.0);
+        for (row, h) in p.chunks_exact(n).zip(h) {
+            if *h != 0.0 {
+                add_scaled(column, *h, row);
+            }
+        }
+        let s = dot(h, column) + variance;
+        for (gain, column) in gain.iter_mut().zip(column.iter()) {
             *gain = column / s;
         }
-        let innovation = value - dot(h, &self.z);
-        add_scaled(&mut self.z, innovation, &self.gain);
+        let innovation = value - dot(h, z);
+        add_scaled(z, innovation, gain);
 
         // T = (I − KH) P,  P ← T (I − KH)ᵀ + K σ² Kᵀ = T − (T Hᵀ − σ² K) Kᵀ
-        for (row, gain) in self.p.chunks_exact_mut(n).zip(&self.gain) {
-            add_scaled(row, -gain, &self.column);
-            let rest = dot(row, h) - variance * gain;
-            add_scaled(row, -rest, &self.gain);
+        for (row, k) in p.chunks_exact_mut(n).zip(gain.iter()) {
+            add_scaled(row, -k, column);
+            let rest = dot(row, h) - variance * k;
+            add_scaled(row, -rest, gain);
         }
-        symmetrise(&mut self.p, n);
+        symmetrise(p, n);
         (innovation, s)
     }
 
     /// z ← F z, P ← F P Fᵀ with `step` added to the variance of d.
-    fn predict(&mut self, transition: &[f64], step: f64) {
-        let n = self.z.len();
-        let rows = || transition.chunks_exact(n);
-        for (next, row) in self.column.iter_mut().zip(rows()) {
-            *next = dot(row, &self.z);
+    #[inline(always)]
+    fn predict(&mut self, n: usize, transition: &[f64], step: f64) {
+        let Filter { z, p, column, product, .. } = self;
+        let (p, product) = (&mut p[..n * n], &mut product[..n * n]);
+        let rows = || transition[..n * (n - 1)].chunks_exact(n);
+        for (next, row) in column.iter_mut().zip(rows()) {
+            *next = flushed(dot(row, z));
         }
-        self.z[..n - 1].copy_from_slice(&self.column[..n - 1]);
+        z[..n - 1].copy_from_slice(&column[..n - 1]);
 
         // F P without its last row, which is that of P.
-        for (product, row) in self.product.chunks_exact_mut(n).zip(rows()) {
+        for (product, row) in product.chunks_exact_mut(n).zip(rows()) {
             product.fill(0.0);
-            for (factor, p) in row.iter().zip(self.p.chunks_exact(n)) {
+            for (factor, p) in row.iter().zip(p.chunks_exact(n)) {
                 add_scaled(product, *factor, p);
             }
         }
-        for i in 0..n - 1 {
-            let product = &self.product[i * n..(i + 1) * n];
-            for (j, row) in rows().enumerate().take(i + 1) {
-                let entry = dot(product, row);
-                self.p[i * n + j] = entry;
-                self.p[j * n + i] = entry;
+        for (i, product) in product.chunks_exact(n).enumerate().take(n - 1) {
+            for (entry, row) in p[i * n..(i + 1) * n].iter_mut().zip(rows()) {
+                *entry = dot(product, row);
             }
-            self.p[i * n + n - 1] = product[n - 1];
-            self.p[(n - 1) * n + i] = product[n - 1];
+            p[i * n + n - 1] = product[n - 1];
+            p[(n - 1) * n + i] = product[n - 1];
         }
-        self.p[n * n - 1] += step;
+        p[n * n - 1] += step;
+        symmetrise(p, n);
     }
 }
 
+/// Σ aᵢ bᵢ for a multiple of [`LANES`] numbers.
+#[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let mut sums = [0.0; LANES];
+    for (a, b) in a.as_chunks::<LANES>().0.iter().zip(b.as_chunks::<LANES>().0) {
+        for lane in 0..LANES {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    sums.iter().sum()
 }
 
-/// y ← y + a x.
+/// y ← y + a x for a multiple of [`LANES`] numbers.
+#[inline(always)]
 fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
-    for (y, x) in y.iter_mut().zip(x) {
-        *y += a * x;
+    for (y, x) in y.as_chunks_mut::<LANES>().0.iter_mut().zip(x.as_chunks::<LANES>().0) {
+        for lane in 0..LANES {
+            y[lane] += a * x[lane];
+        }
     }
 }
 
@@ -373,12 +417,21 @@ fn multiply(a: &[f64], x: &[f64], y: &mut [f64]) {
     }
 }
 
+/// The symmetric part, with what is as good as zero made zero.
+#[inline(always)]
 fn symmetrise(a: &mut [f64], n: usize) {
     for i in 0..n {
-        for j in 0..i {
-            let mean = f64::midpoint(a[i * n + j], a[j * n + i]);
+        for j in 0..=i {
+            let mean = flushed(0.5 * (a[i * n + j] + a[j * n + i]));
             a[i * n + j] = mean;
             a[j * n + i] = mean;
         }
     }
+}
+
+/// Zero for numbers on their way to zero: a variance that decays at each step for hours ends among
+/// the subnormal numbers, with which processors are a hundred times slower.
+#[inline(always)]
+fn flushed(x: f64) -> f64 {
+    if x.abs() < 1e-200 { 0.0 } else { x }
 }

@@ -7,7 +7,7 @@
 //! estimate that of a smoother given the whole recording.
 //!
 //! q is the one that makes the measured residuals most likely: √(q T) on a grid of decades above
-//! the size of a constant d that is just seen, then by golden section. How much more likely than
+//! the size of a constant d that is just seen, then refined. How much more likely than
 //! q = 0, where nothing is missing, is the [`UnknownInput::gain`]. Since q cannot be negative,
 //! 2·gain of noise alone exceeds c with a probability of ½ P(χ²₁ > c) (Self & Liang, J. Am. Stat.
 //! Assoc. 82 (1987) 605–610, case 5).
@@ -50,13 +50,17 @@ pub struct UnknownInput {
 /// Decades of √(q T) over the size of a constant that is just seen. From 0: that constant. To 9: a
 /// walk that shows in every single sample, where a constant is integrated over 10⁶ of them.
 const DECADES: i32 = 9;
-/// Sections of the refinement: 2·0.618⁷ = 0.07 decades are left.
-const SECTIONS: usize = 7;
+/// The grid ends where a walk two decades above the best is less likely by this: a freer one only
+/// follows the noise more closely.
+const BELOW_HOPE: f64 = 20.0;
+/// Halvings of the grid's step. An eighth of a decade is left, of which q's likelihood, whose width
+/// is of the order of a decade, knows nothing.
+const HALVINGS: usize = 3;
 /// A gain that noise alone exceeds with a probability of ½ P(χ²₁ > 2·6.9) = 10⁻⁴.
 const SIGNIFICANT_GAIN: f64 = 6.9;
 /// Standard deviations from which d stands out.
 const STANDS_OUT: f64 = 3.0;
-/// Gaps of a window that are bridged, in usual sample intervals.
+/// Gaps of a window that are bridged, in usual sample intervals, at least.
 const BRIDGED: f64 = 5.0;
 
 /// Estimates the unknown input at one place.
@@ -105,7 +109,7 @@ pub fn unknown_input(
         left[measurement.sample * n_w + measurement.output] = *residual;
     }
     let windows = if found && gain > SIGNIFICANT_GAIN {
-        standing_out(&deviations.times, &smoothed.input, &smoothed.std)
+        standing_out(&deviations.times, &smoothed.input, &smoothed.std, intensity)
     } else {
         Vec::new()
     };
@@ -120,8 +124,8 @@ pub fn unknown_input(
     })
 }
 
-/// Where f is largest between 0 and [`DECADES`], and how large: the best of a grid, then golden
-/// section between its neighbours.
+/// Where f is largest between 0 and [`DECADES`], and how large: the best of a grid, then halved steps
+/// around it.
 fn maximum(f: impl Fn(f64) -> f64) -> (f64, f64) {
     let mut best = (0.0, f(0.0));
     for decade in 1..=DECADES {
@@ -129,33 +133,26 @@ fn maximum(f: impl Fn(f64) -> f64) -> (f64, f64) {
         let value = f(x);
         if value > best.1 {
             best = (x, value);
+        } else if x > best.0 + 1.0 && value < best.1 - BELOW_HOPE {
+            break;
         }
     }
-    let ratio = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut low, mut high) = (best.0 - 1.0, best.0 + 1.0);
-    let mut inner = [high - ratio * (high - low), low + ratio * (high - low)];
-    let mut values = inner.map(&f);
-    for _ in 0..SECTIONS {
-        for (x, value) in inner.into_iter().zip(values) {
-            if value > best.1 {
-                best = (x, value);
+    let mut step = 0.5;
+    for _ in 0..HALVINGS {
+        let (below, above) = (best.0 - step, best.0 + step);
+        let sides = [(below, f(below)), (above, f(above))];
+        for side in sides {
+            if side.1 > best.1 {
+                best = side;
             }
         }
-        if values[0] > values[1] {
-            high = inner[1];
-            inner = [high - ratio * (high - low), inner[0]];
-            values = [f(inner[0]), values[0]];
-        } else {
-            low = inner[0];
-            inner = [inner[1], low + ratio * (high - low)];
-            values = [values[1], f(inner[1])];
-        }
+        step *= 0.5;
     }
     best
 }
 
 /// Windows in which |d| exceeds three standard deviations.
-fn standing_out(times: &[f64], estimate: &[f64], std: &[f64]) -> Vec<Window> {
+fn standing_out(times: &[f64], estimate: &[f64], std: &[f64], intensity: f64) -> Vec<Window> {
     let marked: Vec<Option<f64>> = estimate
         .iter()
         .zip(std)
@@ -164,5 +161,7 @@ fn standing_out(times: &[f64], estimate: &[f64], std: &[f64]) -> Vec<Window> {
     let mut spacings: Vec<f64> =
         times.windows(2).map(|pair| pair[1] - pair[0]).filter(|h| *h > 0.0).collect();
     let usual = median(&mut spacings).unwrap_or(0.0);
-    gather(times, estimate, &marked, BRIDGED * usual)
+    // The walk moves by its standard deviation in std²/q: shorter gaps are not resolved.
+    let resolved = median(&mut std.to_vec()).unwrap_or(0.0).powi(2) / intensity;
+    gather(times, estimate, &marked, resolved.max(BRIDGED * usual))
 }

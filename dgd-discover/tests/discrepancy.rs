@@ -71,8 +71,7 @@ fn the_mean_square_has_its_distribution() {
 
 #[test]
 fn windows_hold_the_misfit_and_nothing_else() {
-    let mut times = seconds(6000);
-    times.iter_mut().for_each(|t| *t *= 0.5);
+    let times: Vec<f64> = seconds(6000).iter().map(|t| 0.5 * t).collect();
     for seed in 0..20 {
         let mut r = Normal::new(seed).many(6000, 2.0);
         assert_eq!(discrepancy_windows(&times, &r, 2.0, &AVERAGING_LENGTHS), []);
@@ -116,7 +115,7 @@ fn correlated_samples_are_worth_fewer() {
             x
         })
         .collect();
-    let expected = n as f64 * (1.0 - a) / (1.0 + a);
+    let expected = f64::from(n) * (1.0 - a) / (1.0 + a);
     // 2105 independent samples: their number is known to about 2·√(2·60/40000) = 11 % from 60 lags.
     assert!((effective_sample_size(&r) / expected - 1.0).abs() < 0.25);
     let white = effective_sample_size(&normal.many(4000, 1.0));
