@@ -40,7 +40,8 @@ pub struct UnknownInput {
     pub intensity: f64,
     /// Gain in log-likelihood over q = 0, in nats; 0 where q = 0.
     pub gain: f64,
-    /// Where d stands out by more than three standard deviations. None where the gain is one that
+    /// Where d stands out by more than three standard deviations, as far as it keeps its sign and more
+    /// than two. None where the gain is one that
     /// noise has in one recording of ten thousand.
     pub windows: Vec<Window>,
     /// What is left of the residuals, n_w per sample; NaN where nothing was measured.
@@ -58,8 +59,9 @@ const BELOW_HOPE: f64 = 20.0;
 const HALVINGS: usize = 3;
 /// A gain that noise alone exceeds with a probability of ½ P(χ²₁ > 2·6.9) = 10⁻⁴.
 const SIGNIFICANT_GAIN: f64 = 6.9;
-/// Standard deviations from which d stands out.
+/// Standard deviations from which d stands out, and above which it goes on to.
 const STANDS_OUT: f64 = 3.0;
+const GOES_ON: f64 = 2.0;
 /// Gaps of a window that are bridged, in usual sample intervals, at least.
 const BRIDGED: f64 = 5.0;
 
@@ -151,17 +153,24 @@ fn maximum(f: impl Fn(f64) -> f64) -> (f64, f64) {
     best
 }
 
-/// Windows in which |d| exceeds three standard deviations.
+/// Windows around where |d| exceeds three standard deviations, as far as it exceeds two.
 fn standing_out(times: &[f64], estimate: &[f64], std: &[f64], intensity: f64) -> Vec<Window> {
-    let marked: Vec<Option<f64>> = estimate
-        .iter()
-        .zip(std)
-        .map(|(d, std)| (d.abs() > STANDS_OUT * std && *std > 0.0).then(|| d / std))
-        .collect();
+    let z: Vec<f64> =
+        estimate.iter().zip(std).map(|(d, std)| if *std > 0.0 { d / std } else { 0.0 }).collect();
+    let mut marked: Vec<Option<f64>> =
+        z.iter().map(|z| (z.abs() > STANDS_OUT).then_some(*z)).collect();
+    let last = marked.len() - 1;
+    let steps = (0..last).map(|k| (k, k + 1)).chain((0..last).rev().map(|k| (k + 1, k)));
+    for (from, to) in steps {
+        if marked[from].is_some_and(|mark| mark * z[to] > 0.0) && z[to].abs() > GOES_ON {
+            marked[to] = Some(z[to]);
+        }
+    }
     let mut spacings: Vec<f64> =
         times.windows(2).map(|pair| pair[1] - pair[0]).filter(|h| *h > 0.0).collect();
     let usual = median(&mut spacings).unwrap_or(0.0);
-    // The walk moves by its standard deviation in std²/q: shorter gaps are not resolved.
-    let resolved = median(&mut std.to_vec()).unwrap_or(0.0).powi(2) / intensity;
+    // Where d itself is measured, errors of its estimate are correlated as exp(−|τ| q/(2 std²)): gaps
+    // of up to twice that time are not resolved.
+    let resolved = 4.0 * median(&mut std.to_vec()).unwrap_or(0.0).powi(2) / intensity;
     gather(times, estimate, &marked, resolved.max(BRIDGED * usual))
 }
