@@ -1,6 +1,6 @@
 //! Deviations from a simulated trajectory, sample by sample.
 //!
-//! Around the trajectory y(t) of M ẏ = f(t, y, u, d, p), w = w(t, y, u, d, p) with d = 0, split into
+//! Around the trajectory y(t) of M ẏ = f(t, y, u, d, p), w = w(t, y, u, d, p), d = 0 unless given, split into
 //! differential x and algebraic z,
 //!
 //! ```text
@@ -89,7 +89,8 @@ impl std::error::Error for LinearizeError {}
 impl Deviations {
     /// Linearises a model around its trajectory, at the trajectory's times.
     ///
-    /// `inputs` and `p` are those that the trajectory of the model was simulated with. Where
+    /// `inputs` and `p` are those that the trajectory of the model was simulated with; inputs may be
+    /// the model's own, or those and the unknown ones behind them. Where
     /// derivatives do not exist, as at a static flow that comes to rest, those of the sample before
     /// go on and the outputs are taken as not measured.
     ///
@@ -176,7 +177,7 @@ struct Linearization<'a> {
     n_places: usize,
     differential: Vec<usize>,
     algebraic: Vec<usize>,
-    /// The model's inputs, and zeros for the unknown ones.
+    /// The model's inputs, and the unknown ones: zeros unless they are given.
     u: Vec<f64>,
     slopes: Vec<f64>,
     f: Vec<f64>,
@@ -197,7 +198,8 @@ impl<'a> Linearization<'a> {
         let (differential, algebraic) = (0..n).partition(|i| signature.unknowns[*i].differential);
         let n_u = signature.inputs.len();
         let n_places = model.places().len();
-        assert_eq!(inputs.len() + n_places, n_u, "inputs of the model");
+        let given = inputs.len();
+        assert!(given == n_u || given + n_places == n_u, "inputs of the model");
         let [by_y, by_u, by_p] = &signature.output_jacobians;
         Linearization {
             system,
@@ -253,8 +255,8 @@ impl<'a> Linearization<'a> {
 
     /// All derivatives at a point: the one place that asks the model.
     fn evaluate(&mut self, t: f64, side: Side, y: &[f64]) {
-        let own = self.inputs.len();
-        self.inputs.value(t, side, &mut self.u[..own]);
+        let given = self.inputs.len();
+        self.inputs.value(t, side, &mut self.u[..given]);
         let at = Point { t, y, u: &self.u, p: self.p };
         self.system.linearize(at, &self.slopes, &mut self.f, &mut self.dfdy, &mut self.dfdt);
         self.system.input_jacobian(at, &mut self.dfdu);
@@ -275,7 +277,7 @@ impl<'a> Linearization<'a> {
     /// A = f_x − f_z g_z⁻¹ g_x and its kin.
     fn eliminate(&self) -> Option<StateSpace> {
         let signature = self.system.signature();
-        let (n, n_w, own) = (self.f.len(), self.n_w(), self.inputs.len());
+        let (n, n_w, own) = (self.f.len(), self.n_w(), self.u.len() - self.n_places);
         let [by_y, by_u, _] = &signature.output_jacobians;
         let f_y = self.jacobian();
         let f_d = dense(&signature.input_jacobian, &self.dfdu, n, self.n_places, own);

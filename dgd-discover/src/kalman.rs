@@ -154,25 +154,28 @@ impl Chain {
 
     /// Σ (H z)²/σ² for d = 1 throughout and δx(0) = 0: what is known about a constant d.
     pub(crate) fn information_on_a_constant(&self) -> f64 {
+        let response = self.response(&vec![1.0; self.intervals.len() + 1]);
+        let seen = self.measurements.iter().zip(response);
+        seen.map(|(measurement, response)| response * response / measurement.variance).sum()
+    }
+
+    /// H z of each measurement for a given d at each sample, and δx(0) = 0.
+    pub(crate) fn response(&self, d: &[f64]) -> Vec<f64> {
         let n = self.n;
-        let mut z = vec![0.0; n];
-        z[n - 1] = 1.0;
-        let mut next = z.clone();
-        let mut information = 0.0;
-        for k in 0..=self.intervals.len() {
-            for m in self.begin[k]..self.begin[k + 1] {
-                let seen = dot(&self.rows[m * n..(m + 1) * n], &z);
-                information += seen * seen / self.measurements[m].variance;
-            }
+        let (mut z, mut next) = (vec![0.0; n], vec![0.0; n]);
+        let mut response = Vec::with_capacity(self.measurements.len());
+        for (k, d) in d.iter().enumerate() {
+            z[n - 1] = *d;
+            let rows = &self.rows[self.begin[k] * n..self.begin[k + 1] * n];
+            response.extend(rows.chunks_exact(n).map(|row| dot(row, &z)));
             if k < self.intervals.len() {
                 for (next, row) in next.iter_mut().zip(self.transition(k).chunks_exact(n)) {
                     *next = flushed(dot(row, &z));
                 }
                 std::mem::swap(&mut z, &mut next);
-                z[n - 1] = 1.0;
             }
         }
-        information
+        response
     }
 
     /// ln p(r | q) up to what does not depend on q; minus infinity where it is no number.

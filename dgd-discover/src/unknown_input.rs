@@ -14,7 +14,7 @@
 //!
 //! It says where, not what: an input that is free in time can explain, at a price, what is really
 //! missing elsewhere. Compare gains of all places. Effects so large that the model is no longer
-//! linear in them are reconstructed in its linearisation.
+//! linear in them are for [`reconstruct`](crate::reconstruct).
 //!
 //! Source of the approach: Kristensen, Madsen, Jørgensen, Parameter estimation in stochastic
 //! grey-box models, Automatica 40 (2004) 225–237.

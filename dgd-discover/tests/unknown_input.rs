@@ -3,7 +3,8 @@
 mod support;
 
 use dgd_discover::{
-    Deviations, LinearizeError, MissingTerms, PlaceKind, UnknownInput, unknown_input,
+    Deviations, LinearizeError, MissingTerms, PlaceKind, Recording, UnknownInput, reconstruct,
+    unknown_input,
 };
 use dgd_runtime::{Column, Inputs, Options, Problem, Signature, System, observe, simulate};
 use support::{Normal, model_text, seconds, with_missing_terms};
@@ -322,4 +323,58 @@ fn one_sample_is_no_trajectory() {
     case.times.truncate(2);
     let found = Deviations::along(&case.model, &case.p, &case.recorded(&[]), &nominal);
     assert_eq!(found.err(), Some(LinearizeError::TooShort));
+}
+
+#[test]
+fn a_leak_that_takes_the_level_far_is_reconstructed_where_it_led() {
+    let text = "
+model tank
+input q_in [m^3/s] hold
+parameter a [m^(5/2)/s] = 0.02
+state h [m] = 4
+equation level: 3 [m^2] * der(h) = q_in - a*sqrt(h)
+output h [m]
+";
+    let n = 3000;
+    let mut case = Case::new(text, &[], seconds(n));
+    case.inputs = vec![vec![0.04; n]];
+    let noise = [5e-3];
+    let place = case.place(PlaceKind::Equation, "level");
+    // Half of the inflow leaks from 300 s on: the level falls from 4 m to 1 m.
+    let d: Vec<f64> =
+        case.times.iter().map(|t| -0.02 * ((t - 300.0) / 100.0).clamp(0.0, 1.0)).collect();
+    let mut missing = case.nothing_missing();
+    missing[place].clone_from(&d);
+    let (mut measured, _) = case.simulate(&missing);
+    let mut normal = Normal::new(6);
+    for w in &mut measured {
+        *w += noise[0] * normal.next();
+    }
+    let (simulated, _) = case.simulate(&case.nothing_missing());
+    let residuals: Vec<f64> = measured.iter().zip(&simulated).map(|(m, s)| m - s).collect();
+
+    let first = unknown_input(&case.deviations(), place, &residuals, &noise).expect("seen");
+    let inputs = case.recorded(&[]);
+    let recording = Recording {
+        p: &case.p,
+        inputs: &inputs,
+        start: &[],
+        times: &case.times,
+        measured: &measured,
+        noise: &noise,
+    };
+    let options = Options::default();
+    let again = |earlier: &UnknownInput| {
+        reconstruct(&case.model, &recording, place, earlier, &options)
+            .expect("a solution")
+            .expect("seen")
+    };
+    let second = again(&first);
+    let third = again(&second);
+    assert_recovered(&third, &d, 0.0);
+    // At rest at 1 m, seven time constants later: the outflow a √h has a slope of a/4 at 4 m, so that
+    // the first estimate takes 3·a/4 = 0.015 for the 0.02 that is missing.
+    let end = |found: &UnknownInput| found.estimate[2500..2900].iter().sum::<f64>() / 400.0;
+    assert!((end(&first) + 0.015).abs() < 2e-4, "{}", end(&first));
+    assert!((end(&third) + 0.02).abs() < 2e-4, "{}", end(&third));
 }
