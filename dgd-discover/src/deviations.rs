@@ -1,7 +1,7 @@
 //! Deviations from a simulated trajectory, sample by sample.
 //!
-//! Around the trajectory y(t) of M ẏ = f(t, y, u, d, p), w = w(t, y, u, d, p), d = 0 unless given, split into
-//! differential x and algebraic z,
+//! Around the trajectory y(t) of M ẏ = f(t, y, u, d, p), w = w(t, y, u, d, p), where d = 0 unless
+//! given, split into differential x and algebraic z,
 //!
 //! ```text
 //!   δẋ = f_x δx + f_z δz + f_d d      0 = g_x δx + g_z δz + g_d d      δw = w_x δx + w_z δz + w_d d
