@@ -1,0 +1,33 @@
+//! Where a model and a recording disagree, and what each equation would have needed.
+//!
+//! ```text
+//!   measured                    → SensorNoise: σ of each sensor, from the data itself
+//!   measured − simulated, σ     → Whiteness: is there anything but noise?
+//!                               → Windows: when does it stand out?
+//!   Model → MissingTerms        → UnknownInput per equation and sensor: d(t) that is missing there
+//!                               → reconstruct: the same where d is too large for one linearisation
+//! ```
+//!
+//! Residuals are measured − simulated, in SI units; a missing sample is not a number. Nothing here
+//! reads files, prints, or knows what a model is about.
+
+mod deviations;
+mod discrepancy;
+mod distribution;
+mod exponential;
+mod kalman;
+mod missing_terms;
+mod noise;
+mod reconstruct;
+mod unknown_input;
+mod whiteness;
+mod windows;
+
+pub use deviations::{Deviations, LinearizeError};
+pub use discrepancy::{AVERAGING_LENGTHS, discrepancy_windows};
+pub use missing_terms::{MissingTerms, Place, PlaceKind};
+pub use noise::{SensorNoise, quantisation_step, white_noise};
+pub use reconstruct::{ReconstructError, Recording, reconstruct};
+pub use unknown_input::{UnknownInput, unknown_input};
+pub use whiteness::{Check, CheckKind, Whiteness, effective_sample_size, whiteness};
+pub use windows::Window;

@@ -1,0 +1,168 @@
+//! Is there anything but noise?
+//!
+//! With e = r/σ, N valid samples in order and m degrees of freedom absorbed by a fit, three kinds of
+//! statistic have known distributions when e is white and normal:
+//!
+//! ```text
+//!   mean square    Σe²                                      χ²_{N−m}   misfit of any form
+//!   block means    Σ over B blocks of (Σ_block e)²/n_block   χ²_B       slow misfit
+//!   correlation    N(N+2) Σ_{l≤L} ρ_l²/(N−l)                 χ²_L       oscillation, colour
+//! ```
+//!
+//! B = 1, 2, 4, … up to N/8 and L = 1, 5, 25. The first two are widened by the uncertainty of σ,
+//! which would otherwise be taken for misfit when N is large. Block means are a cumulated periodogram of
+//! the lowest frequencies in the basis of Haar: a drift that is invisible in each sample, and lost
+//! in a periodogram summed over all frequencies, stands out in the blocks that are as long as it.
+//!
+//! A fit can only lower Σe² and the block means of noise, so that leaving m = 0 makes the test
+//! milder, never stricter. All p-values are of upper tails, and [`Whiteness::p_value`] is
+//! Bonferroni's: the smallest times their number.
+//!
+//! Sources: Ljung & Box, On a measure of lack of fit in time series models, Biometrika 65 (1978)
+//! 297–303; Bartlett's cumulated periodogram, which the block means stand for, in Madsen, Time
+//! Series Analysis (2008), §6.6.
+
+use crate::distribution::chi_square_tail;
+use crate::noise::SensorNoise;
+
+/// What a check looks at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CheckKind {
+    /// The mean square.
+    MeanSquare,
+    /// The means of this many blocks of equal length.
+    BlockMeans(usize),
+    /// The autocorrelations up to this lag, in samples.
+    Correlation(usize),
+}
+
+/// One statistic of residuals.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Check {
+    /// What it looks at.
+    pub kind: CheckKind,
+    /// The statistic.
+    pub statistic: f64,
+    /// Degrees of freedom of its χ² distribution.
+    pub degrees_of_freedom: f64,
+    /// Probability that white noise exceeds it.
+    pub p_value: f64,
+}
+
+/// Whether residuals are nothing but noise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Whiteness {
+    /// Every check that was made.
+    pub checks: Vec<Check>,
+    /// The check with the smallest p-value, where that is zero the one with the largest statistic
+    /// per degree of freedom.
+    pub worst: Check,
+    /// Probability that white noise looks as bad in any of them, at most.
+    pub p_value: f64,
+    /// Mean square over the noise's variance.
+    pub mean_square: f64,
+}
+
+/// Lags up to which autocorrelations are summed.
+const LAGS: [usize; 3] = [1, 5, 25];
+/// Samples of a block, at least.
+const SHORTEST_BLOCK: usize = 8;
+/// Samples that a verdict needs, at least.
+const FEWEST: usize = 32;
+
+/// Tests whether the residuals of one output are white noise with this standard deviation.
+///
+/// `absorbed` is the number of degrees of freedom that a fit to these residuals has taken, 0 where
+/// in doubt. Samples that are not finite are left out, and the rest taken as a sequence: white noise
+/// stays white. `None` where fewer than 32 samples are left or the noise is not positive.
+pub fn whiteness(residuals: &[f64], noise: &SensorNoise, absorbed: usize) -> Option<Whiteness> {
+    let usable = noise.std > 0.0 && noise.std.is_finite();
+    let e: Vec<f64> = residuals.iter().filter(|r| r.is_finite()).map(|r| r / noise.std).collect();
+    if !usable || e.len() < FEWEST.max(absorbed + 1) {
+        return None;
+    }
+    let n = e.len() as f64;
+    let sum_of_squares: f64 = e.iter().map(|e| e * e).sum();
+
+    let mut checks = vec![mean_square(sum_of_squares, n - absorbed as f64, noise.relative_error)];
+    let mut blocks = 1;
+    while blocks * SHORTEST_BLOCK <= e.len() {
+        checks.push(block_means(&e, blocks, noise.relative_error));
+        blocks *= 2;
+    }
+    if sum_of_squares > 0.0 {
+        let mut sum = 0.0;
+        for lag in 1..=LAGS[LAGS.len() - 1] {
+            let rho = lagged_product(&e, lag) / sum_of_squares;
+            sum += rho * rho / (n - lag as f64);
+            if LAGS.contains(&lag) {
+                checks.push(check(CheckKind::Correlation(lag), n * (n + 2.0) * sum, lag as f64));
+            }
+        }
+    }
+
+    let excess = |check: &Check| check.statistic / check.degrees_of_freedom;
+    let worst = checks.iter().copied().min_by(|a, b| {
+        a.p_value.total_cmp(&b.p_value).then_with(|| excess(b).total_cmp(&excess(a)))
+    })?;
+    let p_value = (worst.p_value * checks.len() as f64).min(1.0);
+    Some(Whiteness { checks, worst, p_value, mean_square: sum_of_squares / n })
+}
+
+fn check(kind: CheckKind, statistic: f64, degrees_of_freedom: f64) -> Check {
+    let p_value = chi_square_tail(statistic, degrees_of_freedom);
+    Check { kind, statistic, degrees_of_freedom, p_value }
+}
+
+/// Σe² with the uncertainty of σ in it.
+///
+/// Σe²/σ̂² has a variance of 2ν + (2sν)², that of χ²_ν and that of ν/σ̂². Squeezing the distance from
+/// ν by the root of the two parts' ratio makes it χ²_ν again, to second order.
+fn mean_square(sum_of_squares: f64, dof: f64, relative_error: f64) -> Check {
+    let widening = (1.0 + 2.0 * dof * relative_error * relative_error).sqrt();
+    check(CheckKind::MeanSquare, dof + (sum_of_squares - dof) / widening, dof)
+}
+
+/// Σ (Σ_block e)²/n_block; an error of σ is treated as in [`mean_square`].
+fn block_means(e: &[f64], blocks: usize, relative_error: f64) -> Check {
+    let bound = |block: usize| block * e.len() / blocks;
+    let sum: f64 = (0..blocks)
+        .map(|block| {
+            let block = &e[bound(block)..bound(block + 1)];
+            let sum: f64 = block.iter().sum();
+            sum * sum / block.len() as f64
+        })
+        .sum();
+    let dof = blocks as f64;
+    let widening = (1.0 + 2.0 * dof * relative_error * relative_error).sqrt();
+    check(CheckKind::BlockMeans(blocks), dof + (sum - dof) / widening, dof)
+}
+
+/// Σ eₖ eₖ₊ₗ.
+fn lagged_product(e: &[f64], lag: usize) -> f64 {
+    e.iter().zip(&e[lag..]).map(|(a, b)| a * b).sum()
+}
+
+/// How many independent samples are worth as much as these: N/(1 + 2Σρ_l).
+///
+/// Autocorrelations ρ about zero are summed while the sum of two neighbouring ones is positive
+/// (Geyer, Practical Markov chain Monte Carlo, Statist. Sci. 7 (1992) 473–483, §3.3); those of
+/// noise would otherwise add up. Between 1 and N, for residuals that are not finite left out; 0
+/// where none is left.
+pub fn effective_sample_size(residuals: &[f64]) -> f64 {
+    let r: Vec<f64> = residuals.iter().copied().filter(|r| r.is_finite()).collect();
+    let n = r.len() as f64;
+    let sum_of_squares = lagged_product(&r, 0);
+    if sum_of_squares == 0.0 {
+        return n;
+    }
+    let mut time = 1.0;
+    for lag in (1..r.len().saturating_sub(1)).step_by(2) {
+        let pair = (lagged_product(&r, lag) + lagged_product(&r, lag + 1)) / sum_of_squares;
+        if pair <= 0.0 {
+            break;
+        }
+        time += 2.0 * pair;
+    }
+    (n / time).clamp(1.0, n.max(1.0))
+}
