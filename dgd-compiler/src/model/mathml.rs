@@ -8,7 +8,8 @@ use super::formula::{Cases, Fence, Formula, GREEK, Line, Operator, Symbol};
 
 /// One line as a `<math>` element; its label is left to the caller.
 pub fn write(Line { left, right, label: _ }: &Line) -> String {
-    let mut text = "<math>".to_owned();
+    // Fractions at full size, though the element may stand in a line.
+    let mut text = "<math displaystyle=\"true\">".to_owned();
     // Writing to a string cannot fail.
     let _ = write_formula(&mut text, left);
     text.push_str("<mo>=</mo>");
@@ -176,31 +177,42 @@ mod tests {
         let lines = typeset("model m\nstate h_r [1]\nequation e: der(h_r) = (2*h_r)/(3 [s])\n");
         assert_eq!(
             lines,
-            ["<math><msub><mover accent=\"true\"><mi>h</mi><mo>˙</mo></mover>\
+            [
+                "<math displaystyle=\"true\"><msub><mover accent=\"true\"><mi>h</mi><mo>˙</mo></mover>\
               <mrow><mi>r</mi></mrow></msub><mo>=</mo><mfrac><mrow><mrow><mn>2</mn></mrow>\
               <mo lspace=\"0\" rspace=\"0.17em\">\u{2062}</mo>\
               <msub><mi>h</mi><mrow><mi>r</mi></mrow></msub></mrow>\
-              <mrow><mn>3</mn><mspace width=\"0.17em\"/><mtext>s</mtext></mrow></mfrac></math>"]
+              <mrow><mn>3</mn><mspace width=\"0.17em\"/><mtext>s</mtext></mrow></mfrac></math>"
+            ]
         );
     }
 
     #[test]
-    fn every_element_is_closed_and_text_is_escaped() {
+    fn every_element_is_closed_and_has_the_parts_it_needs() {
         let lines = typeset(
             "model m\nfunction f(x, rho) = if x < rho and not x >= 1 then sqrt(abs(x)) \
              else max(x, 1e-9)^log10(rho)\nlet level_in_2 = f(1, 2)\n\
-             state x [1]\nequation e: der(x)*(1 [s]) = level_in_2\n",
+             state x_r [1]\nequation e: der(x_r)*(1 [s])/2 = level_in_2\n",
         );
         assert_eq!(lines.len(), 3);
         for line in lines {
-            let mut open: Vec<&str> = Vec::new();
+            // Names of open elements, each with the number of its parts so far.
+            let mut open: Vec<(&str, usize)> = Vec::new();
             for tag in line.split('<').skip(1) {
                 let (tag, content) = tag.split_once('>').expect("tags end");
                 assert!(!content.contains('>'), "{line}");
                 if let Some(closed) = tag.strip_prefix('/') {
-                    assert_eq!(open.pop(), Some(closed), "{line}");
-                } else if !tag.ends_with('/') {
-                    open.push(tag.split(' ').next().unwrap_or_default());
+                    let (name, parts) = open.pop().unwrap_or_default();
+                    assert_eq!(name, closed, "{line}");
+                    let is_pair = matches!(name, "mfrac" | "msup" | "msub" | "mover");
+                    assert!(!is_pair || parts == 2, "{name} of {parts}: {line}");
+                    continue;
+                }
+                if let Some((_, parts)) = open.last_mut() {
+                    *parts += 1;
+                }
+                if !tag.ends_with('/') {
+                    open.push((tag.split(' ').next().unwrap_or_default(), 0));
                 }
             }
             assert!(open.is_empty(), "{line}");
