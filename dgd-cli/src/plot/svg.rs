@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::Text;
 use super::scene::{Anchor, Colour, Direction, Mark, Pen, Point, Rectangle, Scene};
-use super::text::Script;
+use super::text::{Script, escaped};
 
 /// Families with the widths of the embedded font; one of them is on every system with fonts.
 const FAMILIES: &str = "Arial, 'Liberation Sans', Helvetica, Arimo, sans-serif";
@@ -149,10 +149,6 @@ fn write_runs(svg: &mut String, text: &Text, size: f64) -> std::fmt::Result {
         }
     }
     Ok(())
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 fn hex(Colour(red, green, blue): Colour) -> String {
