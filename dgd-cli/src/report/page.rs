@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use askama::Template;
-use dgd_discover::{Discovery, FoundEffect, ParameterValue, Ranked, RecordingTrace, Verdict};
+use dgd_discover::{Discovery, FoundEffect, ParameterValue, Ranked, RecordingTrace};
 
 use super::diff::{self, Changed};
 use super::equations::{self, Equation};
@@ -169,14 +169,19 @@ fn recordings(subject: &Subject<'_>) -> Vec<[String; 2]> {
     training.chain(subject.held_out.iter().map(|path| row("held out", path))).collect()
 }
 
-/// The figures in the order in which they are wanted: where nothing has a name, what is missing
-/// comes first.
+/// The figures in the order in which they are wanted: what has no name comes first.
 fn sections(discovery: &Discovery) -> Vec<Section> {
     let correction = if discovery.effects.is_empty() { Correction::None } else { Correction::Made };
     let held_out = discovery.traces.iter().find(|trace| trace.held_out);
     let training = discovery.traces.iter().find(|trace| !trace.held_out);
     let shown = || held_out.into_iter().chain(training);
-    let mut sections: Vec<Section> = Vec::new();
+    let mut sections = vec![Section {
+        title: "What is missing, without a name",
+        caption: "The term on the right-hand side that no effect explains, with its uncertainty. \
+                  Shaded: where it differs from nothing."
+            .to_owned(),
+        svgs: drawn(&figures::missing(discovery.unexplained.iter().map(|left| &left.trace))),
+    }];
     for trace in shown() {
         let caption = format!(
             "{} Shaded: where the base model’s misfit stands out from the noise.",
@@ -191,19 +196,14 @@ fn sections(discovery: &Discovery) -> Vec<Section> {
         let svgs = drawn(&figures::errors(trace, correction));
         sections.push(Section { title: "Simulation errors", caption, svgs });
     }
-    let missing = Section {
+    sections.push(Section {
         title: "What each equation would have needed",
         caption: "A term on the right-hand side of the base model’s equations that would let it \
                   follow the first training recording, with its uncertainty. Shaded: where it \
                   differs from nothing."
             .to_owned(),
         svgs: drawn(&figures::missing(&discovery.missing)),
-    };
-    if discovery.verdict == Verdict::Unexplained {
-        sections.insert(0, missing);
-    } else {
-        sections.push(missing);
-    }
+    });
     sections.retain(|section| !section.svgs.is_empty());
     sections
 }

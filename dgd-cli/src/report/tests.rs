@@ -317,6 +317,18 @@ fn the_page_stands_by_itself_and_says_what_matters() {
 }
 
 #[test]
+fn what_has_no_name_is_the_first_figure() {
+    let place = tempfile::tempdir().expect("a folder for the test");
+    let folder = place.path().join("a");
+    written(&folder, &left_over());
+    let page = read(&folder, "report.html");
+    let at = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text:?}"));
+    assert!(at("What is missing, without a name") < at("<svg"));
+    assert!(at("<svg") < at("Measured and simulated"));
+    assert!(!page.contains(">before</text>"), "both models are the same");
+}
+
+#[test]
 fn a_discovery_with_nothing_in_it_is_written_too() {
     let place = tempfile::tempdir().expect("a folder for the test");
     let discovery = Discovery {
