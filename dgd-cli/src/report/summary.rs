@@ -92,7 +92,7 @@ pub(super) fn gap_row(gap: &Gap) -> [String; 8] {
     let shown = |error: f64| rounded(error / unit.factor, 2);
     [
         gap.output.clone(),
-        unit.symbol.to_string(),
+        if unit.symbol == "1" { "–".to_owned() } else { unit.symbol.to_string() },
         shown(gap.noise),
         shown(gap.train_before),
         shown(gap.train_after),
