@@ -43,7 +43,7 @@ pub(crate) fn panels(subjects: &[Subject]) -> Figure {
                     y: line.values.clone(),
                 })
                 .collect(),
-            bands: Vec::new(),
+            ..Panel::default()
         })
         .collect();
     Figure::new(Text::plain("Time").with_unit("s"), panels)

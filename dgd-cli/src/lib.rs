@@ -8,6 +8,8 @@ mod failure;
 mod figure;
 mod load;
 pub mod plot;
+#[cfg_attr(not(test), expect(dead_code, reason = "the command that finds effects calls it"))]
+mod report;
 mod result;
 mod run;
 mod verify;

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use dgd_compiler::diagnostics::{Diagnostics, Reported};
-use dgd_compiler::model::{ModelOptions, Setting};
-use dgd_compiler::pipeline::{Compiled, Directions, compile};
+use dgd_compiler::model::{Model, ModelOptions, Setting, resolve};
+use dgd_compiler::pipeline::{self, Compiled, Directions, compile};
 use dgd_compiler::source::{Source, SourceId, Sources, Span};
 use dgd_compiler::syntax;
-use dgd_compiler::syntax::ast::Name;
+use dgd_compiler::syntax::ast::{Ast, Name};
 
 use crate::args::Choices;
 use crate::failure::CommandError;
@@ -64,6 +64,20 @@ impl Compilation {
             }
         }
         Ok(options)
+    }
+
+    /// The syntax and the meaning of a model's text that is or could be in a file.
+    pub(crate) fn resolve(
+        &mut self,
+        path: &Path,
+        text: String,
+        options: &ModelOptions,
+    ) -> Result<(Vec<Ast>, Model), Reported> {
+        let main = Source { name: path.display().to_string(), text };
+        let mut read = |path: &str| read_text(Path::new(path));
+        let asts = pipeline::load(main, &mut read, &mut self.sources, &mut self.diagnostics)?;
+        let model = resolve(&asts, options, &mut self.diagnostics)?;
+        Ok((asts, model))
     }
 
     /// Compiles a model file.

@@ -12,6 +12,7 @@
 //! reads files, prints, or knows what a model is about.
 
 mod deviations;
+mod discovery;
 mod discrepancy;
 mod distribution;
 mod exponential;
@@ -24,6 +25,10 @@ mod whiteness;
 mod windows;
 
 pub use deviations::{Deviations, LinearizeError};
+pub use discovery::{
+    Alternative, Discovery, Evidence, FoundEffect, Gap, MissingInput, OutputTrace, ParameterValue,
+    Ranked, RecordingTrace, Screened, Unexplained, Verdict,
+};
 pub use discrepancy::{AVERAGING_LENGTHS, discrepancy_windows};
 pub use missing_terms::{MissingTerms, Place, PlaceKind};
 pub use noise::{SensorNoise, quantisation_step, white_noise};

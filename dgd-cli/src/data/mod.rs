@@ -10,6 +10,7 @@
 //! when a model asks for it ([`select`]), because a recording has columns that nobody asks for.
 
 mod clock;
+mod folder;
 mod header;
 #[cfg(feature = "parquet")]
 mod parquet;
@@ -27,6 +28,7 @@ use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::{SourceId, Span};
 use dgd_compiler::units::Unit;
 
+pub use folder::{Files, write_folder};
 pub use read::{read, read_from};
 pub use whole::{WriteError, write_whole};
 

@@ -41,6 +41,15 @@ pub(super) const DOT_DIAMETER: f64 = 2.6;
 /// How much white a recorded signal has, so that a line in front of its noise stands out.
 const TINT: f64 = 0.35;
 
+/// How much white a shaded surface has, so that grid and lines stand out from it.
+const SURFACE_TINT: f64 = 0.72;
+
+/// Of a surface that belongs to no line.
+const GREY: Colour = Colour(0x88, 0x88, 0x88);
+
+/// Height of the piece of surface in front of a name.
+const SWATCH: f64 = 9.0;
+
 /// How the series at `index` of a panel is drawn.
 pub(super) fn pen(index: usize, style: Style) -> Pen {
     let width = match style {
@@ -49,21 +58,36 @@ pub(super) fn pen(index: usize, style: Style) -> Pen {
         Style::Dots => DOT_DIAMETER,
     };
     let dashes = DASHES[index / COLOURS.len() % DASHES.len()];
-    let Colour(red, green, blue) = COLOURS[index % COLOURS.len()];
     let tint = match style {
         Style::Line | Style::Step => 0.0,
         Style::ThinLine | Style::Dots => TINT,
     };
-    let mixed = |part: u8| (f64::from(part) + tint * (255.0 - f64::from(part))).round() as u8;
-    Pen { colour: Colour(mixed(red), mixed(green), mixed(blue)), width, dashes }
+    Pen { colour: tinted(COLOURS[index % COLOURS.len()], tint), width, dashes }
 }
 
-/// One name with the look of its series.
+/// The colour of a surface around the series at an index, or around none.
+pub(super) fn surface(around: Option<usize>) -> Colour {
+    tinted(around.map_or(GREY, |index| COLOURS[index % COLOURS.len()]), SURFACE_TINT)
+}
+
+/// A colour with some white in it.
+fn tinted(Colour(red, green, blue): Colour, white: f64) -> Colour {
+    let mixed = |part: u8| (f64::from(part) + white * (255.0 - f64::from(part))).round() as u8;
+    Colour(mixed(red), mixed(green), mixed(blue))
+}
+
+/// One name with the look of what it names.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Entry {
     name: Text,
-    style: Style,
-    pen: Pen,
+    key: Key,
+}
+
+/// What stands in front of a name.
+#[derive(Debug, Clone, PartialEq)]
+enum Key {
+    Series(Style, Pen),
+    Surface(Colour),
 }
 
 impl Entry {
@@ -73,14 +97,19 @@ impl Entry {
 
     fn draw(&self, left: f64, middle: f64, marks: &mut Vec<Mark>) {
         let place = |part: f64| (left + part * KEY, middle);
-        marks.push(match self.style {
-            Style::Dots => Mark::Dots {
+        marks.push(match self.key {
+            Key::Series(Style::Dots, pen) => Mark::Dots {
                 centres: vec![place(0.2), place(0.5), place(0.8)],
-                diameter: self.pen.width,
-                colour: self.pen.colour,
+                diameter: pen.width,
+                colour: pen.colour,
             },
-            Style::Line | Style::ThinLine | Style::Step => {
-                Mark::Lines { lines: vec![vec![place(0.0), place(1.0)]], pen: self.pen }
+            Key::Series(Style::Line | Style::ThinLine | Style::Step, pen) => {
+                Mark::Lines { lines: vec![vec![place(0.0), place(1.0)]], pen }
+            }
+            Key::Surface(colour) => {
+                let top = middle - 0.5 * SWATCH;
+                let rectangle = Rectangle { left, top, width: KEY, height: SWATCH };
+                Mark::Area { rectangle, colour }
             }
         });
         marks.push(Mark::Text {
@@ -94,28 +123,40 @@ impl Entry {
     }
 }
 
-/// The names of the series of a panel.
+/// The names in a panel: of its series, then of its envelopes.
 pub(super) fn entries(panel: &Panel) -> Vec<Entry> {
-    let series = panel.series.iter().enumerate().filter(|(_, series)| !series.name.is_empty());
-    series
-        .map(|(index, series)| Entry {
-            name: series.name.clone(),
-            style: series.style,
-            pen: pen(index, series.style),
-        })
-        .collect()
+    let series = panel.series.iter().enumerate().map(|(index, series)| Entry {
+        name: series.name.clone(),
+        key: Key::Series(series.style, pen(index, series.style)),
+    });
+    let envelopes = panel.envelopes.iter().map(|envelope| Entry {
+        name: envelope.name.clone(),
+        key: Key::Surface(surface(envelope.around)),
+    });
+    series.chain(envelopes).filter(|entry| !entry.name.is_empty()).collect()
+}
+
+/// Whether a panel has more than one thing to tell apart.
+pub(super) fn has_several(panel: &Panel) -> bool {
+    let envelopes = panel.envelopes.iter().filter(|envelope| !envelope.name.is_empty());
+    panel.series.len() + envelopes.count() > 1
 }
 
 /// The one legend that serves all panels: two or more would have the same, and no panel has a
 /// line that is not in it.
 pub(super) fn common(panels: &[Panel]) -> Option<Vec<Entry>> {
-    let mut several = panels.iter().filter(|panel| panel.series.len() > 1).map(entries);
+    let mut several = panels.iter().filter(|panel| has_several(panel)).map(entries);
     let first = several.next()?;
     let is_repeated = several.next().is_some_and(|next| next == first);
-    let serves_all = panels.iter().all(|panel| match panel.series.len() {
-        0 => true,
-        1 => entries(panel).first().is_some_and(|entry| first.contains(entry)),
-        _ => entries(panel) == first,
+    let serves_all = panels.iter().all(|panel| {
+        let own = entries(panel);
+        if has_several(panel) {
+            own == first
+        } else if panel.series.is_empty() && panel.envelopes.is_empty() {
+            true
+        } else {
+            own.first().is_some_and(|entry| first.contains(entry))
+        }
     });
     (is_repeated && serves_all && !first.is_empty()).then_some(first)
 }
@@ -187,11 +228,11 @@ pub(super) struct Inset {
 
 impl Inset {
     /// Looks for a corner of a rectangle from (0, 0) to `size` that no mark touches.
-    pub(super) fn find(
+    pub(super) fn find<'a, Marks: Iterator<Item = &'a Mark>>(
         entries: &[Entry],
         font: &Font,
         size: Point,
-        marks: &[Mark],
+        marks: impl Fn() -> Marks,
     ) -> Option<Inset> {
         let widths = entries.iter().map(|entry| entry.width(font));
         let width = widths.fold(0.0, f64::max) + 2.0 * PADDING;
@@ -204,7 +245,7 @@ impl Inset {
         corners
             .into_iter()
             .map(|(left, top)| Rectangle { left, top, width, height })
-            .find(|place| !marks.iter().any(|mark| touches(mark, *place)))
+            .find(|place| !marks().any(|mark| touches(mark, *place)))
             .map(|place| Inset { entries: entries.to_vec(), place })
     }
 
@@ -224,7 +265,41 @@ fn touches(mark: &Mark, place: Rectangle) -> bool {
         Mark::Lines { lines, .. } => {
             lines.iter().any(|line| line.windows(2).any(|pair| place.meets(pair[0], pair[1])))
         }
+        Mark::Surface { outlines, .. } => outlines.iter().any(|outline| covers(outline, place)),
         Mark::Dots { centres, .. } => centres.iter().any(|&centre| place.meets(centre, centre)),
         Mark::Area { .. } | Mark::Text { .. } => false,
+    }
+}
+
+/// Whether a closed outline crosses a rectangle or goes around it.
+fn covers(outline: &[Point], place: Rectangle) -> bool {
+    let (x, y) = (place.left, place.top);
+    let mut is_inside = false;
+    for (i, &b) in outline.iter().enumerate() {
+        let a = outline[(i + outline.len() - 1) % outline.len()];
+        if place.meets(a, b) {
+            return true;
+        }
+        // A ray to the right from a corner crosses the edges around it an odd number of times.
+        if (a.1 > y) != (b.1 > y) && x < a.0 + (y - a.1) / (b.1 - a.1) * (b.0 - a.0) {
+            is_inside = !is_inside;
+        }
+    }
+    is_inside
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_surface_covers_what_it_crosses_and_what_it_goes_around() {
+        let outline = [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)];
+        let at = |left, top| Rectangle { left, top, width: 2.0, height: 1.0 };
+        assert!(covers(&outline, at(9.0, 5.0)));
+        assert!(covers(&outline, at(4.0, 4.0)));
+        assert!(!covers(&outline, at(11.0, 4.0)));
+        assert!(!covers(&outline, at(-3.0, 4.0)));
+        assert!(!covers(&[], at(0.0, 0.0)));
     }
 }

@@ -14,6 +14,7 @@
 //! compiler nor the solvers. Writing the file is the caller's business.
 
 mod curve;
+mod envelope;
 mod font;
 mod layout;
 mod legend;
@@ -82,6 +83,8 @@ pub struct Panel {
     pub series: Vec<Series>,
     /// Shaded windows of x.
     pub bands: Vec<Band>,
+    /// Shaded between two curves, under the series.
+    pub envelopes: Vec<Envelope>,
 }
 
 /// A named sequence of points.
@@ -119,6 +122,21 @@ pub struct Band {
     pub to: f64,
 }
 
+/// What lies between two curves: the uncertainty around a line, the noise around zero.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Envelope {
+    /// What the legend says; one without a name is not in it.
+    pub name: Text,
+    /// The series of the panel whose colour it has, lighter; grey without.
+    pub around: Option<usize>,
+    /// Abscissas; of lists that differ in length, the shortest counts.
+    pub x: Vec<f64>,
+    /// One edge; where either edge is not finite there is a gap.
+    pub low: Vec<f64>,
+    /// The other edge.
+    pub high: Vec<f64>,
+}
+
 /// How many columns suit a number of panels: one up to three panels, two up to eight, then three.
 pub fn columns_for(panels: usize) -> usize {
     match panels {
@@ -154,7 +172,14 @@ mod tests {
         let y: Vec<f64> = (0..points).map(noise).collect();
         let series = |style| Series { name: "x".into(), style, x: x.clone(), y: y.clone() };
         let styles = [Style::Line, Style::Dots, Style::ThinLine, Style::Step];
-        let panel = Panel { series: styles.map(series).to_vec(), ..Panel::default() };
+        let high = y.iter().map(|y| y + 1e6).collect();
+        let envelope =
+            Envelope { x: x.clone(), low: y.clone(), high, around: Some(0), ..Envelope::default() };
+        let panel = Panel {
+            series: styles.map(series).to_vec(),
+            envelopes: vec![envelope],
+            ..Panel::default()
+        };
         Figure::new("x".into(), vec![panel; panels])
     }
 

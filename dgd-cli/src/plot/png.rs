@@ -72,6 +72,12 @@ fn draw(mark: &Mark, font: &Font, image: &mut Pixmap) {
                 image.fill_rect(area, &paint(*colour), scale, None);
             }
         }
+        Mark::Surface { outlines, colour } => {
+            // Filling closes each outline.
+            if let Some(path) = joined(outlines) {
+                image.fill_path(&path, &paint(*colour), FillRule::Winding, scale, None);
+            }
+        }
         Mark::Lines { lines, pen } => {
             if let Some(path) = joined(lines) {
                 image.stroke_path(&path, &paint(pen.colour), &stroke(*pen), scale, None);

@@ -16,6 +16,11 @@ pub(super) enum Mark {
         rectangle: Rectangle,
         colour: Colour,
     },
+    /// Insides of closed outlines.
+    Surface {
+        outlines: Vec<Vec<Point>>,
+        colour: Colour,
+    },
     /// Lines of one pen, each of two points or more.
     Lines {
         lines: Vec<Vec<Point>>,
@@ -46,6 +51,10 @@ impl Mark {
                 let (left, top) = shift(&(rectangle.left, rectangle.top));
                 Mark::Area { rectangle: Rectangle { left, top, ..*rectangle }, colour: *colour }
             }
+            Mark::Surface { outlines, colour } => Mark::Surface {
+                outlines: outlines.iter().map(|line| line.iter().map(shift).collect()).collect(),
+                colour: *colour,
+            },
             Mark::Lines { lines, pen } => Mark::Lines {
                 lines: lines.iter().map(|line| line.iter().map(shift).collect()).collect(),
                 pen: *pen,

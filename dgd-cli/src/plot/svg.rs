@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::Text;
 use super::scene::{Anchor, Colour, Direction, Mark, Pen, Point, Rectangle, Scene};
-use super::text::Script;
+use super::text::{Script, escaped};
 
 /// Families with the widths of the embedded font; one of them is on every system with fonts.
 const FAMILIES: &str = "Arial, 'Liberation Sans', Helvetica, Arimo, sans-serif";
@@ -28,6 +28,7 @@ fn write_scene(svg: &mut String, scene: &Scene) -> std::fmt::Result {
     for mark in &scene.marks {
         match mark {
             Mark::Area { rectangle, colour } => write_area(svg, *rectangle, *colour)?,
+            Mark::Surface { outlines, colour } => write_surface(svg, outlines, *colour)?,
             Mark::Lines { lines, pen } => write_lines(svg, lines, *pen)?,
             Mark::Dots { centres, diameter, colour } => {
                 write_dots(svg, centres, *diameter, *colour)?;
@@ -67,11 +68,31 @@ fn write_area(svg: &mut String, rectangle: Rectangle, colour: Colour) -> std::fm
     writeln!(svg, " width=\"{width}\" height=\"{height}\" fill=\"{}\"/>", hex(colour))
 }
 
+fn write_surface(svg: &mut String, outlines: &[Vec<Point>], colour: Colour) -> std::fmt::Result {
+    if outlines.is_empty() {
+        return Ok(());
+    }
+    // A path that is filled closes by itself.
+    write!(svg, "<path d=\"")?;
+    write_path(svg, outlines)?;
+    writeln!(svg, "\" fill=\"{}\"/>", hex(colour))
+}
+
 fn write_lines(svg: &mut String, lines: &[Vec<Point>], pen: Pen) -> std::fmt::Result {
     if lines.is_empty() {
         return Ok(());
     }
     write!(svg, "<path d=\"")?;
+    write_path(svg, lines)?;
+    write!(svg, "\" stroke=\"{}\" stroke-width=\"{}\"", hex(pen.colour), number(pen.width))?;
+    if !pen.dashes.is_empty() {
+        let dashes: Vec<String> = pen.dashes.iter().map(|&d| number(f64::from(d))).collect();
+        write!(svg, " stroke-dasharray=\"{}\"", dashes.join(" "))?;
+    }
+    writeln!(svg, "/>")
+}
+
+fn write_path(svg: &mut String, lines: &[Vec<Point>]) -> std::fmt::Result {
     for line in lines {
         let mut last = (0, 0);
         for (i, &point) in line.iter().enumerate() {
@@ -85,12 +106,7 @@ fn write_lines(svg: &mut String, lines: &[Vec<Point>], pen: Pen) -> std::fmt::Re
             }
         }
     }
-    write!(svg, "\" stroke=\"{}\" stroke-width=\"{}\"", hex(pen.colour), number(pen.width))?;
-    if !pen.dashes.is_empty() {
-        let dashes: Vec<String> = pen.dashes.iter().map(|&d| number(f64::from(d))).collect();
-        write!(svg, " stroke-dasharray=\"{}\"", dashes.join(" "))?;
-    }
-    writeln!(svg, "/>")
+    Ok(())
 }
 
 fn write_dots(
@@ -133,10 +149,6 @@ fn write_runs(svg: &mut String, text: &Text, size: f64) -> std::fmt::Result {
         }
     }
     Ok(())
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 fn hex(Colour(red, green, blue): Colour) -> String {

@@ -137,6 +137,19 @@ impl Text {
         self.runs.is_empty()
     }
 
+    /// The text as markup of a web page.
+    pub fn to_html(&self) -> String {
+        let run = |run: &Run| {
+            let text = escaped(&run.text);
+            match run.script {
+                Script::Base => text,
+                Script::Subscript => format!("<sub>{text}</sub>"),
+                Script::Superscript => format!("<sup>{text}</sup>"),
+            }
+        };
+        self.runs.iter().map(run).collect()
+    }
+
     pub(super) fn runs(&self) -> &[Run] {
         &self.runs
     }
@@ -178,6 +191,11 @@ impl From<&str> for Text {
     fn from(text: &str) -> Text {
         Text::plain(text)
     }
+}
+
+/// Text between tags.
+pub(super) fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// How many characters go into the first line.
@@ -331,6 +349,7 @@ mod tests {
         }
         assert_eq!(show(&Text::name("q_a").with_unit("1")), "q_{a} [–]");
         assert_eq!(show(&Text::default().with_unit("m")), "[m]");
+        assert_eq!(Text::unit("m^3/<s>").to_html(), "m<sup>3</sup>/&lt;s&gt;");
     }
 
     #[test]

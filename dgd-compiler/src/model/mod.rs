@@ -4,8 +4,10 @@ mod check_units;
 mod choose;
 mod define;
 mod expression;
+pub mod formula;
 mod item;
 pub mod latex;
+pub mod mathml;
 mod resolve;
 pub mod text;
 

@@ -161,7 +161,7 @@ fn text(text: Text, at: Point, anchor: Anchor, size: f64) -> Mark {
 #[cfg(test)]
 mod tests {
     use super::super::scene::Rectangle;
-    use super::super::{Band, Panel, PanelOrder, Series, Style};
+    use super::super::{Band, Envelope, Panel, PanelOrder, Series, Style};
     use super::*;
 
     fn series(name: &str, style: Style, y: impl Fn(f64) -> f64) -> Series {
@@ -183,6 +183,13 @@ mod tests {
                     .map(|name| series(&name, Style::Line, |x| size * (x / 30.0).sin()))
                     .collect(),
                 bands: vec![Band { from: 100.0, to: f64::INFINITY }],
+                envelopes: vec![Envelope {
+                    name: Text::plain("a band around the first of them"),
+                    around: Some(0),
+                    x: vec![0.0, 200.0],
+                    low: vec![-size; 2],
+                    high: vec![size; 2],
+                }],
             }
         };
         let panels = (0..panels).map(panel).collect();
@@ -279,13 +286,54 @@ mod tests {
     }
 
     #[test]
+    fn an_envelope_is_drawn_under_the_lines_and_within_the_axes() {
+        let envelope = Envelope {
+            x: vec![0.0, 1.0],
+            low: vec![-3.0; 2],
+            high: vec![5.0; 2],
+            ..Envelope::default()
+        };
+        let panel = Panel {
+            series: vec![series("x", Style::Line, |x| x / 100.0)],
+            envelopes: vec![envelope],
+            ..Panel::default()
+        };
+        let scene = scene(&Figure::new(Text::default(), vec![panel]));
+        let marks = || scene.marks.iter();
+        let surface = marks().position(|mark| matches!(mark, Mark::Surface { .. }));
+        let pen = legend::pen(0, Style::Line);
+        let line = marks().position(|mark| matches!(mark, Mark::Lines { pen: p, .. } if *p == pen));
+        assert!(surface.is_some() && surface < line, "{surface:?} {line:?}");
+        let Some(Mark::Surface { outlines, .. }) = surface.map(|at| &scene.marks[at]) else {
+            unreachable!("it is at its position");
+        };
+        let heights = outlines[0].iter().map(|point| point.1);
+        assert!(heights.clone().all(|y| 0.0 < y && y < scene.height));
+        // 8 of the panel's 8.8 units: the axes have 5 % room at both ends.
+        let high = heights.clone().fold(f64::NEG_INFINITY, f64::max);
+        let tall = high - heights.fold(f64::INFINITY, f64::min);
+        assert!(
+            (tall
+                - axes_height(
+                    800.0,
+                    &Grid::new(&Figure::new(Text::default(), vec![Panel::default()]))
+                ) / 1.1)
+                .abs()
+                < 1e-9,
+            "{tall}"
+        );
+    }
+
+    #[test]
     fn odd_figures_are_drawn_too() {
         let lonely = Series { x: vec![1.0], ..series("x", Style::Step, |_| 2.0) };
         let undefined = series("x", Style::Dots, |_| f64::NAN);
         let bands = vec![Band { from: f64::NAN, to: f64::NAN }];
         let both = vec![lonely.clone(), undefined.clone()];
         for series in [vec![], vec![lonely], vec![undefined], both] {
-            let panel = Panel { series, bands: bands.clone(), ..Panel::default() };
+            let (x, low, high) = (vec![f64::NAN, 1.0], vec![f64::INFINITY; 3], vec![0.0]);
+            let envelopes = vec![Envelope { x, low, high, ..Envelope::default() }];
+            let panel = Panel { series, bands: bands.clone(), envelopes, ..Panel::default() };
             for width in [f64::NAN, -1.0, 0.0, 300.0, f64::INFINITY] {
                 let figure = Figure::new(Text::default(), vec![panel.clone(); 3]);
                 let scene = scene(&Figure { width, columns: 0, ..figure });

@@ -9,13 +9,14 @@ use crate::plot::font::Font;
 use crate::plot::legend::{self, Entry};
 use crate::plot::scene::{Anchor, Direction, Mark, Pen, Point, Rectangle};
 use crate::plot::ticks::Axis;
-use crate::plot::{Panel, Series, Style, Text, curve};
+use crate::plot::{Envelope, Panel, Series, Style, Text, curve, envelope};
 
 /// A panel on its way to the page; curves are relative to the upper left corner of the axes.
 pub(super) struct PlacedPanel<'a> {
     panel: &'a Panel,
     pub(super) y: Axis,
     pub(super) label: Vec<Text>,
+    surfaces: Vec<Mark>,
     curves: Vec<Mark>,
     pub(super) header: Header,
     inset: Option<legend::Inset>,
@@ -37,11 +38,17 @@ impl<'a> PlacedPanel<'a> {
     pub(super) fn new(panel: &'a Panel, font: &Font, height: f64) -> PlacedPanel<'a> {
         // Values without a place on the x axis are not drawn.
         let points = panel.series.iter().flat_map(|series| series.x.iter().zip(&series.y));
-        let (low, high) = range(points.filter(|(x, _)| x.is_finite()).map(|(_, y)| y));
+        let edges = panel.envelopes.iter().flat_map(|envelope| {
+            let edge = |values| envelope.x.iter().zip(values);
+            edge(&envelope.low).chain(edge(&envelope.high))
+        });
+        let drawn = points.chain(edges).filter(|(x, _)| x.is_finite());
+        let (low, high) = range(drawn.map(|(_, y)| y));
         PlacedPanel {
             panel,
             y: Axis::new(low, high, Y_ROOM, (height / Y_TICK_DISTANCE) as u32),
             label: panel.y_label.wrap(font, LABEL_SIZE, height),
+            surfaces: Vec::new(),
             curves: Vec::new(),
             header: Header::default(),
             inset: None,
@@ -49,13 +56,16 @@ impl<'a> PlacedPanel<'a> {
     }
 
     pub(super) fn draw_curves(&mut self, x: &Axis, size: Point) {
-        let budget = POINT_BUDGET / self.panel.series.len() as f64;
+        // An envelope takes as many points as a line.
+        let drawn = self.panel.series.len() + self.panel.envelopes.len();
+        let budget = POINT_BUDGET / drawn as f64;
         let columns = (budget / (4.0 * size.0)).clamp(0.1, 2.0);
+        let place = |at: f64, value: f64| {
+            (x.fraction(at) * size.0, (1.0 - self.y.fraction(value)) * size.1)
+        };
         let curve = |index: usize, series: &Series| {
             let pen = legend::pen(index, series.style);
-            let points = series.x.iter().zip(&series.y).map(|(&at, &value)| {
-                (x.fraction(at) * size.0, (1.0 - self.y.fraction(value)) * size.1)
-            });
+            let points = series.x.iter().zip(&series.y).map(|(&at, &value)| place(at, value));
             let lines = match series.style {
                 Style::Dots => {
                     let centres = curve::dots(points, budget as usize);
@@ -69,22 +79,35 @@ impl<'a> PlacedPanel<'a> {
                 lines.into_iter().partition(|line| line.len() == 1);
             vec![Mark::Lines { lines, pen }, dots(alone.into_iter().flatten().collect(), pen)]
         };
+        let surface = |shaded: &Envelope| {
+            let edges = shaded.low.iter().zip(&shaded.high);
+            let slices = shaded.x.iter().zip(edges).map(|(&at, (&low, &high))| {
+                // Pixels count downwards.
+                let ((x, top), (_, bottom)) = (place(at, high), place(at, low));
+                envelope::Slice { x, low: top, high: bottom }
+            });
+            let outlines = envelope::outlines(slices, columns);
+            Mark::Surface { outlines, colour: legend::surface(shaded.around) }
+        };
+        let surfaces = self.panel.envelopes.iter().map(surface).collect();
         // Measured below simulated: both stay visible.
         let is_below = |series: &Series| matches!(series.style, Style::Dots | Style::ThinLine);
         let numbered = || self.panel.series.iter().enumerate();
         let below = numbered().filter(|(_, series)| is_below(series));
         let above = numbered().filter(|(_, series)| !is_below(series));
         self.curves = below.chain(above).flat_map(|(index, series)| curve(index, series)).collect();
+        self.surfaces = surfaces;
     }
 
     pub(super) fn place_header(&mut self, font: &Font, size: Point, has_legend: bool) {
-        let entries: Vec<Entry> = match self.panel.series.len() {
-            0 | 1 => Vec::new(),
-            _ if has_legend => legend::entries(self.panel),
-            _ => Vec::new(),
+        let entries: Vec<Entry> = if has_legend && legend::has_several(self.panel) {
+            legend::entries(self.panel)
+        } else {
+            Vec::new()
         };
         if !entries.is_empty() {
-            self.inset = legend::Inset::find(&entries, font, size, &self.curves);
+            let drawn = || self.surfaces.iter().chain(&self.curves);
+            self.inset = legend::Inset::find(&entries, font, size, drawn);
         }
         let above = !entries.is_empty() && self.inset.is_none();
         let rows = above.then(|| legend::Rows::new(&entries, font, size.0));
@@ -121,6 +144,7 @@ impl<'a> PlacedPanel<'a> {
         let (left, top) = origin;
         let (right, bottom) = (left + size.0, top + size.1);
         self.draw_bands(origin, size, x, marks);
+        marks.extend(self.surfaces.iter().map(|surface| surface.shifted(origin)));
 
         // Whole pixels, so that lines of one pixel are sharp.
         let x_ticks = x.ticks.iter().map(|tick| (left + tick.fraction * size.0).round());

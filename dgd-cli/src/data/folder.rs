@@ -1,0 +1,179 @@
+//! Files that appear in a folder together or not at all.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::whole::WriteError;
+
+/// A folder of results.
+#[derive(Debug, Clone, Default)]
+pub struct Files {
+    /// Names and contents.
+    pub written: Vec<(String, Vec<u8>)>,
+    /// Names of files that an earlier result may have left and that this one does not have.
+    pub removed: Vec<String>,
+}
+
+/// Writes files into a folder: all of them, or the folder is left as it was.
+///
+/// The folder is created if its parent exists; other files in it stay. The files are written to a
+/// hidden folder beside the place they are meant for, and then moved.
+///
+/// # Errors
+///
+/// The parent does not exist, a file would replace a folder, or the system refused.
+pub fn write_folder(folder: &Path, files: &Files) -> Result<(), WriteError> {
+    let failed = |error| WriteError::Failed { path: folder.to_owned(), error };
+    if folder.exists() {
+        // Inside, so that nothing has to cross from one file system to another.
+        let draft = Draft::create(folder, ".dgd").map_err(failed)?;
+        draft.fill(files).map_err(failed)?;
+        return exchange(folder, &draft, files);
+    }
+    let (Some(name), parent) = (folder.file_name(), parent(folder)) else {
+        return Err(failed(io::Error::from(io::ErrorKind::InvalidInput)));
+    };
+    if !parent.is_dir() {
+        let (path, folder) = (folder.to_owned(), parent.to_owned());
+        return Err(WriteError::NoFolder { path, folder });
+    }
+    let mut draft =
+        Draft::create(parent, &format!(".{}", name.to_string_lossy())).map_err(failed)?;
+    draft.fill(files).map_err(failed)?;
+    fs::rename(&draft.path, folder).map_err(failed)?;
+    draft.published = true;
+    Ok(())
+}
+
+fn parent(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
+
+/// Moves the files of a draft into the folder, and the old ones into the draft; if one cannot be
+/// moved, all go back.
+fn exchange(folder: &Path, draft: &Draft, files: &Files) -> Result<(), WriteError> {
+    let written = || files.written.iter().map(|(name, _)| name);
+    if let Some(name) = written().chain(&files.removed).find(|name| folder.join(name).is_dir()) {
+        return Err(WriteError::IsFolder { path: folder.join(name) });
+    }
+    let mut moves: Vec<(PathBuf, PathBuf)> = Vec::new();
+    for name in files.removed.iter().chain(written()).filter(|name| folder.join(name).exists()) {
+        moves.push((folder.join(name), draft.path.join(format!("{name}.old"))));
+    }
+    for name in written() {
+        moves.push((draft.path.join(name), folder.join(name)));
+    }
+    for (done, (from, to)) in moves.iter().enumerate() {
+        if let Err(error) = fs::rename(from, to) {
+            for (from, to) in moves[..done].iter().rev() {
+                // What cannot go back stays in the draft; the error that led here matters more.
+                let _ = fs::rename(to, from);
+            }
+            return Err(WriteError::Failed { path: from.clone(), error });
+        }
+    }
+    Ok(())
+}
+
+/// A hidden folder; removed when dropped unless it was published.
+struct Draft {
+    path: PathBuf,
+    published: bool,
+}
+
+impl Draft {
+    fn create(parent: &Path, name: &str) -> io::Result<Draft> {
+        let mut attempt = 0_u32;
+        loop {
+            let path = parent.join(format!("{name}.{}-{attempt}.tmp", std::process::id()));
+            match fs::create_dir(&path) {
+                Ok(()) => return Ok(Draft { path, published: false }),
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists && attempt < 1000 => {
+                    attempt += 1;
+                }
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    fn fill(&self, files: &Files) -> io::Result<()> {
+        files
+            .written
+            .iter()
+            .try_for_each(|(name, content)| fs::write(self.path.join(name), content))
+    }
+}
+
+impl Drop for Draft {
+    fn drop(&mut self) {
+        if !self.published {
+            // What cannot be removed is a hidden left-over; the error that led here matters more.
+            let _ = fs::remove_dir_all(&self.path);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn files(names: &[&str], content: &str) -> Files {
+        let written = names.iter().map(|name| ((*name).to_owned(), content.into())).collect();
+        Files { written, removed: vec!["stale".to_owned()] }
+    }
+
+    /// Names and contents, in order.
+    fn found(folder: &Path) -> Vec<(String, String)> {
+        let entries = fs::read_dir(folder).expect("the folder exists");
+        let mut all: Vec<_> = entries
+            .map(|entry| {
+                let entry = entry.expect("an entry can be read");
+                let name = entry.file_name().to_string_lossy().into_owned();
+                (name, fs::read_to_string(entry.path()).unwrap_or_default())
+            })
+            .collect();
+        all.sort();
+        all
+    }
+
+    fn pairs(all: &[(&str, &str)]) -> Vec<(String, String)> {
+        all.iter().map(|(name, content)| ((*name).to_owned(), (*content).to_owned())).collect()
+    }
+
+    #[test]
+    fn a_new_folder_has_all_files_and_an_old_one_keeps_the_others() {
+        let place = tempfile::tempdir().expect("a folder for the test");
+        let folder = place.path().join("out");
+        write_folder(&folder, &files(&["a", "b"], "1")).expect("the folder is writable");
+        assert_eq!(found(&folder), pairs(&[("a", "1"), ("b", "1")]));
+        assert_eq!(found(place.path()), pairs(&[("out", "")]));
+        for (name, content) in [("mine", "m"), ("stale", "s")] {
+            fs::write(folder.join(name), content).expect("the folder is writable");
+        }
+        write_folder(&folder, &files(&["b", "c"], "2")).expect("the folder is writable");
+        let expected = pairs(&[("a", "1"), ("b", "2"), ("c", "2"), ("mine", "m")]);
+        assert_eq!(found(&folder), expected);
+    }
+
+    #[test]
+    fn a_failure_leaves_the_folder_as_it_was() {
+        let place = tempfile::tempdir().expect("a folder for the test");
+        let folder = place.path().join("out");
+        write_folder(&folder, &files(&["a"], "1")).expect("the folder is writable");
+        fs::create_dir(folder.join("b")).expect("the folder is writable");
+        let error = write_folder(&folder, &files(&["a", "b"], "2")).expect_err("`b` is a folder");
+        assert!(matches!(error, WriteError::IsFolder { .. }));
+        // A name that is no file name fails while the draft is filled.
+        let error = write_folder(&folder, &files(&["a", "x/y"], "2")).expect_err("no such folder");
+        assert!(matches!(error, WriteError::Failed { .. }));
+        assert_eq!(found(&folder), pairs(&[("a", "1"), ("b", "")]));
+        let lost = place.path().join("no").join("where");
+        let error = write_folder(&lost, &files(&["a"], "1")).expect_err("no parent");
+        assert!(matches!(error, WriteError::NoFolder { .. }));
+        assert_eq!(found(place.path()), pairs(&[("out", "")]));
+    }
+}

@@ -1,0 +1,83 @@
+//! What `dgd discover` writes: a page to read, a result for programs, the corrected model.
+//!
+//! ```text
+//!   Discovery ─┬─ page (figures, equations, diff) ─► report.html
+//!              ├─ result_json ──────────────────────► result.json
+//!              ├─ corrected text, diff ─────────────► MODEL.dgd, MODEL.diff
+//!              └─ trace ────────────────────────────► unexplained.csv
+//! ```
+//!
+//! All files appear together or none does, and equal discoveries give equal files.
+
+mod diff;
+mod equations;
+mod figures;
+mod page;
+mod quantity;
+mod result_json;
+mod summary;
+#[cfg(test)]
+mod tests;
+mod trace;
+mod verdict;
+
+use std::path::{Path, PathBuf};
+
+use dgd_discover::Discovery;
+
+use crate::args::Choices;
+use crate::data::{Files, write_folder};
+use crate::failure::CommandError;
+
+pub(crate) use summary::text as summary;
+
+/// Where what no effect explains is written.
+const UNEXPLAINED: &str = "unexplained.csv";
+
+/// What a report is about.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Subject<'a> {
+    /// What was found.
+    pub(crate) discovery: &'a Discovery,
+    /// The file of the base model, as given.
+    pub(crate) model: &'a Path,
+    /// Its text.
+    pub(crate) base: &'a str,
+    /// Variants and settings of the run.
+    pub(crate) choices: &'a Choices,
+    /// Recordings that the fits saw.
+    pub(crate) training: &'a [PathBuf],
+    /// Recordings kept out of them.
+    pub(crate) held_out: &'a [PathBuf],
+    /// The command line that makes the same again.
+    pub(crate) command: &'a str,
+}
+
+impl Subject<'_> {
+    /// The model file's name without its ending.
+    fn model_name(&self) -> String {
+        self.model.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
+    }
+}
+
+/// Writes the report into a folder, which is created if its parent exists.
+pub(crate) fn write(folder: &Path, subject: &Subject<'_>) -> Result<(), CommandError> {
+    Ok(write_folder(folder, &files(subject)?)?)
+}
+
+fn files(subject: &Subject<'_>) -> Result<Files, CommandError> {
+    let name = subject.model_name();
+    let file = format!("{name}.dgd");
+    let patch = diff::unified(subject.base, &subject.discovery.corrected, &file);
+    let mut files = Files::default();
+    let mut add = |name: &str, content: Vec<u8>| files.written.push((name.to_owned(), content));
+    add("report.html", page::write(subject, &patch)?.into_bytes());
+    add("result.json", result_json::write(subject).into_bytes());
+    add(&format!("{name}.diff"), patch.into_bytes());
+    add(&file, subject.discovery.corrected.clone().into_bytes());
+    match trace::table(&subject.discovery.unexplained)? {
+        Some(table) => add(UNEXPLAINED, table),
+        None => files.removed.push(UNEXPLAINED.to_owned()),
+    }
+    Ok(files)
+}

@@ -1,0 +1,120 @@
+//! `result.json`: what a discovery says, for programs.
+//!
+//! Numbers are in the units that the model declares. Errors and noise are differences, which have
+//! no zero of their own: those of an output in `bara` are in `bar`, those of one in `°C` in `K`.
+
+use dgd_discover::{Discovery, FoundEffect, Gap, ParameterValue, Ranked, Unexplained};
+use serde_json::{Map, Value, json};
+
+use super::quantity::of_differences;
+use super::{Subject, UNEXPLAINED};
+
+/// The text of the file.
+pub(super) fn write(subject: &Subject<'_>) -> String {
+    let Discovery { verdict, reason, effects, unexplained, gap, traces, ranking, screened, .. } =
+        subject.discovery;
+    let recordings: Vec<Value> = traces
+        .iter()
+        .map(|trace| json!({ "name": trace.name, "held_out": trace.held_out }))
+        .collect();
+    let screened: Vec<Value> = screened
+        .iter()
+        .map(|candidate| json!({ "name": candidate.name, "share": tidy(candidate.share) }))
+        .collect();
+    let all = json!({
+        "verdict": verdict.word(),
+        "reason": reason,
+        "model": subject.model_name(),
+        "effects": effects.iter().map(effect).collect::<Vec<_>>(),
+        "unexplained": unexplained.iter().map(left_over).collect::<Vec<_>>(),
+        "gap": named(gap.iter().map(|gap| (&gap.output, errors(gap)))),
+        "parameters": parameters(&subject.discovery.corrected_parameters),
+        "base_parameters": parameters(&subject.discovery.base_parameters),
+        "recordings": recordings,
+        "ranking": ranking.iter().map(ranked).collect::<Vec<_>>(),
+        "screened": screened,
+    });
+    format!("{all:#}\n")
+}
+
+fn effect(effect: &FoundEffect) -> Value {
+    let alternatives: Vec<Value> = effect
+        .alternatives
+        .iter()
+        .map(|other| json!({ "name": other.name, "valid_ratio": tidy(other.valid_ratio) }))
+        .collect();
+    json!({
+        "name": effect.name,
+        "kind": effect.kind,
+        "form": effect.form,
+        "target": effect.target,
+        "alternatives": alternatives,
+        "told_apart_by": effect.told_apart_by,
+        "onset": effect.onset.map(tidy),
+        "windows": windows(&effect.windows),
+        "parameters": parameters(&effect.parameters),
+        "evidence": {
+            "p_value": tidy(effect.evidence.p_value),
+            "resamples": effect.evidence.resamples,
+            "bic_gain": tidy(effect.evidence.bic_gain),
+            "inclusion": tidy(effect.evidence.inclusion),
+        },
+    })
+}
+
+fn left_over(unexplained: &Unexplained) -> Value {
+    json!({
+        "target": unexplained.target,
+        "windows": windows(&unexplained.windows),
+        "trace": UNEXPLAINED,
+        "description": unexplained.description,
+    })
+}
+
+fn errors(gap: &Gap) -> Value {
+    let unit = of_differences(&gap.unit);
+    let shown = |error: f64| tidy(error / unit.factor);
+    json!({
+        "unit": unit.symbol,
+        "noise": shown(gap.noise),
+        "train_before": shown(gap.train_before),
+        "train_after": shown(gap.train_after),
+        "valid_before": shown(gap.valid_before),
+        "valid_after": shown(gap.valid_after),
+    })
+}
+
+fn ranked(ranked: &Ranked) -> Value {
+    json!({
+        "effects": ranked.effects,
+        "train": tidy(ranked.train),
+        "valid": ranked.valid.map(tidy),
+        "bic": tidy(ranked.bic),
+        "note": ranked.note,
+    })
+}
+
+fn parameters(parameters: &[ParameterValue]) -> Value {
+    named(parameters.iter().map(|parameter| {
+        let unit = &parameter.unit;
+        let value = json!({
+            "value": tidy((parameter.value - unit.offset) / unit.factor),
+            "unit": unit.symbol,
+            "std": parameter.std.map(|std| tidy(std / unit.factor)),
+        });
+        (&parameter.name, value)
+    }))
+}
+
+fn windows(windows: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    windows.iter().map(|window| window.map(tidy)).collect()
+}
+
+fn named<'a>(entries: impl Iterator<Item = (&'a String, Value)>) -> Value {
+    Value::Object(entries.map(|(name, value)| (name.clone(), value)).collect::<Map<_, _>>())
+}
+
+/// To twelve digits: without what the conversion of units rounds.
+fn tidy(value: f64) -> f64 {
+    format!("{value:.11e}").parse().unwrap_or(value)
+}

@@ -1,0 +1,126 @@
+//! What a discovery says on a terminal.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use dgd_discover::{Discovery, FoundEffect, Gap};
+
+use super::quantity::{Quantity, of_differences, percent, probability, rounded, stretches};
+use super::verdict;
+
+/// The verdict, the effects, the errors before and after, and where the report is.
+pub(crate) fn text(discovery: &Discovery, folder: Option<&Path>) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = write_text(&mut text, discovery, folder);
+    text
+}
+
+fn write_text(text: &mut String, discovery: &Discovery, folder: Option<&Path>) -> std::fmt::Result {
+    writeln!(text, "{}", verdict::sentence(discovery))?;
+    if !discovery.reason.is_empty() {
+        writeln!(text, "{}", discovery.reason)?;
+    }
+    for effect in &discovery.effects {
+        writeln!(text, "\n{}: {}", effect.name, verdict::place(effect))?;
+        write_table(text, &effect_rows(effect), &[])?;
+    }
+    for left in &discovery.unexplained {
+        writeln!(text, "\nwithout a name: {}", left.target)?;
+        let mut rows = vec![["what".to_owned(), left.description.clone()]];
+        if !left.windows.is_empty() {
+            rows.push(["when".to_owned(), stretches(left.windows.iter().copied())]);
+        }
+        write_table(text, &rows, &[])?;
+    }
+    if !discovery.gap.is_empty() {
+        writeln!(text, "\nsimulation error, root mean square")?;
+        let head =
+            ["output", "unit", "noise", "training", "after", "held out", "after", "over noise"];
+        let mut rows = vec![head.map(str::to_owned)];
+        rows.extend(discovery.gap.iter().map(gap_row));
+        write_table(text, &rows, &[2, 3, 4, 5, 6, 7])?;
+    }
+    if let Some(folder) = folder {
+        writeln!(text, "\nreport: {}", folder.join("report.html").display())?;
+    }
+    Ok(())
+}
+
+fn effect_rows(effect: &FoundEffect) -> Vec<[String; 2]> {
+    let mut rows: Vec<[String; 2]> = effect
+        .parameters
+        .iter()
+        .map(|p| {
+            let unit = if p.unit.symbol == "1" { "" } else { &*p.unit.symbol };
+            [p.name.clone(), format!("{} {unit}", Quantity::of(p))]
+        })
+        .collect();
+    if let Some(onset) = effect.onset {
+        rows.push(["since".to_owned(), format!("{onset:.0} s")]);
+    }
+    if !effect.windows.is_empty() {
+        rows.push(["active".to_owned(), stretches(effect.windows.iter().copied())]);
+    }
+    for other in &effect.alternatives {
+        let ratio = rounded(other.valid_ratio, 3);
+        rows.push(["or".to_owned(), format!("{} (held-out error × {ratio})", other.name)]);
+    }
+    if let Some(test) = &effect.told_apart_by {
+        rows.push(["told apart by".to_owned(), test.clone()]);
+    }
+    rows.push(["evidence".to_owned(), evidence(effect)]);
+    rows
+}
+
+/// Why an effect is believed, in a line.
+pub(super) fn evidence(effect: &FoundEffect) -> String {
+    let evidence = &effect.evidence;
+    format!(
+        "{} from {} resamples, BIC falls by {}, in {} of resampled recordings",
+        probability(evidence.p_value, evidence.resamples),
+        evidence.resamples,
+        rounded(evidence.bic_gain, 3),
+        percent(evidence.inclusion)
+    )
+}
+
+/// Errors in the unit of differences: output, unit, noise, training before and after, held out
+/// before and after, and the last of them over the noise.
+pub(super) fn gap_row(gap: &Gap) -> [String; 8] {
+    let unit = of_differences(&gap.unit);
+    let shown = |error: f64| rounded(error / unit.factor, 2);
+    [
+        gap.output.clone(),
+        if unit.symbol == "1" { "–".to_owned() } else { unit.symbol.to_string() },
+        shown(gap.noise),
+        shown(gap.train_before),
+        shown(gap.train_after),
+        shown(gap.valid_before),
+        shown(gap.valid_after),
+        rounded(gap.valid_after / gap.noise, 2),
+    ]
+}
+
+/// Rows with aligned columns, indented; those of `right` end at their right edge.
+fn write_table<const N: usize>(
+    text: &mut String,
+    rows: &[[String; N]],
+    right: &[usize],
+) -> std::fmt::Result {
+    let width = |c: usize| rows.iter().map(|row| row[c].chars().count()).max().unwrap_or(0);
+    let widths: [usize; N] = std::array::from_fn(width);
+    for row in rows {
+        let mut line = String::from(" ");
+        for (c, cell) in row.iter().enumerate() {
+            let room = widths[c];
+            if right.contains(&c) {
+                write!(line, " {cell:>room$} ")?;
+            } else {
+                write!(line, " {cell:<room$} ")?;
+            }
+        }
+        writeln!(text, "{}", line.trim_end())?;
+    }
+    Ok(())
+}

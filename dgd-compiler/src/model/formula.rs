@@ -1,0 +1,359 @@
+//! A model's equations as they are typeset: built from the syntax once, written by [`super::latex`]
+//! and [`super::mathml`].
+//!
+//! The equations are those of the file, in the author's order and with the author's grouping; the
+//! chosen variants' equations stand where the variant does. What brackets a bar or an exponent
+//! makes superfluous is decided here, so that a writer has no choices left.
+
+use super::Model;
+use crate::expr::display::number;
+use crate::syntax::ast::{Argument, Ast, Comparison, Expr, ExprKind, Factor, Item, ItemKind, Sign};
+
+/// A definition, an equation or an output on a line of its own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Line {
+    /// Left of the equals sign.
+    pub left: Formula,
+    /// Right of it.
+    pub right: Formula,
+    /// The label of an equation.
+    pub label: Option<String>,
+}
+
+/// A piece of mathematics.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Formula {
+    /// A name with its subscripts.
+    Symbol(Symbol),
+    /// A number.
+    Number {
+        /// Its digits, before the power of ten if there is one.
+        digits: String,
+        /// The power of ten.
+        exponent: Option<String>,
+        /// The unit behind it, as written.
+        unit: Option<String>,
+    },
+    /// Parts beside each other.
+    Row(Vec<Formula>),
+    /// A sign between or before parts.
+    Operator(Operator),
+    /// One above the other.
+    Fraction(Box<Formula>, Box<Formula>),
+    /// A base with an exponent.
+    Power(Box<Formula>, Box<Formula>),
+    /// A square root.
+    Root(Box<Formula>),
+    /// Between a pair of delimiters.
+    Fenced(Fence, Box<Formula>),
+    /// A derivative to time.
+    Dot(Symbol),
+    /// The name of a well-known function, upright, with what its foot says.
+    Function(&'static str, Option<&'static str>),
+    /// One value where a condition holds, else another.
+    Cases(Box<Cases>),
+}
+
+/// A name as papers set it: `h_r` is h with subscript r, `c0` is c with subscript 0.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Symbol {
+    /// Letters on the base line.
+    pub letters: String,
+    /// Subscripts, left to right.
+    pub subscripts: Vec<String>,
+}
+
+/// The two branches of an `if`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cases {
+    /// The value where the condition holds.
+    pub then: Formula,
+    /// The condition.
+    pub condition: Formula,
+    /// The value elsewhere.
+    pub otherwise: Formula,
+}
+
+/// Pairs of delimiters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fence {
+    /// Round brackets as high as what they enclose.
+    Round,
+    /// Round brackets around the arguments of a definition.
+    Arguments,
+    /// Vertical bars.
+    Bars,
+}
+
+/// Signs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Operator {
+    /// + between terms
+    Plus,
+    /// − between terms
+    Minus,
+    /// − in front of a term
+    Negative,
+    /// The multiplication that is not written.
+    Times,
+    /// Between arguments.
+    Comma,
+    /// <
+    Less,
+    /// ≤
+    LessEqual,
+    /// >
+    Greater,
+    /// ≥
+    GreaterEqual,
+    /// ∧
+    And,
+    /// ∨
+    Or,
+    /// ¬
+    Not,
+}
+
+/// The lines of a model: libraries first, then the model file.
+pub fn lines(asts: &[Ast], model: &Model) -> Vec<Line> {
+    let mut lines = Vec::new();
+    for ast in asts.iter().rev() {
+        collect(&ast.items, model, &mut lines);
+    }
+    lines
+}
+
+fn collect(items: &[Item], model: &Model, lines: &mut Vec<Line>) {
+    for item in items {
+        match &item.kind {
+            ItemKind::Let { name, value, .. }
+            | ItemKind::Output { name, value: Some(value), .. } => {
+                let (left, right) = (Formula::Symbol(Symbol::of(&name.text)), expression(value));
+                lines.push(Line { left, right, label: None });
+            }
+            ItemKind::Function { name, arguments, body } => {
+                let arguments = arguments
+                    .iter()
+                    .map(|Argument { name, .. }| Formula::Symbol(Symbol::of(&name.text)));
+                let arguments = separated(arguments, Operator::Comma);
+                let left = Formula::Row(vec![
+                    Formula::Symbol(Symbol::of(&name.text)),
+                    Formula::Fenced(Fence::Arguments, Box::new(arguments)),
+                ]);
+                lines.push(Line { left, right: expression(body), label: None });
+            }
+            ItemKind::Equation { label, left, right } => {
+                let (left, right) = (expression(left), expression(right));
+                lines.push(Line { left, right, label: Some(label.text.clone()) });
+            }
+            ItemKind::Variant { name, choices } => {
+                let chosen = model.variants.iter().find(|v| v.name == name.text);
+                if let Some(choice) = chosen.and_then(|v| choices.get(v.chosen)) {
+                    collect(&choice.items, model, lines);
+                }
+            }
+            ItemKind::Import { .. }
+            | ItemKind::Constant { .. }
+            | ItemKind::Parameter { .. }
+            | ItemKind::Input { .. }
+            | ItemKind::Unknown { .. }
+            | ItemKind::Output { .. } => {}
+        }
+    }
+}
+
+impl Symbol {
+    /// Splits a name at its underscores and before the digits of its first part.
+    pub fn of(name: &str) -> Symbol {
+        let mut parts = name.split('_');
+        let first = parts.next().unwrap_or_default();
+        let letters = first.trim_end_matches(|c: char| c.is_ascii_digit());
+        let digits = &first[letters.len()..];
+        let subscripts = (!digits.is_empty()).then_some(digits).into_iter().chain(parts);
+        Symbol { letters: letters.to_owned(), subscripts: subscripts.map(str::to_owned).collect() }
+    }
+}
+
+/// The small and capital letters that are spelled out in names and drawn as one sign.
+pub(super) static GREEK: &[(&str, char)] = &[
+    ("alpha", 'α'),
+    ("beta", 'β'),
+    ("gamma", 'γ'),
+    ("delta", 'δ'),
+    ("epsilon", 'ε'),
+    ("zeta", 'ζ'),
+    ("eta", 'η'),
+    ("theta", 'θ'),
+    ("kappa", 'κ'),
+    ("lambda", 'λ'),
+    ("mu", 'μ'),
+    ("nu", 'ν'),
+    ("xi", 'ξ'),
+    ("pi", 'π'),
+    ("rho", 'ρ'),
+    ("sigma", 'σ'),
+    ("tau", 'τ'),
+    ("phi", 'φ'),
+    ("chi", 'χ'),
+    ("psi", 'ψ'),
+    ("omega", 'ω'),
+    ("Gamma", 'Γ'),
+    ("Delta", 'Δ'),
+    ("Theta", 'Θ'),
+    ("Lambda", 'Λ'),
+    ("Xi", 'Ξ'),
+    ("Pi", 'Π'),
+    ("Sigma", 'Σ'),
+    ("Phi", 'Φ'),
+    ("Psi", 'Ψ'),
+    ("Omega", 'Ω'),
+];
+
+fn expression(expr: &Expr) -> Formula {
+    match &expr.kind {
+        ExprKind::Number { value, unit, .. } => {
+            let digits = number(*value);
+            let (digits, exponent) = match digits.split_once('e') {
+                Some((mantissa, exponent)) => (mantissa.to_owned(), Some(exponent.to_owned())),
+                None => (digits, None),
+            };
+            Formula::Number { digits, exponent, unit: unit.as_ref().map(|unit| unit.text.clone()) }
+        }
+        ExprKind::Name(name) if name == "time" => Formula::Symbol(Symbol::of("t")),
+        ExprKind::Name(name) => Formula::Symbol(Symbol::of(name)),
+        ExprKind::Call { function, arguments } => call(&function.text, arguments),
+        ExprKind::Group(inner) => round(expression(inner)),
+        ExprKind::Negate(inner) if is_sum(inner) => {
+            before(Operator::Negative, round(expression(inner)))
+        }
+        ExprKind::Negate(inner) => before(Operator::Negative, expression(inner)),
+        ExprKind::Sum(terms) => {
+            let mut row = Vec::with_capacity(2 * terms.len());
+            for (i, (sign, term)) in terms.iter().enumerate() {
+                match (i, sign) {
+                    (0, Sign::Plus) => {}
+                    (0, Sign::Minus) => row.push(Formula::Operator(Operator::Negative)),
+                    (_, Sign::Plus) => row.push(Formula::Operator(Operator::Plus)),
+                    (_, Sign::Minus) => row.push(Formula::Operator(Operator::Minus)),
+                }
+                row.push(expression(term));
+            }
+            Formula::Row(row)
+        }
+        ExprKind::Product(factors) => product(factors),
+        ExprKind::Power(base, exponent) => {
+            Formula::Power(Box::new(expression(base)), Box::new(expression(bare(exponent))))
+        }
+        ExprKind::If(condition, then, otherwise) => Formula::Cases(Box::new(Cases {
+            then: expression(then),
+            condition: expression(condition),
+            otherwise: expression(otherwise),
+        })),
+        ExprKind::Compare(comparison, left, right) => {
+            let sign = match comparison {
+                Comparison::Less => Operator::Less,
+                Comparison::LessEqual => Operator::LessEqual,
+                Comparison::Greater => Operator::Greater,
+                Comparison::GreaterEqual => Operator::GreaterEqual,
+            };
+            Formula::Row(vec![expression(left), Formula::Operator(sign), expression(right)])
+        }
+        ExprKind::And(parts) => separated(parts.iter().map(expression), Operator::And),
+        ExprKind::Or(parts) => separated(parts.iter().map(expression), Operator::Or),
+        ExprKind::Not(inner) => before(Operator::Not, expression(inner)),
+    }
+}
+
+/// What must be put in brackets where something tighter is wanted.
+fn is_sum(expr: &Expr) -> bool {
+    matches!(expr.kind, ExprKind::Sum(_) | ExprKind::Negate(_) | ExprKind::If(..))
+}
+
+/// Factors up to the first division stand above the bar with those multiplied later.
+fn product(factors: &[(Factor, Expr)]) -> Formula {
+    let is_quotient = factors.iter().any(|(factor, _)| *factor == Factor::Over);
+    let side = |wanted: Factor| {
+        let parts: Vec<&Expr> =
+            factors.iter().filter(|(factor, _)| *factor == wanted).map(|(_, e)| e).collect();
+        match parts[..] {
+            // A lone factor needs no brackets next to a bar.
+            [only] if is_quotient => expression(bare(only)),
+            _ => separated(parts.into_iter().map(expression), Operator::Times),
+        }
+    };
+    if is_quotient {
+        Formula::Fraction(Box::new(side(Factor::Times)), Box::new(side(Factor::Over)))
+    } else {
+        side(Factor::Times)
+    }
+}
+
+/// Without brackets around the whole.
+fn bare(expr: &Expr) -> &Expr {
+    match &expr.kind {
+        ExprKind::Group(inner) => bare(inner),
+        _ => expr,
+    }
+}
+
+/// Functions with a name that readers of mathematics know, and how it is set.
+static WELL_KNOWN: &[(&str, &str, Option<&str>)] = &[
+    ("log", "ln", None),
+    ("log10", "log", Some("10")),
+    ("sin", "sin", None),
+    ("cos", "cos", None),
+    ("tan", "tan", None),
+    ("exp", "exp", None),
+    ("sinh", "sinh", None),
+    ("cosh", "cosh", None),
+    ("tanh", "tanh", None),
+    ("min", "min", None),
+    ("max", "max", None),
+    ("asin", "asin", None),
+    ("acos", "acos", None),
+    ("atan", "atan", None),
+    ("atan2", "atan2", None),
+    ("sign", "sign", None),
+];
+
+fn call(function: &str, arguments: &[Expr]) -> Formula {
+    let list = separated(arguments.iter().map(expression), Operator::Comma);
+    let name = match (function, arguments) {
+        ("der", [Expr { kind: ExprKind::Name(name), .. }]) => {
+            return Formula::Dot(Symbol::of(name));
+        }
+        ("sqrt", _) => return Formula::Root(Box::new(list)),
+        ("abs", _) => return Formula::Fenced(Fence::Bars, Box::new(list)),
+        _ => match WELL_KNOWN.iter().find(|(spelling, ..)| *spelling == function) {
+            Some((_, name, foot)) => Formula::Function(name, *foot),
+            None => Formula::Symbol(Symbol::of(function)),
+        },
+    };
+    Formula::Row(vec![name, round(list)])
+}
+
+fn round(inner: Formula) -> Formula {
+    Formula::Fenced(Fence::Round, Box::new(inner))
+}
+
+fn before(sign: Operator, part: Formula) -> Formula {
+    Formula::Row(vec![Formula::Operator(sign), part])
+}
+
+/// Parts with a sign between each two; a lone part stays what it is.
+fn separated(parts: impl Iterator<Item = Formula>, sign: Operator) -> Formula {
+    let mut row = Vec::new();
+    for part in parts {
+        if !row.is_empty() {
+            row.push(Formula::Operator(sign));
+        }
+        row.push(part);
+    }
+    match row.pop() {
+        Some(only) if row.is_empty() => only,
+        last => {
+            row.extend(last);
+            Formula::Row(row)
+        }
+    }
+}

@@ -1,0 +1,226 @@
+//! What a discovery says.
+
+use dgd_runtime::Unit;
+
+use crate::windows::Window;
+
+/// What was found, with everything that a report shows.
+#[derive(Debug, Clone)]
+pub struct Discovery {
+    /// The short of it.
+    pub verdict: Verdict,
+    /// Why this verdict, in a sentence or two.
+    pub reason: String,
+    /// Effects that the data shows, in the order in which they were found.
+    pub effects: Vec<FoundEffect>,
+    /// Discrepancies that no known effect removes.
+    pub unexplained: Vec<Unexplained>,
+    /// For each output, how large the simulation error is before and after.
+    pub gap: Vec<Gap>,
+    /// For each recording, measured and simulated outputs.
+    pub traces: Vec<RecordingTrace>,
+    /// What each equation of the base model would have needed, on the first training recording.
+    pub missing: Vec<MissingInput>,
+    /// All structures that were refitted, the best first.
+    pub ranking: Vec<Ranked>,
+    /// What each candidate alone promised before it was refitted, the best first.
+    pub screened: Vec<Screened>,
+    /// Parameters of the base model, refitted.
+    pub base_parameters: Vec<ParameterValue>,
+    /// Parameters of the corrected model, those of the base model first.
+    pub corrected_parameters: Vec<ParameterValue>,
+    /// The corrected model's text; that of the base model with refitted parameters where no effect
+    /// was found.
+    pub corrected: String,
+}
+
+/// The short of a discovery.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// The base model explains the data.
+    Sufficient,
+    /// Something was missing, and has a name.
+    Effects,
+    /// Something is missing, and no known effect passes.
+    Unexplained,
+}
+
+impl Verdict {
+    /// The word in `result.json`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Verdict::Sufficient => "sufficient",
+            Verdict::Effects => "effects",
+            Verdict::Unexplained => "unexplained",
+        }
+    }
+}
+
+/// An effect that the data shows.
+#[derive(Debug, Clone)]
+pub struct FoundEffect {
+    /// Its family.
+    pub name: String,
+    /// `plant`, `sensor` or `input`.
+    pub kind: &'static str,
+    /// Which realisation, where the family has several.
+    pub form: Option<String>,
+    /// Its doc comment.
+    pub doc: Vec<String>,
+    /// The equation, output or input that it changes.
+    pub target: String,
+    /// Effects that the data cannot tell it from.
+    pub alternatives: Vec<Alternative>,
+    /// What would tell them apart; empty without alternatives.
+    pub told_apart_by: Option<String>,
+    /// Since when, s, where it has an onset.
+    pub onset: Option<f64>,
+    /// When it is active in the first training recording, s.
+    pub windows: Vec<[f64; 2]>,
+    /// The parameters it brings.
+    pub parameters: Vec<ParameterValue>,
+    /// Why it is believed.
+    pub evidence: Evidence,
+}
+
+/// An effect that explains the data nearly as well as the one that was named.
+#[derive(Debug, Clone)]
+pub struct Alternative {
+    /// Its name.
+    pub name: String,
+    /// Its held-out error over that of the named one.
+    pub valid_ratio: f64,
+}
+
+/// Why an effect is believed.
+#[derive(Debug, Clone, Copy)]
+pub struct Evidence {
+    /// Probability that the best of the library gains as much where nothing is hidden.
+    pub p_value: f64,
+    /// Resamples behind it.
+    pub resamples: usize,
+    /// By how much the Bayesian information criterion falls.
+    pub bic_gain: f64,
+    /// Share of resamples of the recordings in which the best structure has the effect.
+    pub inclusion: f64,
+}
+
+/// A parameter with its standard deviation, SI.
+#[derive(Debug, Clone)]
+pub struct ParameterValue {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: Unit,
+    /// Value, SI.
+    pub value: f64,
+    /// Standard deviation, SI; `None` where the data does not determine it.
+    pub std: Option<f64>,
+}
+
+/// A discrepancy without a name.
+#[derive(Debug, Clone)]
+pub struct Unexplained {
+    /// The equation that would need it most.
+    pub target: String,
+    /// When, in the first training recording.
+    pub windows: Vec<[f64; 2]>,
+    /// In words.
+    pub description: String,
+    /// What the equation would have needed.
+    pub trace: MissingInput,
+}
+
+/// Root-mean-square simulation errors of an output, SI.
+#[derive(Debug, Clone)]
+pub struct Gap {
+    /// The output.
+    pub output: String,
+    /// Its unit.
+    pub unit: Unit,
+    /// Standard deviation of its white noise, from the data.
+    pub noise: f64,
+    /// Base model, refitted, on the data it was fitted to.
+    pub train_before: f64,
+    /// Corrected model on the same.
+    pub train_after: f64,
+    /// Base model on held-out data.
+    pub valid_before: f64,
+    /// Corrected model on held-out data.
+    pub valid_after: f64,
+}
+
+/// Measured and simulated outputs of a recording.
+#[derive(Debug, Clone)]
+pub struct RecordingTrace {
+    /// What the recording is called.
+    pub name: String,
+    /// Whether it was kept out of the fits.
+    pub held_out: bool,
+    /// Times, s.
+    pub times: Vec<f64>,
+    /// The measured outputs.
+    pub outputs: Vec<OutputTrace>,
+}
+
+/// One output of a recording, SI.
+#[derive(Debug, Clone)]
+pub struct OutputTrace {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: Unit,
+    /// Standard deviation of its white noise.
+    pub noise: f64,
+    /// Measured; NaN where missing.
+    pub measured: Vec<f64>,
+    /// Simulated by the base model, refitted.
+    pub before: Vec<f64>,
+    /// Simulated by the corrected model.
+    pub after: Vec<f64>,
+    /// Where the base model's misfit stands out from the noise.
+    pub windows: Vec<Window>,
+}
+
+/// What an equation would have needed on its right-hand side, in its own unit.
+#[derive(Debug, Clone)]
+pub struct MissingInput {
+    /// The equation.
+    pub equation: String,
+    /// Its unit, in SI base units.
+    pub unit: String,
+    /// Times, s.
+    pub times: Vec<f64>,
+    /// The smoothed estimate.
+    pub value: Vec<f64>,
+    /// Its standard deviation.
+    pub std: Vec<f64>,
+    /// Where it differs from nothing.
+    pub windows: Vec<Window>,
+    /// By how much the log-likelihood gains.
+    pub gain: f64,
+}
+
+/// A structure that was refitted.
+#[derive(Debug, Clone)]
+pub struct Ranked {
+    /// Names of its effects.
+    pub effects: Vec<String>,
+    /// Mean square of the training errors over the noise; 1 is perfect.
+    pub train: f64,
+    /// The same of held-out data; `None` where it cannot be simulated.
+    pub valid: Option<f64>,
+    /// Bayesian information criterion relative to the base model; negative is better.
+    pub bic: f64,
+    /// What there is to say about it.
+    pub note: String,
+}
+
+/// What a candidate promised.
+#[derive(Debug, Clone)]
+pub struct Screened {
+    /// Its name.
+    pub name: String,
+    /// Share of the base model's excess error that it would take away, to first order.
+    pub share: f64,
+}
