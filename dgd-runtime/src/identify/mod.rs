@@ -13,6 +13,7 @@
 //! | `output_error` | the problem, and the fits |
 //! | `levenberg_marquardt`, `box_quadratic` | the minimisation |
 //! | `noise` | σ of each output: given, or from the residuals |
+//! | `parallel` | recordings in several threads |
 //! | `uncertainty` | covariance, and what the data does not determine |
 
 mod box_quadratic;
@@ -20,6 +21,7 @@ mod error;
 mod levenberg_marquardt;
 mod noise;
 mod output_error;
+mod parallel;
 mod recording;
 mod uncertainty;
 mod variables;
@@ -30,6 +32,6 @@ pub use noise::Noise;
 pub use output_error::{
     Evaluation, Fit, OutputErrorProblem, Prior, Starts, evaluate, fit, fit_from, fit_starts,
 };
-pub use recording::Recording;
+pub use recording::{Misfit, Recording};
 pub use uncertainty::{Correlated, Estimate, Term, Undetermined};
 pub use variables::Bound;

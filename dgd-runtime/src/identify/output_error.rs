@@ -18,9 +18,10 @@ use crate::identify::levenberg_marquardt::{
     Minimum, NormalEquations, StoppingRule, Termination, minimise,
 };
 use crate::identify::noise::{self, Noise};
-use crate::identify::recording::{Derivatives, Recording, Sums, outputs_of, sums};
+use crate::identify::parallel::in_parallel;
+use crate::identify::recording::{Derivatives, Misfit, Recording, Sums, outputs_of, sums};
 use crate::identify::uncertainty::{Correlated, Estimate, Uncertainty, Undetermined};
-use crate::identify::variables::Variables;
+use crate::identify::variables::{Variable, Variables};
 use crate::observe::Observations;
 use crate::problem::Options;
 use crate::system::{Direction, System};
@@ -115,9 +116,8 @@ pub struct Fit {
     /// −2 ln of the likelihood: Σ n ln(2πσ²) + Σ (e/σ)². Comparable between fits to the same
     /// samples, whatever their noise.
     pub deviance: f64,
-    /// Root-mean-square error in SI, by recording and output, of the samples that count; `None`
-    /// where there are none.
-    pub rms: Vec<Vec<Option<f64>>>,
+    /// Simulated against measured, by recording and output, those that are not fitted too.
+    pub misfits: Vec<Vec<Misfit>>,
     /// Accepted steps.
     pub iterations: usize,
     /// Simulations of all recordings.
@@ -195,7 +195,7 @@ pub fn fit<S: System + Clone + Send>(
 
     let least = least_noise(problem);
     let mut sigma = first_noise(problem, &least);
-    let bounds: Vec<(f64, f64)> = variables.all.iter().map(|variable| variable.bounds()).collect();
+    let bounds: Vec<(f64, f64)> = variables.all.iter().map(Variable::bounds).collect();
     let freedom = (data - variables.len()).max(1) as f64;
     let reduction = problem.stopping.reduction.max(NEGLIGIBLE_REDUCTION / freedom);
     let mut total = Total { evaluations: 1, ..Total::default() };
@@ -222,7 +222,7 @@ pub fn fit<S: System + Clone + Send>(
         sigma = next;
         at = weigh(problem, &variables, &z, &sigma, at.sums);
     }
-    Ok(finish(problem, &variables, &z, at, sigma, total))
+    Ok(finish(problem, &variables, &z, &at, sigma, total))
 }
 
 /// The best of fits that start from several points, and which it was.
@@ -309,9 +309,8 @@ pub fn fit_starts<S: System + Clone + Send>(
 pub struct Evaluation {
     /// Outputs at the sample times of each recording.
     pub observations: Vec<Observations>,
-    /// Root-mean-square error in SI, by recording and output, of the samples that count; `None`
-    /// where there are none.
-    pub rms: Vec<Vec<Option<f64>>>,
+    /// Simulated against measured, by recording and output, those that are not fitted too.
+    pub misfits: Vec<Vec<Misfit>>,
     /// Σ (e/σ)² over outputs whose noise is known, without priors.
     pub cost: f64,
 }
@@ -356,7 +355,7 @@ pub fn evaluate<S: System + Clone + Send>(
             }
         }
     }
-    Ok(Evaluation { observations, rms: rms(&sums), cost })
+    Ok(Evaluation { observations, misfits: misfits(&sums), cost })
 }
 
 /// Sums of all recordings with their weights.
@@ -522,7 +521,7 @@ fn finish<S: System>(
     problem: &OutputErrorProblem<'_, S>,
     variables: &Variables,
     z: &[f64],
-    at: Weighted,
+    at: &Weighted,
     sigma: Vec<Option<f64>>,
     total: Total,
 ) -> Fit {
@@ -565,7 +564,7 @@ fn finish<S: System>(
         samples_without_sensitivity: fitted().map(|(sums, _)| sums.without_sensitivity).sum(),
         degrees_of_freedom: (samples + problem.priors.len()).saturating_sub(free),
         deviance: logarithms + at.normal.cost,
-        rms: rms(&at.sums),
+        misfits: misfits(&at.sums),
         iterations: total.iterations,
         evaluations: total.evaluations,
         failures: total.failures,
@@ -583,36 +582,11 @@ fn unseen(rtol: f64) -> f64 {
     (10.0 * rtol).powi(2).max(1e-13)
 }
 
-fn rms(sums: &[Vec<Sums>]) -> Vec<Vec<Option<f64>>> {
-    let of = |sums: &Sums| (sums.samples > 0).then(|| (sums.squares / sums.samples as f64).sqrt());
+fn misfits(sums: &[Vec<Sums>]) -> Vec<Vec<Misfit>> {
+    let of = |sums: &Sums| Misfit { samples: sums.samples, squares: sums.squares };
     sums.iter().map(|of_recording| of_recording.iter().map(of).collect()).collect()
 }
 
 fn output_names<S: System>(system: &S) -> Vec<String> {
     system.signature().outputs.iter().map(|output| output.name.to_string()).collect()
-}
-
-/// Results of `work` for 0 … count − 1, in this order, by so many threads with a system each.
-fn in_parallel<S: Clone + Send, T: Send>(
-    system: &S,
-    count: usize,
-    threads: usize,
-    work: impl Fn(&S, usize) -> T + Sync,
-) -> Vec<T> {
-    if threads.min(count) <= 1 {
-        return (0..count).map(|i| work(system, i)).collect();
-    }
-    let mut results: Vec<Option<T>> = (0..count).map(|_| None).collect();
-    let share = count.div_ceil(threads);
-    std::thread::scope(|scope| {
-        for (k, results) in results.chunks_mut(share).enumerate() {
-            let (system, work) = (system.clone(), &work);
-            scope.spawn(move || {
-                for (i, result) in results.iter_mut().enumerate() {
-                    *result = Some(work(&system, k * share + i));
-                }
-            });
-        }
-    });
-    results.into_iter().flatten().collect()
 }

@@ -56,6 +56,31 @@ impl Recording {
     }
 }
 
+/// How far the simulated samples of an output are from the measured ones.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Misfit {
+    /// Samples that count.
+    pub samples: usize,
+    /// Sum of their squared errors, SI.
+    pub squares: f64,
+}
+
+impl Misfit {
+    /// The root-mean-square error, SI; `None` without samples.
+    pub fn rms(self) -> Option<f64> {
+        (self.samples > 0).then(|| (self.squares / self.samples as f64).sqrt())
+    }
+}
+
+impl std::iter::Sum for Misfit {
+    fn sum<I: Iterator<Item = Self>>(all: I) -> Self {
+        all.fold(Self::default(), |sum, one| Self {
+            samples: sum.samples + one.samples,
+            squares: sum.squares + one.squares,
+        })
+    }
+}
+
 /// Whether derivatives are wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Derivatives {

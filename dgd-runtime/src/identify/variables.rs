@@ -130,7 +130,7 @@ impl Variables {
             let (lower, upper) = (parameter.lower, parameter.upper);
             let variable = Variable { of, recording: None, direction, scale, lower, upper };
             let value = p[i].clamp(lower, upper);
-            if parameter.log && value.is_nan() || value <= 0.0 && parameter.log {
+            if parameter.log && (value.is_nan() || value <= 0.0) {
                 let parameter = parameter.name.to_string();
                 return Err(EstimateError::NotPositive { parameter, value });
             }
