@@ -28,7 +28,7 @@ use dgd_compiler::source::{SourceId, Span};
 use dgd_compiler::units::Unit;
 
 pub use read::{read, read_from};
-pub use whole::{WriteError, write_whole};
+pub use whole::{WriteError, write_folder, write_whole};
 
 /// A data file.
 ///

@@ -54,13 +54,11 @@ fn collect(
             }
             ItemKind::Unknown { name, unit, start, .. } => {
                 let Some(new) = value_of(name) else { continue };
-                edits.push(match start {
-                    Some(start) => over(start.span, new.text.clone()),
-                    None => {
-                        let end = unit.as_ref().map_or(name.span, |unit| unit.span).end as usize;
-                        (end, end, format!(" = {}", new.text))
-                    }
-                });
+                // A start value that is not written comes behind the unit.
+                let end = unit.as_ref().map_or(name.span, |unit| unit.span).end as usize;
+                let added = || (end, end, format!(" = {}", new.text));
+                let written = start.as_ref().map(|start| over(start.span, new.text.clone()));
+                edits.push(written.unwrap_or_else(added));
             }
             ItemKind::Import { path, path_span } => {
                 edits.extend(import(path).map(|path| over(*path_span, format!("\"{path}\""))));

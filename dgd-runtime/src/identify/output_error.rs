@@ -269,7 +269,8 @@ pub fn fit_from<S: System + Clone + Send>(
 
 /// Start values of each recording from its first `seconds`, at the parameters of the problem.
 ///
-/// Those that are not free, and what the samples do not determine, stay as they are. For held-out
+/// Those that are not free, and what the samples do not determine, stay as they are; so do all where
+/// there are too few samples. For held-out
 /// recordings: what was used here should not count in their errors ([`Recording::counts_from`]).
 ///
 /// # Errors
@@ -293,13 +294,16 @@ pub fn fit_starts<S: System + Clone + Send>(
         let head = [recording.head(first + seconds)];
         let of_head =
             OutputErrorProblem { recordings: &head, free: free.clone(), ..problem.clone() };
-        let fit = fit(&of_head).map_err(|error| match error {
-            EstimateError::Start(failed) => {
-                EstimateError::Start(TrialFailed { recording: r, ..failed })
+        match fit(&of_head) {
+            Ok(fit) => starts.extend(fit.starts),
+            Err(EstimateError::NothingMeasured | EstimateError::TooFewSamples { .. }) => {
+                starts.push(recording.start.clone());
             }
-            error => error,
-        })?;
-        starts.extend(fit.starts);
+            Err(EstimateError::Start(failed)) => {
+                return Err(EstimateError::Start(TrialFailed { recording: r, ..failed }));
+            }
+            Err(error) => return Err(error),
+        }
     }
     Ok(starts)
 }
