@@ -69,7 +69,7 @@ pub struct StoppingRule {
     pub gradient: f64,
     /// The full Gauss–Newton step would reduce Σ r² by no more than this part of it.
     pub reduction: f64,
-    /// No variable moves by more than this, or this part of its value.
+    /// The full Gauss–Newton step moves no variable by more than this, or this part of its value.
     pub step: f64,
     /// Most evaluations.
     pub evaluations: usize,
@@ -88,7 +88,7 @@ pub enum Termination {
     Gradient,
     /// A Gauss–Newton step promises nothing any more.
     Reduction,
-    /// Steps have become small.
+    /// A Gauss–Newton step goes nowhere any more.
     Step,
     /// No step, however small, makes the sum smaller: it is not evaluated exactly enough to go on.
     Stalled,
@@ -173,7 +173,8 @@ pub fn minimise<T: AsRef<NormalEquations>, E>(
     };
     let mut scale = DVector::zeros(n);
     let (mut damping, mut growth) = (FIRST_DAMPING, 2.0);
-    let mut failed = false;
+    // Whether the present point was reached around failures, or failures lie before it.
+    let mut near_failures = false;
     loop {
         let normal = minimum.at.as_ref();
         widen(&mut scale, &normal.information);
@@ -183,32 +184,35 @@ pub fn minimise<T: AsRef<NormalEquations>, E>(
             minimum.termination = Termination::Gradient;
             return minimum;
         }
-        let full = step(normal, &scale, NO_DAMPING, &lower, &upper);
-        if full
-            .is_some_and(|full| normal.predicted_reduction(&full) <= rule.reduction * normal.cost)
-        {
-            minimum.termination = Termination::Reduction;
-            return minimum;
+        if let Some(full) = step(normal, &scale, NO_DAMPING, &lower, &upper) {
+            if normal.predicted_reduction(&full) <= rule.reduction * normal.cost {
+                minimum.termination = Termination::Reduction;
+                return minimum;
+            }
+            if is_small(&full, &minimum.x, rule.step) {
+                minimum.termination = Termination::Step;
+                return minimum;
+            }
         }
 
         // Trials from this point, until one is accepted.
+        let mut failed = false;
         loop {
-            if damping > MOST_DAMPING {
+            let normal = minimum.at.as_ref();
+            let step = step(normal, &scale, damping, &lower, &upper);
+            // A small step that is small because of its damping is no convergence.
+            if step.as_ref().is_some_and(|step| is_small(step, &minimum.x, rule.step))
+                || damping > MOST_DAMPING
+            {
                 minimum.termination =
-                    if failed { Termination::Blocked } else { Termination::Stalled };
+                    if near_failures { Termination::Blocked } else { Termination::Stalled };
                 return minimum;
             }
-            let normal = minimum.at.as_ref();
-            let Some(step) = step(normal, &scale, damping, &lower, &upper) else {
+            let Some(step) = step else {
                 damping *= growth;
                 growth *= 2.0;
                 continue;
             };
-            let small = |(x, step): (&f64, &f64)| step.abs() <= rule.step * x.abs().max(1.0);
-            if !failed && minimum.x.iter().zip(step.iter()).all(small) {
-                minimum.termination = Termination::Step;
-                return minimum;
-            }
             if minimum.evaluations >= rule.evaluations {
                 return minimum;
             }
@@ -222,7 +226,6 @@ pub fn minimise<T: AsRef<NormalEquations>, E>(
                 .collect();
             match evaluate(&trial) {
                 Ok(at) => {
-                    failed = false;
                     let reduction = normal.cost - at.as_ref().cost;
                     let gain = reduction / normal.predicted_reduction(&step);
                     // NaN compares false.
@@ -233,12 +236,13 @@ pub fn minimise<T: AsRef<NormalEquations>, E>(
                         minimum.x = trial;
                         minimum.at = at;
                         minimum.iterations += 1;
+                        near_failures = failed;
                         break;
                     }
                     damping *= growth;
                 }
                 Err(error) => {
-                    failed = true;
+                    (failed, near_failures) = (true, true);
                     minimum.failures += 1;
                     minimum.last_failure = Some(error);
                     damping = damping.max(FIRST_DAMPING) * growth;
@@ -247,6 +251,10 @@ pub fn minimise<T: AsRef<NormalEquations>, E>(
             growth *= 2.0;
         }
     }
+}
+
+fn is_small(step: &DVector<f64>, x: &[f64], tolerance: f64) -> bool {
+    x.iter().zip(step.iter()).all(|(x, step)| step.abs() <= tolerance * x.abs().max(1.0))
 }
 
 /// D: the largest diagonal of JᵀJ met so far. What has no influence has the size 1 and no gradient.
@@ -285,3 +293,6 @@ fn is_stationary(
         held || g.abs() <= tolerance * normal.information[(i, i)].sqrt() * size
     })
 }
+
+#[cfg(test)]
+mod tests;
