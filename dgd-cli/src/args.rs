@@ -72,6 +72,8 @@ pub(crate) enum Command {
     Simulate(SimulateArgs),
     /// Compute derivatives of states and outputs to parameters over time
     Sensitivity(SensitivityArgs),
+    /// Estimate parameters and start values from recordings
+    Fit(FitArgs),
     /// List the integration methods
     Methods,
 }
@@ -161,7 +163,7 @@ pub(crate) struct SensitivityArgs {
     pub verify_sensitivities: bool,
 }
 
-/// What commands that run a model share.
+/// What commands that run a model once share.
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
     /// The model file
@@ -171,6 +173,55 @@ pub(crate) struct RunArgs {
     /// Inputs, and measured outputs to compare with
     #[arg(long, value_name = "FILE")]
     pub data: Option<PathBuf>,
+    /// Time between rows, s [default: the data's rows]
+    #[arg(long, value_name = "DT")]
+    pub every: Option<f64>,
+    #[command(flatten)]
+    pub solve: SolveArgs,
+}
+
+/// Arguments of `fit`.
+#[derive(Debug, Args)]
+pub(crate) struct FitArgs {
+    /// The model file
+    pub model: PathBuf,
+    #[command(flatten)]
+    pub choices: Choices,
+    /// A recording to fit to; repeatable
+    #[arg(long, value_name = "FILE", required = true)]
+    pub data: Vec<PathBuf>,
+    /// A recording to test on, which takes no part in the fit; repeatable
+    #[arg(long, value_name = "FILE")]
+    pub valid: Vec<PathBuf>,
+    /// Parameters to estimate, and `fixed` states whose start values to estimate too [default: those
+    /// that are not `fixed`]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub free: Vec<String>,
+    /// Parameters, and states for their start values, to leave alone
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub fix: Vec<String>,
+    /// Outputs to fit [default: all that were measured]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub outputs: Vec<String>,
+    /// Where the weights of the outputs come from
+    #[arg(long, value_enum, default_value_t = NoiseFrom::Estimated)]
+    pub noise: NoiseFrom,
+    #[command(flatten)]
+    pub solve: SolveArgs,
+}
+
+/// Where the weights of the outputs come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum NoiseFrom {
+    /// The model file; what is left of an output that declares no noise
+    Declared,
+    /// What is left of each output, fitted again until it stays
+    Estimated,
+}
+
+/// How a model is run.
+#[derive(Debug, Args)]
+pub(crate) struct SolveArgs {
     /// Where start values come from
     #[arg(long, value_enum, default_value_t = Start::Model)]
     pub start: Start,
@@ -180,9 +231,6 @@ pub(crate) struct RunArgs {
     /// Last time, s since the data's first sample [default: the data's last]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub until: Option<f64>,
-    /// Time between rows, s [default: the data's rows]
-    #[arg(long, value_name = "DT")]
-    pub every: Option<f64>,
     /// Integration method; see `dgd methods`
     #[arg(long, value_name = "NAME")]
     pub method: Option<String>,

@@ -43,6 +43,12 @@ impl<'a> Console<'a> {
         self.global.out.as_deref()
     }
 
+    /// Threads for what runs many simulations.
+    pub(crate) fn threads(self) -> usize {
+        let all = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        self.global.threads.unwrap_or_else(all)
+    }
+
     /// Says something about the run on standard error, unless told to be quiet.
     pub(crate) fn remark(self, text: &str) {
         if !self.global.quiet {

@@ -6,8 +6,11 @@ mod console;
 pub mod data;
 mod failure;
 mod figure;
+mod fit_report;
+mod fitted_model;
 mod load;
 pub mod plot;
+mod recording;
 #[cfg_attr(not(test), expect(dead_code, reason = "the command that finds effects calls it"))]
 mod report;
 mod result;
@@ -36,6 +39,7 @@ pub fn run() -> ExitCode {
         Command::Explain(args) => command::explain::run(args, console),
         Command::Simulate(args) => command::simulate::run(args, console),
         Command::Sensitivity(args) => command::sensitivity::run(args, console),
+        Command::Fit(args) => command::fit::run(args, console),
         Command::Methods => command::methods::run(console),
     };
     match result {

@@ -1,21 +1,17 @@
-//! What commands that run a model share: data, start values, times, the simulation itself.
-
-use std::path::Path;
+//! What commands that run a model once share: data, start values, times, the simulation itself.
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::Sources;
-use dgd_compiler::units::Unit;
 use dgd_execute::Interpreted;
 use dgd_runtime::{
-    BadRequest, Column, Failure, Inputs, Observations, Options, Problem, Signature, Solution,
-    System, find_method, observe, simulate, simulate_with_sensitivities,
+    BadRequest, Failure, Inputs, Observations, Options, Problem, Signature, Solution, System,
+    find_method, observe, simulate, simulate_with_sensitivities,
 };
 
-use crate::args::{RunArgs, Start};
+use crate::args::{RunArgs, SolveArgs, Start};
 use crate::console::Console;
-use crate::data::{self, select};
 use crate::failure::CommandError;
 use crate::load::Loaded;
+use crate::recording::{Measured, Recording};
 
 /// Rows of a run that no data file and no `--every` give.
 const DEFAULT_ROWS: u32 = 1000;
@@ -38,15 +34,6 @@ pub(crate) struct Run {
     pub options: Options,
 }
 
-/// Measured outputs, SI.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Measured {
-    /// Sample times, s.
-    pub times: Vec<f64>,
-    /// For each output of the model, its samples.
-    pub outputs: Vec<Option<Vec<f64>>>,
-}
-
 impl Run {
     /// Reads the data, builds the inputs, finds times and start values.
     pub(crate) fn prepare(
@@ -54,14 +41,14 @@ impl Run {
         loaded: Loaded,
         console: Console<'_>,
     ) -> Result<Run, CommandError> {
-        let options = options(args)?;
+        let options = options(&args.solve)?;
         let Loaded { compiled, mut sources } = loaded;
         let mut diagnostics = Diagnostics::default();
         let recording = match &args.data {
             None => None,
             Some(path) => {
                 let read =
-                    read_recording(path, &compiled.dae, &mut sources, &mut diagnostics, console);
+                    Recording::read(path, &compiled.dae, &mut sources, &mut diagnostics, console);
                 match read {
                     Some(recording) => Some(recording),
                     None => return Err(CommandError::diagnosed(&diagnostics, sources)),
@@ -79,8 +66,9 @@ impl Run {
         let times = times(args, recording.as_ref())?;
         let measured = recording.map(|recording| recording.measured).unwrap_or_default();
         let mut run = Run { system, p, inputs, start: Vec::new(), times, measured, options };
-        if args.start == Start::Measured {
-            run.start = measured_start(&run)?;
+        if args.solve.start == Start::Measured {
+            let Run { times, measured, options, .. } = &run;
+            run.start = measured_start(&run.problem(), times[0], measured, options)?;
         }
         Ok(run)
     }
@@ -125,67 +113,6 @@ impl Run {
     }
 }
 
-/// A data file as far as the model knows it, SI.
-struct Recording {
-    times: Vec<f64>,
-    inputs: Vec<Vec<f64>>,
-    measured: Measured,
-}
-
-impl Recording {
-    fn inputs(&self, signature: &Signature) -> Result<Inputs, CommandError> {
-        let columns: Vec<Column<'_>> = signature
-            .inputs
-            .iter()
-            .zip(&self.inputs)
-            .map(|(input, values)| Column {
-                name: &input.name,
-                interpolation: input.interpolation,
-                values,
-            })
-            .collect();
-        Inputs::recorded(&self.times, &columns)
-            .map_err(|error| CommandError::Computation(error.to_string()))
-    }
-}
-
-fn read_recording(
-    path: &Path,
-    dae: &dgd_compiler::dae::Dae,
-    sources: &mut Sources,
-    diagnostics: &mut Diagnostics,
-    console: Console<'_>,
-) -> Option<Recording> {
-    let table = data::read(path, sources, diagnostics).ok()?;
-    let inputs: Vec<select::Declared<'_>> =
-        dae.inputs.iter().map(|input| declared(&input.declared)).collect();
-    let outputs: Vec<select::Declared<'_>> =
-        dae.outputs.iter().map(|output| declared(&output.declared)).collect();
-    let times = table.recording(diagnostics);
-    let input_columns = select::inputs(&table, &inputs, diagnostics);
-    let output_columns = select::measured(&table, &outputs, diagnostics);
-    let (times, inputs, outputs) =
-        (times.ok()?.to_vec(), input_columns.ok()?, output_columns.ok()?);
-
-    let known: Vec<&str> = dae
-        .inputs
-        .iter()
-        .map(|input| input.declared.name.as_str())
-        .chain(dae.outputs.iter().map(|output| output.declared.name.as_str()))
-        .chain(dae.unknowns.iter().map(|unknown| unknown.name.as_str()))
-        .collect();
-    if let Some(note) = select::unknown_note(&table, &known) {
-        console.note(&note, sources);
-    }
-    let measured = Measured { times: times.clone(), outputs };
-    Some(Recording { times, inputs, measured })
-}
-
-fn declared(declared: &dgd_compiler::model::Declared) -> select::Declared<'_> {
-    let unit: &Unit = &declared.unit;
-    select::Declared { name: &declared.name, unit, place: Some(declared.span) }
-}
-
 fn needs_data(signature: &Signature) -> CommandError {
     let inputs: Vec<String> = signature
         .inputs
@@ -199,7 +126,8 @@ fn needs_data(signature: &Signature) -> CommandError {
     ))
 }
 
-fn options(args: &RunArgs) -> Result<Options, CommandError> {
+/// How to integrate.
+pub(crate) fn options(args: &SolveArgs) -> Result<Options, CommandError> {
     let mut options =
         Options { rtol: args.rtol, atol: args.atol.unwrap_or(args.rtol), ..Options::default() };
     if let Some(name) = &args.method {
@@ -213,8 +141,8 @@ fn options(args: &RunArgs) -> Result<Options, CommandError> {
 /// Times of the rows: the data's, or every so often.
 fn times(args: &RunArgs, recording: Option<&Recording>) -> Result<Vec<f64>, CommandError> {
     let sampled = recording.map(|recording| recording.times.as_slice());
-    let first = args.from.or(sampled.and_then(|t| t.first().copied())).unwrap_or(0.0);
-    let Some(last) = args.until.or(sampled.and_then(|t| t.last().copied())) else {
+    let first = args.solve.from.or(sampled.and_then(|t| t.first().copied())).unwrap_or(0.0);
+    let Some(last) = args.solve.until.or(sampled.and_then(|t| t.last().copied())) else {
         return Err(CommandError::Usage(
             "how long? give the last time by `--until T`, in s, or a recording by `--data FILE`"
                 .to_owned(),
@@ -268,13 +196,18 @@ fn times(args: &RunArgs, recording: Option<&Recording>) -> Result<Vec<f64>, Comm
 ///
 /// Gauss–Newton on w(y₀) = w_measured(t₀), weighted by the outputs' noise, with the shortest
 /// correction (in units of each unknown's size) where the outputs determine less than the states.
-fn measured_start(run: &Run) -> Result<Vec<(usize, f64)>, CommandError> {
-    let signature = run.signature();
-    let first: Vec<Option<f64>> = run
-        .measured
+pub(crate) fn measured_start(
+    problem: &Problem<'_, Interpreted>,
+    t: f64,
+    measured: &Measured,
+    options: &Options,
+) -> Result<Vec<(usize, f64)>, CommandError> {
+    let signature = problem.system.signature();
+    let row = measured.times.partition_point(|sample| *sample < t);
+    let first: Vec<Option<f64>> = measured
         .outputs
         .iter()
-        .map(|samples| samples.as_ref()?.first().copied().filter(|value| value.is_finite()))
+        .map(|samples| samples.as_ref()?.get(row).copied().filter(|value| value.is_finite()))
         .collect();
     if first.iter().all(Option::is_none) {
         return Err(CommandError::Usage(
@@ -284,6 +217,6 @@ fn measured_start(run: &Run) -> Result<Vec<(usize, f64)>, CommandError> {
     }
     let noise: Vec<f64> =
         signature.outputs.iter().map(|output| output.noise.unwrap_or(output.unit.factor)).collect();
-    dgd_runtime::start_from_outputs(&run.problem(), run.times[0], &first, &noise, &run.options)
+    dgd_runtime::start_from_outputs(problem, t, &first, &noise, options)
         .map_err(|error| CommandError::Computation(error.to_string()))
 }

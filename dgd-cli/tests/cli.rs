@@ -574,3 +574,98 @@ fn every_stage_is_shown() {
         assert!(run.out.contains("mu"), "{stage}: {}", run.out);
     }
 }
+
+const CIRCULATION: &str = "models/mud_circulation.dgd";
+
+/// A recording made with other parameters than the model's, and with sensor noise.
+fn recorded(folder: &TempDir, seed: &str) -> String {
+    let data = path(folder, &format!("{seed}.csv"));
+    let from = ["--data", "examples/data/circulation.csv", "--noise-seed", seed, "-o", &data];
+    let set = ["--set", "c0=280", "--set", "F2=1.8e8", "--set", "h_r=52"];
+    dgd(&[&["simulate", CIRCULATION][..], &from, &set].concat()).done();
+    data
+}
+
+/// The column of a CSV file with this header.
+fn column(text: &str, header: &str) -> Vec<f64> {
+    let mut lines = text.lines();
+    let names = lines.next().expect("a header").split(',');
+    let at = names.into_iter().position(|name| name == header).expect("a column");
+    let cell = |line: &str| line.split(',').nth(at).expect("a cell").parse().expect("a number");
+    lines.map(cell).collect()
+}
+
+#[test]
+fn a_fit_finds_what_a_recording_was_made_with() {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let (train, valid) = (recorded(&folder, "1"), recorded(&folder, "2"));
+    let goal = path(&folder, "fitted");
+    let more = ["--noise", "declared", "--free", "c0,F2,M_ssp", "-o", &goal];
+    let arguments = ["fit", CIRCULATION, "--data", &train, "--valid", &valid];
+    let run = dgd(&[&arguments[..], &more].concat()).done();
+    assert!(run.out.contains("rms train") && run.out.contains("F2"), "{}", run.out);
+    assert_eq!(
+        listing(&folder).iter().filter(|name| !name.ends_with(".csv")).collect::<Vec<_>>(),
+        ["fitted"]
+    );
+
+    let result = fs::read_to_string(format!("{goal}/result.json")).expect("a result");
+    let result: Value = serde_json::from_str(&result).expect("JSON");
+    let number = |value: &Value| value.as_f64().expect("a number");
+    for (name, truth) in [("c0", 280.0), ("F2", 1.8e8), ("M_ssp", 1.1e8)] {
+        let found = &result["parameters"][name];
+        // Five standard deviations; the data is simulated and rounded to far less.
+        let (value, std) = (number(&found["value"]), number(&found["std"]));
+        assert!((value - truth).abs() < 5.0 * std, "{name}: {found}");
+    }
+    assert_eq!(result["parameters"].as_object().expect("an object").len(), 3);
+    assert_eq!(result["fixed"]["c2"], json!({ "value": 9000.0, "unit": "s^2/m^5" }));
+    let h_r = &result["starts"][0]["values"]["h_r"];
+    assert!((number(&h_r["value"]) - 52.0).abs() < 5.0 * number(&h_r["std"]), "{h_r}");
+
+    // The fitted model is the given one with other values, and simulating it gives the errors told.
+    let fitted = format!("{goal}/mud_circulation.dgd");
+    let text = fs::read_to_string(&fitted).expect("a model");
+    let given = fs::read_to_string(root().join(CIRCULATION)).expect("a model");
+    let changed: Vec<&str> = given
+        .lines()
+        .zip(text.lines())
+        .filter(|(given, text)| given != text)
+        .map(|(given, _)| given.split_whitespace().nth(1).expect("a name"))
+        .collect();
+    assert_eq!(changed, ["M_ssp", "c0", "F2", "h_r"]);
+    let q_ssp = format!("q_ssp={}", number(&result["starts"][0]["values"]["q_ssp"]["value"]));
+    let again = dgd(&["simulate", &fitted, "--data", &train, "--set", &q_ssp]).done();
+    let measured = fs::read_to_string(&train).expect("the recording");
+    for (name, header) in [("p_r", "p_r [bara]"), ("q_ssp", "q_ssp [lpm]")] {
+        let pairs = column(&again.out, header).into_iter().zip(column(&measured, header));
+        let squares: Vec<f64> = pairs.map(|(a, b)| (a - b).powi(2)).collect();
+        let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+        let told = number(&result["outputs"][name]["rms_train"]);
+        // Ten digits of the parameters are kept, and the simulation is good to 1e-6 of 30 bar.
+        assert!((rms / told - 1.0).abs() < 1e-3, "{name}: {rms} against {told}");
+        let noise = number(&result["outputs"][name]["noise"]);
+        let valid = number(&result["outputs"][name]["rms_valid"]);
+        assert!((0.8..1.2).contains(&(valid / noise)), "{name}: {valid} against {noise}");
+    }
+}
+
+#[test]
+fn a_fit_that_cannot_be_says_why() {
+    let model = "model explosion\nparameter k [1/s] = 2\nstate x [1] = 1  fixed\n\
+                 equation e: der(x) = k*x*x\noutput y [1] = x\n";
+    let folder = folder_with(&[
+        ("model.dgd", model.as_bytes()),
+        ("data.csv", b"time [s],y [1]\n0,1\n1,2\n"),
+        ("other.csv", b"time [s],z [1]\n0,1\n1,2\n"),
+    ]);
+    let fit = |more: &[&str]| dgd_in(folder.path(), &[&["fit", "model.dgd"], more].concat());
+    fit(&["--data", "data.csv"]).refused(3, &["data.csv", "cannot be simulated", "t = 0."]);
+    fit(&["--data", "data.csv", "--fix", "k"]).refused(2, &["nothing is free"]);
+    fit(&["--data", "other.csv"]).refused(1, &["nothing is measured", "`y [1]`"]);
+    fit(&["--data", "data.csv", "--fix", "q"]).refused(1, &["E201", "no parameter and no state"]);
+    fit(&["--data", "data.csv", "--outputs", "q"]).refused(1, &["E201", "no output is called"]);
+    fit(&["--data", "data.csv", "-o", "."]).refused(2, &["would replace the model itself"]);
+    fit(&[]).refused(2, &["--data"]);
+    assert_eq!(listing(&folder), ["data.csv", "model.dgd", "other.csv"]);
+}

@@ -31,6 +31,14 @@ pub enum Directions {
     All,
     /// These parameters, and the start values of these states.
     Named(Vec<Name>),
+    /// What a fit estimates.
+    Estimated {
+        /// These parameters; all that are not `fixed` where no parameter is named. Start values of
+        /// these states, beside those that are not `fixed`.
+        free: Vec<Name>,
+        /// None of these, parameters and states.
+        fixed: Vec<Name>,
+    },
 }
 
 /// What every stage made.
@@ -180,13 +188,36 @@ fn chosen(
     directions: &Directions,
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<Direction>, Reported> {
-    let names = match directions {
-        Directions::None => return Ok(Vec::new()),
-        Directions::All => {
-            return Ok((0..dae.parameters.len()).map(Direction::Parameter).collect());
+    let chosen = match directions {
+        Directions::None => Vec::new(),
+        Directions::All => (0..dae.parameters.len()).map(Direction::Parameter).collect(),
+        Directions::Named(names) => named(dae, names, diagnostics),
+        Directions::Estimated { free, fixed } => {
+            let free = named(dae, free, diagnostics);
+            let fixed = named(dae, fixed, diagnostics);
+            let asked = free.iter().any(|of| matches!(of, Direction::Parameter(_)));
+            let parameters = dae.parameters.iter().enumerate().map(|(i, parameter)| {
+                let of = Direction::Parameter(i);
+                (of, if asked { free.contains(&of) } else { !parameter.fixed })
+            });
+            let states = dae.unknowns.iter().enumerate().filter(|(_, x)| x.differential);
+            let starts = states.map(|(i, state)| {
+                let of = Direction::Start(i);
+                (of, !state.fixed || free.contains(&of))
+            });
+            parameters
+                .chain(starts)
+                .filter(|(of, wanted)| *wanted && !fixed.contains(of))
+                .map(|(of, _)| of)
+                .collect()
         }
-        Directions::Named(names) => names,
     };
+    diagnostics.check()?;
+    Ok(chosen)
+}
+
+/// Parameters, and start values of states, by name.
+fn named(dae: &Dae, names: &[Name], diagnostics: &mut Diagnostics) -> Vec<Direction> {
     let parameter = |name: &str| dae.parameters.iter().position(|p| p.declared.name == name);
     let state = |name: &str| dae.unknowns.iter().position(|x| x.differential && x.name == name);
     let mut chosen = Vec::with_capacity(names.len());
@@ -210,8 +241,7 @@ fn chosen(
             }
         }
     }
-    diagnostics.check()?;
-    Ok(chosen)
+    chosen
 }
 
 #[cfg(test)]

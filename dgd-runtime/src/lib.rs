@@ -5,10 +5,12 @@
 //!   simulate(problem, times, options)                    → Solution: y
 //!   simulate_with_sensitivities(problem, times, options) → Solution: y and S = ∂y/∂θ
 //!   observe(problem, solution)                           → Observations: w and ∂w/∂θ
+//!   identify::fit(problem)                               → Fit: θ, its covariance, what is not determined
 //! ```
 
 pub mod codegen;
 mod error;
+pub mod identify;
 mod initial;
 pub mod integrate;
 pub mod linalg;

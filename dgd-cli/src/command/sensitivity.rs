@@ -25,7 +25,7 @@ enum Of {
 }
 
 pub(crate) fn run(args: &SensitivityArgs, console: Console<'_>) -> Result<(), CommandError> {
-    figure::verify_formats(&args.run.plot)?;
+    figure::verify_formats(&args.run.solve.plot)?;
     let (loaded, of) = load(args)?;
     let run = Run::prepare(&args.run, loaded, console)?;
     let (solution, observations) = run.simulate_with_sensitivities()?;
@@ -39,10 +39,10 @@ pub(crate) fn run(args: &SensitivityArgs, console: Console<'_>) -> Result<(), Co
 
     let pairs = pairs(&run, &solution, &observations, &of, args.scaled);
     let columns: Vec<NamedColumn> = pairs.iter().map(Pair::column).collect();
-    if !args.run.plot.is_empty() {
+    if !args.run.solve.plot.is_empty() {
         let subjects = subjects(&run, &solution, &observations, &of, &pairs);
         let figure = figure::panels(&subjects);
-        for path in &args.run.plot {
+        for path in &args.run.solve.plot {
             figure::save(&figure, path, console)?;
         }
     }
@@ -60,7 +60,7 @@ pub(crate) fn run(args: &SensitivityArgs, console: Console<'_>) -> Result<(), Co
     if let (Some(report), Some(details)) = (&report, details.as_object_mut()) {
         details.insert("verification".to_owned(), report.to_json());
     }
-    let drawn = !args.run.plot.is_empty() || report.is_some();
+    let drawn = !args.run.solve.plot.is_empty() || report.is_some();
     result::write(console, &solution.times, &columns, &details, drawn)?;
     match report {
         Some(report) => report.conclude(console),

@@ -15,7 +15,7 @@ use crate::result::{self, NamedColumn};
 use crate::run::Run;
 
 pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), CommandError> {
-    figure::verify_formats(&args.run.plot)?;
+    figure::verify_formats(&args.run.solve.plot)?;
     let loaded =
         load(&args.run.model, &args.run.choices, |_| dgd_compiler::pipeline::Directions::None)?;
     let run = Run::prepare(&args.run, loaded, console)?;
@@ -26,7 +26,7 @@ pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), Comma
 
     let columns = columns(&run, &solution, &observations);
     let figure = figure::panels(&subjects(&run, &solution, &observations));
-    for path in &args.run.plot {
+    for path in &args.run.solve.plot {
         figure::save(&figure, path, console)?;
     }
     let details = json!({
@@ -35,7 +35,7 @@ pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), Comma
         "steps": solution.statistics.steps,
         "rejected": solution.statistics.rejected,
     });
-    let drawn = !args.run.plot.is_empty();
+    let drawn = !args.run.solve.plot.is_empty();
     result::write(console, &solution.times, &columns, &details, drawn)
 }
 

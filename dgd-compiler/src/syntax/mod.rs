@@ -5,6 +5,7 @@
 //! reported in one go.
 
 pub mod ast;
+pub mod edit;
 mod expression;
 mod item;
 pub mod layout;

@@ -1,0 +1,372 @@
+//! `dgd fit`: parameters and start values from recordings, tested on others.
+
+use std::path::{Path, PathBuf};
+
+use dgd_compiler::diagnostics::{Code, Diagnostic, suggestion};
+use dgd_compiler::model::ModelOptions;
+use dgd_compiler::pipeline::{Compiled, Directions};
+use dgd_compiler::source::Sources;
+use dgd_execute::Interpreted;
+use dgd_runtime::identify::{
+    EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Prior, Recording, Termination,
+    TrialFailed, evaluate, fit, fit_starts,
+};
+use dgd_runtime::{Options, Problem, System};
+use serde_json::Value;
+
+use crate::args::{FitArgs, NoiseFrom, Start};
+use crate::console::{Console, print};
+use crate::data::write_folder;
+use crate::failure::CommandError;
+use crate::figure::{self, Line, Subject};
+use crate::fit_report::{Outcome, Tested};
+use crate::fitted_model;
+use crate::load::Compilation;
+use crate::plot::Text;
+use crate::recording;
+use crate::run::{measured_start, options};
+
+/// Start values of a held-out recording are estimated from this long, which does not count in its
+/// errors, s.
+const SETTLING: f64 = 60.0;
+
+pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandError> {
+    figure::verify_formats(&args.solve.plot)?;
+    if let Some(folder) = console.out() {
+        verify_folder(folder, &args.model)?;
+    }
+    let task = Task::load(args, console)?;
+    let problem = task.problem(console);
+    let fit = fit(&problem).map_err(|error| task.failed(error, &args.data))?;
+    match fit.termination {
+        Termination::Blocked => return Err(task.blocked(&fit, &args.data)),
+        Termination::EvaluationLimit => {
+            return Err(CommandError::Computation(format!(
+                "no minimum was reached in {} simulations",
+                fit.evaluations
+            )));
+        }
+        Termination::Gradient
+        | Termination::Reduction
+        | Termination::Step
+        | Termination::Stalled => {}
+    }
+
+    let outcome = Outcome {
+        signature: task.system.signature(),
+        variants: &task.compiled.model.variants,
+        fit: &fit,
+        data: &args.data,
+        train: task.evaluated(&problem, &fit, &args.data)?,
+        valid: task.tested(&problem, &fit, args)?,
+    };
+    let json = outcome.to_json();
+    if let Some(folder) = console.out() {
+        task.save(folder, args, &fit, &json)?;
+        console.remark(&format!("wrote {}", folder.display()));
+    }
+    if !args.solve.plot.is_empty() {
+        let figure = figure::panels(&subjects(&outcome, &task, args));
+        for path in &args.solve.plot {
+            figure::save(&figure, path, console)?;
+        }
+    }
+    if console.is_json() { print(&format!("{json:#}\n")) } else { print(&outcome.to_text()) }
+}
+
+/// A fitted model beside the one it was made from would take its place.
+fn verify_folder(folder: &Path, model: &Path) -> Result<(), CommandError> {
+    let goal = folder.join(fitted_model::file_name(model));
+    match (goal.canonicalize(), model.canonicalize()) {
+        (Ok(goal), Ok(model)) if goal == model => Err(CommandError::Usage(format!(
+            "`--out {}` would replace the model itself: give another folder",
+            folder.display()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// What is to be fitted to what.
+struct Task {
+    compiled: Compiled,
+    sources: Sources,
+    options_of_model: ModelOptions,
+    system: Interpreted,
+    /// Parameters as the model file and `--set` have them, SI.
+    p: Vec<f64>,
+    train: Vec<Recording>,
+    valid: Vec<Recording>,
+    noise: Vec<Option<Noise>>,
+    options: Options,
+}
+
+impl Task {
+    fn load(args: &FitArgs, console: Console<'_>) -> Result<Task, CommandError> {
+        let options = options(&args.solve)?;
+        let mut compilation = Compilation::default();
+        let options_of_model = compilation.options(&args.choices)?;
+        let mut names = |flag: &str, names: &[String]| {
+            names.iter().map(|name| compilation.name(flag, name.trim())).collect()
+        };
+        let free = names("--free", &args.free);
+        let fixed = names("--fix", &args.fix);
+        let directions = Directions::Estimated { free, fixed };
+        let compiled = match compilation.compile(&args.model, &options_of_model, &directions)? {
+            Ok(compiled) => compiled,
+            Err(reported) => return Err(compilation.fail(reported)),
+        };
+        let used = used_outputs(&mut compilation, &compiled, &args.outputs);
+        let mut read = |paths: &[PathBuf]| -> Vec<Option<recording::Recording>> {
+            let Compilation { sources, diagnostics } = &mut compilation;
+            let one = |path: &PathBuf| {
+                recording::Recording::read(path, &compiled.dae, sources, diagnostics, console)
+            };
+            paths.iter().map(one).collect()
+        };
+        let (train, valid) = (read(&args.data), read(&args.valid));
+        if compilation.diagnostics.check().is_err() {
+            return Err(CommandError::diagnosed(&compilation.diagnostics, compilation.sources));
+        }
+
+        let system = Interpreted::new(compiled.program.clone());
+        let signature = system.signature();
+        let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
+        let experiments = |read: Vec<Option<recording::Recording>>, paths: &[PathBuf]| {
+            let read = read.into_iter().flatten().zip(paths);
+            read.map(|(read, path)| experiment(&system, &p, &read, path, args, &options))
+                .collect::<Result<Vec<Recording>, CommandError>>()
+        };
+        let train = experiments(train, &args.data)?;
+        let valid = experiments(valid, &args.valid)?;
+        let noise = (0..signature.outputs.len())
+            .map(|i| {
+                let measured = train.iter().any(|recording| recording.measured[i].is_some());
+                let declared = signature.outputs[i].noise;
+                (used[i] && measured).then(|| match (args.noise, declared) {
+                    (NoiseFrom::Declared, Some(sigma)) => Noise::Known(sigma),
+                    (NoiseFrom::Declared, None) | (NoiseFrom::Estimated, _) => Noise::Estimated,
+                })
+            })
+            .collect();
+        let sources = compilation.sources;
+        Ok(Task { compiled, sources, options_of_model, system, p, train, valid, noise, options })
+    }
+
+    fn problem(&self, console: Console<'_>) -> OutputErrorProblem<'_, Interpreted> {
+        let parameters = self.compiled.program.parameters.iter().enumerate();
+        let prior = |(parameter, declared): (usize, &dgd_compiler::model::Parameter)| {
+            declared.prior.map(|(mean, std)| Prior { parameter, mean, std })
+        };
+        OutputErrorProblem {
+            noise: self.noise.clone(),
+            priors: parameters.filter_map(prior).collect(),
+            options: self.options,
+            threads: console.threads(),
+            ..OutputErrorProblem::new(&self.system, &self.p, &self.train)
+        }
+    }
+
+    fn evaluated(
+        &self,
+        problem: &OutputErrorProblem<'_, Interpreted>,
+        fit: &Fit,
+        paths: &[PathBuf],
+    ) -> Result<Evaluation, CommandError> {
+        evaluate(problem, &fit.p, &fit.starts)
+            .map_err(|error| self.failed(EstimateError::Start(error), paths))
+    }
+
+    /// The held-out recordings, simulated with start values from their beginnings.
+    fn tested(
+        &self,
+        problem: &OutputErrorProblem<'_, Interpreted>,
+        fit: &Fit,
+        args: &FitArgs,
+    ) -> Result<Option<Tested>, CommandError> {
+        if self.valid.is_empty() {
+            return Ok(None);
+        }
+        let failed = |error| self.failed(error, &args.valid);
+        let noise = fit.noise.iter().map(|sigma| sigma.map(Noise::Known)).collect();
+        let held_out =
+            OutputErrorProblem { p: &fit.p, recordings: &self.valid, noise, ..problem.clone() };
+        let starts = fit_starts(&held_out, SETTLING).map_err(failed)?;
+        let mut recordings = self.valid.clone();
+        for recording in &mut recordings {
+            let first = recording.times.first().copied().unwrap_or(0.0);
+            recording.counts_from = (first + SETTLING).next_up();
+        }
+        let counted = OutputErrorProblem { recordings: &recordings, ..held_out };
+        let evaluation = evaluate(&counted, &fit.p, &starts)
+            .map_err(|error| failed(EstimateError::Start(error)))?;
+        Ok(Some(Tested { paths: args.valid.clone(), starts, evaluation }))
+    }
+
+    /// Writes the folder of results.
+    fn save(
+        &self,
+        folder: &Path,
+        args: &FitArgs,
+        fit: &Fit,
+        json: &Value,
+    ) -> Result<(), CommandError> {
+        let settings = &self.options_of_model.settings;
+        let text =
+            fitted_model::text(&self.compiled, &self.sources, settings, fit, &args.model, folder);
+        let name = fitted_model::file_name(&args.model);
+        let json = format!("{json:#}\n");
+        let files = [(name.as_str(), text.as_bytes()), ("result.json", json.as_bytes())];
+        Ok(write_folder(folder, &files)?)
+    }
+
+    fn failed(&self, error: EstimateError, paths: &[PathBuf]) -> CommandError {
+        match error {
+            EstimateError::NothingFree => CommandError::Usage(error.to_string()),
+            EstimateError::NothingMeasured => {
+                let outputs: Vec<String> = self
+                    .system
+                    .signature()
+                    .outputs
+                    .iter()
+                    .map(|output| format!("`{} [{}]`", output.name, output.unit.symbol))
+                    .collect();
+                CommandError::Found(format!(
+                    "{error}; the model's outputs are {}",
+                    outputs.join(", ")
+                ))
+            }
+            EstimateError::TooFewSamples { .. } => CommandError::Found(error.to_string()),
+            EstimateError::Start(failed) => CommandError::Computation(format!(
+                "the model cannot be simulated: {}",
+                named(&failed, paths)
+            )),
+            EstimateError::Noise { .. } | EstimateError::NotPositive { .. } => {
+                CommandError::Computation(error.to_string())
+            }
+        }
+    }
+
+    /// The fit ended where simulations fail.
+    fn blocked(&self, fit: &Fit, paths: &[PathBuf]) -> CommandError {
+        let signature = self.system.signature();
+        let reached: Vec<String> = fit
+            .estimates
+            .iter()
+            .filter(|estimate| estimate.recording.is_none())
+            .zip(signature.directions.iter().enumerate())
+            .map(|(estimate, (j, _))| {
+                let unit = signature.direction_unit(j);
+                let value = (estimate.value - unit.offset) / unit.factor;
+                format!("`{}` = {value:.4e} {}", estimate.name, unit.symbol)
+            })
+            .collect();
+        let reason = fit
+            .last_failure
+            .as_ref()
+            .map_or_else(String::new, |failed| format!(": {}", named(failed, paths)));
+        CommandError::Computation(format!(
+            "the fit went as far as {} and every better point that it tried cannot be \
+             simulated{reason}",
+            reached.join(", ")
+        ))
+    }
+}
+
+/// A failed trial with the recording's file.
+fn named(failed: &TrialFailed, paths: &[PathBuf]) -> String {
+    match paths.get(failed.recording) {
+        Some(path) => format!("{}: {}", path.display(), failed.reason),
+        None => failed.to_string(),
+    }
+}
+
+/// Which outputs `--outputs` names; all where it names none.
+fn used_outputs(compilation: &mut Compilation, compiled: &Compiled, names: &[String]) -> Vec<bool> {
+    let outputs = &compiled.program.outputs;
+    if names.is_empty() {
+        return vec![true; outputs.len()];
+    }
+    let mut used = vec![false; outputs.len()];
+    for name in names {
+        let name = compilation.name("--outputs", name.trim());
+        if let Some(i) = outputs.iter().position(|output| output.name == name.text) {
+            used[i] = true;
+            continue;
+        }
+        let known: Vec<&str> = outputs.iter().map(|output| output.name.as_str()).collect();
+        let help = match suggestion(&name.text, known.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("there is `{}`", known.join("`, `")),
+        };
+        let message = format!("no output is called `{}`", name.text);
+        let diagnostic = Diagnostic::new(Code::E201, name.span, message).help(help);
+        compilation.diagnostics.error(diagnostic);
+    }
+    used
+}
+
+/// The part of a recording between `--from` and `--until`, with start values from where
+/// `--start` says.
+fn experiment(
+    system: &Interpreted,
+    p: &[f64],
+    read: &recording::Recording,
+    path: &Path,
+    args: &FitArgs,
+    options: &Options,
+) -> Result<Recording, CommandError> {
+    let inputs = read.inputs(system.signature())?;
+    let from = args.solve.from.map_or(0, |from| read.times.partition_point(|t| *t < from));
+    let until =
+        args.solve.until.map_or(read.times.len(), |to| read.times.partition_point(|t| *t <= to));
+    let Some(&first) = read.times[..until].get(from) else {
+        return Err(CommandError::Usage(format!(
+            "`{}` has no sample between `--from` and `--until`",
+            path.display()
+        )));
+    };
+    let window = |samples: &Vec<f64>| samples[from..until].to_vec();
+    let outputs = &read.measured.outputs;
+    let mut recording = Recording::new(
+        window(&read.times),
+        inputs,
+        outputs.iter().map(|samples| samples.as_ref().map(window)).collect(),
+    );
+    if args.solve.start == Start::Measured {
+        let problem = Problem { system, p, inputs: &recording.inputs, start: &[] };
+        recording.start = measured_start(&problem, first, &read.measured, options)?;
+    }
+    Ok(recording)
+}
+
+/// Each output of each recording, simulated and measured.
+fn subjects(outcome: &Outcome<'_>, task: &Task, args: &FitArgs) -> Vec<Subject> {
+    let train = args.data.iter().zip(&task.train).zip(&outcome.train.observations);
+    let tested = outcome.valid.iter().flat_map(|tested| &tested.evaluation.observations);
+    let valid = args.valid.iter().zip(&task.valid).zip(tested);
+    let mut subjects = Vec::new();
+    for ((path, recording), observations) in train.chain(valid) {
+        let file = path.file_name().unwrap_or_default().to_string_lossy();
+        for (i, output) in outcome.signature.outputs.iter().enumerate() {
+            let Some(measured) = &recording.measured[i] else { continue };
+            let unit = &output.unit;
+            let in_unit = |value: f64| (value - unit.offset) / unit.factor;
+            let simulated = (0..recording.times.len()).map(|k| in_unit(observations.w(k)[i]));
+            let line = |name: &str, values: Vec<f64>, measured| Line {
+                name: Text::plain(name),
+                times: recording.times.clone(),
+                values,
+                measured,
+            };
+            subjects.push(Subject {
+                title: Text::name(&output.name).then(Text::plain(&format!(", {file}"))),
+                unit: unit.symbol.to_string(),
+                lines: vec![
+                    line("fitted", simulated.collect(), false),
+                    line("measured", measured.iter().copied().map(in_unit).collect(), true),
+                ],
+            });
+        }
+    }
+    subjects
+}

@@ -1,0 +1,345 @@
+//! What a fit found, for people and for programs.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use dgd_compiler::model::Variant;
+use dgd_runtime::identify::{Bound, Estimate, Evaluation, Fit, Misfit, Starts};
+use dgd_runtime::{Direction, Signature, Unit};
+use serde_json::{Map, Value, json};
+
+/// Correlations above this are pointed out.
+const CORRELATED: f64 = 0.95;
+
+/// A fit and how well it does.
+pub(crate) struct Outcome<'a> {
+    pub signature: &'a Signature,
+    pub variants: &'a [Variant],
+    pub fit: &'a Fit,
+    pub data: &'a [PathBuf],
+    pub train: Evaluation,
+    pub valid: Option<Tested>,
+}
+
+/// Held-out recordings.
+pub(crate) struct Tested {
+    pub paths: Vec<PathBuf>,
+    pub starts: Vec<Starts>,
+    pub evaluation: Evaluation,
+}
+
+/// Errors of one output in its declared unit.
+struct OutputErrors {
+    train: Option<f64>,
+    valid: Option<f64>,
+    noise: Option<f64>,
+}
+
+impl Outcome<'_> {
+    /// `result.json`.
+    pub(crate) fn to_json(&self) -> Value {
+        let fit = self.fit;
+        let parameters = || self.parameters().map(|i| &fit.estimates[i]);
+        let starts: Vec<Value> = self
+            .data
+            .iter()
+            .enumerate()
+            .map(|(r, path)| {
+                let own = fit.estimates.iter().filter(|estimate| estimate.recording == Some(r));
+                json!({ "data": path.display().to_string(), "values": self.entries(own) })
+            })
+            .collect();
+        let mut fixed = Map::new();
+        for (i, parameter) in self.signature.parameters.iter().enumerate() {
+            if !parameters().any(|estimate| estimate.of == Direction::Parameter(i)) {
+                let (unit, value) = (&parameter.unit, fit.p[i]);
+                let entry = json!({ "value": in_unit(value, unit), "unit": unit.symbol });
+                fixed.insert(parameter.name.to_string(), entry);
+            }
+        }
+        let mut outputs = Map::new();
+        for (i, output) in self.signature.outputs.iter().enumerate() {
+            let errors = self.errors(i);
+            outputs.insert(
+                output.name.to_string(),
+                json!({
+                    "unit": output.unit.symbol,
+                    "fitted": fit.noise[i].is_some(),
+                    "noise": errors.noise,
+                    "rms_train": errors.train,
+                    "rms_valid": errors.valid,
+                }),
+            );
+        }
+        let undetermined: Vec<Value> = fit
+            .undetermined
+            .iter()
+            .map(|combination| {
+                let terms = combination.terms.iter().map(|term| {
+                    json!({ "name": self.name(term.estimate), "relative_change": term.change })
+                });
+                Value::Array(terms.collect())
+            })
+            .collect();
+        let variants: Map<String, Value> = self
+            .variants
+            .iter()
+            .map(|variant| (variant.name.clone(), json!(variant.choices.get(variant.chosen))))
+            .collect();
+        json!({
+            "model": self.signature.name,
+            "variants": variants,
+            "parameters": self.entries(parameters()),
+            "fixed": fixed,
+            "outputs": outputs,
+            "starts": starts,
+            "starts_valid": self.starts_valid(),
+            "names": parameters().map(|estimate| estimate.name.clone()).collect::<Vec<_>>(),
+            "covariance": self.matrix(|i, j| {
+                let factor = |i: usize| self.unit(&fit.estimates[i]).factor;
+                Some(fit.covariance(i, j)? / factor(i) / factor(j))
+            }),
+            "correlation": self.matrix(|i, j| fit.correlation(i, j)),
+            "undetermined": undetermined,
+            "samples": fit.samples,
+            "samples_without_sensitivity": fit.samples_without_sensitivity,
+            "degrees_of_freedom": fit.degrees_of_freedom,
+            "cost": fit.cost,
+            "reduced_chi_square": fit.reduced_chi_square(),
+            "deviance": fit.deviance,
+            "iterations": fit.iterations,
+            "evaluations": fit.evaluations,
+            "failures": fit.failures,
+            "termination": fit.termination.name(),
+        })
+    }
+
+    /// Positions of the estimated parameters.
+    fn parameters(&self) -> impl Iterator<Item = usize> + '_ {
+        let estimates = self.fit.estimates.iter().enumerate();
+        estimates.filter(|(_, estimate)| estimate.recording.is_none()).map(|(i, _)| i)
+    }
+
+    fn entries<'e>(&self, estimates: impl Iterator<Item = &'e Estimate>) -> Value {
+        let entry = |estimate: &Estimate| {
+            let unit = self.unit(estimate);
+            let bound = estimate.at_bound.map(|bound| match bound {
+                Bound::Lower => "lower",
+                Bound::Upper => "upper",
+            });
+            let name = match estimate.of {
+                Direction::Parameter(_) => estimate.name.clone(),
+                Direction::Start(i) => self.signature.unknowns[i].name.to_string(),
+            };
+            let entry = json!({
+                "value": in_unit(estimate.value, unit),
+                "unit": unit.symbol,
+                "std": estimate.std.map(|std| std / unit.factor),
+                "at_bound": bound,
+            });
+            (name, entry)
+        };
+        Value::Object(estimates.map(entry).collect())
+    }
+
+    fn starts_valid(&self) -> Value {
+        let Some(tested) = &self.valid else { return json!([]) };
+        let of = |(path, starts): (&PathBuf, &Starts)| {
+            let entry = |(i, value): &(usize, f64)| {
+                let unknown = &self.signature.unknowns[*i];
+                let value = in_unit(*value, &unknown.unit);
+                (unknown.name.to_string(), json!({ "value": value, "unit": unknown.unit.symbol }))
+            };
+            let values: Map<String, Value> = starts.iter().map(entry).collect();
+            json!({ "data": path.display().to_string(), "values": values })
+        };
+        Value::Array(tested.paths.iter().zip(&tested.starts).map(of).collect())
+    }
+
+    /// A matrix over the estimated parameters; null where something is not determined.
+    fn matrix(&self, entry: impl Fn(usize, usize) -> Option<f64>) -> Value {
+        let row = |i: usize| self.parameters().map(|j| entry(i, j)).collect::<Vec<_>>();
+        json!(self.parameters().map(row).collect::<Vec<_>>())
+    }
+
+    fn unit(&self, estimate: &Estimate) -> &Unit {
+        match estimate.of {
+            Direction::Parameter(i) => &self.signature.parameters[i].unit,
+            Direction::Start(i) => &self.signature.unknowns[i].unit,
+        }
+    }
+
+    /// An estimate's name, with its recording where there are several.
+    fn name(&self, i: usize) -> String {
+        let estimate = &self.fit.estimates[i];
+        match estimate.recording {
+            Some(r) if self.data.len() > 1 => {
+                format!("{} of {}", estimate.name, file_name(&self.data[r]))
+            }
+            _ => estimate.name.clone(),
+        }
+    }
+
+    fn errors(&self, output: usize) -> OutputErrors {
+        let unit = &self.signature.outputs[output].unit;
+        let rms = |evaluation: &Evaluation| {
+            let all: Misfit = evaluation.misfits.iter().map(|misfits| misfits[output]).sum();
+            all.rms().map(|rms| rms / unit.factor)
+        };
+        OutputErrors {
+            train: rms(&self.train),
+            valid: self.valid.as_ref().and_then(|tested| rms(&tested.evaluation)),
+            noise: self.fit.noise[output].map(|sigma| sigma / unit.factor),
+        }
+    }
+
+    /// Tables and remarks.
+    pub(crate) fn to_text(&self) -> String {
+        let fit = self.fit;
+        let mut text = String::new();
+        let mut table = vec![["estimate", "value", "std", "unit", ""].map(str::to_owned)];
+        for (i, estimate) in fit.estimates.iter().enumerate() {
+            let unit = self.unit(estimate);
+            let value = in_unit(estimate.value, unit);
+            let std = estimate.std.map(|std| std / unit.factor);
+            let remark = match estimate.at_bound {
+                Some(Bound::Lower) => "at its lower bound",
+                Some(Bound::Upper) => "at its upper bound",
+                None if std.is_none() => "not determined",
+                None => "",
+            };
+            table.push([
+                self.name(i),
+                digits_of(value, std),
+                std.map_or_else(String::new, |std| significant(std, 2)),
+                unit.symbol.to_string(),
+                remark.to_owned(),
+            ]);
+        }
+        push_table(&mut text, &table);
+
+        text.push('\n');
+        let mut table =
+            vec![["output", "rms train", "rms valid", "noise", "unit"].map(str::to_owned)];
+        for (i, output) in self.signature.outputs.iter().enumerate() {
+            let errors = self.errors(i);
+            let shown = |value: Option<f64>| {
+                value.map_or_else(|| "-".to_owned(), |value| significant(value, 3))
+            };
+            table.push([
+                output.name.to_string(),
+                shown(errors.train),
+                shown(errors.valid),
+                shown(errors.noise),
+                output.unit.symbol.to_string(),
+            ]);
+        }
+        push_table(&mut text, &table);
+        text.push('\n');
+        self.push_remarks(&mut text);
+        text
+    }
+
+    fn push_remarks(&self, text: &mut String) {
+        let fit = self.fit;
+        // Writing to a string does not fail.
+        for pair in fit.correlated(CORRELATED) {
+            let (first, second) = (self.name(pair.first), self.name(pair.second));
+            let _ = writeln!(
+                text,
+                "`{first}` and `{second}` are hardly told apart: correlation {:.3}",
+                pair.correlation
+            );
+        }
+        for combination in &fit.undetermined {
+            let _ = match combination.terms.as_slice() {
+                [one] => writeln!(text, "no output depends on `{}`", self.name(one.estimate)),
+                terms => {
+                    let terms: Vec<String> = terms
+                        .iter()
+                        .map(|term| {
+                            format!("`{}` by {:+.3} %", self.name(term.estimate), term.change)
+                        })
+                        .collect();
+                    writeln!(text, "no output sees a change of {}", terms.join(" and "))
+                }
+            };
+        }
+        if fit.samples_without_sensitivity > 0 {
+            let _ = writeln!(
+                text,
+                "{} of {} samples have no defined sensitivities: the fit had to do without their \
+                 derivatives",
+                fit.samples_without_sensitivity, fit.samples
+            );
+        }
+        if fit.failures > 0 {
+            let _ = writeln!(text, "{} trials could not be simulated", fit.failures);
+        }
+        let chi = fit.reduced_chi_square();
+        let chi = chi.map_or_else(String::new, |chi| format!(", {chi:.3} times the noise squared"));
+        let _ = writeln!(
+            text,
+            "{} samples{chi}; {} steps, {} simulations, ended by {}",
+            fit.samples,
+            fit.iterations,
+            fit.evaluations,
+            fit.termination.name()
+        );
+    }
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+fn in_unit(si: f64, unit: &Unit) -> f64 {
+    (si - unit.offset) / unit.factor
+}
+
+/// Columns by their widest cell, numbers to the right.
+fn push_table<const N: usize>(text: &mut String, rows: &[[String; N]]) {
+    let width = |j: usize| rows.iter().map(|row| row[j].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..N).map(width).collect();
+    for row in rows {
+        let mut line = String::new();
+        for (j, (cell, width)) in row.iter().zip(&widths).enumerate() {
+            let is_number = |cell: &str| cell == "-" || cell.parse::<f64>().is_ok();
+            let right = rows.iter().skip(1).any(|row| is_number(&row[j]));
+            let gap = if j == 0 { "" } else { "  " };
+            // Writing to a string does not fail.
+            let _ = if right {
+                write!(line, "{gap}{cell:>width$}")
+            } else {
+                write!(line, "{gap}{cell:<width$}")
+            };
+        }
+        text.push_str(line.trim_end());
+        text.push('\n');
+    }
+}
+
+/// A value to the second digit of its standard deviation.
+fn digits_of(value: f64, std: Option<f64>) -> String {
+    let digits = match std {
+        Some(std) if std > 0.0 && value != 0.0 => {
+            (value.abs().log10().floor() - std.log10().floor()).clamp(0.0, 12.0) as usize + 2
+        }
+        _ => 6,
+    };
+    significant(value, digits)
+}
+
+/// A number with so many digits, with an exponent where it would have many zeros.
+fn significant(value: f64, digits: usize) -> String {
+    let scientific = format!("{value:.*e}", digits.saturating_sub(1));
+    let exponent = scientific.rsplit_once('e').and_then(|(_, e)| e.parse::<i32>().ok());
+    match exponent {
+        Some(exponent) if value != 0.0 && (-4..6).contains(&exponent) => {
+            let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
+            format!("{value:.decimals$}")
+        }
+        _ if value == 0.0 => "0".to_owned(),
+        _ => scientific,
+    }
+}

@@ -1,0 +1,85 @@
+//! Data files as a model sees them: its inputs and measured outputs, in SI.
+
+use std::path::Path;
+
+use dgd_compiler::dae::Dae;
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::source::Sources;
+use dgd_compiler::units::Unit;
+use dgd_runtime::{Column, Inputs, Signature};
+
+use crate::console::Console;
+use crate::data::{self, select};
+use crate::failure::CommandError;
+
+/// A data file as far as the model knows it, SI.
+pub(crate) struct Recording {
+    pub times: Vec<f64>,
+    inputs: Vec<Vec<f64>>,
+    pub measured: Measured,
+}
+
+impl Recording {
+    /// What drove the system, as functions of time.
+    pub(crate) fn inputs(&self, signature: &Signature) -> Result<Inputs, CommandError> {
+        let columns: Vec<Column<'_>> = signature
+            .inputs
+            .iter()
+            .zip(&self.inputs)
+            .map(|(input, values)| Column {
+                name: &input.name,
+                interpolation: input.interpolation,
+                values,
+            })
+            .collect();
+        Inputs::recorded(&self.times, &columns)
+            .map_err(|error| CommandError::Computation(error.to_string()))
+    }
+
+    /// Reads a data file; `None` where it has mistakes, which are reported.
+    pub(crate) fn read(
+        path: &Path,
+        dae: &Dae,
+        sources: &mut Sources,
+        diagnostics: &mut Diagnostics,
+        console: Console<'_>,
+    ) -> Option<Recording> {
+        let table = data::read(path, sources, diagnostics).ok()?;
+        let inputs: Vec<select::Declared<'_>> =
+            dae.inputs.iter().map(|input| declared(&input.declared)).collect();
+        let outputs: Vec<select::Declared<'_>> =
+            dae.outputs.iter().map(|output| declared(&output.declared)).collect();
+        let times = table.recording(diagnostics);
+        let input_columns = select::inputs(&table, &inputs, diagnostics);
+        let output_columns = select::measured(&table, &outputs, diagnostics);
+        let (times, inputs, outputs) =
+            (times.ok()?.to_vec(), input_columns.ok()?, output_columns.ok()?);
+
+        let known: Vec<&str> = dae
+            .inputs
+            .iter()
+            .map(|input| input.declared.name.as_str())
+            .chain(dae.outputs.iter().map(|output| output.declared.name.as_str()))
+            .chain(dae.unknowns.iter().map(|unknown| unknown.name.as_str()))
+            .collect();
+        if let Some(note) = select::unknown_note(&table, &known) {
+            console.note(&note, sources);
+        }
+        let measured = Measured { times: times.clone(), outputs };
+        Some(Recording { times, inputs, measured })
+    }
+}
+
+fn declared(declared: &dgd_compiler::model::Declared) -> select::Declared<'_> {
+    let unit: &Unit = &declared.unit;
+    select::Declared { name: &declared.name, unit, place: Some(declared.span) }
+}
+
+/// Measured outputs, SI.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Measured {
+    /// Sample times, s.
+    pub times: Vec<f64>,
+    /// For each output of the model, its samples.
+    pub outputs: Vec<Option<Vec<f64>>>,
+}

@@ -1,0 +1,135 @@
+//! Values of declarations replaced in a model's text; all else, comments too, stays as written.
+
+use super::ast::{Ast, Choice, Item, ItemKind, Name};
+use crate::source::Span;
+
+/// A new value for a declaration.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NewValue {
+    /// Where the declared name stands: a name alone may be declared in several choices of a variant.
+    pub name: Span,
+    /// The value as it will stand in the text.
+    pub text: String,
+}
+
+/// The text of a model file with other values of parameters, constants and start values, and other
+/// paths of imports.
+///
+/// `text` is what `ast` was parsed from. A start value that is not written is added. What is not
+/// declared in this file is left out.
+pub fn with_values(
+    ast: &Ast,
+    text: &str,
+    values: &[NewValue],
+    mut import: impl FnMut(&str) -> Option<String>,
+) -> String {
+    let mut edits = Vec::new();
+    collect(&ast.items, values, &mut import, &mut edits);
+    edits.sort_by_key(|(start, ..)| *start);
+    let mut edited = String::with_capacity(text.len());
+    let mut at = 0;
+    for (start, end, replacement) in edits {
+        edited.push_str(&text[at..start]);
+        edited.push_str(&replacement);
+        at = end;
+    }
+    edited.push_str(&text[at..]);
+    edited
+}
+
+/// First byte, end, and what comes between instead.
+type Edit = (usize, usize, String);
+
+fn collect(
+    items: &[Item],
+    values: &[NewValue],
+    import: &mut impl FnMut(&str) -> Option<String>,
+    edits: &mut Vec<Edit>,
+) {
+    let value_of = |name: &Name| values.iter().rev().find(|value| value.name == name.span);
+    for item in items {
+        match &item.kind {
+            ItemKind::Parameter { name, value, .. } | ItemKind::Constant { name, value, .. } => {
+                edits.extend(value_of(name).map(|new| over(value.span, new.text.clone())));
+            }
+            ItemKind::Unknown { name, unit, start, .. } => {
+                let Some(new) = value_of(name) else { continue };
+                // A start value that is not written comes behind the unit.
+                let end = unit.as_ref().map_or(name.span, |unit| unit.span).end as usize;
+                let added = || (end, end, format!(" = {}", new.text));
+                let written = start.as_ref().map(|start| over(start.span, new.text.clone()));
+                edits.push(written.unwrap_or_else(added));
+            }
+            ItemKind::Import { path, path_span } => {
+                edits.extend(import(path).map(|path| over(*path_span, format!("\"{path}\""))));
+            }
+            ItemKind::Variant { choices, .. } => {
+                for Choice { items, .. } in choices {
+                    collect(items, values, import, edits);
+                }
+            }
+            ItemKind::Input { .. }
+            | ItemKind::Let { .. }
+            | ItemKind::Function { .. }
+            | ItemKind::Output { .. }
+            | ItemKind::Equation { .. } => {}
+        }
+    }
+}
+
+fn over(span: Span, text: String) -> Edit {
+    (span.start as usize, span.end as usize, text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnostics::Diagnostics;
+    use crate::source::{Source, Sources};
+    use crate::syntax::parse;
+
+    const TEXT: &str = "\
+model tank                                # of the first rig
+import \"lib/a.dgd\"
+parameter k [m] = 2*3 [m]  in 0 .. 9      /// gain
+variant v {
+  a { parameter b [s] = 1  fixed }
+  b { parameter b [s] = 2 }
+}
+state x [m]   # no start
+state y = (1
+  + 2)        # two lines
+";
+
+    fn edited(wanted: &[(&str, usize, &str)]) -> String {
+        let mut sources = Sources::default();
+        let source = sources.add(Source { name: "a".into(), text: TEXT.into() });
+        let ast = parse(source, &sources, &mut Diagnostics::default()).expect("it parses");
+        let values: Vec<NewValue> = wanted
+            .iter()
+            .map(|(declaration, skip, value)| {
+                let start = TEXT.find(declaration).expect("a declaration") + skip;
+                let start = u32::try_from(start).expect("a short text");
+                NewValue { name: Span { source, start, end: start + 1 }, text: (*value).into() }
+            })
+            .collect();
+        with_values(&ast, TEXT, &values, |path| Some(format!("../{path}")))
+    }
+
+    #[test]
+    fn only_the_values_change() {
+        let text = edited(&[
+            ("state y", 6, "7"),
+            ("state x", 6, "0.5"),
+            ("parameter k", 10, "3.25"),
+            ("parameter b [s] = 2", 10, "9"),
+        ]);
+        let expected = TEXT
+            .replace("= 2*3 [m]  in", "= 3.25  in")
+            .replace("b [s] = 2", "b [s] = 9")
+            .replace("x [m]   #", "x [m] = 0.5   #")
+            .replace("(1\n  + 2)", "7")
+            .replace("lib/a.dgd", "../lib/a.dgd");
+        assert_eq!(text, expected);
+    }
+}

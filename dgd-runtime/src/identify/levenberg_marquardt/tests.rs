@@ -1,0 +1,156 @@
+//! Problems whose minimum is known.
+
+use super::*;
+
+const ANYWHERE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+
+/// Σ r² from residuals and the rows of J.
+fn normal<const N: usize>(rows: &[(f64, [f64; N])]) -> NormalEquations {
+    let mut normal = NormalEquations::zeros(N);
+    for (r, slopes) in rows {
+        let slopes = DVector::from_row_slice(slopes);
+        normal.cost += r * r;
+        normal.gradient += &slopes * *r;
+        normal.information += &slopes * slopes.transpose();
+    }
+    normal
+}
+
+/// Runs a problem that can be evaluated everywhere.
+fn solve<const N: usize>(
+    start: [f64; N],
+    bounds: &[(f64, f64)],
+    rows: impl Fn(&[f64]) -> Vec<(f64, [f64; N])>,
+) -> Minimum<NormalEquations, ()> {
+    let at = normal(&rows(&start));
+    let rule = StoppingRule::default();
+    minimise(start.to_vec(), at, bounds, &rule, |x| Ok(normal(&rows(x))))
+}
+
+fn rosenbrock(x: &[f64]) -> Vec<(f64, [f64; 2])> {
+    vec![(10.0 * (x[1] - x[0] * x[0]), [-20.0 * x[0], 10.0]), (1.0 - x[0], [-1.0, 0.0])]
+}
+
+#[test]
+fn a_curved_valley_is_followed_to_its_end() {
+    let found = solve([-1.2, 1.0], &[ANYWHERE; 2], rosenbrock);
+    assert!(found.termination.is_converged(), "{:?}", found.termination);
+    for x in &found.x {
+        assert!((x - 1.0).abs() < 1e-8, "{:?}", found.x);
+    }
+}
+
+/// Misra1a of the NIST Statistical Reference Datasets, y = b1 (1 − exp(−b2 x)): certified to 11
+/// digits. The model's logarithmic relative error at this condition is a few units of 1e-9 with the
+/// default rule.
+#[test]
+fn misra1a_has_its_certified_values() {
+    let data = [
+        (77.6, 10.07),
+        (114.9, 14.73),
+        (141.1, 17.94),
+        (190.8, 23.93),
+        (239.9, 29.61),
+        (289.0, 35.18),
+        (332.8, 40.02),
+        (378.4, 44.82),
+        (434.8, 50.76),
+        (477.3, 55.05),
+        (536.8, 61.01),
+        (593.1, 66.40),
+        (689.1, 75.47),
+        (760.0, 81.78),
+    ];
+    let (size1, size2) = (500.0, 1e-4);
+    let found = solve([1.0, 1.0], &[ANYWHERE; 2], |z| {
+        let (b1, b2) = (z[0] * size1, z[1] * size2);
+        let row = |(x, y): &(f64, f64)| {
+            let decay = (-b2 * x).exp();
+            (b1 * (1.0 - decay) - y, [(1.0 - decay) * size1, b1 * x * decay * size2])
+        };
+        data.iter().map(row).collect()
+    });
+    let close = |found: f64, certified: f64, digits: f64| {
+        assert!((found / certified - 1.0).abs() < digits, "{found} against {certified}");
+    };
+    close(found.x[0] * size1, 2.389_421_291_8e2, 1e-8);
+    close(found.x[1] * size2, 5.501_564_318_1e-4, 1e-8);
+    close(found.at.cost, 1.245_513_889_4e-1, 1e-9);
+    // Standard deviations: √(diag (JᵀJ)⁻¹ Σr²/12).
+    let inverse = found.at.information.clone().try_inverse().expect("two parameters");
+    let variance = found.at.cost / 12.0;
+    close((inverse[(0, 0)] * variance).sqrt() * size1, 2.707_007_524_1, 1e-6);
+    close((inverse[(1, 1)] * variance).sqrt() * size2, 7.266_868_843_6e-6, 1e-6);
+}
+
+#[test]
+fn at_a_bound_the_others_converge_as_without_it() {
+    // On x₁ = 1/2 the valley's floor is x₂ = 1/4.
+    let found = solve([-1.2, 1.0], &[(-2.0, 0.5), ANYWHERE], rosenbrock);
+    assert_eq!(found.x[0], 0.5);
+    assert!((found.x[1] - 0.25).abs() < 1e-8, "{:?}", found.x);
+    assert!(found.termination.is_converged());
+    // A bound that is met on the way only does not hold: the first full step goes to x₂ = −3.84.
+    let found = solve([-1.2, 1.0], &[ANYWHERE, (0.0, 1.0)], rosenbrock);
+    for x in &found.x {
+        assert!((x - 1.0).abs() < 1e-6, "{:?}", found.x);
+    }
+    // Both held: nothing is left to do.
+    let found = solve([0.0, 2.0], &[(0.0, 0.0), (2.0, 2.0)], rosenbrock);
+    assert_eq!((found.x, found.evaluations), (vec![0.0, 2.0], 0));
+}
+
+#[test]
+fn what_is_not_determined_stays_near_the_start() {
+    // Only the sum is seen; the step of least size keeps the difference.
+    let rows = |x: &[f64]| vec![(x[0] + x[1] - 5.0, [1.0, 1.0]), (x[0] + x[1] - 5.0, [1.0, 1.0])];
+    let found = solve([1.0, 2.0], &[ANYWHERE; 2], rows);
+    assert!(found.termination.is_converged());
+    assert!((found.x[0] - 2.0).abs() < 1e-6 && (found.x[1] - 3.0).abs() < 1e-6, "{:?}", found.x);
+    // A variable without any influence is left alone.
+    let found = solve([1.0, 7.0], &[ANYWHERE; 2], |x| vec![(x[0] - 4.0, [1.0, 0.0])]);
+    assert!((found.x[0] - 4.0).abs() < 1e-8);
+    assert_eq!(found.x[1], 7.0);
+}
+
+/// r = ln x − ln 2, not defined for x ≤ `edge`.
+fn logarithm(edge: f64) -> impl Fn(&[f64]) -> Result<NormalEquations, String> {
+    move |x: &[f64]| {
+        if x[0] <= edge {
+            return Err(format!("{} is too small", x[0]));
+        }
+        Ok(normal(&[((x[0] / 2.0).ln(), [1.0 / x[0]])]))
+    }
+}
+
+#[test]
+fn a_failed_trial_is_a_step_too_far() {
+    let rule = StoppingRule::default();
+    let evaluate = logarithm(0.0);
+    let at = evaluate(&[20.0]).expect("defined");
+    // The Gauss–Newton step from 20 goes to 20 − 20 ln 10 < 0.
+    let found = minimise(vec![20.0], at, &[ANYWHERE], &rule, evaluate);
+    assert!(found.failures > 0 && found.last_failure.is_some());
+    assert!((found.x[0] - 2.0).abs() < 1e-8, "{:?}", found.x);
+    assert!(found.termination.is_converged());
+}
+
+#[test]
+fn a_minimum_beyond_the_edge_is_not_claimed() {
+    let rule = StoppingRule::default();
+    let evaluate = logarithm(3.0);
+    let at = evaluate(&[20.0]).expect("defined");
+    let found = minimise(vec![20.0], at, &[ANYWHERE], &rule, evaluate);
+    assert_eq!(found.termination, Termination::Blocked);
+    assert!(found.last_failure.is_some_and(|reason| reason.contains("too small")));
+    assert!(found.x[0] > 3.0 && found.x[0] < 3.01, "{:?}", found.x);
+}
+
+#[test]
+fn the_limit_of_evaluations_is_kept() {
+    let at = normal(&rosenbrock(&[-1.2, 1.0]));
+    let rule = StoppingRule { evaluations: 3, ..StoppingRule::default() };
+    let evaluate = |x: &[f64]| Ok::<_, ()>(normal(&rosenbrock(x)));
+    let found = minimise(vec![-1.2, 1.0], at, &[ANYWHERE; 2], &rule, evaluate);
+    assert_eq!((found.termination, found.evaluations), (Termination::EvaluationLimit, 3));
+}

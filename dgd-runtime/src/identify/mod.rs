@@ -1,0 +1,37 @@
+//! Parameters and start values from recordings.
+//!
+//! ```text
+//!   θ = (parameters, start values of each recording)
+//!   e_r(t) = w(t; θ) − measured_r(t)                 simulated from the start of recording r
+//!   minimise  Σ_r Σ_outputs Σ_samples (e / σ)²  +  Σ_priors ((p − mean) / std)²
+//! ```
+//!
+//! | file | holds |
+//! |---|---|
+//! | `recording` | an experiment; its simulation and what its samples add to the normal equations |
+//! | `variables` | from θ to variables of the order of 1, with bounds |
+//! | `output_error` | the problem, and the fits |
+//! | `levenberg_marquardt`, `box_quadratic` | the minimisation |
+//! | `noise` | σ of each output: given, or from the residuals |
+//! | `parallel` | recordings in several threads |
+//! | `uncertainty` | covariance, and what the data does not determine |
+
+mod box_quadratic;
+mod error;
+mod levenberg_marquardt;
+mod noise;
+mod output_error;
+mod parallel;
+mod recording;
+mod uncertainty;
+mod variables;
+
+pub use error::{EstimateError, TrialFailed, TrialFailure};
+pub use levenberg_marquardt::{Minimum, NormalEquations, StoppingRule, Termination, minimise};
+pub use noise::Noise;
+pub use output_error::{
+    Evaluation, Fit, OutputErrorProblem, Prior, Starts, evaluate, fit, fit_from, fit_starts,
+};
+pub use recording::{Misfit, Recording};
+pub use uncertainty::{Correlated, Estimate, Term, Undetermined};
+pub use variables::Bound;
