@@ -242,7 +242,7 @@ impl<'a> Resolver<'a> {
         let a = self.lowering.value(left, diagnostics);
         let b = self.lowering.value(right, diagnostics);
         let (a, b) = (a?, b?);
-        if a.dim.with(b.dim).is_none() {
+        let Some(dim) = a.dim.with(b.dim) else {
             let (l, r) = (a.dim.dimension(), b.dim.dimension());
             return Err(diagnostics.error(
                 Diagnostic::new(
@@ -258,13 +258,14 @@ impl<'a> Resolver<'a> {
                 .here(this_is(l))
                 .label(right.span, this_is(r)),
             ));
-        }
+        };
         Ok(Equation {
             label: label.text.clone(),
             span: item.span,
             doc: item.doc.clone(),
             left: a.id,
             right: b.id,
+            dimension: dim.dimension(),
         })
     }
 }

@@ -160,6 +160,8 @@ pub struct Equation {
     pub left: ExprId,
     /// Right side.
     pub right: ExprId,
+    /// What both sides measure.
+    pub dimension: Dimension,
 }
 
 /// A `variant` and the choice that was made.

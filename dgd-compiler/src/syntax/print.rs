@@ -7,8 +7,9 @@
 use std::fmt::Write as _;
 
 use super::ast::{
-    Argument, Ast, Attribute, AttributeKind, Choice, Comparison, Expr, ExprKind, Factor, Header,
-    Item, ItemKind, Name, Sign, Unit, UnknownKind,
+    Argument, Ast, Attribute, AttributeKind, Choice, Clause, ClauseKind, Comparison, EffectHeader,
+    Expr, ExprKind, Factor, Header, Item, ItemKind, Name, Sign, Slot, SlotKind, Target, Unit,
+    UnknownKind,
 };
 use crate::source::{SourceId, Span};
 
@@ -19,7 +20,18 @@ pub fn print(ast: &Ast) -> String {
         printer.doc(&model.doc);
         printer.line(&format!("model {}", model.name.text));
     }
-    printer.items(&ast.items);
+    if let Some(effect) = &ast.effect {
+        printer.effect(effect, &ast.items);
+    } else {
+        printer.items(&ast.items);
+    }
+    printer.out
+}
+
+/// The text of an item, laid out no further.
+pub fn print_item(item: &Item) -> String {
+    let mut printer = Printer { out: String::new(), depth: 0 };
+    printer.items(std::slice::from_ref(item));
     printer.out
 }
 
@@ -199,6 +211,57 @@ impl Printer {
         }
     }
 
+    /// An effect as people write one: what it is, what it brings, what it changes.
+    fn effect(&mut self, effect: &EffectHeader, items: &[Item]) {
+        self.doc(&effect.doc);
+        let target = match &effect.target {
+            Target::Model(model) => format!(" on {}", model.text),
+            Target::Template(slots) => {
+                let slots: Vec<String> = slots.iter().map(print_slot).collect();
+                format!("({})", slots.join(", "))
+            }
+        };
+        self.line(&format!("effect {}{target}", effect.name.text));
+        let is_about_itself =
+            |clause: &&Clause| matches!(clause.kind, ClauseKind::Kind(_) | ClauseKind::Form(_));
+        // The order among clauses is kept; where both sorts alternate, all stand in front.
+        let n_first = effect.clauses.iter().take_while(is_about_itself).count();
+        let (first, last) = effect.clauses.split_at(n_first);
+        first.iter().for_each(|clause| self.clause(clause));
+        self.items(items);
+        last.iter().for_each(|clause| self.clause(clause));
+    }
+
+    fn clause(&mut self, clause: &Clause) {
+        self.doc(&clause.doc);
+        let text = match &clause.kind {
+            ClauseKind::Kind(kind) => format!("kind {}", kind.word()),
+            ClauseKind::Form(form) => format!("form {}", form.text),
+            ClauseKind::Null { name, value } => {
+                format!("null {} = {}", name.text, print_expression(value))
+            }
+            ClauseKind::Replace { name, arguments, equation, by } => {
+                let names: Vec<&str> = arguments.iter().map(|name| name.text.as_str()).collect();
+                let arguments = if names.is_empty() {
+                    String::new()
+                } else {
+                    format!("({})", names.join(", "))
+                };
+                let place = equation
+                    .as_ref()
+                    .map_or_else(String::new, |label| format!(" in {}", label.text));
+                format!("replace {}{arguments}{place} by {}", name.text, print_expression(by))
+            }
+            ClauseKind::ReplaceOutput { output, by } => {
+                format!("replace output {} by {}", output.text, print_expression(by))
+            }
+            ClauseKind::Add { value, equation } => {
+                format!("add {} to {}", print_expression(value), equation.text)
+            }
+        };
+        self.line(&text);
+    }
+
     fn item(&mut self, kind: &ItemKind) {
         match kind {
             ItemKind::Import { path, .. } => self.line(&format!("import \"{path}\"")),
@@ -278,6 +341,12 @@ fn brackets(unit: Option<&Unit>) -> String {
     unit.map_or_else(String::new, |unit| format!(" [{}]", unit.text))
 }
 
+fn print_slot(slot: &Slot) -> String {
+    let kind =
+        SlotKind::ALL.iter().find(|(_, kind)| *kind == slot.kind).map_or("", |(word, _)| word);
+    format!("{}: {kind}{}", slot.name.text, brackets(slot.unit.as_ref()))
+}
+
 fn print_attribute(kind: &AttributeKind) -> String {
     match kind {
         AttributeKind::Bounds(lower, upper) => {
@@ -306,8 +375,52 @@ pub fn without_places(ast: &Ast) -> Ast {
     Ast {
         source: SourceId::default(),
         model: ast.model.as_ref().map(header),
+        effect: ast.effect.as_ref().map(placeless_effect),
         items: ast.items.iter().map(placeless_item).collect(),
     }
+}
+
+fn placeless_effect(effect: &EffectHeader) -> EffectHeader {
+    let target = match &effect.target {
+        Target::Model(model) => Target::Model(placeless_name(model)),
+        Target::Template(slots) => {
+            let slot = |slot: &Slot| Slot {
+                name: placeless_name(&slot.name),
+                kind: slot.kind,
+                unit: placeless_unit(slot.unit.as_ref()),
+            };
+            Target::Template(slots.iter().map(slot).collect())
+        }
+    };
+    EffectHeader {
+        doc: effect.doc.clone(),
+        name: placeless_name(&effect.name),
+        target,
+        clauses: effect.clauses.iter().map(placeless_clause).collect(),
+    }
+}
+
+fn placeless_clause(clause: &Clause) -> Clause {
+    let kind = match &clause.kind {
+        ClauseKind::Kind(kind) => ClauseKind::Kind(*kind),
+        ClauseKind::Form(form) => ClauseKind::Form(placeless_name(form)),
+        ClauseKind::Null { name, value } => {
+            ClauseKind::Null { name: placeless_name(name), value: placeless(value) }
+        }
+        ClauseKind::Replace { name, arguments, equation, by } => ClauseKind::Replace {
+            name: placeless_name(name),
+            arguments: arguments.iter().map(placeless_name).collect(),
+            equation: equation.as_ref().map(placeless_name),
+            by: placeless(by),
+        },
+        ClauseKind::ReplaceOutput { output, by } => {
+            ClauseKind::ReplaceOutput { output: placeless_name(output), by: placeless(by) }
+        }
+        ClauseKind::Add { value, equation } => {
+            ClauseKind::Add { value: placeless(value), equation: placeless_name(equation) }
+        }
+    };
+    Clause { span: Span::default(), doc: clause.doc.clone(), kind }
 }
 
 fn placeless_name(name: &Name) -> Name {
