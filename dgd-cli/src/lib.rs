@@ -4,6 +4,7 @@ mod args;
 mod command;
 mod console;
 pub mod data;
+mod effects;
 mod failure;
 mod figure;
 mod load;

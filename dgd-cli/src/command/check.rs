@@ -16,10 +16,11 @@ use crate::load::Compilation;
 pub(crate) fn run(args: &CheckArgs, console: Console<'_>) -> Result<(), CommandError> {
     let mut compilation = Compilation::default();
     let options = compilation.options(&args.choices)?;
-    let compiled = match compilation.compile(&args.model, &options, &Directions::None)? {
-        Ok(compiled) => compiled,
-        Err(reported) => return Err(compilation.fail(reported)),
-    };
+    let compiled =
+        match compilation.compile(&args.model, &args.choices.apply, &options, &Directions::None)? {
+            Ok((compiled, _)) => compiled,
+            Err(reported) => return Err(compilation.fail(reported)),
+        };
 
     // What was not chosen must be sound too, one choice at a time.
     for Variant { name, choices, chosen } in &compiled.model.variants {

@@ -12,13 +12,19 @@
 //! | 3 | [`apply`] | trees of the model, [`Application`]s | [`Applied`]: the changed trees |
 //! | 4 | [`write`] | trees before and after | text |
 
+mod apply;
 mod bind;
+mod declared;
+mod instance;
+mod open;
 mod read;
+mod splice;
 mod units;
 
-use crate::source::Span;
+use crate::source::{SourceId, Span};
 use crate::syntax::ast::{Ast, EffectKind, Name, Target};
 
+pub use apply::apply;
 pub use bind::bind;
 
 /// An effect: what it is, what it brings and what it changes.
@@ -105,6 +111,6 @@ pub struct Brought {
     pub null: Vec<String>,
     /// λ, where the effect is blended in.
     pub blend: Option<String>,
-    /// The text's places of what it brought: its file.
-    pub span: Span,
+    /// The effect's file.
+    pub source: SourceId,
 }

@@ -42,6 +42,64 @@ pub fn print_expression(expr: &Expr) -> String {
     out
 }
 
+/// Puts the parentheses into a tree that its text needs, so that printing and parsing it gives the
+/// same tree.
+pub fn parenthesise(expr: &mut Expr) {
+    parenthesise_at(expr, Binding::Or, Position::Last);
+}
+
+/// The parentheses that [`expression`] would write.
+fn parenthesise_at(expr: &mut Expr, least: Binding, position: Position) {
+    let reaches_on = matches!(expr.kind, ExprKind::If(..)) && position == Position::Inner;
+    if binding(&expr.kind) < least || reaches_on {
+        parenthesise(expr);
+        let inner = Expr { span: expr.span, kind: ExprKind::Name(String::new()) };
+        let inner = std::mem::replace(expr, inner);
+        expr.kind = ExprKind::Group(Box::new(inner));
+        return;
+    }
+    match &mut expr.kind {
+        ExprKind::Number { .. } | ExprKind::Name(_) => {}
+        ExprKind::Call { arguments, .. } => arguments.iter_mut().for_each(parenthesise),
+        ExprKind::Group(inner) => parenthesise(inner),
+        ExprKind::Negate(operand) => parenthesise_at(operand, Binding::Sign, position),
+        ExprKind::Not(operand) => parenthesise_at(operand, Binding::Not, position),
+        ExprKind::Sum(terms) => {
+            parenthesise_list(terms.iter_mut().map(|(_, term)| term), Binding::Product, position);
+        }
+        ExprKind::Product(factors) => {
+            parenthesise_list(factors.iter_mut().map(|(_, f)| f), Binding::Sign, position);
+        }
+        ExprKind::And(all) => parenthesise_list(all.iter_mut(), Binding::Not, position),
+        ExprKind::Or(all) => parenthesise_list(all.iter_mut(), Binding::And, position),
+        ExprKind::Power(base, exponent) => {
+            parenthesise_at(base, Binding::Operand, Position::Inner);
+            parenthesise_at(exponent, Binding::Sign, position);
+        }
+        ExprKind::Compare(_, left, right) => {
+            parenthesise_at(left, Binding::Sum, Position::Inner);
+            parenthesise_at(right, Binding::Sum, position);
+        }
+        ExprKind::If(condition, yes, no) => {
+            parenthesise(condition);
+            parenthesise(yes);
+            parenthesise_at(no, Binding::Or, position);
+        }
+    }
+}
+
+fn parenthesise_list<'a>(
+    operands: impl ExactSizeIterator<Item = &'a mut Expr>,
+    least: Binding,
+    position: Position,
+) {
+    let last = operands.len().saturating_sub(1);
+    for (i, operand) in operands.enumerate() {
+        let position = if i == last { position } else { Position::Inner };
+        parenthesise_at(operand, least, position);
+    }
+}
+
 /// How tightly operators bind, loosest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Binding {
