@@ -2,6 +2,7 @@
 
 use dgd_compiler::codegen;
 use dgd_compiler::dae::text as dae_text;
+use dgd_compiler::effects;
 use dgd_compiler::model::{latex, text as model_text};
 use dgd_compiler::pipeline::Directions;
 use dgd_compiler::syntax::print;
@@ -9,12 +10,19 @@ use dgd_compiler::syntax::print;
 use crate::args::{EmitArgs, Stage};
 use crate::console::Console;
 use crate::failure::CommandError;
-use crate::load::load;
+use crate::load::{Changed, load};
 
 pub(crate) fn run(args: &EmitArgs, console: Console<'_>) -> Result<(), CommandError> {
     let loaded = load(&args.model, &args.choices, |_| Directions::All)?;
     let compiled = &loaded.compiled;
     let text = match args.stage {
+        Stage::Ast if loaded.changed.is_some() => loaded
+            .changed
+            .iter()
+            .map(|Changed { before, applied }| {
+                effects::write(&before[0], &applied.asts[0], &applied.brought, &loaded.sources)
+            })
+            .collect(),
         Stage::Ast => compiled.asts.iter().map(print::print).collect::<Vec<_>>().join("\n"),
         Stage::Model => model_text::write(&compiled.model),
         Stage::Dae => dae_text::write(&compiled.dae),

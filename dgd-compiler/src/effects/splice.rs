@@ -17,7 +17,7 @@ use crate::syntax::visit;
 pub(super) const DEEPEST: usize = 256;
 
 /// A model may grow by this many operands.
-const LARGEST: usize = 1_000_000;
+const LARGEST: usize = 200_000;
 
 /// Where effects have replaced a name: the name, the place of the expression that stands there, and
 /// the effect's clause with its kind.
@@ -85,9 +85,11 @@ impl Splice<'_> {
         }
     }
 
-    /// The effect that has replaced the name here.
+    /// The effect that has replaced the name here and acts before this one.
     fn earlier<'r>(&self, expr: &Expr, replaced: &'r Replaced) -> Option<&'r (Span, EffectKind)> {
-        replaced.get(&(self.name.text.clone(), expr.span))
+        let found = replaced.get(&(self.name.text.clone(), expr.span));
+        // Input effects act before all others: what stands in the place of an input is no input.
+        found.filter(|(_, kind)| self.kind != EffectKind::Input || *kind == EffectKind::Input)
     }
 
     /// Replaces the uses in an expression, of which it says the number.

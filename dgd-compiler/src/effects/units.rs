@@ -110,7 +110,7 @@ mod tests {
             ("lpm", "lpm"),
             ("unit(p)", "bar"),
             ("unit(t)", "K"),
-            ("unit(f)", "K"),
+            ("unit(f)", "°R"),
             ("unit(p)/h", "bar/h"),
             ("1/unit(k)", "1/(kg/m*s)"),
             ("unit(p)*unit( t )", "bar*K"),

@@ -43,7 +43,7 @@ pub fn print_expression(expr: &Expr) -> String {
 }
 
 /// Puts the parentheses into a tree that its text needs, so that printing and parsing it gives the
-/// same tree.
+/// same tree. A sum that begins with a sum needs none and becomes one, and so does a product.
 pub fn parenthesise(expr: &mut Expr) {
     parenthesise_at(expr, Binding::Or, Position::Last);
 }
@@ -65,9 +65,17 @@ fn parenthesise_at(expr: &mut Expr, least: Binding, position: Position) {
         ExprKind::Negate(operand) => parenthesise_at(operand, Binding::Sign, position),
         ExprKind::Not(operand) => parenthesise_at(operand, Binding::Not, position),
         ExprKind::Sum(terms) => {
+            while let Some((_, Expr { kind: ExprKind::Sum(first), .. })) = terms.first_mut() {
+                let first = std::mem::take(first);
+                terms.splice(..1, first);
+            }
             parenthesise_list(terms.iter_mut().map(|(_, term)| term), Binding::Product, position);
         }
         ExprKind::Product(factors) => {
+            while let Some((_, Expr { kind: ExprKind::Product(first), .. })) = factors.first_mut() {
+                let first = std::mem::take(first);
+                factors.splice(..1, first);
+            }
             parenthesise_list(factors.iter_mut().map(|(_, f)| f), Binding::Sign, position);
         }
         ExprKind::And(all) => parenthesise_list(all.iter_mut(), Binding::Not, position),
