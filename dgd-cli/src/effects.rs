@@ -59,21 +59,6 @@ pub(crate) fn asked(
     Ok(Effect::read(ast, diagnostics).map(|effect| Asked { effect, arguments, span }))
 }
 
-/// All effects of a folder and of the folders in it, in order of path.
-pub(crate) fn folder(
-    folder: &Path,
-    sources: &mut Sources,
-    diagnostics: &mut Diagnostics,
-) -> Result<Result<Vec<Effect>, Reported>, CommandError> {
-    let mut effects = Vec::new();
-    for (_, path) in files(folder) {
-        if let Ok(ast) = parsed(&path, sources, diagnostics)? {
-            effects.extend(Effect::read(ast, diagnostics).ok());
-        }
-    }
-    Ok(diagnostics.check().map(|()| effects))
-}
-
 /// `effects` beside a model file.
 pub(crate) fn folder_of(model: &Path) -> PathBuf {
     model.parent().unwrap_or_else(|| Path::new("")).join(FOLDER)
