@@ -207,7 +207,7 @@ pub(crate) enum Start {
 }
 
 /// What is chosen and set from outside the model file.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct Choices {
     /// Choose a variant, as in `flow=static`; repeatable
     #[arg(long, value_name = "NAME=CHOICE")]

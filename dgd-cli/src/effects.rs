@@ -12,10 +12,10 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dgd_compiler::diagnostics::{Diagnostics, Reported, suggestion};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use dgd_compiler::effects::{Application, Effect};
 use dgd_compiler::source::{Source, SourceId, Sources, Span};
-use dgd_compiler::syntax::ast::{Ast, Name};
+use dgd_compiler::syntax::ast::{Ast, Name, Target};
 use dgd_compiler::syntax::parse;
 
 use crate::failure::CommandError;
@@ -51,20 +51,64 @@ pub(crate) fn asked(
     let text = sources.get(argument).text.clone();
     let (file, arguments) = words(&text, argument)?;
     let path = path_of(model, file)?;
-    let Ok(ast) = parsed(&path, sources, diagnostics)? else {
-        return Ok(diagnostics.check().map(|()| unreachable!("a mistake has been reported")));
+    let ast = match parsed(&path, sources, diagnostics)? {
+        Ok(ast) => ast,
+        Err(reported) => return Ok(Err(reported)),
     };
     let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
     let span = Span { source: argument, start: 0, end };
     Ok(Effect::read(ast, diagnostics).map(|effect| Asked { effect, arguments, span }))
 }
 
+/// All effects of a folder and of the folders in it, in order of path.
+///
+/// # Errors
+///
+/// [`Reported`] where a file cannot be read or is no effect; the others have been looked at as well.
+pub fn load_folder(
+    folder: &Path,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<Effect>, Reported> {
+    let mut effects = Vec::new();
+    let mut failed = None;
+    for (_, path) in files(folder) {
+        let name = path.display().to_string();
+        let read = match fs::read_to_string(&path) {
+            Ok(text) => {
+                let id = sources.add(Source { name, text });
+                parse(id, sources, diagnostics).and_then(|ast| Effect::read(ast, diagnostics))
+            }
+            Err(error) => {
+                let message = format!("cannot read this file: {error}");
+                let source = sources.add(Source { name, text: String::new() });
+                let span = Span { source, start: 0, end: 0 };
+                Err(diagnostics.error(Diagnostic::new(Code::E112, span, message)))
+            }
+        };
+        match read {
+            Ok(effect) => effects.push(effect),
+            Err(reported) => failed = Some(reported),
+        }
+    }
+    failed.map_or(Ok(effects), Err)
+}
+
+/// The model that an effect is for, where it lies as expected: above the folder of effects.
+pub(crate) fn model_of(path: &Path, effect: &Effect) -> Option<PathBuf> {
+    let Target::Model(name) = &effect.target else { return None };
+    let file = format!("{}.{ENDING}", name.text);
+    // effects/NAME.dgd or effects/NAME/FORM.dgd
+    let above = path.ancestors().skip(2).take(2).map(|folder| folder.join(&file));
+    above.into_iter().find(|model| model.is_file())
+}
+
 /// `effects` beside a model file.
-pub(crate) fn folder_of(model: &Path) -> PathBuf {
+fn folder_of(model: &Path) -> PathBuf {
     model.parent().unwrap_or_else(|| Path::new("")).join(FOLDER)
 }
 
-fn parsed(
+pub(crate) fn parsed(
     path: &Path,
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,

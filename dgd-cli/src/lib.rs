@@ -4,7 +4,7 @@ mod args;
 mod command;
 mod console;
 pub mod data;
-mod effects;
+pub mod effects;
 mod failure;
 mod figure;
 mod load;
