@@ -5,7 +5,7 @@
 //!
 //! | mark | the block |
 //! |---|---|
-//! | `dgd` | compiles: a whole model as it is, anything else within the first whole model of its page, where it takes the place of what is declared there under the same names |
+//! | `dgd` | compiles: a whole model as it is, an effect applied to what it fits in the first whole model of its page, anything else within the first whole model of its page, where it takes the place of what is declared there under the same names |
 //! | `dgd,fails E301` | gives this code and no other |
 //! | `dgd,from PATH` | stands in that file, line by line |
 //! | `csv`, `csv,fails E605` | is a recording of that model's inputs, or gives this code |
@@ -22,12 +22,13 @@ use std::ops::Range;
 
 use dgd_cli::data::{self, select};
 use dgd_compiler::diagnostics::{Diagnostics, render};
+use dgd_compiler::effects::{Application, Blending, Effect, apply, bind};
 use dgd_compiler::expr::intrinsics::{INTRINSICS, UnitRule};
-use dgd_compiler::model::{Declared, Model, ModelOptions};
-use dgd_compiler::pipeline::{Directions, compile};
+use dgd_compiler::model::{Declared, Model, ModelOptions, resolve};
+use dgd_compiler::pipeline::{Directions, compile_asts, load};
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::ast::{Ast, Item, ItemKind};
-use dgd_compiler::syntax::{layout, parse_what_is_sound};
+use dgd_compiler::syntax::{layout, parse, parse_what_is_sound};
 use dgd_compiler::units::catalogue::{CATALOGUE, PREFIXES, Prefixes, Row};
 use dgd_compiler::units::{Datum, describe};
 use golden::{Goldens, files};
@@ -112,6 +113,10 @@ impl Block<'_> {
         let text = self.page.only(std::slice::from_ref(&self.place));
         let source = sources.add(Source { name: self.page.name.clone(), text });
         parse_what_is_sound(source, &sources)
+    }
+
+    fn is_effect(&self) -> bool {
+        self.ast().effect.is_some()
     }
 
     fn is_whole(&self) -> bool {
@@ -199,7 +204,11 @@ fn compiled(
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<Option<Model>, String> {
-    let main = Source { name: block.page.name.clone(), text: block.completed()? };
+    let text = match block.page.model() {
+        Some(model) if block.is_effect() => model.completed()?,
+        Some(_) | None => block.completed()?,
+    };
+    let main = Source { name: block.page.name.clone(), text };
     let folder = block.page.name.rsplit_once('/').map_or("", |(folder, _)| folder);
     let mut read = |path: &str| {
         let path = path.strip_prefix(folder).unwrap_or(path).trim_start_matches('/');
@@ -207,8 +216,33 @@ fn compiled(
     };
     let variants = variants.iter().map(|(variant, choice)| (name(variant), name(choice))).collect();
     let options = ModelOptions { variants, settings: Vec::new() };
-    let compiled = compile(main, &options, &Directions::All, &mut read, sources, diagnostics).ok();
+    let Ok(mut asts) = load(main, &mut read, sources, diagnostics) else { return Ok(None) };
+    if block.is_effect() {
+        let Some(changed) = with_effect(block, &asts, &options, sources, diagnostics) else {
+            return Ok(None);
+        };
+        asts = changed;
+    }
+    let compiled = compile_asts(asts, &options, &Directions::All, diagnostics).ok();
     Ok(compiled.map(|compiled| compiled.model))
+}
+
+/// The trees of a model with the effect of a block applied to the first that it fits.
+fn with_effect(
+    block: &Block<'_>,
+    asts: &[Ast],
+    options: &ModelOptions,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Option<Vec<Ast>> {
+    let text = block.page.only(std::slice::from_ref(&block.place));
+    let id = sources.add(Source { name: block.page.name.clone(), text });
+    let effect = Effect::read(parse(id, sources, diagnostics).ok()?, diagnostics).ok()?;
+    let lists = bind(&effect, &resolve(asts, options, diagnostics).ok()?);
+    let arguments = lists.first()?.iter().map(|argument| name(argument)).collect();
+    let span = effect.name.span;
+    let application = Application { effect: &effect, arguments, span };
+    apply(asts, &[application], Blending::Applied, diagnostics).ok().map(|applied| applied.asts)
 }
 
 /// Compiles an example in one choice of its variants, and judges what comes of it.

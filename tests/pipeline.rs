@@ -13,16 +13,17 @@ use std::path::Path;
 use dgd_compiler::codegen;
 use dgd_compiler::diagnostics::codes::{CODES, CodeInfo};
 use dgd_compiler::diagnostics::{Code, Diagnostics, render};
+use dgd_compiler::effects::{self, Application, Blending, Effect};
 use dgd_compiler::model::{ModelOptions, Setting};
-use dgd_compiler::pipeline::{Compiled, Directions, compile};
+use dgd_compiler::pipeline::{Compiled, Directions, compile_asts, load};
 use dgd_compiler::source::{Source, SourceId, Sources, Span};
 use dgd_compiler::syntax::ast::Name;
-use dgd_compiler::syntax::{parse_setting, print};
+use dgd_compiler::syntax::{parse, parse_setting, print};
 use golden::{Goldens, files};
 use support::root;
 
 /// One compilation, with the choices that its first line may ask for:
-/// `# options: --set c0=5 --variant flow=static --to c0`.
+/// `# options: --set c0=5 --variant flow=static --to c0 --apply effects/lag.dgd`.
 struct Compilation {
     sources: Sources,
     diagnostics: Diagnostics,
@@ -43,8 +44,9 @@ impl Compilation {
         Name { text: text.to_owned(), span: Span { source, start: 0, end } }
     }
 
-    fn choices(&mut self, text: &str) -> (ModelOptions, Directions) {
+    fn choices(&mut self, text: &str) -> (ModelOptions, Directions, Vec<String>) {
         let (mut options, mut directions) = (ModelOptions::default(), Directions::All);
+        let mut apply = Vec::new();
         let header = text.lines().next().and_then(|line| line.strip_prefix("# options: "));
         let mut words = header.unwrap_or_default().split_whitespace();
         while let (Some(flag), Some(value)) = (words.next(), words.next()) {
@@ -63,20 +65,50 @@ impl Compilation {
                     let names = value.split(',').map(|name| self.name(flag, name)).collect();
                     directions = Directions::Named(names);
                 }
+                "--apply" => apply.push(value.to_owned()),
                 _ => panic!("golden files know no option {flag}"),
             }
         }
-        (options, directions)
+        (options, directions, apply)
     }
 
-    /// Compiles a text; imports are read from `folder`.
-    fn run(&mut self, name: &str, text: &str, folder: &Path) -> Option<Compiled> {
-        let (options, directions) = self.choices(text);
+    /// Reads `path/to/effect.dgd(argument)`.
+    fn effect(&mut self, asked: &str, folder: &Path) -> Option<(Effect, Vec<Name>, Span)> {
+        let (path, arguments) = asked.split_once('(').unwrap_or((asked, ""));
+        let text = fs::read_to_string(folder.join(path)).expect("an effect");
+        let id = self.sources.add(Source { name: path.to_owned(), text });
+        let words = arguments.trim_end_matches(')').split(',').filter(|word| !word.is_empty());
+        let arguments = words.map(|word| self.name("--apply", word)).collect();
+        let ast = parse(id, &self.sources, &mut self.diagnostics).ok()?;
+        let effect = Effect::read(ast, &mut self.diagnostics).ok()?;
+        let span = self.name("--apply", asked).span;
+        Some((effect, arguments, span))
+    }
+
+    /// Compiles a text, with effects where it asks for some; imports are read from `folder`. The text
+    /// of the changed model comes with it.
+    fn run(&mut self, name: &str, text: &str, folder: &Path) -> Option<(Compiled, Option<String>)> {
+        let (options, directions, apply) = self.choices(text);
         let main = Source { name: name.to_owned(), text: text.to_owned() };
         let mut read =
             |path: &str| fs::read_to_string(folder.join(path)).map_err(|_| "not found".to_owned());
-        let (sources, diagnostics) = (&mut self.sources, &mut self.diagnostics);
-        compile(main, &options, &directions, &mut read, sources, diagnostics).ok()
+        let asts = load(main, &mut read, &mut self.sources, &mut self.diagnostics).ok()?;
+        let asked: Vec<_> = apply.iter().map(|asked| self.effect(asked, folder)).collect();
+        let asked: Vec<_> = asked.into_iter().collect::<Option<_>>()?;
+        let applications: Vec<Application<'_>> = asked
+            .iter()
+            .map(|(effect, arguments, span)| Application {
+                effect,
+                arguments: arguments.clone(),
+                span: *span,
+            })
+            .collect();
+        let blending = Blending::Applied;
+        let applied = effects::apply(&asts, &applications, blending, &mut self.diagnostics).ok()?;
+        let written = effects::write(&asts[0], &applied.asts[0], &applied.brought, &self.sources);
+        let compiled =
+            compile_asts(applied.asts, &options, &directions, &mut self.diagnostics).ok()?;
+        Some((compiled, (!apply.is_empty()).then_some(written)))
     }
 
     fn rendered(&self) -> String {
@@ -137,13 +169,16 @@ fn stages_of_sound_models_are_as_expected() {
         let folder = case.expect("a readable folder").path();
         let text = fs::read_to_string(folder.join("model.dgd")).expect("a model in every case");
         let mut compilation = Compilation::new();
-        let compiled = compilation
+        let (compiled, written) = compilation
             .run("model.dgd", &text, &folder)
             .unwrap_or_else(|| panic!("{}: {}", folder.display(), compilation.rendered()));
         let trees: Vec<String> = compiled.asts.iter().map(print::print).collect();
         let program = &compiled.program;
         let tokens = codegen::generate(program, &program.name, &compilation.sources);
         let rust = syn::parse2(tokens).expect("generated tokens are items of Rust");
+        if let Some(written) = written {
+            goldens.compare(&folder.join("written.dgd"), &written);
+        }
         for (name, stage) in [
             ("ast.txt", trees.join("\n")),
             ("model.txt", dgd_compiler::model::text::write(&compiled.model)),
@@ -195,9 +230,10 @@ fn examples(info: &CodeInfo) -> (String, String) {
     (model(wrong), model(right))
 }
 
-/// E207 is explained by a command, E211 by the beginning of a long model.
+/// E207 is explained by a command, E211 by the beginning of a long model, effects by files of theirs.
 fn has_whole_examples(code: Code) -> bool {
-    (Code::E201..Code::E601).contains(&code) && ![Code::E207, Code::E211].contains(&code)
+    (Code::E201..Code::E601).contains(&code)
+        && ![Code::E207, Code::E211, Code::E212, Code::E213, Code::E214].contains(&code)
 }
 
 #[test]

@@ -255,7 +255,7 @@ pub(crate) enum Start {
 }
 
 /// What is chosen and set from outside the model file.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct Choices {
     /// Choose a variant, as in `flow=static`; repeatable
     #[arg(long, value_name = "NAME=CHOICE")]
@@ -263,4 +263,8 @@ pub(crate) struct Choices {
     /// Set a constant, a parameter or a start value, as in `c0=280` or 'F2=1.8e8 [Pa*s^2/m^6]'
     #[arg(long, value_name = "NAME=VALUE")]
     pub set: Vec<String>,
+    /// Apply an effect: a file, or a name from the folder `effects` beside the model, with a form
+    /// or arguments, as in `pump_wear`, `booster/column` or 'gain_error(q)'; repeatable
+    #[arg(long, value_name = "EFFECT")]
+    pub apply: Vec<String>,
 }

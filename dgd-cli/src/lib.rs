@@ -4,6 +4,7 @@ mod args;
 mod command;
 mod console;
 pub mod data;
+pub mod effects;
 mod failure;
 mod figure;
 mod fit_report;

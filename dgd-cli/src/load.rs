@@ -3,19 +3,39 @@
 use std::path::Path;
 
 use dgd_compiler::diagnostics::{Diagnostics, Reported};
+use dgd_compiler::effects::{self, Application, Applied, Blending};
 use dgd_compiler::model::{Model, ModelOptions, Setting, resolve};
-use dgd_compiler::pipeline::{self, Compiled, Directions, compile};
+use dgd_compiler::pipeline::{self, Compiled, Directions, compile_asts};
 use dgd_compiler::source::{Source, SourceId, Sources, Span};
 use dgd_compiler::syntax;
 use dgd_compiler::syntax::ast::{Ast, Name};
 
 use crate::args::Choices;
+use crate::effects::asked;
 use crate::failure::CommandError;
 
 /// A compiled model and the texts it came from.
 pub(crate) struct Loaded {
     pub compiled: Compiled,
     pub sources: Sources,
+    /// What effects made of the trees that were read; nothing where none was applied.
+    pub changed: Option<Changed>,
+}
+
+/// Trees to which effects were applied.
+pub(crate) struct Changed {
+    /// As read: the model, then its libraries.
+    pub before: Vec<Ast>,
+    /// With the effects.
+    pub applied: Applied,
+}
+
+impl Changed {
+    /// The changed model as a text.
+    pub(crate) fn text(&self, sources: &Sources) -> String {
+        let Applied { asts, brought } = &self.applied;
+        effects::write(&self.before[0], &asts[0], brought, sources)
+    }
 }
 
 /// What is being compiled, while mistakes are collected.
@@ -80,24 +100,76 @@ impl Compilation {
         Ok((asts, model))
     }
 
-    /// Compiles a model file.
-    pub(crate) fn compile(
+    /// Reads a model file and what it imports, and applies effects to it.
+    pub(crate) fn read(
         &mut self,
         path: &Path,
+        apply: &[String],
+    ) -> Result<Result<(Vec<Ast>, Option<Changed>), Reported>, CommandError> {
+        let sound_before = self.diagnostics.check();
+        let main = Source { name: path.display().to_string(), text: read_model(path)? };
+        let (sources, diagnostics) = (&mut self.sources, &mut self.diagnostics);
+        let mut read = |path: &str| read_text(Path::new(path));
+        let asts = pipeline::load(main, &mut read, sources, diagnostics);
+        let mut wanted = Vec::with_capacity(apply.len());
+        for text in apply {
+            let argument = self.argument("--apply", text);
+            let asked = asked(path, argument, &mut self.sources, &mut self.diagnostics)?;
+            wanted.extend(asked.ok());
+        }
+        let asts =
+            match sound_before.and(asts).and_then(|asts| self.diagnostics.check().map(|()| asts)) {
+                Ok(asts) if !wanted.is_empty() => asts,
+                other => return Ok(other.map(|asts| (asts, None))),
+            };
+        let applications: Vec<Application<'_>> =
+            wanted.iter().map(|one| one.application()).collect();
+        let applied =
+            effects::apply(&asts, &applications, Blending::Applied, &mut self.diagnostics);
+        Ok(applied.map(|applied| (applied.asts.clone(), Some(Changed { before: asts, applied }))))
+    }
+
+    /// Compiles a model file whose text with effects is a source of its own, so that places in the
+    /// compiled model are places in one text.
+    pub(crate) fn compile_text(
+        &mut self,
+        path: &Path,
+        apply: &[String],
         options: &ModelOptions,
         directions: &Directions,
     ) -> Result<Result<Compiled, Reported>, CommandError> {
-        let main = Source { name: path.display().to_string(), text: read_model(path)? };
-        let sound_settings = self.diagnostics.check();
-        let compiled = compile(
-            main,
-            options,
-            directions,
-            &mut |path| read_text(Path::new(path)),
-            &mut self.sources,
-            &mut self.diagnostics,
-        );
-        Ok(sound_settings.and(compiled))
+        let (asts, changed) = match self.read(path, apply)? {
+            Ok(read) => read,
+            Err(reported) => return Ok(Err(reported)),
+        };
+        let asts = match changed {
+            None => Ok(asts),
+            Some(changed) => {
+                let main = Source {
+                    name: path.display().to_string(),
+                    text: changed.text(&self.sources),
+                };
+                let mut read = |path: &str| read_text(Path::new(path));
+                pipeline::load(main, &mut read, &mut self.sources, &mut self.diagnostics)
+            }
+        };
+        Ok(asts.and_then(|asts| compile_asts(asts, options, directions, &mut self.diagnostics)))
+    }
+
+    /// Compiles a model file, with effects where some are asked for.
+    pub(crate) fn compile(
+        &mut self,
+        path: &Path,
+        apply: &[String],
+        options: &ModelOptions,
+        directions: &Directions,
+    ) -> Result<Result<(Compiled, Option<Changed>), Reported>, CommandError> {
+        let (asts, changed) = match self.read(path, apply)? {
+            Ok(read) => read,
+            Err(reported) => return Ok(Err(reported)),
+        };
+        let compiled = compile_asts(asts, options, directions, &mut self.diagnostics);
+        Ok(compiled.map(|compiled| (compiled, changed)))
     }
 }
 
@@ -110,8 +182,8 @@ pub(crate) fn load(
     let mut compilation = Compilation::default();
     let options = compilation.options(choices)?;
     let directions = directions(&mut compilation);
-    match compilation.compile(path, &options, &directions)? {
-        Ok(compiled) => Ok(Loaded { compiled, sources: compilation.sources }),
+    match compilation.compile(path, &choices.apply, &options, &directions)? {
+        Ok((compiled, changed)) => Ok(Loaded { compiled, sources: compilation.sources, changed }),
         Err(reported) => Err(compilation.fail(reported)),
     }
 }

@@ -42,7 +42,7 @@ impl Run {
         console: Console<'_>,
     ) -> Result<Run, CommandError> {
         let options = options(&args.solve)?;
-        let Loaded { compiled, mut sources } = loaded;
+        let Loaded { compiled, mut sources, .. } = loaded;
         let mut diagnostics = Diagnostics::default();
         let recording = match &args.data {
             None => None,

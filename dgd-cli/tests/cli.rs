@@ -586,15 +586,6 @@ fn recorded(folder: &TempDir, seed: &str) -> String {
     data
 }
 
-/// The column of a CSV file with this header.
-fn column(text: &str, header: &str) -> Vec<f64> {
-    let mut lines = text.lines();
-    let names = lines.next().expect("a header").split(',');
-    let at = names.into_iter().position(|name| name == header).expect("a column");
-    let cell = |line: &str| line.split(',').nth(at).expect("a cell").parse().expect("a number");
-    lines.map(cell).collect()
-}
-
 #[test]
 fn a_fit_finds_what_a_recording_was_made_with() {
     let folder = tempfile::tempdir().expect("a folder for the test");

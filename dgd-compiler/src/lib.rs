@@ -5,6 +5,7 @@
 pub mod codegen;
 pub mod dae;
 pub mod diagnostics;
+pub mod effects;
 pub mod expr;
 pub mod model;
 pub mod pipeline;

@@ -68,6 +68,21 @@ pub fn compile(
     diagnostics: &mut Diagnostics,
 ) -> Result<Compiled, Reported> {
     let asts = load(main, read, sources, diagnostics)?;
+    compile_asts(asts, options, directions, diagnostics)
+}
+
+/// Runs stages 2 to 4: on a model's tree and those of its libraries, to which effects may have been
+/// applied.
+///
+/// # Errors
+///
+/// [`Reported`]: what is wrong is in `diagnostics`.
+pub fn compile_asts(
+    asts: Vec<Ast>,
+    options: &ModelOptions,
+    directions: &Directions,
+    diagnostics: &mut Diagnostics,
+) -> Result<Compiled, Reported> {
     let model = resolve(&asts, options, diagnostics)?;
     let dae = assemble(&model, diagnostics)?;
     let chosen = chosen(&dae, directions, diagnostics)?;
@@ -118,8 +133,10 @@ pub fn load(
             };
             let id = sources.add(Source { name, text });
             let Ok(ast) = parse(id, sources, diagnostics) else { continue };
-            if let Some(header) = &ast.model {
-                let message = format!("`{path}` is a model, `{}`, not a library", header.name.text);
+            let other = ast.model.as_ref().map(|header| ("a model", &header.name));
+            let other = other.or(ast.effect.as_ref().map(|header| ("an effect", &header.name)));
+            if let Some((what, name)) = other {
+                let message = format!("`{path}` is {what}, `{}`, not a library", name.text);
                 diagnostics
                     .error(Diagnostic::new(Code::E208, span, message).help(
                         "a library has constants, `let`s and functions, and no `model` line",

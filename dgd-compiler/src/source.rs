@@ -25,9 +25,12 @@ pub struct Span {
 }
 
 impl Span {
-    /// The smallest range that holds both. Both must be of one source.
+    /// The smallest range that holds both; the first, where they are of two sources.
     #[must_use]
     pub fn to(self, other: Span) -> Span {
+        if self.source != other.source {
+            return self;
+        }
         Span {
             source: self.source,
             start: self.start.min(other.start),

@@ -62,7 +62,7 @@ fn still(ast: &Ast) -> Ast {
     };
     still.take(&ast.items);
     let model = Header { doc: Vec::new(), name: name("model") };
-    Ast { source: ast.source, model: Some(model), items: still.items }
+    Ast { source: ast.source, model: Some(model), effect: None, items: still.items }
 }
 
 struct Still<'a> {

@@ -1,23 +1,61 @@
 //! `dgd check`: syntax, names, units and structure, in every variant.
 
 use std::fmt::Write;
+use std::path::Path;
 
 use dgd_compiler::dae::{Dae, assemble};
 use dgd_compiler::diagnostics::{Diagnostics, Reported};
+use dgd_compiler::effects::Effect;
 use dgd_compiler::model::{Declared, Interpolation, Model, Variant, resolve};
 use dgd_compiler::pipeline::Directions;
 use serde_json::{Value, json};
 
-use crate::args::CheckArgs;
+use crate::args::{CheckArgs, Choices};
 use crate::console::Console;
+use crate::effects::{model_of, parsed};
 use crate::failure::CommandError;
 use crate::load::Compilation;
 
 pub(crate) fn run(args: &CheckArgs, console: Console<'_>) -> Result<(), CommandError> {
+    let Some(effect) = effect(&args.model)? else {
+        return check(&args.model, &args.choices, console);
+    };
+    match model_of(&args.model, &effect) {
+        // With the effect as one more that is applied.
+        Some(model) => {
+            let mut choices = args.choices.clone();
+            choices.apply.push(args.model.display().to_string());
+            check(&model, &choices, console)
+        }
+        None => {
+            let (path, name) = (args.model.display(), effect.full_name());
+            console.remark(&format!("{path}: effect `{name}` is sound by itself"));
+            Ok(())
+        }
+    }
+}
+
+/// The effect in a file; nothing where the file holds a model.
+fn effect(path: &Path) -> Result<Option<Effect>, CommandError> {
     let mut compilation = Compilation::default();
-    let options = compilation.options(&args.choices)?;
-    let compiled = match compilation.compile(&args.model, &options, &Directions::None)? {
-        Ok(compiled) => compiled,
+    let (sources, diagnostics) = (&mut compilation.sources, &mut compilation.diagnostics);
+    let read = match parsed(path, sources, diagnostics)? {
+        Ok(ast) if ast.effect.is_none() => return Ok(None),
+        Ok(ast) => Effect::read(ast, diagnostics),
+        Err(reported) => Err(reported),
+    };
+    match read {
+        Ok(effect) => Ok(Some(effect)),
+        Err(reported) => Err(compilation.fail(reported)),
+    }
+}
+
+/// Checks a model with the effects that are applied to it.
+fn check(path: &Path, choices: &Choices, console: Console<'_>) -> Result<(), CommandError> {
+    let mut compilation = Compilation::default();
+    let options = compilation.options(choices)?;
+    let compiled = match compilation.compile(path, &choices.apply, &options, &Directions::None)? {
+        Ok((compiled, _)) => compiled,
         Err(reported) => return Err(compilation.fail(reported)),
     };
 
@@ -47,10 +85,10 @@ pub(crate) fn run(args: &CheckArgs, console: Console<'_>) -> Result<(), CommandE
         return console.json(&describe(&compiled.model, &compiled.dae));
     }
     if console.out().is_none() {
-        console.remark(&summary(&args.model.display().to_string(), &compiled.model, &compiled.dae));
+        console.remark(&summary(&path.display().to_string(), &compiled.model, &compiled.dae));
         return Ok(());
     }
-    console.result(&summary(&args.model.display().to_string(), &compiled.model, &compiled.dae))
+    console.result(&summary(&path.display().to_string(), &compiled.model, &compiled.dae))
 }
 
 /// One line for people: what is in the model.

@@ -15,7 +15,10 @@ pub(crate) fn run(args: &EmitArgs, console: Console<'_>) -> Result<(), CommandEr
     let loaded = load(&args.model, &args.choices, |_| Directions::All)?;
     let compiled = &loaded.compiled;
     let text = match args.stage {
-        Stage::Ast => compiled.asts.iter().map(print::print).collect::<Vec<_>>().join("\n"),
+        Stage::Ast => match &loaded.changed {
+            Some(changed) => changed.text(&loaded.sources),
+            None => compiled.asts.iter().map(print::print).collect::<Vec<_>>().join("\n"),
+        },
         Stage::Model => model_text::write(&compiled.model),
         Stage::Dae => dae_text::write(&compiled.dae),
         Stage::Program => compiled.program.to_string(),

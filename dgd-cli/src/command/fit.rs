@@ -16,7 +16,7 @@ use serde_json::Value;
 
 use crate::args::{FitArgs, NoiseFrom, Start};
 use crate::console::{Console, print};
-use crate::data::write_folder;
+use crate::data::{Files, write_folder};
 use crate::failure::CommandError;
 use crate::figure::{self, Line, Subject};
 use crate::fit_report::{Outcome, Tested};
@@ -111,7 +111,10 @@ impl Task {
         let free = names("--free", &args.free);
         let fixed = names("--fix", &args.fix);
         let directions = Directions::Estimated { free, fixed };
-        let compiled = match compilation.compile(&args.model, &options_of_model, &directions)? {
+        let apply = &args.choices.apply;
+        let compiled =
+            compilation.compile_text(&args.model, apply, &options_of_model, &directions)?;
+        let compiled = match compiled {
             Ok(compiled) => compiled,
             Err(reported) => return Err(compilation.fail(reported)),
         };
@@ -215,8 +218,9 @@ impl Task {
             fitted_model::text(&self.compiled, &self.sources, settings, fit, &args.model, folder);
         let name = fitted_model::file_name(&args.model);
         let json = format!("{json:#}\n");
-        let files = [(name.as_str(), text.as_bytes()), ("result.json", json.as_bytes())];
-        Ok(write_folder(folder, &files)?)
+        let written =
+            vec![(name, text.into_bytes()), ("result.json".to_owned(), json.into_bytes())];
+        Ok(write_folder(folder, &Files { written, ..Files::default() })?)
     }
 
     fn failed(&self, error: EstimateError, paths: &[PathBuf]) -> CommandError {

@@ -79,10 +79,12 @@ fn load(args: &SensitivityArgs) -> Result<(Loaded, Vec<Of>), CommandError> {
             args.to.iter().map(|name| compilation.name("--to", name.trim())).collect(),
         )
     };
-    let compiled = match compilation.compile(&args.run.model, &options, &directions)? {
-        Ok(compiled) => compiled,
-        Err(reported) => return Err(compilation.fail(reported)),
-    };
+    let apply = &args.run.choices.apply;
+    let (compiled, changed) =
+        match compilation.compile(&args.run.model, apply, &options, &directions)? {
+            Ok(compiled) => compiled,
+            Err(reported) => return Err(compilation.fail(reported)),
+        };
 
     let program = &compiled.program;
     let unknown = |name: &str| program.unknowns.iter().position(|x| x.name == name);
@@ -117,7 +119,7 @@ fn load(args: &SensitivityArgs) -> Result<(Loaded, Vec<Of>), CommandError> {
         let others = program.outputs.iter().enumerate();
         of.extend(others.filter(|(_, x)| unknown(&x.name).is_none()).map(|(i, _)| Of::Output(i)));
     }
-    Ok((Loaded { compiled, sources: compilation.sources }, of))
+    Ok((Loaded { compiled, sources: compilation.sources, changed }, of))
 }
 
 impl Of {

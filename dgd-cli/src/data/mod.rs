@@ -30,7 +30,7 @@ use dgd_compiler::units::Unit;
 
 pub use folder::{Files, write_folder};
 pub use read::{read, read_from};
-pub use whole::{WriteError, write_folder, write_whole};
+pub use whole::{WriteError, write_whole};
 
 /// A data file.
 ///

@@ -52,45 +52,6 @@ pub fn write_whole(
     draft.publish(&goal).map_err(failed)
 }
 
-/// Writes several files into a folder, which is made if need be, or none of them.
-///
-/// All texts are on the disk, under hidden names, before the first takes its place.
-///
-/// # Errors
-///
-/// As [`write_whole`]; the folder in which `folder` is to be made has to exist.
-pub fn write_folder(folder: &Path, files: &[(&str, &[u8])]) -> Result<(), WriteError> {
-    let made = match fs::create_dir(folder) {
-        Ok(()) => true,
-        Err(error) if error.kind() == io::ErrorKind::AlreadyExists && folder.is_dir() => false,
-        Err(error) => return Err(WriteError::Failed { path: folder.to_owned(), error }),
-    };
-    let written = write_all(folder, files);
-    if written.is_err() && made {
-        // Only an empty folder is removed, and what led here matters more.
-        let _ = fs::remove_dir(folder);
-    }
-    written
-}
-
-fn write_all(folder: &Path, files: &[(&str, &[u8])]) -> Result<(), WriteError> {
-    let mut drafts = Vec::with_capacity(files.len());
-    for (name, content) in files {
-        let goal = folder.join(name);
-        if goal.is_dir() {
-            return Err(WriteError::IsFolder { path: goal });
-        }
-        let failed = |error| WriteError::Failed { path: goal.clone(), error };
-        let (draft, mut file) = Draft::create(folder, OsStr::new(name)).map_err(failed)?;
-        file.write_all(content).map_err(failed)?;
-        drafts.push((draft, goal));
-    }
-    for (draft, goal) in drafts {
-        draft.publish(&goal).map_err(|error| WriteError::Failed { path: goal.clone(), error })?;
-    }
-    Ok(())
-}
-
 /// Why a file could not be written. The file is as it was before.
 #[derive(Debug)]
 pub enum WriteError {
@@ -216,24 +177,6 @@ mod tests {
         write_whole(&path, |out| out.write_all(b"new")).expect("the folder is writable");
         assert_eq!(fs::read(&path).expect("it was replaced"), b"new");
         assert_eq!(names(folder.path()), ["a.csv"]);
-    }
-
-    #[test]
-    fn a_folder_gets_all_files_or_none() {
-        let parent = tempfile::tempdir().expect("a folder for the test");
-        let folder = parent.path().join("fit");
-        write_folder(&folder, &[("a", b"1"), ("b", b"2")]).expect("the folder is writable");
-        assert_eq!(names(&folder), ["a", "b"]);
-        // The second name is taken by a folder: the first stays what it was.
-        fs::remove_file(folder.join("b")).expect("it is there");
-        fs::create_dir(folder.join("b")).expect("the folder is writable");
-        write_folder(&folder, &[("a", b"3"), ("b", b"4")]).expect_err("a folder is in the way");
-        assert_eq!(fs::read(folder.join("a")).expect("it is there"), b"1");
-        assert_eq!(names(&folder), ["a", "b"]);
-        // A folder made for the files goes with them.
-        let folder = parent.path().join("other");
-        write_folder(&folder, &[("a", b"1"), ("b/c", b"2")]).expect_err("no folder for the second");
-        assert_eq!(names(parent.path()), ["fit"]);
     }
 
     #[test]

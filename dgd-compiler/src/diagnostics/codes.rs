@@ -171,7 +171,7 @@ Right:
 "
 E110 "not part of the language yet" "
 The construct is planned, but this version does not read it: modes, events (`when`, `saturate`),
-parts, arrays (`for`, `size`, indices), effects and delays.
+parts, arrays (`for`, `size`, indices) and delays.
 
 Wrong:
 
@@ -297,6 +297,21 @@ Wrong:
 Right:
 
     let otherwise = 3
+"
+E120 "clause outside an effect" "
+`kind`, `form`, `null`, `replace` and `add` say how an effect changes a model. They stand in a file
+that begins with `effect NAME on MODEL` or `effect NAME(y: output)`, and not within a block of it.
+
+Wrong:
+
+    model tank
+    replace q_out by 2*q_out
+
+Right:
+
+    effect larger_outlet on tank
+    kind plant
+    replace q_out by 2*q_out
 "
 E201 "unknown name" "
 The name is not declared in the model, in what it imports, or in the variant's chosen branch. Names
@@ -449,6 +464,56 @@ Wrong:
 Right:
 
     function f3(x) = 4*x + 8
+"
+E212 "effect that does not fit the model" "
+An effect `on` one model cannot be applied to another. A template needs one argument for each of its
+own, and each must be what the template says: an input, an output, a state, an equation or a
+parameter. What an effect replaces must be used where it says so.
+
+Wrong:
+
+    effect wear on pump
+    kind plant
+    parameter wear [1] = 1
+    null wear = 1
+    replace head in no_such_equation by wear*head
+
+Right:
+
+    effect wear on pump
+    kind plant
+    parameter wear [1] = 1
+    null wear = 1
+    replace head in discharge by wear*head
+"
+E213 "incomplete effect" "
+An effect says once what kind it is, `plant`, `sensor` or `input`, and changes something: `replace`
+puts an expression in the place of a name or of an output, `add` adds to an equation.
+
+Wrong:
+
+    effect wear on pump
+    parameter wear [1] = 1
+
+Right:
+
+    effect wear on pump
+    kind plant
+    parameter wear [1] = 1
+    null wear = 1
+    replace head by wear*head
+"
+E214 "effects that exclude each other" "
+Two plant effects replace the same name at the same place. Which of the two the model then follows
+would depend on their order.
+
+Wrong:
+
+    --apply pump_wear --apply pump_speed_exponent     # where both replace the pump's head
+
+Right:
+
+    --apply pump_wear
 "
 E301 "units that cannot be added or compared" "
 Terms of a sum, sides of a comparison, and branches of an `if` must measure the same kind of quantity.

@@ -49,6 +49,13 @@ pub fn resolve(
     };
     let Some(header) = &main.model else {
         let start = Span { source: main.source, start: 0, end: 0 };
+        if let Some(effect) = &main.effect {
+            let message = format!("`{}` is an effect, not a model", effect.name.text);
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E113, effect.name.span, message)
+                    .help("give the model, and the effect with `--apply`"),
+            ));
+        }
         return Err(diagnostics.error(
             Diagnostic::new(Code::E113, start, "this file does not say which model it is").help(
                 "begin it with `model NAME`; a library without that line can only be imported",

@@ -10,8 +10,11 @@ use crate::source::{SourceId, Span};
 pub struct Ast {
     /// Where it was read.
     pub source: SourceId,
-    /// `model NAME`; a file without one is a library of constants, `let`s and functions.
+    /// `model NAME`; a file with neither this nor `effect` is a library of constants, `let`s and
+    /// functions.
     pub model: Option<Header>,
+    /// `effect NAME …` and the clauses that say how it changes a model.
+    pub effect: Option<EffectHeader>,
     /// Items in the order written.
     pub items: Vec<Item>,
 }
@@ -23,6 +26,147 @@ pub struct Header {
     pub doc: Vec<String>,
     /// The model's name.
     pub name: Name,
+}
+
+/// `effect NAME on MODEL` or `effect NAME(y: output [Pa])`, with the doc comment above it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EffectHeader {
+    /// Lines of the doc comment, without `///`.
+    pub doc: Vec<String>,
+    /// The effect's name.
+    pub name: Name,
+    /// What it can be applied to.
+    pub target: Target,
+    /// `kind`, `form`, `null`, `replace` and `add`, in the order written. Their order among the
+    /// items means nothing and is not kept.
+    pub clauses: Vec<Clause>,
+}
+
+/// What an effect can be applied to.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Target {
+    /// `on MODEL`: this model and no other.
+    Model(Name),
+    /// `(y: output [Pa], x: state)`: any model that has such things.
+    Template(Vec<Slot>),
+}
+
+/// An argument of a template.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Slot {
+    /// What the effect calls it.
+    pub name: Name,
+    /// What it must be.
+    pub kind: SlotKind,
+    /// What it must measure, given by a unit; anything without one.
+    pub unit: Option<Unit>,
+}
+
+/// What an argument of a template must be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SlotKind {
+    /// `input`
+    Input,
+    /// `output`
+    Output,
+    /// `state`
+    State,
+    /// `equation`
+    Equation,
+    /// `parameter`
+    Parameter,
+}
+
+impl SlotKind {
+    /// Every kind, with its word.
+    pub const ALL: [(&'static str, SlotKind); 5] = [
+        ("input", SlotKind::Input),
+        ("output", SlotKind::Output),
+        ("state", SlotKind::State),
+        ("equation", SlotKind::Equation),
+        ("parameter", SlotKind::Parameter),
+    ];
+}
+
+/// A line of an effect that declares nothing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Clause {
+    /// From the keyword to the last token.
+    pub span: Span,
+    /// Doc comment lines.
+    pub doc: Vec<String>,
+    /// What it says.
+    pub kind: ClauseKind,
+}
+
+/// What an effect says besides its items.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ClauseKind {
+    /// `kind plant`
+    Kind(EffectKind),
+    /// `form column`
+    Form(Name),
+    /// `null gain = 1`: where the effect vanishes.
+    Null {
+        /// A parameter of the effect.
+        name: Name,
+        /// Its value there.
+        value: Expr,
+    },
+    /// `replace x by e`, `replace x in EQ by e` or `replace f(a, b) by e`
+    Replace {
+        /// What is replaced.
+        name: Name,
+        /// Names of a function's arguments within `e`.
+        arguments: Vec<Name>,
+        /// The equation in which it is replaced; everywhere without one.
+        equation: Option<Name>,
+        /// What stands in its place; within it, the name is the old one.
+        by: Expr,
+    },
+    /// `replace output y by e`
+    ReplaceOutput {
+        /// The output.
+        output: Name,
+        /// What it reads; within it, the output's name is what it read before.
+        by: Expr,
+    },
+    /// `add e to EQ`: to its right-hand side.
+    Add {
+        /// What is added.
+        value: Expr,
+        /// The equation's label.
+        equation: Name,
+    },
+}
+
+/// What an effect says is wrong: the model of the plant, a sensor, or an input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum EffectKind {
+    /// Physics that the model lacks.
+    Plant,
+    /// A sensor that reads something else than the model's output.
+    Sensor,
+    /// An input that is not what is recorded.
+    Input,
+}
+
+impl EffectKind {
+    /// Every kind, with its word.
+    pub const ALL: [(&'static str, EffectKind); 3] = [
+        ("plant", EffectKind::Plant),
+        ("sensor", EffectKind::Sensor),
+        ("input", EffectKind::Input),
+    ];
+
+    /// Its word.
+    pub fn word(self) -> &'static str {
+        match self {
+            EffectKind::Plant => "plant",
+            EffectKind::Sensor => "sensor",
+            EffectKind::Input => "input",
+        }
+    }
 }
 
 /// A name and its place.

@@ -300,9 +300,6 @@ pub(crate) fn optional_unit(input: Tokens<'_>) -> Parsed<'_, Option<Unit>> {
     }
     let (text, span) = (input.first_text(), input.span());
     let text = text[1..text.len() - 1].trim();
-    if text.starts_with("unit(") {
-        return input.wrong(not_yet(span, "units taken from a name are"));
-    }
     Ok((input.behind_first(), Some(Unit { span, text: text.to_owned() })))
 }
 

@@ -6,6 +6,7 @@ use nom::multi::separated_list1;
 use nom::sequence::preceded;
 
 use super::ast::{Argument, Attribute, AttributeKind, Expr, ItemKind, Name, Unit, UnknownKind};
+use super::effect;
 use super::expression::{close, expression, optional_unit};
 use super::lexical::TokenKind;
 use super::tokens::{DECIMAL_POINT, OPERATOR, Parsed, Tokens, name, not_yet, token, word};
@@ -37,21 +38,17 @@ const LATER: &[(&str, &str)] = &[
     ("part", "parts are"),
     ("for", "loops over equations are"),
     ("size", "sizes of arrays are"),
-    ("effect", "effects are"),
-    ("kind", "effects (`kind`) are"),
-    ("form", "effects (`form`) are"),
-    ("null", "effects (`null`) are"),
-    ("replace", "effects (`replace`) are"),
-    ("add", "effects (`add`) are"),
 ];
 
 /// Whether a word can begin an item, in this version or a later one.
 pub(crate) fn is_keyword(word: &str) -> bool {
-    keywords().any(|keyword| keyword == word) || LATER.iter().any(|(later, _)| *later == word)
+    keywords().any(|keyword| keyword == word)
+        || effect::CLAUSES.contains(&word)
+        || LATER.iter().any(|(later, _)| *later == word)
 }
 
 fn keywords() -> impl Iterator<Item = &'static str> {
-    SIMPLE.iter().map(|(keyword, _)| *keyword).chain(["model", "variant"])
+    SIMPLE.iter().map(|(keyword, _)| *keyword).chain(["model", "variant", "effect"])
 }
 
 /// Reads an item without a block, from its keyword to its last token.

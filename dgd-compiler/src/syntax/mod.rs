@@ -6,6 +6,7 @@
 
 pub mod ast;
 pub mod edit;
+mod effect;
 mod expression;
 mod item;
 pub mod layout;
@@ -13,10 +14,11 @@ mod lexical;
 pub mod print;
 mod tokens;
 pub(crate) mod unit;
+pub mod visit;
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::source::{SourceId, Sources, Span};
-use ast::{Ast, Choice, Expr, Header, Item, ItemKind, Name};
+use ast::{Ast, Choice, Clause, EffectHeader, Expr, Header, Item, ItemKind, Name};
 use lexical::{Token, TokenKind};
 use tokens::{NESTING, Stop, Tokens, name, too_deep};
 
@@ -58,14 +60,14 @@ fn read(source: SourceId, sources: &Sources) -> (Ast, Diagnostics) {
         .map(|(token, _)| token)
         .collect();
 
-    let mut reader = Reader { source, text, model: None, begun: false, diagnostics: &mut own };
+    let mut reader = Reader::new(source, text, &mut own);
     let items = reader.items(&tokens, 0);
-    let model = reader.model;
-    if items.is_empty() && model.is_none() && own.check().is_ok() {
+    let (model, effect) = (reader.model, reader.effect);
+    if items.is_empty() && model.is_none() && effect.is_none() && own.check().is_ok() {
         let span = Span { source, start: 0, end: 0 };
         own.error(Diagnostic::new(Code::E112, span, "there is nothing in this file"));
     }
-    (Ast { source, model, items }, own)
+    (Ast { source, model, effect, items }, own)
 }
 
 /// Reads `name = value`, as it is set from outside a model file.
@@ -78,7 +80,7 @@ pub fn parse_setting(
     let text = sources.get(source).text.as_str();
     let mut tokens = lexical::tokens(source, sources, &mut own);
     tokens.retain(|token| token.kind != TokenKind::Newline);
-    let mut reader = Reader { source, text, model: None, begun: true, diagnostics: &mut own };
+    let mut reader = Reader::new(source, text, &mut own);
     let setting = reader.setting(&tokens);
     for diagnostic in own.sorted() {
         diagnostics.error(diagnostic.clone());
@@ -92,12 +94,17 @@ struct Reader<'a, 'd> {
     source: SourceId,
     text: &'a str,
     model: Option<Header>,
+    effect: Option<EffectHeader>,
     /// Whether an item has been met.
     begun: bool,
     diagnostics: &'d mut Diagnostics,
 }
 
-impl<'a> Reader<'a, '_> {
+impl<'a, 'd> Reader<'a, 'd> {
+    fn new(source: SourceId, text: &'a str, diagnostics: &'d mut Diagnostics) -> Self {
+        Reader { source, text, model: None, effect: None, begun: false, diagnostics }
+    }
+
     /// Reads items until nothing is left.
     fn items(&mut self, mut tokens: &'a [Token], nesting: u32) -> Vec<Item> {
         let mut items = Vec::new();
@@ -113,11 +120,6 @@ impl<'a> Reader<'a, '_> {
                     let message = "no block is open for this `}`";
                     self.error(Diagnostic::new(Code::E115, self.span(*first), message));
                     tokens = rest;
-                }
-                _ if first.text(self.text) == "effect" && first.kind == TokenKind::Name => {
-                    // What an effect consists of is not in the language either.
-                    self.report(item::item(self.input(tokens)).map(|_| ()));
-                    return items;
                 }
                 _ => {
                     let (statement, rest) = tokens.split_at(item_length(tokens));
@@ -144,19 +146,21 @@ impl<'a> Reader<'a, '_> {
             self.variant(statement, &mut docs, nesting)
         } else {
             docs.extend(statement.iter().filter(|token| token.kind == TokenKind::Doc));
-            self.plain_item(statement, &docs, is_first && nesting == 0)
+            self.plain_item(statement, &docs, is_first && nesting == 0, nesting)
         };
         let last = statement.iter().rfind(|token| token.kind != TokenKind::Doc)?;
         let span = self.span(*first).to(self.span(*last));
         Some(Item { span, doc: self.doc_lines(&docs), kind: kind? })
     }
 
-    /// Reads an item without a block. The `model` line is kept aside.
+    /// Reads an item without a block. The `model` or `effect` line is kept aside, and so are an
+    /// effect's clauses.
     fn plain_item(
         &mut self,
         statement: &[Token],
         docs: &[Token],
         is_first: bool,
+        nesting: u32,
     ) -> Option<ItemKind> {
         let plain: Vec<Token> =
             statement.iter().filter(|token| token.kind != TokenKind::Doc).copied().collect();
@@ -166,6 +170,14 @@ impl<'a> Reader<'a, '_> {
         let input = Tokens::new(&plain, self.text, self.source);
         if input.starts_with_word("model") {
             self.header(input, docs, is_first);
+            return None;
+        }
+        if input.starts_with_word("effect") {
+            self.effect_header(input, docs, is_first);
+            return None;
+        }
+        if effect::is_clause(input) {
+            self.clause(input, docs, nesting);
             return None;
         }
         self.report(item::item(input)).map(|(_, kind)| kind)
@@ -188,6 +200,38 @@ impl<'a> Reader<'a, '_> {
         if let Some(name) = self.report(result.map(|(_, name)| name)) {
             self.model = Some(Header { doc: self.doc_lines(docs), name });
         }
+    }
+
+    fn effect_header(&mut self, input: Tokens<'_>, docs: &[Token], is_first: bool) {
+        if !is_first {
+            let message = "`effect` must be the first item of the file";
+            self.error(
+                Diagnostic::new(Code::E114, input.span(), message)
+                    .help("an effect stands in a file of its own"),
+            );
+            return;
+        }
+        if let Some((_, (name, target))) = self.report(effect::header(input)) {
+            let doc = self.doc_lines(docs);
+            self.effect = Some(EffectHeader { doc, name, target, clauses: Vec::new() });
+        }
+    }
+
+    fn clause(&mut self, input: Tokens<'_>, docs: &[Token], nesting: u32) {
+        let clause = self.report(effect::clause(input));
+        let (doc, keyword) = (self.doc_lines(docs), input.first_text());
+        let message = match &mut self.effect {
+            Some(_) if nesting > 0 => format!("`{keyword}` cannot stand within a block"),
+            Some(effect) => {
+                effect.clauses.extend(clause.map(|(_, (span, kind))| Clause { span, doc, kind }));
+                return;
+            }
+            None => format!("`{keyword}` belongs into an effect"),
+        };
+        self.error(
+            Diagnostic::new(Code::E120, input.span(), message)
+                .help("an effect is a file that begins with `effect NAME on MODEL`"),
+        );
     }
 
     /// `variant NAME { CHOICE { items } … }`

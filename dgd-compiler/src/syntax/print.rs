@@ -7,8 +7,9 @@
 use std::fmt::Write as _;
 
 use super::ast::{
-    Argument, Ast, Attribute, AttributeKind, Choice, Comparison, Expr, ExprKind, Factor, Header,
-    Item, ItemKind, Name, Sign, Unit, UnknownKind,
+    Argument, Ast, Attribute, AttributeKind, Choice, Clause, ClauseKind, Comparison, EffectHeader,
+    Expr, ExprKind, Factor, Header, Item, ItemKind, Name, Sign, Slot, SlotKind, Target, Unit,
+    UnknownKind,
 };
 use crate::source::{SourceId, Span};
 
@@ -19,7 +20,18 @@ pub fn print(ast: &Ast) -> String {
         printer.doc(&model.doc);
         printer.line(&format!("model {}", model.name.text));
     }
-    printer.items(&ast.items);
+    if let Some(effect) = &ast.effect {
+        printer.effect(effect, &ast.items);
+    } else {
+        printer.items(&ast.items);
+    }
+    printer.out
+}
+
+/// The text of an item, laid out no further.
+pub fn print_item(item: &Item) -> String {
+    let mut printer = Printer { out: String::new(), depth: 0 };
+    printer.items(std::slice::from_ref(item));
     printer.out
 }
 
@@ -28,6 +40,72 @@ pub fn print_expression(expr: &Expr) -> String {
     let mut out = String::new();
     expression(&mut out, expr, Binding::Or, Position::Last);
     out
+}
+
+/// Puts the parentheses into a tree that its text needs, so that printing and parsing it gives the
+/// same tree. A sum that begins with a sum needs none and becomes one, and so does a product.
+pub fn parenthesise(expr: &mut Expr) {
+    parenthesise_at(expr, Binding::Or, Position::Last);
+}
+
+/// The parentheses that [`expression`] would write.
+fn parenthesise_at(expr: &mut Expr, least: Binding, position: Position) {
+    let reaches_on = matches!(expr.kind, ExprKind::If(..)) && position == Position::Inner;
+    if binding(&expr.kind) < least || reaches_on {
+        parenthesise(expr);
+        let inner = Expr { span: expr.span, kind: ExprKind::Name(String::new()) };
+        let inner = std::mem::replace(expr, inner);
+        expr.kind = ExprKind::Group(Box::new(inner));
+        return;
+    }
+    match &mut expr.kind {
+        ExprKind::Number { .. } | ExprKind::Name(_) => {}
+        ExprKind::Call { arguments, .. } => arguments.iter_mut().for_each(parenthesise),
+        ExprKind::Group(inner) => parenthesise(inner),
+        ExprKind::Negate(operand) => parenthesise_at(operand, Binding::Sign, position),
+        ExprKind::Not(operand) => parenthesise_at(operand, Binding::Not, position),
+        ExprKind::Sum(terms) => {
+            while let Some((_, Expr { kind: ExprKind::Sum(first), .. })) = terms.first_mut() {
+                let first = std::mem::take(first);
+                terms.splice(..1, first);
+            }
+            parenthesise_list(terms.iter_mut().map(|(_, term)| term), Binding::Product, position);
+        }
+        ExprKind::Product(factors) => {
+            while let Some((_, Expr { kind: ExprKind::Product(first), .. })) = factors.first_mut() {
+                let first = std::mem::take(first);
+                factors.splice(..1, first);
+            }
+            parenthesise_list(factors.iter_mut().map(|(_, f)| f), Binding::Sign, position);
+        }
+        ExprKind::And(all) => parenthesise_list(all.iter_mut(), Binding::Not, position),
+        ExprKind::Or(all) => parenthesise_list(all.iter_mut(), Binding::And, position),
+        ExprKind::Power(base, exponent) => {
+            parenthesise_at(base, Binding::Operand, Position::Inner);
+            parenthesise_at(exponent, Binding::Sign, position);
+        }
+        ExprKind::Compare(_, left, right) => {
+            parenthesise_at(left, Binding::Sum, Position::Inner);
+            parenthesise_at(right, Binding::Sum, position);
+        }
+        ExprKind::If(condition, yes, no) => {
+            parenthesise(condition);
+            parenthesise(yes);
+            parenthesise_at(no, Binding::Or, position);
+        }
+    }
+}
+
+fn parenthesise_list<'a>(
+    operands: impl ExactSizeIterator<Item = &'a mut Expr>,
+    least: Binding,
+    position: Position,
+) {
+    let last = operands.len().saturating_sub(1);
+    for (i, operand) in operands.enumerate() {
+        let position = if i == last { position } else { Position::Inner };
+        parenthesise_at(operand, least, position);
+    }
 }
 
 /// How tightly operators bind, loosest first.
@@ -199,6 +277,57 @@ impl Printer {
         }
     }
 
+    /// An effect as people write one: what it is, what it brings, what it changes.
+    fn effect(&mut self, effect: &EffectHeader, items: &[Item]) {
+        self.doc(&effect.doc);
+        let target = match &effect.target {
+            Target::Model(model) => format!(" on {}", model.text),
+            Target::Template(slots) => {
+                let slots: Vec<String> = slots.iter().map(print_slot).collect();
+                format!("({})", slots.join(", "))
+            }
+        };
+        self.line(&format!("effect {}{target}", effect.name.text));
+        let is_about_itself =
+            |clause: &&Clause| matches!(clause.kind, ClauseKind::Kind(_) | ClauseKind::Form(_));
+        // The order among clauses is kept; where both sorts alternate, all stand in front.
+        let n_first = effect.clauses.iter().take_while(is_about_itself).count();
+        let (first, last) = effect.clauses.split_at(n_first);
+        first.iter().for_each(|clause| self.clause(clause));
+        self.items(items);
+        last.iter().for_each(|clause| self.clause(clause));
+    }
+
+    fn clause(&mut self, clause: &Clause) {
+        self.doc(&clause.doc);
+        let text = match &clause.kind {
+            ClauseKind::Kind(kind) => format!("kind {}", kind.word()),
+            ClauseKind::Form(form) => format!("form {}", form.text),
+            ClauseKind::Null { name, value } => {
+                format!("null {} = {}", name.text, print_expression(value))
+            }
+            ClauseKind::Replace { name, arguments, equation, by } => {
+                let names: Vec<&str> = arguments.iter().map(|name| name.text.as_str()).collect();
+                let arguments = if names.is_empty() {
+                    String::new()
+                } else {
+                    format!("({})", names.join(", "))
+                };
+                let place = equation
+                    .as_ref()
+                    .map_or_else(String::new, |label| format!(" in {}", label.text));
+                format!("replace {}{arguments}{place} by {}", name.text, print_expression(by))
+            }
+            ClauseKind::ReplaceOutput { output, by } => {
+                format!("replace output {} by {}", output.text, print_expression(by))
+            }
+            ClauseKind::Add { value, equation } => {
+                format!("add {} to {}", print_expression(value), equation.text)
+            }
+        };
+        self.line(&text);
+    }
+
     fn item(&mut self, kind: &ItemKind) {
         match kind {
             ItemKind::Import { path, .. } => self.line(&format!("import \"{path}\"")),
@@ -278,6 +407,12 @@ fn brackets(unit: Option<&Unit>) -> String {
     unit.map_or_else(String::new, |unit| format!(" [{}]", unit.text))
 }
 
+fn print_slot(slot: &Slot) -> String {
+    let kind =
+        SlotKind::ALL.iter().find(|(_, kind)| *kind == slot.kind).map_or("", |(word, _)| word);
+    format!("{}: {kind}{}", slot.name.text, brackets(slot.unit.as_ref()))
+}
+
 fn print_attribute(kind: &AttributeKind) -> String {
     match kind {
         AttributeKind::Bounds(lower, upper) => {
@@ -306,8 +441,52 @@ pub fn without_places(ast: &Ast) -> Ast {
     Ast {
         source: SourceId::default(),
         model: ast.model.as_ref().map(header),
+        effect: ast.effect.as_ref().map(placeless_effect),
         items: ast.items.iter().map(placeless_item).collect(),
     }
+}
+
+fn placeless_effect(effect: &EffectHeader) -> EffectHeader {
+    let target = match &effect.target {
+        Target::Model(model) => Target::Model(placeless_name(model)),
+        Target::Template(slots) => {
+            let slot = |slot: &Slot| Slot {
+                name: placeless_name(&slot.name),
+                kind: slot.kind,
+                unit: placeless_unit(slot.unit.as_ref()),
+            };
+            Target::Template(slots.iter().map(slot).collect())
+        }
+    };
+    EffectHeader {
+        doc: effect.doc.clone(),
+        name: placeless_name(&effect.name),
+        target,
+        clauses: effect.clauses.iter().map(placeless_clause).collect(),
+    }
+}
+
+fn placeless_clause(clause: &Clause) -> Clause {
+    let kind = match &clause.kind {
+        ClauseKind::Kind(kind) => ClauseKind::Kind(*kind),
+        ClauseKind::Form(form) => ClauseKind::Form(placeless_name(form)),
+        ClauseKind::Null { name, value } => {
+            ClauseKind::Null { name: placeless_name(name), value: placeless(value) }
+        }
+        ClauseKind::Replace { name, arguments, equation, by } => ClauseKind::Replace {
+            name: placeless_name(name),
+            arguments: arguments.iter().map(placeless_name).collect(),
+            equation: equation.as_ref().map(placeless_name),
+            by: placeless(by),
+        },
+        ClauseKind::ReplaceOutput { output, by } => {
+            ClauseKind::ReplaceOutput { output: placeless_name(output), by: placeless(by) }
+        }
+        ClauseKind::Add { value, equation } => {
+            ClauseKind::Add { value: placeless(value), equation: placeless_name(equation) }
+        }
+    };
+    Clause { span: Span::default(), doc: clause.doc.clone(), kind }
 }
 
 fn placeless_name(name: &Name) -> Name {

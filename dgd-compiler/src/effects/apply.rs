@@ -1,0 +1,437 @@
+//! From a model's trees and some effects to the trees of the changed model.
+//!
+//! Each application becomes an instance with names of the model. All bring their items; then they
+//! make their changes, first those of the plant, which see the model as its author wrote it, then
+//! those of sensors, which see what the outputs read by then, and at last those of inputs, which
+//! reach everything that reads an input: start values and other effects as well.
+
+use super::declared::Declarations;
+use super::instance::{Change, ChangeKind, Instance};
+use super::open::{Definitions, Opening, Path};
+use super::splice::{DEEPEST, Done, Splice, depth, substitute, too_large};
+use super::{Application, Applied, Blending};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use crate::source::{SourceId, Span};
+use crate::syntax::ast::{
+    Ast, EffectKind, Expr, ExprKind, Factor, Item, ItemKind, Name, Sign, Unit,
+};
+use crate::syntax::print::parenthesise;
+use crate::syntax::visit::{self, Namespace, Part, Place};
+
+/// Applies effects to a model; `asts` are its tree and those of its libraries.
+///
+/// The changed trees go through the later stages as any model's. Libraries are as they were, unless
+/// an effect replaces something that one of them uses: then the model holds their items itself.
+///
+/// # Errors
+///
+/// [`Reported`] where an effect does not fit the model or another effect. What it brings into an
+/// equation is checked as any equation is, later and with places in the effect's file.
+///
+/// # Panics
+///
+/// If `asts` is empty: a compilation has a main file.
+pub fn apply(
+    asts: &[Ast],
+    applications: &[Application<'_>],
+    blending: Blending,
+    diagnostics: &mut Diagnostics,
+) -> Result<Applied, Reported> {
+    let mut own = Diagnostics::default();
+    let mut declared = Declarations::collect(asts);
+    let mut instances = Vec::with_capacity(applications.len());
+    for application in applications {
+        // Each application reports its own mistakes; the next is independent of them.
+        let instance = Instance::new(application, &asts[0], &mut declared, blending, &mut own);
+        instances.extend(instance.ok());
+    }
+    let mut splicing = Splicing {
+        model: asts.iter().map(|ast| ast.source).collect(),
+        asts: asts.to_vec(),
+        declared,
+        blending,
+        done: Done::default(),
+    };
+    if own.check().is_ok() {
+        for instance in &instances {
+            splicing.asts[0].items.extend(instance.items.iter().cloned());
+        }
+        for kind in [EffectKind::Plant, EffectKind::Sensor, EffectKind::Input] {
+            for instance in instances.iter().filter(|instance| instance.kind == kind) {
+                splicing.change(instance, &mut own);
+            }
+        }
+    }
+    for diagnostic in own.sorted() {
+        diagnostics.error(diagnostic.clone());
+    }
+    own.check()?;
+    let brought = instances.into_iter().map(|instance| instance.brought).collect();
+    Ok(Applied { asts: splicing.finished(asts), brought })
+}
+
+/// A model that is being changed.
+struct Splicing {
+    asts: Vec<Ast>,
+    /// The model's file and its libraries.
+    model: Vec<SourceId>,
+    declared: Declarations,
+    blending: Blending,
+    done: Done,
+}
+
+impl Splicing {
+    /// The trees with the parentheses that they need.
+    fn finished(mut self, before: &[Ast]) -> Vec<Ast> {
+        if self.asts[1..] != before[1..] {
+            self.take_libraries_in();
+        }
+        for item in &mut self.asts[0].items {
+            visit::parts_mut(item, &mut |part| {
+                if let Part::Expr(_, expr) = part {
+                    parenthesise(expr);
+                }
+            });
+        }
+        self.asts
+    }
+
+    /// Puts the items of all libraries in the place of the first import.
+    fn take_libraries_in(&mut self) {
+        let is_import = |item: &Item| matches!(item.kind, ItemKind::Import { .. });
+        let libraries = self.asts.split_off(1);
+        let main = &mut self.asts[0];
+        let at = main.items.iter().position(is_import).unwrap_or(0);
+        main.items.retain(|item| !is_import(item));
+        let items = libraries.into_iter().flat_map(|library| library.items);
+        main.items.splice(at..at, items.filter(|item| !is_import(item)));
+    }
+
+    /// Makes the changes of one application.
+    fn change(&mut self, instance: &Instance, diagnostics: &mut Diagnostics) {
+        let readings: Vec<(&str, Expr)> = instance
+            .readings
+            .iter()
+            .filter_map(|(slot, output)| Some((slot.as_str(), self.reading(output, diagnostics)?)))
+            .collect();
+        let values: Vec<(&str, &Expr)> = readings.iter().map(|(slot, e)| (*slot, e)).collect();
+        self.read_outputs(instance, &values);
+        for change in &instance.changes {
+            let mut change = change.clone();
+            if !matches!(change.kind, ChangeKind::Output { .. }) {
+                substitute(change.kind.expression_mut(), &values);
+            }
+            self.make(instance, &change, diagnostics);
+        }
+    }
+
+    /// Puts what outputs read in the place of their names in what an application has brought.
+    fn read_outputs(&mut self, instance: &Instance, values: &[(&str, &Expr)]) {
+        if values.is_empty() {
+            return;
+        }
+        for item in &mut self.asts[0].items {
+            if item.span.source == instance.brought.source
+                && instance.items.iter().any(|own| own == item)
+            {
+                visit::parts_mut(item, &mut |part| {
+                    if let Part::Expr(_, expr) = part {
+                        substitute(expr, values);
+                    }
+                });
+            }
+        }
+    }
+
+    /// What an output reads now.
+    fn reading(&self, output: &Name, diagnostics: &mut Diagnostics) -> Option<Expr> {
+        let mut found: Vec<Expr> = Vec::new();
+        visit::items(&self.asts[0].items, &mut |item| {
+            if let ItemKind::Output { name, value, .. } = &item.kind
+                && name.text == output.text
+            {
+                found.push(read_by(name, value.as_ref()));
+            }
+        });
+        match found.as_slice() {
+            [one] => Some(one.clone()),
+            _ => {
+                let message = format!("output `{}` is not declared once", output.text);
+                diagnostics.error(Diagnostic::new(Code::E212, output.span, message));
+                None
+            }
+        }
+    }
+
+    fn make(&mut self, instance: &Instance, change: &Change, diagnostics: &mut Diagnostics) {
+        match &change.kind {
+            ChangeKind::Replace { name, arguments, equation, by } => {
+                let model = self.model.clone();
+                let splice = Splice {
+                    name,
+                    arguments,
+                    by,
+                    clause: change.span,
+                    kind: instance.kind,
+                    own: instance.brought.source,
+                    model: &model,
+                    blending: self.blending,
+                    blend: instance.brought.blend.as_deref(),
+                };
+                self.replace(&splice, equation.as_ref(), diagnostics);
+            }
+            ChangeKind::Output { output, own, by } => {
+                let blend = instance.brought.blend.as_deref();
+                self.replace_output(output, own, by, blend, diagnostics);
+            }
+            ChangeKind::Add { equation, value } => {
+                let blend = instance.brought.blend.as_deref();
+                self.add(equation, value, blend, diagnostics);
+            }
+        }
+    }
+
+    fn replace(
+        &mut self,
+        splice: &Splice<'_>,
+        equation: Option<&Name>,
+        diagnostics: &mut Diagnostics,
+    ) {
+        let name = splice.name;
+        let is_known = matches!(name.text.as_str(), "time" | "pi")
+            || self.declared.get(Namespace::Value, &name.text).is_some();
+        if !is_known {
+            let known = self.declared.of(Namespace::Value);
+            let message = format!("nothing is called `{}`", name.text);
+            diagnostics.error(unknown(name, message, known));
+            return;
+        }
+        let n_uses = match equation {
+            None => self.replace_everywhere(splice, diagnostics),
+            Some(label) => match self.replace_in(splice, label, diagnostics) {
+                Some(n_uses) => n_uses,
+                None => return,
+            },
+        };
+        if n_uses == 0 && diagnostics.check().is_ok() {
+            let message = match equation {
+                None => format!("nothing uses `{}`, so there is nothing to replace", name.text),
+                Some(label) => format!("equation `{}` does not use `{}`", label.text, name.text),
+            };
+            let span = equation.map_or(name.span, |label| label.span);
+            let diagnostic = Diagnostic::new(Code::E212, span, message);
+            let declared = equation.and_then(|l| self.declared.get(Namespace::Equation, &l.text));
+            diagnostics.error(match declared {
+                Some(declared) => diagnostic.label(declared.span, "the equation"),
+                None => diagnostic,
+            });
+        }
+    }
+
+    /// Replaces a name in equations, `let`s, functions and outputs; an input in start values, too.
+    fn replace_everywhere(&mut self, splice: &Splice<'_>, diagnostics: &mut Diagnostics) -> usize {
+        let mut n_uses = 0;
+        for ast in &mut self.asts {
+            let unit = self.declared.unit(Namespace::Value, &splice.name.text);
+            visit::items_mut(&mut ast.items, &mut |item| read_explicitly(item, splice, unit));
+            for item in &mut ast.items {
+                visit::parts_mut(item, &mut |part| {
+                    let Part::Expr(place, expr) = part else { return };
+                    let hidden: Vec<&str> = match place {
+                        Place::Declaration => return,
+                        Place::Start if splice.kind != EffectKind::Input => return,
+                        Place::Body(_, arguments) => {
+                            arguments.iter().map(|argument| argument.name.text.as_str()).collect()
+                        }
+                        Place::Start
+                        | Place::Let(_)
+                        | Place::Output(_)
+                        | Place::Left(_)
+                        | Place::Right(_) => Vec::new(),
+                    };
+                    n_uses += splice.replace(expr, &hidden, &mut self.done, diagnostics);
+                });
+            }
+        }
+        n_uses
+    }
+
+    /// Replaces a name in equations of one label; `None` where there is none.
+    fn replace_in(
+        &mut self,
+        splice: &Splice<'_>,
+        label: &Name,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<usize> {
+        self.verify_equation(label, diagnostics).ok()?;
+        let definitions = Definitions::collect(&self.asts);
+        let done = &mut self.done;
+        let mut n_uses = 0;
+        equations_mut(&mut self.asts[0].items, &mut Path::new(), &mut |path, own, sides| {
+            if own.text != label.text {
+                return;
+            }
+            let opening = Opening::new(splice, &definitions, path, done);
+            for side in sides {
+                opening.open(side, done, diagnostics);
+                n_uses += splice.replace(side, &[], done, diagnostics);
+            }
+        });
+        Some(n_uses)
+    }
+
+    fn replace_output(
+        &mut self,
+        output: &Name,
+        own: &str,
+        by: &Expr,
+        blend: Option<&str>,
+        diagnostics: &mut Diagnostics,
+    ) {
+        let unit = self.declared.unit(Namespace::Output, &output.text).cloned();
+        let mut n_outputs = 0;
+        visit::items_mut(&mut self.asts[0].items, &mut |item| {
+            let ItemKind::Output { name, unit: declared, value, .. } = &mut item.kind else {
+                return;
+            };
+            if name.text != output.text {
+                return;
+            }
+            n_outputs += 1;
+            let old = read_by(name, value.as_ref());
+            if value.is_none() && declared.is_none() {
+                declared.clone_from(&unit);
+            }
+            let mut new = by.clone();
+            substitute(&mut new, &[(own, &old)]);
+            *value = Some(match blend {
+                None => new,
+                Some(blend) => blended(old, new, blend, by.span),
+            });
+            if value.as_ref().is_some_and(|value| depth(value) > DEEPEST) {
+                diagnostics.error(too_large(by.span));
+                *value = None;
+            }
+        });
+        if n_outputs == 0 {
+            let message = format!("there is no output `{}`", output.text);
+            diagnostics.error(unknown(output, message, self.declared.of(Namespace::Output)));
+        }
+    }
+
+    fn add(
+        &mut self,
+        label: &Name,
+        value: &Expr,
+        blend: Option<&str>,
+        diagnostics: &mut Diagnostics,
+    ) {
+        if self.verify_equation(label, diagnostics).is_err() {
+            return;
+        }
+        let value = match blend {
+            None => value.clone(),
+            Some(blend) => times(blend, value.clone()),
+        };
+        equations_mut(&mut self.asts[0].items, &mut Path::new(), &mut |_, own, [_, right]| {
+            if own.text == label.text {
+                add_term(right, &value);
+            }
+        });
+    }
+
+    fn verify_equation(&self, label: &Name, diagnostics: &mut Diagnostics) -> Result<(), Reported> {
+        match self.declared.get(Namespace::Equation, &label.text) {
+            Some(_) => Ok(()),
+            None => {
+                let message = format!("there is no equation `{}`", label.text);
+                let known = self.declared.of(Namespace::Equation);
+                Err(diagnostics.error(unknown(label, message, known)))
+            }
+        }
+    }
+}
+
+fn unknown<'a>(name: &Name, message: String, known: impl Iterator<Item = &'a str>) -> Diagnostic {
+    let near = suggestion(&name.text, known).map(|near| format!("did you mean `{near}`?"));
+    Diagnostic::new(Code::E201, name.span, message).maybe_help(near)
+}
+
+/// What an output reads: the unknown of its name, where it does not say.
+fn read_by(name: &Name, value: Option<&Expr>) -> Expr {
+    let unknown = || Expr { span: name.span, kind: ExprKind::Name(name.text.clone()) };
+    value.cloned().unwrap_or_else(unknown)
+}
+
+/// Writes out what an output reads that bears the replaced name.
+fn read_explicitly(item: &mut Item, splice: &Splice<'_>, unit: Option<&Unit>) {
+    if let ItemKind::Output { name, unit: declared, value: value @ None, .. } = &mut item.kind
+        && name.text == splice.name.text
+        && splice.can_replace(name.span)
+    {
+        *value = Some(read_by(name, None));
+        if declared.is_none() {
+            *declared = unit.cloned();
+        }
+    }
+}
+
+/// Visits every equation with the choices within which it stands.
+fn equations_mut(
+    items: &mut [Item],
+    path: &mut Path,
+    visit: &mut dyn FnMut(&Path, &Name, [&mut Expr; 2]),
+) {
+    for item in items {
+        match &mut item.kind {
+            ItemKind::Equation { label, left, right } => visit(path, label, [left, right]),
+            ItemKind::Variant { name, choices } => {
+                for (i, choice) in choices.iter_mut().enumerate() {
+                    path.push((name.text.clone(), i));
+                    equations_mut(&mut choice.items, path, visit);
+                    path.pop();
+                }
+            }
+            ItemKind::Import { .. }
+            | ItemKind::Constant { .. }
+            | ItemKind::Parameter { .. }
+            | ItemKind::Input { .. }
+            | ItemKind::Unknown { .. }
+            | ItemKind::Let { .. }
+            | ItemKind::Function { .. }
+            | ItemKind::Output { .. } => {}
+        }
+    }
+}
+
+/// Adds a term, or the terms of a sum.
+fn add_term(right: &mut Expr, value: &Expr) {
+    let span = right.span;
+    let terms = match &value.kind {
+        ExprKind::Sum(terms) => terms.clone(),
+        ExprKind::Negate(term) => vec![(Sign::Minus, (**term).clone())],
+        _ => vec![(Sign::Plus, value.clone())],
+    };
+    if let ExprKind::Sum(all) = &mut right.kind {
+        all.extend(terms);
+        return;
+    }
+    let first = right.clone();
+    let all = std::iter::once((Sign::Plus, first)).chain(terms).collect();
+    *right = Expr { span, kind: ExprKind::Sum(all) };
+}
+
+/// λ e
+fn times(blend: &str, value: Expr) -> Expr {
+    let span = value.span;
+    let blend = Expr { span, kind: ExprKind::Name(blend.to_owned()) };
+    let factors = vec![(Factor::Times, blend), (Factor::Times, value)];
+    Expr { span, kind: ExprKind::Product(factors) }
+}
+
+/// old + λ (new − old)
+pub(super) fn blended(old: Expr, new: Expr, blend: &str, span: Span) -> Expr {
+    let difference = ExprKind::Sum(vec![(Sign::Plus, new), (Sign::Minus, old.clone())]);
+    let change = times(blend, Expr { span, kind: difference });
+    Expr { span, kind: ExprKind::Sum(vec![(Sign::Plus, old), (Sign::Plus, change)]) }
+}

@@ -1,0 +1,59 @@
+//! What a template can be applied to in a model.
+
+use super::Effect;
+use crate::model::Model;
+use crate::syntax::ast::{Slot, SlotKind, Target};
+use crate::units::{Dimension, parse_unit};
+
+/// All lists of arguments that an effect can have in a model, in the order of the model's items.
+///
+/// An effect `on` this model has one list, which is empty; one `on` another model has none. No
+/// argument stands for two slots of a template at a time.
+pub fn bind(effect: &Effect, model: &Model) -> Vec<Vec<String>> {
+    let slots = match &effect.target {
+        Target::Model(name) if name.text == model.name => return vec![Vec::new()],
+        Target::Model(_) => return Vec::new(),
+        Target::Template(slots) => slots,
+    };
+    let mut lists: Vec<Vec<String>> = vec![Vec::new()];
+    for slot in slots {
+        let names = candidates(slot, model);
+        let longer = |list: &Vec<String>| {
+            let unused = names.iter().filter(|name| !list.iter().any(|used| used == *name));
+            let longer: Vec<Vec<String>> =
+                unused.map(|name| [list.as_slice(), &[(*name).to_owned()]].concat()).collect();
+            longer
+        };
+        lists = lists.iter().flat_map(longer).collect();
+    }
+    lists
+}
+
+/// What of a model is of the kind and the dimension of a slot.
+fn candidates<'a>(slot: &Slot, model: &'a Model) -> Vec<&'a str> {
+    let all: Vec<(&str, Dimension)> = match slot.kind {
+        SlotKind::Input => {
+            let all = model.inputs.iter().map(|input| &input.declared);
+            all.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
+        }
+        SlotKind::Output => {
+            let all = model.outputs.iter().map(|output| &output.declared);
+            all.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
+        }
+        SlotKind::State => {
+            let all = model.unknowns.iter().filter(|unknown| unknown.state);
+            all.map(|u| (u.declared.name.as_str(), u.declared.unit.dimension)).collect()
+        }
+        SlotKind::Parameter => {
+            let all = model.parameters.iter().map(|parameter| &parameter.declared);
+            all.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
+        }
+        SlotKind::Equation => {
+            model.equations.iter().map(|e| (e.label.as_str(), e.dimension)).collect()
+        }
+    };
+    // That the unit can be read has been seen to when the effect was.
+    let wanted = slot.unit.as_ref().and_then(|unit| parse_unit(&unit.text).ok());
+    let fits = |dimension: Dimension| wanted.as_ref().is_none_or(|u| u.dimension == dimension);
+    all.into_iter().filter(|(_, dimension)| fits(*dimension)).map(|(name, _)| name).collect()
+}

@@ -1,0 +1,113 @@
+//! What a model declares, as far as effects ask for it, before any name is looked up.
+
+use std::collections::BTreeMap;
+
+use crate::source::Span;
+use crate::syntax::ast::{Ast, ItemKind, Name, SlotKind, Unit, UnknownKind};
+use crate::syntax::visit::{self, Namespace};
+
+/// A name that is declared.
+#[derive(Debug, Clone)]
+pub(super) struct Declared {
+    /// Where it was declared first.
+    pub(super) span: Span,
+    /// What it is, if a template can ask for it.
+    pub(super) kind: Option<SlotKind>,
+    /// Its unit.
+    pub(super) unit: Option<Unit>,
+}
+
+/// Names by what they must differ from.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Declarations {
+    names: BTreeMap<(Namespace, String), Declared>,
+}
+
+impl Declarations {
+    /// Collects what a model, its libraries and all its variants declare.
+    pub(super) fn collect(asts: &[Ast]) -> Declarations {
+        let mut all = Declarations::default();
+        for ast in asts {
+            visit::items(&ast.items, &mut |item| {
+                let (namespace, name, unit, kind) = match &item.kind {
+                    ItemKind::Import { .. } => return,
+                    ItemKind::Constant { name, unit, .. } | ItemKind::Let { name, unit, .. } => {
+                        (Namespace::Value, name, unit.clone(), None)
+                    }
+                    ItemKind::Function { name, .. } => (Namespace::Value, name, None, None),
+                    ItemKind::Parameter { name, unit, .. } => {
+                        (Namespace::Value, name, unit.clone(), Some(SlotKind::Parameter))
+                    }
+                    ItemKind::Input { name, unit, .. } => {
+                        (Namespace::Value, name, unit.clone(), Some(SlotKind::Input))
+                    }
+                    ItemKind::Unknown { declared, name, unit, .. } => {
+                        let is_state = *declared == UnknownKind::State;
+                        let kind = is_state.then_some(SlotKind::State);
+                        (Namespace::Value, name, unit.clone(), kind)
+                    }
+                    ItemKind::Output { name, unit, .. } => {
+                        (Namespace::Output, name, unit.clone(), Some(SlotKind::Output))
+                    }
+                    ItemKind::Equation { label, .. } => {
+                        (Namespace::Equation, label, None, Some(SlotKind::Equation))
+                    }
+                    ItemKind::Variant { name, .. } => (Namespace::Variant, name, None, None),
+                };
+                let declared = Declared { span: name.span, kind, unit };
+                all.names.entry((namespace, name.text.clone())).or_insert(declared);
+            });
+        }
+        all
+    }
+
+    /// What is declared under a name.
+    pub(super) fn get(&self, namespace: Namespace, name: &str) -> Option<&Declared> {
+        self.names.get(&(namespace, name.to_owned()))
+    }
+
+    /// Takes a name in; `Err` is where it was declared before.
+    pub(super) fn insert(&mut self, namespace: Namespace, name: &Name) -> Result<(), Span> {
+        let key = (namespace, name.text.clone());
+        if let Some(earlier) = self.names.get(&key) {
+            return Err(earlier.span);
+        }
+        self.names.insert(key, Declared { span: name.span, kind: None, unit: None });
+        Ok(())
+    }
+
+    /// All names of one set.
+    pub(super) fn of(&self, namespace: Namespace) -> impl Iterator<Item = &str> {
+        let own = self.names.keys().filter(move |(of, _)| *of == namespace);
+        own.map(|(_, name)| name.as_str())
+    }
+
+    /// The unit in which something is measured; an output without one has that of its unknown.
+    pub(super) fn unit(&self, namespace: Namespace, name: &str) -> Option<&Unit> {
+        let own = self.get(namespace, name)?.unit.as_ref();
+        own.or_else(|| match namespace {
+            Namespace::Output => self.get(Namespace::Value, name)?.unit.as_ref(),
+            Namespace::Value | Namespace::Equation | Namespace::Variant => None,
+        })
+    }
+}
+
+/// The set of names that a template's argument is looked up in.
+pub(super) fn namespace_of(kind: SlotKind) -> Namespace {
+    match kind {
+        SlotKind::Output => Namespace::Output,
+        SlotKind::Equation => Namespace::Equation,
+        SlotKind::Input | SlotKind::State | SlotKind::Parameter => Namespace::Value,
+    }
+}
+
+/// What to call a kind of argument in a message.
+pub(super) fn noun(kind: SlotKind) -> &'static str {
+    match kind {
+        SlotKind::Input => "an input",
+        SlotKind::Output => "an output",
+        SlotKind::State => "a state",
+        SlotKind::Equation => "an equation",
+        SlotKind::Parameter => "a parameter",
+    }
+}

@@ -1,0 +1,398 @@
+//! One application of an effect, with the names that everything has in the model.
+
+use std::collections::BTreeMap;
+
+use super::declared::{Declarations, namespace_of, noun};
+use super::{Application, Blending, Brought, units};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use crate::source::Span;
+use crate::syntax::ast::{
+    Ast, Attribute, AttributeKind, Clause, ClauseKind, EffectKind, Expr, ExprKind, Item, ItemKind,
+    Name, Slot, SlotKind, Target,
+};
+use crate::syntax::visit::{self, Namespace, Part, Place};
+use crate::units::parse_unit;
+
+/// A change that an effect makes, in the names of the model.
+#[derive(Debug, Clone)]
+pub(super) struct Change {
+    /// The clause's place.
+    pub(super) span: Span,
+    pub(super) kind: ChangeKind,
+}
+
+#[derive(Debug, Clone)]
+pub(super) enum ChangeKind {
+    /// Uses of a name, in one equation or everywhere.
+    Replace { name: Name, arguments: Vec<Name>, equation: Option<Name>, by: Expr },
+    /// What an output reads; `own` is what it is called within the expression.
+    Output { output: Name, own: String, by: Expr },
+    /// A term on the right of an equation.
+    Add { equation: Name, value: Expr },
+}
+
+/// What one application brings and changes.
+#[derive(Debug, Clone)]
+pub(super) struct Instance {
+    pub(super) kind: EffectKind,
+    pub(super) items: Vec<Item>,
+    pub(super) changes: Vec<Change>,
+    /// Names that stand for what an output reads, with the output.
+    pub(super) readings: Vec<(String, Name)>,
+    pub(super) brought: Brought,
+}
+
+/// Names of an effect and what they are called in the model.
+#[derive(Debug, Default)]
+struct Names {
+    map: BTreeMap<(Namespace, String), String>,
+}
+
+impl Names {
+    fn rename(&self, namespace: Namespace, name: &mut Name) {
+        if let Some(new) = self.map.get(&(namespace, name.text.clone())) {
+            name.text.clone_from(new);
+        }
+    }
+
+    /// Renames what an expression reads and calls, except names that are hidden by arguments.
+    fn rename_in(&self, expr: &mut Expr, hidden: &[&str]) {
+        let renamed = |name: &str| {
+            let is_hidden = hidden.contains(&name);
+            self.map.get(&(Namespace::Value, name.to_owned())).filter(|_| !is_hidden)
+        };
+        match &mut expr.kind {
+            ExprKind::Name(name) => {
+                if let Some(new) = renamed(name) {
+                    name.clone_from(new);
+                }
+            }
+            ExprKind::Call { function, .. } => {
+                if let Some(new) = renamed(&function.text) {
+                    function.text.clone_from(new);
+                }
+            }
+            _ => {}
+        }
+        for operand in visit::operands_mut(expr) {
+            self.rename_in(operand, hidden);
+        }
+    }
+
+    fn rename_item(&self, item: &mut Item) {
+        visit::parts_mut(item, &mut |part| match part {
+            Part::Declares(namespace, name) => self.rename(namespace, name),
+            Part::Unit(_) => {}
+            Part::Expr(Place::Body(_, arguments), expr) => {
+                let hidden: Vec<&str> = arguments.iter().map(|a| a.name.text.as_str()).collect();
+                self.rename_in(expr, &hidden);
+            }
+            Part::Expr(_, expr) => self.rename_in(expr, &[]),
+        });
+    }
+}
+
+impl Instance {
+    /// Gives an effect's names those that they have in the model, and takes them into `declared`.
+    pub(super) fn new(
+        application: &Application<'_>,
+        model: &Ast,
+        declared: &mut Declarations,
+        blending: Blending,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Instance, Reported> {
+        let effect = application.effect;
+        let bound = bound(application, model, declared, diagnostics)?;
+        let mut names = Names::default();
+        let mut readings = Vec::new();
+        for (slot, argument) in &bound {
+            let text = slot.name.text.clone();
+            match slot.kind {
+                SlotKind::Output => readings.push((text, (*argument).clone())),
+                kind => {
+                    names.map.insert((namespace_of(kind), text), argument.text.clone());
+                }
+            }
+        }
+        let mut brought = Brought {
+            name: application.name(),
+            doc: effect.doc.clone(),
+            source: effect.ast.source,
+            ..Brought::default()
+        };
+        let mut naming = Naming { application, declared, blending, diagnostics };
+        let mut items = effect.ast.items.clone();
+        for item in &mut items {
+            visit::parts_mut(item, &mut |part| {
+                let Part::Declares(namespace, name) = part else { return };
+                if names.map.contains_key(&(namespace, name.text.clone())) {
+                    return; // declared in another choice of a variant
+                }
+                let new = naming.named(namespace, name);
+                brought.names.push((name.text.clone(), new.clone()));
+                names.map.insert((namespace, name.text.clone()), new);
+            });
+        }
+        let clauses = effect.ast.effect.iter().flat_map(|header| &header.clauses);
+        let mut nulls: Vec<(Name, Expr)> = Vec::new();
+        let mut changes = Vec::new();
+        for clause in clauses {
+            match change(clause, &names, &readings) {
+                Said::Null(name, value) => nulls.push((name, value)),
+                Said::Change(kind) => changes.push(Change { span: clause.span, kind }),
+                Said::Nothing => {}
+            }
+        }
+        if blending == Blending::Null && nulls.is_empty() {
+            let blend =
+                Name { text: format!("blend_{}", effect.name.text), span: effect.name.span };
+            let text = naming.named(Namespace::Value, &blend);
+            items.push(blend_parameter(Name { text: text.clone(), ..blend }));
+            brought.blend = Some(text);
+        }
+        naming.diagnostics.check()?;
+
+        let unit_of = |name: &str| {
+            let (slot, argument) = bound.iter().find(|(slot, _)| slot.name.text == name)?;
+            Some(declared.unit(namespace_of(slot.kind), &argument.text)?.text.clone())
+        };
+        for item in &mut items {
+            names.rename_item(item);
+            units::each_of_item(item, &mut |unit| unit.text = units::opened(&unit.text, &unit_of));
+        }
+        for change in &mut changes {
+            units::each_of_expression(change.kind.expression_mut(), &mut |unit| {
+                unit.text = units::opened(&unit.text, &unit_of);
+            });
+        }
+        visit::items_mut(&mut items, &mut |item| {
+            let ItemKind::Parameter { name, value, .. } = &mut item.kind else { return };
+            if brought.blend.as_ref() != Some(&name.text) {
+                brought.parameters.push(name.text.clone());
+            }
+            if let Some((_, null)) = nulls.iter().find(|(null, _)| null.text == name.text) {
+                brought.null.push(name.text.clone());
+                if blending == Blending::Null {
+                    *value = null.clone();
+                }
+            }
+        });
+        Ok(Instance { kind: effect.kind, items, changes, readings, brought })
+    }
+}
+
+impl ChangeKind {
+    /// The expression that is brought.
+    pub(super) fn expression_mut(&mut self) -> &mut Expr {
+        match self {
+            ChangeKind::Replace { by: expr, .. }
+            | ChangeKind::Output { by: expr, .. }
+            | ChangeKind::Add { value: expr, .. } => expr,
+        }
+    }
+}
+
+/// What a clause says in the model's names.
+enum Said {
+    Null(Name, Expr),
+    Change(ChangeKind),
+    Nothing,
+}
+
+fn change(clause: &Clause, names: &Names, readings: &[(String, Name)]) -> Said {
+    let renamed = |namespace: Namespace, name: &Name| {
+        let mut name = name.clone();
+        names.rename(namespace, &mut name);
+        name
+    };
+    let expression = |expr: &Expr, hidden: &[Name]| {
+        let hidden: Vec<&str> = hidden.iter().map(|name| name.text.as_str()).collect();
+        let mut expr = expr.clone();
+        names.rename_in(&mut expr, &hidden);
+        expr
+    };
+    match &clause.kind {
+        ClauseKind::Kind(_) | ClauseKind::Form(_) => Said::Nothing,
+        ClauseKind::Null { name, value } => {
+            Said::Null(renamed(Namespace::Value, name), expression(value, &[]))
+        }
+        ClauseKind::Replace { name, arguments, equation, by } => {
+            Said::Change(ChangeKind::Replace {
+                name: renamed(Namespace::Value, name),
+                arguments: arguments.clone(),
+                equation: equation.as_ref().map(|label| renamed(Namespace::Equation, label)),
+                by: expression(by, arguments),
+            })
+        }
+        ClauseKind::ReplaceOutput { output, by } => {
+            let argument = readings.iter().find(|(slot, _)| *slot == output.text);
+            let text = argument.map_or(&output.text, |(_, argument)| &argument.text).clone();
+            Said::Change(ChangeKind::Output {
+                output: Name { text, span: output.span },
+                own: output.text.clone(),
+                by: expression(by, &[]),
+            })
+        }
+        ClauseKind::Add { value, equation } => Said::Change(ChangeKind::Add {
+            equation: renamed(Namespace::Equation, equation),
+            value: expression(value, &[]),
+        }),
+    }
+}
+
+/// Finds names for what an effect brings.
+struct Naming<'a, 'd> {
+    application: &'a Application<'a>,
+    declared: &'d mut Declarations,
+    blending: Blending,
+    diagnostics: &'d mut Diagnostics,
+}
+
+impl Naming<'_, '_> {
+    /// The name that something has in the model: with the arguments behind it.
+    ///
+    /// Where many effects are tried at a time, one whose name is taken has the effect's behind it.
+    fn named(&mut self, namespace: Namespace, name: &Name) -> String {
+        let effect = self.application.effect;
+        let suffix: String =
+            self.application.arguments.iter().map(|a| format!("_{}", a.text)).collect();
+        let first = Name { text: format!("{}{suffix}", name.text), span: name.span };
+        let Err(earlier) = self.declared.insert(namespace, &first) else {
+            return first.text;
+        };
+        if self.blending == Blending::Null {
+            let own = effect.full_name().replace('/', "_");
+            let text = format!("{}_{own}{suffix}", name.text);
+            let second = Name { text, span: name.span };
+            if self.declared.insert(namespace, &second).is_ok() {
+                return second.text;
+            }
+        }
+        let message = format!(
+            "effect `{}` brings `{}`, which is there already",
+            effect.full_name(),
+            first.text
+        );
+        self.diagnostics
+            .error(Diagnostic::new(Code::E202, name.span, message).label(earlier, "first here"));
+        first.text
+    }
+}
+
+/// `parameter blend_NAME [1] = 0 in 0 .. 1`
+fn blend_parameter(name: Name) -> Item {
+    let span = name.span;
+    let number = |text: &str, value: f64| Expr {
+        span,
+        kind: ExprKind::Number { value, text: text.to_owned(), unit: None },
+    };
+    let bounds = AttributeKind::Bounds(Some(number("0", 0.0)), Some(number("1", 1.0)));
+    let kind = ItemKind::Parameter {
+        name,
+        unit: None,
+        value: number("0", 0.0),
+        attributes: vec![Attribute { span, kind: bounds }],
+    };
+    Item { span, doc: Vec::new(), kind }
+}
+
+/// The slots of an effect with what they stand for, once everything about that is right.
+fn bound<'a>(
+    application: &'a Application<'_>,
+    model: &Ast,
+    declared: &Declarations,
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<(&'a Slot, &'a Name)>, Reported> {
+    let effect = application.effect;
+    let full_name = effect.full_name();
+    let misfit = |span: Span, message: String| Diagnostic::new(Code::E212, span, message);
+    let slots = match &effect.target {
+        Target::Model(target) => {
+            let header = model.model.as_ref();
+            if header.is_none_or(|header| header.name.text != target.text) {
+                let message = format!("effect `{full_name}` is for model `{}`", target.text);
+                let diagnostic = misfit(target.span, message);
+                return Err(diagnostics.error(match header {
+                    Some(header) => {
+                        let text = format!("this is model `{}`", header.name.text);
+                        diagnostic.label(header.name.span, text)
+                    }
+                    None => diagnostic,
+                }));
+            }
+            &[]
+        }
+        Target::Template(slots) => slots.as_slice(),
+    };
+    if slots.len() != application.arguments.len() {
+        let (wanted, given) = (slots.len(), application.arguments.len());
+        let message = format!(
+            "effect `{full_name}` takes {wanted} argument{}, not {given}",
+            if wanted == 1 { "" } else { "s" }
+        );
+        let help = match slots {
+            [] => format!("write `{full_name}`"),
+            _ => {
+                let names: Vec<&str> = slots.iter().map(|slot| slot.name.text.as_str()).collect();
+                let kinds: Vec<&str> = slots.iter().map(|slot| noun(slot.kind)).collect();
+                format!(
+                    "write `{full_name}({})` with {} of the model",
+                    names.join(", "),
+                    kinds.join(" and ")
+                )
+            }
+        };
+        return Err(diagnostics.error(misfit(application.span, message).help(help)));
+    }
+    let mut own = Diagnostics::default();
+    let bound: Vec<(&Slot, &Name)> = slots.iter().zip(&application.arguments).collect();
+    for (slot, argument) in &bound {
+        let found = declared.get(namespace_of(slot.kind), &argument.text);
+        if found.and_then(|found| found.kind) != Some(slot.kind) {
+            let is = noun(slot.kind);
+            let message = format!(
+                "`{}` is not {is} of the model, which `{}` must be",
+                argument.text, slot.name.text
+            );
+            let known = declared.of(namespace_of(slot.kind)).filter(|name| {
+                declared.get(namespace_of(slot.kind), name).and_then(|d| d.kind) == Some(slot.kind)
+            });
+            let near =
+                suggestion(&argument.text, known).map(|near| format!("did you mean `{near}`?"));
+            own.error(
+                misfit(argument.span, message)
+                    .label(slot.name.span, "asked for here")
+                    .maybe_help(near),
+            );
+            continue;
+        }
+        verify_dimension(slot, argument, declared, &mut own);
+    }
+    for diagnostic in own.sorted() {
+        diagnostics.error(diagnostic.clone());
+    }
+    own.check()?;
+    Ok(bound)
+}
+
+/// An argument measures what the template asks for.
+fn verify_dimension(slot: &Slot, argument: &Name, declared: &Declarations, own: &mut Diagnostics) {
+    if slot.kind == SlotKind::Equation {
+        return; // which is known when its units are checked
+    }
+    let symbol = declared.unit(namespace_of(slot.kind), &argument.text);
+    let symbol = symbol.map_or("1", |unit| unit.text.as_str());
+    let wanted = slot.unit.as_ref().and_then(|unit| parse_unit(&unit.text).ok());
+    if let (Some(wanted), Ok(found)) = (wanted, parse_unit(symbol))
+        && wanted.dimension != found.dimension
+    {
+        let message = format!(
+            "`{}` is in `{symbol}`, but `{}` must be in `{}` or the like",
+            argument.text, slot.name.text, wanted.symbol
+        );
+        own.error(
+            Diagnostic::new(Code::E212, argument.span, message)
+                .label(slot.name.span, "asked for here"),
+        );
+    }
+}

@@ -1,0 +1,215 @@
+//! Opening `let`s and functions in an equation, as far as a name is used behind them.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::splice::{Done, Splice, is_derivative, substitute, too_large};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics};
+use crate::syntax::ast::{Argument, Ast, Expr, ExprKind, Item, ItemKind};
+use crate::syntax::visit;
+
+/// Operands, `let`s and functions within one another are opened this deep.
+const DEEPEST: usize = 256;
+
+/// The choices of variants within which something stands: variant and choice, outermost first.
+pub(super) type Path = Vec<(String, usize)>;
+
+/// A `let` or a function of the model.
+#[derive(Debug, Clone)]
+struct Definition {
+    path: Path,
+    arguments: Vec<Argument>,
+    value: Expr,
+}
+
+/// All that can be opened, by name.
+#[derive(Debug, Default)]
+pub(super) struct Definitions {
+    all: BTreeMap<String, Vec<Definition>>,
+}
+
+impl Definitions {
+    /// What a model and its libraries define now.
+    pub(super) fn collect(asts: &[Ast]) -> Definitions {
+        let mut definitions = Definitions::default();
+        for ast in asts {
+            definitions.collect_items(&ast.items, &mut Path::new());
+        }
+        definitions
+    }
+
+    fn collect_items(&mut self, items: &[Item], path: &mut Path) {
+        for item in items {
+            let (name, arguments, value) = match &item.kind {
+                ItemKind::Let { name, value, .. } => (name, &[][..], value),
+                ItemKind::Function { name, arguments, body } => (name, arguments.as_slice(), body),
+                ItemKind::Variant { name, choices } => {
+                    for (i, choice) in choices.iter().enumerate() {
+                        path.push((name.text.clone(), i));
+                        self.collect_items(&choice.items, path);
+                        path.pop();
+                    }
+                    continue;
+                }
+                ItemKind::Import { .. }
+                | ItemKind::Constant { .. }
+                | ItemKind::Parameter { .. }
+                | ItemKind::Input { .. }
+                | ItemKind::Unknown { .. }
+                | ItemKind::Output { .. }
+                | ItemKind::Equation { .. } => continue,
+            };
+            let definition = Definition {
+                path: path.clone(),
+                arguments: arguments.to_vec(),
+                value: value.clone(),
+            };
+            self.all.entry(name.text.clone()).or_default().push(definition);
+        }
+    }
+}
+
+/// Opens an equation's expressions for one splice.
+pub(super) struct Opening<'a> {
+    splice: &'a Splice<'a>,
+    definitions: &'a Definitions,
+    /// Where the equation stands.
+    path: &'a Path,
+    /// Names through which a use is reached.
+    leading: BTreeSet<&'a str>,
+}
+
+impl<'a> Opening<'a> {
+    pub(super) fn new(
+        splice: &'a Splice<'a>,
+        definitions: &'a Definitions,
+        path: &'a Path,
+        done: &Done,
+    ) -> Opening<'a> {
+        let mut opening = Opening { splice, definitions, path, leading: BTreeSet::new() };
+        opening.leading = opening.leading_names(done);
+        opening
+    }
+
+    /// The definitions of a name that can hold where the equation does.
+    fn definitions_of(&self, name: &str) -> Vec<&'a Definition> {
+        let all = self.definitions.all.get(name).map_or(&[][..], Vec::as_slice);
+        let agrees = |definition: &&Definition| {
+            definition.path.iter().all(|(variant, choice)| {
+                self.path.iter().all(|(other, chosen)| other != variant || chosen == choice)
+            })
+        };
+        all.iter().filter(agrees).collect()
+    }
+
+    /// Names that stand for something in which the replaced name is used, at once or through others.
+    fn leading_names(&self, done: &Done) -> BTreeSet<&'a str> {
+        let mut users: BTreeMap<&str, Vec<&'a str>> = BTreeMap::new();
+        let mut pending: Vec<&'a str> = Vec::new();
+        for name in self.definitions.all.keys().filter(|name| **name != self.splice.name.text) {
+            for definition in self.definitions_of(name) {
+                let hidden: Vec<&str> =
+                    definition.arguments.iter().map(|a| a.name.text.as_str()).collect();
+                let mut read = BTreeSet::new();
+                if self.uses(&definition.value, &hidden, done, &mut read) {
+                    pending.push(name);
+                }
+                for other in read {
+                    users.entry(other).or_default().push(name);
+                }
+            }
+        }
+        let mut leading = BTreeSet::new();
+        while let Some(name) = pending.pop() {
+            if leading.insert(name) {
+                pending.extend(users.get(name).into_iter().flatten());
+            }
+        }
+        leading
+    }
+
+    /// Whether an expression uses the replaced name itself; other names that it reads are collected.
+    fn uses(
+        &self,
+        expr: &'a Expr,
+        hidden: &[&str],
+        done: &Done,
+        read: &mut BTreeSet<&'a str>,
+    ) -> bool {
+        if self.splice.is_use(expr, hidden, &done.replaced) {
+            return true;
+        }
+        if is_derivative(expr) {
+            return false;
+        }
+        match &expr.kind {
+            ExprKind::Name(name) if !hidden.contains(&name.as_str()) => {
+                read.insert(name);
+            }
+            ExprKind::Call { function, .. } => {
+                read.insert(&function.text);
+            }
+            _ => {}
+        }
+        let mut any = false;
+        for operand in visit::operands(expr) {
+            any |= self.uses(operand, hidden, done, read);
+        }
+        any
+    }
+
+    /// Puts what they stand for in the place of names and calls through which a use is reached.
+    pub(super) fn open(&self, expr: &mut Expr, done: &mut Done, diagnostics: &mut Diagnostics) {
+        self.open_within(expr, 0, done, diagnostics);
+    }
+
+    fn open_within(
+        &self,
+        expr: &mut Expr,
+        nesting: usize,
+        done: &mut Done,
+        diagnostics: &mut Diagnostics,
+    ) {
+        if nesting > DEEPEST || done.is_too_much() {
+            diagnostics.error(too_large(self.splice.clause));
+            return;
+        }
+        if is_derivative(expr) {
+            return;
+        }
+        let name = match &expr.kind {
+            ExprKind::Name(name) => Some(name.clone()),
+            ExprKind::Call { function, .. } => Some(function.text.clone()),
+            _ => None,
+        };
+        // What an earlier effect has put here is a use as a whole.
+        if !self.splice.is_use(expr, &[], &done.replaced) || name.is_some() {
+            for operand in visit::operands_mut(expr) {
+                self.open_within(operand, nesting + 1, done, diagnostics);
+            }
+        }
+        let Some(name) = name.filter(|name| self.leading.contains(name.as_str())) else { return };
+        let [definition] = self.definitions_of(&name)[..] else {
+            let replaced = &self.splice.name.text;
+            let message = format!(
+                "`{name}`, through which the equation uses `{replaced}`, is defined more than once"
+            );
+            diagnostics.error(
+                Diagnostic::new(Code::E212, self.splice.clause, message)
+                    .label(expr.span, "used here")
+                    .help(format!("to replace `{replaced}` everywhere, leave out `in`")),
+            );
+            return;
+        };
+        let mut opened = definition.value.clone();
+        if let ExprKind::Call { arguments: given, .. } = &expr.kind {
+            if given.len() != definition.arguments.len() {
+                return; // reported when names are looked up
+            }
+            let names = definition.arguments.iter().map(|argument| argument.name.text.as_str());
+            substitute(&mut opened, &names.zip(given).collect::<Vec<_>>());
+        }
+        done.grow(&opened);
+        self.open_within(&mut opened, nesting + 1, done, diagnostics);
+        *expr = opened;
+    }
+}

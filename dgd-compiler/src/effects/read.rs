@@ -1,0 +1,192 @@
+//! From a parsed file to an effect that is complete.
+
+use std::collections::BTreeMap;
+
+use super::Effect;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use crate::source::Span;
+use crate::syntax::ast::{Ast, ClauseKind, EffectHeader, ItemKind, Name, Slot, SlotKind, Target};
+use crate::syntax::visit::{self, Part};
+use crate::units::parse_unit;
+
+impl Effect {
+    /// Makes an effect of a parsed file.
+    ///
+    /// # Errors
+    ///
+    /// [`Reported`] where the file is no effect, lacks its `kind`, says something twice, changes
+    /// nothing, or names arguments and parameters that it does not have.
+    pub fn read(ast: Ast, diagnostics: &mut Diagnostics) -> Result<Effect, Reported> {
+        let Some(header) = &ast.effect else {
+            let start = Span { source: ast.source, start: 0, end: 0 };
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E113, start, "this file does not say which effect it is")
+                    .help("begin it with `effect NAME on MODEL` or `effect NAME(y: output)`"),
+            ));
+        };
+        let mut own = Diagnostics::default();
+        let mut kind = None;
+        let mut form: Option<Name> = None;
+        for clause in &header.clauses {
+            match &clause.kind {
+                ClauseKind::Kind(this) => {
+                    once(
+                        kind.replace((*this, clause.span)).map(|(_, span)| span),
+                        clause.span,
+                        &mut own,
+                    );
+                }
+                ClauseKind::Form(this) => {
+                    once(form.replace(this.clone()).map(|name| name.span), this.span, &mut own);
+                }
+                ClauseKind::Null { .. }
+                | ClauseKind::Replace { .. }
+                | ClauseKind::ReplaceOutput { .. }
+                | ClauseKind::Add { .. } => {}
+            }
+        }
+        if kind.is_none() {
+            own.error(
+                incomplete(header.name.span, format!("effect `{}` has no kind", header.name.text))
+                    .help(
+                        "write `kind plant`, `kind sensor` or `kind input` behind its first line",
+                    ),
+            );
+        }
+        verify_changes(header, &mut own);
+        verify_nulls(&ast, header, &mut own);
+        verify_items(&ast, &mut own);
+        let slots = match &header.target {
+            Target::Model(_) => &[],
+            Target::Template(slots) => slots.as_slice(),
+        };
+        verify_slots(&ast, slots, &mut own);
+        for diagnostic in own.sorted() {
+            diagnostics.error(diagnostic.clone());
+        }
+        own.check()?;
+        let Some((kind, _)) = kind else {
+            unreachable!("an effect without a kind has been reported");
+        };
+        Ok(Effect {
+            name: header.name.clone(),
+            form,
+            kind,
+            doc: header.doc.clone(),
+            target: header.target.clone(),
+            ast,
+        })
+    }
+}
+
+fn incomplete(span: Span, message: impl Into<String>) -> Diagnostic {
+    Diagnostic::new(Code::E213, span, message)
+}
+
+/// What an effect says once is not said again.
+fn once(earlier: Option<Span>, span: Span, diagnostics: &mut Diagnostics) {
+    if let Some(earlier) = earlier {
+        let message = "an effect says this once";
+        diagnostics.error(incomplete(span, message).label(earlier, "first here"));
+    }
+}
+
+fn verify_changes(header: &EffectHeader, diagnostics: &mut Diagnostics) {
+    let changes = header.clauses.iter().any(|clause| {
+        matches!(
+            clause.kind,
+            ClauseKind::Replace { .. } | ClauseKind::ReplaceOutput { .. } | ClauseKind::Add { .. }
+        )
+    });
+    if !changes {
+        let message = format!("effect `{}` changes nothing", header.name.text);
+        diagnostics.error(
+            incomplete(header.name.span, message)
+                .help("write `replace … by …` or `add … to EQUATION`"),
+        );
+    }
+}
+
+/// Every `null` names a parameter of the effect, once.
+fn verify_nulls(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostics) {
+    let mut parameters: Vec<&str> = Vec::new();
+    visit::items(&ast.items, &mut |item| {
+        if let ItemKind::Parameter { name, .. } = &item.kind {
+            parameters.push(&name.text);
+        }
+    });
+    let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
+    for clause in &header.clauses {
+        let ClauseKind::Null { name, .. } = &clause.kind else { continue };
+        once(seen.insert(&name.text, name.span), name.span, diagnostics);
+        if !parameters.contains(&name.text.as_str()) {
+            let message = format!("this effect has no parameter `{}`", name.text);
+            let help = match suggestion(&name.text, parameters.iter().copied()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => {
+                    "`null` gives a parameter of the effect the value at which the effect vanishes"
+                        .to_owned()
+                }
+            };
+            diagnostics.error(Diagnostic::new(Code::E201, name.span, message).help(help));
+        }
+    }
+}
+
+/// What cannot be brought into a model.
+fn verify_items(ast: &Ast, diagnostics: &mut Diagnostics) {
+    visit::items(&ast.items, &mut |item| {
+        if let ItemKind::Import { path_span, .. } = &item.kind {
+            diagnostics.error(
+                Diagnostic::new(Code::E208, *path_span, "an effect does not import anything")
+                    .help("it can use what the model imports"),
+            );
+        }
+    });
+}
+
+/// The arguments of a template differ, have units that can be read, and are not declared again;
+/// `[unit(y)]` is the unit of one of them.
+fn verify_slots(ast: &Ast, slots: &[Slot], diagnostics: &mut Diagnostics) {
+    let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
+    for slot in slots {
+        if let Some(first) = seen.insert(&slot.name.text, slot.name.span) {
+            let message = format!("two arguments are called `{}`", slot.name.text);
+            diagnostics.error(
+                Diagnostic::new(Code::E202, slot.name.span, message).label(first, "first here"),
+            );
+        }
+        if let Some(unit) = &slot.unit
+            && let Err(error) = parse_unit(&unit.text)
+        {
+            diagnostics.error(error.at(unit));
+        }
+    }
+    for mut item in ast.items.iter().cloned() {
+        visit::parts_mut(&mut item, &mut |part| {
+            if let Part::Declares(_, name) = part
+                && let Some(argument) = seen.get(name.text.as_str())
+            {
+                let message = format!("`{}` is an argument of the effect", name.text);
+                diagnostics.error(
+                    Diagnostic::new(Code::E202, name.span, message)
+                        .label(*argument, "declared here"),
+                );
+            }
+        });
+    }
+    let has_unit = |name: &str| {
+        slots.iter().any(|slot| slot.name.text == name && slot.kind != SlotKind::Equation)
+    };
+    super::units::each(ast, &mut |unit| {
+        for name in super::units::arguments_in(&unit.text) {
+            if !has_unit(name) {
+                let message = format!("`{name}` is no argument of this effect that has a unit");
+                diagnostics.error(
+                    Diagnostic::new(Code::E305, unit.span, message)
+                        .help("`unit(y)` is the unit of an argument `y: output`, `input`, `state` or `parameter`"),
+                );
+            }
+        }
+    });
+}

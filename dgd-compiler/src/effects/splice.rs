@@ -1,0 +1,248 @@
+//! Putting an expression in the place of the uses of a name.
+//!
+//! A use is a name, or a call, that stands in the model's own text. What effects bring is left alone,
+//! save by input effects, which act before the others. Where an earlier effect stands in the place
+//! of the same name, its expression is what a later one finds as the old value.
+
+use std::collections::BTreeMap;
+
+use super::Blending;
+use super::apply::blended;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics};
+use crate::source::{SourceId, Span};
+use crate::syntax::ast::{EffectKind, Expr, ExprKind, Name};
+use crate::syntax::visit;
+
+/// Deeper expressions are refused: every pass behind this one walks over trees.
+pub(super) const DEEPEST: usize = 256;
+
+/// A model may grow by this many operands.
+const LARGEST: usize = 200_000;
+
+/// Where effects have replaced a name: the name, the place of the expression that stands there, and
+/// the effect's clause with its kind.
+pub(super) type Replaced = BTreeMap<(String, Span), (Span, EffectKind)>;
+
+/// What is replaced by what.
+#[derive(Debug)]
+pub(super) struct Splice<'a> {
+    pub(super) name: &'a Name,
+    /// A function's arguments within `by`.
+    pub(super) arguments: &'a [Name],
+    pub(super) by: &'a Expr,
+    /// The clause.
+    pub(super) clause: Span,
+    pub(super) kind: EffectKind,
+    /// The effect's own file.
+    pub(super) own: SourceId,
+    /// Files of the model and its libraries.
+    pub(super) model: &'a [SourceId],
+    pub(super) blending: Blending,
+    /// λ, where the effect is blended in.
+    pub(super) blend: Option<&'a str>,
+}
+
+/// What splices have done so far.
+#[derive(Debug, Default)]
+pub(super) struct Done {
+    pub(super) replaced: Replaced,
+    n_operands: usize,
+}
+
+impl Done {
+    /// Counts what a model grows by.
+    pub(super) fn grow(&mut self, by: &Expr) {
+        self.n_operands = self.n_operands.saturating_add(size(by));
+    }
+
+    /// Whether a model has grown beyond all measure.
+    pub(super) fn is_too_much(&self) -> bool {
+        self.n_operands > LARGEST
+    }
+}
+
+impl Splice<'_> {
+    /// Whether a name at this place is one that the effect can replace.
+    pub(super) fn can_replace(&self, span: Span) -> bool {
+        match self.kind {
+            EffectKind::Input => span.source != self.own,
+            EffectKind::Plant | EffectKind::Sensor => self.model.contains(&span.source),
+        }
+    }
+
+    /// Whether this is a use of the name, and not its derivative.
+    pub(super) fn is_use(&self, expr: &Expr, hidden: &[&str], replaced: &Replaced) -> bool {
+        if self.earlier(expr, replaced).is_some() {
+            return true;
+        }
+        let is_it = |name: &str| name == self.name.text && !hidden.contains(&name);
+        match &expr.kind {
+            ExprKind::Name(name) => is_it(name) && self.can_replace(expr.span),
+            ExprKind::Call { function, .. } => {
+                is_it(&function.text) && self.can_replace(function.span)
+            }
+            _ => false,
+        }
+    }
+
+    /// The effect that has replaced the name here and acts before this one.
+    fn earlier<'r>(&self, expr: &Expr, replaced: &'r Replaced) -> Option<&'r (Span, EffectKind)> {
+        let found = replaced.get(&(self.name.text.clone(), expr.span));
+        // Input effects act before all others: what stands in the place of an input is no input.
+        found.filter(|(_, kind)| self.kind != EffectKind::Input || *kind == EffectKind::Input)
+    }
+
+    /// Replaces the uses in an expression, of which it says the number.
+    pub(super) fn replace(
+        &self,
+        expr: &mut Expr,
+        hidden: &[&str],
+        done: &mut Done,
+        diagnostics: &mut Diagnostics,
+    ) -> usize {
+        if let Some((clause, kind)) = self.earlier(expr, &done.replaced).copied() {
+            let plants = (kind, self.kind) == (EffectKind::Plant, EffectKind::Plant);
+            if self.blending == Blending::Applied && plants {
+                let message =
+                    format!("two plant effects replace `{}` at one place", self.name.text);
+                diagnostics.error(
+                    Diagnostic::new(Code::E214, self.clause, message)
+                        .label(clause, "the other one"),
+                );
+                return 1;
+            }
+            self.put(expr, &[], done, diagnostics);
+            return 1;
+        }
+        if matches!(expr.kind, ExprKind::Name(_)) {
+            let is_use = self.is_use(expr, hidden, &done.replaced);
+            if is_use {
+                self.put(expr, &[], done, diagnostics);
+            }
+            return usize::from(is_use);
+        }
+        if is_derivative(expr) {
+            return 0;
+        }
+        let mut n_uses = 0;
+        for operand in visit::operands_mut(expr) {
+            n_uses += self.replace(operand, hidden, done, diagnostics);
+        }
+        if self.is_use(expr, hidden, &done.replaced)
+            && let ExprKind::Call { arguments, .. } = &mut expr.kind
+        {
+            let arguments = std::mem::take(arguments);
+            self.put_call(expr, arguments, done, diagnostics);
+            n_uses += 1;
+        }
+        n_uses
+    }
+
+    /// Replaces a call whose arguments were taken out of it.
+    fn put_call(
+        &self,
+        expr: &mut Expr,
+        given: Vec<Expr>,
+        done: &mut Done,
+        diagnostics: &mut Diagnostics,
+    ) {
+        let call = Expr { span: expr.span, kind: self.call(self.name.clone(), given.clone()) };
+        *expr = call;
+        if let (ExprKind::Name(other), true) = (&self.by.kind, self.arguments.is_empty()) {
+            // `replace f by g`
+            let function = Name { text: other.clone(), span: self.by.span };
+            let new = Expr { span: self.by.span, kind: self.call(function, given) };
+            self.stand_in(expr, new, done);
+        } else if self.arguments.len() == given.len() {
+            self.put(expr, &given, done, diagnostics);
+        } else {
+            let (n_given, n_named) = (given.len(), self.arguments.len());
+            let names: Vec<String> = (1..=n_given).map(|i| format!("x{i}")).collect();
+            let call = format!("{}({})", self.name.text, names.join(", "));
+            let message = format!(
+                "function `{}` takes {n_given} argument{}, but {n_named} {} named here",
+                self.name.text,
+                if n_given == 1 { "" } else { "s" },
+                if n_named == 1 { "is" } else { "are" },
+            );
+            diagnostics.error(
+                Diagnostic::new(Code::E204, self.name.span, message)
+                    .help(format!("write `replace {call} by …`")),
+            );
+        }
+    }
+
+    fn call(&self, function: Name, arguments: Vec<Expr>) -> ExprKind {
+        ExprKind::Call { function, arguments }
+    }
+
+    /// Puts the new expression in the place of a use, with the use as the old value in it.
+    fn put(&self, expr: &mut Expr, given: &[Expr], done: &mut Done, diagnostics: &mut Diagnostics) {
+        let values: Vec<(&str, &Expr)> =
+            self.arguments.iter().map(|name| name.text.as_str()).zip(given).collect();
+        let mut new = self.by.clone();
+        let is_plain_use = matches!(expr.kind, ExprKind::Name(_) | ExprKind::Call { .. })
+            && self.earlier(expr, &done.replaced).is_none();
+        if is_plain_use {
+            substitute(&mut new, &values);
+        } else {
+            let mut values = values;
+            values.push((&self.name.text, expr));
+            substitute(&mut new, &values);
+        }
+        new.span = self.by.span;
+        self.stand_in(expr, new, done);
+        if depth(expr) > DEEPEST || done.is_too_much() {
+            diagnostics.error(too_large(self.clause));
+            *expr = self.by.clone();
+        }
+    }
+
+    /// old + λ (new − old), or all of the new.
+    fn stand_in(&self, expr: &mut Expr, new: Expr, done: &mut Done) {
+        let span = self.by.span;
+        done.grow(&new);
+        *expr = match self.blend {
+            None => new,
+            Some(blend) => blended(expr.clone(), new, blend, span),
+        };
+        done.replaced.insert((self.name.text.clone(), span), (self.clause, self.kind));
+    }
+}
+
+/// What to say where a model grows beyond all measure.
+pub(super) fn too_large(span: Span) -> Diagnostic {
+    Diagnostic::new(Code::E211, span, "the model becomes too large when this is put into it")
+        .help("name parts of the expressions with `let`, or replace the name everywhere")
+}
+
+/// Whether this is `der(x)`: a derivative is not its state, and stays.
+pub(super) fn is_derivative(expr: &Expr) -> bool {
+    matches!(&expr.kind, ExprKind::Call { function, .. } if function.text == "der")
+}
+
+/// Puts values in the place of names.
+pub(super) fn substitute(expr: &mut Expr, values: &[(&str, &Expr)]) {
+    if let ExprKind::Name(name) = &expr.kind {
+        if let Some((_, value)) = values.iter().find(|(known, _)| known == name) {
+            *expr = (*value).clone();
+        }
+        return;
+    }
+    if is_derivative(expr) {
+        return;
+    }
+    for operand in visit::operands_mut(expr) {
+        substitute(operand, values);
+    }
+}
+
+/// How deep an expression nests.
+pub(super) fn depth(expr: &Expr) -> usize {
+    1 + visit::operands(expr).into_iter().map(depth).max().unwrap_or(0)
+}
+
+/// How many nodes an expression has.
+fn size(expr: &Expr) -> usize {
+    1 + visit::operands(expr).into_iter().map(size).sum::<usize>()
+}

@@ -1,0 +1,379 @@
+use super::*;
+use crate::diagnostics::{Diagnostics, render};
+use crate::expr::ExprId;
+use crate::model::{Model, ModelOptions, resolve};
+use crate::source::{Source, Sources};
+use crate::syntax::layout;
+use crate::syntax::parse;
+use crate::syntax::print::{print, without_places};
+
+const TANK: &str = "\
+/// A tank.
+model tank
+
+constant A [m^2] = 2   # weighed
+input q_in [m^3/s]
+parameter k [m^(5/2)/s] = 0.1
+parameter c [m^3/s] = 0.5
+state h [m] = 1
+state v [m^3] = 0 fixed
+function root(x [m]) = sqrt(x)
+let out = k*root(h)
+let net = q_in - out   # what stays
+
+equation level: A*der(h) = net
+equation total: der(v) = q_in
+output h [cm]
+output loss [m^3/s] = out
+";
+
+struct Run {
+    sources: Sources,
+    diagnostics: Diagnostics,
+    model: Ast,
+}
+
+impl Run {
+    fn new(text: &str) -> Run {
+        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let id = sources.add(Source { name: "model.dgd".into(), text: text.into() });
+        let model = parse(id, &sources, &mut diagnostics).expect("the model can be read");
+        Run { sources, diagnostics, model }
+    }
+
+    fn effect(&mut self, text: &str) -> Option<Effect> {
+        let id = self.sources.add(Source { name: "effect.dgd".into(), text: text.into() });
+        let ast = parse(id, &self.sources, &mut self.diagnostics).ok()?;
+        Effect::read(ast, &mut self.diagnostics).ok()
+    }
+
+    fn apply(&mut self, effects: &[(&str, &[&str])], blending: Blending) -> Option<Applied> {
+        let read: Vec<Effect> = effects.iter().filter_map(|(text, _)| self.effect(text)).collect();
+        self.diagnostics.check().ok()?;
+        let name = |text: &&str| Name { text: (*text).to_owned(), span: self.model.items[0].span };
+        let applications: Vec<Application<'_>> = read
+            .iter()
+            .zip(effects)
+            .map(|(effect, (_, arguments))| Application {
+                effect,
+                arguments: arguments.iter().map(name).collect(),
+                span: effect.name.span,
+            })
+            .collect();
+        apply(&[self.model.clone()], &applications, blending, &mut self.diagnostics).ok()
+    }
+
+    fn resolve(&mut self, asts: &[Ast]) -> Option<Model> {
+        resolve(asts, &ModelOptions::default(), &mut self.diagnostics).ok()
+    }
+
+    fn shown(&self) -> String {
+        render::render(&self.diagnostics.sorted(), &self.sources, render::Style::Plain)
+    }
+}
+
+/// Lines of a model that an effect adds or changes, once the model is sound and its text is canonical.
+fn changed_lines(effects: &[(&str, &[&str])], blending: Blending) -> Vec<String> {
+    let mut run = Run::new(TANK);
+    let applied = run.apply(effects, blending).unwrap_or_else(|| panic!("{}", run.shown()));
+    run.resolve(&applied.asts).unwrap_or_else(|| panic!("{}", run.shown()));
+    let text = write(&run.model, &applied.asts[0], &applied.brought, &run.sources);
+
+    let mut sources = Sources::default();
+    let id = sources.add(Source { name: "written".into(), text: text.clone() });
+    let again = parse(id, &sources, &mut Diagnostics::default()).expect("what is written is sound");
+    assert_eq!(without_places(&again), without_places(&applied.asts[0]));
+    assert_eq!(layout::format(id, &sources, &mut Diagnostics::default()).as_ref(), Ok(&text));
+    assert_eq!(
+        text.matches('#').count() - applied.brought.len().min(text.matches("\n# ").count()),
+        2
+    );
+
+    let before = write(&run.model, &run.model, &[], &run.sources);
+    let is_new = |line: &&str| !line.is_empty() && !before.lines().any(|old| old == *line);
+    text.lines().filter(is_new).map(str::to_owned).collect()
+}
+
+fn effect(kind: &str, rest: &str) -> String {
+    format!("effect e on tank\nkind {kind}\n{rest}\n")
+}
+
+/// Changed lines of one effect that is applied, without blanks in a row.
+fn applied(kind: &str, rest: &str) -> Vec<String> {
+    let text = effect(kind, rest);
+    let lines = changed_lines(&[(&text, &[])], Blending::Applied);
+    lines.iter().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect()
+}
+
+fn codes(effects: &[(&str, &[&str])]) -> String {
+    let mut run = Run::new(TANK);
+    if let Some(applied) = run.apply(effects, Blending::Applied) {
+        run.resolve(&applied.asts);
+    }
+    let codes: Vec<String> =
+        run.diagnostics.sorted().iter().map(|diagnostic| diagnostic.code.to_string()).collect();
+    codes.join(" ")
+}
+
+#[test]
+fn a_name_is_replaced_wherever_the_model_uses_it() {
+    assert_eq!(
+        applied("plant", "replace q_in by 0.9*q_in"),
+        ["let net = 0.9*q_in - out # what stays", "equation total: der(v) = 0.9*q_in"]
+    );
+    // An unknown is read by the output of its name; its derivative stays.
+    assert_eq!(
+        applied("plant", "replace h by h + 1 [m]"),
+        ["let out = k*root(h + 1 [m])", "output h [cm] = h + 1 [m]"]
+    );
+    assert_eq!(applied("plant", "replace k by 2*k"), ["let out = 2*k*root(h)"]);
+    assert_eq!(
+        applied("plant", "replace root(y) by root(2*y)^2/root(1 [m])"),
+        ["let out = k*(root(2*h)^2/root(1 [m]))"]
+    );
+    assert_eq!(
+        applied("plant", "function other(x [m]) = 2*sqrt(x)\nreplace root by other"),
+        ["let out = k*other(h)", "# e", "function other(x [m]) = 2*sqrt(x)"]
+    );
+    assert_eq!(
+        applied("plant", "replace out by out - c"),
+        ["let net = q_in - (out - c) # what stays", "output loss [m^3/s] = out - c"]
+    );
+}
+
+#[test]
+fn within_an_equation_what_leads_to_the_name_is_opened() {
+    assert_eq!(
+        applied("plant", "replace q_in in level by 2*q_in"),
+        ["equation level: A*der(h) = 2*q_in - out"]
+    );
+    assert_eq!(
+        applied("plant", "replace h in level by 2*h"),
+        ["equation level: A*der(h) = q_in - k*root(2*h)"]
+    );
+}
+
+#[test]
+fn outputs_and_equations_change() {
+    assert_eq!(applied("sensor", "replace output h by 1.1*h"), ["output h [cm] = 1.1*h"]);
+    assert_eq!(
+        applied("sensor", "replace output loss by loss + c"),
+        ["output loss [m^3/s] = out + c"]
+    );
+    assert_eq!(
+        applied("plant", "add -c to level\nadd c - 2*c to total"),
+        ["equation level: A*der(h) = net - c", "equation total: der(v) = q_in + c - 2*c"]
+    );
+}
+
+#[test]
+fn sensors_see_what_was_read_before_and_inputs_reach_everything() {
+    let lag = "effect lag on tank\nkind plant\nstate q_lag [m^3/s] = q_in\nequation lag: 5 [s]*der(q_lag) = q_in - q_lag\nreplace q_in by q_lag\n";
+    let gain = "effect gain on tank\nkind input\nparameter gain [1] = 1\nnull gain = 1\nreplace q_in by gain*q_in\n";
+    let offset = effect("sensor", "replace output loss by loss + c");
+    let twice = "effect twice on tank\nkind sensor\nreplace output loss by 2*loss\n";
+    let lines =
+        changed_lines(&[(gain, &[]), (&offset, &[]), (twice, &[]), (lag, &[])], Blending::Applied);
+    assert_eq!(
+        lines,
+        [
+            "let net = q_lag - out   # what stays",
+            "equation total: der(v) = q_lag",
+            "output loss [m^3/s] = 2*(out + c)",
+            "# gain",
+            "parameter gain [1] = 1",
+            "# lag",
+            "state q_lag [m^3/s] = gain*q_in",
+            "equation lag: 5 [s]*der(q_lag) = gain*q_in - q_lag",
+        ]
+    );
+}
+
+#[test]
+fn templates_bring_names_and_units_of_their_arguments() {
+    let template = "/// Reads too much.\neffect offset(y: output)\nkind sensor\nparameter b [unit(y)] = 0 in -1 .. 1  /// too much\nnull b = 0\nreplace output y by y + b\n";
+    let lines = changed_lines(&[(template, &["h"]), (template, &["loss"])], Blending::Applied);
+    assert_eq!(
+        lines,
+        [
+            "output h    [cm]    = h + b_h",
+            "output loss [m^3/s] = out + b_loss",
+            "# offset(h): Reads too much.",
+            "parameter b_h [cm] = 0  in -1 .. 1  /// too much",
+            "# offset(loss): Reads too much.",
+            "parameter b_loss [m^3/s] = 0  in -1 .. 1  /// too much",
+        ]
+    );
+}
+
+#[test]
+fn templates_are_bound_by_kind_and_dimension() {
+    let mut run = Run::new(TANK);
+    let asts = [run.model.clone()];
+    let model = run.resolve(&asts).expect("a sound model");
+    for (slots, expected) in [
+        ("(y: output)", "h loss"),
+        ("(y: output [m])", "h"),
+        ("(y: input [lpm])", "q_in"),
+        ("(y: input [Pa])", ""),
+        ("(y: state)", "h v"),
+        ("(y: parameter [m^3/s])", "c"),
+        ("(y: equation [m^3/s])", "level total"),
+        ("(a: state, b: state)", "h,v v,h"),
+        (" on tank", ""),
+    ] {
+        let text = format!("effect e{slots}\nkind plant\nreplace k by 2*k\n");
+        let effect = run.effect(&text).unwrap_or_else(|| panic!("{}", run.shown()));
+        let lists = bind(&effect, &model);
+        let shown: Vec<String> = lists.iter().map(|list| list.join(",")).collect();
+        assert_eq!(shown.join(" "), expected, "{slots}");
+        assert_eq!(
+            lists.len(),
+            if slots == " on tank" { 1 } else { expected.split_whitespace().count() }
+        );
+    }
+}
+
+/// Values of the right-hand sides' graphs at some point, all parameters as declared.
+fn values(model: &Model) -> Vec<f64> {
+    let at = |id: ExprId| {
+        model.graph.evaluate(id, &|symbol| match symbol {
+            crate::expr::Symbol::Constant(i) => model.constants[i as usize].value,
+            crate::expr::Symbol::Parameter(i) => model.parameters[i as usize].value,
+            crate::expr::Symbol::Unknown(i) => 0.7 + f64::from(i),
+            _ => 0.3,
+        })
+    };
+    let sides = model.equations.iter().take(2).flat_map(|equation| [equation.left, equation.right]);
+    sides.chain(model.outputs.iter().map(|output| output.value)).map(at).collect()
+}
+
+#[test]
+fn effects_vanish_at_their_null_and_stack() {
+    let gain = "effect gain on tank\nkind plant\nparameter gain [1] = 3\nnull gain = 1\nreplace q_in by gain*q_in\n";
+    let other =
+        "effect other on tank\nkind plant\nparameter gain [1] = 3\nreplace q_in by gain*q_in^2/c\n";
+    let sensor = "effect reading(y: output)\nkind sensor\nreplace output y by 2*y\n";
+    let leak = "effect leak on tank\nkind plant\nadd -c to level\n";
+    let mut run = Run::new(TANK);
+    let base = [run.model.clone()];
+    let base = run.resolve(&base).expect("a sound model");
+    let effects: [(&str, &[&str]); 4] = [(gain, &[]), (other, &[]), (sensor, &["h"]), (leak, &[])];
+    let applied = run.apply(&effects, Blending::Null).unwrap_or_else(|| panic!("{}", run.shown()));
+    let model = run.resolve(&applied.asts).unwrap_or_else(|| panic!("{}", run.shown()));
+    assert_eq!(values(&model), values(&base));
+    let names = |i: usize| {
+        let Brought { parameters, null, blend, .. } = &applied.brought[i];
+        (parameters.join(","), null.join(","), blend.clone())
+    };
+    assert_eq!(names(0), ("gain".into(), "gain".into(), None));
+    assert_eq!(names(1), ("gain_other".into(), String::new(), Some("blend_other".into())));
+    assert_eq!(names(2), (String::new(), String::new(), Some("blend_reading_h".into())));
+    assert_eq!(names(3).2, Some("blend_leak".into()));
+}
+
+#[test]
+fn what_does_not_fit_is_refused() {
+    let plant = |rest: &str| effect("plant", rest);
+    for (text, arguments, expected) in [
+        ("effect e on pond\nkind plant\nreplace k by 2*k\n".to_owned(), &[][..], "E212"),
+        ("effect e(y: output)\nkind sensor\nreplace output y by 2*y\n".to_owned(), &[], "E212"),
+        (
+            "effect e(y: output)\nkind sensor\nreplace output y by 2*y\n".to_owned(),
+            &["q_in"],
+            "E212",
+        ),
+        ("effect e(y: state [s])\nkind sensor\nreplace y by 2*y\n".to_owned(), &["h"], "E212"),
+        (
+            "effect e(y: equation)\nkind plant\nlet a = 1 [unit(y)]\nadd a to y\n".to_owned(),
+            &["level"],
+            "E305",
+        ),
+        ("effect e on tank\nreplace k by 2*k\n".to_owned(), &[], "E213"),
+        (plant("kind sensor\nreplace k by 2*k"), &[], "E213"),
+        (plant("parameter a [1] = 1"), &[], "E213"),
+        (plant("replace k by 2*k\nnull a = 1"), &[], "E201"),
+        (plant("replace kk by 2*k"), &[], "E201"),
+        (plant("replace k in leve by 2*k"), &[], "E201"),
+        (plant("replace k in total by 2*k"), &[], "E212"),
+        (plant("replace A by 2*A"), &[], ""),
+        // Its derivative is no use of it.
+        (plant("replace v by 2*v"), &[], "E212"),
+        (plant("replace output los by 2"), &[], "E201"),
+        (plant("add c to levels"), &[], "E201"),
+        (plant("parameter k [1] = 1\nadd c to level"), &[], "E202"),
+        (plant("replace root by 2"), &[], "E204"),
+        (plant("import \"a.dgd\"\nadd c to level"), &[], "E208"),
+        // What is wrong with units is found in the effect.
+        (plant("add k to level"), &[], "E301"),
+        (plant("replace output h by 2*h^2"), &[], "E302"),
+    ] {
+        assert_eq!(codes(&[(&text, arguments)]), expected, "{text}");
+    }
+}
+
+#[test]
+fn two_plant_effects_on_one_use_exclude_each_other() {
+    let one = effect("plant", "replace q_in in level by 2*q_in");
+    let other = "effect o on tank\nkind plant\nreplace q_in by 3*q_in\n";
+    assert_eq!(codes(&[(&one, &[]), (other, &[])]), "E214");
+    assert_eq!(codes(&[(other, &[]), (&one, &[])]), "E214");
+    let elsewhere = "effect o on tank\nkind plant\nreplace q_in in total by 3*q_in\n";
+    assert_eq!(codes(&[(&one, &[]), (elsewhere, &[])]), "");
+}
+
+#[test]
+fn wrong_units_are_shown_in_the_effect() {
+    let mut run = Run::new(TANK);
+    let text = effect("plant", "add k to level");
+    let applied = run.apply(&[(&text, &[])], Blending::Applied).expect("names are right");
+    assert!(run.resolve(&applied.asts).is_none());
+    assert!(run.shown().contains("effect.dgd:3:5"), "{}", run.shown());
+}
+
+#[test]
+fn trees_that_branch_too_much_are_refused() {
+    let mut text = "model m\ninput u [1]\nlet a0 = u\n".to_owned();
+    for i in 1..40 {
+        text += &format!("let a{i} = a{j} + a{j}*a{j}\n", j = i - 1);
+    }
+    text += "unknown x [1]\nequation e: x = a39\n";
+    let mut run = Run::new(&text);
+    let effect = "effect e on m\nkind plant\nreplace u in e by 2*u\n";
+    assert!(run.apply(&[(effect, &[])], Blending::Applied).is_none());
+    assert!(run.shown().contains("E211"), "{}", run.shown());
+}
+
+#[test]
+fn values_are_written_in_their_place() {
+    let run = Run::new(TANK);
+    let mut after = run.model.clone();
+    let values = [("k", 0.25), ("c", -3.5e-7), ("h", 12.0), ("A", 1e9)];
+    let values: Vec<(String, f64)> = values.map(|(name, value)| (name.to_owned(), value)).into();
+    assert_eq!(set_values(&mut after, &values), Ok(()));
+    let text = write(&run.model, &after, &[], &run.sources);
+    for line in [
+        "constant A [m^2] = 1e9   # weighed",
+        "parameter k [m^(5/2)/s] = 0.25",
+        "parameter c [m^3/s]     = -3.5e-7",
+        "state h [m]   = 12",
+    ] {
+        assert!(text.contains(line), "{line}\n{text}");
+    }
+    let unknown = SetError::NotDeclared { name: "z".into() };
+    assert_eq!(set_values(&mut after, &[("z".to_owned(), 1.0)]), Err(unknown));
+    assert!(set_values(&mut after, &[("k".to_owned(), f64::NAN)]).is_err());
+}
+
+#[test]
+fn printing_an_effect_and_reading_it_again_gives_the_same() {
+    let text = "/// Doc.\neffect e(y: output [Pa], q: equation, p: parameter)\nkind sensor\nform first\nparameter a [unit(y)/s] = 0 in -1 .. 1\nvariant v { x { let b = a } z { let b = 2*a } }\n/// At nothing.\nnull a = 0\nreplace output y by y + b*time\nreplace f(x, y) in q by -x\nadd (p) to q\n";
+    let read = |text: &str| {
+        let mut run = Run::new("model m");
+        let id = run.sources.add(Source { name: "e".into(), text: text.into() });
+        parse(id, &run.sources, &mut run.diagnostics).unwrap_or_else(|_| panic!("{}", run.shown()))
+    };
+    let ast = read(text);
+    assert_eq!(ast.effect.as_ref().map(|effect| effect.clauses.len()), Some(6));
+    assert_eq!(without_places(&read(&print(&ast))), without_places(&ast));
+}

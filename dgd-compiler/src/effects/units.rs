@@ -1,0 +1,123 @@
+//! `[unit(y)]`: the unit of a template's argument.
+//!
+//! It is the unit of differences: `bar` for `bara`, and `K` for `°C`, since an offset of 0 °C is no
+//! offset.
+
+use crate::syntax::ast::{Ast, ClauseKind, Expr, ExprKind, Item, Unit};
+use crate::syntax::visit::{self, Part};
+use crate::units::catalogue::CATALOGUE;
+use crate::units::{describe, parse_unit};
+
+/// Visits every unit of an item, those of its numbers included.
+pub(super) fn each_of_item(item: &mut Item, visit: &mut dyn FnMut(&mut Unit)) {
+    visit::parts_mut(item, &mut |part| match part {
+        Part::Declares(..) => {}
+        Part::Unit(unit) => unit.iter_mut().for_each(&mut *visit),
+        Part::Expr(_, expr) => each_of_expression(expr, visit),
+    });
+}
+
+/// Visits the units of an expression's numbers.
+pub(super) fn each_of_expression(expr: &mut Expr, visit: &mut dyn FnMut(&mut Unit)) {
+    if let ExprKind::Number { unit: Some(unit), .. } = &mut expr.kind {
+        visit(unit);
+    }
+    for operand in visit::operands_mut(expr) {
+        each_of_expression(operand, visit);
+    }
+}
+
+/// Visits every unit of an effect's items and clauses.
+pub(super) fn each(ast: &Ast, visit: &mut dyn FnMut(&Unit)) {
+    let mut seen = |unit: &mut Unit| visit(unit);
+    for item in &ast.items {
+        each_of_item(&mut item.clone(), &mut seen);
+    }
+    for clause in ast.effect.iter().flat_map(|effect| &effect.clauses) {
+        if let Some(expr) = expression_of(&clause.kind) {
+            each_of_expression(&mut expr.clone(), &mut seen);
+        }
+    }
+}
+
+/// The expression of a clause.
+fn expression_of(clause: &ClauseKind) -> Option<&Expr> {
+    match clause {
+        ClauseKind::Kind(_) | ClauseKind::Form(_) => None,
+        ClauseKind::Null { value: expr, .. }
+        | ClauseKind::Replace { by: expr, .. }
+        | ClauseKind::ReplaceOutput { by: expr, .. }
+        | ClauseKind::Add { value: expr, .. } => Some(expr),
+    }
+}
+
+/// The names of which a unit's text takes the units.
+pub(super) fn arguments_in(text: &str) -> Vec<&str> {
+    let parts = text.split("unit(").skip(1);
+    parts.filter_map(|part| part.split_once(')').map(|(name, _)| name.trim())).collect()
+}
+
+/// A unit's text with `unit(NAME)` replaced by the unit that `unit_of` gives for the name.
+pub(super) fn opened(text: &str, unit_of: &dyn Fn(&str) -> Option<String>) -> String {
+    let Some((before, rest)) = text.split_once("unit(") else {
+        return text.to_owned();
+    };
+    let Some((name, behind)) = rest.split_once(')') else {
+        return text.to_owned();
+    };
+    let symbol = difference(&unit_of(name.trim()).unwrap_or_else(|| "1".to_owned()));
+    if before.is_empty() && behind.is_empty() {
+        return symbol;
+    }
+    // kg/m*s in a product is one unit: (kg/m*s)/h.
+    let is_simple = symbol.chars().all(char::is_alphanumeric);
+    let symbol = if is_simple { symbol } else { format!("({symbol})") };
+    format!("{before}{symbol}{}", opened(behind, unit_of))
+}
+
+/// The unit in which differences of a unit's values are measured.
+fn difference(symbol: &str) -> String {
+    match parse_unit(symbol) {
+        Ok(unit) if unit.offset != 0.0 || unit.datum.is_some() => {
+            let same = CATALOGUE.iter().find(|row| {
+                let (up, down) = row.factor;
+                row.dimension == unit.dimension
+                    && row.offset == 0.0
+                    && row.datum.is_none()
+                    && (up / down).to_bits() == unit.factor.to_bits()
+            });
+            let spelling = same.and_then(|row| row.spellings().next()).map(str::to_owned);
+            spelling.unwrap_or_else(|| describe(unit.dimension))
+        }
+        Ok(_) | Err(_) => symbol.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_of_arguments_are_those_of_differences() {
+        let units = |name: &str| match name {
+            "p" => Some("bara".to_owned()),
+            "t" => Some("°C".to_owned()),
+            "f" => Some("degF".to_owned()),
+            "k" => Some("kg/m*s".to_owned()),
+            _ => None,
+        };
+        for (text, expected) in [
+            ("lpm", "lpm"),
+            ("unit(p)", "bar"),
+            ("unit(t)", "K"),
+            ("unit(f)", "°R"),
+            ("unit(p)/h", "bar/h"),
+            ("1/unit(k)", "1/(kg/m*s)"),
+            ("unit(p)*unit( t )", "bar*K"),
+            ("unit(p", "unit(p"),
+        ] {
+            assert_eq!(opened(text, &units), expected);
+        }
+        assert_eq!(arguments_in("unit(p)*unit( t )/s"), ["p", "t"]);
+    }
+}

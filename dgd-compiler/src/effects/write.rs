@@ -1,0 +1,207 @@
+//! The text of a changed model, as its author would have changed it.
+//!
+//! What did not change keeps its text, comments and lines. A changed expression is written in its
+//! place. What effects brought stands behind the model's items, each effect under a remark that says
+//! what it is.
+
+use std::fmt::Write as _;
+use std::ops::Range;
+
+use super::Brought;
+use crate::diagnostics::Diagnostics;
+use crate::source::{Source, SourceId, Sources, Span};
+use crate::syntax::ast::{Ast, Expr, ExprKind, Item, ItemKind};
+use crate::syntax::print::{print, print_expression, print_item, without_places};
+use crate::syntax::visit::{self, Part};
+use crate::syntax::{layout, parse, parse_what_is_sound};
+
+/// The text of `after`, which came from `before` by applying effects or setting values.
+///
+/// It is laid out canonically, and parsing it gives the tree `after`, places aside.
+pub fn write(before: &Ast, after: &Ast, brought: &[Brought], sources: &Sources) -> String {
+    let text = sources.get(before.source).text.as_str();
+    let mut edits: Vec<(Range<usize>, String)> = Vec::new();
+    let same = |a: &Item, b: &Item| a.span == b.span;
+    for item in &before.items {
+        match after.items.iter().find(|other| same(item, other)) {
+            Some(other) => item_edits(item, other, &mut edits),
+            None => edits.push((range(item.span), String::new())),
+        }
+    }
+    let mut taken_in = String::new();
+    let mut behind = Behind { sources, brought, text: String::new(), last: None };
+    for item in &after.items {
+        if before.items.iter().any(|other| same(item, other)) {
+            continue;
+        }
+        match brought.iter().position(|brought| is_of(item, brought)) {
+            Some(index) => behind.item(item, index),
+            None => taken_in.push_str(&print_item(item)),
+        }
+    }
+    // What libraries held takes the place of the first import.
+    if let Some((_, edit)) = edits.iter_mut().find(|(_, edit)| edit.is_empty()) {
+        *edit = taken_in;
+    }
+    edits.sort_by_key(|(range, _)| range.start);
+
+    let mut out = String::with_capacity(text.len() + behind.text.len());
+    let mut at = 0;
+    for (range, edit) in edits {
+        out.push_str(&text[at..range.start]);
+        out.push_str(&edit);
+        at = range.end;
+    }
+    out.push_str(&text[at..]);
+    out.truncate(out.trim_end().len());
+    out.push('\n');
+    out.push_str(&behind.text);
+    laid_out(&out, after).or_else(|| laid_out(&print(after), after)).unwrap_or_else(|| print(after))
+}
+
+/// The canonical layout of a text, if it says what the tree does.
+fn laid_out(text: &str, ast: &Ast) -> Option<String> {
+    let mut sources = Sources::default();
+    let mut diagnostics = Diagnostics::default();
+    let written = sources.add(Source { name: String::new(), text: text.to_owned() });
+    let text = layout::format(written, &sources, &mut diagnostics).ok()?;
+    let laid_out = sources.add(Source { name: String::new(), text: text.clone() });
+    let read = parse(laid_out, &sources, &mut diagnostics).ok()?;
+    (without_places(&read) == without_places(ast)).then_some(text)
+}
+
+fn range(span: Span) -> Range<usize> {
+    span.start as usize..span.end as usize
+}
+
+/// Whether an application has brought an item.
+fn is_of(item: &Item, brought: &Brought) -> bool {
+    let mut name = None;
+    visit::parts_mut(&mut item.clone(), &mut |part| {
+        if let Part::Declares(_, declared) = part {
+            name.get_or_insert_with(|| declared.text.clone());
+        }
+    });
+    name.is_some_and(|name| {
+        brought.blend.as_ref() == Some(&name) || brought.names.iter().any(|(_, new)| *new == name)
+    })
+}
+
+/// What must change in the text for one item to become another.
+fn item_edits(before: &Item, after: &Item, edits: &mut Vec<(Range<usize>, String)>) {
+    if let (ItemKind::Variant { choices: before, .. }, ItemKind::Variant { choices: after, .. }) =
+        (&before.kind, &after.kind)
+    {
+        for (before, after) in before.iter().zip(after) {
+            for (before, after) in before.items.iter().zip(&after.items) {
+                item_edits(before, after, edits);
+            }
+        }
+        return;
+    }
+    if before == after {
+        return;
+    }
+    let (old, new) = (expressions(before), expressions(after));
+    if old.len() == new.len() && without_expressions(before) == without_expressions(after) {
+        let changed = old.iter().zip(&new).filter(|(old, new)| old != new);
+        edits.extend(changed.map(|(old, new)| (range(old.span), print_expression(new))));
+        return;
+    }
+    let plain = Item { doc: Vec::new(), ..after.clone() };
+    edits.push((range(before.span), print_item(&plain).trim_end().to_owned()));
+}
+
+fn expressions(item: &Item) -> Vec<Expr> {
+    let mut all = Vec::new();
+    visit::parts_mut(&mut item.clone(), &mut |part| {
+        if let Part::Expr(_, expr) = part {
+            all.push(expr.clone());
+        }
+    });
+    all
+}
+
+/// An item with one and the same expression in all places.
+fn without_expressions(item: &Item) -> Item {
+    let mut item = item.clone();
+    let nothing = ExprKind::Name(String::new());
+    visit::parts_mut(&mut item, &mut |part| {
+        if let Part::Expr(_, expr) = part {
+            *expr = Expr { span: Span::default(), kind: nothing.clone() };
+        }
+    });
+    item
+}
+
+/// The text behind the model's items.
+struct Behind<'a> {
+    sources: &'a Sources,
+    brought: &'a [Brought],
+    text: String,
+    /// The application and the item that was written last.
+    last: Option<(usize, Span)>,
+}
+
+impl Behind<'_> {
+    fn item(&mut self, item: &Item, index: usize) {
+        let brought = &self.brought[index];
+        match self.last.filter(|(last, _)| *last == index) {
+            None => {
+                let _ = write!(self.text, "\n# {}", brought.name);
+                let doc = brought.doc.join("\n# ");
+                if !doc.is_empty() {
+                    self.text.push_str(": ");
+                    self.text.push_str(&doc);
+                }
+                self.text.push('\n');
+            }
+            Some((_, last)) => self.between(last, item.span),
+        }
+        self.last = Some((index, item.span));
+
+        let source = self.sources.get(item.span.source);
+        let line_end = source.text[item.span.end as usize..].lines().next().unwrap_or("").trim();
+        let trailing = if line_end.starts_with('#') || line_end.starts_with("///") {
+            format!("  {line_end}")
+        } else {
+            String::new()
+        };
+        // The doc comment at the end of the line is the last.
+        let n_above = item.doc.len() - usize::from(trailing.trim().starts_with("///"));
+        let above = item.doc[..n_above].to_vec();
+        let as_read = read_again(item, self.sources);
+        let body = match as_read {
+            Some(text) => text.to_owned(),
+            None => print_item(&Item { doc: Vec::new(), ..item.clone() }).trim_end().to_owned(),
+        };
+        for line in above {
+            self.text.push_str(format!("/// {line}").trim_end());
+            self.text.push('\n');
+        }
+        self.text.push_str(&body);
+        self.text.push_str(&trailing);
+        self.text.push('\n');
+    }
+
+    /// Remarks and an empty line between two items of an effect's file.
+    fn between(&mut self, last: Span, next: Span) {
+        let text = &self.sources.get(next.source).text;
+        let Some(between) = text.get(last.end as usize..next.start as usize) else { return };
+        let lines: Vec<&str> = between.lines().skip(1).map(str::trim).collect();
+        if lines.contains(&"") {
+            self.text.push('\n');
+        }
+        for line in lines.iter().filter(|line| line.starts_with('#')) {
+            self.text.push_str(line);
+            self.text.push('\n');
+        }
+    }
+}
+
+/// An item's text in its file, if it still says what the item does.
+fn read_again<'a>(item: &Item, sources: &'a Sources) -> Option<&'a str> {
+    let file: SourceId = item.span.source;
+    let as_read = parse_what_is_sound(file, sources);
+    as_read.items.iter().any(|other| other == item).then(|| sources.text(item.span))
+}

@@ -1,0 +1,172 @@
+//! Walking over what a tree consists of, written once for all who rename, replace or compare.
+
+use super::ast::{Argument, AttributeKind, Expr, ExprKind, Item, ItemKind, Name, Unit};
+
+/// Names of one set differ from each other; those of two sets need not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Namespace {
+    /// What expressions can read or call.
+    Value,
+    /// Outputs.
+    Output,
+    /// Labels of equations.
+    Equation,
+    /// Variants.
+    Variant,
+}
+
+/// Where an expression stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Place<'a> {
+    /// The value of a constant or a parameter, or an attribute.
+    Declaration,
+    /// The start value of an unknown.
+    Start,
+    /// The value of a `let`.
+    Let(&'a Name),
+    /// The body of a function with these arguments.
+    Body(&'a Name, &'a [Argument]),
+    /// What an output reads.
+    Output(&'a Name),
+    /// The left side of an equation.
+    Left(&'a Name),
+    /// The right side of an equation.
+    Right(&'a Name),
+}
+
+/// A part of an item.
+#[derive(Debug)]
+pub enum Part<'a> {
+    /// A name that is declared.
+    Declares(Namespace, &'a mut Name),
+    /// A unit that is declared.
+    Unit(&'a mut Option<Unit>),
+    /// An expression.
+    Expr(Place<'a>, &'a mut Expr),
+}
+
+/// Visits the parts of an item, and of the items within it, in the order written.
+///
+/// The parts of two items that differ in names, units and expressions only are met in one order.
+pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
+    let attribute = |kind: &mut AttributeKind, visit: &mut dyn FnMut(Part<'_>)| {
+        let expressions: Vec<&mut Expr> = match kind {
+            AttributeKind::Bounds(lower, upper) => lower.iter_mut().chain(upper).collect(),
+            AttributeKind::Nominal(size) | AttributeKind::Noise(size) => vec![size],
+            AttributeKind::PriorNormal(mean, std) => vec![mean, std],
+            AttributeKind::Log
+            | AttributeKind::Fixed
+            | AttributeKind::Hold
+            | AttributeKind::Linear => Vec::new(),
+        };
+        for expr in expressions {
+            visit(Part::Expr(Place::Declaration, expr));
+        }
+    };
+    match &mut item.kind {
+        ItemKind::Import { .. } => {}
+        ItemKind::Constant { name, unit, value } => {
+            visit(Part::Declares(Namespace::Value, name));
+            visit(Part::Unit(unit));
+            visit(Part::Expr(Place::Declaration, value));
+        }
+        ItemKind::Parameter { name, unit, value, attributes } => {
+            visit(Part::Declares(Namespace::Value, name));
+            visit(Part::Unit(unit));
+            visit(Part::Expr(Place::Declaration, value));
+            attributes.iter_mut().for_each(|a| attribute(&mut a.kind, visit));
+        }
+        ItemKind::Input { name, unit, attributes } => {
+            visit(Part::Declares(Namespace::Value, name));
+            visit(Part::Unit(unit));
+            attributes.iter_mut().for_each(|a| attribute(&mut a.kind, visit));
+        }
+        ItemKind::Unknown { name, unit, start, attributes, .. } => {
+            visit(Part::Declares(Namespace::Value, name));
+            visit(Part::Unit(unit));
+            start.iter_mut().for_each(|start| visit(Part::Expr(Place::Start, start)));
+            attributes.iter_mut().for_each(|a| attribute(&mut a.kind, visit));
+        }
+        ItemKind::Let { name, unit, value } => {
+            visit(Part::Declares(Namespace::Value, name));
+            visit(Part::Unit(unit));
+            visit(Part::Expr(Place::Let(name), value));
+        }
+        ItemKind::Function { name, arguments, body } => {
+            visit(Part::Declares(Namespace::Value, name));
+            arguments.iter_mut().for_each(|argument| visit(Part::Unit(&mut argument.unit)));
+            visit(Part::Expr(Place::Body(name, arguments), body));
+        }
+        ItemKind::Output { name, unit, value, attributes } => {
+            visit(Part::Declares(Namespace::Output, name));
+            visit(Part::Unit(unit));
+            value.iter_mut().for_each(|value| visit(Part::Expr(Place::Output(name), value)));
+            attributes.iter_mut().for_each(|a| attribute(&mut a.kind, visit));
+        }
+        ItemKind::Equation { label, left, right } => {
+            visit(Part::Declares(Namespace::Equation, label));
+            visit(Part::Expr(Place::Left(label), left));
+            visit(Part::Expr(Place::Right(label), right));
+        }
+        ItemKind::Variant { name, choices } => {
+            visit(Part::Declares(Namespace::Variant, name));
+            for item in choices.iter_mut().flat_map(|choice| &mut choice.items) {
+                parts_mut(item, visit);
+            }
+        }
+    }
+}
+
+/// Visits the items and those within them, each before what it holds.
+pub fn items_mut(items: &mut [Item], visit: &mut dyn FnMut(&mut Item)) {
+    for item in items {
+        visit(item);
+        if let ItemKind::Variant { choices, .. } = &mut item.kind {
+            for choice in choices {
+                items_mut(&mut choice.items, visit);
+            }
+        }
+    }
+}
+
+/// Visits the items and those within them, each before what it holds.
+pub fn items<'a>(all: &'a [Item], visit: &mut dyn FnMut(&'a Item)) {
+    for item in all {
+        visit(item);
+        if let ItemKind::Variant { choices, .. } = &item.kind {
+            for choice in choices {
+                items(&choice.items, visit);
+            }
+        }
+    }
+}
+
+/// The operands of an expression.
+pub fn operands(expr: &Expr) -> Vec<&Expr> {
+    match &expr.kind {
+        ExprKind::Number { .. } | ExprKind::Name(_) => Vec::new(),
+        ExprKind::Call { arguments: all, .. } | ExprKind::And(all) | ExprKind::Or(all) => {
+            all.iter().collect()
+        }
+        ExprKind::Group(a) | ExprKind::Negate(a) | ExprKind::Not(a) => vec![a],
+        ExprKind::Sum(terms) => terms.iter().map(|(_, term)| term).collect(),
+        ExprKind::Product(factors) => factors.iter().map(|(_, factor)| factor).collect(),
+        ExprKind::Power(a, b) | ExprKind::Compare(_, a, b) => vec![a, b],
+        ExprKind::If(a, b, c) => vec![a, b, c],
+    }
+}
+
+/// The operands of an expression, to be changed.
+pub fn operands_mut(expr: &mut Expr) -> Vec<&mut Expr> {
+    match &mut expr.kind {
+        ExprKind::Number { .. } | ExprKind::Name(_) => Vec::new(),
+        ExprKind::Call { arguments: all, .. } | ExprKind::And(all) | ExprKind::Or(all) => {
+            all.iter_mut().collect()
+        }
+        ExprKind::Group(a) | ExprKind::Negate(a) | ExprKind::Not(a) => vec![a],
+        ExprKind::Sum(terms) => terms.iter_mut().map(|(_, term)| term).collect(),
+        ExprKind::Product(factors) => factors.iter_mut().map(|(_, factor)| factor).collect(),
+        ExprKind::Power(a, b) | ExprKind::Compare(_, a, b) => vec![a, b],
+        ExprKind::If(a, b, c) => vec![a, b, c],
+    }
+}
