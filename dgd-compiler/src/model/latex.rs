@@ -194,6 +194,18 @@ fn call(function: &str, arguments: &[Expr]) -> String {
     let list = joined(arguments, ", ");
     match (function, arguments) {
         ("der", [Expr { kind: ExprKind::Name(name), .. }]) => format!("\\dot{{{}}}", symbol(name)),
+        ("delay", [x, tau]) => {
+            let (of, tau) = (bare(x), bare(tau));
+            let tau = match expression(tau) {
+                sum if is_sum(tau) => format!("\\left({sum}\\right)"),
+                other => other,
+            };
+            let late = format!("\\left(t - {tau}\\right)");
+            match &of.kind {
+                ExprKind::Name(name) => format!("{}{late}", symbol(name)),
+                _ => format!("\\left.{}\\right|_{{{late}}}", expression(of)),
+            }
+        }
         ("sqrt", _) => format!("\\sqrt{{{list}}}"),
         ("abs", _) => format!("\\left|{list}\\right|"),
         ("log", _) => format!("\\ln\\left({list}\\right)"),
