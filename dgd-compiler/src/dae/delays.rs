@@ -97,8 +97,8 @@ pub(super) fn resolve(
             Err([a, b]) => {
                 let declared = &output.declared;
                 let (a, b) = (resolver.name(a), resolver.name(b));
-                let message =
-                    format!("output `{}` reads {a} and {b} at different times", declared.name);
+                let read = if a == b { a } else { format!("{a} and {b}") };
+                let message = format!("output `{}` reads {read} at different times", declared.name);
                 diagnostics.error(Diagnostic::new(Code::E408, declared.span, message).help(
                     "delay the whole of it by one time, `delay(…, tau)`, or make two outputs \
                      of it",
