@@ -20,7 +20,7 @@ use dgd_compiler::syntax::{parse, print};
 use dgd_compiler::units::parse_unit;
 use dgd_execute::Interpreted;
 use golden::files;
-use support::{Noise, model_files, root};
+use support::{Noise, input_values, model_files, root};
 
 fn parsed(name: &str, text: &str) -> Option<Ast> {
     let mut sources = Sources::default();
@@ -71,7 +71,7 @@ fn values(system: &Interpreted) -> BTreeMap<String, f64> {
         value * (1.0 + 0.01 * Noise::new(seed).next())
     };
     let p: Vec<f64> = signature.parameters.iter().map(|x| near(&x.name, x.value)).collect();
-    let u: Vec<f64> = signature.inputs.iter().map(|x| near(&x.name, 0.02)).collect();
+    let u = input_values(signature, |name, _| near(name, 0.02), |name, _| near(name, 0.001));
     let mut y = vec![0.0; signature.unknowns.len()];
     system.start(Point { t: 0.0, y: &[], u: &u, p: &p }, &mut y);
     for (value, unknown) in y.iter_mut().zip(signature.unknowns.iter()) {

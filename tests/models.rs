@@ -3,11 +3,12 @@
 
 mod support;
 
+use std::cell::RefCell;
 use std::path::Path;
 
 use dgd::{Direction, Pattern, Point, System};
 use dgd_execute::Interpreted;
-use support::{Noise, compiled, every_variant, interpreted, model_files};
+use support::{Noise, compiled, every_variant, input_values, interpreted, model_files};
 
 /// A place at which a model is evaluated.
 #[derive(Clone)]
@@ -28,11 +29,13 @@ impl At {
             .iter()
             .map(|x| if x.value == 0.0 { 0.1 * x.unit.factor } else { x.value })
             .collect();
-        let u: Vec<f64> = signature
-            .inputs
-            .iter()
-            .map(|x| x.unit.offset + x.unit.factor * (20.0 + 2.0 * noise.next()))
-            .collect();
+        let noise = RefCell::new(noise);
+        let u = input_values(
+            signature,
+            |_, x| x.unit.offset + x.unit.factor * (20.0 + 2.0 * noise.borrow_mut().next()),
+            |_, x| x.unit.factor * noise.borrow_mut().next(),
+        );
+        let noise = noise.into_inner();
         let mut y = vec![0.0; signature.unknowns.len()];
         system.start(Point { t: 0.0, y: &[], u: &u, p: &p }, &mut y);
         for (y, unknown) in y.iter_mut().zip(signature.unknowns.iter()) {
@@ -138,7 +141,9 @@ type Moved = fn(&mut At) -> &mut Vec<f64>;
 fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
     let signature = system.signature().clone();
     let (n, n_w) = (signature.unknowns.len(), signature.outputs.len());
-    let (n_u, n_s) = (signature.inputs.len(), signature.directions.len());
+    let (n_u, n_s) = (signature.n_u(), signature.directions.len());
+    let (n_tau, n_late) = (signature.delays.len(), signature.delayed_inputs.len());
+    let late = signature.inputs.len();
     let size = |value: f64| if value == 0.0 { 1.0 } else { value.abs() };
     let moved_parameter = |j: usize| match signature.directions[j] {
         Direction::Parameter(position) => position,
@@ -159,7 +164,9 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
     let mut jacobian = vec![0.0; signature.jacobian.len()];
     let mut dfdt = vec![0.0; n];
     let mut noise = Noise::new(5);
-    let udot: Vec<f64> = at.u.iter().map(|u| 0.01 * size(*u) * noise.next()).collect();
+    let mut udot: Vec<f64> = at.u.iter().map(|u| 0.01 * size(*u) * noise.next()).collect();
+    // Slopes of delayed inputs are inputs that do not change between the points where inputs kink.
+    udot[late + n_late..].fill(0.0);
     system.linearize(at.point(), &udot, &mut vec![0.0; n], &mut jacobian, &mut dfdt);
     let [by_y, by_u, by_p] = &signature.output_jacobians;
     let (mut dwdy, mut dwdu) = (vec![0.0; by_y.len()], vec![0.0; by_u.len()]);
@@ -217,6 +224,21 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
     );
     compare(&format!("{label}: dw/dt"), &dwdt, &difference(&|dt| w(&moving(dt, &still)), 0.0, 1.0));
 
+    let tau = |at: &At| {
+        let mut tau = vec![0.0; n_tau];
+        system.delays(at.point(), &mut tau);
+        tau
+    };
+    let mut dtau = vec![0.0; n_tau * n_s];
+    system.delay_sensitivities(at.point(), &mut dtau);
+    // What θ does to the inputs: v(t) = u(t − τ) has ∂v/∂θ = −v̇ ∂τ/∂θ.
+    let move_inputs = |at: &mut At, j: usize, step: f64| {
+        for (position, input) in signature.delayed_inputs.iter().enumerate() {
+            let slope = at.u[late + n_late + position];
+            at.u[late + position] -= slope * dtau[j * n_tau + input.delay] * step;
+        }
+    };
+
     // g = df/dy S + df/dθ is the derivative of f along (S_j, e_j); the same of w.
     let s: Vec<f64> = (0..n * n_s).map(|k| size(at.y[k % n]) * noise.next()).collect();
     let along = |j: usize, dx: f64| {
@@ -224,6 +246,7 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
         let parameter = moved_parameter(j);
         let step = size(at.p[parameter]);
         at.p[parameter] += step * dx;
+        move_inputs(&mut at, j, step * dx);
         at.y.iter_mut().zip(&s[j * n..]).for_each(|(y, s)| *y += s * dx);
         at
     };
@@ -290,9 +313,14 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
         let parameter = moved_parameter(j);
         let shifted = |x: f64| {
             let mut at = at.clone();
+            let step = x - at.p[parameter];
             at.p[parameter] = x;
+            move_inputs(&mut at, j, step);
             at
         };
+        let found = difference(&|x| tau(&shifted(x)), at.p[parameter], size(at.p[parameter]));
+        let column = &dtau[j * n_tau..(j + 1) * n_tau];
+        compare(&format!("{label}: dtau, direction {j}"), column, &found);
         let found = difference(&|x| y0(&shifted(x)), at.p[parameter], size(at.p[parameter]));
         compare(&format!("{label}: dy0, direction {j}"), &s0[j * n..(j + 1) * n], &found);
     }
@@ -368,7 +396,11 @@ fn bits(system: &impl System, at: &At) -> Vec<Vec<u64>> {
     let (mut y0, mut s0) = (numbers(n), numbers(n * n_s));
     system.start(point, &mut y0);
     system.start_sensitivities(point, &mut s0);
-    all.extend([w, dw, y0, s0]);
+    let mut tau = numbers(signature.delays.len());
+    let mut dtau = numbers(signature.delays.len() * n_s);
+    system.delays(point, &mut tau);
+    system.delay_sensitivities(point, &mut dtau);
+    all.extend([w, dw, y0, s0, tau, dtau]);
     all.iter().map(|values| values.iter().map(|x| x.to_bits()).collect()).collect()
 }
 
@@ -413,6 +445,7 @@ agreement! {
     bench_two_state: "models/bench_two_state.dgd";
     bench_two_state_static: "models/bench_two_state.dgd", flow = static;
     cstr: "models/cstr.dgd";
+    delayed_sensor: "models/delayed_sensor.dgd";
     every_intrinsic: "models/every_intrinsic.dgd";
     mud_circulation: "models/mud_circulation.dgd";
     mud_circulation_static: "models/mud_circulation.dgd", flow = static;

@@ -3,7 +3,8 @@
 use dgd_compiler::program::{self, Program, ResultKind};
 use dgd_compiler::units;
 use dgd_runtime::system::{
-    Direction, Input, Interpolation, Output, Parameter, Pattern, Signature, Text, Unit, Unknown,
+    DelayedInput, Direction, Input, Interpolation, Output, Parameter, Pattern, Signature, Text,
+    Unit, Unknown,
 };
 
 pub(crate) fn signature(program: &Program) -> Signature {
@@ -47,6 +48,12 @@ pub(crate) fn signature(program: &Program) -> Signature {
                 },
             })
             .collect(),
+        delays: program.delays.iter().map(|delay| text(delay)).collect(),
+        delayed_inputs: program
+            .delayed_inputs
+            .iter()
+            .map(|delayed| DelayedInput { input: delayed.input, delay: delayed.delay })
+            .collect(),
         outputs: program
             .outputs
             .iter()
@@ -54,6 +61,7 @@ pub(crate) fn signature(program: &Program) -> Signature {
                 name: text(&output.name),
                 unit: unit(&output.unit),
                 noise: output.noise,
+                delay: output.delay,
             })
             .collect(),
         directions: program

@@ -189,4 +189,12 @@ impl System for Interpreted {
     fn start_sensitivities(&self, at: Point<'_>, s: &mut [f64]) {
         self.run(FunctionKind::StartSensitivities, at, &[], &[], &mut [s]);
     }
+
+    fn delays(&self, at: Point<'_>, tau: &mut [f64]) {
+        self.run(FunctionKind::Delays, at, &[], &[], &mut [tau]);
+    }
+
+    fn delay_sensitivities(&self, at: Point<'_>, dtau: &mut [f64]) {
+        self.run(FunctionKind::DelaySensitivities, at, &[], &[], &mut [dtau]);
+    }
 }

@@ -105,6 +105,13 @@ pub enum BadRequest {
         /// The time, s.
         at: f64,
     },
+    /// The delay of an output is not a finite number.
+    Delay {
+        /// The delay, as the model writes it.
+        delay: String,
+        /// Its value, s.
+        value: f64,
+    },
 }
 
 /// Why there are no consistent start values.
@@ -218,6 +225,9 @@ impl fmt::Display for BadRequest {
                 f,
                 "t = {at} s is asked for more than twice; twice means left and right of a jump"
             ),
+            Self::Delay { delay, value } => {
+                write!(f, "an output would be read `{delay}` = {value} s late")
+            }
         }
     }
 }

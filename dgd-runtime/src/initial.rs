@@ -56,7 +56,8 @@ pub fn consistent_start<S: System>(
     let signature = system.signature();
     let n = signature.unknowns.len();
 
-    let segment = problem.inputs.segment(problem.inputs.segment_at(t, Side::Right));
+    let inputs = problem.inputs_read().map_err(IntegrateError::Inputs)?;
+    let segment = inputs.segment(inputs.segment_at(t, Side::Right));
     let mut u = S::Inputs::zeros(segment.u.len());
     segment.value(t, u.as_mut());
     let mut y = S::Vector::zeros(n);
@@ -73,23 +74,13 @@ pub fn consistent_start<S: System>(
         .make_consistent(system, at, y.as_mut(), jacobian.as_mut(), sizes.as_ref(), tolerances)
         .map_err(IntegrateError::Initial)?;
 
-    // 0 = ∂f_a/∂y ẏ + df_a/dt with ẏ_d = f_d
     let (mut f, mut dfdt) = (S::Vector::zeros(n), S::Vector::zeros(n));
     let at = Point { t, y: y.as_ref(), u: u.as_ref(), p: problem.p };
     system.linearize(at, segment.udot, f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
-    if !algebraic.is_empty() {
-        algebraic
-            .factorise(&signature.jacobian, jacobian.as_ref())
-            .map_err(|Singular { row }| singular(system, row, t, f.as_ref()))
-            .map_err(IntegrateError::Initial)?;
-        for (i, unknown) in signature.unknowns.iter().enumerate() {
-            if !unknown.differential {
-                f.as_mut()[i] = dfdt.as_ref()[i];
-            }
-        }
-        // The rows of J that couple algebraic equations to ẏ_d are in the matrix.
-        algebraic.factorisation.solve(f.as_mut());
-    }
+    algebraic
+        .rates(&signature.jacobian, jacobian.as_ref(), f.as_mut(), dfdt.as_ref())
+        .map_err(|Singular { row }| singular(system, row, t, f.as_ref()))
+        .map_err(IntegrateError::Initial)?;
     Ok(ConsistentStart { y: y.as_ref().to_vec(), ydot: f.as_ref().to_vec() })
 }
 
@@ -159,7 +150,7 @@ impl<S: System> Algebraic<S> {
             correction: zeros(),
             next: zeros(),
             dfdt: zeros(),
-            zero_slopes: S::Inputs::zeros(signature.inputs.len()),
+            zero_slopes: S::Inputs::zeros(signature.n_u()),
             strongest: 0.0,
         }
     }
@@ -205,6 +196,28 @@ impl<S: System> Algebraic<S> {
             *value = if mass[row] == 0.0 { *j } else { 0.0 };
         }
         self.factorisation.factorise(1.0, |i| mass[i] != 0.0, pattern, self.rows.as_ref())
+    }
+
+    /// ẏ in place of `f`, from 0 = ∂f_a/∂y ẏ + df_a/dt with ẏ_d = f_d.
+    pub(crate) fn rates(
+        &mut self,
+        pattern: &Pattern,
+        jacobian: &[f64],
+        f: &mut [f64],
+        dfdt: &[f64],
+    ) -> Result<(), Singular> {
+        if self.is_empty() {
+            return Ok(());
+        }
+        self.factorise(pattern, jacobian)?;
+        for ((f, dfdt), mass) in f.iter_mut().zip(dfdt).zip(self.mass.as_ref()) {
+            if *mass == 0.0 {
+                *f = *dfdt;
+            }
+        }
+        // The rows of J that couple algebraic equations to ẏ_d are in the matrix.
+        self.factorisation.solve(f);
+        Ok(())
     }
 
     /// The equation that makes ∂f_a/∂y_a as good as singular, if one does.
@@ -444,6 +457,36 @@ impl<S: System> Algebraic<S> {
             unknown: signature.unknowns[unknown].name.to_string(),
             correction: correction[unknown],
         }
+    }
+}
+
+/// Derivatives of all unknowns along a solution.
+pub(crate) struct Rates<S: System> {
+    algebraic: Algebraic<S>,
+    jacobian: S::Jacobian,
+    f: S::Vector,
+    dfdt: S::Vector,
+}
+
+impl<S: System> Rates<S> {
+    pub(crate) fn new(system: &S) -> Self {
+        let signature = system.signature();
+        let n = signature.unknowns.len();
+        Self {
+            algebraic: Algebraic::new(system),
+            jacobian: S::Jacobian::zeros(signature.jacobian.len()),
+            f: S::Vector::zeros(n),
+            dfdt: S::Vector::zeros(n),
+        }
+    }
+
+    /// ẏ at consistent values; `None` where algebraic unknowns are not determined.
+    pub(crate) fn at(&mut self, system: &S, at: Point<'_>, udot: &[f64]) -> Option<&[f64]> {
+        let (f, jacobian) = (self.f.as_mut(), self.jacobian.as_mut());
+        system.linearize(at, udot, f, jacobian, self.dfdt.as_mut());
+        let pattern = &system.signature().jacobian;
+        self.algebraic.rates(pattern, jacobian, f, self.dfdt.as_ref()).ok()?;
+        Some(self.f.as_ref())
     }
 }
 

@@ -9,6 +9,7 @@
 //! ```
 
 pub mod codegen;
+mod delay;
 mod error;
 pub mod identify;
 mod initial;
@@ -29,9 +30,9 @@ pub use integrate::{simulate, simulate_with_sensitivities};
 pub use measured_start::{MeasuredStartError, start_from_outputs};
 pub use observe::{Observations, observe};
 pub use problem::{Options, Problem};
-pub use signal::{Column, InputError, Inputs, Segment, Side};
-pub use solution::{Solution, Statistics, UndefinedSensitivity, side};
+pub use signal::{Column, Delayed, InputError, Inputs, Segment, Side};
+pub use solution::{LateValues, Solution, Statistics, UndefinedSensitivity, side};
 pub use system::{
-    Direction, Input, Interpolation, List, Output, Parameter, Pattern, Point, Signature, Storage,
-    System, Text, Unit, Unknown,
+    DelayedInput, Direction, Input, Interpolation, List, Output, Parameter, Pattern, Point,
+    Signature, Storage, System, Text, Unit, Unknown,
 };

@@ -49,8 +49,10 @@ pub fn start_from_outputs<S: System>(
     let mut y = consistent_start(problem, t, options).map_err(MeasuredStartError::Start)?.y;
     let mut sizes = vec![0.0; n];
     unknown_sizes(system, &y, &mut sizes);
-    let mut u = S::Inputs::zeros(problem.inputs.len());
-    problem.inputs.value(t, Side::Right, u.as_mut());
+    let inputs =
+        problem.inputs_read().map_err(|e| MeasuredStartError::Start(IntegrateError::Inputs(e)))?;
+    let mut u = S::Inputs::zeros(inputs.len());
+    inputs.value(t, Side::Right, u.as_mut());
 
     let mut w = vec![0.0; signature.outputs.len()];
     for _ in 0..MOST_ITERATIONS {
@@ -100,7 +102,7 @@ fn output_slopes<S: System>(
 ) -> Option<DMatrix<f64>> {
     let signature = system.signature();
     let n = signature.unknowns.len();
-    let (n_w, n_u) = (signature.outputs.len(), signature.inputs.len());
+    let (n_w, n_u) = (signature.outputs.len(), signature.n_u());
     let [by_y, by_u, by_p] = &signature.output_jacobians;
     let mut dwdy = vec![0.0; by_y.len()];
     let (mut dwdu, mut dwdp) = (vec![0.0; by_u.len()], vec![0.0; by_p.len()]);

@@ -1,7 +1,10 @@
 //! Outputs along a solution.
 
+use crate::delay::delay_sensitivities;
+use crate::initial::Rates;
 use crate::problem::Problem;
-use crate::solution::Solution;
+use crate::signal::{Inputs, Side};
+use crate::solution::{LateValues, Solution};
 use crate::system::{Point, Storage, System};
 
 /// Outputs, and their sensitivities where the solution has them.
@@ -32,11 +35,19 @@ impl Observations {
 
 /// Evaluates the outputs at the times of a solution of `problem`.
 ///
-/// Where inputs jump, they are taken on the side that the solution's values are on.
+/// Where inputs jump, they are taken on the side that the solution's values are on. An output with
+/// a delay is read at t − τ, and
+///
+/// ```text
+///   ∂w/∂θ = (∂w/∂y S + ∂w/∂θ|_y)(t − τ) − ẇ(t − τ) ∂τ/∂θ,   ẇ = ∂w/∂y ẏ + ∂w/∂u u̇ + ∂w/∂t
+/// ```
+///
+/// with ẏ and u̇ on that side: where w itself jumps, the jump is not differentiated. Before the
+/// start, and beyond what was integrated, ẏ and u̇ are zero.
 ///
 /// # Panics
 ///
-/// When the solution is that of a model of another size.
+/// When the solution is that of another problem.
 pub fn observe<S: System>(problem: &Problem<'_, S>, solution: &Solution) -> Observations {
     let system = problem.system;
     let n_w = system.signature().outputs.len();
@@ -48,9 +59,11 @@ pub fn observe<S: System>(problem: &Problem<'_, S>, solution: &Solution) -> Obse
         w: vec![0.0; n_w * solution.len()],
         dw: vec![0.0; len * solution.len()],
     };
-    let mut u = S::Inputs::zeros(problem.inputs.len());
+    let inputs = problem.inputs_read();
+    let inputs = inputs.unwrap_or_else(|error| panic!("the inputs were read before: {error}"));
+    let mut u = S::Inputs::zeros(inputs.len());
     for (k, &t) in solution.times.iter().enumerate() {
-        problem.inputs.value(t, solution.side(k), u.as_mut());
+        inputs.value(t, solution.side(k), u.as_mut());
         let at = Point { t, y: solution.y(k), u: u.as_ref(), p: problem.p };
         let w = &mut observations.w[k * n_w..(k + 1) * n_w];
         if n_s == 0 {
@@ -60,5 +73,123 @@ pub fn observe<S: System>(problem: &Problem<'_, S>, solution: &Solution) -> Obse
             system.output_sensitivities(at, solution.s(k), w, dw);
         }
     }
+    for late in &solution.late {
+        Reading::new(problem, &inputs, solution, late).read(&mut observations);
+    }
     observations
+}
+
+/// Outputs with one delay.
+struct Reading<'a, S: System> {
+    problem: &'a Problem<'a, S>,
+    inputs: &'a Inputs,
+    solution: &'a Solution,
+    late: &'a LateValues,
+    /// The outputs read with this delay.
+    outputs: Vec<usize>,
+    /// ∂τ/∂θ, n_s.
+    dtau: Vec<f64>,
+    u: S::Inputs,
+    udot: S::Inputs,
+    rates: Rates<S>,
+    /// Non-zeros of ∂w/∂y, ∂w/∂u, ∂w/∂p, and ∂w/∂t.
+    jacobians: [Vec<f64>; 4],
+}
+
+impl<'a, S: System> Reading<'a, S> {
+    fn new(
+        problem: &'a Problem<'a, S>,
+        inputs: &'a Inputs,
+        solution: &'a Solution,
+        late: &'a LateValues,
+    ) -> Self {
+        let signature = problem.system.signature();
+        let outputs = signature.outputs.iter().enumerate();
+        let n_tau = signature.delays.len();
+        let dtau = if solution.n_s == 0 { Vec::new() } else { delay_sensitivities(problem) };
+        let [by_y, by_u, by_p] = &signature.output_jacobians;
+        let lengths = [by_y.len(), by_u.len(), by_p.len(), signature.outputs.len()];
+        Reading {
+            problem,
+            inputs,
+            solution,
+            late,
+            outputs: outputs.filter(|(_, w)| w.delay == Some(late.delay)).map(|(i, _)| i).collect(),
+            dtau: dtau.chunks_exact(n_tau).map(|column| column[late.delay]).collect(),
+            u: S::Inputs::zeros(inputs.len()),
+            udot: S::Inputs::zeros(inputs.len()),
+            rates: Rates::new(problem.system),
+            jacobians: lengths.map(|len| vec![0.0; len]),
+        }
+    }
+
+    /// Replaces what the outputs were at t by what they were at t − τ.
+    fn read(&mut self, observations: &mut Observations) {
+        let Problem { system, p, .. } = *self.problem;
+        let (n_w, n_s, n) = (observations.n_w, observations.n_s, self.solution.n);
+        let (mut w, mut dw) = (vec![0.0; n_w], vec![0.0; n_w * n_s]);
+        let mut wdot = vec![0.0; n_w];
+        let moves = self.dtau.iter().any(|dtau| *dtau != 0.0);
+        for (k, &s) in self.late.times.iter().enumerate() {
+            // Time itself has neither begun nor ended with the run.
+            let t = self.solution.times[k] - self.late.tau;
+            let y = &self.late.y[k * n..(k + 1) * n];
+            let segment = self.inputs.segment(self.inputs.segment_at(s, self.side(k)));
+            segment.value(s, self.u.as_mut());
+            let at = Point { t, y, u: self.u.as_ref(), p };
+            if n_s == 0 {
+                system.outputs(at, &mut w);
+            } else {
+                let sensitivities = &self.late.s[k * n * n_s..(k + 1) * n * n_s];
+                system.output_sensitivities(at, sensitivities, &mut w, &mut dw);
+            }
+            if moves {
+                let inside = t == s;
+                let udot = self.udot.as_mut();
+                if inside {
+                    udot.copy_from_slice(segment.udot)
+                } else {
+                    udot.fill(0.0)
+                }
+                self.output_rates(t, y, inside, &mut wdot);
+            }
+            for &i in &self.outputs {
+                observations.w[k * n_w + i] = w[i];
+                for (j, &dtau) in self.dtau.iter().enumerate() {
+                    let dw = dw[j * n_w + i];
+                    observations.dw[(k * n_s + j) * n_w + i] =
+                        if dtau == 0.0 { dw } else { dw - wdot[i] * dtau };
+                }
+            }
+        }
+    }
+
+    fn side(&self, k: usize) -> Side {
+        if self.late.times[k] > self.solution.times[0] {
+            self.solution.side(k)
+        } else {
+            Side::Right
+        }
+    }
+
+    /// ẇ along the solution; with y and u at rest where it is not `inside` the run.
+    fn output_rates(&mut self, t: f64, y: &[f64], inside: bool, wdot: &mut [f64]) {
+        let Problem { system, p, .. } = *self.problem;
+        let at = Point { t, y, u: self.u.as_ref(), p };
+        let [dwdy, dwdu, dwdp, dwdt] = &mut self.jacobians;
+        system.output_jacobians(at, dwdy, dwdu, dwdp, dwdt);
+        wdot.copy_from_slice(dwdt);
+        if !inside {
+            return;
+        }
+        let udot = self.udot.as_ref();
+        let ydot = self.rates.at(system, at, udot);
+        let [by_y, by_u, _] = &system.signature().output_jacobians;
+        for ((row, column), slope) in by_y.positions().zip(&*dwdy) {
+            wdot[row] += slope * ydot.map_or(f64::NAN, |ydot| ydot[column]);
+        }
+        for ((row, column), slope) in by_u.positions().zip(&*dwdu) {
+            wdot[row] += slope * udot[column];
+        }
+    }
 }

@@ -1,8 +1,11 @@
 //! What to simulate, and how.
 
+use std::borrow::Cow;
+
+use crate::delay::delays;
 use crate::error::BadRequest;
 use crate::integrate::catalogue::{self, Method};
-use crate::signal::Inputs;
+use crate::signal::{Delayed, InputError, Inputs};
 use crate::system::System;
 
 /// A model with numbers.
@@ -26,6 +29,34 @@ impl<S> Clone for Problem<'_, S> {
 }
 
 impl<S> Copy for Problem<'_, S> {}
+
+impl<S: System> Problem<'_, S> {
+    /// Inputs as the model reads them: u of [`Point`](crate::Point), delayed inputs included.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError::Delay`] where an input's delay is below zero or not finite.
+    pub fn inputs_read(&self) -> Result<Cow<'_, Inputs>, InputError> {
+        let signature = self.system.signature();
+        if signature.delayed_inputs.is_empty() {
+            return Ok(Cow::Borrowed(self.inputs));
+        }
+        let tau = delays(self);
+        let mut delayed = Vec::with_capacity(signature.delayed_inputs.len());
+        for late in signature.delayed_inputs.iter() {
+            let value = tau[late.delay];
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(InputError::Delay {
+                    input: signature.inputs[late.input].name.to_string(),
+                    delay: signature.delays[late.delay].to_string(),
+                    value,
+                });
+            }
+            delayed.push(Delayed { input: late.input, tau: value });
+        }
+        Ok(Cow::Owned(self.inputs.with_delayed(&delayed)))
+    }
+}
 
 /// How to integrate.
 #[derive(Debug, Clone, Copy)]

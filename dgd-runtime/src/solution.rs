@@ -18,10 +18,27 @@ pub struct Solution {
     /// Sensitivities, n · n_s numbers per time in the order of [`System`](crate::System); NaN where
     /// they are undefined.
     pub s: Vec<f64>,
+    /// The same where outputs with a delay are read, for each delay that an output has.
+    pub late: Vec<LateValues>,
     /// Where and why sensitivities are undefined.
     pub undefined: Vec<UndefinedSensitivity>,
     /// Work done.
     pub statistics: Statistics,
+}
+
+/// Values at the times t − τ, for each asked time t.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LateValues {
+    /// Position of the delay among the model's.
+    pub delay: usize,
+    /// τ, s.
+    pub tau: f64,
+    /// t − τ, s; where that is before the start or beyond what is known, the nearest time that is.
+    pub times: Vec<f64>,
+    /// Unknowns, n numbers per time.
+    pub y: Vec<f64>,
+    /// Sensitivities, n · n_s numbers per time.
+    pub s: Vec<f64>,
 }
 
 /// A stretch of time on which sensitivities are undefined.

@@ -56,7 +56,7 @@ pub struct Point<'a> {
     pub t: f64,
     /// Unknowns.
     pub y: &'a [f64],
-    /// Inputs.
+    /// Inputs: the declared ones, then the delayed ones, then the slopes of the delayed ones.
     pub u: &'a [f64],
     /// Parameters.
     pub p: &'a [f64],
@@ -67,7 +67,7 @@ pub struct Point<'a> {
 /// | symbol | length | |
 /// |---|---|---|
 /// | `y`, `f` | n | unknowns and right-hand sides |
-/// | `u`, `udot` | n_u | inputs and their slopes |
+/// | `u`, `udot` | n_u | inputs and their slopes, delayed inputs included |
 /// | `p` | n_p | parameters, all of them |
 /// | `s`, `g` | n · n_s | sensitivities to the n_s chosen directions, and their right-hand sides |
 /// | `w` | n_w | outputs |
@@ -157,6 +157,16 @@ pub trait System {
     /// read.
     fn start_sensitivities(&self, at: Point<'_>, s: &mut [f64]);
 
+    /// The delays τ, n_τ of them. Only `at.p` is read. A system without delays need not say so.
+    fn delays(&self, _at: Point<'_>, tau: &mut [f64]) {
+        tau.fill(0.0);
+    }
+
+    /// ∂τ/∂θ, n_τ × n_s dense by columns. Only `at.p` is read.
+    fn delay_sensitivities(&self, _at: Point<'_>, dtau: &mut [f64]) {
+        dtau.fill(0.0);
+    }
+
     /// F = M ẏ − f. ∂F/∂ẏ = M, and the other derivatives of F are those of −f.
     fn residual(&self, at: Point<'_>, ydot: &[f64], residual: &mut [f64]) {
         self.rhs(at, residual);
@@ -180,8 +190,12 @@ pub struct Signature {
     pub equations: List<Text>,
     /// Parameters p.
     pub parameters: List<Parameter>,
-    /// Inputs u.
+    /// Inputs, as declared.
     pub inputs: List<Input>,
+    /// Distinct delays τ, as formulas write them.
+    pub delays: List<Text>,
+    /// Inputs that the equations read late: u has them, and then their slopes, behind `inputs`.
+    pub delayed_inputs: List<DelayedInput>,
     /// Outputs w.
     pub outputs: List<Output>,
     /// Chosen directions θ.
@@ -225,6 +239,11 @@ pub enum Direction {
 }
 
 impl Signature {
+    /// n_u, the length of u.
+    pub fn n_u(&self) -> usize {
+        self.inputs.len() + 2 * self.delayed_inputs.len()
+    }
+
     /// What the j-th direction is called: a parameter by its name, a start value as `x(0)`.
     ///
     /// # Panics
@@ -304,6 +323,15 @@ pub struct Input {
     pub interpolation: Interpolation,
 }
 
+/// An input read late, u(t − τ).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DelayedInput {
+    /// Position of the input.
+    pub input: usize,
+    /// Position of the delay τ.
+    pub delay: usize,
+}
+
 /// An output.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Output {
@@ -313,6 +341,8 @@ pub struct Output {
     pub unit: Unit,
     /// Standard deviation of the sensor's white error, SI.
     pub noise: Option<f64>,
+    /// Which delay it is read late by: w(t) is what [`System::outputs`] gives at t − τ.
+    pub delay: Option<usize>,
 }
 
 /// Where a matrix is not zero: columns ascending, rows ascending within a column.

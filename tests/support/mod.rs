@@ -4,6 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
+use dgd::{DelayedInput, Input, Signature};
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Compiled, Directions, compile};
@@ -82,6 +83,27 @@ pub(crate) fn every_variant(path: &Path) -> Vec<Vec<(String, String)>> {
         }
     }
     all
+}
+
+/// u from one number for each declared input, one for each delayed one, and one for its slope; the
+/// names are those of the inputs, with the delay or `slope` behind.
+pub(crate) fn input_values(
+    signature: &Signature,
+    mut value: impl FnMut(&str, &Input) -> f64,
+    mut slope: impl FnMut(&str, &Input) -> f64,
+) -> Vec<f64> {
+    let late = |delayed: &DelayedInput| {
+        let input = &signature.inputs[delayed.input];
+        (format!("{} late by {}", input.name, signature.delays[delayed.delay]), input)
+    };
+    let mut u: Vec<f64> = signature.inputs.iter().map(|input| value(&input.name, input)).collect();
+    for (name, input) in signature.delayed_inputs.iter().map(late) {
+        u.push(value(&name, input));
+    }
+    for (name, input) in signature.delayed_inputs.iter().map(late) {
+        u.push(slope(&format!("{name}, slope"), input));
+    }
+    u
 }
 
 /// Numbers in (-1, 1) that are the same in every run: SplitMix64 (Steele, Lea, Flood 2014).

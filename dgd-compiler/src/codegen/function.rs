@@ -96,9 +96,9 @@ fn bind_arrays(program: &Program, function: &Function) -> Vec<TokenStream> {
     let n = program.unknowns.len();
     [
         (Argument::Y, quote!(_at.y), n),
-        (Argument::U, quote!(_at.u), program.inputs.len()),
+        (Argument::U, quote!(_at.u), program.n_u()),
         (Argument::P, quote!(_at.p), program.parameters.len()),
-        (Argument::Udot, quote!(_udot), program.inputs.len()),
+        (Argument::Udot, quote!(_udot), program.n_u()),
         (Argument::S, quote!(_s), n * program.directions.len()),
     ]
     .into_iter()
@@ -133,6 +133,8 @@ fn result_name(kind: ResultKind) -> Ident {
         ResultKind::Dw => "_dw",
         ResultKind::Y0 => "_y0",
         ResultKind::S0 => "_s0",
+        ResultKind::Tau => "_tau",
+        ResultKind::Dtau => "_dtau",
     };
     Ident::new(name, Span::call_site())
 }
@@ -195,11 +197,24 @@ impl<'a> Body<'a> {
         Statements { statements, pieces }
     }
 
+    /// What an input is called, declared, delayed, or the slope of a delayed one.
+    fn input_name(&self, index: usize) -> Ident {
+        let Program { inputs, delayed_inputs, .. } = self.program;
+        let of = |late: usize| &inputs[delayed_inputs[late].input].declared.name;
+        match index.checked_sub(inputs.len()) {
+            None => identifier(&inputs[index].declared.name),
+            Some(late) => match late.checked_sub(delayed_inputs.len()) {
+                None => format_ident!("_{}_late_{}", of(late), late),
+                Some(late) => format_ident!("_{}_late_{}_slope", of(late), late),
+            },
+        }
+    }
+
     /// What a number of an argument is called.
     fn load_name(&self, argument: Argument, index: usize) -> Option<Ident> {
         match argument {
             Argument::Y => Some(identifier(&self.program.unknowns[index].name)),
-            Argument::U => Some(identifier(&self.program.inputs[index].declared.name)),
+            Argument::U => Some(self.input_name(index)),
             Argument::P => Some(identifier(&self.program.parameters[index].declared.name)),
             Argument::Udot | Argument::S => None,
         }

@@ -59,7 +59,7 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
     let nonzeros = |kind| program.patterns.get(&kind).map_or(0, Vec::len);
     let vector = storage(n);
     let sensitivity = storage(n * n_s);
-    let inputs = storage(program.inputs.len());
+    let inputs = storage(program.n_u());
     let jacobian = storage(nonzeros(crate::program::ResultKind::Jacobian));
     let dgdy = storage(nonzeros(crate::program::ResultKind::Dgdy));
     let factorisation = if on_stack {

@@ -65,13 +65,26 @@ pub(super) fn signature(program: &Program) -> TokenStream {
         let name = &output.name;
         let unit = unit(&output.unit);
         let noise = optional(output.noise);
+        let delay = match output.delay {
+            None => quote!(::core::option::Option::None),
+            Some(delay) => {
+                let delay = index(delay);
+                quote!(::core::option::Option::Some(#delay))
+            }
+        };
         quote! {
             ::dgd::__runtime::system::Output {
                 name: Text::Borrowed(#name),
                 unit: #unit,
                 noise: #noise,
+                delay: #delay,
             }
         }
+    });
+    let delays = program.delays.iter().map(|text| quote!(Text::Borrowed(#text)));
+    let delayed_inputs = program.delayed_inputs.iter().map(|delayed| {
+        let (input, delay) = (index(delayed.input), index(delayed.delay));
+        quote!(::dgd::__runtime::system::DelayedInput { input: #input, delay: #delay })
     });
     let directions = program.directions.iter().map(|direction| match *direction {
         Direction::Parameter(i) => {
@@ -98,6 +111,8 @@ pub(super) fn signature(program: &Program) -> TokenStream {
             equations: List::Borrowed(&[#(#equations),*]),
             parameters: List::Borrowed(&[#(#parameters),*]),
             inputs: List::Borrowed(&[#(#inputs),*]),
+            delays: List::Borrowed(&[#(#delays),*]),
+            delayed_inputs: List::Borrowed(&[#(#delayed_inputs),*]),
             outputs: List::Borrowed(&[#(#outputs),*]),
             directions: List::Borrowed(&[#(#directions),*]),
             jacobian: #jacobian,

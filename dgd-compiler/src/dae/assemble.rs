@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use super::delays;
 use super::matching::maximum_matching;
-use super::{Dae, Unknown};
+use super::{Dae, Output, Unknown};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::Model;
@@ -11,11 +12,11 @@ use crate::source::Span;
 use crate::units::Unit;
 
 /// An equation as l − r with r − l kept: 0 = r − l.
-struct Equation<'a> {
-    label: &'a str,
-    span: Span,
+pub(super) struct Equation<'a> {
+    pub(super) label: &'a str,
+    pub(super) span: Span,
     /// r − l.
-    rest: ExprId,
+    pub(super) rest: ExprId,
     /// Derivatives that occur in it.
     derivatives: Vec<u32>,
 }
@@ -27,7 +28,9 @@ struct Equation<'a> {
 /// [`Reported`] where equations and unknowns do not match, or the index is above 1.
 pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Reported> {
     let mut graph = Graph::default();
-    let (equations, starts, outputs, names) = transfer(model, &mut graph);
+    let mut transferred = transfer(model, &mut graph);
+    let delays = delays::resolve(model, &mut graph, &mut transferred, diagnostics)?;
+    let Transferred { equations, starts, outputs, names } = transferred;
 
     verify_counts(model, &graph, &equations, diagnostics)?;
 
@@ -106,7 +109,8 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     match_algebraic(&graph, &equations, &algebraic_equations, &unknowns, &mut rows, diagnostics)?;
 
     let mut dae_outputs = Vec::with_capacity(outputs.len());
-    for (output, value) in model.outputs.iter().zip(outputs) {
+    let late = outputs.into_iter().zip(delays.of_outputs);
+    for (output, (value, delay)) in model.outputs.iter().zip(late) {
         let rate = |symbol| match symbol {
             Symbol::Derivative(i) => {
                 let row = rows[i as usize].as_ref();
@@ -114,12 +118,9 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
             }
             _ => None,
         };
-        let mut output = output.clone();
-        output.value = graph.substitute(value, rate);
-        if let Some(Symbol::Derivative(i)) = graph
-            .symbols(output.value)
-            .into_iter()
-            .find(|symbol| matches!(symbol, Symbol::Derivative(_)))
+        let value = graph.substitute(value, rate);
+        if let Some(Symbol::Derivative(i)) =
+            graph.symbols(value).into_iter().find(|symbol| matches!(symbol, Symbol::Derivative(_)))
         {
             let name = &unknowns[i as usize].name;
             diagnostics.error(
@@ -134,7 +135,8 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
                 .label(model.unknowns[i as usize].declared.span, "algebraic in this variant"),
             );
         }
-        dae_outputs.push(output);
+        let declared = output.declared.clone();
+        dae_outputs.push(Output { declared, value, noise: output.noise, delay });
     }
     diagnostics.check()?;
 
@@ -164,6 +166,8 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         unknowns,
         parameters: model.parameters.clone(),
         inputs: model.inputs.clone(),
+        delays: delays.delays,
+        delayed_inputs: delays.inputs,
         outputs: dae_outputs,
         names,
         variants: model.variants.clone(),
@@ -188,7 +192,13 @@ struct Row {
     equation: usize,
 }
 
-type Transferred<'a> = (Vec<Equation<'a>>, Vec<ExprId>, Vec<ExprId>, BTreeMap<ExprId, String>);
+/// Expressions of a model in the graph of its system.
+pub(super) struct Transferred<'a> {
+    pub(super) equations: Vec<Equation<'a>>,
+    pub(super) starts: Vec<ExprId>,
+    pub(super) outputs: Vec<ExprId>,
+    pub(super) names: BTreeMap<ExprId, String>,
+}
 
 /// Everything into one simplified graph: equations, start values, outputs, names.
 fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'a> {
@@ -225,7 +235,7 @@ fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'a> {
         .collect();
     let starts = model.unknowns.iter().map(|u| built[&u.start]).collect();
     let outputs = model.outputs.iter().map(|o| built[&o.value]).collect();
-    (equations, starts, outputs, names)
+    Transferred { equations, starts, outputs, names }
 }
 
 /// f in ẋ = f, where 0 = r − l is a ẋ + b with a free of derivatives: f = −b/a.

@@ -1,13 +1,14 @@
 //! The system to be solved: M ẏ = f(t, y, u, p) with M = diag(1 or 0), square and of index 1.
 
 mod assemble;
+mod delays;
 mod matching;
 pub mod text;
 
 use std::collections::BTreeMap;
 
 use crate::expr::{ExprId, Graph};
-use crate::model::{Input, Output, Parameter, Variant};
+use crate::model::{Declared, Input, Parameter, Variant};
 use crate::source::Span;
 use crate::units::Unit;
 
@@ -17,7 +18,9 @@ pub use assemble::assemble;
 ///
 /// - as many rows as unknowns, row i of unknown i: ẏᵢ = fᵢ where it is differential, else 0 = fᵢ,
 /// - the algebraic rows determine the algebraic unknowns structurally: the index is 1 at most,
-/// - expressions are simplified and hold times, parameters, inputs and unknowns only.
+/// - expressions are simplified and hold times, parameters, inputs and unknowns only,
+/// - nothing in them is delayed: what arrives late is an input behind the declared ones, and what
+///   is read late is an output with a delay.
 ///
 /// A derivative that cannot be solved for row by row has become an algebraic unknown of its own,
 /// named `der(x)`.
@@ -35,12 +38,47 @@ pub struct Dae {
     pub parameters: Vec<Parameter>,
     /// Inputs, as declared.
     pub inputs: Vec<Input>,
+    /// Distinct delays.
+    pub delays: Vec<Delay>,
+    /// Inputs u behind the declared ones: declared inputs that arrive late.
+    pub delayed_inputs: Vec<DelayedInput>,
     /// Outputs; their values are expressions of `graph`.
     pub outputs: Vec<Output>,
     /// Names that the model gives to expressions.
     pub names: BTreeMap<ExprId, String>,
     /// What was chosen.
     pub variants: Vec<Variant>,
+}
+
+/// How late something is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Delay {
+    /// τ, of parameters only, s.
+    pub tau: ExprId,
+    /// As formulas write it.
+    pub text: String,
+}
+
+/// An input u(t − τ).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DelayedInput {
+    /// Which of the declared inputs.
+    pub input: usize,
+    /// Which delay.
+    pub delay: usize,
+}
+
+/// An output w(t) = E(t − τ).
+#[derive(Debug, Clone)]
+pub struct Output {
+    /// Name, place, unit, doc.
+    pub declared: Declared,
+    /// E.
+    pub value: ExprId,
+    /// Standard deviation of the sensor's white error, SI.
+    pub noise: Option<f64>,
+    /// Which delay is τ; none is zero.
+    pub delay: Option<usize>,
 }
 
 /// An unknown and its row.
@@ -66,4 +104,22 @@ pub struct Unknown {
     pub equation: String,
     /// Where that equation stands.
     pub span: Span,
+}
+
+impl Dae {
+    /// What the i-th input is called, declared or delayed.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such input.
+    pub fn input_name(&self, i: usize) -> String {
+        let name = |i: usize| &self.inputs[i].declared.name;
+        match i.checked_sub(self.inputs.len()) {
+            None => name(i).clone(),
+            Some(late) => {
+                let DelayedInput { input, delay } = self.delayed_inputs[late];
+                format!("delay({}, {})", name(input), self.delays[delay].text)
+            }
+        }
+    }
 }

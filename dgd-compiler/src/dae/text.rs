@@ -31,21 +31,31 @@ pub fn write(dae: &Dae) -> String {
         let _ = writeln!(text, "  {kind} {} = {value}", unknown.name);
     }
     for (output, value) in dae.outputs.iter().zip(&listing.roots[2 * n..]) {
-        let _ = writeln!(text, "  output {} = {value}", output.declared.name);
+        let late = output.delay.map_or(String::new(), |delay| {
+            format!("  read at time - {}", bracketed(&dae.delays[delay].text))
+        });
+        let _ = writeln!(text, "  output {} = {value}{late}", output.declared.name);
     }
     text
+}
+
+/// What is subtracted, in brackets where it is more than a name or a number.
+fn bracketed(text: &str) -> String {
+    let is_atom = text.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '.'));
+    if is_atom { text.to_owned() } else { format!("({text})") }
 }
 
 fn symbol_name(dae: &Dae, symbol: Symbol) -> String {
     match symbol {
         Symbol::Time => "time".to_owned(),
         Symbol::Parameter(i) => dae.parameters[i as usize].declared.name.clone(),
-        Symbol::Input(i) => dae.inputs[i as usize].declared.name.clone(),
+        Symbol::Input(i) => dae.input_name(i as usize),
         Symbol::Unknown(i) => dae.unknowns[i as usize].name.clone(),
         Symbol::Constant(_)
         | Symbol::Derivative(_)
         | Symbol::InputSlope(_)
-        | Symbol::Sensitivity(_) => {
+        | Symbol::Sensitivity(_)
+        | Symbol::Late(_) => {
             unreachable!("a system holds times, parameters, inputs and unknowns only")
         }
     }

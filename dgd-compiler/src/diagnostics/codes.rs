@@ -171,7 +171,7 @@ Right:
 "
 E110 "not part of the language yet" "
 The construct is planned, but this version does not read it: modes, events (`when`, `saturate`),
-parts, arrays (`for`, `size`, indices) and delays.
+parts and arrays (`for`, `size`, indices).
 
 Wrong:
 
@@ -287,7 +287,7 @@ Right:
     # End of the constants.
 "
 E119 "word that cannot be a name" "
-`and`, `or`, `not`, `if`, `then` and `else` are words of expressions everywhere, and `delay` will be
+`and`, `or`, `not`, `if`, `then` and `else` are words of expressions everywhere, and `delay` is
 a function of the language. Other keywords may be names.
 
 Wrong:
@@ -515,6 +515,20 @@ Right:
 
     --apply pump_wear
 "
+E215 "delay that varies" "
+How late something is read must be known before a run: it is made of constants and parameters.
+
+Wrong:
+
+    input flow [m^3/s]
+    let late = delay(flow, 2 [m^3] / flow)
+
+Right:
+
+    input flow [m^3/s]
+    parameter transport_time [s] = 40
+    let late = delay(flow, transport_time)
+"
 E301 "units that cannot be added or compared" "
 Terms of a sum, sides of a comparison, and branches of an `if` must measure the same kind of quantity.
 Their scales may differ: bar and psi can be added. Zero goes with every unit.
@@ -689,6 +703,40 @@ Right:
     state q [m^3/s] = 0
     equation balance: 3 [s] * der(q) = q_in - q
     output slope [m^3/s^2] = der(q)
+"
+E407 "delayed state in an equation" "
+An equation, or a `let` that it reads, depends on what a state was some time ago. Equations may read
+delayed inputs, and outputs may read anything late; states that feed back late are not part of the
+language yet.
+
+Wrong:
+
+    state level [m] = 1
+    equation balance: der(level) = -0.1 [1/s] * delay(level, 3 [s])
+
+Right:
+
+    input inflow [m/s]
+    state level [m] = 1
+    equation balance: der(level) = delay(inflow, 3 [s]) - 0.1 [1/s] * level
+    output reading [m] = delay(level, 3 [s])
+"
+E408 "output that reads several times at once" "
+All of an output that varies is read at one time: its states, and the inputs with them. Inputs may
+be read later than the states, never earlier, and time itself may be read as it is.
+
+Wrong:
+
+    state level [m] = 1
+    equation balance: der(level) = -0.1 [1/s] * level
+    output change [m] = level - delay(level, 3 [s])
+
+Right:
+
+    state level [m] = 1
+    equation balance: der(level) = -0.1 [1/s] * level
+    output level_now [m] = level
+    output level_late [m] = delay(level, 3 [s])
 "
 E501 "value outside its bounds" "
 The value of a parameter does not lie within the bounds behind `in`.

@@ -123,6 +123,7 @@ impl Graph {
                     }
                 }
             }
+            Node::Delay(..) => unreachable!("delays are resolved before derivatives are taken"),
             Node::Select(condition, a, b) => {
                 let zero = self.constant(0.0);
                 if depends(a) {

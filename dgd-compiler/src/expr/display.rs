@@ -103,6 +103,10 @@ fn node_text(
             let (a, b) = (at_least(a, Tightness::Select), at_least(b, Tightness::Select));
             (format!("{}({a}, {b})", f.get().name), Tightness::Atom)
         }
+        Node::Delay(x, tau) => {
+            let (x, tau) = (at_least(x, Tightness::Select), at_least(tau, Tightness::Select));
+            (format!("delay({x}, {tau})"), Tightness::Atom)
+        }
         Node::Compare(c, a, b) => {
             infix(a, &format!(" {} ", c.spelling()), b, Tightness::Compare, Tightness::Sum)
         }

@@ -39,6 +39,8 @@ pub enum Symbol {
     Derivative(u32),
     /// ∂yᵢ/∂θⱼ at position j n + i.
     Sensitivity(u32),
+    /// Something read late, by its position in the list of such; only inside `assemble`.
+    Late(u32),
 }
 
 /// One operation on earlier expressions.
@@ -72,6 +74,8 @@ pub enum Node {
     Not(ExprId),
     /// Where the condition (first) holds the second, otherwise the third.
     Select(ExprId, ExprId, ExprId),
+    /// The first as it was so many seconds ago; gone after `assemble`.
+    Delay(ExprId, ExprId),
 }
 
 impl Node {
@@ -87,7 +91,8 @@ impl Node {
             | Node::Call2(_, a, b)
             | Node::Compare(_, a, b)
             | Node::And(a, b)
-            | Node::Or(a, b) => [Some(a), Some(b), None],
+            | Node::Or(a, b)
+            | Node::Delay(a, b) => [Some(a), Some(b), None],
             Node::Select(a, b, c) => [Some(a), Some(b), Some(c)],
         };
         [a, b, c].into_iter().flatten()
@@ -224,6 +229,8 @@ pub fn apply(node: Node, value: impl Fn(ExprId) -> f64) -> f64 {
                 value(a)
             }
         }
+        // What has a value here is the same at all times.
+        Node::Delay(a, _) => value(a),
     }
 }
 

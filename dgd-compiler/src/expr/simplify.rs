@@ -240,6 +240,14 @@ impl Graph {
         }
     }
 
+    /// x as it was `tau` ago
+    pub fn delay(&mut self, x: ExprId, tau: ExprId) -> ExprId {
+        if self.is(tau, 0.0) || self.value(x).is_some() {
+            return x;
+        }
+        self.intern(Node::Delay(x, tau))
+    }
+
     /// The expression with this node over operands that are simplified already.
     pub fn simplified(&mut self, node: Node) -> ExprId {
         match node {
@@ -253,6 +261,7 @@ impl Graph {
             Node::Call2(f, a, b) => self.call(f, &[a, b]),
             Node::Compare(..) | Node::And(..) | Node::Or(..) | Node::Not(_) => self.fold(node),
             Node::Select(c, a, b) => self.select(c, a, b),
+            Node::Delay(x, tau) => self.delay(x, tau),
         }
     }
 }
@@ -319,6 +328,7 @@ impl Node {
             Node::Or(a, b) => Node::Or(f(a), f(b)),
             Node::Not(a) => Node::Not(f(a)),
             Node::Select(c, a, b) => Node::Select(f(c), f(a), f(b)),
+            Node::Delay(x, tau) => Node::Delay(f(x), f(tau)),
         }
     }
 }

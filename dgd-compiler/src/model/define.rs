@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::expression::unit_of;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::expr::Symbol;
 use crate::expr::intrinsics::IntrinsicId;
 use crate::source::Span;
 use crate::syntax::ast::{Argument, Expr, ExprKind, Item, ItemKind, Name, UnknownKind};
@@ -79,6 +80,22 @@ impl<'a> Scope<'a> {
 
     pub(super) fn function_names(&self) -> impl Iterator<Item = &'a str> + '_ {
         self.functions.iter().map(|function| function.name)
+    }
+
+    /// What a symbol is called; nothing for a constant, of which others are named first.
+    pub(super) fn quoted_name(&self, symbol: Symbol) -> Option<String> {
+        self.names.iter().find_map(|(name, entry)| {
+            let same = match (entry.definition, symbol) {
+                (Definition::Time, Symbol::Time) => true,
+                (Definition::Parameter(i), Symbol::Parameter(j))
+                | (Definition::Input(i), Symbol::Input(j)) => i == j,
+                (Definition::Unknown { index, .. }, Symbol::Unknown(j) | Symbol::Derivative(j)) => {
+                    index == j
+                }
+                _ => false,
+            };
+            same.then(|| format!("`{name}`"))
+        })
     }
 
     /// Collects what the items declare.

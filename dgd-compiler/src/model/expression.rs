@@ -25,7 +25,7 @@ pub(super) struct Typed {
 }
 
 /// What names stand for while a function is open: its arguments.
-type Arguments<'a> = BTreeMap<&'a str, Typed>;
+pub(super) type Arguments<'a> = BTreeMap<&'a str, Typed>;
 
 /// Lowers expressions into a graph.
 pub(super) struct Lowering<'a> {
@@ -78,7 +78,7 @@ impl<'a> Lowering<'a> {
         })
     }
 
-    fn lower(
+    pub(super) fn lower(
         &mut self,
         expr: &'a Expr,
         arguments: &Arguments<'a>,
@@ -342,7 +342,7 @@ impl<'a> Lowering<'a> {
         let candidates = arguments.keys().copied().chain(self.scope.names.keys().copied());
         let mut diagnostic =
             Diagnostic::new(Code::E201, span, format!("nothing is called `{name}`"));
-        if IntrinsicId::find(name).is_some() {
+        if name == "delay" || IntrinsicId::find(name).is_some() {
             diagnostic.code = Code::E205;
             diagnostic.message = format!("`{name}` is a function");
             diagnostic.help = Some(format!("call it: `{name}(…)`"));
@@ -363,6 +363,9 @@ impl<'a> Lowering<'a> {
         let name = function.text.as_str();
         if name == "der" {
             return self.derivative(list, span, diagnostics);
+        }
+        if name == "delay" {
+            return self.delay(list, span, arguments, diagnostics);
         }
         let mut typed = Vec::with_capacity(list.len());
         let mut failed = None;
@@ -406,7 +409,7 @@ impl<'a> Lowering<'a> {
                         function.span,
                         format!("there is no function `{name}`"),
                     );
-                    if let Some(near) = suggestion(name, known.chain(own).chain(["der"])) {
+                    if let Some(near) = suggestion(name, known.chain(own).chain(["der", "delay"])) {
                         diagnostic.help = Some(format!("did you mean `{near}`?"));
                     }
                     return Err(diagnostics.error(diagnostic));

@@ -322,6 +322,7 @@ fn call(function: &str, arguments: &[Expr]) -> Formula {
         ("der", [Expr { kind: ExprKind::Name(name), .. }]) => {
             return Formula::Dot(Symbol::of(name));
         }
+        ("delay", [x, tau]) => return late(x, tau),
         ("sqrt", _) => return Formula::Root(Box::new(list)),
         ("abs", _) => return Formula::Fenced(Fence::Bars, Box::new(list)),
         _ => match WELL_KNOWN.iter().find(|(spelling, ..)| *spelling == function) {
@@ -330,6 +331,18 @@ fn call(function: &str, arguments: &[Expr]) -> Formula {
         },
     };
     Formula::Row(vec![name, round(list)])
+}
+
+/// x(t − τ); brackets around an x that is not a name.
+fn late(x: &Expr, tau: &Expr) -> Formula {
+    let (x, tau) = (bare(x), bare(tau));
+    let of = match x.kind {
+        ExprKind::Name(_) => expression(x),
+        _ => round(expression(x)),
+    };
+    let by = if is_sum(tau) { round(expression(tau)) } else { expression(tau) };
+    let t = Formula::Symbol(Symbol::of("t"));
+    Formula::Row(vec![of, round(Formula::Row(vec![t, Formula::Operator(Operator::Minus), by]))])
 }
 
 fn round(inner: Formula) -> Formula {

@@ -133,7 +133,8 @@ impl<'a> Resolver<'a> {
         let depends =
             |s: &Symbol| matches!(s, Symbol::Unknown(_) | Symbol::Derivative(_) | Symbol::Time);
         if let Some(symbol) = graph.symbols(start).into_iter().find(depends) {
-            let culprit = self.quoted_name(symbol).unwrap_or_else(|| "an unknown".to_owned());
+            let culprit =
+                self.lowering.scope.quoted_name(symbol).unwrap_or_else(|| "an unknown".to_owned());
             return Err(diagnostics.error(
                 Diagnostic::new(
                     Code::E503,

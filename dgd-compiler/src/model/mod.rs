@@ -3,6 +3,7 @@
 mod check_units;
 mod choose;
 mod define;
+mod delay;
 mod expression;
 pub mod formula;
 mod item;

@@ -8,7 +8,7 @@ use super::define::{Definition, Scope, in_order};
 use super::expression::{Lowering, Typed, is_plain, unit_of};
 use super::{Constant, Declared, Input, Interpolation, Let, Model};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use crate::expr::{ExprId, Symbol};
+use crate::expr::ExprId;
 use crate::source::Span;
 use crate::syntax::ast::{
     Ast, AttributeKind, Expr, Item, ItemKind, Name, Unit as WrittenUnit, UnknownKind,
@@ -312,24 +312,8 @@ impl<'a> Resolver<'a> {
     /// The first thing in an expression that is not known before a run.
     fn first_unknown_beforehand(&self, id: ExprId) -> String {
         let symbols = self.lowering.graph.symbols(id);
-        let found = symbols.iter().find_map(|symbol| self.quoted_name(*symbol));
+        let found = symbols.iter().find_map(|symbol| self.lowering.scope.quoted_name(*symbol));
         found.unwrap_or_else(|| "a constant that is in error".to_owned())
-    }
-
-    /// What a symbol is called; nothing for a constant, of which others are named first.
-    pub(super) fn quoted_name(&self, symbol: Symbol) -> Option<String> {
-        self.lowering.scope.names.iter().find_map(|(name, entry)| {
-            let same = match (entry.definition, symbol) {
-                (Definition::Time, Symbol::Time) => true,
-                (Definition::Parameter(i), Symbol::Parameter(j))
-                | (Definition::Input(i), Symbol::Input(j)) => i == j,
-                (Definition::Unknown { index, .. }, Symbol::Unknown(j) | Symbol::Derivative(j)) => {
-                    index == j
-                }
-                _ => false,
-            };
-            same.then(|| format!("`{name}`"))
-        })
     }
 
     /// Checks functions that nothing calls, where their arguments say enough.

@@ -104,8 +104,8 @@ fn symbol_name(model: &Model, symbol: Symbol) -> String {
         Symbol::Input(i) => model.inputs[i as usize].declared.name.clone(),
         Symbol::Unknown(i) => unknown(i),
         Symbol::Derivative(i) => format!("der({})", unknown(i)),
-        Symbol::InputSlope(_) | Symbol::Sensitivity(_) => {
-            unreachable!("only a program reads slopes and sensitivities")
+        Symbol::InputSlope(_) | Symbol::Sensitivity(_) | Symbol::Late(_) => {
+            unreachable!("only later stages read slopes, sensitivities and late values")
         }
     }
 }

@@ -27,6 +27,10 @@ pub enum FunctionKind {
     Start,
     /// ∂y₀/∂θ.
     StartSensitivities,
+    /// τ.
+    Delays,
+    /// ∂τ/∂θ.
+    DelaySensitivities,
 }
 
 /// An array that a function reads.
@@ -81,6 +85,10 @@ pub enum ResultKind {
     Y0,
     /// ∂y₀/∂θ, n n_s.
     S0,
+    /// τ, one for each delay.
+    Tau,
+    /// ∂τ/∂θ, delays × n_s.
+    Dtau,
 }
 
 /// A row of [`FUNCTIONS`].
@@ -128,6 +136,8 @@ pub static FUNCTIONS: &[FunctionSpec] = {
         row(K::OutputSensitivities, "output_sensitivities", &[S], &[R::W, R::Dw]),
         row(K::Start, "start", &[], &[R::Y0]),
         row(K::StartSensitivities, "start_sensitivities", &[], &[R::S0]),
+        row(K::Delays, "delays", &[], &[R::Tau]),
+        row(K::DelaySensitivities, "delay_sensitivities", &[], &[R::Dtau]),
     ]
 };
 

@@ -45,6 +45,8 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
             .collect(),
         parameters: dae.parameters.clone(),
         inputs: dae.inputs.clone(),
+        delays: dae.delays.iter().map(|delay| delay.text.clone()).collect(),
+        delayed_inputs: dae.delayed_inputs.clone(),
         outputs: dae
             .outputs
             .iter()
@@ -53,6 +55,7 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
                 unit: output.declared.unit.clone(),
                 doc: output.declared.doc.clone(),
                 noise: output.noise,
+                delay: output.delay,
             })
             .collect(),
         directions: directions.to_vec(),
@@ -128,13 +131,18 @@ impl<'a> Derivation<'a> {
                 let start = self.result(ResultKind::Y0);
                 let directions = self.directions;
                 let n = start.len();
-                let mut matrix = self.dense(&start, directions.len(), direction(directions));
+                let mut matrix = self.along_directions(&start);
                 for (j, direction) in directions.iter().enumerate() {
                     if let Direction::Start(i) = direction {
                         matrix[j * n + i] = self.graph.constant(1.0);
                     }
                 }
                 matrix
+            }
+            ResultKind::Tau => self.tau(),
+            ResultKind::Dtau => {
+                let tau = self.tau();
+                self.along_directions(&tau)
             }
             ResultKind::Jacobian => self.sparse(result, &f, unknown),
             ResultKind::ParameterJacobian => self.sparse(result, &f, parameter),
@@ -193,7 +201,7 @@ impl<'a> Derivation<'a> {
                 by_unknown.push((k, derive(self, slope)));
             }
             let mut by_direction = BTreeMap::new();
-            for (j, slope) in self.graph.gradient(f, direction(directions)) {
+            for (j, slope) in self.by_direction(f) {
                 by_direction.insert(j, derive(self, slope));
             }
             for j in 0..directions.len() {
@@ -249,7 +257,7 @@ impl<'a> Derivation<'a> {
     /// ∂e/∂y S + ∂e/∂θ for each expression e: dense by columns.
     fn sensitivities_of(&mut self, expressions: &[ExprId]) -> Vec<ExprId> {
         let directions = self.directions;
-        let mut matrix = self.dense(expressions, directions.len(), direction(directions));
+        let mut matrix = self.along_directions(expressions);
         if directions.is_empty() {
             return matrix;
         }
@@ -269,11 +277,60 @@ impl<'a> Derivation<'a> {
         matrix
     }
 
+    /// ∂e/∂θ at fixed unknowns for each expression e: dense by columns.
+    fn along_directions(&mut self, expressions: &[ExprId]) -> Vec<ExprId> {
+        let zero = self.graph.constant(0.0);
+        let mut matrix = vec![zero; expressions.len() * self.directions.len()];
+        for (row, expression) in expressions.iter().enumerate() {
+            for (j, slope) in self.by_direction(*expression) {
+                matrix[j * expressions.len() + row] = slope;
+            }
+        }
+        matrix
+    }
+
+    /// ∂e/∂θ at fixed unknowns, where it is not zero, directions ascending.
+    ///
+    /// A delayed input v(t) = u(t − τ) depends on θ through its delay: ∂v/∂θ = −v̇ ∂τ/∂θ.
+    fn by_direction(&mut self, expression: ExprId) -> Vec<(usize, ExprId)> {
+        let directions = self.directions;
+        let own = self.graph.gradient(expression, direction(directions));
+        if self.dae.delayed_inputs.is_empty() || directions.is_empty() {
+            return own;
+        }
+        let mut sums: BTreeMap<usize, ExprId> = own.into_iter().collect();
+        let declared = self.dae.inputs.len();
+        let late = |symbol| input(symbol).and_then(|i| i.checked_sub(declared));
+        for (position, slope) in self.graph.gradient(expression, late) {
+            let tau = self.dae.delays[self.dae.delayed_inputs[position].delay].tau;
+            let rate = self.rate_symbol(position);
+            for (j, by_tau) in self.graph.gradient(tau, direction(directions)) {
+                let moved = self.graph.multiply(rate, by_tau);
+                let part = self.graph.multiply(slope, moved);
+                let part = self.graph.negate(part);
+                self.accumulate(&mut sums, j, part);
+            }
+        }
+        sums.into_iter().collect()
+    }
+
+    /// v̇ of a delayed input, which is an input too: it is constant between the points at which
+    /// inputs are not smooth.
+    fn rate_symbol(&mut self, position: usize) -> ExprId {
+        let index = self.dae.inputs.len() + self.dae.delayed_inputs.len() + position;
+        self.graph.symbol(Symbol::Input(u32::try_from(index).unwrap_or(u32::MAX)))
+    }
+
+    fn tau(&self) -> Vec<ExprId> {
+        self.dae.delays.iter().map(|delay| delay.tau).collect()
+    }
+
     /// de/dt at fixed unknowns: ∂e/∂t + ∂e/∂u u̇.
     fn along_time(&mut self, expression: ExprId) -> ExprId {
+        let with_slopes = self.dae.inputs.len() + self.dae.delayed_inputs.len();
         let moving = |symbol| match symbol {
             Symbol::Time => Some(0),
-            Symbol::Input(i) => Some(i as usize + 1),
+            Symbol::Input(i) if (i as usize) < with_slopes => Some(i as usize + 1),
             _ => None,
         };
         let mut sum = self.graph.constant(0.0);
@@ -352,8 +409,8 @@ fn operation(node: Node, value: impl Fn(ExprId) -> ValueId) -> Operation {
             Symbol::InputSlope(i) => Operation::Load(Argument::Udot, i),
             Symbol::Unknown(i) => Operation::Load(Argument::Y, i),
             Symbol::Sensitivity(i) => Operation::Load(Argument::S, i),
-            Symbol::Constant(_) | Symbol::Derivative(_) => {
-                unreachable!("a Dae holds no constants and no derivatives")
+            Symbol::Constant(_) | Symbol::Derivative(_) | Symbol::Late(_) => {
+                unreachable!("a Dae holds no constants, no derivatives and nothing late")
             }
         },
         Node::Negate(a) => Operation::Negate(value(a)),
@@ -368,5 +425,6 @@ fn operation(node: Node, value: impl Fn(ExprId) -> ValueId) -> Operation {
         Node::Or(a, b) => Operation::Or(value(a), value(b)),
         Node::Not(a) => Operation::Not(value(a)),
         Node::Select(c, a, b) => Operation::Select(value(c), value(a), value(b)),
+        Node::Delay(..) => unreachable!("a Dae holds no delays"),
     }
 }

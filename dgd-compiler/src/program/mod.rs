@@ -11,6 +11,7 @@ use crate::expr::intrinsics::IntrinsicId;
 use crate::source::Span;
 use crate::units::Unit;
 
+pub use crate::dae::DelayedInput;
 pub use crate::model::{Input, Interpolation, Parameter};
 pub use functions::{Argument, FUNCTIONS, FunctionKind, FunctionSpec, ResultKind};
 pub use lower::lower;
@@ -31,8 +32,12 @@ pub struct Program {
     pub unknowns: Vec<Unknown>,
     /// Parameters p.
     pub parameters: Vec<Parameter>,
-    /// Inputs u.
+    /// Declared inputs; u has them first, then the delayed ones, then the slopes of the delayed ones.
     pub inputs: Vec<Input>,
+    /// Distinct delays τ, as formulas write them.
+    pub delays: Vec<String>,
+    /// Declared inputs that arrive late.
+    pub delayed_inputs: Vec<DelayedInput>,
     /// Outputs w.
     pub outputs: Vec<Output>,
     /// Directions θ of the sensitivities.
@@ -85,6 +90,8 @@ pub struct Output {
     pub doc: Vec<String>,
     /// Standard deviation of the sensor's white error, SI.
     pub noise: Option<f64>,
+    /// Which delay it is read late by; none is zero.
+    pub delay: Option<usize>,
 }
 
 /// A function of the program.
@@ -177,6 +184,11 @@ impl Operation {
 }
 
 impl Program {
+    /// Length of u.
+    pub fn n_u(&self) -> usize {
+        self.inputs.len() + 2 * self.delayed_inputs.len()
+    }
+
     /// The function of a kind.
     pub fn function(&self, kind: FunctionKind) -> &Function {
         // Kinds, table and list have one order.

@@ -24,6 +24,21 @@ impl fmt::Display for Program {
                 writeln!(f, "  {array}[{i}] = {name} [{unit}]")?;
             }
         }
+        for (i, delayed) in self.delayed_inputs.iter().enumerate() {
+            let (name, tau) =
+                (&self.inputs[delayed.input].declared.name, &self.delays[delayed.delay]);
+            let value = self.inputs.len() + i;
+            let slope = value + self.delayed_inputs.len();
+            writeln!(f, "  u[{value}] = delay({name}, {tau}), u[{slope}] its slope")?;
+        }
+        for (i, tau) in self.delays.iter().enumerate() {
+            writeln!(f, "  tau[{i}] = {tau}")?;
+        }
+        for (i, output) in self.outputs.iter().enumerate() {
+            if let Some(delay) = output.delay {
+                writeln!(f, "  w[{i}] is read at t - tau[{delay}]")?;
+            }
+        }
         for (j, direction) in self.directions.iter().enumerate() {
             match *direction {
                 Direction::Parameter(i) => {

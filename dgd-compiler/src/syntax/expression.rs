@@ -17,9 +17,9 @@
 //! calls and `if`s call the parser again, so that nesting needs little of the machine's stack. The
 //! parser looks one token ahead, and nothing is read twice.
 
-use super::ast::{Comparison, Expr, ExprKind, Factor, Sign, Unit};
+use super::ast::{Comparison, Expr, ExprKind, Factor, Name, Sign, Unit};
 use super::lexical::{RESERVED, TokenKind};
-use super::tokens::{CLOSE, Parsed, Tokens, name, not_yet, word};
+use super::tokens::{CLOSE, Parsed, Tokens, name, word};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::source::Span;
 
@@ -328,10 +328,12 @@ pub(crate) fn close(open: Span, input: Tokens<'_>) -> Parsed<'_, Span> {
 }
 
 fn call(input: Tokens<'_>) -> Parsed<'_, Expr> {
-    if input.starts_with_word("delay") {
-        return input.wrong(not_yet(input.span(), "delays are"));
-    }
-    let (open, function) = name(input)?;
+    let (open, function) = if input.starts_with_word("delay") {
+        let function = Name { text: input.first_text().to_owned(), span: input.span() };
+        (input.behind_first(), function)
+    } else {
+        name(input)?
+    };
     let (rest, arguments) = arguments(open.deeper()?.behind_first())?;
     let (rest, _) = close(open.span(), rest.shallower())?;
     Ok((rest, Expr { span: input.span_to(&rest), kind: ExprKind::Call { function, arguments } }))

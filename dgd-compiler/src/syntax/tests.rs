@@ -256,7 +256,6 @@ fn mistakes_have_their_codes() {
         ("/// nothing", "E118"),
         ("let if = 1", "E119"),
         ("function delay(x) = x", "E119"),
-        ("let a = delay(b, 1)", "E110"),
         ("state p[1..N] [bar] = 1", "E110"),
         ("let a = p[1]", "E110"),
         ("pump.q = 1", "E110"),

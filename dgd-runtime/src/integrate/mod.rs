@@ -20,22 +20,25 @@ pub mod catalogue;
 mod controller;
 mod diagnose;
 mod initial_step;
+mod moving_jump;
 mod record;
 mod rosenbrock;
 mod singular_point;
 pub mod tableau;
 pub mod tableaux;
 
+use crate::delay::LateTimes;
 use crate::error::{BadRequest, Failure, IntegrateError};
 use crate::initial::{Algebraic, Place, start_values};
 use crate::linalg::Singular;
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
-use crate::signal::Side;
+use crate::signal::{Segment, Side};
 use crate::solution::{Solution, Statistics};
 use crate::system::{Direction, Point, Storage, System};
 use catalogue::MethodKind;
 use controller::Controller;
+use moving_jump::MovingJumps;
 use rosenbrock::{At, Base, Directions, Drive, Rosenbrock};
 use tableau::RosenbrockTableau;
 
@@ -78,6 +81,7 @@ pub fn simulate_with_sensitivities<S: System>(
     run(problem, times, options, Some(Directions::new(problem.system)))
 }
 
+/// Runs to all times that the outputs need, and gives the solution at the asked ones.
 fn run<S: System>(
     problem: &Problem<'_, S>,
     times: &[f64],
@@ -92,30 +96,55 @@ fn run<S: System>(
     let mut solution = Solution {
         n,
         n_s,
-        times: Vec::with_capacity(times.len()),
-        y: Vec::with_capacity(n * times.len()),
-        s: Vec::with_capacity(n * n_s * times.len()),
+        times: Vec::new(),
+        y: Vec::new(),
+        s: Vec::new(),
+        late: Vec::new(),
         undefined: Vec::new(),
         statistics: Statistics::default(),
     };
-    if let Err(error) = verify(problem, times, options) {
-        return Err(Failure { error, partial: Box::new(solution) });
-    }
-    let (Some(&from), Some(&until)) = (times.first(), times.last()) else {
-        return Ok(solution);
+    let verified = verify(problem, times, options).and_then(|()| {
+        let late = LateTimes::new(problem, times)?;
+        Ok((late, problem.inputs_read().map_err(IntegrateError::Inputs)?))
+    });
+    let (late, inputs) = match verified {
+        Ok(verified) => verified,
+        Err(error) => return Err(Failure { error, partial: Box::new(solution) }),
     };
-
-    let MethodKind::Rosenbrock(tableau) = options.method.kind;
-    let mut simulation = Simulation::new(problem, options, tableau, from, directions);
-    let outcome = simulation.integrate(times, until, &mut solution);
-    let reached = simulation.t;
-    for stretch in &mut solution.undefined {
-        stretch.until = reached;
+    let read = Problem { inputs: &inputs, ..*problem };
+    let all = late.as_ref().map_or(times, |late| &late.all);
+    let outcome = run_to(&read, all, options, directions, &mut solution);
+    if let Some(late) = late {
+        solution = late.split(times, solution);
     }
     match outcome {
         Ok(()) => Ok(solution),
         Err(error) => Err(Failure { error, partial: Box::new(solution) }),
     }
+}
+
+/// Runs to `times`; the problem's inputs are those that the model reads.
+fn run_to<S: System>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+    options: &Options,
+    directions: Option<Directions<S>>,
+    solution: &mut Solution,
+) -> Result<(), IntegrateError> {
+    let (Some(&from), Some(&until)) = (times.first(), times.last()) else {
+        return Ok(());
+    };
+    solution.times.reserve(times.len());
+    solution.y.reserve(solution.n * times.len());
+    solution.s.reserve(solution.n * solution.n_s * times.len());
+    let MethodKind::Rosenbrock(tableau) = options.method.kind;
+    let mut simulation = Simulation::new(problem, options, tableau, from, directions);
+    let outcome = simulation.integrate(times, until, solution);
+    let reached = simulation.t;
+    for stretch in &mut solution.undefined {
+        stretch.until = reached;
+    }
+    outcome
 }
 
 fn verify<S: System>(
@@ -162,6 +191,8 @@ struct Simulation<'a, S: System> {
     segment: usize,
     segment_end: f64,
     drive: Drive<S>,
+    /// Where jumps of the inputs move with parameters.
+    moving: Option<MovingJumps<S>>,
     t: f64,
     y: S::Vector,
     /// Sizes of the unknowns, for tolerances.
@@ -187,6 +218,7 @@ impl<'a, S: System> Simulation<'a, S> {
         let system = problem.system;
         let n = system.signature().unknowns.len();
         let segment = problem.inputs.segment_at(from, Side::Right);
+        let moving = directions.as_ref().and_then(|_| MovingJumps::new(problem));
         let sensitivity_row = directions.as_ref().map(|directions| directions.s.clone());
         Self {
             problem,
@@ -201,6 +233,7 @@ impl<'a, S: System> Simulation<'a, S> {
             segment,
             segment_end: problem.inputs.segment(segment).t1,
             drive: Drive::new(problem.inputs.segment(segment)),
+            moving,
             t: from,
             y: S::Vector::zeros(n),
             sizes: S::Vector::zeros(n),
@@ -437,11 +470,27 @@ impl<'a, S: System> Simulation<'a, S> {
 
     /// Makes the next segment of the inputs the current one.
     fn enter_next_segment(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
-        let Problem { system, p, inputs, .. } = *self.problem;
         solution.statistics.segments += 1;
         self.segment += 1;
-        let segment = inputs.segment(self.segment);
+        let segment = self.problem.inputs.segment(self.segment);
         self.segment_end = segment.t1;
+        match self.moving.take() {
+            Some(mut moving) if self.directions.is_some() => {
+                let entered = self.enter_with_moving_jumps(segment, &mut moving, solution);
+                self.moving = Some(moving);
+                entered
+            }
+            _ => self.enter(segment, solution),
+        }
+    }
+
+    /// Goes on with the inputs of a segment.
+    fn enter(
+        &mut self,
+        segment: Segment<'_>,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        let Problem { system, p, .. } = *self.problem;
         self.linearized = false;
         if self.algebraic.is_empty() {
             self.drive.enter(segment);

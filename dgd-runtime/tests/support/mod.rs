@@ -74,9 +74,11 @@ fn signature<E: Equations>() -> Signature {
                 interpolation: Interpolation::Hold,
             })
             .collect(),
+        delays: Vec::new().into(),
+        delayed_inputs: Vec::new().into(),
         outputs: E::UNKNOWNS
             .iter()
-            .map(|&(name, ..)| Output { name: name.into(), unit: unit(), noise: None })
+            .map(|&(name, ..)| Output { name: name.into(), unit: unit(), noise: None, delay: None })
             .collect(),
         directions: (0..n_s).map(Direction::Parameter).collect(),
         jacobian: full(n, n),

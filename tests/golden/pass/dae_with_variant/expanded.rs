@@ -220,6 +220,8 @@ pub mod vessel {
                 },
             ],
         ),
+        delays: List::Borrowed(&[]),
+        delayed_inputs: List::Borrowed(&[]),
         outputs: List::Borrowed(
             &[
                 ::dgd::__runtime::system::Output {
@@ -230,6 +232,7 @@ pub mod vessel {
                         offset: 0.0,
                     },
                     noise: ::core::option::Option::None,
+                    delay: ::core::option::Option::None,
                 },
                 ::dgd::__runtime::system::Output {
                     name: Text::Borrowed("flow"),
@@ -239,6 +242,7 @@ pub mod vessel {
                         offset: 0.0,
                     },
                     noise: ::core::option::Option::Some(0.0016666666666666668),
+                    delay: ::core::option::Option::None,
                 },
             ],
         ),
@@ -564,6 +568,18 @@ pub mod vessel {
                 0.0,
                 0.0,
             ];
+        }
+        #[inline]
+        fn delays(&self, _at: ::dgd::__runtime::Point<'_>, _tau: &mut [f64]) {
+            *::dgd::__runtime::codegen::fixed_mut::<0>(_tau) = [];
+        }
+        #[inline]
+        fn delay_sensitivities(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _dtau: &mut [f64],
+        ) {
+            *::dgd::__runtime::codegen::fixed_mut::<0>(_dtau) = [];
         }
     }
 }

@@ -191,6 +191,8 @@ pub mod basins {
             ],
         ),
         inputs: List::Borrowed(&[]),
+        delays: List::Borrowed(&[]),
+        delayed_inputs: List::Borrowed(&[]),
         outputs: List::Borrowed(
             &[
                 ::dgd::__runtime::system::Output {
@@ -201,6 +203,7 @@ pub mod basins {
                         offset: 0.0,
                     },
                     noise: ::core::option::Option::None,
+                    delay: ::core::option::Option::None,
                 },
                 ::dgd::__runtime::system::Output {
                     name: Text::Borrowed("gap"),
@@ -210,6 +213,7 @@ pub mod basins {
                         offset: 0.0,
                     },
                     noise: ::core::option::Option::None,
+                    delay: ::core::option::Option::None,
                 },
             ],
         ),
@@ -607,6 +611,18 @@ pub mod basins {
                 0.0,
                 0.0,
             ];
+        }
+        #[inline]
+        fn delays(&self, _at: ::dgd::__runtime::Point<'_>, _tau: &mut [f64]) {
+            *::dgd::__runtime::codegen::fixed_mut::<0>(_tau) = [];
+        }
+        #[inline]
+        fn delay_sensitivities(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _dtau: &mut [f64],
+        ) {
+            *::dgd::__runtime::codegen::fixed_mut::<0>(_dtau) = [];
         }
     }
 }

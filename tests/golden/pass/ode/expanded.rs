@@ -192,6 +192,8 @@ pub mod spring {
                 },
             ],
         ),
+        delays: List::Borrowed(&[]),
+        delayed_inputs: List::Borrowed(&[]),
         outputs: List::Borrowed(
             &[
                 ::dgd::__runtime::system::Output {
@@ -202,6 +204,7 @@ pub mod spring {
                         offset: 0.0,
                     },
                     noise: ::core::option::Option::Some(0.0001),
+                    delay: ::core::option::Option::None,
                 },
                 ::dgd::__runtime::system::Output {
                     name: Text::Borrowed("energy"),
@@ -211,6 +214,7 @@ pub mod spring {
                         offset: 0.0,
                     },
                     noise: ::core::option::Option::None,
+                    delay: ::core::option::Option::None,
                 },
             ],
         ),
@@ -473,6 +477,18 @@ pub mod spring {
             _s0: &mut [f64],
         ) {
             *::dgd::__runtime::codegen::fixed_mut::<4>(_s0) = [0.0, 0.0, 0.0, 0.0];
+        }
+        #[inline]
+        fn delays(&self, _at: ::dgd::__runtime::Point<'_>, _tau: &mut [f64]) {
+            *::dgd::__runtime::codegen::fixed_mut::<0>(_tau) = [];
+        }
+        #[inline]
+        fn delay_sensitivities(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _dtau: &mut [f64],
+        ) {
+            *::dgd::__runtime::codegen::fixed_mut::<0>(_dtau) = [];
         }
     }
 }

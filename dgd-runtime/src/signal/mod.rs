@@ -4,9 +4,13 @@
 //! u(t) = u(t₀) + u̇ (t − t₀). Neighbouring samples between which nothing changes share a segment,
 //! so that constant inputs cost nothing and a solver restarts only where it must.
 
+mod delayed;
+
 use std::fmt;
 
 use crate::system::Interpolation;
+
+pub use delayed::Delayed;
 
 /// Inputs as functions of time.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,6 +120,15 @@ pub enum InputError {
         at: f64,
         /// Time of the last sample, s.
         last: f64,
+    },
+    /// An input was asked for before it is known, or by no finite time late.
+    Delay {
+        /// The input.
+        input: String,
+        /// Its delay, as the model writes it.
+        delay: String,
+        /// Value of the delay, s.
+        value: f64,
     },
 }
 
@@ -261,6 +274,11 @@ impl Inputs {
         Ok(())
     }
 
+    /// The last time at which all inputs are known; infinity where all of them are held.
+    pub fn last_known(&self) -> f64 {
+        self.last_linear.as_ref().map_or(f64::INFINITY, |edge| edge.t)
+    }
+
     /// Whether the last segment also describes the interval between two samples.
     fn goes_on(&self, times: &[f64], columns: &[Column<'_>], start: usize, end: usize) -> bool {
         let Some(last) = self.starts.len().checked_sub(1) else {
@@ -367,6 +385,11 @@ impl fmt::Display for InputError {
                 f,
                 "linear input `{input}` is asked for at t = {at} s, beyond its last sample at \
                  t = {last} s"
+            ),
+            Self::Delay { input, delay, value } => write!(
+                f,
+                "`delay({input}, {delay})` would be {value} s late; the delay of an input is a \
+                 finite time and not below zero"
             ),
         }
     }

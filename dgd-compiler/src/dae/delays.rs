@@ -1,0 +1,387 @@
+//! Delays taken apart: outputs that are read late, and inputs that arrive late.
+//!
+//! A delay of an expression is the expression of what varies in it, each delayed:
+//! delay(f(x, u, p), τ) = f(delay(x, τ), delay(u, τ), p), delay(time, τ) = time − τ, and
+//! delay(delay(x, a), b) = delay(x, a + b). Once delays stand at names only,
+//!
+//! - an output whose states are all late by τ is read at t − τ as a whole,
+//! - any other delayed input is an input of its own, behind those that are declared.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use super::assemble::Transferred;
+use super::{Delay, DelayedInput};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::expr::display::listing;
+use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::model::Model;
+
+/// Delays of delays open at most this many expressions.
+const MOST_WORK: usize = 1_000_000;
+
+/// The summands of a delay, ascending; numbers among them are added up.
+type Summands = Vec<ExprId>;
+
+/// What became of the delays of a model.
+#[derive(Debug, Default)]
+pub(super) struct Resolved {
+    pub(super) delays: Vec<Delay>,
+    pub(super) inputs: Vec<DelayedInput>,
+    /// For each output, how late it is read as a whole.
+    pub(super) of_outputs: Vec<Option<usize>>,
+}
+
+/// Replaces delays in everything that was transferred.
+///
+/// After this no expression holds a delay or anything late: delayed inputs are inputs.
+pub(super) fn resolve(
+    model: &Model,
+    graph: &mut Graph,
+    transferred: &mut Transferred<'_>,
+    diagnostics: &mut Diagnostics,
+) -> Result<Resolved, Reported> {
+    let Transferred { equations, starts, outputs, names } = transferred;
+    let rests = equations.iter().map(|equation| equation.rest);
+    let roots: Vec<ExprId> = rests
+        .chain(starts.iter().copied())
+        .chain(outputs.iter().copied())
+        .chain(names.keys().copied())
+        .collect();
+    let nodes = graph.listed(roots);
+    if !nodes.iter().any(|(_, node)| matches!(node, Node::Delay(..))) {
+        let of_outputs = vec![None; outputs.len()];
+        return Ok(Resolved { of_outputs, ..Resolved::default() });
+    }
+
+    let mut resolver = Resolver::new(model);
+    let Some(at_names) = resolver.push_down(graph, &nodes) else {
+        let span = model.outputs.first().map(|output| output.declared.span);
+        let span = span.or(model.equations.first().map(|e| e.span)).unwrap_or_default();
+        let message = "delays of delays open too many expressions";
+        return Err(diagnostics.error(
+            Diagnostic::new(Code::E211, span, message)
+                .help("delay each part once, by the sum of its delays"),
+        ));
+    };
+    for equation in equations.iter_mut() {
+        match resolver.instantaneous(graph, at_names[&equation.rest]) {
+            Ok(rest) => equation.rest = rest,
+            Err(symbol) => {
+                let name = resolver.name(symbol);
+                let message = format!(
+                    "equation `{}` reads {name} as it was some time ago, which only outputs can",
+                    equation.label
+                );
+                let mut diagnostic = Diagnostic::new(Code::E407, equation.span, message).help(
+                    "states that feed back late are not part of the language yet; delay an \
+                     input, or the output that is measured late",
+                );
+                if let Symbol::Unknown(i) | Symbol::Derivative(i) = symbol {
+                    let place = model.unknowns[i as usize].declared.span;
+                    diagnostic = diagnostic.label(place, "declared here");
+                }
+                diagnostics.error(diagnostic);
+            }
+        }
+    }
+    for start in starts.iter_mut() {
+        *start = resolver
+            .instantaneous(graph, at_names[start])
+            .unwrap_or_else(|_| unreachable!("start values read no unknowns"));
+    }
+    let mut of_outputs = Vec::with_capacity(outputs.len());
+    for (value, output) in outputs.iter_mut().zip(&model.outputs) {
+        let mut delay = None;
+        match resolver.output(graph, at_names[value]) {
+            Ok((read, late)) => (*value, delay) = (read, late),
+            Err([a, b]) => {
+                let declared = &output.declared;
+                let (a, b) = (resolver.name(a), resolver.name(b));
+                let read = if a == b { a } else { format!("{a} and {b}") };
+                let message = format!("output `{}` reads {read} at different times", declared.name);
+                diagnostics.error(Diagnostic::new(Code::E408, declared.span, message).help(
+                    "delay the whole of it by one time, `delay(…, tau)`, or make two outputs \
+                     of it",
+                ));
+            }
+        }
+        of_outputs.push(delay);
+    }
+    diagnostics.check()?;
+    let mut kept = BTreeMap::new();
+    for (id, name) in names.iter() {
+        if let Some(id) = resolver.known(graph, at_names[id])
+            && graph.node(id).operands().next().is_some()
+        {
+            kept.insert(id, name.clone());
+        }
+    }
+    *names = kept;
+    Ok(Resolved { delays: resolver.delays, inputs: resolver.inputs, of_outputs })
+}
+
+struct Resolver<'a> {
+    model: &'a Model,
+    /// What is late, and by how much, by the number of its `Late` symbol.
+    late: Vec<(Symbol, Summands)>,
+    numbers: BTreeMap<(Symbol, Summands), u32>,
+    work: usize,
+    delays: Vec<Delay>,
+    inputs: Vec<DelayedInput>,
+}
+
+impl<'a> Resolver<'a> {
+    fn new(model: &'a Model) -> Self {
+        Resolver {
+            model,
+            late: Vec::new(),
+            numbers: BTreeMap::new(),
+            work: 0,
+            delays: Vec::new(),
+            inputs: Vec::new(),
+        }
+    }
+
+    /// The expressions with delays at names only; `None` where there are too many.
+    fn push_down(
+        &mut self,
+        graph: &mut Graph,
+        nodes: &[(ExprId, Node)],
+    ) -> Option<HashMap<ExprId, ExprId>> {
+        let mut built: HashMap<ExprId, ExprId> = HashMap::with_capacity(nodes.len());
+        for &(id, node) in nodes {
+            let here = match node {
+                Node::Symbol(_) => id,
+                Node::Delay(x, tau) => self.delayed(graph, built[&x], built[&tau])?,
+                _ => graph.simplified(node.map(|operand| built[&operand])),
+            };
+            built.insert(id, here);
+        }
+        Some(built)
+    }
+
+    fn delayed(&mut self, graph: &mut Graph, x: ExprId, tau: ExprId) -> Option<ExprId> {
+        let nodes = graph.listed([x]);
+        self.work += nodes.len();
+        if self.work > MOST_WORK {
+            return None;
+        }
+        let built = graph.rebuild(&nodes, |graph, symbol| match self.source(symbol) {
+            None => graph.symbol(symbol),
+            Some((source, mut summands)) => {
+                include(graph, &mut summands, tau);
+                self.symbol(graph, source, summands)
+            }
+        });
+        Some(built[&x])
+    }
+
+    /// What varies, and how late it is; nothing for a parameter.
+    fn source(&self, symbol: Symbol) -> Option<(Symbol, Summands)> {
+        match symbol {
+            Symbol::Late(k) => Some(self.late[k as usize].clone()),
+            Symbol::Time | Symbol::Input(_) | Symbol::Unknown(_) | Symbol::Derivative(_) => {
+                Some((symbol, Summands::new()))
+            }
+            Symbol::Constant(_)
+            | Symbol::Parameter(_)
+            | Symbol::InputSlope(_)
+            | Symbol::Sensitivity(_) => None,
+        }
+    }
+
+    fn symbol(&mut self, graph: &mut Graph, source: Symbol, summands: Summands) -> ExprId {
+        if summands.is_empty() {
+            return graph.symbol(source);
+        }
+        let next = u32::try_from(self.late.len()).unwrap_or(u32::MAX);
+        let number = *self.numbers.entry((source, summands)).or_insert_with_key(|late| {
+            self.late.push(late.clone());
+            next
+        });
+        graph.symbol(Symbol::Late(number))
+    }
+
+    /// An expression of what is, or was an input or the time, now; otherwise the late unknown.
+    fn instantaneous(&mut self, graph: &mut Graph, id: ExprId) -> Result<ExprId, Symbol> {
+        let mut replaced = BTreeMap::new();
+        for symbol in graph.symbols(id) {
+            let Symbol::Late(k) = symbol else { continue };
+            let (source, summands) = self.late[k as usize].clone();
+            let now = match source {
+                Symbol::Input(i) => self.delayed_input(graph, i, &summands),
+                Symbol::Time => shifted_time(graph, &[], &summands),
+                other => return Err(other),
+            };
+            replaced.insert(symbol, now);
+        }
+        Ok(graph.substitute(id, |symbol| replaced.get(&symbol).copied()))
+    }
+
+    /// What an output reads at one time, and how late that is; otherwise two things that it reads
+    /// at different times.
+    fn output(
+        &mut self,
+        graph: &mut Graph,
+        id: ExprId,
+    ) -> Result<(ExprId, Option<usize>), [Symbol; 2]> {
+        let read: Vec<(Symbol, Symbol, Summands)> = graph
+            .symbols(id)
+            .into_iter()
+            .filter_map(|symbol| self.source(symbol).map(|(source, late)| (symbol, source, late)))
+            .collect();
+        let is_unknown =
+            |source: Symbol| matches!(source, Symbol::Unknown(_) | Symbol::Derivative(_));
+        let mut unknowns = read.iter().filter(|(_, source, _)| is_unknown(*source));
+        let whole = match unknowns.next() {
+            Some((_, first, late)) => {
+                if let Some((_, other, _)) = unknowns.find(|(_, _, other)| other != late) {
+                    return Err([*first, *other]);
+                }
+                Some((*first, late.clone()))
+            }
+            // Inputs alone: read late as a whole where all of them are.
+            None => {
+                let inputs = read.iter().filter(|(_, s, _)| matches!(s, Symbol::Input(_)));
+                let distinct: BTreeSet<&Summands> = inputs.map(|(_, _, late)| late).collect();
+                let source = read.first().map(|(_, source, _)| *source);
+                match (distinct.len(), distinct.first(), source) {
+                    (1, Some(late), Some(source)) => Some((source, (*late).clone())),
+                    _ => None,
+                }
+            }
+        };
+        let Some((first, whole)) = whole else {
+            let now = self.instantaneous(graph, id);
+            return Ok((now.unwrap_or_else(|_| unreachable!("it reads no unknowns")), None));
+        };
+
+        let mut replaced = BTreeMap::new();
+        for (symbol, source, late) in read {
+            let now = match source {
+                Symbol::Input(i) => {
+                    let (early, rest) = difference(&whole, &late);
+                    if !early.is_empty() {
+                        return Err([first, source]);
+                    }
+                    self.delayed_input(graph, i, &rest)
+                }
+                Symbol::Time => {
+                    let (early, rest) = difference(&whole, &late);
+                    shifted_time(graph, &early, &rest)
+                }
+                _ => graph.symbol(source),
+            };
+            replaced.insert(symbol, now);
+        }
+        let value = graph.substitute(id, |symbol| replaced.get(&symbol).copied());
+        let delay = (!whole.is_empty()).then(|| self.delay(graph, &whole));
+        Ok((value, delay))
+    }
+
+    /// An expression whose late inputs are inputs already; nothing where one is not.
+    fn known(&self, graph: &mut Graph, id: ExprId) -> Option<ExprId> {
+        let mut replaced = BTreeMap::new();
+        for symbol in graph.symbols(id) {
+            let Symbol::Late(k) = symbol else { continue };
+            let (Symbol::Input(i), summands) = &self.late[k as usize] else { return None };
+            let tau = sum(graph, summands);
+            let is_this =
+                |x: &DelayedInput| x.input == *i as usize && self.delays[x.delay].tau == tau;
+            let position = self.inputs.iter().position(is_this)?;
+            replaced.insert(symbol, graph.symbol(self.input_symbol(position)));
+        }
+        Some(graph.substitute(id, |symbol| replaced.get(&symbol).copied()))
+    }
+
+    fn input_symbol(&self, position: usize) -> Symbol {
+        let index = self.model.inputs.len() + position;
+        Symbol::Input(u32::try_from(index).unwrap_or(u32::MAX))
+    }
+
+    fn delayed_input(&mut self, graph: &mut Graph, i: u32, summands: &[ExprId]) -> ExprId {
+        if summands.is_empty() {
+            return graph.symbol(Symbol::Input(i));
+        }
+        let wanted = DelayedInput { input: i as usize, delay: self.delay(graph, summands) };
+        let found = self.inputs.iter().position(|x| *x == wanted);
+        let position = found.unwrap_or_else(|| {
+            self.inputs.push(wanted);
+            self.inputs.len() - 1
+        });
+        graph.symbol(self.input_symbol(position))
+    }
+
+    fn delay(&mut self, graph: &mut Graph, summands: &[ExprId]) -> usize {
+        let tau = sum(graph, summands);
+        if let Some(position) = self.delays.iter().position(|delay| delay.tau == tau) {
+            return position;
+        }
+        let text = listing(graph, &[tau], &BTreeMap::new(), &|symbol| match symbol {
+            Symbol::Parameter(i) => self.model.parameters[i as usize].declared.name.clone(),
+            _ => unreachable!("a delay is made of parameters"),
+        });
+        let text = if text.lines.is_empty() { text.roots[0].clone() } else { "…".to_owned() };
+        self.delays.push(Delay { tau, text });
+        self.delays.len() - 1
+    }
+
+    /// What a symbol is called, in quotes.
+    fn name(&self, symbol: Symbol) -> String {
+        match symbol {
+            Symbol::Unknown(i) => format!("`{}`", self.model.unknowns[i as usize].declared.name),
+            Symbol::Derivative(i) => {
+                format!("`der({})`", self.model.unknowns[i as usize].declared.name)
+            }
+            Symbol::Input(i) => format!("`{}`", self.model.inputs[i as usize].declared.name),
+            Symbol::Time
+            | Symbol::Constant(_)
+            | Symbol::Parameter(_)
+            | Symbol::InputSlope(_)
+            | Symbol::Sensitivity(_)
+            | Symbol::Late(_) => unreachable!("only inputs and unknowns are named"),
+        }
+    }
+}
+
+/// Adds a summand to a delay.
+fn include(graph: &mut Graph, summands: &mut Summands, tau: ExprId) {
+    let mut tau = tau;
+    if graph.value(tau).is_some()
+        && let Some(at) = summands.iter().position(|other| graph.value(*other).is_some())
+    {
+        tau = graph.add(summands.remove(at), tau);
+    }
+    if graph.value(tau) != Some(0.0) {
+        let at = summands.partition_point(|other| *other <= tau);
+        summands.insert(at, tau);
+    }
+}
+
+fn sum(graph: &mut Graph, summands: &[ExprId]) -> ExprId {
+    let zero = graph.constant(0.0);
+    summands.iter().fold(zero, |sum, summand| graph.add(sum, *summand))
+}
+
+/// Summands of `a` that `b` lacks, and the other way round.
+fn difference(a: &[ExprId], b: &[ExprId]) -> (Summands, Summands) {
+    let mut rest = b.to_vec();
+    let mut lacking = Summands::new();
+    for summand in a {
+        match rest.iter().position(|other| other == summand) {
+            Some(at) => {
+                rest.remove(at);
+            }
+            None => lacking.push(*summand),
+        }
+    }
+    (lacking, rest)
+}
+
+/// time + Σ early − Σ late
+fn shifted_time(graph: &mut Graph, early: &[ExprId], late: &[ExprId]) -> ExprId {
+    let time = graph.symbol(Symbol::Time);
+    let (early, late) = (sum(graph, early), sum(graph, late));
+    let time = graph.add(time, early);
+    graph.subtract(time, late)
+}

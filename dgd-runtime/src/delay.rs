@@ -1,0 +1,146 @@
+//! Outputs that are read late: which times a run must reach for them, and what it found there.
+//!
+//! An output with the delay τ is w(t) = E(t − τ). Before the first asked time, y and u have their
+//! values at it. For τ < 0 the run goes on beyond the last asked time, as far as inputs are known;
+//! from there on y and u keep their values.
+
+use crate::error::{BadRequest, IntegrateError};
+use crate::problem::Problem;
+use crate::signal::Side;
+use crate::solution::{LateValues, Solution, side};
+use crate::system::{Point, System};
+
+/// The times of a run with late outputs.
+pub(crate) struct LateTimes {
+    /// All that are needed, ascending; twice where a left limit is.
+    pub(crate) all: Vec<f64>,
+    /// The asked ones, by position in `all`.
+    asked: Vec<usize>,
+    clocks: Vec<Clock>,
+}
+
+/// Reading times of the outputs with one delay.
+struct Clock {
+    delay: usize,
+    tau: f64,
+    /// By position in `all`.
+    rows: Vec<usize>,
+}
+
+/// τ of each delay, at the parameters of a problem.
+pub(crate) fn delays<S: System>(problem: &Problem<'_, S>) -> Vec<f64> {
+    let mut tau = vec![0.0; problem.system.signature().delays.len()];
+    if !tau.is_empty() {
+        problem.system.delays(Point { t: 0.0, y: &[], u: &[], p: problem.p }, &mut tau);
+    }
+    tau
+}
+
+/// ∂τ/∂θ, delays × n_s dense by columns.
+pub(crate) fn delay_sensitivities<S: System>(problem: &Problem<'_, S>) -> Vec<f64> {
+    let signature = problem.system.signature();
+    let mut dtau = vec![0.0; signature.delays.len() * signature.directions.len()];
+    if !dtau.is_empty() {
+        let at = Point { t: 0.0, y: &[], u: &[], p: problem.p };
+        problem.system.delay_sensitivities(at, &mut dtau);
+    }
+    dtau
+}
+
+impl LateTimes {
+    /// The times that a run needs so that outputs can be had at all of the asked `times`; `None`
+    /// where no output is late. The asked times ascend.
+    pub(crate) fn new<S: System>(
+        problem: &Problem<'_, S>,
+        times: &[f64],
+    ) -> Result<Option<LateTimes>, IntegrateError> {
+        let signature = problem.system.signature();
+        let mut used: Vec<usize> = signature.outputs.iter().filter_map(|w| w.delay).collect();
+        used.sort_unstable();
+        used.dedup();
+        let (Some(&from), Some(&until)) = (times.first(), times.last()) else {
+            return Ok(None);
+        };
+        if used.is_empty() {
+            return Ok(None);
+        }
+
+        let tau = delays(problem);
+        let reach = problem.inputs.last_known().max(until);
+        let mut needed: Vec<(f64, Side)> =
+            (0..times.len()).map(|k| (times[k], side(times, k))).collect();
+        for &delay in &used {
+            let tau = tau[delay];
+            if !tau.is_finite() {
+                let delay = signature.delays[delay].to_string();
+                return Err(IntegrateError::BadRequest(BadRequest::Delay { delay, value: tau }));
+            }
+            for k in 0..times.len() {
+                let (t, side) = needed[k];
+                let s = (t - tau).clamp(from, reach);
+                needed.push((s, if s > from { side } else { Side::Right }));
+            }
+        }
+        let readings = needed.clone();
+        needed.sort_by(|(a, a_side), (b, b_side)| {
+            a.total_cmp(b).then((*a_side == Side::Right).cmp(&(*b_side == Side::Right)))
+        });
+        let mut all: Vec<f64> = Vec::with_capacity(needed.len());
+        for (i, (t, side)) in needed.iter().enumerate() {
+            let is_new = i == 0 || needed[i - 1].0 != *t;
+            if is_new {
+                all.push(*t);
+                // The left limit comes with the right one.
+                if *side == Side::Left {
+                    all.push(*t);
+                }
+            }
+        }
+
+        let row = |(t, side): &(f64, Side)| match side {
+            Side::Left => all.partition_point(|other| other < t),
+            Side::Right => all.partition_point(|other| other <= t) - 1,
+        };
+        let mut rows = readings.chunks_exact(times.len()).map(|chunk| chunk.iter().map(row));
+        let asked = rows.next().map(Iterator::collect).unwrap_or_default();
+        let clocks = used
+            .iter()
+            .zip(rows)
+            .map(|(&delay, rows)| Clock { delay, tau: tau[delay], rows: rows.collect() })
+            .collect();
+        Ok(Some(LateTimes { all, asked, clocks }))
+    }
+
+    /// The solution at the asked `times`, from that at all times, or at the first of them.
+    pub(crate) fn split(&self, times: &[f64], all: Solution) -> Solution {
+        let reached = self.asked.iter().take_while(|row| **row < all.len()).count();
+        let (y, s) = pick(&all, &self.asked[..reached]);
+        let late = self
+            .clocks
+            .iter()
+            .map(|Clock { delay, tau, rows }| {
+                let rows = &rows[..reached];
+                let (y, s) = pick(&all, rows);
+                let times = rows.iter().map(|row| self.all[*row]).collect();
+                LateValues { delay: *delay, tau: *tau, times, y, s }
+            })
+            .collect();
+        Solution { times: times[..reached].to_vec(), y, s, late, ..all }
+    }
+}
+
+/// y and S at some rows of a solution; NaN at those that it does not reach.
+fn pick(all: &Solution, rows: &[usize]) -> (Vec<f64>, Vec<f64>) {
+    let mut y = Vec::with_capacity(rows.len() * all.n);
+    let mut s = Vec::with_capacity(rows.len() * all.n * all.n_s);
+    for &row in rows {
+        if row < all.len() {
+            y.extend_from_slice(all.y(row));
+            s.extend_from_slice(all.s(row));
+        } else {
+            y.resize(y.len() + all.n, f64::NAN);
+            s.resize(s.len() + all.n * all.n_s, f64::NAN);
+        }
+    }
+    (y, s)
+}

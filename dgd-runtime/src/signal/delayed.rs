@@ -1,0 +1,100 @@
+//! Inputs that arrive late, as inputs of their own.
+
+use super::Inputs;
+
+/// How late an input arrives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Delayed {
+    /// Position of the input.
+    pub input: usize,
+    /// τ, s: finite, and not below zero.
+    pub tau: f64,
+}
+
+/// Times closer than this, relative to themselves or to the delay, are one: the rounding of t + τ.
+const ONE_TIME: f64 = 4.0 * f64::EPSILON;
+
+impl Inputs {
+    /// These inputs, then v(t) = u(t − τ) for each of the `delayed` ones, then the slopes of all v.
+    ///
+    /// Before its first sample an input has the sample's value. With τ = 0, v equals u to the bit.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such input.
+    #[must_use]
+    pub fn with_delayed(&self, delayed: &[Delayed]) -> Inputs {
+        let starts = self.starts_with(delayed);
+        let n_u = self.n_u + 2 * delayed.len();
+        let mut values = Vec::with_capacity(n_u * starts.len());
+        let mut slopes = Vec::with_capacity(n_u * starts.len());
+        for &t0 in &starts {
+            let own = (0..self.n_u).map(|input| self.line(Delayed { input, tau: 0.0 }, t0));
+            let late = delayed.iter().map(|delayed| self.line(*delayed, t0));
+            let begun = values.len();
+            for (value, slope) in own.chain(late) {
+                values.push(value);
+                slopes.push(slope);
+            }
+            values.extend_from_slice(&slopes[begun + self.n_u..]);
+            slopes.resize(values.len(), 0.0);
+        }
+        Inputs { n_u, starts, values, slopes, ..self.clone() }
+    }
+
+    /// All starts of segments, and those of the delayed inputs that change there.
+    fn starts_with(&self, delayed: &[Delayed]) -> Vec<f64> {
+        let mut late: Vec<(f64, f64)> = Vec::new();
+        for &Delayed { input, tau } in delayed {
+            for k in 0..self.segments() {
+                if self.changes(input, k) {
+                    let t = self.starts[k] + tau;
+                    late.push((t, ONE_TIME * t.abs().max(tau)));
+                }
+            }
+        }
+        late.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+
+        let mut all: Vec<f64> = Vec::with_capacity(self.starts.len() + late.len());
+        let mut own = self.starts.iter().copied().peekable();
+        for (t, rounding) in late {
+            while let Some(start) = own.next_if(|start| *start <= t + rounding) {
+                all.push(start);
+            }
+            if all.last().is_none_or(|last| t > last + rounding) {
+                all.push(t);
+            }
+        }
+        all.extend(own);
+        all
+    }
+
+    /// Whether an input jumps or kinks where the k-th segment starts; before the first it is
+    /// constant.
+    fn changes(&self, input: usize, k: usize) -> bool {
+        let now = k * self.n_u + input;
+        if k == 0 {
+            return self.slopes[now] != 0.0;
+        }
+        let before = now - self.n_u;
+        self.slopes[now] != 0.0
+            || self.slopes[before] != 0.0
+            || self.values[now] != self.values[before]
+    }
+
+    /// Value and slope of u(t − τ) just after `t0`.
+    fn line(&self, Delayed { input, tau }: Delayed, t0: f64) -> (f64, f64) {
+        let rounding = if tau == 0.0 { 0.0 } else { ONE_TIME * t0.abs().max(tau) };
+        let begun = self.starts.partition_point(|start| start + tau <= t0 + rounding);
+        let Some(k) = begun.checked_sub(1) else {
+            return (self.values[input], 0.0);
+        };
+        let at = k * self.n_u + input;
+        let (value, slope) = (self.values[at], self.slopes[at]);
+        let since = t0 - (self.starts[k] + tau);
+        if slope == 0.0 || since <= 0.0 {
+            return (value, slope);
+        }
+        (value + slope * since, slope)
+    }
+}
