@@ -82,7 +82,7 @@ fn values(model: &Model, n_equations: usize) -> Vec<f64> {
             Symbol::Unknown(i) => [40.0, 0.03].get(i as usize).copied().unwrap_or(0.5),
             Symbol::Input(i) => [0.8, 0.01, 0.005][i as usize],
             Symbol::Time => 1000.0,
-            Symbol::Derivative(_) => 0.001,
+            Symbol::Derivative(_) | Symbol::InputSlope(_) | Symbol::Sensitivity(_) => 0.001,
         })
     };
     let equations = model.equations.iter().take(n_equations);
