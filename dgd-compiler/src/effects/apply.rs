@@ -153,14 +153,12 @@ impl Splicing {
                 found.push(read_by(name, value.as_ref()));
             }
         });
-        match found.as_slice() {
-            [one] => Some(one.clone()),
-            _ => {
-                let message = format!("output `{}` is not declared once", output.text);
-                diagnostics.error(Diagnostic::new(Code::E212, output.span, message));
-                None
-            }
+        if let [one] = found.as_slice() {
+            return Some(one.clone());
         }
+        let message = format!("output `{}` is not declared once", output.text);
+        diagnostics.error(Diagnostic::new(Code::E212, output.span, message));
+        None
     }
 
     fn make(&mut self, instance: &Instance, change: &Change, diagnostics: &mut Diagnostics) {
@@ -341,14 +339,12 @@ impl Splicing {
     }
 
     fn verify_equation(&self, label: &Name, diagnostics: &mut Diagnostics) -> Result<(), Reported> {
-        match self.declared.get(Namespace::Equation, &label.text) {
-            Some(_) => Ok(()),
-            None => {
-                let message = format!("there is no equation `{}`", label.text);
-                let known = self.declared.of(Namespace::Equation);
-                Err(diagnostics.error(unknown(label, message, known)))
-            }
+        if self.declared.get(Namespace::Equation, &label.text).is_some() {
+            return Ok(());
         }
+        let message = format!("there is no equation `{}`", label.text);
+        let known = self.declared.of(Namespace::Equation);
+        Err(diagnostics.error(unknown(label, message, known)))
     }
 }
 

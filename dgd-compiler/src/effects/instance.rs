@@ -254,8 +254,11 @@ impl Naming<'_, '_> {
     /// Where many effects are tried at a time, one whose name is taken has the effect's behind it.
     fn named(&mut self, namespace: Namespace, name: &Name) -> String {
         let effect = self.application.effect;
-        let suffix: String =
-            self.application.arguments.iter().map(|a| format!("_{}", a.text)).collect();
+        let mut suffix = String::new();
+        for argument in &self.application.arguments {
+            suffix.push('_');
+            suffix.push_str(&argument.text);
+        }
         let first = Name { text: format!("{}{suffix}", name.text), span: name.span };
         let Err(earlier) = self.declared.insert(namespace, &first) else {
             return first.text;
@@ -330,17 +333,13 @@ fn bound<'a>(
             "effect `{full_name}` takes {wanted} argument{}, not {given}",
             if wanted == 1 { "" } else { "s" }
         );
-        let help = match slots {
-            [] => format!("write `{full_name}`"),
-            _ => {
-                let names: Vec<&str> = slots.iter().map(|slot| slot.name.text.as_str()).collect();
-                let kinds: Vec<&str> = slots.iter().map(|slot| noun(slot.kind)).collect();
-                format!(
-                    "write `{full_name}({})` with {} of the model",
-                    names.join(", "),
-                    kinds.join(" and ")
-                )
-            }
+        let help = if slots.is_empty() {
+            format!("write `{full_name}`")
+        } else {
+            let names: Vec<&str> = slots.iter().map(|slot| slot.name.text.as_str()).collect();
+            let kinds: Vec<&str> = slots.iter().map(|slot| noun(slot.kind)).collect();
+            let (names, kinds) = (names.join(", "), kinds.join(" and "));
+            format!("write `{full_name}({names})` with {kinds} of the model")
         };
         return Err(diagnostics.error(misfit(application.span, message).help(help)));
     }

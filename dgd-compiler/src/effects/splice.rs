@@ -146,12 +146,16 @@ impl Splice<'_> {
         done: &mut Done,
         diagnostics: &mut Diagnostics,
     ) {
-        let call = Expr { span: expr.span, kind: self.call(self.name.clone(), given.clone()) };
+        let call = Expr {
+            span: expr.span,
+            kind: ExprKind::Call { function: self.name.clone(), arguments: given.clone() },
+        };
         *expr = call;
         if let (ExprKind::Name(other), true) = (&self.by.kind, self.arguments.is_empty()) {
             // `replace f by g`
             let function = Name { text: other.clone(), span: self.by.span };
-            let new = Expr { span: self.by.span, kind: self.call(function, given) };
+            let new =
+                Expr { span: self.by.span, kind: ExprKind::Call { function, arguments: given } };
             self.stand_in(expr, new, done);
         } else if self.arguments.len() == given.len() {
             self.put(expr, &given, done, diagnostics);
@@ -170,10 +174,6 @@ impl Splice<'_> {
                     .help(format!("write `replace {call} by …`")),
             );
         }
-    }
-
-    fn call(&self, function: Name, arguments: Vec<Expr>) -> ExprKind {
-        ExprKind::Call { function, arguments }
     }
 
     /// Puts the new expression in the place of a use, with the use as the old value in it.

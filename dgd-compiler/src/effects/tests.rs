@@ -1,3 +1,5 @@
+use std::fmt::Write as _;
+
 use super::*;
 use crate::diagnostics::{Diagnostics, render};
 use crate::expr::ExprId;
@@ -60,7 +62,8 @@ impl Run {
                 span: effect.name.span,
             })
             .collect();
-        apply(&[self.model.clone()], &applications, blending, &mut self.diagnostics).ok()
+        apply(std::slice::from_ref(&self.model), &applications, blending, &mut self.diagnostics)
+            .ok()
     }
 
     fn resolve(&mut self, asts: &[Ast]) -> Option<Model> {
@@ -335,7 +338,7 @@ fn wrong_units_are_shown_in_the_effect() {
 fn trees_that_branch_too_much_are_refused() {
     let mut text = "model m\ninput u [1]\nlet a0 = u\n".to_owned();
     for i in 1..40 {
-        text += &format!("let a{i} = a{j} + a{j}*a{j}\n", j = i - 1);
+        let _ = writeln!(text, "let a{i} = a{j} + a{j}*a{j}", j = i - 1);
     }
     text += "unknown x [1]\nequation e: x = a39\n";
     let mut run = Run::new(&text);

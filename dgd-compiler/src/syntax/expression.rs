@@ -293,7 +293,8 @@ fn number(input: Tokens<'_>) -> Parsed<'_, Expr> {
     Ok((rest, Expr { span: input.span_to(&rest), kind }))
 }
 
-/// `[…]`, if there is one.
+/// `[…]`, if there is one. It is a parser, and as such could fail.
+#[expect(clippy::unnecessary_wraps, reason = "combinators take parsers of one type")]
 pub(crate) fn optional_unit(input: Tokens<'_>) -> Parsed<'_, Option<Unit>> {
     if input.first() != Some(TokenKind::Unit) {
         return Ok((input, None));

@@ -293,9 +293,13 @@ impl Printer {
         // The order among clauses is kept; where both sorts alternate, all stand in front.
         let n_first = effect.clauses.iter().take_while(is_about_itself).count();
         let (first, last) = effect.clauses.split_at(n_first);
-        first.iter().for_each(|clause| self.clause(clause));
+        for clause in first {
+            self.clause(clause);
+        }
         self.items(items);
-        last.iter().for_each(|clause| self.clause(clause));
+        for clause in last {
+            self.clause(clause);
+        }
     }
 
     fn clause(&mut self, clause: &Clause) {

@@ -260,7 +260,6 @@ fn mistakes_have_their_codes() {
         ("let a = p[1]", "E110"),
         ("pump.q = 1", "E110"),
         ("let a = pump.q", "E110"),
-        ("parameter gain [unit(y)] = 1", "E110"),
         ("parameter a = 1 in 0 .. 1 log", "E105"),
         ("parameter a = 1 lgo", "E107"),
         ("constant a = 1 fixed", "E107"),
@@ -275,7 +274,13 @@ fn mistakes_have_their_codes() {
         ("", "E112"),
         ("import friction", "E105"),
         ("parameter a", "E111"),
-        ("effect gain_error(y: output)\nkind sensor\nreplace output y by gain*y", "E110"),
+        ("let a = 1\nreplace output y by gain*y", "E120"),
+        ("effect e on m\nvariant v { a { kind sensor } }", "E120"),
+        ("let a = 1\neffect e on m", "E114"),
+        ("effect e", "E105"),
+        ("effect e(y: outputs)", "E105"),
+        ("effect e on m\nkind sensr", "E105"),
+        ("effect e on m\nreplace y in z 2", "E105"),
     ] {
         assert_eq!(codes(text), [code], "{text}");
     }

@@ -74,18 +74,26 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
             visit(Part::Declares(Namespace::Value, name));
             visit(Part::Unit(unit));
             visit(Part::Expr(Place::Declaration, value));
-            attributes.iter_mut().for_each(|a| attribute(&mut a.kind, visit));
+            for a in attributes {
+                attribute(&mut a.kind, visit);
+            }
         }
         ItemKind::Input { name, unit, attributes } => {
             visit(Part::Declares(Namespace::Value, name));
             visit(Part::Unit(unit));
-            attributes.iter_mut().for_each(|a| attribute(&mut a.kind, visit));
+            for a in attributes {
+                attribute(&mut a.kind, visit);
+            }
         }
         ItemKind::Unknown { name, unit, start, attributes, .. } => {
             visit(Part::Declares(Namespace::Value, name));
             visit(Part::Unit(unit));
-            start.iter_mut().for_each(|start| visit(Part::Expr(Place::Start, start)));
-            attributes.iter_mut().for_each(|a| attribute(&mut a.kind, visit));
+            if let Some(start) = start {
+                visit(Part::Expr(Place::Start, start));
+            }
+            for a in attributes {
+                attribute(&mut a.kind, visit);
+            }
         }
         ItemKind::Let { name, unit, value } => {
             visit(Part::Declares(Namespace::Value, name));
@@ -94,14 +102,20 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
         }
         ItemKind::Function { name, arguments, body } => {
             visit(Part::Declares(Namespace::Value, name));
-            arguments.iter_mut().for_each(|argument| visit(Part::Unit(&mut argument.unit)));
+            for argument in arguments.iter_mut() {
+                visit(Part::Unit(&mut argument.unit));
+            }
             visit(Part::Expr(Place::Body(name, arguments), body));
         }
         ItemKind::Output { name, unit, value, attributes } => {
             visit(Part::Declares(Namespace::Output, name));
             visit(Part::Unit(unit));
-            value.iter_mut().for_each(|value| visit(Part::Expr(Place::Output(name), value)));
-            attributes.iter_mut().for_each(|a| attribute(&mut a.kind, visit));
+            if let Some(value) = value {
+                visit(Part::Expr(Place::Output(name), value));
+            }
+            for a in attributes {
+                attribute(&mut a.kind, visit);
+            }
         }
         ItemKind::Equation { label, left, right } => {
             visit(Part::Declares(Namespace::Equation, label));
