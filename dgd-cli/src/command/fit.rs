@@ -11,7 +11,7 @@ use dgd_runtime::identify::{
     EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Prior, Recording, Termination,
     TrialFailed, evaluate, fit, fit_starts,
 };
-use dgd_runtime::{Options, Problem, System};
+use dgd_runtime::{Direction, Options, Problem, System};
 use serde_json::Value;
 
 use crate::args::{FitArgs, NoiseFrom, Start};
@@ -248,16 +248,15 @@ impl Task {
 
     /// The fit ended where simulations fail.
     fn blocked(&self, fit: &Fit, paths: &[PathBuf]) -> CommandError {
-        let signature = self.system.signature();
+        let parameters = &self.system.signature().parameters;
         let reached: Vec<String> = fit
             .estimates
             .iter()
-            .filter(|estimate| estimate.recording.is_none())
-            .zip(signature.directions.iter().enumerate())
-            .map(|(estimate, (j, _))| {
-                let unit = signature.direction_unit(j);
+            .filter_map(|estimate| {
+                let Direction::Parameter(i) = estimate.of else { return None };
+                let unit = &parameters[i].unit;
                 let value = (estimate.value - unit.offset) / unit.factor;
-                format!("`{}` = {value:.4e} {}", estimate.name, unit.symbol)
+                Some(format!("`{}` = {value:.4e} {}", estimate.name, unit.symbol))
             })
             .collect();
         let reason = fit
