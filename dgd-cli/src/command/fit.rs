@@ -142,10 +142,11 @@ impl Task {
             .map(|i| {
                 let measured = train.iter().any(|recording| recording.measured[i].is_some());
                 let declared = signature.outputs[i].noise;
-                (used[i] && measured).then(|| match (args.noise, declared) {
+                let noise = match (args.noise, declared) {
                     (NoiseFrom::Declared, Some(sigma)) => Noise::Known(sigma),
                     (NoiseFrom::Declared, None) | (NoiseFrom::Estimated, _) => Noise::Estimated,
-                })
+                };
+                (used[i] && measured).then_some(noise)
             })
             .collect();
         let sources = compilation.sources;
