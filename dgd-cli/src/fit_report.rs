@@ -336,7 +336,7 @@ fn significant(value: f64, digits: usize) -> String {
     let exponent = scientific.rsplit_once('e').and_then(|(_, e)| e.parse::<i32>().ok());
     match exponent {
         Some(exponent) if value != 0.0 && (-4..6).contains(&exponent) => {
-            let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
+            let decimals = (digits as f64 - 1.0 - f64::from(exponent)).max(0.0) as usize;
             format!("{value:.decimals$}")
         }
         _ if value == 0.0 => "0".to_owned(),

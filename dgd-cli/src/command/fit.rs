@@ -11,7 +11,7 @@ use dgd_runtime::identify::{
     EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Prior, Recording, Termination,
     TrialFailed, evaluate, fit, fit_starts,
 };
-use dgd_runtime::{Options, Problem, System};
+use dgd_runtime::{Direction, Options, Problem, System};
 use serde_json::Value;
 
 use crate::args::{FitArgs, NoiseFrom, Start};
@@ -145,10 +145,11 @@ impl Task {
             .map(|i| {
                 let measured = train.iter().any(|recording| recording.measured[i].is_some());
                 let declared = signature.outputs[i].noise;
-                (used[i] && measured).then(|| match (args.noise, declared) {
+                let noise = match (args.noise, declared) {
                     (NoiseFrom::Declared, Some(sigma)) => Noise::Known(sigma),
                     (NoiseFrom::Declared, None) | (NoiseFrom::Estimated, _) => Noise::Estimated,
-                })
+                };
+                (used[i] && measured).then_some(noise)
             })
             .collect();
         let sources = compilation.sources;
@@ -252,16 +253,15 @@ impl Task {
 
     /// The fit ended where simulations fail.
     fn blocked(&self, fit: &Fit, paths: &[PathBuf]) -> CommandError {
-        let signature = self.system.signature();
+        let parameters = &self.system.signature().parameters;
         let reached: Vec<String> = fit
             .estimates
             .iter()
-            .filter(|estimate| estimate.recording.is_none())
-            .zip(signature.directions.iter().enumerate())
-            .map(|(estimate, (j, _))| {
-                let unit = signature.direction_unit(j);
+            .filter_map(|estimate| {
+                let Direction::Parameter(i) = estimate.of else { return None };
+                let unit = &parameters[i].unit;
                 let value = (estimate.value - unit.offset) / unit.factor;
-                format!("`{}` = {value:.4e} {}", estimate.name, unit.symbol)
+                Some(format!("`{}` = {value:.4e} {}", estimate.name, unit.symbol))
             })
             .collect();
         let reason = fit

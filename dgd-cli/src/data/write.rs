@@ -105,8 +105,8 @@ pub(super) fn quoted(cell: &str) -> String {
     }
 }
 
-/// Appends an SI value in a unit, in the fewest digits that read back to it.
-pub(crate) fn push_in_unit(line: &mut String, si: f64, unit: &Unit) {
+/// Appends an SI value in a unit.
+fn push_in_unit(line: &mut String, si: f64, unit: &Unit) {
     if unit.factor == 1.0 && unit.offset == 0.0 {
         push_number(line, si);
         return;

@@ -10,7 +10,9 @@
 //! |---|---|
 //! | `recording` | an experiment; its simulation and what its samples add to the normal equations |
 //! | `variables` | from θ to variables of the order of 1, with bounds |
-//! | `output_error` | the problem, and the fits |
+//! | `output_error` | the problem, and how it is solved |
+//! | `weighing` | recordings simulated, weighed and added up |
+//! | `fit` | what was found |
 //! | `levenberg_marquardt`, `box_quadratic` | the minimisation |
 //! | `noise` | σ of each output: given, or from the residuals |
 //! | `parallel` | recordings in several threads |
@@ -18,6 +20,7 @@
 
 mod box_quadratic;
 mod error;
+mod fit;
 mod levenberg_marquardt;
 mod noise;
 mod output_error;
@@ -25,12 +28,14 @@ mod parallel;
 mod recording;
 mod uncertainty;
 mod variables;
+mod weighing;
 
 pub use error::{EstimateError, TrialFailed, TrialFailure};
+pub use fit::Fit;
 pub use levenberg_marquardt::{Minimum, NormalEquations, StoppingRule, Termination, minimise};
 pub use noise::Noise;
 pub use output_error::{
-    Evaluation, Fit, OutputErrorProblem, Prior, Starts, evaluate, fit, fit_from, fit_starts,
+    Evaluation, OutputErrorProblem, Prior, Starts, evaluate, fit, fit_from, fit_starts,
 };
 pub use recording::{Misfit, Recording};
 pub use uncertainty::{Correlated, Estimate, Term, Undetermined};

@@ -14,14 +14,13 @@
 //! each. Recordings are summed in their order, whatever thread simulated them.
 
 use crate::identify::error::{EstimateError, TrialFailed, TrialFailure};
-use crate::identify::levenberg_marquardt::{
-    Minimum, NormalEquations, StoppingRule, Termination, minimise,
-};
+use crate::identify::fit::{Fit, Total, finish};
+use crate::identify::levenberg_marquardt::{StoppingRule, minimise};
 use crate::identify::noise::{self, Noise};
 use crate::identify::parallel::in_parallel;
 use crate::identify::recording::{Derivatives, Misfit, Recording, Sums, outputs_of, sums};
-use crate::identify::uncertainty::{Correlated, Estimate, Uncertainty, Undetermined};
 use crate::identify::variables::{Variable, Variables};
+use crate::identify::weighing::{effective_priors, misfits, output_names, simulate_all, weigh};
 use crate::observe::Observations;
 use crate::problem::Options;
 use crate::system::{Direction, System};
@@ -33,8 +32,9 @@ const MOST_ROUNDS: usize = 6;
 /// order only.
 const STABLE: f64 = 0.01;
 
-/// A promised reduction of Σ (e/σ)² below this, per degree of freedom, ends a fit: the estimates are
-/// then within √1e-6 of their standard deviations from the minimum.
+/// A promised reduction of Σ (e/σ)² below this part of its mean per degree of freedom ends a fit: the
+/// estimates are then within √1e-6 of their standard deviations from the minimum, those being of
+/// residuals of the size that is left.
 const NEGLIGIBLE_REDUCTION: f64 = 1e-6;
 
 /// Start values by position of the unknown, SI.
@@ -92,77 +92,6 @@ impl<'a, S: System> OutputErrorProblem<'a, S> {
     }
 }
 
-/// Estimated parameters and start values, and how well they are known.
-#[derive(Debug, Clone)]
-pub struct Fit {
-    /// All parameters, SI.
-    pub p: Vec<f64>,
-    /// Start values that replace the model's, for each recording.
-    pub starts: Vec<Starts>,
-    /// What was estimated: parameters, then the start values of each recording.
-    pub estimates: Vec<Estimate>,
-    /// Changes of the estimates that no output sees.
-    pub undetermined: Vec<Undetermined>,
-    /// σ of each output as the fit weighted it, SI; `None` where an output was not fitted.
-    pub noise: Vec<Option<f64>>,
-    /// Σ (e/σ)², priors included.
-    pub cost: f64,
-    /// Samples that count, of all fitted outputs.
-    pub samples: usize,
-    /// Those of them that the search direction knows nothing of.
-    pub samples_without_sensitivity: usize,
-    /// Samples and priors less estimates that are not at a bound.
-    pub degrees_of_freedom: usize,
-    /// −2 ln of the likelihood: Σ n ln(2πσ²) + Σ (e/σ)². Comparable between fits to the same
-    /// samples, whatever their noise.
-    pub deviance: f64,
-    /// Simulated against measured, by recording and output, those that are not fitted too.
-    pub misfits: Vec<Vec<Misfit>>,
-    /// Accepted steps.
-    pub iterations: usize,
-    /// Simulations of all recordings.
-    pub evaluations: usize,
-    /// Trials that could not be simulated.
-    pub failures: usize,
-    /// Why the last of them could not.
-    pub last_failure: Option<TrialFailed>,
-    /// Why the fit ended.
-    pub termination: Termination,
-    uncertainty: Uncertainty,
-    slopes: Vec<f64>,
-}
-
-impl Fit {
-    /// Covariance of two estimates, SI; `None` where one of them is at a bound or not determined.
-    pub fn covariance(&self, i: usize, j: usize) -> Option<f64> {
-        Some(self.uncertainty.covariance(i, j)? * self.slopes[i] * self.slopes[j])
-    }
-
-    /// Correlation of the errors of two estimates.
-    pub fn correlation(&self, i: usize, j: usize) -> Option<f64> {
-        let of = |i, j| self.uncertainty.covariance(i, j);
-        Some(of(i, j)? / (of(i, i)? * of(j, j)?).sqrt())
-    }
-
-    /// Pairs of estimates whose errors are correlated by more than `least`.
-    pub fn correlated(&self, least: f64) -> Vec<Correlated> {
-        let n = self.estimates.len();
-        let pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j)));
-        pairs
-            .filter_map(|(first, second)| {
-                let correlation = self.correlation(first, second)?;
-                (correlation.abs() > least).then_some(Correlated { first, second, correlation })
-            })
-            .collect()
-    }
-
-    /// Σ (e/σ)² per degree of freedom: 1 where the model is true and the noise known; `None` without
-    /// degrees of freedom.
-    pub fn reduced_chi_square(&self) -> Option<f64> {
-        (self.degrees_of_freedom > 0).then(|| self.cost / self.degrees_of_freedom as f64)
-    }
-}
-
 /// Estimates the free parameters and start values.
 ///
 /// A parameter outside of its bounds starts at the nearer one. A minimum that was not reached is no
@@ -182,7 +111,7 @@ pub fn fit<S: System + Clone + Send>(
     let (variables, mut z) =
         Variables::new(problem.system, problem.p, problem.recordings, &problem.free)?;
     let samples = samples(problem);
-    let data = samples + problem.priors.len();
+    let data = samples + effective_priors(problem, &variables);
     if variables.len() == 0 {
         return Err(EstimateError::NothingFree);
     }
@@ -362,39 +291,6 @@ pub fn evaluate<S: System + Clone + Send>(
     Ok(Evaluation { observations, misfits: misfits(&sums), cost })
 }
 
-/// Sums of all recordings with their weights.
-struct Weighted {
-    normal: NormalEquations,
-    sums: Vec<Vec<Sums>>,
-}
-
-impl AsRef<NormalEquations> for Weighted {
-    fn as_ref(&self) -> &NormalEquations {
-        &self.normal
-    }
-}
-
-/// What several minimisations did together.
-#[derive(Default)]
-struct Total {
-    iterations: usize,
-    evaluations: usize,
-    failures: usize,
-    last_failure: Option<TrialFailed>,
-    termination: Option<Termination>,
-}
-
-impl Total {
-    fn add<T>(&mut self, minimum: Minimum<T, TrialFailed>) -> (Vec<f64>, T) {
-        self.iterations += minimum.iterations;
-        self.evaluations += minimum.evaluations;
-        self.failures += minimum.failures;
-        self.last_failure = minimum.last_failure.or_else(|| self.last_failure.take());
-        self.termination = Some(minimum.termination);
-        (minimum.x, minimum.at)
-    }
-}
-
 fn verify<S: System>(problem: &OutputErrorProblem<'_, S>) -> Result<(), EstimateError> {
     let signature = problem.system.signature();
     assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
@@ -457,140 +353,4 @@ fn estimated_noise<S: System>(
         }
     };
     problem.noise.iter().enumerate().map(of).collect()
-}
-
-/// Sums over the samples of all recordings at z.
-fn simulate_all<S: System + Clone + Send>(
-    problem: &OutputErrorProblem<'_, S>,
-    variables: &Variables,
-    z: &[f64],
-) -> Result<Vec<Vec<Sums>>, TrialFailed> {
-    let OutputErrorProblem { system, recordings, options, threads, .. } = problem;
-    let p = variables.parameters(problem.p, z);
-    let names = output_names(*system);
-    let results = in_parallel(*system, recordings.len(), *threads, |system, r| {
-        let recording = &recordings[r];
-        let start = variables.starts(r, &recording.start, z);
-        let observations = outputs_of(system, recording, &p, &start, options, Derivatives::Yes)
-            .map_err(TrialFailure::Simulation)?;
-        let columns = variables.columns(r, z);
-        sums(recording, &observations, &columns, |i| names[i].clone())
-    });
-    let failed = |(recording, result): (usize, Result<Vec<Sums>, TrialFailure>)| {
-        result.map_err(|reason| TrialFailed { recording, reason })
-    };
-    results.into_iter().enumerate().map(failed).collect()
-}
-
-/// Weighs and adds up: recordings in their order, outputs in theirs, then priors.
-fn weigh<S: System>(
-    problem: &OutputErrorProblem<'_, S>,
-    variables: &Variables,
-    z: &[f64],
-    sigma: &[Option<f64>],
-    sums: Vec<Vec<Sums>>,
-) -> Weighted {
-    let mut normal = NormalEquations::zeros(variables.len());
-    let own = variables.n_shared + variables.n_start;
-    for (r, of_recording) in sums.iter().enumerate() {
-        for (sums, sigma) in of_recording.iter().zip(sigma) {
-            let Some(sigma) = sigma else { continue };
-            let weight = 1.0 / (sigma * sigma);
-            normal.cost += weight * sums.squares;
-            for i in 0..own {
-                let row = variables.position(r, i);
-                normal.gradient[row] += weight * sums.gradient[i];
-                for j in 0..=i {
-                    let column = variables.position(r, j);
-                    normal.information[(row, column)] += weight * sums.information[i * own + j];
-                }
-            }
-        }
-    }
-    for prior in &problem.priors {
-        let of = Direction::Parameter(prior.parameter);
-        let Some(i) = variables.all.iter().position(|variable| variable.of == of) else { continue };
-        let variable = &variables.all[i];
-        let (r, slope) =
-            ((variable.value(z[i]) - prior.mean) / prior.std, variable.slope(z[i]) / prior.std);
-        normal.cost += r * r;
-        normal.gradient[i] += slope * r;
-        normal.information[(i, i)] += slope * slope;
-    }
-    normal.information.fill_upper_triangle_with_lower_triangle();
-    Weighted { normal, sums }
-}
-
-fn finish<S: System>(
-    problem: &OutputErrorProblem<'_, S>,
-    variables: &Variables,
-    z: &[f64],
-    at: &Weighted,
-    sigma: Vec<Option<f64>>,
-    total: Total,
-) -> Fit {
-    let signature = problem.system.signature();
-    let bounds: Vec<_> =
-        variables.all.iter().zip(z).map(|(variable, z)| variable.bound(*z)).collect();
-    let held: Vec<bool> = bounds.iter().map(Option::is_some).collect();
-    let uncertainty = Uncertainty::new(&at.normal.information, &held, unseen(problem.options.rtol));
-    let slopes: Vec<f64> =
-        variables.all.iter().zip(z).map(|(variable, z)| variable.slope(*z)).collect();
-    let estimates = (0..variables.len())
-        .map(|i| Estimate {
-            name: variables.name(signature, i),
-            of: variables.all[i].of,
-            recording: variables.all[i].recording,
-            value: variables.all[i].value(z[i]),
-            std: uncertainty.covariance(i, i).map(|variance| variance.sqrt() * slopes[i]),
-            at_bound: bounds[i],
-        })
-        .collect();
-
-    let fitted = || {
-        let all = at.sums.iter().flat_map(|of_recording| of_recording.iter().zip(&sigma));
-        all.filter_map(|(sums, sigma)| Some((sums, (*sigma)?)))
-    };
-    let samples: usize = fitted().map(|(sums, _)| sums.samples).sum();
-    let logarithms: f64 = fitted()
-        .map(|(sums, sigma)| sums.samples as f64 * (std::f64::consts::TAU * sigma * sigma).ln())
-        .sum();
-    let free = held.iter().filter(|held| !**held).count();
-    Fit {
-        p: variables.parameters(problem.p, z),
-        starts: (0..problem.recordings.len())
-            .map(|r| variables.starts(r, &problem.recordings[r].start, z))
-            .collect(),
-        estimates,
-        undetermined: uncertainty.undetermined.clone(),
-        cost: at.normal.cost,
-        samples,
-        samples_without_sensitivity: fitted().map(|(sums, _)| sums.without_sensitivity).sum(),
-        degrees_of_freedom: (samples + problem.priors.len()).saturating_sub(free),
-        deviance: logarithms + at.normal.cost,
-        misfits: misfits(&at.sums),
-        iterations: total.iterations,
-        evaluations: total.evaluations,
-        failures: total.failures,
-        last_failure: total.last_failure,
-        termination: total.termination.unwrap_or(Termination::EvaluationLimit),
-        noise: sigma,
-        uncertainty,
-        slopes,
-    }
-}
-
-/// Eigenvalues of JᵀJ below this part of the largest are not told from zero: sensitivities are
-/// known to some ten times the tolerance, and enter in squares.
-fn unseen(rtol: f64) -> f64 {
-    (10.0 * rtol).powi(2).max(1e-13)
-}
-
-fn misfits(sums: &[Vec<Sums>]) -> Vec<Vec<Misfit>> {
-    let of = |sums: &Sums| Misfit { samples: sums.samples, squares: sums.squares };
-    sums.iter().map(|of_recording| of_recording.iter().map(of).collect()).collect()
-}
-
-fn output_names<S: System>(system: &S) -> Vec<String> {
-    system.signature().outputs.iter().map(|output| output.name.to_string()).collect()
 }

@@ -166,6 +166,11 @@ impl Variables {
         self.all.len()
     }
 
+    /// Position of the variable that stands for a parameter, if it is free.
+    pub(crate) fn parameter(&self, i: usize) -> Option<usize> {
+        self.all.iter().position(|variable| variable.of == Direction::Parameter(i))
+    }
+
     /// Position of the i-th of a recording's own variables: the shared ones, then its start values.
     pub(crate) fn position(&self, recording: usize, i: usize) -> usize {
         if i < self.n_shared { i } else { i + recording * self.n_start }
