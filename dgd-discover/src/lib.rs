@@ -11,20 +11,28 @@
 //! Residuals are measured − simulated, in SI units; a missing sample is not a number. Nothing here
 //! reads files, prints, or knows what a model is about.
 
+mod candidates;
 mod deviations;
+mod discover;
 mod discovery;
 mod discrepancy;
 mod distribution;
 mod exponential;
+mod fitted;
 mod kalman;
 mod missing_terms;
 mod noise;
+mod projection;
 mod reconstruct;
+mod screen;
+mod search;
+mod structure;
 mod unknown_input;
 mod whiteness;
 mod windows;
 
 pub use deviations::{Deviations, LinearizeError};
+pub use discover::{DiscoverError, Experiments, discover};
 pub use discovery::{
     Alternative, Discovery, Evidence, FoundEffect, Gap, MissingInput, OutputTrace, ParameterValue,
     Ranked, RecordingTrace, Screened, Unexplained, Verdict,
@@ -33,6 +41,7 @@ pub use discrepancy::{AVERAGING_LENGTHS, discrepancy_windows};
 pub use missing_terms::{MissingTerms, Place, PlaceKind};
 pub use noise::{SensorNoise, quantisation_step, white_noise};
 pub use reconstruct::{ReconstructError, Recording, reconstruct};
+pub use structure::BaseModel;
 pub use unknown_input::{UnknownInput, unknown_input};
 pub use whiteness::{Check, CheckKind, Whiteness, effective_sample_size, whiteness};
 pub use windows::Window;

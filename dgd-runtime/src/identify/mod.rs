@@ -37,6 +37,6 @@ pub use noise::Noise;
 pub use output_error::{
     Evaluation, OutputErrorProblem, Prior, Starts, evaluate, fit, fit_from, fit_starts,
 };
-pub use recording::{Misfit, Recording};
+pub use recording::{Misfit, Recording, outputs_with_sensitivities};
 pub use uncertainty::{Correlated, Estimate, Term, Undetermined};
 pub use variables::Bound;

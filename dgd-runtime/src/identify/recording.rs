@@ -112,6 +112,21 @@ pub(crate) fn outputs_of<S: System>(
     }
 }
 
+/// Outputs at the sample times of a recording, and their sensitivities to the directions of the model.
+///
+/// # Errors
+///
+/// What the simulation stopped for.
+pub fn outputs_with_sensitivities<S: System>(
+    system: &S,
+    recording: &Recording,
+    p: &[f64],
+    start: &[(usize, f64)],
+    options: &Options,
+) -> Result<Observations, IntegrateError> {
+    outputs_of(system, recording, p, start, options, Derivatives::Yes)
+}
+
 /// A direction of the model as a variable of the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Column {

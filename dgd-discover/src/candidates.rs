@@ -1,0 +1,91 @@
+//! Every way in which the effects of a library can be applied to a model.
+
+use dgd_compiler::effects::{Application, Effect, bind};
+use dgd_compiler::model::Model;
+use dgd_compiler::syntax::ast::{ClauseKind, EffectKind, Expr, ExprKind, ItemKind, Name};
+use dgd_compiler::syntax::visit::{self, Part};
+
+/// An effect with the arguments it could have.
+#[derive(Debug, Clone)]
+pub(crate) struct Candidate<'a> {
+    /// What would be applied.
+    pub application: Application<'a>,
+    /// Parameters of the effect file that time is compared with: they say when something begins.
+    pub onsets: Vec<String>,
+}
+
+impl Candidate<'_> {
+    /// The family's name, which is what a discovery names.
+    pub(crate) fn name(&self) -> &str {
+        &self.application.effect.name.text
+    }
+
+    /// `plant`, `sensor` or `input`.
+    pub(crate) fn kind(&self) -> &'static str {
+        match self.application.effect.kind {
+            EffectKind::Plant => "plant",
+            EffectKind::Sensor => "sensor",
+            EffectKind::Input => "input",
+        }
+    }
+}
+
+/// All candidates, in the order of the library and of the model's items.
+pub(crate) fn candidates<'a>(library: &'a [Effect], model: &Model) -> Vec<Candidate<'a>> {
+    let mut all = Vec::new();
+    for effect in library {
+        let onsets = onsets(effect);
+        for arguments in bind(effect, model) {
+            let span = effect.name.span;
+            let arguments = arguments.into_iter().map(|text| Name { text, span }).collect();
+            let application = Application { effect, arguments, span };
+            all.push(Candidate { application, onsets: onsets.clone() });
+        }
+    }
+    all
+}
+
+/// Parameters of an effect that time is compared with.
+fn onsets(effect: &Effect) -> Vec<String> {
+    let mut expressions: Vec<Expr> = Vec::new();
+    for clause in effect.ast.effect.iter().flat_map(|header| &header.clauses) {
+        match &clause.kind {
+            ClauseKind::Replace { by, .. } | ClauseKind::ReplaceOutput { by, .. } => {
+                expressions.push(by.clone());
+            }
+            ClauseKind::Add { value, .. } => expressions.push(value.clone()),
+            ClauseKind::Kind(_) | ClauseKind::Form(_) | ClauseKind::Null { .. } => {}
+        }
+    }
+    let mut parameters = Vec::new();
+    for item in &effect.ast.items {
+        if let ItemKind::Parameter { name, .. } = &item.kind {
+            parameters.push(name.text.clone());
+        }
+        visit::parts_mut(&mut item.clone(), &mut |part| {
+            if let Part::Expr(_, expr) = part {
+                expressions.push(expr.clone());
+            }
+        });
+    }
+    let mut compared = Vec::new();
+    expressions.iter().for_each(|expr| collect_compared(expr, &mut compared));
+    parameters.retain(|name| compared.contains(name));
+    parameters
+}
+
+/// Names that stand alone on the other side of a comparison with `time`.
+fn collect_compared(expr: &Expr, names: &mut Vec<String>) {
+    if let ExprKind::Compare(_, left, right) = &expr.kind {
+        match (&left.kind, &right.kind) {
+            (ExprKind::Name(time), ExprKind::Name(name))
+            | (ExprKind::Name(name), ExprKind::Name(time))
+                if time == "time" =>
+            {
+                names.push(name.clone());
+            }
+            _ => {}
+        }
+    }
+    visit::operands(expr).into_iter().for_each(|operand| collect_compared(operand, names));
+}

@@ -1,0 +1,196 @@
+//! Structures with estimated parameters, and how far they are from the data.
+
+use dgd_runtime::identify::{
+    Estimate, Evaluation, Noise, OutputErrorProblem, Recording, StoppingRule, evaluate, fit,
+    fit_starts,
+};
+use dgd_runtime::{Observations, Options, Signature, System};
+
+use crate::noise::SensorNoise;
+use crate::structure::{Structure, Values};
+
+/// Recordings, as all structures see them.
+#[derive(Debug, Clone)]
+pub(crate) struct Data<'a> {
+    /// Recordings to fit to.
+    pub train: &'a [Recording],
+    /// Recordings that take no part in fits, but for their start values.
+    pub valid: &'a [Recording],
+    /// Standard deviation of each output's white noise; `None` where it is not measured.
+    pub noise: Vec<Option<SensorNoise>>,
+    /// How to integrate.
+    pub options: Options,
+}
+
+/// How long start values of held-out recordings are estimated from, s.
+pub(crate) const START_SECONDS: f64 = 60.0;
+
+/// A structure with what it says of the data.
+#[derive(Debug, Clone)]
+pub(crate) struct Fitted {
+    pub structure: Structure,
+    /// Parameters and start values.
+    pub values: Values,
+    /// All parameters, SI.
+    pub p: Vec<f64>,
+    pub estimates: Vec<Estimate>,
+    /// Outputs at the samples of each training recording.
+    pub train: Vec<Observations>,
+    /// The same for held-out recordings; `None` where they cannot be simulated.
+    pub valid: Option<Vec<Observations>>,
+    /// Start values of the held-out recordings.
+    pub valid_starts: Vec<Vec<(usize, f64)>>,
+}
+
+/// Why a structure has no numbers.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct NoFit(pub String);
+
+impl Fitted {
+    /// Fits a structure from several points, the first of equals being the best; each gives values
+    /// to some parameters by name.
+    pub(crate) fn new(
+        structure: Structure,
+        from: &Values,
+        points: &[Vec<(String, f64)>],
+        data: &Data<'_>,
+        evaluations: usize,
+    ) -> Result<Fitted, NoFit> {
+        let system = &structure.system;
+        let signature = system.signature();
+        let recordings = with_starts(data.train, from, &structure);
+        let mut best: Option<dgd_runtime::identify::Fit> = None;
+        let mut failure = None;
+        for point in points {
+            let mut values = from.clone();
+            values.p.extend(point.iter().cloned());
+            let mut p = values.parameters(system);
+            clip(&mut p, signature);
+            let problem = problem(&structure, &p, &recordings, data, evaluations);
+            match fit(&problem) {
+                Ok(fit) if best.as_ref().is_none_or(|best| fit.cost < best.cost) => {
+                    best = Some(fit);
+                }
+                Ok(_) => {}
+                Err(error) => {
+                    failure.get_or_insert(error.to_string());
+                }
+            }
+        }
+        let Some(fit) = best else { return Err(NoFit(failure.unwrap_or_default())) };
+        let values = Values::of(system, &fit.p, &fit.starts);
+        let problem = problem(&structure, &fit.p, &recordings, data, evaluations);
+        let Evaluation { observations: train, .. } =
+            evaluate(&problem, &fit.p, &fit.starts).map_err(|error| NoFit(error.to_string()))?;
+        let held_out = held_out(&structure, &fit.p, data, evaluations);
+        let (valid_starts, valid) = match held_out {
+            Some((starts, valid)) => (starts, Some(valid)),
+            None => (Vec::new(), None),
+        };
+        let (p, estimates) = (fit.p, fit.estimates);
+        Ok(Fitted { structure, values, p, estimates, train, valid, valid_starts })
+    }
+
+    /// Free parameters and start values.
+    pub(crate) fn free(&self) -> usize {
+        self.estimates.len()
+    }
+
+    /// Measured less simulated, for each recording and output; NaN where nothing was measured.
+    pub(crate) fn residuals(&self, data: &Data<'_>) -> Vec<Vec<Vec<f64>>> {
+        residuals(data.train, &self.train)
+    }
+
+    /// The same of held-out recordings, without the stretch that start values are estimated from.
+    pub(crate) fn held_out_residuals(&self, data: &Data<'_>) -> Option<Vec<Vec<Vec<f64>>>> {
+        let mut all = residuals(data.valid, self.valid.as_ref()?);
+        for (recording, outputs) in data.valid.iter().zip(&mut all) {
+            let first = recording.times.first().copied().unwrap_or(0.0);
+            let skipped = recording.times.partition_point(|t| *t < first + START_SECONDS);
+            outputs.iter_mut().for_each(|values| values[..skipped].fill(f64::NAN));
+        }
+        Some(all)
+    }
+}
+
+/// Σ (e/σ)² and the number of samples behind it, for each output.
+pub(crate) fn chi_square(
+    residuals: &[Vec<Vec<f64>>],
+    noise: &[Option<SensorNoise>],
+) -> Vec<(f64, usize)> {
+    let of_output = |(output, noise): (usize, &Option<SensorNoise>)| {
+        let Some(noise) = noise else { return (0.0, 0) };
+        let finite =
+            residuals.iter().flat_map(|outputs| &outputs[output]).filter(|e| e.is_finite());
+        finite.fold((0.0, 0), |(sum, n), e| (sum + (e / noise.std).powi(2), n + 1))
+    };
+    noise.iter().enumerate().map(of_output).collect()
+}
+
+fn residuals(recordings: &[Recording], observations: &[Observations]) -> Vec<Vec<Vec<f64>>> {
+    let of_recording = |(recording, observations): (&Recording, &Observations)| {
+        let of_output = |(output, measured): (usize, &Option<Vec<f64>>)| match measured {
+            None => vec![f64::NAN; recording.times.len()],
+            Some(measured) => {
+                let samples = measured.iter().enumerate();
+                samples.map(|(k, measured)| measured - observations.w(k)[output]).collect()
+            }
+        };
+        recording.measured.iter().enumerate().map(of_output).collect()
+    };
+    recordings.iter().zip(observations).map(of_recording).collect()
+}
+
+/// Start values and outputs of the held-out recordings.
+fn held_out(
+    structure: &Structure,
+    p: &[f64],
+    data: &Data<'_>,
+    evaluations: usize,
+) -> Option<(Vec<Vec<(usize, f64)>>, Vec<Observations>)> {
+    let recordings: Vec<Recording> = data.valid.to_vec();
+    let problem = problem(structure, p, &recordings, data, evaluations);
+    let starts = fit_starts(&problem, START_SECONDS).ok()?;
+    let evaluation = evaluate(&problem, p, &starts).ok()?;
+    Some((starts, evaluation.observations))
+}
+
+fn problem<'a>(
+    structure: &'a Structure,
+    p: &'a [f64],
+    recordings: &'a [Recording],
+    data: &Data<'_>,
+    evaluations: usize,
+) -> OutputErrorProblem<'a, dgd_execute::Interpreted> {
+    let noise = data.noise.iter().map(|noise| noise.map(|noise| Noise::Known(noise.std))).collect();
+    let stopping = StoppingRule { evaluations, ..StoppingRule::default() };
+    let options = data.options;
+    let problem = OutputErrorProblem::new(&structure.system, p, recordings);
+    OutputErrorProblem { noise, stopping, options, threads: 1, ..problem }
+}
+
+/// The recordings with start values as first guesses.
+pub(crate) fn with_starts(
+    recordings: &[Recording],
+    values: &Values,
+    structure: &Structure,
+) -> Vec<Recording> {
+    let recordings = recordings.iter().enumerate();
+    recordings
+        .map(|(r, recording)| {
+            let mut recording = recording.clone();
+            for (unknown, value) in values.starts(&structure.system, r) {
+                recording.start.retain(|(other, _)| *other != unknown);
+                recording.start.push((unknown, value));
+            }
+            recording
+        })
+        .collect()
+}
+
+/// Puts parameters within their bounds.
+fn clip(p: &mut [f64], signature: &Signature) {
+    for (value, parameter) in p.iter_mut().zip(signature.parameters.iter()) {
+        *value = value.clamp(parameter.lower, parameter.upper);
+    }
+}

@@ -1,0 +1,310 @@
+//! What each candidate promises, to first order: the score test.
+//!
+//! ```text
+//!   r = measured − simulated, J = ∂w/∂(fitted parameters and start values), φ = ∂w/∂λ at λ = 0
+//!   r⊥, φ⊥: what is orthogonal to J, all in units of the noise
+//!   λ̂ = φ⊥ᵀr / φ⊥ᵀφ⊥,   gain in Σ(e/σ)² = (φ⊥ᵀr)² / φ⊥ᵀφ⊥
+//! ```
+//!
+//! λ is what switches the candidate on: the parameters that its `null` names, or its blend. One
+//! simulation with all candidates at nothing gives φ of each. Constants within an effect (an onset,
+//! a time constant, an exponent) do nothing there; they are tried on a grid, all candidates'
+//! at once, one simulation for each point of it.
+//!
+//! Rao, Proc. Cambridge Phil. Soc. 44 (1948) 50; Silvey, Ann. Math. Stat. 30 (1959) 389.
+
+use dgd_compiler::effects::Brought;
+use dgd_execute::Interpreted;
+use dgd_runtime::identify::Recording;
+use dgd_runtime::{Direction, System};
+use dgd_runtime::identify::outputs_with_sensitivities as observe;
+
+use crate::candidates::Candidate;
+use crate::fitted::{Data, Fitted};
+use crate::projection::{Basis, dot};
+use crate::structure::{BaseModel, Values};
+
+/// Points of the grid of inner constants.
+const GRID: usize = 12;
+
+/// What a candidate promises.
+#[derive(Debug, Clone)]
+pub(crate) struct Score {
+    /// Position of the candidate.
+    pub candidate: usize,
+    /// The most that it takes from Σ (e/σ)², over the grid.
+    pub gain: f64,
+    /// Where to begin a fit, the best first: values of the candidate's parameters.
+    pub points: Vec<Vec<(String, f64)>>,
+    /// φ⊥ at the best point of the grid, one column for each λ.
+    pub columns: Vec<Vec<f64>>,
+}
+
+/// Most points of the grid to begin fits from.
+const MOST_POINTS: usize = 3;
+
+/// Screens all candidates that are not in a fitted structure. Those that cannot be simulated are
+/// left out. The best comes first.
+pub(crate) fn screen(
+    base: &BaseModel,
+    all: &[Candidate<'_>],
+    fitted: &Fitted,
+    data: &Data<'_>,
+) -> Vec<Score> {
+    let chosen = &fitted.structure.candidates;
+    let others: Vec<usize> = (0..all.len()).filter(|c| !chosen.contains(c)).collect();
+    let residual = weighted(data, &fitted.residuals(data));
+    let Some(basis) = fitted_directions(fitted, data) else { return Vec::new() };
+    let mut scores = Vec::new();
+    // One run for all; where that cannot be had, one for each.
+    match screen_group(base, all, fitted, data, &others, &basis, &residual) {
+        Some(together) => scores.extend(together),
+        None => {
+            for other in &others {
+                let alone = screen_group(base, all, fitted, data, &[*other], &basis, &residual);
+                scores.extend(alone.into_iter().flatten());
+            }
+        }
+    }
+    scores.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.candidate.cmp(&b.candidate)));
+    scores
+}
+
+/// Screens some candidates by simulations that hold them all.
+fn screen_group(
+    base: &BaseModel,
+    all: &[Candidate<'_>],
+    fitted: &Fitted,
+    data: &Data<'_>,
+    others: &[usize],
+    basis: &Basis,
+    residual: &[f64],
+) -> Option<Vec<Score>> {
+    let (system, brought) = base.screening(all, &fitted.structure.candidates, others).ok()?;
+    let inner: Vec<Vec<Inner>> = others
+        .iter()
+        .zip(&brought)
+        .map(|(&other, brought)| inner_constants(&system, &all[other], brought, data))
+        .collect();
+    let points = if inner.iter().all(Vec::is_empty) { 1 } else { GRID };
+    let mut found: Vec<Vec<Promise>> = vec![Vec::new(); others.len()];
+    for g in 0..points {
+        let mut values = fitted.values.clone();
+        for inner in inner.iter().flatten() {
+            values.p.insert(inner.name.clone(), inner.at(g));
+        }
+        let Some(columns) = sensitivities(&system, &values, data) else { continue };
+        let mut columns = columns.into_iter();
+        for ((brought, inner), found) in brought.iter().zip(&inner).zip(&mut found) {
+            let lambdas: Vec<&String> = brought.null.iter().chain(&brought.blend).collect();
+            let columns: Vec<Vec<f64>> = columns.by_ref().take(lambdas.len()).collect();
+            if g > 0 && inner.is_empty() {
+                continue;
+            }
+            let Some(mut promise) =
+                promise(&system, &lambdas, brought, &columns, basis, residual)
+            else {
+                continue;
+            };
+            promise.point.extend(inner.iter().map(|inner| (inner.name.clone(), inner.at(g))));
+            found.push(promise);
+        }
+    }
+    let scores = others.iter().zip(found).filter_map(|(&candidate, mut found)| {
+        found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        let best = found.first()?;
+        let (gain, columns) = (best.gain, best.columns.clone());
+        let points = found.into_iter().take(MOST_POINTS).map(|promise| promise.point).collect();
+        Some(Score { candidate, gain, points, columns })
+    });
+    Some(scores.collect())
+}
+
+/// What a candidate promises at one point of the grid.
+#[derive(Debug, Clone)]
+struct Promise {
+    gain: f64,
+    point: Vec<(String, f64)>,
+    columns: Vec<Vec<f64>>,
+}
+
+/// The gain of the best λ within bounds.
+///
+/// Several λ of one candidate are taken one after another, each orthogonal to those before.
+fn promise(
+    system: &Interpreted,
+    lambdas: &[&String],
+    brought: &Brought,
+    columns: &[Vec<f64>],
+    basis: &Basis,
+    residual: &[f64],
+) -> Option<Promise> {
+    let mut basis = basis.clone();
+    let (mut gain, mut point, mut kept) = (0.0, Vec::new(), Vec::new());
+    for (name, column) in lambdas.iter().zip(columns) {
+        let parameter = system.signature().parameters.iter().find(|p| *p.name == ***name)?;
+        let Some(rest) = basis.project_out(column) else { continue };
+        let (along, square) = (dot(&rest, residual), dot(&rest, &rest));
+        let null = parameter.value;
+        let estimate = (null + along / square).clamp(parameter.lower, parameter.upper) - null;
+        // −Δ Σ(e/σ)² = 2 λ φᵀr − λ² φᵀφ
+        gain += estimate * (2.0 * along - estimate * square);
+        if brought.blend.as_deref() != Some(name.as_str()) {
+            point.push(((*name).clone(), null + estimate));
+        }
+        basis.extend(&rest);
+        kept.push(rest);
+    }
+    (gain > 0.0).then_some(Promise { gain, point, columns: kept })
+}
+
+/// A constant within an effect, and where it is tried.
+struct Inner {
+    name: String,
+    lower: f64,
+    upper: f64,
+    log: bool,
+    /// Which of the candidate's inner constants it is.
+    place: usize,
+}
+
+impl Inner {
+    /// Its value at a point of the grid. The constants of one candidate go through their grids in
+    /// different orders, so that they do not only move together.
+    fn at(&self, g: usize) -> f64 {
+        // 12 has 1, 5, 7 and 11 without a common divisor.
+        let stride = [1, 5, 7, 11][self.place % 4];
+        let share = ((g * stride % GRID) as f64 + 0.5) / GRID as f64;
+        if self.log {
+            (self.lower.ln() + share * (self.upper / self.lower).ln()).exp()
+        } else {
+            self.lower + share * (self.upper - self.lower)
+        }
+    }
+}
+
+/// The constants of a candidate that do nothing at its null.
+fn inner_constants(
+    system: &Interpreted,
+    candidate: &Candidate<'_>,
+    brought: &Brought,
+    data: &Data<'_>,
+) -> Vec<Inner> {
+    let names = brought.parameters.iter().filter(|name| !brought.null.contains(name));
+    let parameters = names.filter_map(|name| {
+        let parameter = system.signature().parameters.iter().find(|p| *p.name == **name)?;
+        (!parameter.fixed).then_some((name, parameter))
+    });
+    let inner = parameters.enumerate().map(|(place, (name, parameter))| {
+        let own = brought.names.iter().find(|(_, new)| new == name).map(|(own, _)| own);
+        let is_onset = own.is_some_and(|own| candidate.onsets.contains(own));
+        let size = if parameter.value == 0.0 { parameter.unit.factor } else { parameter.value };
+        let (lower, upper) = if is_onset {
+            let (first, last) = span(data.train);
+            (first.max(parameter.lower), last.min(parameter.upper))
+        } else {
+            // Without a bound, five times more or less than what the effect suggests.
+            let open = |bound: f64, other: f64| if bound.is_finite() { bound } else { other };
+            (open(parameter.lower, size / 5.0), open(parameter.upper, size * 5.0))
+        };
+        let log = parameter.log && lower > 0.0 && !is_onset;
+        Inner { name: name.clone(), lower, upper, log, place }
+    });
+    inner.collect()
+}
+
+/// First and last time of the recordings.
+fn span(recordings: &[Recording]) -> (f64, f64) {
+    let times = recordings.iter().flat_map(|recording| &recording.times);
+    times.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(*t), b.max(*t)))
+}
+
+/// The span of what is fitted already: parameters, and start values of each recording.
+fn fitted_directions(fitted: &Fitted, data: &Data<'_>) -> Option<Basis> {
+    let structure = &fitted.structure;
+    let system = &structure.system;
+    let is_held = |j: usize| {
+        let name = system.signature().direction_name(j);
+        fitted.estimates.iter().any(|e| e.name == name && e.at_bound.is_some())
+    };
+    let shared = |j: usize| {
+        matches!(system.signature().directions[j], Direction::Parameter(_))
+    };
+    let per_recording = sensitivities_by_recording(system, &fitted.values, data)?;
+    let samples: usize = per_recording.iter().map(|columns| columns.rows).sum();
+    let mut all = Vec::new();
+    for j in 0..system.signature().directions.len() {
+        if is_held(j) {
+            continue;
+        }
+        if shared(j) {
+            all.push(per_recording.iter().flat_map(|part| part.columns[j].clone()).collect());
+            continue;
+        }
+        let mut before = 0;
+        for part in &per_recording {
+            let mut column = vec![0.0; samples];
+            column[before..before + part.rows].copy_from_slice(&part.columns[j]);
+            before += part.rows;
+            all.push(column);
+        }
+    }
+    Some(Basis::new(&all))
+}
+
+/// Weighted sensitivities of the measured samples of one recording.
+struct Part {
+    rows: usize,
+    /// One for each direction.
+    columns: Vec<Vec<f64>>,
+}
+
+/// One column for each direction over the samples of all training recordings.
+fn sensitivities(system: &Interpreted, values: &Values, data: &Data<'_>) -> Option<Vec<Vec<f64>>> {
+    let parts = sensitivities_by_recording(system, values, data)?;
+    let directions = system.signature().directions.len();
+    let joined =
+        |j: usize| parts.iter().flat_map(|part| part.columns[j].iter().copied()).collect();
+    Some((0..directions).map(joined).collect())
+}
+
+fn sensitivities_by_recording(
+    system: &Interpreted,
+    values: &Values,
+    data: &Data<'_>,
+) -> Option<Vec<Part>> {
+    let p = values.parameters(system);
+    let directions = system.signature().directions.len();
+    let recordings = data.train.iter().enumerate();
+    recordings
+        .map(|(r, recording)| {
+            let start = values.starts(system, r);
+            let observations = observe(system, recording, &p, &start, &data.options).ok()?;
+            let mut columns = vec![Vec::new(); directions];
+            for (output, noise) in data.noise.iter().enumerate() {
+                let (Some(noise), Some(measured)) = (noise, &recording.measured[output]) else {
+                    continue;
+                };
+                for (k, _) in measured.iter().enumerate().filter(|(_, value)| value.is_finite()) {
+                    let dw = observations.dw(k);
+                    for (j, column) in columns.iter_mut().enumerate() {
+                        column.push(dw[j * observations.n_w + output] / noise.std);
+                    }
+                }
+            }
+            Some(Part { rows: columns.first().map_or(0, Vec::len), columns })
+        })
+        .collect()
+}
+
+/// Residuals in units of the noise, in the order of the columns above.
+pub(crate) fn weighted(data: &Data<'_>, residuals: &[Vec<Vec<f64>>]) -> Vec<f64> {
+    let mut all = Vec::new();
+    for outputs in residuals {
+        for (values, noise) in outputs.iter().zip(&data.noise) {
+            let Some(noise) = noise else { continue };
+            all.extend(values.iter().filter(|e| e.is_finite()).map(|e| e / noise.std));
+        }
+    }
+    all
+}

@@ -1,0 +1,421 @@
+//! Which structures are tried, and which of them is believed.
+//!
+//! ```text
+//!   fit the base model ─ nothing but noise? ─► sufficient
+//!        │ no
+//!        ▼
+//!   screen all candidates ─► refit the most promising ─ nothing but noise? ─► effects
+//!        ▲                                                │ no
+//!        └──── from each of the best few, one effect more ┘
+//!   exchange each effect of the best structure for its near twins
+//! ```
+//!
+//! Two effects that are hidden together are rarely found one after the other: the wrong twin often
+//! fits best while it is alone. So the search goes on from several structures at a time, and what
+//! was accepted may be exchanged.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use dgd_runtime::identify::Recording;
+
+use crate::candidates::Candidate;
+use crate::fitted::{Data, Fitted, NoFit, chi_square};
+use crate::noise::{SensorNoise, white_noise};
+use crate::screen::{Score, screen};
+use crate::structure::{BaseModel, Values};
+use crate::whiteness::whiteness;
+
+/// Most effects in one structure.
+const MOST_EFFECTS: usize = 3;
+
+/// How many structures the search goes on from.
+const BEAM: usize = 4;
+
+/// How many of the screened candidates are refitted, by number of effects that are in already.
+const REFITTED: [usize; MOST_EFFECTS] = [8, 4, 3];
+
+/// How many twins are tried for each effect of the best structure.
+const EXCHANGED: usize = 3;
+
+/// Most simulations of a fit from one point. A fit that needs more is not a likely structure.
+const EVALUATIONS: usize = 40;
+
+/// Mean square of the errors, over that of the noise, up to which a structure explains the data: what
+/// it leaves is a few per cent of the sensors' noise, more than rounding and less than any effect.
+const EXPLAINED: f64 = 1.1;
+
+/// The same of held-out data, whose start values are known from a minute only.
+const EXPLAINED_HELD_OUT: f64 = 1.2;
+
+/// Residuals are nothing but noise where no check of them has a p-value below this, over the number of
+/// outputs: one false alarm in ten thousand models.
+const FALSE_ALARM: f64 = 1e-4;
+
+/// A further effect is worth its place where it takes away half of what is left beyond noise.
+const WORTH_ITS_PLACE: f64 = 0.5;
+
+/// The search and what it has tried.
+pub(crate) struct Search<'a> {
+    pub base: &'a BaseModel,
+    pub candidates: &'a [Candidate<'a>],
+    pub data: Data<'a>,
+    pub threads: usize,
+    /// By positions of the candidates.
+    pub tried: BTreeMap<Vec<usize>, Result<Fitted, NoFit>>,
+    /// Screens of structures.
+    pub screens: BTreeMap<Vec<usize>, Vec<Score>>,
+}
+
+/// What a search ends with.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Outcome {
+    /// The base model explains the data.
+    Sufficient,
+    /// A structure with effects does.
+    Effects(Vec<usize>),
+    /// None does; the best that was tried.
+    Unexplained(Vec<usize>),
+}
+
+impl Search<'_> {
+    /// Fits the base model and searches.
+    pub(crate) fn run(&mut self, start: &Values) -> Result<Outcome, NoFit> {
+        self.fit_base(start)?;
+        if self.is_noise(&[]) {
+            return Ok(Outcome::Sufficient);
+        }
+        let mut frontier = vec![Vec::new()];
+        for refitted in REFITTED {
+            self.grow(&frontier, refitted);
+            self.exchange();
+            let ranked = self.ranked();
+            if ranked.first().is_none_or(|best| self.explains(best)) {
+                break;
+            }
+            let depth = frontier[0].len();
+            frontier = ranked.into_iter().filter(|s| s.len() > depth).take(BEAM).collect();
+            if frontier.is_empty() {
+                break;
+            }
+        }
+        Ok(self.outcome())
+    }
+
+    /// Tries one effect more with each of some structures.
+    fn grow(&mut self, frontier: &[Vec<usize>], refitted: usize) {
+        let mut wanted = Vec::new();
+        for chosen in frontier {
+            for score in self.screened(chosen).iter().take(refitted) {
+                wanted.push(self.extended(chosen, score));
+            }
+        }
+        self.confirm(wanted);
+    }
+
+    /// The simplest structure that explains the data, unless one with more effects is worth them.
+    fn outcome(&self) -> Outcome {
+        let ranked = self.ranked();
+        let fits = |chosen: &&Vec<usize>| self.explains(chosen) && self.is_sound(chosen);
+        let Some(mut best) = ranked.iter().find(fits) else {
+            return Outcome::Unexplained(ranked.into_iter().next().unwrap_or_default());
+        };
+        while let Some(simpler) =
+            ranked.iter().filter(fits).find(|s| s.len() < best.len() && !self.is_worth(best, s))
+        {
+            best = simpler;
+        }
+        if best.is_empty() { Outcome::Sufficient } else { Outcome::Effects(best.clone()) }
+    }
+
+    /// Whether the effects that one structure has more than another are worth their place.
+    fn is_worth(&self, longer: &[usize], shorter: &[usize]) -> bool {
+        let excess = |error: Option<(f64, usize)>| error.map(|(sum, n)| sum - n as f64);
+        let halves = |error: &dyn Fn(&[usize]) -> Option<(f64, usize)>| {
+            match (excess(error(longer)), excess(error(shorter))) {
+                (Some(longer), Some(shorter)) => longer < WORTH_ITS_PLACE * shorter,
+                _ => false,
+            }
+        };
+        !self.is_noise(shorter)
+            && halves(&|s| self.training_error(s))
+            && (self.data.valid.is_empty() || halves(&|s| self.held_out_error(s)))
+    }
+
+    /// Fits the base model twice if need be: the noise is known better from its residuals.
+    fn fit_base(&mut self, start: &Values) -> Result<(), NoFit> {
+        let refused = |refused: crate::structure::Refused| NoFit(refused.0);
+        let structure = self.base.structure(self.candidates, &[]).map_err(refused)?;
+        let fitted =
+            Fitted::new(structure.clone(), start, &[Vec::new()], &self.data, 4 * EVALUATIONS)?;
+        let changed = self.tighten_noise(&fitted);
+        let fitted = if changed {
+            let from = fitted.values.clone();
+            Fitted::new(structure, &from, &[Vec::new()], &self.data, EVALUATIONS)?
+        } else {
+            fitted
+        };
+        self.tried.insert(Vec::new(), Ok(fitted));
+        Ok(())
+    }
+
+    /// Takes over the noise that the residuals of a structure show where it is less; says whether
+    /// it changed by what matters to weights.
+    fn tighten_noise(&mut self, fitted: &Fitted) -> bool {
+        let shown = noise_of(self.data.train, &fitted.residuals(&self.data));
+        let mut changed = false;
+        for (noise, shown) in self.data.noise.iter_mut().zip(shown) {
+            let (Some(noise), Some(shown)) = (noise, shown) else { continue };
+            if shown.std < noise.std {
+                changed |= shown.std < 0.95 * noise.std;
+                *noise = shown;
+            }
+        }
+        changed
+    }
+
+    /// The screen of a structure, the best first.
+    fn screened(&mut self, chosen: &[usize]) -> Vec<Score> {
+        if let Some(scores) = self.screens.get(chosen) {
+            return scores.clone();
+        }
+        let Some(Ok(fitted)) = self.tried.get(chosen) else { return Vec::new() };
+        let scores = screen(self.base, self.candidates, fitted, &self.data);
+        self.screens.insert(chosen.to_vec(), scores.clone());
+        scores
+    }
+
+    /// Refits structures that were not tried before, each from the points that its screen suggests.
+    fn confirm(&mut self, wanted: Vec<Wanted>) {
+        let mut new: Vec<Wanted> = Vec::new();
+        for wanted in wanted {
+            let is_known = self.tried.contains_key(&wanted.chosen);
+            if !is_known && !new.iter().any(|other| other.chosen == wanted.chosen) {
+                new.push(wanted);
+            }
+        }
+        self.refit(new);
+        self.sharpen();
+    }
+
+    /// Fits structures, several at a time.
+    fn refit(&mut self, wanted: Vec<Wanted>) {
+        let (base, candidates, data) = (self.base, self.candidates, &self.data);
+        let results = in_parallel(self.threads, wanted.len(), |k| {
+            let Wanted { chosen, from, points } = &wanted[k];
+            let structure =
+                base.structure(candidates, chosen).map_err(|refused| NoFit(refused.0))?;
+            Fitted::new(structure, from, points, data, EVALUATIONS)
+        });
+        for (wanted, result) in wanted.into_iter().zip(results) {
+            self.tried.insert(wanted.chosen, result);
+        }
+    }
+
+    /// Where the best structure shows less noise than was known, all weights change: what was fitted
+    /// goes on from where it is.
+    fn sharpen(&mut self) {
+        let Some(best) = self.ranked().first().cloned() else { return };
+        let Some(Ok(fitted)) = self.tried.get(&best).cloned() else { return };
+        if !self.tighten_noise(&fitted) {
+            return;
+        }
+        self.screens.clear();
+        let fitted = self.tried.iter().filter_map(|(chosen, fitted)| {
+            let from = fitted.as_ref().ok()?.values.clone();
+            Some(Wanted { chosen: chosen.clone(), from, points: vec![Vec::new()] })
+        });
+        let fitted: Vec<Wanted> = fitted.collect();
+        self.refit(fitted);
+    }
+
+    /// Tries near twins for each effect of the best structure, until none is better.
+    fn exchange(&mut self) {
+        for _ in 0..MOST_EFFECTS {
+            let Some(best) = self.ranked().first().cloned() else { return };
+            if best.len() < 2 {
+                return;
+            }
+            let mut wanted = Vec::new();
+            for effect in &best {
+                let rest: Vec<usize> = best.iter().copied().filter(|c| c != effect).collect();
+                if !self.tried.contains_key(&rest) {
+                    let from = self.values(&best);
+                    let wanted = Wanted { chosen: rest.clone(), from, points: vec![Vec::new()] };
+                    self.confirm(vec![wanted]);
+                }
+                for score in self.screened(&rest).iter().take(EXCHANGED) {
+                    wanted.push(self.extended(&rest, score));
+                }
+            }
+            self.confirm(wanted);
+            if self.ranked().first() == Some(&best) {
+                return;
+            }
+        }
+    }
+
+    /// A structure with one effect more, to be fitted from where its screen suggests.
+    fn extended(&self, chosen: &[usize], score: &Score) -> Wanted {
+        let mut longer = chosen.to_vec();
+        longer.push(score.candidate);
+        longer.sort_unstable();
+        Wanted { chosen: longer, from: self.values(chosen), points: score.points.clone() }
+    }
+
+    /// Parameters and start values of a structure.
+    fn values(&self, chosen: &[usize]) -> Values {
+        self.fitted(chosen).map(|fitted| fitted.values.clone()).unwrap_or_default()
+    }
+
+    /// The structures that could be fitted, the best first, by the Bayesian information criterion.
+    pub(crate) fn ranked(&self) -> Vec<Vec<usize>> {
+        let mut all: Vec<(f64, &Vec<usize>)> =
+            self.tried.keys().filter_map(|chosen| Some((self.bic(chosen)?, chosen))).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(b.1)));
+        all.into_iter().map(|(_, chosen)| chosen.clone()).collect()
+    }
+
+    /// Σ (e/σ)² + k ln N on the training recordings, with the sum in units of what the best
+    /// structure leaves: where that is more than noise, differences count less.
+    pub(crate) fn bic(&self, chosen: &[usize]) -> Option<f64> {
+        let (sum, n) = self.training_error(chosen)?;
+        let least = self.tried.keys().filter_map(|s| self.training_error(s));
+        let least = least.map(|(sum, _)| sum).fold(f64::INFINITY, f64::min);
+        let unit = (least / n as f64).max(1.0);
+        let fitted = self.fitted(chosen)?;
+        Some(sum / unit + fitted.free() as f64 * (n as f64).ln())
+    }
+
+    /// Σ (e/σ)² of the training recordings, and how many samples.
+    pub(crate) fn training_error(&self, chosen: &[usize]) -> Option<(f64, usize)> {
+        let residuals = self.fitted(chosen)?.residuals(&self.data);
+        Some(total(&chi_square(&residuals, &self.data.noise)))
+    }
+
+    /// The same of the held-out recordings.
+    pub(crate) fn held_out_error(&self, chosen: &[usize]) -> Option<(f64, usize)> {
+        let residuals = self.fitted(chosen)?.held_out_residuals(&self.data)?;
+        Some(total(&chi_square(&residuals, &self.data.noise)))
+    }
+
+    pub(crate) fn fitted(&self, chosen: &[usize]) -> Option<&Fitted> {
+        self.tried.get(chosen)?.as_ref().ok()
+    }
+
+    /// Whether a structure leaves nothing but noise of the training recordings.
+    ///
+    /// Start values of held-out recordings are known from a minute only, so that their errors are
+    /// never quite white; whether they are small is asked by `explains`.
+    fn is_noise(&self, chosen: &[usize]) -> bool {
+        let Some(fitted) = self.fitted(chosen) else { return false };
+        let residuals = fitted.residuals(&self.data);
+        let measured = self.data.noise.iter().flatten().count() * residuals.len();
+        let least = FALSE_ALARM / measured.max(1) as f64;
+        let passes = |outputs: &Vec<Vec<f64>>| {
+            outputs.iter().zip(&self.data.noise).all(|(residuals, noise)| {
+                let Some(noise) = noise else { return true };
+                whiteness(residuals, noise, 0).is_none_or(|test| test.p_value > least)
+            })
+        };
+        residuals.iter().all(passes)
+    }
+
+    /// Whether a structure leaves so little that nothing need be missing.
+    pub(crate) fn explains(&self, chosen: &[usize]) -> bool {
+        let Some(fitted) = self.fitted(chosen) else { return false };
+        let all_within = |residuals: &[Vec<Vec<f64>>], limit: f64| {
+            chi_square(residuals, &self.data.noise)
+                .iter()
+                .all(|(sum, n)| *n == 0 || *sum <= limit * *n as f64)
+        };
+        if !all_within(&fitted.residuals(&self.data), EXPLAINED) {
+            return false;
+        }
+        if self.data.valid.is_empty() {
+            return true;
+        }
+        let valid = fitted.held_out_residuals(&self.data);
+        valid.is_some_and(|valid| all_within(&valid, EXPLAINED_HELD_OUT))
+    }
+
+    /// Whether no parameter of an effect has run into a bound.
+    fn is_sound(&self, chosen: &[usize]) -> bool {
+        let Some(fitted) = self.fitted(chosen) else { return false };
+        let brought = &fitted.structure.brought;
+        let mut own = brought.iter().flat_map(|brought| &brought.parameters);
+        own.all(|name| {
+            !fitted.estimates.iter().any(|e| e.name == *name && e.at_bound.is_some())
+        })
+    }
+}
+
+/// A structure to fit, and from where.
+#[derive(Debug, Clone)]
+struct Wanted {
+    chosen: Vec<usize>,
+    /// Values that it starts from.
+    from: Values,
+    points: Vec<Vec<(String, f64)>>,
+}
+
+/// The noise of each output, from residuals or readings of some recordings; `None` where it is not
+/// measured.
+pub(crate) fn noise_of(
+    recordings: &[Recording],
+    residuals: &[Vec<Vec<f64>>],
+) -> Vec<Option<SensorNoise>> {
+    let outputs = recordings.first().map_or(0, |recording| recording.measured.len());
+    let of_output = |output: usize| {
+        let parts = recordings.iter().zip(residuals).filter_map(|(recording, residuals)| {
+            let measured = recording.measured[output].as_ref()?;
+            let noise = white_noise(&recording.times, &residuals[output], measured)?;
+            Some((noise, measured.len() as f64))
+        });
+        let parts: Vec<(SensorNoise, f64)> = parts.collect();
+        let all: f64 = parts.iter().map(|(_, n)| n).sum();
+        // σ² = Σ n σᵢ² / Σ n; relative errors of independent parts add in squares.
+        let mean = |f: &dyn Fn(&SensorNoise) -> f64| {
+            parts.iter().map(|(noise, n)| n / all * f(noise)).sum::<f64>()
+        };
+        let (noise, _) = parts.first()?;
+        Some(SensorNoise {
+            std: mean(&|noise| noise.std * noise.std).sqrt(),
+            relative_error: mean(&|noise| noise.relative_error) / (parts.len() as f64).sqrt(),
+            ..*noise
+        })
+    };
+    (0..outputs).map(of_output).collect()
+}
+
+fn total(by_output: &[(f64, usize)]) -> (f64, usize) {
+    by_output.iter().fold((0.0, 0), |(sum, n), (s, m)| (sum + s, n + m))
+}
+
+/// Results of f(0) … f(n − 1), computed by several threads, in order.
+fn in_parallel<T: Send>(threads: usize, n: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut done = Vec::new();
+        loop {
+            let k = next.fetch_add(1, Ordering::Relaxed);
+            if k >= n {
+                return done;
+            }
+            done.push((k, f(k)));
+        }
+    };
+    let mut all: Vec<(usize, T)> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (1..threads.clamp(1, n.max(1))).map(|_| scope.spawn(work)).collect();
+        let mut all = work();
+        for worker in workers {
+            match worker.join() {
+                Ok(done) => all.extend(done),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        all
+    });
+    all.sort_by_key(|(k, _)| *k);
+    all.into_iter().map(|(_, result)| result).collect()
+}

@@ -1,0 +1,167 @@
+//! A model with some candidates spliced in, compiled and given numbers.
+
+use std::collections::BTreeMap;
+
+use dgd_compiler::dae::{Dae, assemble};
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::effects::{Application, Applied, Blending, Brought, apply};
+use dgd_compiler::model::{ModelOptions, resolve};
+use dgd_compiler::program::{Direction, lower};
+use dgd_compiler::syntax::ast::Ast;
+use dgd_execute::Interpreted;
+use dgd_runtime::System;
+use dgd_runtime::identify::Starts;
+
+use crate::candidates::Candidate;
+
+/// The model that is examined.
+#[derive(Debug, Clone)]
+pub struct BaseModel {
+    /// Its tree, then those of its libraries.
+    pub asts: Vec<Ast>,
+    /// Variants and settings.
+    pub options: ModelOptions,
+    /// Parameters to estimate although the model fixes them.
+    pub free: Vec<String>,
+    /// Parameters not to estimate.
+    pub fix: Vec<String>,
+}
+
+/// Values that are carried from one structure to the next, by name, SI.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Values {
+    /// Parameters.
+    pub p: BTreeMap<String, f64>,
+    /// Start values of each recording.
+    pub starts: Vec<BTreeMap<String, f64>>,
+}
+
+/// A structure ready to be simulated and fitted.
+#[derive(Debug, Clone)]
+pub(crate) struct Structure {
+    /// Positions of its candidates, ascending.
+    pub candidates: Vec<usize>,
+    /// Its trees.
+    pub asts: Vec<Ast>,
+    /// What each candidate brought, in the order of `candidates`.
+    pub brought: Vec<Brought>,
+    /// The compiled model; its directions are free parameters, then free start values.
+    pub system: Interpreted,
+}
+
+/// Why a structure cannot be had: what its first mistake is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Refused(pub String);
+
+impl BaseModel {
+    /// The model with candidates applied, ready to be fitted.
+    pub(crate) fn structure(
+        &self,
+        all: &[Candidate<'_>],
+        chosen: &[usize],
+    ) -> Result<Structure, Refused> {
+        let Applied { asts, brought } = self.apply(all, chosen)?;
+        let dae = self.assemble(&asts)?;
+        let directions = self.free_directions(&dae);
+        let system = Interpreted::new(lower(&dae, &directions));
+        Ok(Structure { candidates: chosen.to_vec(), asts, brought, system })
+    }
+
+    /// The model with candidates applied and all others blended in at nothing, with sensitivities to
+    /// what switches each of the others on; and what the others brought.
+    pub(crate) fn screening(
+        &self,
+        all: &[Candidate<'_>],
+        chosen: &[usize],
+        others: &[usize],
+    ) -> Result<(Interpreted, Vec<Brought>), Refused> {
+        let base = self.apply(all, chosen)?;
+        let others: Vec<Application<'_>> =
+            others.iter().map(|&c| all[c].application.clone()).collect();
+        let mut diagnostics = Diagnostics::default();
+        let Applied { asts, brought } =
+            apply(&base.asts, &others, Blending::Null, &mut diagnostics)
+                .map_err(|_| Refused::by(&diagnostics))?;
+        let dae = self.assemble(&asts)?;
+        let directions: Vec<Direction> = brought
+            .iter()
+            .flat_map(|brought| brought.null.iter().chain(&brought.blend))
+            .filter_map(|name| parameter(&dae, name).map(Direction::Parameter))
+            .collect();
+        Ok((Interpreted::new(lower(&dae, &directions)), brought))
+    }
+
+    fn apply(&self, all: &[Candidate<'_>], chosen: &[usize]) -> Result<Applied, Refused> {
+        let applications: Vec<Application<'_>> =
+            chosen.iter().map(|&c| all[c].application.clone()).collect();
+        let mut diagnostics = Diagnostics::default();
+        apply(&self.asts, &applications, Blending::Applied, &mut diagnostics)
+            .map_err(|_| Refused::by(&diagnostics))
+    }
+
+    fn assemble(&self, asts: &[Ast]) -> Result<Dae, Refused> {
+        let mut diagnostics = Diagnostics::default();
+        resolve(asts, &self.options, &mut diagnostics)
+            .and_then(|model| assemble(&model, &mut diagnostics))
+            .map_err(|_| Refused::by(&diagnostics))
+    }
+
+    /// Parameters and start values that are estimated.
+    fn free_directions(&self, dae: &Dae) -> Vec<Direction> {
+        let is_free = |name: &str, fixed: bool| {
+            let named = |list: &[String]| list.iter().any(|listed| listed == name);
+            !named(&self.fix) && (!fixed || named(&self.free))
+        };
+        let parameters = dae.parameters.iter().enumerate();
+        let parameters = parameters
+            .filter(|(_, parameter)| is_free(&parameter.declared.name, parameter.fixed))
+            .map(|(i, _)| Direction::Parameter(i));
+        let unknowns = dae.unknowns.iter().enumerate();
+        let starts = unknowns
+            .filter(|(_, unknown)| unknown.differential && is_free(&unknown.name, unknown.fixed))
+            .map(|(i, _)| Direction::Start(i));
+        parameters.chain(starts).collect()
+    }
+}
+
+impl Refused {
+    fn by(diagnostics: &Diagnostics) -> Refused {
+        let first = diagnostics.sorted().first().map(|diagnostic| diagnostic.message.clone());
+        Refused(first.unwrap_or_default())
+    }
+}
+
+fn parameter(dae: &Dae, name: &str) -> Option<usize> {
+    dae.parameters.iter().position(|parameter| parameter.declared.name == name)
+}
+
+impl Values {
+    /// All parameters of a system: the model's values, but these where they are known.
+    pub(crate) fn parameters(&self, system: &Interpreted) -> Vec<f64> {
+        let parameters = system.signature().parameters.iter();
+        parameters
+            .map(|parameter| self.p.get(&*parameter.name).copied().unwrap_or(parameter.value))
+            .collect()
+    }
+
+    /// Start values of a recording, by position of the unknown.
+    pub(crate) fn starts(&self, system: &Interpreted, recording: usize) -> Starts {
+        let Some(known) = self.starts.get(recording) else { return Starts::new() };
+        let unknowns = system.signature().unknowns.iter().enumerate();
+        unknowns
+            .filter_map(|(i, unknown)| known.get(&*unknown.name).map(|value| (i, *value)))
+            .collect()
+    }
+
+    /// These values by the names of a system.
+    pub(crate) fn of(system: &Interpreted, p: &[f64], starts: &[Starts]) -> Values {
+        let signature = system.signature();
+        let parameters = signature.parameters.iter();
+        let p = parameters.zip(p).map(|(parameter, v)| (parameter.name.to_string(), *v)).collect();
+        let named = |starts: &Starts| {
+            let starts = starts.iter();
+            starts.map(|(i, v)| (signature.unknowns[*i].name.to_string(), *v)).collect()
+        };
+        Values { p, starts: starts.iter().map(named).collect() }
+    }
+}
