@@ -74,6 +74,8 @@ pub(crate) enum Command {
     Sensitivity(SensitivityArgs),
     /// Estimate parameters and start values from recordings
     Fit(FitArgs),
+    /// Find where a model and recordings disagree, and name the effect that is missing
+    Discover(DiscoverArgs),
     /// List the integration methods
     Methods,
 }
@@ -210,6 +212,33 @@ pub(crate) struct FitArgs {
     pub solve: SolveArgs,
 }
 
+/// Arguments of `discover`.
+#[derive(Debug, Args)]
+pub(crate) struct DiscoverArgs {
+    /// The model file
+    pub model: PathBuf,
+    #[command(flatten)]
+    pub choices: Choices,
+    /// A recording to search in; repeatable
+    #[arg(long, value_name = "FILE", required = true)]
+    pub data: Vec<PathBuf>,
+    /// A recording to test on, which takes no part in fits; repeatable
+    #[arg(long, value_name = "FILE")]
+    pub valid: Vec<PathBuf>,
+    /// A folder of effects besides `effects` beside the model; repeatable
+    #[arg(long, value_name = "DIR")]
+    pub effects: Vec<PathBuf>,
+    /// Parameters to estimate, and `fixed` states whose start values to estimate too [default: those
+    /// that are not `fixed`]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub free: Vec<String>,
+    /// Parameters, and states for their start values, to leave alone
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub fix: Vec<String>,
+    #[command(flatten)]
+    pub solve: SolveArgs,
+}
+
 /// Where the weights of the outputs come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum NoiseFrom {
@@ -220,7 +249,7 @@ pub(crate) enum NoiseFrom {
 }
 
 /// How a model is run.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct SolveArgs {
     /// Where start values come from
     #[arg(long, value_enum, default_value_t = Start::Model)]

@@ -43,6 +43,15 @@ impl<'a> Console<'a> {
         self.global.out.as_deref()
     }
 
+    pub(crate) fn is_quiet(self) -> bool {
+        self.global.quiet
+    }
+
+    /// Seed of everything random.
+    pub(crate) fn seed(self) -> u64 {
+        self.global.seed
+    }
+
     /// Threads for what runs many simulations.
     pub(crate) fn threads(self) -> usize {
         let all = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);

@@ -22,7 +22,7 @@ use crate::failure::CommandError;
 use crate::load::read_model;
 
 /// The folder in which a model's effects lie.
-const FOLDER: &str = "effects";
+pub(crate) const FOLDER: &str = "effects";
 
 /// The ending of the files.
 const ENDING: &str = "dgd";
@@ -104,7 +104,7 @@ pub(crate) fn model_of(path: &Path, effect: &Effect) -> Option<PathBuf> {
 }
 
 /// `effects` beside a model file.
-fn folder_of(model: &Path) -> PathBuf {
+pub(crate) fn folder_of(model: &Path) -> PathBuf {
     model.parent().unwrap_or_else(|| Path::new("")).join(FOLDER)
 }
 

@@ -11,6 +11,7 @@ use dgd_runtime::Direction;
 use dgd_runtime::identify::{Estimate, Fit};
 
 use crate::data::write::push_number;
+use crate::failure::CommandError;
 
 /// Digits of an estimate: what they leave out is far below the tolerance of any simulation.
 const DIGITS: usize = 10;
@@ -19,6 +20,18 @@ const DIGITS: usize = 10;
 pub(crate) fn file_name(model: &Path) -> String {
     let name = model.file_name().unwrap_or_default();
     Path::new(name).with_extension("dgd").to_string_lossy().into_owned()
+}
+
+/// A fitted model beside the one it was made from would take its place.
+pub(crate) fn verify_folder(folder: &Path, model: &Path) -> Result<(), CommandError> {
+    let goal = folder.join(file_name(model));
+    match (goal.canonicalize(), model.canonicalize()) {
+        (Ok(goal), Ok(model)) if goal == model => Err(CommandError::Usage(format!(
+            "`--out {}` would replace the model itself: give another folder",
+            folder.display()
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// The model file with fitted parameters, with `--set`, and with the start values of the first

@@ -12,7 +12,6 @@ mod fitted_model;
 mod load;
 pub mod plot;
 mod recording;
-#[cfg_attr(not(test), expect(dead_code, reason = "the command that finds effects calls it"))]
 mod report;
 mod result;
 mod run;
@@ -41,6 +40,7 @@ pub fn run() -> ExitCode {
         Command::Simulate(args) => command::simulate::run(args, console),
         Command::Sensitivity(args) => command::sensitivity::run(args, console),
         Command::Fit(args) => command::fit::run(args, console),
+        Command::Discover(args) => command::discover::run(args, console),
         Command::Methods => command::methods::run(console),
     };
     match result {

@@ -6,11 +6,15 @@ use dgd_compiler::dae::Dae;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::Sources;
 use dgd_compiler::units::Unit;
-use dgd_runtime::{Column, Inputs, Signature};
+use dgd_execute::Interpreted;
+use dgd_runtime::identify::Recording as Experiment;
+use dgd_runtime::{Column, Inputs, Options, Problem, Signature, System};
 
+use crate::args::{SolveArgs, Start};
 use crate::console::Console;
 use crate::data::{self, select};
 use crate::failure::CommandError;
+use crate::run::measured_start;
 
 /// A data file as far as the model knows it, SI.
 pub(crate) struct Recording {
@@ -67,6 +71,37 @@ impl Recording {
         }
         let measured = Measured { times: times.clone(), outputs };
         Some(Recording { times, inputs, measured })
+    }
+
+    /// The part between `--from` and `--until` for a fit, with start values from where `--start`
+    /// says.
+    pub(crate) fn experiment(
+        &self,
+        system: &Interpreted,
+        p: &[f64],
+        path: &Path,
+        args: &SolveArgs,
+        options: &Options,
+    ) -> Result<Experiment, CommandError> {
+        let inputs = self.inputs(system.signature())?;
+        let times = &self.times;
+        let from = args.from.map_or(0, |from| times.partition_point(|t| *t < from));
+        let until = args.until.map_or(times.len(), |to| times.partition_point(|t| *t <= to));
+        let Some(&first) = times[..until].get(from) else {
+            return Err(CommandError::Usage(format!(
+                "`{}` has no sample between `--from` and `--until`",
+                path.display()
+            )));
+        };
+        let window = |samples: &Vec<f64>| samples[from..until].to_vec();
+        let outputs = self.measured.outputs.iter();
+        let measured = outputs.map(|samples| samples.as_ref().map(window)).collect();
+        let mut experiment = Experiment::new(window(times), inputs, measured);
+        if args.start == Start::Measured {
+            let problem = Problem { system, p, inputs: &experiment.inputs, start: &[] };
+            experiment.start = measured_start(&problem, first, &self.measured, options)?;
+        }
+        Ok(experiment)
     }
 }
 

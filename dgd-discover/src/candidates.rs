@@ -2,7 +2,7 @@
 
 use dgd_compiler::effects::{Application, Effect, bind};
 use dgd_compiler::model::Model;
-use dgd_compiler::syntax::ast::{ClauseKind, EffectKind, Expr, ExprKind, ItemKind, Name};
+use dgd_compiler::syntax::ast::{ClauseKind, EffectKind, Expr, ExprKind, ItemKind, Name, Target};
 use dgd_compiler::syntax::visit::{self, Part};
 
 /// An effect with the arguments it could have.
@@ -88,4 +88,29 @@ fn collect_compared(expr: &Expr, names: &mut Vec<String>) {
         }
     }
     visit::operands(expr).into_iter().for_each(|operand| collect_compared(operand, names));
+}
+
+impl Candidate<'_> {
+    /// What it changes: an equation, an output, or a name of the model.
+    pub(crate) fn target(&self) -> String {
+        let effect = self.application.effect;
+        let changed =
+            effect.ast.effect.iter().flat_map(|header| &header.clauses).find_map(|clause| {
+                match &clause.kind {
+                    ClauseKind::Replace { equation: Some(equation), .. }
+                    | ClauseKind::Add { equation, .. } => Some(&equation.text),
+                    ClauseKind::Replace { name, .. } => Some(&name.text),
+                    ClauseKind::ReplaceOutput { output, .. } => Some(&output.text),
+                    ClauseKind::Kind(_) | ClauseKind::Form(_) | ClauseKind::Null { .. } => None,
+                }
+            });
+        let Some(name) = changed else { return String::new() };
+        let slots = match &effect.target {
+            Target::Template(slots) => slots.as_slice(),
+            Target::Model(_) => &[],
+        };
+        let slot = slots.iter().position(|slot| slot.name.text == *name);
+        let argument = slot.and_then(|slot| self.application.arguments.get(slot));
+        argument.map_or_else(|| name.clone(), |argument| argument.text.clone())
+    }
 }

@@ -34,12 +34,12 @@ pub(crate) struct Fitted {
     /// All parameters, SI.
     pub p: Vec<f64>,
     pub estimates: Vec<Estimate>,
+    /// Whether the fit ended at a minimum.
+    pub is_converged: bool,
     /// Outputs at the samples of each training recording.
     pub train: Vec<Observations>,
     /// The same for held-out recordings; `None` where they cannot be simulated.
     pub valid: Option<Vec<Observations>>,
-    /// Start values of the held-out recordings.
-    pub valid_starts: Vec<Vec<(usize, f64)>>,
 }
 
 /// Why a structure has no numbers.
@@ -82,13 +82,10 @@ impl Fitted {
         let problem = problem(&structure, &fit.p, &recordings, data, evaluations);
         let Evaluation { observations: train, .. } =
             evaluate(&problem, &fit.p, &fit.starts).map_err(|error| NoFit(error.to_string()))?;
-        let held_out = held_out(&structure, &fit.p, data, evaluations);
-        let (valid_starts, valid) = match held_out {
-            Some((starts, valid)) => (starts, Some(valid)),
-            None => (Vec::new(), None),
-        };
+        let valid = held_out(&structure, &fit.p, data, evaluations);
+        let is_converged = fit.termination.is_converged();
         let (p, estimates) = (fit.p, fit.estimates);
-        Ok(Fitted { structure, values, p, estimates, train, valid, valid_starts })
+        Ok(Fitted { structure, values, p, estimates, is_converged, train, valid })
     }
 
     /// Free parameters and start values.
@@ -141,18 +138,17 @@ fn residuals(recordings: &[Recording], observations: &[Observations]) -> Vec<Vec
     recordings.iter().zip(observations).map(of_recording).collect()
 }
 
-/// Start values and outputs of the held-out recordings.
+/// Outputs of the held-out recordings, with start values from their beginnings; `None` where one
+/// cannot be simulated.
 fn held_out(
     structure: &Structure,
     p: &[f64],
     data: &Data<'_>,
     evaluations: usize,
-) -> Option<(Vec<Vec<(usize, f64)>>, Vec<Observations>)> {
-    let recordings: Vec<Recording> = data.valid.to_vec();
-    let problem = problem(structure, p, &recordings, data, evaluations);
+) -> Option<Vec<Observations>> {
+    let problem = problem(structure, p, data.valid, data, evaluations);
     let starts = fit_starts(&problem, START_SECONDS).ok()?;
-    let evaluation = evaluate(&problem, p, &starts).ok()?;
-    Some((starts, evaluation.observations))
+    Some(evaluate(&problem, p, &starts).ok()?.observations)
 }
 
 fn problem<'a>(

@@ -11,17 +11,22 @@
 //! Residuals are measured − simulated, in SI units; a missing sample is not a number. Nothing here
 //! reads files, prints, or knows what a model is about.
 
+mod activity;
 mod candidates;
+mod corrected;
 mod deviations;
 mod discover;
 mod discovery;
 mod discrepancy;
 mod distribution;
+mod evidence;
 mod exponential;
 mod fitted;
 mod kalman;
+mod missing;
 mod missing_terms;
 mod noise;
+mod parallel;
 mod projection;
 mod reconstruct;
 mod screen;
@@ -32,7 +37,7 @@ mod whiteness;
 mod windows;
 
 pub use deviations::{Deviations, LinearizeError};
-pub use discover::{DiscoverError, Experiments, discover};
+pub use discover::{DiscoverError, Request, discover};
 pub use discovery::{
     Alternative, Discovery, Evidence, FoundEffect, Gap, MissingInput, OutputTrace, ParameterValue,
     Ranked, RecordingTrace, Screened, Unexplained, Verdict,

@@ -16,11 +16,12 @@
 use dgd_compiler::effects::Brought;
 use dgd_execute::Interpreted;
 use dgd_runtime::identify::Recording;
-use dgd_runtime::{Direction, System};
 use dgd_runtime::identify::outputs_with_sensitivities as observe;
+use dgd_runtime::{Direction, System};
 
 use crate::candidates::Candidate;
 use crate::fitted::{Data, Fitted};
+use crate::parallel::in_parallel;
 use crate::projection::{Basis, dot};
 use crate::structure::{BaseModel, Values};
 
@@ -50,6 +51,7 @@ pub(crate) fn screen(
     all: &[Candidate<'_>],
     fitted: &Fitted,
     data: &Data<'_>,
+    threads: usize,
 ) -> Vec<Score> {
     let chosen = &fitted.structure.candidates;
     let others: Vec<usize> = (0..all.len()).filter(|c| !chosen.contains(c)).collect();
@@ -57,12 +59,12 @@ pub(crate) fn screen(
     let Some(basis) = fitted_directions(fitted, data) else { return Vec::new() };
     let mut scores = Vec::new();
     // One run for all; where that cannot be had, one for each.
-    match screen_group(base, all, fitted, data, &others, &basis, &residual) {
+    let parts = Parts { base, all, fitted, data, threads, basis: &basis, residual: &residual };
+    match parts.screen(&others) {
         Some(together) => scores.extend(together),
         None => {
             for other in &others {
-                let alone = screen_group(base, all, fitted, data, &[*other], &basis, &residual);
-                scores.extend(alone.into_iter().flatten());
+                scores.extend(parts.screen(&[*other]).into_iter().flatten());
             }
         }
     }
@@ -70,54 +72,67 @@ pub(crate) fn screen(
     scores
 }
 
-/// Screens some candidates by simulations that hold them all.
-fn screen_group(
-    base: &BaseModel,
-    all: &[Candidate<'_>],
-    fitted: &Fitted,
-    data: &Data<'_>,
-    others: &[usize],
-    basis: &Basis,
-    residual: &[f64],
-) -> Option<Vec<Score>> {
-    let (system, brought) = base.screening(all, &fitted.structure.candidates, others).ok()?;
-    let inner: Vec<Vec<Inner>> = others
-        .iter()
-        .zip(&brought)
-        .map(|(&other, brought)| inner_constants(&system, &all[other], brought, data))
-        .collect();
-    let points = if inner.iter().all(Vec::is_empty) { 1 } else { GRID };
-    let mut found: Vec<Vec<Promise>> = vec![Vec::new(); others.len()];
-    for g in 0..points {
-        let mut values = fitted.values.clone();
-        for inner in inner.iter().flatten() {
-            values.p.insert(inner.name.clone(), inner.at(g));
-        }
-        let Some(columns) = sensitivities(&system, &values, data) else { continue };
-        let mut columns = columns.into_iter();
-        for ((brought, inner), found) in brought.iter().zip(&inner).zip(&mut found) {
-            let lambdas: Vec<&String> = brought.null.iter().chain(&brought.blend).collect();
-            let columns: Vec<Vec<f64>> = columns.by_ref().take(lambdas.len()).collect();
-            if g > 0 && inner.is_empty() {
-                continue;
+/// What the screen of one structure works with.
+struct Parts<'a> {
+    base: &'a BaseModel,
+    all: &'a [Candidate<'a>],
+    fitted: &'a Fitted,
+    data: &'a Data<'a>,
+    threads: usize,
+    basis: &'a Basis,
+    residual: &'a [f64],
+}
+
+impl Parts<'_> {
+    /// Screens some candidates by simulations that hold them all.
+    fn screen(&self, others: &[usize]) -> Option<Vec<Score>> {
+        let Parts { base, all, data, .. } = *self;
+        let chosen = &self.fitted.structure.candidates;
+        let (system, brought) = base.screening(all, chosen, others).ok()?;
+        let inner: Vec<Vec<Inner>> = others
+            .iter()
+            .zip(&brought)
+            .map(|(&other, brought)| inner_constants(&system, &all[other], brought, data))
+            .collect();
+        let points = if inner.iter().all(Vec::is_empty) { 1 } else { GRID };
+        let values = &self.fitted.values;
+        let runs = in_parallel(self.threads, points, |g| {
+            let mut values = values.clone();
+            for inner in inner.iter().flatten() {
+                values.p.insert(inner.name.clone(), inner.at(g));
             }
-            let Some(mut promise) =
-                promise(&system, &lambdas, brought, &columns, basis, residual)
-            else {
-                continue;
-            };
-            promise.point.extend(inner.iter().map(|inner| (inner.name.clone(), inner.at(g))));
-            found.push(promise);
+            let (system, _) = base.screening(all, chosen, others).ok()?;
+            sensitivities(&system, &values, data)
+        });
+        let mut found: Vec<Vec<Promise>> = vec![Vec::new(); others.len()];
+        for (g, columns) in runs.into_iter().enumerate() {
+            let Some(columns) = columns else { continue };
+            let mut columns = columns.into_iter();
+            for ((brought, inner), found) in brought.iter().zip(&inner).zip(&mut found) {
+                let lambdas: Vec<&String> = brought.null.iter().chain(&brought.blend).collect();
+                let columns: Vec<Vec<f64>> = columns.by_ref().take(lambdas.len()).collect();
+                if g > 0 && inner.is_empty() {
+                    continue;
+                }
+                let promise =
+                    promise(&system, &lambdas, brought, &columns, self.basis, self.residual);
+                let Some(mut promise) = promise else { continue };
+                promise.point.extend(inner.iter().map(|inner| (inner.name.clone(), inner.at(g))));
+                found.push(promise);
+            }
         }
+        if found.iter().all(Vec::is_empty) && others.len() > 1 {
+            return None;
+        }
+        let scores = others.iter().zip(found).filter_map(|(&candidate, mut found)| {
+            found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+            let best = found.first()?;
+            let (gain, columns) = (best.gain, best.columns.clone());
+            let points = found.into_iter().take(MOST_POINTS).map(|promise| promise.point).collect();
+            Some(Score { candidate, gain, points, columns })
+        });
+        Some(scores.collect())
     }
-    let scores = others.iter().zip(found).filter_map(|(&candidate, mut found)| {
-        found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        let best = found.first()?;
-        let (gain, columns) = (best.gain, best.columns.clone());
-        let points = found.into_iter().take(MOST_POINTS).map(|promise| promise.point).collect();
-        Some(Score { candidate, gain, points, columns })
-    });
-    Some(scores.collect())
 }
 
 /// What a candidate promises at one point of the grid.
@@ -227,9 +242,7 @@ fn fitted_directions(fitted: &Fitted, data: &Data<'_>) -> Option<Basis> {
         let name = system.signature().direction_name(j);
         fitted.estimates.iter().any(|e| e.name == name && e.at_bound.is_some())
     };
-    let shared = |j: usize| {
-        matches!(system.signature().directions[j], Direction::Parameter(_))
-    };
+    let shared = |j: usize| matches!(system.signature().directions[j], Direction::Parameter(_));
     let per_recording = sensitivities_by_recording(system, &fitted.values, data)?;
     let samples: usize = per_recording.iter().map(|columns| columns.rows).sum();
     let mut all = Vec::new();
@@ -263,8 +276,7 @@ struct Part {
 fn sensitivities(system: &Interpreted, values: &Values, data: &Data<'_>) -> Option<Vec<Vec<f64>>> {
     let parts = sensitivities_by_recording(system, values, data)?;
     let directions = system.signature().directions.len();
-    let joined =
-        |j: usize| parts.iter().flat_map(|part| part.columns[j].iter().copied()).collect();
+    let joined = |j: usize| parts.iter().flat_map(|part| part.columns[j].iter().copied()).collect();
     Some((0..directions).map(joined).collect())
 }
 

@@ -15,13 +15,13 @@
 //! was accepted may be exchanged.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use dgd_runtime::identify::Recording;
 
 use crate::candidates::Candidate;
 use crate::fitted::{Data, Fitted, NoFit, chi_square};
 use crate::noise::{SensorNoise, white_noise};
+use crate::parallel::in_parallel;
 use crate::screen::{Score, screen};
 use crate::structure::{BaseModel, Values};
 use crate::whiteness::whiteness;
@@ -38,8 +38,14 @@ const REFITTED: [usize; MOST_EFFECTS] = [8, 4, 3];
 /// How many twins are tried for each effect of the best structure.
 const EXCHANGED: usize = 3;
 
-/// Most simulations of a fit from one point. A fit that needs more is not a likely structure.
+/// Simulations of a first fit from one point: enough to see whether a structure is any good.
+const FIRST_EVALUATIONS: usize = 8;
+
+/// Simulations of the fits that are continued.
 const EVALUATIONS: usize = 40;
+
+/// A fit that was not finished is continued where its error is within this factor of the least.
+const COMPETITIVE: f64 = 3.0;
 
 /// Mean square of the errors, over that of the noise, up to which a structure explains the data: what
 /// it leaves is a few per cent of the sensors' noise, more than rounding and less than any effect.
@@ -54,6 +60,9 @@ const FALSE_ALARM: f64 = 1e-4;
 
 /// A further effect is worth its place where it takes away half of what is left beyond noise.
 const WORTH_ITS_PLACE: f64 = 0.5;
+
+/// A third effect is looked for where two have left less than this of the discrepancy.
+const PROMISING: f64 = 0.1;
 
 /// The search and what it has tried.
 pub(crate) struct Search<'a> {
@@ -94,12 +103,24 @@ impl Search<'_> {
                 break;
             }
             let depth = frontier[0].len();
+            if depth > 0 && !ranked.first().is_some_and(|best| self.is_promising(best)) {
+                break;
+            }
             frontier = ranked.into_iter().filter(|s| s.len() > depth).take(BEAM).collect();
             if frontier.is_empty() {
                 break;
             }
         }
         Ok(self.outcome())
+    }
+
+    /// Whether so much of the discrepancy is taken away that what is left may be one effect more.
+    fn is_promising(&self, chosen: &[usize]) -> bool {
+        let excess = |s: &[usize]| self.training_error(s).map(|(sum, n)| sum - n as f64);
+        match (excess(chosen), excess(&[])) {
+            (Some(left), Some(all)) => left < PROMISING * all,
+            _ => false,
+        }
     }
 
     /// Tries one effect more with each of some structures.
@@ -131,11 +152,12 @@ impl Search<'_> {
     /// Whether the effects that one structure has more than another are worth their place.
     fn is_worth(&self, longer: &[usize], shorter: &[usize]) -> bool {
         let excess = |error: Option<(f64, usize)>| error.map(|(sum, n)| sum - n as f64);
-        let halves = |error: &dyn Fn(&[usize]) -> Option<(f64, usize)>| {
-            match (excess(error(longer)), excess(error(shorter))) {
-                (Some(longer), Some(shorter)) => longer < WORTH_ITS_PLACE * shorter,
-                _ => false,
-            }
+        let halves = |error: &dyn Fn(&[usize]) -> Option<(f64, usize)>| match (
+            excess(error(longer)),
+            excess(error(shorter)),
+        ) {
+            (Some(longer), Some(shorter)) => longer < WORTH_ITS_PLACE * shorter,
+            _ => false,
         };
         !self.is_noise(shorter)
             && halves(&|s| self.training_error(s))
@@ -175,12 +197,12 @@ impl Search<'_> {
     }
 
     /// The screen of a structure, the best first.
-    fn screened(&mut self, chosen: &[usize]) -> Vec<Score> {
+    pub(crate) fn screened(&mut self, chosen: &[usize]) -> Vec<Score> {
         if let Some(scores) = self.screens.get(chosen) {
             return scores.clone();
         }
         let Some(Ok(fitted)) = self.tried.get(chosen) else { return Vec::new() };
-        let scores = screen(self.base, self.candidates, fitted, &self.data);
+        let scores = screen(self.base, self.candidates, fitted, &self.data, self.threads);
         self.screens.insert(chosen.to_vec(), scores.clone());
         scores
     }
@@ -194,18 +216,39 @@ impl Search<'_> {
                 new.push(wanted);
             }
         }
-        self.refit(new);
+        let added: Vec<Vec<usize>> = new.iter().map(|wanted| wanted.chosen.clone()).collect();
+        self.refit(new, FIRST_EVALUATIONS);
+        self.finish(&added);
         self.sharpen();
     }
 
+    /// Continues those of some fits that were not finished and may be the best.
+    fn finish(&mut self, added: &[Vec<usize>]) {
+        let error = |chosen: &Vec<usize>| self.training_error(chosen).map(|(sum, _)| sum);
+        let least = added.iter().filter_map(error).fold(f64::INFINITY, f64::min);
+        let is_open = |chosen: &&Vec<usize>| {
+            let unfinished = self.fitted(chosen).is_some_and(|fitted| !fitted.is_converged);
+            unfinished && error(chosen).is_some_and(|error| error <= COMPETITIVE * least)
+        };
+        let open: Vec<Wanted> =
+            added.iter().filter(is_open).map(|chosen| self.continued(chosen)).collect();
+        self.refit(open, EVALUATIONS);
+    }
+
+    /// A structure to be fitted from where its fit ended.
+    fn continued(&self, chosen: &[usize]) -> Wanted {
+        let from = self.values(chosen);
+        Wanted { chosen: chosen.to_vec(), from, points: vec![Vec::new()] }
+    }
+
     /// Fits structures, several at a time.
-    fn refit(&mut self, wanted: Vec<Wanted>) {
+    fn refit(&mut self, wanted: Vec<Wanted>, evaluations: usize) {
         let (base, candidates, data) = (self.base, self.candidates, &self.data);
         let results = in_parallel(self.threads, wanted.len(), |k| {
             let Wanted { chosen, from, points } = &wanted[k];
             let structure =
                 base.structure(candidates, chosen).map_err(|refused| NoFit(refused.0))?;
-            Fitted::new(structure, from, points, data, EVALUATIONS)
+            Fitted::new(structure, from, points, data, evaluations)
         });
         for (wanted, result) in wanted.into_iter().zip(results) {
             self.tried.insert(wanted.chosen, result);
@@ -221,12 +264,14 @@ impl Search<'_> {
             return;
         }
         self.screens.clear();
-        let fitted = self.tried.iter().filter_map(|(chosen, fitted)| {
-            let from = fitted.as_ref().ok()?.values.clone();
-            Some(Wanted { chosen: chosen.clone(), from, points: vec![Vec::new()] })
-        });
-        let fitted: Vec<Wanted> = fitted.collect();
-        self.refit(fitted);
+        // The base model for comparison, and what may still be the best.
+        let mut again = self.ranked();
+        again.truncate(BEAM);
+        if !again.contains(&Vec::new()) {
+            again.push(Vec::new());
+        }
+        let again = again.iter().map(|chosen| self.continued(chosen)).collect();
+        self.refit(again, EVALUATIONS);
     }
 
     /// Tries near twins for each effect of the best structure, until none is better.
@@ -240,8 +285,7 @@ impl Search<'_> {
             for effect in &best {
                 let rest: Vec<usize> = best.iter().copied().filter(|c| c != effect).collect();
                 if !self.tried.contains_key(&rest) {
-                    let from = self.values(&best);
-                    let wanted = Wanted { chosen: rest.clone(), from, points: vec![Vec::new()] };
+                    let wanted = Wanted { chosen: rest.clone(), ..self.continued(&best) };
                     self.confirm(vec![wanted]);
                 }
                 for score in self.screened(&rest).iter().take(EXCHANGED) {
@@ -339,14 +383,30 @@ impl Search<'_> {
         valid.is_some_and(|valid| all_within(&valid, EXPLAINED_HELD_OUT))
     }
 
+    /// What there is to say about a structure.
+    pub(crate) fn note(&self, chosen: &[usize]) -> String {
+        let Some(fitted) = self.fitted(chosen) else { return String::new() };
+        let mut notes = Vec::new();
+        for estimate in &fitted.estimates {
+            if estimate.at_bound.is_some() {
+                notes.push(format!("`{}` is at its bound", estimate.name));
+            }
+        }
+        if !fitted.is_converged {
+            notes.push("the fit was not finished".to_owned());
+        }
+        if fitted.valid.is_none() && !self.data.valid.is_empty() {
+            notes.push("held-out data cannot be simulated".to_owned());
+        }
+        notes.join("; ")
+    }
+
     /// Whether no parameter of an effect has run into a bound.
     fn is_sound(&self, chosen: &[usize]) -> bool {
         let Some(fitted) = self.fitted(chosen) else { return false };
         let brought = &fitted.structure.brought;
         let mut own = brought.iter().flat_map(|brought| &brought.parameters);
-        own.all(|name| {
-            !fitted.estimates.iter().any(|e| e.name == *name && e.at_bound.is_some())
-        })
+        own.all(|name| !fitted.estimates.iter().any(|e| e.name == *name && e.at_bound.is_some()))
     }
 }
 
@@ -390,32 +450,4 @@ pub(crate) fn noise_of(
 
 fn total(by_output: &[(f64, usize)]) -> (f64, usize) {
     by_output.iter().fold((0.0, 0), |(sum, n), (s, m)| (sum + s, n + m))
-}
-
-/// Results of f(0) … f(n − 1), computed by several threads, in order.
-fn in_parallel<T: Send>(threads: usize, n: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let next = AtomicUsize::new(0);
-    let work = || {
-        let mut done = Vec::new();
-        loop {
-            let k = next.fetch_add(1, Ordering::Relaxed);
-            if k >= n {
-                return done;
-            }
-            done.push((k, f(k)));
-        }
-    };
-    let mut all: Vec<(usize, T)> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (1..threads.clamp(1, n.max(1))).map(|_| scope.spawn(work)).collect();
-        let mut all = work();
-        for worker in workers {
-            match worker.join() {
-                Ok(done) => all.extend(done),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
-        }
-        all
-    });
-    all.sort_by_key(|(k, _)| *k);
-    all.into_iter().map(|(_, result)| result).collect()
 }

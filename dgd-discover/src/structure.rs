@@ -21,9 +21,10 @@ pub struct BaseModel {
     pub asts: Vec<Ast>,
     /// Variants and settings.
     pub options: ModelOptions,
-    /// Parameters to estimate although the model fixes them.
+    /// Parameters of the model to estimate, all that are not `fixed` where none is named; and states
+    /// whose start values to estimate although they are `fixed`.
     pub free: Vec<String>,
-    /// Parameters not to estimate.
+    /// Parameters and start values not to estimate.
     pub fix: Vec<String>,
 }
 
@@ -62,7 +63,7 @@ impl BaseModel {
     ) -> Result<Structure, Refused> {
         let Applied { asts, brought } = self.apply(all, chosen)?;
         let dae = self.assemble(&asts)?;
-        let directions = self.free_directions(&dae);
+        let directions = self.free_directions(&dae, &brought);
         let system = Interpreted::new(lower(&dae, &directions));
         Ok(Structure { candidates: chosen.to_vec(), asts, brought, system })
     }
@@ -106,21 +107,25 @@ impl BaseModel {
             .map_err(|_| Refused::by(&diagnostics))
     }
 
-    /// Parameters and start values that are estimated.
-    fn free_directions(&self, dae: &Dae) -> Vec<Direction> {
-        let is_free = |name: &str, fixed: bool| {
-            let named = |list: &[String]| list.iter().any(|listed| listed == name);
-            !named(&self.fix) && (!fixed || named(&self.free))
-        };
-        let parameters = dae.parameters.iter().enumerate();
+    /// Parameters and start values that are estimated: of the model those that were asked for, of the
+    /// effects those that they do not fix.
+    fn free_directions(&self, dae: &Dae, brought: &[Brought]) -> Vec<Direction> {
+        let named = |list: &[String], name: &str| list.iter().any(|listed| listed == name);
+        let is_brought = |name: &str| brought.iter().any(|b| named(&b.parameters, name));
+        let asked = |name: &String| parameter(dae, name).is_some_and(|_| !is_brought(name));
+        let some_asked = self.free.iter().any(asked);
+        let parameters = dae.parameters.iter().enumerate().filter(|(_, parameter)| {
+            let name = &parameter.declared.name;
+            if some_asked && !is_brought(name) { named(&self.free, name) } else { !parameter.fixed }
+        });
         let parameters = parameters
-            .filter(|(_, parameter)| is_free(&parameter.declared.name, parameter.fixed))
+            .filter(|(_, parameter)| !named(&self.fix, &parameter.declared.name))
             .map(|(i, _)| Direction::Parameter(i));
-        let unknowns = dae.unknowns.iter().enumerate();
-        let starts = unknowns
-            .filter(|(_, unknown)| unknown.differential && is_free(&unknown.name, unknown.fixed))
-            .map(|(i, _)| Direction::Start(i));
-        parameters.chain(starts).collect()
+        let states = dae.unknowns.iter().enumerate().filter(|(_, state)| {
+            let is_free = !state.fixed || named(&self.free, &state.name);
+            state.differential && is_free && !named(&self.fix, &state.name)
+        });
+        parameters.chain(states.map(|(i, _)| Direction::Start(i))).collect()
     }
 }
 

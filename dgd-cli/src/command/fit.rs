@@ -11,10 +11,10 @@ use dgd_runtime::identify::{
     EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Prior, Recording, Termination,
     TrialFailed, evaluate, fit, fit_starts,
 };
-use dgd_runtime::{Direction, Options, Problem, System};
+use dgd_runtime::{Direction, Options, System};
 use serde_json::Value;
 
-use crate::args::{FitArgs, NoiseFrom, Start};
+use crate::args::{FitArgs, NoiseFrom};
 use crate::console::{Console, print};
 use crate::data::{Files, write_folder};
 use crate::failure::CommandError;
@@ -24,7 +24,7 @@ use crate::fitted_model;
 use crate::load::Compilation;
 use crate::plot::Text;
 use crate::recording;
-use crate::run::{measured_start, options};
+use crate::run::options;
 
 /// Start values of a held-out recording are estimated from this long, which does not count in its
 /// errors, s.
@@ -33,7 +33,7 @@ const SETTLING: f64 = 60.0;
 pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandError> {
     figure::verify_formats(&args.solve.plot)?;
     if let Some(folder) = console.out() {
-        verify_folder(folder, &args.model)?;
+        fitted_model::verify_folder(folder, &args.model)?;
     }
     let task = Task::load(args, console)?;
     let problem = task.problem(console);
@@ -72,18 +72,6 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         }
     }
     if console.is_json() { print(&format!("{json:#}\n")) } else { print(&outcome.to_text()) }
-}
-
-/// A fitted model beside the one it was made from would take its place.
-fn verify_folder(folder: &Path, model: &Path) -> Result<(), CommandError> {
-    let goal = folder.join(fitted_model::file_name(model));
-    match (goal.canonicalize(), model.canonicalize()) {
-        (Ok(goal), Ok(model)) if goal == model => Err(CommandError::Usage(format!(
-            "`--out {}` would replace the model itself: give another folder",
-            folder.display()
-        ))),
-        _ => Ok(()),
-    }
 }
 
 /// What is to be fitted to what.
@@ -136,7 +124,7 @@ impl Task {
         let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
         let experiments = |read: Vec<Option<recording::Recording>>, paths: &[PathBuf]| {
             let read = read.into_iter().flatten().zip(paths);
-            read.map(|(read, path)| experiment(&system, &p, &read, path, args, &options))
+            read.map(|(read, path)| read.experiment(&system, &p, path, &args.solve, &options))
                 .collect::<Result<Vec<Recording>, CommandError>>()
         };
         let train = experiments(train, &args.data)?;
@@ -307,40 +295,6 @@ fn used_outputs(compilation: &mut Compilation, compiled: &Compiled, names: &[Str
         compilation.diagnostics.error(diagnostic);
     }
     used
-}
-
-/// The part of a recording between `--from` and `--until`, with start values from where
-/// `--start` says.
-fn experiment(
-    system: &Interpreted,
-    p: &[f64],
-    read: &recording::Recording,
-    path: &Path,
-    args: &FitArgs,
-    options: &Options,
-) -> Result<Recording, CommandError> {
-    let inputs = read.inputs(system.signature())?;
-    let from = args.solve.from.map_or(0, |from| read.times.partition_point(|t| *t < from));
-    let until =
-        args.solve.until.map_or(read.times.len(), |to| read.times.partition_point(|t| *t <= to));
-    let Some(&first) = read.times[..until].get(from) else {
-        return Err(CommandError::Usage(format!(
-            "`{}` has no sample between `--from` and `--until`",
-            path.display()
-        )));
-    };
-    let window = |samples: &Vec<f64>| samples[from..until].to_vec();
-    let outputs = &read.measured.outputs;
-    let mut recording = Recording::new(
-        window(&read.times),
-        inputs,
-        outputs.iter().map(|samples| samples.as_ref().map(window)).collect(),
-    );
-    if args.solve.start == Start::Measured {
-        let problem = Problem { system, p, inputs: &recording.inputs, start: &[] };
-        recording.start = measured_start(&problem, first, &read.measured, options)?;
-    }
-    Ok(recording)
 }
 
 /// Each output of each recording, simulated and measured.

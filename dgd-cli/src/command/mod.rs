@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 pub(crate) mod check;
+pub(crate) mod discover;
 pub(crate) mod emit;
 pub(crate) mod explain;
 pub(crate) mod fit;

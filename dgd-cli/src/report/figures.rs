@@ -1,7 +1,7 @@
 //! The figures of a report: one panel for each output or equation, below each other over one time
 //! axis.
 
-use dgd_discover::{MissingInput, OutputTrace, RecordingTrace, Window};
+use dgd_discover::{Discovery, MissingInput, OutputTrace, RecordingTrace, Window};
 use dgd_runtime::Unit;
 
 use super::quantity::of_differences;
@@ -20,6 +20,13 @@ pub(super) enum Correction {
     Made,
     /// One curve, since both are the same.
     None,
+}
+
+impl Correction {
+    /// Whether a discovery has corrected the model.
+    pub(super) fn of(discovery: &Discovery) -> Correction {
+        if discovery.effects.is_empty() { Correction::None } else { Correction::Made }
+    }
 }
 
 /// Measured against simulated.
@@ -50,6 +57,11 @@ pub(super) fn fit(trace: &RecordingTrace, correction: Correction) -> Vec<Figure>
 
 /// Measured less simulated, over the noise.
 pub(super) fn errors(trace: &RecordingTrace, correction: Correction) -> Vec<Figure> {
+    pages(&error_panels(trace, correction))
+}
+
+/// Measured less simulated, over the noise, one panel for each output.
+pub(super) fn error_panels(trace: &RecordingTrace, correction: Correction) -> Vec<Panel> {
     let panel = |output: &OutputTrace| {
         let unit = of_differences(&output.unit);
         let error = |simulated: &[f64]| -> Vec<f64> {
@@ -79,7 +91,7 @@ pub(super) fn errors(trace: &RecordingTrace, correction: Correction) -> Vec<Figu
             envelopes: vec![noise],
         }
     };
-    pages(&trace.outputs.iter().map(panel).collect::<Vec<_>>())
+    trace.outputs.iter().map(panel).collect()
 }
 
 /// What each equation would have needed on its right-hand side.
@@ -118,9 +130,10 @@ fn bands(windows: &[Window]) -> Vec<Band> {
 }
 
 fn pages(panels: &[Panel]) -> Vec<Figure> {
-    let label = Text::plain("Time").with_unit("s");
-    panels
-        .chunks(PANELS)
-        .map(|chunk| Figure { columns: 1, ..Figure::new(label.clone(), chunk.to_vec()) })
-        .collect()
+    panels.chunks(PANELS).map(below_each_other).collect()
+}
+
+/// Panels below each other over one time axis.
+pub(super) fn below_each_other(panels: &[Panel]) -> Figure {
+    Figure { columns: 1, ..Figure::new(Text::plain("Time").with_unit("s"), panels.to_vec()) }
 }

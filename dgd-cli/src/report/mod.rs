@@ -28,7 +28,9 @@ use dgd_discover::Discovery;
 use crate::args::Choices;
 use crate::data::{Files, write_folder};
 use crate::failure::CommandError;
+use crate::plot::Figure;
 
+use figures::Correction;
 pub(crate) use summary::text as summary;
 
 /// Where what no effect explains is written.
@@ -63,6 +65,19 @@ impl Subject<'_> {
 /// Writes the report into a folder, which is created if its parent exists.
 pub(crate) fn write(folder: &Path, subject: &Subject<'_>) -> Result<(), CommandError> {
     Ok(write_folder(folder, &files(subject)?)?)
+}
+
+/// The result as programs read it.
+pub(crate) fn result_json(subject: &Subject<'_>) -> String {
+    result_json::write(subject)
+}
+
+/// Measured less simulated, before and after, on held-out data if there is any.
+pub(crate) fn gap_figure(discovery: &Discovery) -> Figure {
+    let traces = &discovery.traces;
+    let trace = traces.iter().find(|trace| trace.held_out).or(traces.first());
+    let panels = trace.map(|trace| figures::error_panels(trace, Correction::of(discovery)));
+    figures::below_each_other(&panels.unwrap_or_default())
 }
 
 fn files(subject: &Subject<'_>) -> Result<Files, CommandError> {

@@ -171,7 +171,7 @@ fn recordings(subject: &Subject<'_>) -> Vec<[String; 2]> {
 
 /// The figures in the order in which they are wanted: what has no name comes first.
 fn sections(discovery: &Discovery) -> Vec<Section> {
-    let correction = if discovery.effects.is_empty() { Correction::None } else { Correction::Made };
+    let correction = Correction::of(discovery);
     let held_out = discovery.traces.iter().find(|trace| trace.held_out);
     let training = discovery.traces.iter().find(|trace| !trace.held_out);
     let shown = || held_out.into_iter().chain(training);

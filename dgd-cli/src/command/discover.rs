@@ -1,0 +1,205 @@
+//! `dgd discover`: where a model and recordings disagree, and which known effect is missing.
+
+use std::path::{Path, PathBuf};
+
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::effects::Effect;
+use dgd_compiler::pipeline::{Compiled, Directions};
+use dgd_discover::{BaseModel, DiscoverError, Discovery, Request, discover};
+use dgd_execute::Interpreted;
+use dgd_runtime::System;
+use dgd_runtime::identify::Recording;
+
+use crate::args::{DiscoverArgs, SolveArgs, Start};
+use crate::console::{Console, print};
+use crate::effects::{self, FOLDER, load_folder};
+use crate::failure::CommandError;
+use crate::figure;
+use crate::fitted_model::verify_folder;
+use crate::load::Compilation;
+use crate::recording;
+use crate::report::{self, Subject};
+use crate::run::options;
+
+pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), CommandError> {
+    figure::verify_formats(&args.solve.plot)?;
+    if let Some(folder) = console.out() {
+        verify_folder(folder, &args.model)?;
+    }
+    let integration = options(&args.solve)?;
+    let mut compilation = Compilation::default();
+    let compiled = base_model(args, &mut compilation)?;
+    let library = library(args, &mut compilation)?;
+    let names = |paths: &[PathBuf]| -> Vec<String> {
+        let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into();
+        paths.iter().map(name).collect()
+    };
+    let train = recordings(args, &args.data, &compiled, &mut compilation, console)?;
+    let valid = recordings(args, &args.valid, &compiled, &mut compilation, console)?;
+
+    let base = BaseModel {
+        asts: compiled.asts.clone(),
+        options: compilation.options(&args.choices)?,
+        free: args.free.clone(),
+        fix: args.fix.clone(),
+    };
+    let (train_names, valid_names) = (names(&args.data), names(&args.valid));
+    let request = Request {
+        base: &base,
+        library: &library,
+        sources: &compilation.sources,
+        train: (&train, &train_names),
+        valid: (&valid, &valid_names),
+        options: integration,
+        threads: console.threads(),
+        seed: console.seed(),
+    };
+    let mut diagnostics = Diagnostics::default();
+    let found = discover(&request, &mut diagnostics).map_err(|error| match error {
+        DiscoverError::Model(_) => {
+            CommandError::diagnosed(&diagnostics, compilation.sources.clone())
+        }
+        DiscoverError::NoRecording | DiscoverError::NothingMeasured => {
+            CommandError::Found(error.to_string())
+        }
+        DiscoverError::BaseModel(_) => CommandError::Computation(error.to_string()),
+    })?;
+    show(args, &found, &compiled, &compilation, console)
+}
+
+/// Writes the folder of results, the pictures and the summary.
+fn show(
+    args: &DiscoverArgs,
+    found: &Discovery,
+    compiled: &Compiled,
+    compilation: &Compilation,
+    console: Console<'_>,
+) -> Result<(), CommandError> {
+    let command = command_line();
+    let subject = Subject {
+        discovery: found,
+        model: &args.model,
+        base: &compilation.sources.get(compiled.asts[0].source).text,
+        choices: &args.choices,
+        training: &args.data,
+        held_out: &args.valid,
+        command: &command,
+    };
+    if let Some(folder) = console.out() {
+        report::write(folder, &subject)?;
+    }
+    if !args.solve.plot.is_empty() {
+        let figure = report::gap_figure(found);
+        for path in &args.solve.plot {
+            figure::save(&figure, path, console)?;
+        }
+    }
+    if console.is_json() {
+        print(&report::result_json(&subject))
+    } else if console.is_quiet() && console.out().is_some() {
+        Ok(())
+    } else {
+        print(&report::summary(found, console.out()))
+    }
+}
+
+/// The model to be examined, with the effects of `--apply` written into its text.
+fn base_model(
+    args: &DiscoverArgs,
+    compilation: &mut Compilation,
+) -> Result<Compiled, CommandError> {
+    let options = compilation.options(&args.choices)?;
+    let mut names = |flag: &str, names: &[String]| {
+        names.iter().map(|name| compilation.name(flag, name.trim())).collect()
+    };
+    let free = names("--free", &args.free);
+    let fixed = names("--fix", &args.fix);
+    let directions = Directions::Estimated { free, fixed };
+    match compilation.compile_text(&args.model, &args.choices.apply, &options, &directions)? {
+        Ok(compiled) => Ok(compiled),
+        Err(_) => {
+            Err(CommandError::diagnosed(&compilation.diagnostics, compilation.sources.clone()))
+        }
+    }
+}
+
+/// The effects beside the model, and those of `--effects`.
+fn library(
+    args: &DiscoverArgs,
+    compilation: &mut Compilation,
+) -> Result<Vec<Effect>, CommandError> {
+    let beside = effects::folder_of(&args.model);
+    let mut folders: Vec<PathBuf> = Vec::new();
+    if beside.is_dir() {
+        folders.push(beside);
+    }
+    for folder in &args.effects {
+        if !folder.is_dir() {
+            let message = format!("`--effects {}`: there is no such folder", folder.display());
+            return Err(CommandError::Usage(message));
+        }
+        folders.push(folder.clone());
+    }
+    let Compilation { sources, diagnostics } = compilation;
+    let mut library = Vec::new();
+    for folder in &folders {
+        library.extend(load_folder(folder, sources, diagnostics).into_iter().flatten());
+    }
+    if diagnostics.check().is_err() {
+        return Err(CommandError::diagnosed(diagnostics, sources.clone()));
+    }
+    if library.is_empty() {
+        return Err(CommandError::Usage(format!(
+            "there are no effects to look for: put their files into a folder `{FOLDER}` beside \
+             `{}`, or give one by `--effects DIR`",
+            args.model.display()
+        )));
+    }
+    Ok(library)
+}
+
+/// Recordings as the model sees them, with start values from the first measured outputs where these
+/// determine them.
+fn recordings(
+    args: &DiscoverArgs,
+    paths: &[PathBuf],
+    compiled: &Compiled,
+    compilation: &mut Compilation,
+    console: Console<'_>,
+) -> Result<Vec<Recording>, CommandError> {
+    let Compilation { sources, diagnostics } = compilation;
+    let mut read = Vec::with_capacity(paths.len());
+    for path in paths {
+        read.extend(recording::Recording::read(path, &compiled.dae, sources, diagnostics, console));
+    }
+    if diagnostics.check().is_err() {
+        return Err(CommandError::diagnosed(diagnostics, sources.clone()));
+    }
+    let system = Interpreted::new(compiled.program.clone());
+    let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();
+    let integration = options(&args.solve)?;
+    let with = |start: Start, read: &recording::Recording, path: &Path| {
+        let solve = SolveArgs { start, ..args.solve.clone() };
+        read.experiment(&system, &p, path, &solve, &integration)
+    };
+    let one = |(read, path): (&recording::Recording, &PathBuf)| {
+        // A guess only: where the outputs do not give one, the model's own start values do.
+        with(Start::Measured, read, path).or_else(|_| with(args.solve.start, read, path))
+    };
+    read.iter().zip(paths).map(one).collect()
+}
+
+/// The command line of this process, to be typed again.
+fn command_line() -> String {
+    let quoted = |word: String| {
+        let is_plain = |c: char| c.is_alphanumeric() || "-_./=,:+".contains(c);
+        if !word.is_empty() && word.chars().all(is_plain) {
+            word
+        } else {
+            format!("'{}'", word.replace('\'', "'\\''"))
+        }
+    };
+    let words = std::env::args_os().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
+    let words: Vec<String> = std::iter::once("dgd".to_owned()).chain(words).collect();
+    words.join(" ")
+}

@@ -1,0 +1,64 @@
+//! The corrected model as a text.
+
+use dgd_compiler::diagnostics::{Diagnostics, Reported};
+use dgd_compiler::effects::write;
+use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::syntax::ast::ItemKind;
+use dgd_compiler::syntax::edit::{NewValue, with_values};
+use dgd_compiler::syntax::{parse, visit};
+use dgd_runtime::System;
+
+use crate::fitted::Fitted;
+use crate::structure::BaseModel;
+
+/// Digits of a parameter: what they leave out is far below what any data tells.
+const DIGITS: usize = 9;
+
+/// The base model's text with the effects of a fitted structure in it, and its parameters.
+pub(crate) fn corrected(
+    base: &BaseModel,
+    sources: &Sources,
+    fitted: &Fitted,
+    diagnostics: &mut Diagnostics,
+) -> Result<String, Reported> {
+    let structure = &fitted.structure;
+    let text = if structure.candidates.is_empty() {
+        sources.get(base.asts[0].source).text.clone()
+    } else {
+        write(&base.asts[0], &structure.asts[0], &structure.brought, sources)
+    };
+    let mut all = sources.clone();
+    let name = sources.get(base.asts[0].source).name.clone();
+    let id = all.add(Source { name, text: text.clone() });
+    let ast = parse(id, &all, diagnostics)?;
+    let mut declared: Vec<(String, Span)> = Vec::new();
+    visit::items(&ast.items, &mut |item| {
+        if let ItemKind::Parameter { name, .. } = &item.kind {
+            declared.push((name.text.clone(), name.span));
+        }
+    });
+    let parameters = structure.system.signature().parameters.iter();
+    let estimated =
+        |name: &str| fitted.estimates.iter().any(|e| e.recording.is_none() && e.name == name);
+    let values: Vec<NewValue> = parameters
+        .zip(&fitted.p)
+        .filter(|(parameter, _)| estimated(&parameter.name))
+        .flat_map(|(parameter, value)| {
+            let unit = &parameter.unit;
+            let text = number((value - unit.offset) / unit.factor);
+            let places = declared.iter().filter(|(name, _)| *name == *parameter.name);
+            places.map(move |(_, span)| NewValue { name: *span, text: text.clone() })
+        })
+        .collect();
+    Ok(with_values(&ast, &text, &values, |_| None))
+}
+
+/// A number to so many digits, as a person would write it.
+fn number(value: f64) -> String {
+    let rounded: f64 = format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value);
+    if rounded != 0.0 && !(1e-3..1e6).contains(&rounded.abs()) {
+        format!("{rounded:e}")
+    } else {
+        format!("{rounded}")
+    }
+}
