@@ -170,7 +170,7 @@ Right:
     let inside = if 0 < x and x < 1 then 1 else 0
 "
 E110 "not part of the language yet" "
-The construct is planned, but this version does not read it: modes, events (`when`, `saturate`),
+The construct is planned, but this version does not read it: events (`when`, `saturate`),
 parts, arrays (`for`, `size`, indices), effects and delays.
 
 Wrong:
@@ -297,6 +297,32 @@ Wrong:
 Right:
 
     let otherwise = 3
+"
+E130 "declaration in a mode" "
+A mode holds the equations that hold while it lasts, and nothing else. States, unknowns, `let`s and
+outputs exist in every mode; declare them outside.
+
+Wrong:
+
+    state h [m] = 1
+    modes tank {
+      draining {
+        parameter rate [m/s] = 0.1
+        equation level: der(h) = -rate
+      }
+      empty { equation level: h = 0 [m] }
+      draining -> empty when h falls below 0 [m]
+    }
+
+Right:
+
+    state h [m] = 1
+    parameter rate [m/s] = 0.1
+    modes tank {
+      draining { equation level: der(h) = -rate }
+      empty    { equation level: h = 0 [m] }
+      draining -> empty when h falls below 0 [m]
+    }
 "
 E201 "unknown name" "
 The name is not declared in the model, in what it imports, or in the variant's chosen branch. Names
@@ -449,6 +475,28 @@ Wrong:
 Right:
 
     function f3(x) = 4*x + 8
+"
+E212 "unknown mode" "
+A transition leads from a mode of its `modes` block to another or to the same, and `start` names one
+of them.
+
+Wrong:
+
+    state h [m] = 1
+    modes tank {
+      draining { equation level: der(h) = -0.1 [m/s] }
+      empty    { equation level: h = 0 [m] }
+      draining -> emtpy when h falls below 0 [m]
+    }
+
+Right:
+
+    state h [m] = 1
+    modes tank {
+      draining { equation level: der(h) = -0.1 [m/s] }
+      empty    { equation level: h = 0 [m] }
+      draining -> empty when h falls below 0 [m]
+    }
 "
 E301 "units that cannot be added or compared" "
 Terms of a sum, sides of a comparison, and branches of an `if` must measure the same kind of quantity.

@@ -7,7 +7,9 @@ use std::fmt::Write;
 
 use super::Model;
 use crate::expr::display::number;
-use crate::syntax::ast::{Argument, Ast, Comparison, Expr, ExprKind, Factor, Item, ItemKind, Sign};
+use crate::syntax::ast::{
+    Argument, Ast, Comparison, Crossing, Expr, ExprKind, Factor, Item, ItemKind, Sign, Transition,
+};
 
 /// Writes the model's equations, ready for a document that uses `amsmath`.
 pub fn write(asts: &[Ast], model: &Model) -> String {
@@ -46,6 +48,13 @@ fn collect(items: &[Item], model: &Model, lines: &mut Vec<String>) {
                     collect(&choice.items, model, lines);
                 }
             }
+            ItemKind::Modes { modes, transitions, .. } => {
+                for mode in modes {
+                    lines.push(format!("&\\text{{{}:}}", escaped(&mode.name.text)));
+                    collect(&mode.items, model, lines);
+                }
+                lines.extend(transitions.iter().map(transition));
+            }
             ItemKind::Import { .. }
             | ItemKind::Constant { .. }
             | ItemKind::Parameter { .. }
@@ -54,6 +63,24 @@ fn collect(items: &[Item], model: &Model, lines: &mut Vec<String>) {
             | ItemKind::Output { .. } => {}
         }
     }
+}
+
+fn transition(transition: &Transition) -> String {
+    let Transition { from, to, left, crossing, right, resets, .. } = transition;
+    let (from, to) = (escaped(&from.text), escaped(&to.text));
+    let crosses = match crossing {
+        Crossing::Rises => "rises above",
+        Crossing::Falls => "falls below",
+    };
+    let (left, right) = (expression(left), expression(right));
+    let resets: Vec<String> = resets
+        .iter()
+        .map(|reset| format!(", {} := {}", symbol(&reset.name.text), expression(&reset.value)))
+        .collect();
+    format!(
+        "&\\text{{{from}}} \\to \\text{{{to}}} \\text{{ when }} {left} \\text{{ {crosses} }} {right}{}",
+        resets.concat()
+    )
 }
 
 const GREEK: &[&str] = &[

@@ -6,6 +6,7 @@ mod define;
 mod expression;
 mod item;
 pub mod latex;
+mod modes;
 mod resolve;
 pub mod text;
 
@@ -14,6 +15,8 @@ use std::collections::BTreeMap;
 use crate::expr::{ExprId, Graph};
 use crate::source::Span;
 use crate::units::{Dimension, Unit};
+
+pub use crate::syntax::ast::Crossing;
 
 pub use resolve::{ModelOptions, Setting, resolve};
 
@@ -43,8 +46,10 @@ pub struct Model {
     pub lets: Vec<Let>,
     /// `output`s.
     pub outputs: Vec<Output>,
-    /// `equation`s.
+    /// `equation`s that hold in every mode.
     pub equations: Vec<Equation>,
+    /// `modes`.
+    pub automata: Vec<Automaton>,
     /// `variant`s and what was chosen.
     pub variants: Vec<Variant>,
 }
@@ -160,6 +165,62 @@ pub struct Equation {
     pub left: ExprId,
     /// Right side.
     pub right: ExprId,
+}
+
+/// A `modes` block: equations that follow one another.
+#[derive(Debug, Clone)]
+pub struct Automaton {
+    /// Its name.
+    pub name: String,
+    /// Doc comment.
+    pub doc: Vec<String>,
+    /// Modes, in the order written.
+    pub modes: Vec<Mode>,
+    /// The mode it starts in.
+    pub start: usize,
+    /// Which mode follows which, and when.
+    pub transitions: Vec<Transition>,
+}
+
+/// A mode of an [`Automaton`].
+#[derive(Debug, Clone)]
+pub struct Mode {
+    /// Its name.
+    pub name: String,
+    /// Doc comment.
+    pub doc: Vec<String>,
+    /// What holds while it lasts, besides the equations of the model.
+    pub equations: Vec<Equation>,
+}
+
+/// A transition between modes, when `left` passes `right`.
+#[derive(Debug, Clone)]
+pub struct Transition {
+    /// Its place.
+    pub span: Span,
+    /// Position of the mode that it leaves.
+    pub from: usize,
+    /// Position of the mode that it enters.
+    pub to: usize,
+    /// What is watched.
+    pub left: ExprId,
+    /// In which direction it passes `right`.
+    pub crossing: Crossing,
+    /// What it is compared with.
+    pub right: ExprId,
+    /// New values that go with it.
+    pub resets: Vec<Reset>,
+}
+
+/// A new value that goes with a transition.
+#[derive(Debug, Clone)]
+pub struct Reset {
+    /// Its place.
+    pub span: Span,
+    /// Position of the unknown.
+    pub unknown: u32,
+    /// Its new value.
+    pub value: ExprId,
 }
 
 /// A `variant` and the choice that was made.

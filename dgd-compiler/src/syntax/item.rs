@@ -31,7 +31,6 @@ const SIMPLE: &[(&str, Rule)] = &[
 
 /// Keywords of later versions, and what to say of them.
 const LATER: &[(&str, &str)] = &[
-    ("modes", "modes are"),
     ("when", "events (`when`) are"),
     ("saturate", "saturations are"),
     ("part", "parts are"),
@@ -51,7 +50,7 @@ pub(crate) fn is_keyword(word: &str) -> bool {
 }
 
 fn keywords() -> impl Iterator<Item = &'static str> {
-    SIMPLE.iter().map(|(keyword, _)| *keyword).chain(["model", "variant"])
+    SIMPLE.iter().map(|(keyword, _)| *keyword).chain(["model", "variant", "modes"])
 }
 
 /// Reads an item without a block, from its keyword to its last token.
