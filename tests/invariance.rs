@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dgd::{Inputs, Options, Point, Problem, System, simulate};
+use dgd::{Inputs, Options, Point, Problem, System, discrete_numbers, simulate};
 use dgd_compiler::dae::assemble;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::{ModelOptions, resolve};
@@ -73,11 +73,12 @@ fn values(system: &Interpreted) -> BTreeMap<String, f64> {
     let p: Vec<f64> = signature.parameters.iter().map(|x| near(&x.name, x.value)).collect();
     let u: Vec<f64> = signature.inputs.iter().map(|x| near(&x.name, 0.02)).collect();
     let mut y = vec![0.0; signature.unknowns.len()];
-    system.start(Point { t: 0.0, y: &[], u: &u, p: &p }, &mut y);
+    let z = discrete_numbers(system, &p, 0.0);
+    system.start(Point { t: 0.0, y: &[], u: &u, p: &p, z: &z }, &mut y);
     for (value, unknown) in y.iter_mut().zip(signature.unknowns.iter()) {
         *value = near(&unknown.name, *value + 0.01);
     }
-    let at = Point { t: 0.5, y: &y, u: &u, p: &p };
+    let at = Point { t: 0.5, y: &y, u: &u, p: &p, z: &z };
 
     let mut values = BTreeMap::new();
     let mut f = vec![0.0; y.len()];
@@ -125,10 +126,13 @@ fn shuffled(items: &mut [Item], noise: &mut Noise) {
         items.swap(last, other);
     }
     for item in items {
-        if let ItemKind::Variant { choices, .. } = &mut item.kind {
-            for choice in choices {
-                shuffled(&mut choice.items, noise);
-            }
+        let (ItemKind::Variant { choices, .. } | ItemKind::Modes { modes: choices, .. }) =
+            &mut item.kind
+        else {
+            continue;
+        };
+        for choice in choices {
+            shuffled(&mut choice.items, noise);
         }
     }
 }

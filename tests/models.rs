@@ -5,7 +5,7 @@ mod support;
 
 use std::path::Path;
 
-use dgd::{Direction, Pattern, Point, System};
+use dgd::{Direction, Pattern, Point, System, discrete_numbers};
 use dgd_execute::Interpreted;
 use support::{Noise, compiled, every_variant, interpreted, model_files};
 
@@ -16,6 +16,7 @@ struct At {
     y: Vec<f64>,
     u: Vec<f64>,
     p: Vec<f64>,
+    z: Vec<f64>,
 }
 
 impl At {
@@ -34,16 +35,17 @@ impl At {
             .map(|x| x.unit.offset + x.unit.factor * (20.0 + 2.0 * noise.next()))
             .collect();
         let mut y = vec![0.0; signature.unknowns.len()];
-        system.start(Point { t: 0.0, y: &[], u: &u, p: &p }, &mut y);
+        let z = discrete_numbers(system, &p, 0.3);
+        system.start(Point { t: 0.0, y: &[], u: &u, p: &p, z: &z }, &mut y);
         for (y, unknown) in y.iter_mut().zip(signature.unknowns.iter()) {
             let size = unknown.nominal.unwrap_or(if *y == 0.0 { unknown.unit.factor } else { *y });
             *y += 0.05 * size.abs() * (1.5 + 0.5 * noise.next());
         }
-        At { t: 0.3, y, u, p }
+        At { t: 0.3, y, u, p, z }
     }
 
     fn point(&self) -> Point<'_> {
-        Point { t: self.t, y: &self.y, u: &self.u, p: &self.p }
+        Point { t: self.t, y: &self.y, u: &self.u, p: &self.p, z: &self.z }
     }
 }
 
@@ -424,6 +426,7 @@ agreement! {
     rc_circuit: "models/rc_circuit.dgd";
     robertson: "models/robertson.dgd";
     robertson_dae: "models/robertson.dgd", form = dae;
+    tank_with_weir: "models/tank_with_weir.dgd";
     two_tanks: "models/two_tanks.dgd";
     van_der_pol: "models/van_der_pol.dgd";
 }

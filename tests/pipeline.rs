@@ -195,9 +195,10 @@ fn examples(info: &CodeInfo) -> (String, String) {
     (model(wrong), model(right))
 }
 
-/// E207 is explained by a command, E211 by the beginning of a long model.
+/// E207 is explained by a command, E211 by the beginning of a long model, E407 by a number.
 fn has_whole_examples(code: Code) -> bool {
-    (Code::E201..Code::E601).contains(&code) && ![Code::E207, Code::E211].contains(&code)
+    (Code::E201..Code::E601).contains(&code)
+        && ![Code::E207, Code::E211, Code::E407].contains(&code)
 }
 
 #[test]

@@ -8,6 +8,7 @@
 //! ```
 
 pub mod codegen;
+mod discrete;
 mod error;
 mod initial;
 pub mod integrate;
@@ -20,6 +21,7 @@ mod signal;
 mod solution;
 pub mod system;
 
+pub use discrete::discrete_numbers;
 pub use error::{BadRequest, Evaluation, Failure, InitialError, IntegrateError};
 pub use initial::{ConsistentStart, consistent_start};
 pub use integrate::catalogue::{METHODS, Method, MethodKind, UnknownMethod, find as find_method};
@@ -28,8 +30,8 @@ pub use measured_start::{MeasuredStartError, start_from_outputs};
 pub use observe::{Observations, observe};
 pub use problem::{Options, Problem};
 pub use signal::{Column, InputError, Inputs, Segment, Side};
-pub use solution::{Solution, Statistics, UndefinedSensitivity, side};
+pub use solution::{Event, Solution, Statistics, UndefinedCause, UndefinedSensitivity, side};
 pub use system::{
-    Direction, Input, Interpolation, List, Output, Parameter, Pattern, Point, Signature, Storage,
-    System, Text, Unit, Unknown,
+    Automaton, Crossing, Direction, Discrete, Input, Interpolation, List, Output, Parameter,
+    Pattern, Point, Signature, Storage, System, Text, Transition, Unit, Unknown,
 };

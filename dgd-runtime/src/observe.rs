@@ -51,7 +51,8 @@ pub fn observe<S: System>(problem: &Problem<'_, S>, solution: &Solution) -> Obse
     let mut u = S::Inputs::zeros(problem.inputs.len());
     for (k, &t) in solution.times.iter().enumerate() {
         problem.inputs.value(t, solution.side(k), u.as_mut());
-        let at = Point { t, y: solution.y(k), u: u.as_ref(), p: problem.p };
+        let (y, z) = (solution.y(k), solution.z(k));
+        let at = Point { t, y, u: u.as_ref(), p: problem.p, z };
         let w = &mut observations.w[k * n_w..(k + 1) * n_w];
         if n_s == 0 {
             system.outputs(at, w);

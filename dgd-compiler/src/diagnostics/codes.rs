@@ -673,6 +673,11 @@ Right:
     equation balance: 3 [s] * der(q) = q_in - q
     output slope [m^3/s^2] = der(q)
 "
+E407 "too many combinations of modes" "
+Every combination of the modes of all `modes` blocks is a system of its own, and all of them are
+checked. Eleven blocks of two modes each have 2048 combinations, more than the 1024 that are allowed.
+Modes that change together belong into one block.
+"
 E501 "value outside its bounds" "
 The value of a parameter does not lie within the bounds behind `in`.
 

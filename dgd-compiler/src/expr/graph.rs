@@ -39,6 +39,9 @@ pub enum Symbol {
     Derivative(u32),
     /// ∂yᵢ/∂θⱼ at position j n + i.
     Sensitivity(u32),
+    /// A number that changes at events only: the mode of a `modes` block, or whether a condition on
+    /// time holds, 1 or 0. There is none before `assemble`.
+    Discrete(u32),
 }
 
 /// One operation on earlier expressions.

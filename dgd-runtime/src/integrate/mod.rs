@@ -7,6 +7,9 @@
 //! 3. where the algebraic equations see the jump, their unknowns and then their sensitivities are
 //!    made consistent again.
 //!
+//! Where a condition on time switches, and where a transition between modes is due, a step ends too
+//! ([`events`]).
+//!
 //! Errors are measured in the weighted root-mean-square norm with weights rtol |y| + atol · size,
 //! of the unknowns and of each direction's sensitivities apart; the largest counts.
 //!
@@ -19,7 +22,10 @@
 pub mod catalogue;
 mod controller;
 mod diagnose;
+mod events;
 mod initial_step;
+mod instant;
+mod locate;
 mod record;
 mod rosenbrock;
 mod singular_point;
@@ -36,6 +42,7 @@ use crate::solution::{Solution, Statistics};
 use crate::system::{Direction, Point, Storage, System};
 use catalogue::MethodKind;
 use controller::Controller;
+use events::Hybrid;
 use rosenbrock::{At, Base, Directions, Drive, Rosenbrock};
 use tableau::RosenbrockTableau;
 
@@ -95,6 +102,9 @@ fn run<S: System>(
         times: Vec::with_capacity(times.len()),
         y: Vec::with_capacity(n * times.len()),
         s: Vec::with_capacity(n * n_s * times.len()),
+        n_z: signature.discrete.len(),
+        z: Vec::with_capacity(signature.discrete.len() * times.len()),
+        events: Vec::new(),
         undefined: Vec::new(),
         statistics: Statistics::default(),
     };
@@ -145,6 +155,15 @@ fn verify_times(times: &[f64]) -> Result<(), BadRequest> {
     Ok(())
 }
 
+/// What happens at the end of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stop {
+    /// Nothing.
+    None,
+    /// Inputs or modes change: values just after are not those just before.
+    Change,
+}
+
 /// A simulation under way.
 struct Simulation<'a, S: System> {
     problem: &'a Problem<'a, S>,
@@ -162,6 +181,8 @@ struct Simulation<'a, S: System> {
     segment: usize,
     segment_end: f64,
     drive: Drive<S>,
+    /// Modes, conditions on time, and what is known of the instant at which they change.
+    discrete: Hybrid,
     t: f64,
     y: S::Vector,
     /// Sizes of the unknowns, for tolerances.
@@ -187,6 +208,7 @@ impl<'a, S: System> Simulation<'a, S> {
         let system = problem.system;
         let n = system.signature().unknowns.len();
         let segment = problem.inputs.segment_at(from, Side::Right);
+        let n_s = if directions.is_some() { system.signature().directions.len() } else { 0 };
         let sensitivity_row = directions.as_ref().map(|directions| directions.s.clone());
         Self {
             problem,
@@ -201,6 +223,7 @@ impl<'a, S: System> Simulation<'a, S> {
             segment,
             segment_end: problem.inputs.segment(segment).t1,
             drive: Drive::new(problem.inputs.segment(segment)),
+            discrete: Hybrid::new(system, problem.p, from, n_s),
             t: from,
             y: S::Vector::zeros(n),
             sizes: S::Vector::zeros(n),
@@ -225,21 +248,24 @@ impl<'a, S: System> Simulation<'a, S> {
         }
 
         self.span = until - self.t;
-        let first = self.segment_end.min(until) - self.t;
+        let first = self.segment_end.min(until).min(self.discrete.next_switch()) - self.t;
         let h = match self.initial_step {
             Some(h) => h,
             None => self.initial_step(first, solution),
         };
         let mut controller = Controller::new(h, self.estimate_order);
         loop {
-            let end = self.segment_end.min(until);
+            let end = self.segment_end.min(until).min(self.discrete.next_switch());
             while self.t < end {
                 self.step(&mut controller, times, end, solution)?;
             }
             if solution.times.len() == times.len() {
                 return Ok(());
             }
-            self.enter_next_segment(solution)?;
+            if self.t == self.segment_end {
+                self.enter_next_segment(solution)?;
+            }
+            self.switch_conditions(solution)?;
             self.record_now(times, solution);
         }
     }
@@ -249,7 +275,7 @@ impl<'a, S: System> Simulation<'a, S> {
         let Problem { system, p, start, .. } = *self.problem;
         let n = self.y.as_ref().len();
         let u = self.drive.at(self.t);
-        let at = Point { t: self.t, y: &[], u, p };
+        let at = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
         start_values(self.problem, at, self.y.as_mut()).map_err(IntegrateError::Initial)?;
         unknown_sizes(system, self.y.as_ref(), self.sizes.as_mut());
         if let Some(d) = &mut self.directions {
@@ -274,17 +300,29 @@ impl<'a, S: System> Simulation<'a, S> {
             }
         }
         solution.statistics.segments = 1;
-        self.make_consistent(solution)
+        self.make_consistent(solution)?;
+        // Conditions that are true from the start act once they have been false.
+        self.settle(solution)
     }
 
     /// Makes algebraic unknowns and their sensitivities consistent with the current inputs.
     fn make_consistent(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
+        self.make_values_consistent()?;
+        if !self.algebraic.is_empty() && self.directions.is_some() {
+            self.linearize_values();
+            self.make_sensitivities_consistent(solution);
+        }
+        Ok(())
+    }
+
+    /// Makes algebraic unknowns consistent with the current inputs and modes.
+    fn make_values_consistent(&mut self) -> Result<(), IntegrateError> {
         self.linearized = false;
         if self.algebraic.is_empty() {
             return Ok(());
         }
         let Problem { system, p, .. } = *self.problem;
-        let at = Place { t: self.t, u: self.drive.at(self.t), p };
+        let at = Place { t: self.t, u: self.drive.at(self.t), p, z: self.discrete.z() };
         self.algebraic
             .make_consistent(
                 system,
@@ -294,14 +332,16 @@ impl<'a, S: System> Simulation<'a, S> {
                 self.sizes.as_ref(),
                 self.tolerances,
             )
-            .map_err(IntegrateError::Initial)?;
+            .map_err(IntegrateError::Initial)
+    }
 
-        if self.directions.is_some() {
-            let base = Base { system, p, mass: &self.algebraic.mass, t: self.t };
-            self.stepper.linearize(base, &mut self.drive, self.y.as_ref(), None);
-            self.make_sensitivities_consistent(solution);
-        }
-        Ok(())
+    /// Linearises at (t, y), sensitivities left aside: no step can start from that.
+    fn linearize_values(&mut self) {
+        let Problem { system, p, .. } = *self.problem;
+        let (mass, z) = (&self.algebraic.mass, self.discrete.z());
+        let base = Base { system, p, z, mass, t: self.t };
+        self.stepper.linearize(base, &mut self.drive, self.y.as_ref(), None);
+        self.linearized = false;
     }
 
     /// Makes the sensitivities of algebraic unknowns follow those of the others, or ends them where
@@ -321,7 +361,7 @@ impl<'a, S: System> Simulation<'a, S> {
             self.end_sensitivities(self.t, row, solution);
         } else {
             let u = self.drive.at(self.t);
-            let at = Point { t: self.t, y: self.y.as_ref(), u, p };
+            let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
             let (s, g) = (d.s.as_mut(), d.g.as_mut());
             self.algebraic.make_sensitivities_consistent(system, at, s, g);
         }
@@ -341,7 +381,8 @@ impl<'a, S: System> Simulation<'a, S> {
             return Err(IntegrateError::TooManySteps { t: self.t, steps: tried });
         }
         let Problem { system, p, .. } = *self.problem;
-        let base = Base { system, p, mass: &self.algebraic.mass, t: self.t };
+        let (mass, z) = (&self.algebraic.mass, self.discrete.z());
+        let base = Base { system, p, z, mass, t: self.t };
         let y = self.y.as_ref();
         if !self.linearized {
             let directions = self.directions.as_mut().map(|d| (d, At::Start));
@@ -364,10 +405,13 @@ impl<'a, S: System> Simulation<'a, S> {
         let error = if error > 1.0 { self.error_beyond_rounding(h, error) } else { error };
         // NaN compares false: what could not be evaluated is not accepted.
         if error <= 1.0 {
-            controller.accept(h, error);
-            solution.statistics.steps += 1;
             let t_new = if h < remaining { self.t + h } else { end };
-            self.accept(t_new, times, solution);
+            if self.discrete.has_transitions() && self.passes_threshold(t_new) {
+                return self.step_to_event(controller, h, t_new, times, solution);
+            }
+            controller.accept(h, error);
+            let stop = if t_new == self.stop() { Stop::Change } else { Stop::None };
+            self.accept(t_new, stop, times, solution);
             return Ok(());
         }
 
@@ -382,6 +426,9 @@ impl<'a, S: System> Simulation<'a, S> {
         if controller.h > least {
             if let Some(h) = self.after_rejection(h, remaining, times, solution) {
                 controller.h = h;
+                // It leads off a singular point, and sensitivities have ended there.
+                self.begin_sample();
+                self.settle(solution)?;
             }
             return Ok(());
         }
@@ -421,13 +468,14 @@ impl<'a, S: System> Simulation<'a, S> {
 
     /// Records the asked times of an accepted step, and moves on to its end.
     #[inline]
-    fn accept(&mut self, t_new: f64, times: &[f64], solution: &mut Solution) {
+    fn accept(&mut self, t_new: f64, stop: Stop, times: &[f64], solution: &mut Solution) {
+        solution.statistics.steps += 1;
         self.linearized = false;
         self.corrected = false;
         if !self.algebraic.is_empty() && self.directions.is_some() {
             self.look_for_singular_point(t_new, solution);
         }
-        self.record_step(t_new, times, solution);
+        self.record_step(t_new, stop, times, solution);
         std::mem::swap(&mut self.y, &mut self.stepper.y_new);
         if let Some(d) = &mut self.directions {
             std::mem::swap(&mut d.s, &mut d.s_new);
@@ -435,8 +483,20 @@ impl<'a, S: System> Simulation<'a, S> {
         self.t = t_new;
     }
 
+    /// Where the next step must end: something changes there.
+    #[inline]
+    fn stop(&self) -> f64 {
+        self.segment_end.min(self.discrete.next_switch())
+    }
+
     /// Makes the next segment of the inputs the current one.
     fn enter_next_segment(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
+        self.begin_sample();
+        self.enter_segment(solution)?;
+        self.settle(solution)
+    }
+
+    fn enter_segment(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
         let Problem { system, p, inputs, .. } = *self.problem;
         solution.statistics.segments += 1;
         self.segment += 1;
@@ -449,10 +509,10 @@ impl<'a, S: System> Simulation<'a, S> {
         }
 
         // Most jumps are not seen by algebraic equations.
-        let (t, y) = (self.t, self.y.as_ref());
+        let (t, y, z) = (self.t, self.y.as_ref(), self.discrete.z());
         let (before, after) = (&mut self.stepper.f, &mut self.stepper.y_new);
         let mut evaluate = |drive: &mut Drive<S>, f: &mut S::Vector, place: At| {
-            let at = Point { t, y, u: drive.at(t), p };
+            let at = Point { t, y, u: drive.at(t), p, z };
             match (&mut self.directions, place) {
                 (None, _) => system.rhs(at, f.as_mut()),
                 (Some(Directions { s, g, .. }), At::Start) => {
