@@ -278,6 +278,7 @@ pub mod vessel {
                 columns: List::Borrowed(&[]),
             },
         ],
+        discrete: ::dgd::__runtime::system::Discrete::NONE,
     };
     #[automatically_derived]
     impl ::dgd::__runtime::System for Model {

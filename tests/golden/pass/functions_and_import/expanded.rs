@@ -249,6 +249,7 @@ pub mod basins {
                 columns: List::Borrowed(&[]),
             },
         ],
+        discrete: ::dgd::__runtime::system::Discrete::NONE,
     };
     #[automatically_derived]
     impl ::dgd::__runtime::System for Model {

@@ -250,6 +250,7 @@ pub mod spring {
                 columns: List::Borrowed(&[0]),
             },
         ],
+        discrete: ::dgd::__runtime::system::Discrete::NONE,
     };
     #[automatically_derived]
     impl ::dgd::__runtime::System for Model {
