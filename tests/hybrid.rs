@@ -10,6 +10,7 @@ use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Directions, compile};
 use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::syntax::ast::Name;
 use dgd_execute::Interpreted;
 
 /// The relative tolerance of the runs. Rodas5P's error after the few hundred steps of these cases
@@ -23,10 +24,14 @@ fn options() -> Options {
 }
 
 fn model(text: &str) -> Interpreted {
+    model_with(text, Vec::new())
+}
+
+fn model_with(text: &str, variants: Vec<(Name, Name)>) -> Interpreted {
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
     let main = Source { name: "model.dgd".to_owned(), text: format!("model m\n{text}") };
     let mut read = |_: &str| Err("no imports".to_owned());
-    let options = ModelOptions::default();
+    let options = ModelOptions { variants, settings: Vec::new() };
     let compiled =
         compile(main, &options, &Directions::All, &mut read, &mut sources, &mut diagnostics);
     let compiled = compiled.unwrap_or_else(|_| {
@@ -534,4 +539,83 @@ fn two_blocks_of_modes_are_independent() {
     assert_close(&found.y(1)[..1], alone.y(1));
     assert_close(&found.y(1)[1..], &[2.0 + 3.0 * 18.0]);
     assert_eq!(found.events.len(), 2);
+}
+
+/// The effect as a user would write it into the model file: the boost line before the riser.
+fn with_booster_line(flow: &str) -> Interpreted {
+    let path = support::root().join("models/mud_circulation.dgd");
+    let text = std::fs::read_to_string(path).expect("the model");
+    let (_, text) = text.split_once("model mud_circulation").expect("its first line");
+    let riser = "equation riser: A_r * der(h_r) = q_ssp - q_boost - q_tf";
+    assert!(text.contains(riser));
+    let text = text.replace(riser, &riser.replace("q_boost", "q_bo"));
+    let line = "
+constant  A_b [m^2]        = 0.0103
+parameter F_b [Pa*s/m^3]   = 6e7  in 1e6 .. 1e9, log
+parameter M_b [kg/m^4]     = 4e7
+state h_b  [m]     = 0
+state q_bo [m^3/s] = q_boost
+modes booster_line {
+  full {
+    equation line_level: h_b = 0 [m]
+    equation line_flow:  q_bo = q_boost
+  }
+  draining {
+    equation line_level: A_b * der(h_b) = q_bo - q_boost
+    equation line_flow:  M_b * der(q_bo) = rho*g*(h_r - h_b) - F_b*q_bo
+  }
+  full -> draining when F_b*q_boost falls below rho*g*h_r
+  draining -> full when h_b falls below 0 [m]
+}
+";
+    let choices = [("flow", flow)].map(|(v, c)| (support::name(v), support::name(c)));
+    model_with(&format!("{text}{line}"), choices.to_vec())
+}
+
+#[test]
+fn a_booster_line_drains_in_both_forms_of_the_riser_model() {
+    // The pump ramps down within ten seconds and comes back after a minute, recorded at 1 Hz.
+    let times: Vec<f64> = (0..=400).map(f64::from).collect();
+    let lpm = |q: f64| q / 60_000.0;
+    let boost: Vec<f64> = times
+        .iter()
+        .map(|t| {
+            2000.0 - 200.0 * (t - 100.0).clamp(0.0, 10.0) + 200.0 * (t - 160.0).clamp(0.0, 10.0)
+        })
+        .map(lpm)
+        .collect();
+    let (speed, top) = (vec![0.93; times.len()], vec![lpm(100.0); times.len()]);
+    let column = |name, interpolation, values| Column { name, interpolation, values };
+    let inputs = Inputs::recorded(
+        &times,
+        &[
+            column("w_ssp", Interpolation::Hold, &speed),
+            column("q_boost", Interpolation::Linear, &boost),
+            column("q_tf", Interpolation::Hold, &top),
+        ],
+    )
+    .expect("inputs");
+    for flow in ["dynamic", "static"] {
+        let system = with_booster_line(flow);
+        let p = parameters(&system);
+        let solution = run_with(&system, &p, &inputs, &times).expect("a solution");
+        let to: Vec<&str> = solution.events.iter().map(|event| &*event.to).collect();
+        let h = |k: usize| solution.y(k)[position(&system, "h_r")];
+        assert_eq!(
+            to,
+            ["draining", "full"],
+            "{flow}: {} {} {}: {:?}",
+            h(0),
+            h(160),
+            h(400),
+            solution.events
+        );
+        let [drained, refilled] = [solution.events[0].t, solution.events[1].t];
+        assert!(100.0 < drained && drained < 110.0 && 160.0 < refilled, "{drained}, {refilled}");
+        // The level in the line is below its top while it drains, and never above it.
+        let h_b = position(&system, "h_b");
+        assert!((0..times.len()).all(|k| solution.y(k)[h_b] >= -1e-9));
+        assert_slopes_are_differences(&system, &inputs, &[0.0, 150.0], 1e-4);
+        assert_slopes_are_differences(&system, &inputs, &[0.0, 400.0], 1e-4);
+    }
 }

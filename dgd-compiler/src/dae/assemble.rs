@@ -393,9 +393,10 @@ fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'a> {
         time_conditions(graph, here.iter().copied(), model.automata.len());
     if !conditions.is_empty() {
         let replaced = graph.replace(here, &replacement);
-        for id in built.values_mut() {
-            // Simplified away where it is not found.
-            *id = replaced.get(id).copied().unwrap_or(*id);
+        for (id, _) in &nodes {
+            // What has been simplified away is not found.
+            let here = built[id];
+            built.insert(*id, replaced.get(&here).copied().unwrap_or(here));
         }
     }
 

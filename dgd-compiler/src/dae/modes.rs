@@ -20,19 +20,17 @@ impl Combinations {
     pub(super) fn of(model: &Model, diagnostics: &mut Diagnostics) -> Result<Self, Reported> {
         let sizes: Vec<usize> = model.automata.iter().map(|a| a.modes.len()).collect();
         let count = sizes.iter().try_fold(1_usize, |product, size| product.checked_mul(*size));
-        match count.filter(|count| *count <= MOST_COMBINATIONS) {
-            Some(count) => Ok(Combinations { sizes, count }),
-            None => {
-                let span = model.automata.iter().flat_map(|a| &a.modes).flat_map(|m| &m.equations);
-                let span = span.map(|equation| equation.span).next_back().unwrap_or_default();
-                let message = format!("more than {MOST_COMBINATIONS} combinations of modes");
-                Err(diagnostics.error(
-                    Diagnostic::new(Code::E407, span, message)
-                        .here("the last block")
-                        .help("put modes that change together into one `modes` block"),
-                ))
-            }
+        if let Some(count) = count.filter(|count| *count <= MOST_COMBINATIONS) {
+            return Ok(Combinations { sizes, count });
         }
+        let equations = model.automata.iter().flat_map(|a| &a.modes).flat_map(|m| &m.equations);
+        let span = equations.map(|equation| equation.span).next_back().unwrap_or_default();
+        let message = format!("more than {MOST_COMBINATIONS} combinations of modes");
+        Err(diagnostics.error(
+            Diagnostic::new(Code::E407, span, message)
+                .here("the last block")
+                .help("put modes that change together into one `modes` block"),
+        ))
     }
 
     /// The combinations, each with the mode of every block.

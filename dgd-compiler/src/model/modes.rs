@@ -142,12 +142,11 @@ fn position(
     modes.get(mode.text.as_str()).copied().ok_or_else(|| {
         let message = format!("`{}` has no mode `{}`", automaton.text, mode.text);
         let diagnostic = Diagnostic::new(Code::E212, mode.span, message);
-        diagnostics.error(match suggestion(&mode.text, modes.keys().copied()) {
-            Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
-            None => {
-                let known: Vec<&str> = modes.keys().copied().collect();
-                diagnostic.help(format!("there is `{}`", known.join("`, `")))
-            }
-        })
+        let known: Vec<&str> = modes.keys().copied().collect();
+        let help = suggestion(&mode.text, known.iter().copied()).map_or_else(
+            || format!("there is `{}`", known.join("`, `")),
+            |near| format!("did you mean `{near}`?"),
+        );
+        diagnostics.error(diagnostic.help(help))
     })
 }

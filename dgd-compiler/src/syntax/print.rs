@@ -247,7 +247,9 @@ impl Printer {
                 self.line(&format!("modes {} {{", name.text));
                 self.depth += 1;
                 self.choices(modes);
-                transitions.iter().for_each(|transition| self.transition(transition));
+                for transition in transitions {
+                    self.transition(transition);
+                }
                 if let Some(start) = start {
                     self.line(&format!("start {}", start.text));
                 }
