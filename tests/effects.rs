@@ -83,7 +83,10 @@ fn values(model: &Model, n_equations: usize) -> Vec<f64> {
             Symbol::Input(i) => [0.8, 0.01, 0.005][i as usize],
             Symbol::Time => 1000.0,
             Symbol::Derivative(_) => 0.001,
-            Symbol::InputSlope(_) | Symbol::Sensitivity(_) | Symbol::Late(_) => {
+            Symbol::InputSlope(_)
+            | Symbol::Sensitivity(_)
+            | Symbol::Late(_)
+            | Symbol::Discrete(_) => {
                 unreachable!("only later stages have these")
             }
         })

@@ -145,10 +145,8 @@ impl Compilation {
         let asts = match changed {
             None => Ok(asts),
             Some(changed) => {
-                let main = Source {
-                    name: path.display().to_string(),
-                    text: changed.text(&self.sources),
-                };
+                let main =
+                    Source { name: path.display().to_string(), text: changed.text(&self.sources) };
                 let mut read = |path: &str| read_text(Path::new(path));
                 pipeline::load(main, &mut read, &mut self.sources, &mut self.diagnostics)
             }

@@ -6,7 +6,7 @@ use std::path::Path;
 use dgd_compiler::dae::{Dae, assemble};
 use dgd_compiler::diagnostics::{Diagnostics, Reported};
 use dgd_compiler::effects::Effect;
-use dgd_compiler::model::{Declared, Interpolation, Model, Variant, resolve};
+use dgd_compiler::model::{Automaton, Declared, Interpolation, Model, Variant, resolve};
 use dgd_compiler::pipeline::Directions;
 use serde_json::{Value, json};
 
@@ -112,6 +112,10 @@ fn summary(path: &str, model: &Model, dae: &Dae) -> String {
         let choices: Vec<&str> = variant.choices.iter().map(String::as_str).collect();
         let _ = write!(text, "; variant {} = {}", variant.name, choices.join(" | "));
     }
+    for automaton in &model.automata {
+        let modes: Vec<&str> = automaton.modes.iter().map(|mode| mode.name.as_str()).collect();
+        let _ = write!(text, "; modes {} = {}", automaton.name, modes.join(" | "));
+    }
     text.push('\n');
     text.trim_end().to_owned()
 }
@@ -205,6 +209,7 @@ fn describe(model: &Model, dae: &Dae) -> Value {
             })
         })
         .collect();
+    let modes: Vec<Value> = model.automata.iter().map(describe_modes).collect();
     json!({
         "model": model.name,
         "doc": model.doc.join("\n"),
@@ -215,6 +220,31 @@ fn describe(model: &Model, dae: &Dae) -> Value {
         "outputs": outputs,
         "equations": equations,
         "variants": variants,
+        "modes": modes,
         "diagnostics": [],
+    })
+}
+
+fn describe_modes(automaton: &Automaton) -> Value {
+    let name = |mode: usize| &automaton.modes[mode].name;
+    let modes: Vec<Value> = automaton
+        .modes
+        .iter()
+        .map(|mode| {
+            let equations: Vec<&str> = mode.equations.iter().map(|e| e.label.as_str()).collect();
+            json!({ "name": mode.name, "doc": mode.doc.join("\n"), "equations": equations })
+        })
+        .collect();
+    let transitions: Vec<Value> = automaton
+        .transitions
+        .iter()
+        .map(|transition| json!({ "from": name(transition.from), "to": name(transition.to) }))
+        .collect();
+    json!({
+        "name": automaton.name,
+        "doc": automaton.doc.join("\n"),
+        "start": name(automaton.start),
+        "modes": modes,
+        "transitions": transitions,
     })
 }

@@ -170,7 +170,7 @@ Right:
     let inside = if 0 < x and x < 1 then 1 else 0
 "
 E110 "not part of the language yet" "
-The construct is planned, but this version does not read it: modes, events (`when`, `saturate`),
+The construct is planned, but this version does not read it: events (`when`, `saturate`),
 parts and arrays (`for`, `size`, indices).
 
 Wrong:
@@ -312,6 +312,32 @@ Right:
     effect larger_outlet on tank
     kind plant
     replace q_out by 2*q_out
+"
+E130 "declaration in a mode" "
+A mode holds the equations that hold while it lasts, and nothing else. States, unknowns, `let`s and
+outputs exist in every mode; declare them outside.
+
+Wrong:
+
+    state h [m] = 1
+    modes tank {
+      draining {
+        parameter rate [m/s] = 0.1
+        equation level: der(h) = -rate
+      }
+      empty { equation level: h = 0 [m] }
+      draining -> empty when h falls below 0 [m]
+    }
+
+Right:
+
+    state h [m] = 1
+    parameter rate [m/s] = 0.1
+    modes tank {
+      draining { equation level: der(h) = -rate }
+      empty    { equation level: h = 0 [m] }
+      draining -> empty when h falls below 0 [m]
+    }
 "
 E201 "unknown name" "
 The name is not declared in the model, in what it imports, or in the variant's chosen branch. Names
@@ -529,6 +555,28 @@ Right:
     parameter transport_time [s] = 40
     let late = delay(flow, transport_time)
 "
+E216 "unknown mode" "
+A transition leads from a mode of its `modes` block to another or to the same, and `start` names one
+of them.
+
+Wrong:
+
+    state h [m] = 1
+    modes tank {
+      draining { equation level: der(h) = -0.1 [m/s] }
+      empty    { equation level: h = 0 [m] }
+      draining -> emtpy when h falls below 0 [m]
+    }
+
+Right:
+
+    state h [m] = 1
+    modes tank {
+      draining { equation level: der(h) = -0.1 [m/s] }
+      empty    { equation level: h = 0 [m] }
+      draining -> empty when h falls below 0 [m]
+    }
+"
 E301 "units that cannot be added or compared" "
 Terms of a sum, sides of a comparison, and branches of an `if` must measure the same kind of quantity.
 Their scales may differ: bar and psi can be added. Zero goes with every unit.
@@ -737,6 +785,11 @@ Right:
     equation balance: der(level) = -0.1 [1/s] * level
     output level_now [m] = level
     output level_late [m] = delay(level, 3 [s])
+"
+E409 "too many combinations of modes" "
+Every combination of the modes of all `modes` blocks is a system of its own, and all of them are
+checked. Eleven blocks of two modes each have 2048 combinations, more than the 1024 that are allowed.
+Modes that change together belong into one block.
 "
 E501 "value outside its bounds" "
 The value of a parameter does not lie within the bounds behind `in`.
