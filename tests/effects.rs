@@ -125,7 +125,7 @@ fn every_effect_vanishes_at_its_null_alone_and_with_all_others() {
                 some[0].name()
             );
             for brought in &applied.brought {
-                assert!(brought.blend.is_some() != !brought.null.is_empty(), "{}", brought.name);
+                assert_eq!(brought.blend.is_some(), brought.null.is_empty(), "{}", brought.name);
             }
         }
     }

@@ -619,3 +619,117 @@ fn a_booster_line_drains_in_both_forms_of_the_riser_model() {
         assert_slopes_are_differences(&system, &inputs, &[0.0, 400.0], 1e-4);
     }
 }
+
+const LATE_SWITCH: &str = "
+input u hold
+input v hold
+parameter tau  [s]   = 3.5
+parameter rate [1/s] = 0.2
+parameter gain [1/s] = 0.3
+state x = 1
+let late = delay(u, tau)
+modes drive {
+  low  { equation x: der(x) = -rate*x + v*0.1 [1/s] }
+  high { equation x: der(x) = gain*late }
+  low -> high when late rises above 0.5 { reset x = 2*x }
+}
+";
+
+#[test]
+fn a_transition_that_a_late_input_triggers_moves_with_the_delay() {
+    let system = model(LATE_SWITCH);
+    let times: Vec<f64> = (0..=20).map(f64::from).collect();
+    let step = |at: f64| times.iter().map(|t| f64::from(u8::from(*t >= at))).collect::<Vec<f64>>();
+    // With τ = 3 s the late jump falls on a sample. Where v jumps there as well, derivatives are those
+    // to a later transition, before which v acts.
+    for (tau, v_from, by_v) in [(3.5, 30.0, 0.0), (3.0, 30.0, 0.0), (3.0, 7.0, 2.0 * 0.1)] {
+        let (u, v) = (step(4.0), step(v_from));
+        let columns = [("u", &u), ("v", &v)];
+        let columns = columns.map(|(name, values)| Column {
+            name,
+            interpolation: Interpolation::Hold,
+            values,
+        });
+        let inputs = Inputs::recorded(&times, &columns).expect("inputs");
+        let p = [tau, 0.2, 0.3];
+        let solution = run_with(&system, &p, &inputs, &times).expect("a solution");
+        let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+        let values = simulate(&problem, &times, &options()).expect("a solution");
+        for found in [&solution, &values] {
+            assert_eq!(found.events.len(), 1);
+            assert_close(&[found.events[0].t], &[4.0 + tau]);
+        }
+        // x = 2 e^(−r t_e) + g (t − t_e) behind t_e = 4 + τ
+        for (k, &t) in times.iter().enumerate().filter(|(_, t)| **t > 4.0 + tau) {
+            let t_e = 4.0 + tau;
+            let before = (-0.2 * t_e).exp();
+            assert_close(solution.y(k), &[2.0 * before + 0.3 * (t - t_e)]);
+            assert_close(values.y(k), &[2.0 * before + 0.3 * (t - t_e)]);
+            let exact = [by_v - 0.4 * before - 0.3, -2.0 * t_e * before, t - t_e];
+            assert_close(&slopes(&system, &solution, "x", k), &exact);
+        }
+    }
+}
+
+#[test]
+fn outputs_are_late_with_the_modes_and_conditions_of_the_time_they_are_read_at() {
+    let system = model(
+        "
+parameter tau  [s] = 5
+parameter t_on [s] = 10.5
+parameter top  [1] = 2
+state x = 1
+let on = if time > t_on then 1 else 0
+modes way {
+  up   { equation x: der(x) = 0.25 [1/s] * on }
+  down { equation x: der(x) = -0.5 [1/s] }
+  up -> down when x rises above top
+}
+output late  [1]   = delay(on*x, tau)
+output slope [1/s] = delay(der(x), tau)
+output early [1/s] = delay(der(x), -2 [s])
+",
+    );
+    let p = parameters(&system);
+    let inputs = Inputs::none();
+    let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+    let times: Vec<f64> = (0..=30).map(f64::from).collect();
+    let solution = simulate_with_sensitivities(&problem, &times, &options()).expect("a solution");
+    let observed = observe(&problem, &solution);
+    // It rises from 10.5 s on, by one in four seconds, and falls from 14.5 s on.
+    let slope = |t: f64| match t {
+        t if t < 10.5 => 0.0,
+        t if t < 14.5 => 0.25,
+        _ => -0.5,
+    };
+    for (k, &t) in times.iter().enumerate() {
+        let s = t - 5.0;
+        // Where it falls: x = top − (t − t_top)/2 with t_top = t_on + 4 (top − 1).
+        let (x, dx) = match s {
+            s if s < 10.5 => (0.0, [0.0; 3]),
+            s if s < 14.5 => (1.0 + 0.25 * (s - 10.5), [-0.25, -0.25, 0.0]),
+            _ => (2.0 - 0.5 * (s - 14.5), [0.5, 0.5, 3.0]),
+        };
+        assert_close(observed.w(k), &[x, slope(s), slope(t + 2.0)]);
+        let found: Vec<f64> =
+            observed.dw(k).chunks(3).map(|of_parameter| of_parameter[0]).collect();
+        assert_close(&found, &dx);
+    }
+}
+
+#[test]
+fn a_condition_on_a_time_that_is_past_switches_at_its_own_time() {
+    let system = model(
+        "
+parameter tau  [s] = 2.25
+parameter t_on [s] = 3
+state x = 0
+equation x: der(x) = delay(if time > t_on then 1 else 0, tau) * 1 [1/s]
+",
+    );
+    let solution = run(&system, &[0.0, 5.0, 6.0, 10.0]);
+    assert_close(&solution.y, &[0.0, 0.0, 0.75, 4.75]);
+    for k in [2, 3] {
+        assert_close(&slopes(&system, &solution, "x", k), &[-1.0, -1.0]);
+    }
+}

@@ -73,48 +73,17 @@ pub fn discover(
         search.run(&Values::default()).map_err(|error| DiscoverError::BaseModel(error.0))?;
     let mut text = String::new();
     use std::fmt::Write;
-    let name = |s: &[usize]| {
-        s.iter().map(|c| candidates[*c].application.name()).collect::<Vec<_>>().join("+")
-    };
+    let name = |s: &[usize]| s.iter().map(|c| candidates[*c].application.name()).collect::<Vec<_>>().join("+");
     for s in search.ranked() {
         let (a, n) = search.training_error(&s).unwrap();
         let (b, m) = search.held_out_error(&s).unwrap_or((f64::NAN, 1));
-        let _ = writeln!(
-            text,
-            "{:10.4} {:10.4} {:8.1} {}  {:?}",
-            a / n as f64,
-            b / m as f64,
-            search.bic(&s).unwrap() - search.bic(&[]).unwrap(),
-            name(&s),
-            search.fitted(&s).unwrap().values.p
-        );
+        let _ = writeln!(text, "{:10.4} {:10.4} {:8.1} {}  {:?}", a / n as f64, b / m as f64, search.bic(&s).unwrap() - search.bic(&[]).unwrap(), name(&s), search.fitted(&s).unwrap().values.p);
     }
-    for (s, f) in &search.tried {
-        if let Err(e) = f {
-            let _ = writeln!(text, "failed {} {}", name(s), e.0);
-        }
-    }
+    for (s, f) in &search.tried { if let Err(e) = f { let _ = writeln!(text, "failed {} {}", name(s), e.0); } }
     for (s, scores) in &search.screens {
-        let _ = writeln!(
-            text,
-            "screen of [{}]: {}",
-            name(s),
-            scores
-                .iter()
-                .map(|x| format!("{} {:.0}", candidates[x.candidate].application.name(), x.gain))
-                .collect::<Vec<_>>()
-                .join(", ")
-        );
+        let _ = writeln!(text, "screen of [{}]: {}", name(s), scores.iter().map(|x| format!("{} {:.0}", candidates[x.candidate].application.name(), x.gain)).collect::<Vec<_>>().join(", "));
     }
-    let _ = match &outcome {
-        Outcome::Sufficient => writeln!(text, "sufficient"),
-        Outcome::Effects(e) => writeln!(text, "effects {}", name(e)),
-        Outcome::Unexplained(e) => writeln!(text, "unexplained, best {}", name(e)),
-    };
-    let _ = writeln!(
-        text,
-        "noise {:?}",
-        search.data.noise.iter().map(|n| n.map(|n| n.std)).collect::<Vec<_>>()
-    );
+    let _ = match &outcome { Outcome::Sufficient => writeln!(text, "sufficient"), Outcome::Effects(e) => writeln!(text, "effects {}", name(e)), Outcome::Unexplained(e) => writeln!(text, "unexplained, best {}", name(e)) };
+    let _ = writeln!(text, "noise {:?}", search.data.noise.iter().map(|n| n.map(|n| n.std)).collect::<Vec<_>>());
     Ok(text)
 }

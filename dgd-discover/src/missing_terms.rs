@@ -65,14 +65,12 @@ impl MissingTerms {
         let mut given: Vec<(Place, ExprId)> = Vec::new();
         for equation in model.equations.iter_mut().chain(of_modes) {
             let place = place(PlaceKind::Equation, &equation.label, equation.dimension);
-            let d = match given.iter().find(|(other, _)| *other == place) {
-                Some((_, d)) => *d,
-                None => {
-                    let d = unknown_input(graph, inputs, &equation.label, equation.dimension);
-                    given.push((place, d));
-                    d
-                }
-            };
+            let earlier = given.iter().find(|(other, _)| *other == place).map(|(_, d)| *d);
+            let d = earlier.unwrap_or_else(|| {
+                let d = unknown_input(graph, inputs, &equation.label, equation.dimension);
+                given.push((place, d));
+                d
+            });
             equation.right = graph.add(equation.right, d);
         }
         places.extend(given.into_iter().map(|(place, _)| place));

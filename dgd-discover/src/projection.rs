@@ -72,7 +72,8 @@ mod tests {
         let t = |k: usize| k as f64 / n as f64;
         let column = |f: &dyn Fn(f64) -> f64| (0..n).map(|k| f(t(k))).collect::<Vec<f64>>();
         // Sizes and directions as parameters have them: 1e8 apart, nearly parallel.
-        let fitted = [column(&|_| 1.0), column(&|t| 1e8 * t), column(&|t| 1e8 * t + 1e4 * t * t)];
+        let fitted =
+            [column(&|_| 1.0), column(&|t| 1e8 * t), column(&|t| 1e8 * t + 1e4 * t * t)];
         let basis = Basis::new(&fitted);
         let rest = basis.project_out(&column(&|t| t.powi(3))).unwrap();
         for column in &fitted {
@@ -88,7 +89,8 @@ mod tests {
         // ‖x³ − its best quadratic‖² on [0, 1] is 1/2800.
         let n = 20_000;
         let at = |k: usize| (k as f64 + 0.5) / f64::from(n);
-        let power = |p: i32| (0..n as usize).map(|k| at(k).powi(p)).collect::<Vec<f64>>();
+        let power =
+            |p: i32| (0..n as usize).map(|k| at(k).powi(p)).collect::<Vec<f64>>();
         let rest = Basis::new(&[power(0), power(1), power(2)]).project_out(&power(3)).unwrap();
         let square = dot(&rest, &rest) / f64::from(n);
         assert!((square * 2800.0 - 1.0).abs() < 1e-6, "{square}");

@@ -16,8 +16,8 @@
 use dgd_compiler::effects::Brought;
 use dgd_execute::Interpreted;
 use dgd_runtime::identify::Recording;
-use dgd_runtime::identify::outputs_with_sensitivities as observe;
 use dgd_runtime::{Direction, System};
+use dgd_runtime::identify::outputs_with_sensitivities as observe;
 
 use crate::candidates::Candidate;
 use crate::fitted::{Data, Fitted};
@@ -101,7 +101,8 @@ fn screen_group(
             if g > 0 && inner.is_empty() {
                 continue;
             }
-            let Some(mut promise) = promise(&system, &lambdas, brought, &columns, basis, residual)
+            let Some(mut promise) =
+                promise(&system, &lambdas, brought, &columns, basis, residual)
             else {
                 continue;
             };
@@ -226,7 +227,9 @@ fn fitted_directions(fitted: &Fitted, data: &Data<'_>) -> Option<Basis> {
         let name = system.signature().direction_name(j);
         fitted.estimates.iter().any(|e| e.name == name && e.at_bound.is_some())
     };
-    let shared = |j: usize| matches!(system.signature().directions[j], Direction::Parameter(_));
+    let shared = |j: usize| {
+        matches!(system.signature().directions[j], Direction::Parameter(_))
+    };
     let per_recording = sensitivities_by_recording(system, &fitted.values, data)?;
     let samples: usize = per_recording.iter().map(|columns| columns.rows).sum();
     let mut all = Vec::new();
@@ -260,7 +263,8 @@ struct Part {
 fn sensitivities(system: &Interpreted, values: &Values, data: &Data<'_>) -> Option<Vec<Vec<f64>>> {
     let parts = sensitivities_by_recording(system, values, data)?;
     let directions = system.signature().directions.len();
-    let joined = |j: usize| parts.iter().flat_map(|part| part.columns[j].iter().copied()).collect();
+    let joined =
+        |j: usize| parts.iter().flat_map(|part| part.columns[j].iter().copied()).collect();
     Some((0..directions).map(joined).collect())
 }
 

@@ -131,12 +131,11 @@ impl Search<'_> {
     /// Whether the effects that one structure has more than another are worth their place.
     fn is_worth(&self, longer: &[usize], shorter: &[usize]) -> bool {
         let excess = |error: Option<(f64, usize)>| error.map(|(sum, n)| sum - n as f64);
-        let halves = |error: &dyn Fn(&[usize]) -> Option<(f64, usize)>| match (
-            excess(error(longer)),
-            excess(error(shorter)),
-        ) {
-            (Some(longer), Some(shorter)) => longer < WORTH_ITS_PLACE * shorter,
-            _ => false,
+        let halves = |error: &dyn Fn(&[usize]) -> Option<(f64, usize)>| {
+            match (excess(error(longer)), excess(error(shorter))) {
+                (Some(longer), Some(shorter)) => longer < WORTH_ITS_PLACE * shorter,
+                _ => false,
+            }
         };
         !self.is_noise(shorter)
             && halves(&|s| self.training_error(s))
@@ -345,7 +344,9 @@ impl Search<'_> {
         let Some(fitted) = self.fitted(chosen) else { return false };
         let brought = &fitted.structure.brought;
         let mut own = brought.iter().flat_map(|brought| &brought.parameters);
-        own.all(|name| !fitted.estimates.iter().any(|e| e.name == *name && e.at_bound.is_some()))
+        own.all(|name| {
+            !fitted.estimates.iter().any(|e| e.name == *name && e.at_bound.is_some())
+        })
     }
 }
 

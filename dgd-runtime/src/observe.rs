@@ -150,9 +150,9 @@ impl<'a, S: System> Reading<'a, S> {
                 let inside = t == s;
                 let udot = self.udot.as_mut();
                 if inside {
-                    udot.copy_from_slice(segment.udot)
+                    udot.copy_from_slice(segment.udot);
                 } else {
-                    udot.fill(0.0)
+                    udot.fill(0.0);
                 }
                 self.output_rates((t, y, z), inside, &mut wdot);
             }

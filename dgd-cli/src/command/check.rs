@@ -20,19 +20,15 @@ pub(crate) fn run(args: &CheckArgs, console: Console<'_>) -> Result<(), CommandE
     let Some(effect) = effect(&args.model)? else {
         return check(&args.model, &args.choices, console);
     };
-    match model_of(&args.model, &effect) {
-        // With the effect as one more that is applied.
-        Some(model) => {
-            let mut choices = args.choices.clone();
-            choices.apply.push(args.model.display().to_string());
-            check(&model, &choices, console)
-        }
-        None => {
-            let (path, name) = (args.model.display(), effect.full_name());
-            console.remark(&format!("{path}: effect `{name}` is sound by itself"));
-            Ok(())
-        }
-    }
+    let Some(model) = model_of(&args.model, &effect) else {
+        let (path, name) = (args.model.display(), effect.full_name());
+        console.remark(&format!("{path}: effect `{name}` is sound by itself"));
+        return Ok(());
+    };
+    // With the effect as one more that is applied.
+    let mut choices = args.choices.clone();
+    choices.apply.push(args.model.display().to_string());
+    check(&model, &choices, console)
 }
 
 /// The effect in a file; nothing where the file holds a model.

@@ -242,22 +242,19 @@ impl<'a> Resolver<'a> {
         let is_unknown =
             |source: Symbol| matches!(source, Symbol::Unknown(_) | Symbol::Derivative(_));
         let mut unknowns = read.iter().filter(|(_, source, _)| is_unknown(*source));
-        let whole = match unknowns.next() {
-            Some((_, first, late)) => {
-                if let Some((_, other, _)) = unknowns.find(|(_, _, other)| other != late) {
-                    return Err([*first, *other]);
-                }
-                Some((*first, late.clone()))
+        let whole = if let Some((_, first, late)) = unknowns.next() {
+            if let Some((_, other, _)) = unknowns.find(|(_, _, other)| other != late) {
+                return Err([*first, *other]);
             }
+            Some((*first, late.clone()))
+        } else {
             // Inputs alone: read late as a whole where all of them are.
-            None => {
-                let inputs = read.iter().filter(|(_, s, _)| matches!(s, Symbol::Input(_)));
-                let distinct: BTreeSet<&Summands> = inputs.map(|(_, _, late)| late).collect();
-                let source = read.first().map(|(_, source, _)| *source);
-                match (distinct.len(), distinct.first(), source) {
-                    (1, Some(late), Some(source)) => Some((source, (*late).clone())),
-                    _ => None,
-                }
+            let inputs = read.iter().filter(|(_, s, _)| matches!(s, Symbol::Input(_)));
+            let distinct: BTreeSet<&Summands> = inputs.map(|(_, _, late)| late).collect();
+            let source = read.first().map(|(_, source, _)| *source);
+            match (distinct.len(), distinct.first(), source) {
+                (1, Some(late), Some(source)) => Some((source, (*late).clone())),
+                _ => None,
             }
         };
         let Some((first, whole)) = whole else {

@@ -218,6 +218,21 @@ mod tests {
         );
     }
 
+    const MODES: &str = "model m\nstate h [m]\nmodes tank {\n\
+        up_1 { equation e: der(h) = 1 [m/s] }\ndown { equation e: der(h) = -1 [m/s] }\n\
+        up_1 -> down when h rises above 2 [m] { reset h = 1 [m] }\n}\n";
+
+    #[test]
+    fn modes_and_transitions_are_lines() {
+        let lines = typeset(MODES);
+        assert_eq!(lines.len(), 5);
+        assert_eq!(lines[0], "<math displaystyle=\"true\"><mtext>up_1:</mtext></math>");
+        let crossing = "<mtext>up_1</mtext><mo>→</mo><mtext>down when </mtext><mi>h</mi>\
+                        <mtext> rises above </mtext>";
+        assert!(lines[4].contains(crossing), "{}", lines[4]);
+        assert!(lines[4].contains("<mo>,</mo><mi>h</mi><mo>:=</mo>"), "{}", lines[4]);
+    }
+
     #[test]
     fn every_element_is_closed_and_has_the_parts_it_needs() {
         let lines = typeset(
@@ -226,7 +241,7 @@ mod tests {
              state x_r [1]\nequation e: der(x_r)*(1 [s])/2 = level_in_2\n",
         );
         assert_eq!(lines.len(), 3);
-        for line in lines {
+        for line in lines.into_iter().chain(typeset(MODES)) {
             // Names of open elements, each with the number of its parts so far.
             let mut open: Vec<(&str, usize)> = Vec::new();
             for tag in line.split('<').skip(1) {
