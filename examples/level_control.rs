@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let u: [f64; 3] = Controls { w_ssp: speed, q_boost, q_tf: 300.0 * lpm }.into();
 
         let mut w = [0.0; 4];
-        Model.outputs(Point { t, y: &y, u: &u, p: &p }, &mut w);
+        Model.outputs(Point { t, y: &y, u: &u, p: &p, z: &[] }, &mut w);
         let Outputs { p_r, .. } = w.into();
         if period % 10 == 0 {
             let (boost, bar) = (q_boost / lpm, p_r / 1e5);

@@ -178,6 +178,7 @@ fn declared_by(item: &Item) -> Option<(&'static str, &str)> {
         ItemKind::Output { name, .. } => ("output", name),
         ItemKind::Equation { label, .. } => ("equation", label),
         ItemKind::Variant { name, .. } => ("variant", name),
+        ItemKind::Modes { name, .. } => ("modes", name),
         ItemKind::Import { .. } => return None,
     };
     Some((set, &name.text))

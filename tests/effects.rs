@@ -83,7 +83,10 @@ fn values(model: &Model, n_equations: usize) -> Vec<f64> {
             Symbol::Input(i) => [0.8, 0.01, 0.005][i as usize],
             Symbol::Time => 1000.0,
             Symbol::Derivative(_) => 0.001,
-            Symbol::InputSlope(_) | Symbol::Sensitivity(_) | Symbol::Late(_) => {
+            Symbol::InputSlope(_)
+            | Symbol::Sensitivity(_)
+            | Symbol::Late(_)
+            | Symbol::Discrete(_) => {
                 unreachable!("only later stages have these")
             }
         })
@@ -122,7 +125,7 @@ fn every_effect_vanishes_at_its_null_alone_and_with_all_others() {
                 some[0].name()
             );
             for brought in &applied.brought {
-                assert!(brought.blend.is_some() != !brought.null.is_empty(), "{}", brought.name);
+                assert_eq!(brought.blend.is_some(), brought.null.is_empty(), "{}", brought.name);
             }
         }
     }

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dgd::{Inputs, Options, Point, Problem, System, simulate};
+use dgd::{Inputs, Options, Point, Problem, System, discrete_numbers, simulate};
 use dgd_compiler::dae::assemble;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::{ModelOptions, resolve};
@@ -33,7 +33,7 @@ fn what_is_printed_is_read_as_the_same() {
     let folders = ["models", "models/lib", "tests/golden/fail", "tests/golden/data"];
     let mut paths: Vec<PathBuf> =
         folders.iter().flat_map(|folder| files(&root().join(folder), "dgd")).collect();
-    for case in ["ode", "dae_with_variant", "functions_and_import"] {
+    for case in ["ode", "dae_with_variant", "functions_and_import", "modes", "effects"] {
         paths.push(root().join("tests/golden/pass").join(case).join("model.dgd"));
     }
     for path in paths {
@@ -67,17 +67,20 @@ fn interpreted(asts: &[Ast]) -> Interpreted {
 fn values(system: &Interpreted) -> BTreeMap<String, f64> {
     let signature = system.signature();
     let near = |name: &str, value: f64| {
-        let seed = name.bytes().fold(0, |seed, byte| 31 * seed + u64::from(byte));
+        let seed = name
+            .bytes()
+            .fold(0_u64, |seed, byte| seed.wrapping_mul(31).wrapping_add(u64::from(byte)));
         value * (1.0 + 0.01 * Noise::new(seed).next())
     };
     let p: Vec<f64> = signature.parameters.iter().map(|x| near(&x.name, x.value)).collect();
     let u = input_values(signature, |name, _| near(name, 0.02), |name, _| near(name, 0.001));
     let mut y = vec![0.0; signature.unknowns.len()];
-    system.start(Point { t: 0.0, y: &[], u: &u, p: &p }, &mut y);
+    let z = discrete_numbers(system, &p, 0.0);
+    system.start(Point { t: 0.0, y: &[], u: &u, p: &p, z: &z }, &mut y);
     for (value, unknown) in y.iter_mut().zip(signature.unknowns.iter()) {
         *value = near(&unknown.name, *value + 0.01);
     }
-    let at = Point { t: 0.5, y: &y, u: &u, p: &p };
+    let at = Point { t: 0.5, y: &y, u: &u, p: &p, z: &z };
 
     let mut values = BTreeMap::new();
     let mut f = vec![0.0; y.len()];
@@ -125,10 +128,13 @@ fn shuffled(items: &mut [Item], noise: &mut Noise) {
         items.swap(last, other);
     }
     for item in items {
-        if let ItemKind::Variant { choices, .. } = &mut item.kind {
-            for choice in choices {
-                shuffled(&mut choice.items, noise);
-            }
+        let (ItemKind::Variant { choices, .. } | ItemKind::Modes { modes: choices, .. }) =
+            &mut item.kind
+        else {
+            continue;
+        };
+        for choice in choices {
+            shuffled(&mut choice.items, noise);
         }
     }
 }

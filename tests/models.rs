@@ -6,7 +6,7 @@ mod support;
 use std::cell::RefCell;
 use std::path::Path;
 
-use dgd::{Direction, Pattern, Point, System};
+use dgd::{Direction, Pattern, Point, System, discrete_numbers};
 use dgd_execute::Interpreted;
 use support::{Noise, compiled, every_variant, input_values, interpreted, model_files};
 
@@ -17,6 +17,7 @@ struct At {
     y: Vec<f64>,
     u: Vec<f64>,
     p: Vec<f64>,
+    z: Vec<f64>,
 }
 
 impl At {
@@ -37,16 +38,17 @@ impl At {
         );
         let noise = noise.into_inner();
         let mut y = vec![0.0; signature.unknowns.len()];
-        system.start(Point { t: 0.0, y: &[], u: &u, p: &p }, &mut y);
+        let z = discrete_numbers(system, &p, 0.3);
+        system.start(Point { t: 0.0, y: &[], u: &u, p: &p, z: &z }, &mut y);
         for (y, unknown) in y.iter_mut().zip(signature.unknowns.iter()) {
             let size = unknown.nominal.unwrap_or(if *y == 0.0 { unknown.unit.factor } else { *y });
             *y += 0.05 * size.abs() * (1.5 + 0.5 * noise.next());
         }
-        At { t: 0.3, y, u, p }
+        At { t: 0.3, y, u, p, z }
     }
 
     fn point(&self) -> Point<'_> {
-        Point { t: self.t, y: &self.y, u: &self.u, p: &self.p }
+        Point { t: self.t, y: &self.y, u: &self.u, p: &self.p, z: &self.z }
     }
 }
 
@@ -326,6 +328,22 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
     }
 }
 
+/// The same place in every mode of every automaton, and with every condition on time switched.
+fn in_every_mode(system: &Interpreted, at: &At) -> Vec<At> {
+    let discrete = &system.signature().discrete;
+    let conditions = std::iter::repeat_n(2, discrete.n_time_conditions);
+    let sizes = discrete.automata.iter().map(|a| a.modes.len()).chain(conditions);
+    let mut places = vec![at.clone()];
+    for (k, size) in sizes.enumerate() {
+        for value in 0..size {
+            let mut place = at.clone();
+            place.z[k] = value as f64;
+            places.push(place);
+        }
+    }
+    places
+}
+
 #[test]
 fn derivatives_of_every_model_agree_with_differences() {
     for path in model_files() {
@@ -336,10 +354,81 @@ fn derivatives_of_every_model_agree_with_differences() {
             let mut noise = Noise::new(11);
             for _ in 0..3 {
                 let at = At::near_start(&system, &mut noise);
-                check_derivatives(&system, &at, &format!("{} {choices:?}", path.display()));
+                let label = format!("{} {choices:?}", path.display());
+                for at in in_every_mode(&system, &at) {
+                    check_derivatives(&system, &at, &label);
+                    check_event_derivatives(&system, &at, &label);
+                }
             }
         }
     }
+}
+
+/// Event functions, resets and times of conditions against differences, with `s` as sensitivities.
+fn check_event_derivatives(system: &Interpreted, at: &At, label: &str) {
+    let signature = system.signature().clone();
+    let discrete = &signature.discrete;
+    let (n, n_s) = (signature.unknowns.len(), signature.directions.len());
+    let n_e = discrete.transitions().count();
+    let n_r: usize = discrete.transitions().map(|(_, t)| t.resets.len()).sum();
+    let n_c = discrete.n_time_conditions;
+    let size = |value: f64| if value == 0.0 { 1.0 } else { value.abs() };
+    let mut noise = Noise::new(7);
+    let udot: Vec<f64> = at.u.iter().map(|u| 0.01 * size(*u) * noise.next()).collect();
+    let s: Vec<f64> = (0..n * n_s).map(|k| size(at.y[k % n]) * noise.next()).collect();
+
+    let values = |at: &At| {
+        let (mut e, mut r) = (vec![0.0; n_e], vec![0.0; n_r]);
+        let (mut times, mut after) = (vec![0.0; n_c], vec![0.0; n_c]);
+        system.event_functions(at.point(), &mut e);
+        system.resets(at.point(), &mut r);
+        system.condition_times(at.point(), &mut times, &mut after);
+        [e, r, times].concat()
+    };
+    let (mut de, mut dr, mut dtimes) =
+        (vec![0.0; n_e * n_s], vec![0.0; n_r * n_s], vec![0.0; n_c * n_s]);
+    let (mut dedy, mut drdy) =
+        (vec![0.0; discrete.event_jacobian.len()], vec![0.0; discrete.reset_jacobian.len()]);
+    let (mut dedt, mut drdt) = (vec![0.0; n_e], vec![0.0; n_r]);
+    system.event_sensitivities(at.point(), &udot, &s, &mut de, &mut dedy, &mut dedt);
+    system.reset_sensitivities(at.point(), &udot, &s, &mut dr, &mut drdy, &mut drdt);
+    system.condition_time_sensitivities(at.point(), &mut dtimes);
+
+    for j in 0..n_s {
+        let Direction::Parameter(p) = signature.directions[j] else { continue };
+        let moved = |step: f64| {
+            let mut at = at.clone();
+            at.p[p] += step;
+            at.y.iter_mut().zip(&s[j * n..]).for_each(|(y, s)| *y += s * step);
+            values(&at)
+        };
+        let found = difference(&moved, 0.0, 0.01 * size(at.p[p]));
+        let column = |matrix: &[f64], rows: usize| matrix[j * rows..(j + 1) * rows].to_vec();
+        let columns = [column(&de, n_e), column(&dr, n_r), column(&dtimes, n_c)].concat();
+        compare(&format!("{label}: events, direction {j}"), &columns, &found);
+    }
+    for i in 0..n {
+        let moved = |step: f64| {
+            let mut at = at.clone();
+            at.y[i] += step;
+            values(&at)
+        };
+        let columns = [
+            dense(&discrete.event_jacobian, &dedy, n_e, i),
+            dense(&discrete.reset_jacobian, &drdy, n_r, i),
+            vec![0.0; n_c],
+        ];
+        let found = difference(&moved, 0.0, size(at.y[i]));
+        compare(&format!("{label}: events, y[{i}]"), &columns.concat(), &found);
+    }
+    let moved = |step: f64| {
+        let mut at = at.clone();
+        at.t += step;
+        at.u.iter_mut().zip(&udot).for_each(|(u, udot)| *u += udot * step);
+        values(&at)
+    };
+    let found = difference(&moved, 0.0, 1.0);
+    compare(&format!("{label}: events, t"), &[dedt, drdt, vec![0.0; n_c]].concat(), &found);
 }
 
 /// Bits of everything that a system computes at a place.
@@ -401,6 +490,25 @@ fn bits(system: &impl System, at: &At) -> Vec<Vec<u64>> {
     system.delays(point, &mut tau);
     system.delay_sensitivities(point, &mut dtau);
     all.extend([w, dw, y0, s0, tau, dtau]);
+
+    let discrete = &signature.discrete;
+    let (n_e, n_c) = (discrete.transitions().count(), discrete.n_time_conditions);
+    let n_r: usize = discrete.transitions().map(|(_, t)| t.resets.len()).sum();
+    let (mut mass, mut e, mut r) = (numbers(n), numbers(n_e), numbers(n_r));
+    let (mut times, mut after, mut dtimes) = (numbers(n_c), numbers(n_c), numbers(n_c * n_s));
+    system.mass(point, &mut mass);
+    system.event_functions(point, &mut e);
+    system.resets(point, &mut r);
+    system.condition_times(point, &mut times, &mut after);
+    system.condition_time_sensitivities(point, &mut dtimes);
+    all.extend([mass, e, r, times, after, dtimes]);
+    let (mut de, mut dedt) = (numbers(n_e * n_s), numbers(n_e));
+    let mut dedy = numbers(discrete.event_jacobian.len());
+    system.event_sensitivities(point, &udot, &s, &mut de, &mut dedy, &mut dedt);
+    let (mut dr, mut drdt) = (numbers(n_r * n_s), numbers(n_r));
+    let mut drdy = numbers(discrete.reset_jacobian.len());
+    system.reset_sensitivities(point, &udot, &s, &mut dr, &mut drdy, &mut drdt);
+    all.extend([de, dedy, dedt, dr, drdy, drdt]);
     all.iter().map(|values| values.iter().map(|x| x.to_bits()).collect()).collect()
 }
 
@@ -411,12 +519,14 @@ fn check_agreement(generated: &impl System, path: &str, choices: &[(&str, &str)]
     let mut noise = Noise::new(17);
     for _ in 0..20 {
         let at = At::near_start(&interpreted, &mut noise);
-        assert_eq!(
-            bits(generated, &at),
-            bits(&interpreted, &at),
-            "{path} {choices:?} at {:?}",
-            at.y
-        );
+        for at in in_every_mode(&interpreted, &at) {
+            assert_eq!(
+                bits(generated, &at),
+                bits(&interpreted, &at),
+                "{path} {choices:?} at {:?}",
+                at.y
+            );
+        }
     }
 }
 
@@ -457,6 +567,7 @@ agreement! {
     rc_circuit: "models/rc_circuit.dgd";
     robertson: "models/robertson.dgd";
     robertson_dae: "models/robertson.dgd", form = dae;
+    tank_with_weir: "models/tank_with_weir.dgd";
     two_tanks: "models/two_tanks.dgd";
     van_der_pol: "models/van_der_pol.dgd";
 }

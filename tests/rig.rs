@@ -258,7 +258,7 @@ fn residuals(plant: &Plant, recording: &Recording) -> [Vec<f64>; 4] {
     for (k, row) in rows.iter().enumerate() {
         let u = [speeds[k], boosts[k], fills[k]];
         let mut w = [0.0; 4];
-        Model.outputs(Point { t: times[k], y: solution.y(k), u: &u, p: &p }, &mut w);
+        Model.outputs(Point { t: times[k], y: solution.y(k), u: &u, p: &p, z: &[] }, &mut w);
         let read = [row.p_r * 1e5, row.p_in * 1e5, row.p_out * 1e5, row.q_ssp * LPM];
         for (i, sigma) in [p_r, p_in, p_out, q_ssp].into_iter().enumerate() {
             residuals[i].push((read[i] - w[i]) / sigma);

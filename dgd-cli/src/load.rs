@@ -45,6 +45,9 @@ pub(crate) struct Compilation {
     pub diagnostics: Diagnostics,
 }
 
+/// The trees of a model and its libraries, and what effects changed in them.
+type Read = (Vec<Ast>, Option<Changed>);
+
 impl Compilation {
     /// Ends the compilation because of what was reported.
     pub(crate) fn fail(self, _: Reported) -> CommandError {
@@ -105,7 +108,7 @@ impl Compilation {
         &mut self,
         path: &Path,
         apply: &[String],
-    ) -> Result<Result<(Vec<Ast>, Option<Changed>), Reported>, CommandError> {
+    ) -> Result<Result<Read, Reported>, CommandError> {
         let sound_before = self.diagnostics.check();
         let main = Source { name: path.display().to_string(), text: read_model(path)? };
         let (sources, diagnostics) = (&mut self.sources, &mut self.diagnostics);

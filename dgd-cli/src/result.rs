@@ -1,6 +1,6 @@
 //! A table as a command's result: a CSV file, CSV text or JSON.
 
-use dgd_runtime::Unit;
+use dgd_runtime::{Event, Solution, Unit};
 use serde_json::{Value, json};
 
 use crate::console::{Console, print};
@@ -67,4 +67,17 @@ pub(crate) fn write(
     write_table(&mut text, Some(times), &written)
         .map_err(|error| CommandError::Found(error.to_string()))?;
     print(&String::from_utf8_lossy(&text))
+}
+
+/// Transitions between modes, for `--format json`.
+pub(crate) fn events(solution: &Solution) -> Vec<Value> {
+    let event = |event: &Event| {
+        json!({
+            "t": event.t,
+            "modes": event.automaton,
+            "from": event.from,
+            "to": event.to,
+        })
+    };
+    solution.events.iter().map(event).collect()
 }

@@ -164,6 +164,7 @@ fn verify_library(ast: &Ast, diagnostics: &mut Diagnostics) {
             | ItemKind::Unknown { .. }
             | ItemKind::Output { .. }
             | ItemKind::Equation { .. }
+            | ItemKind::Modes { .. }
             | ItemKind::Variant { .. } => {
                 diagnostics.error(
                     Diagnostic::new(Code::E208, item.span, "this cannot stand in a library")

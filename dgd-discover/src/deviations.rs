@@ -91,8 +91,8 @@ impl Deviations {
     ///
     /// `inputs` and `p` are those that the trajectory of the model was simulated with; inputs may be
     /// the model's own, or those and the unknown ones behind them. Where
-    /// derivatives do not exist, as at a static flow that comes to rest, those of the sample before
-    /// go on and the outputs are taken as not measured.
+    /// derivatives do not exist, as at a static flow that comes to rest, or in modes in which other
+    /// unknowns are differential than at the start, those of the sample before go on and the outputs are taken as not measured.
     ///
     /// # Errors
     ///
@@ -112,7 +112,9 @@ impl Deviations {
         }
         let mut linear = Linearization::new(model, p, inputs);
         let samples: Vec<Option<StateSpace>> = (0..trajectory.len())
-            .map(|k| linear.at(trajectory.times[k], trajectory.side(k), trajectory.y(k)))
+            .map(|k| {
+                linear.at(trajectory.times[k], trajectory.side(k), trajectory.y(k), trajectory.z(k))
+            })
             .collect();
         let Some(first) = samples.iter().flatten().next().cloned() else {
             return Err(LinearizeError::Undetermined);
@@ -180,6 +182,7 @@ struct Linearization<'a> {
     /// The model's inputs, and the unknown ones: zeros unless they are given.
     u: Vec<f64>,
     slopes: Vec<f64>,
+    mass: Vec<f64>,
     f: Vec<f64>,
     dfdt: Vec<f64>,
     dfdy: Vec<f64>,
@@ -210,6 +213,7 @@ impl<'a> Linearization<'a> {
             algebraic,
             u: vec![0.0; n_u],
             slopes: vec![0.0; n_u],
+            mass: vec![0.0; n],
             f: vec![0.0; n],
             dfdt: vec![0.0; n],
             dfdy: vec![0.0; signature.jacobian.len()],
@@ -226,8 +230,8 @@ impl<'a> Linearization<'a> {
     }
 
     /// A, B, C, D at a point; `None` where they do not exist.
-    fn at(&mut self, t: f64, side: Side, y: &[f64]) -> Option<StateSpace> {
-        self.evaluate(t, side, y);
+    fn at(&mut self, t: f64, side: Side, y: &[f64], z: &[f64]) -> Option<StateSpace> {
+        self.evaluate(t, side, y, z);
         self.eliminate()
     }
 
@@ -238,7 +242,8 @@ impl<'a> Linearization<'a> {
         for &i in &self.differential {
             y[i] = f64::midpoint(y[i], trajectory.y(k + 1)[i]);
         }
-        self.evaluate(t, Side::Right, &y);
+        let z = trajectory.z(k);
+        self.evaluate(t, Side::Right, &y, z);
         if !self.algebraic.is_empty() {
             // z ← z − g_z⁻¹ g
             let jacobian = self.jacobian();
@@ -248,16 +253,17 @@ impl<'a> Linearization<'a> {
             for (&i, correction) in self.algebraic.iter().zip(correction.iter()) {
                 y[i] -= correction;
             }
-            self.evaluate(t, Side::Right, &y);
+            self.evaluate(t, Side::Right, &y, z);
         }
         self.eliminate()
     }
 
     /// All derivatives at a point: the one place that asks the model.
-    fn evaluate(&mut self, t: f64, side: Side, y: &[f64]) {
+    fn evaluate(&mut self, t: f64, side: Side, y: &[f64], z: &[f64]) {
         let given = self.inputs.len();
         self.inputs.value(t, side, &mut self.u[..given]);
-        let at = Point { t, y, u: &self.u, p: self.p };
+        let at = Point { t, y, u: &self.u, p: self.p, z };
+        self.system.mass(at, &mut self.mass);
         self.system.linearize(at, &self.slopes, &mut self.f, &mut self.dfdy, &mut self.dfdt);
         self.system.input_jacobian(at, &mut self.dfdu);
         self.system.output_jacobians(
@@ -274,9 +280,16 @@ impl<'a> Linearization<'a> {
         dense(&self.system.signature().jacobian, &self.dfdy, n, n, 0)
     }
 
-    /// A = f_x − f_z g_z⁻¹ g_x and its kin.
+    /// A = f_x − f_z g_z⁻¹ g_x and its kin; nothing in modes in which other unknowns are
+    /// differential than at the start.
     fn eliminate(&self) -> Option<StateSpace> {
         let signature = self.system.signature();
+        let is_differential = |i: &usize| self.mass[*i] != 0.0;
+        if self.algebraic.iter().any(is_differential)
+            || !self.differential.iter().all(is_differential)
+        {
+            return None;
+        }
         let (n, n_w, own) = (self.f.len(), self.n_w(), self.u.len() - self.n_places);
         let [by_y, by_u, _] = &signature.output_jacobians;
         let f_y = self.jacobian();

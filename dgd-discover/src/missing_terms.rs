@@ -4,6 +4,8 @@
 //!   equation i:  left = right + d_i        output j:  w_j = … + d_j
 //! ```
 //!
+//! Equations of several modes that bear one label and measure the same share one unknown input.
+//!
 //! This is done to the resolved model, before derivatives are solved for, so that d_i is what the
 //! right-hand side *as the user wrote it* would have needed, in the unit of its two sides:
 //! `A*der(h) = q` takes a d in m³/s whatever the system's row becomes. How d acts on rows and outputs
@@ -58,11 +60,20 @@ impl MissingTerms {
         let mut model = model.clone();
         let mut places = Vec::new();
         let (graph, inputs) = (&mut model.graph, &mut model.inputs);
-        for equation in &mut model.equations {
-            let d = unknown_input(graph, inputs, &equation.label, equation.dimension);
+        let modes = model.automata.iter_mut().flat_map(|automaton| &mut automaton.modes);
+        let of_modes = modes.flat_map(|mode| &mut mode.equations);
+        let mut given: Vec<(Place, ExprId)> = Vec::new();
+        for equation in model.equations.iter_mut().chain(of_modes) {
+            let place = place(PlaceKind::Equation, &equation.label, equation.dimension);
+            let earlier = given.iter().find(|(other, _)| *other == place).map(|(_, d)| *d);
+            let d = earlier.unwrap_or_else(|| {
+                let d = unknown_input(graph, inputs, &equation.label, equation.dimension);
+                given.push((place, d));
+                d
+            });
             equation.right = graph.add(equation.right, d);
-            places.push(place(PlaceKind::Equation, &equation.label, equation.dimension));
         }
+        places.extend(given.into_iter().map(|(place, _)| place));
         for output in &mut model.outputs {
             let Declared { name, unit, .. } = &output.declared;
             let d = unknown_input(graph, inputs, name, unit.dimension);

@@ -3,8 +3,8 @@
 use dgd_compiler::program::{self, Program, ResultKind};
 use dgd_compiler::units;
 use dgd_runtime::system::{
-    DelayedInput, Direction, Input, Interpolation, Output, Parameter, Pattern, Signature, Text,
-    Unit, Unknown,
+    Automaton, Crossing, DelayedInput, Direction, Discrete, Input, Interpolation, Output,
+    Parameter, Pattern, Signature, Text, Transition, Unit, Unknown,
 };
 
 pub(crate) fn signature(program: &Program) -> Signature {
@@ -77,6 +77,30 @@ pub(crate) fn signature(program: &Program) -> Signature {
         parameter_jacobian: pattern(ResultKind::ParameterJacobian),
         input_jacobian: pattern(ResultKind::InputJacobian),
         output_jacobians: [ResultKind::Dwdy, ResultKind::Dwdu, ResultKind::Dwdp].map(pattern),
+        discrete: Discrete {
+            automata: program.automata.iter().map(automaton).collect(),
+            n_time_conditions: program.n_time_conditions,
+            event_jacobian: pattern(ResultKind::EventJacobian),
+            reset_jacobian: pattern(ResultKind::ResetJacobian),
+        },
+    }
+}
+
+fn automaton(automaton: &program::Automaton) -> Automaton {
+    let transition = |transition: &program::Transition| Transition {
+        from: transition.from,
+        to: transition.to,
+        crossing: match transition.crossing {
+            program::Crossing::Rises => Crossing::Rises,
+            program::Crossing::Falls => Crossing::Falls,
+        },
+        resets: transition.resets.clone().into(),
+    };
+    Automaton {
+        name: text(&automaton.name),
+        modes: automaton.modes.iter().map(|mode| text(mode)).collect(),
+        start: automaton.start,
+        transitions: automaton.transitions.iter().map(transition).collect(),
     }
 }
 

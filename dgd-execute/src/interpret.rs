@@ -67,6 +67,7 @@ fn evaluate(function: &Function, at: Point<'_>, udot: &[f64], s: &[f64], registe
                     Argument::P => at.p,
                     Argument::Udot => udot,
                     Argument::S => s,
+                    Argument::Z => at.z,
                 };
                 array[index as usize]
             }
@@ -196,5 +197,53 @@ impl System for Interpreted {
 
     fn delay_sensitivities(&self, at: Point<'_>, dtau: &mut [f64]) {
         self.run(FunctionKind::DelaySensitivities, at, &[], &[], &mut [dtau]);
+    }
+
+    fn mass(&self, at: Point<'_>, mass: &mut [f64]) {
+        if self.program.computes(FunctionKind::Mass) {
+            self.run(FunctionKind::Mass, at, &[], &[], &mut [mass]);
+        } else {
+            self.signature.write_mass(mass);
+        }
+    }
+
+    fn condition_times(&self, at: Point<'_>, times: &mut [f64], after: &mut [f64]) {
+        self.run(FunctionKind::ConditionTimes, at, &[], &[], &mut [times, after]);
+    }
+
+    fn condition_time_sensitivities(&self, at: Point<'_>, dtimes: &mut [f64]) {
+        self.run(FunctionKind::ConditionTimeSensitivities, at, &[], &[], &mut [dtimes]);
+    }
+
+    fn event_functions(&self, at: Point<'_>, e: &mut [f64]) {
+        self.run(FunctionKind::EventFunctions, at, &[], &[], &mut [e]);
+    }
+
+    fn event_sensitivities(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        s: &[f64],
+        de: &mut [f64],
+        dedy: &mut [f64],
+        dedt: &mut [f64],
+    ) {
+        self.run(FunctionKind::EventSensitivities, at, udot, s, &mut [de, dedy, dedt]);
+    }
+
+    fn resets(&self, at: Point<'_>, r: &mut [f64]) {
+        self.run(FunctionKind::Resets, at, &[], &[], &mut [r]);
+    }
+
+    fn reset_sensitivities(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        s: &[f64],
+        dr: &mut [f64],
+        drdy: &mut [f64],
+        drdt: &mut [f64],
+    ) {
+        self.run(FunctionKind::ResetSensitivities, at, udot, s, &mut [dr, drdy, drdt]);
     }
 }

@@ -110,7 +110,8 @@ impl<'a> Still<'a> {
                 | ItemKind::Constant { .. }
                 | ItemKind::Let { .. }
                 | ItemKind::Function { .. }
-                | ItemKind::Equation { .. } => {}
+                | ItemKind::Equation { .. }
+                | ItemKind::Modes { .. } => {}
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Outputs that are read late: which times a run must reach for them, and what it found there.
 //!
-//! An output with the delay τ is w(t) = E(t − τ). Before the first asked time, y and u have their
-//! values at it. For τ < 0 the run goes on beyond the last asked time, as far as inputs are known;
+//! An output with the delay τ is w(t) = E(t − τ). Before the first asked time, y, u and the discrete
+//! numbers have their values at it. For τ < 0 the run goes on beyond the last asked time, as far as inputs are known;
 //! from there on y and u keep their values.
 
 use crate::error::{BadRequest, IntegrateError};
@@ -31,7 +31,7 @@ struct Clock {
 pub(crate) fn delays<S: System>(problem: &Problem<'_, S>) -> Vec<f64> {
     let mut tau = vec![0.0; problem.system.signature().delays.len()];
     if !tau.is_empty() {
-        problem.system.delays(Point { t: 0.0, y: &[], u: &[], p: problem.p }, &mut tau);
+        problem.system.delays(Point { t: 0.0, y: &[], u: &[], p: problem.p, z: &[] }, &mut tau);
     }
     tau
 }
@@ -41,7 +41,7 @@ pub(crate) fn delay_sensitivities<S: System>(problem: &Problem<'_, S>) -> Vec<f6
     let signature = problem.system.signature();
     let mut dtau = vec![0.0; signature.delays.len() * signature.directions.len()];
     if !dtau.is_empty() {
-        let at = Point { t: 0.0, y: &[], u: &[], p: problem.p };
+        let at = Point { t: 0.0, y: &[], u: &[], p: problem.p, z: &[] };
         problem.system.delay_sensitivities(at, &mut dtau);
     }
     dtau
@@ -114,33 +114,36 @@ impl LateTimes {
     /// The solution at the asked `times`, from that at all times, or at the first of them.
     pub(crate) fn split(&self, times: &[f64], all: Solution) -> Solution {
         let reached = self.asked.iter().take_while(|row| **row < all.len()).count();
-        let (y, s) = pick(&all, &self.asked[..reached]);
+        let (y, s, z) = pick(&all, &self.asked[..reached]);
         let late = self
             .clocks
             .iter()
             .map(|Clock { delay, tau, rows }| {
                 let rows = &rows[..reached];
-                let (y, s) = pick(&all, rows);
+                let (y, s, z) = pick(&all, rows);
                 let times = rows.iter().map(|row| self.all[*row]).collect();
-                LateValues { delay: *delay, tau: *tau, times, y, s }
+                LateValues { delay: *delay, tau: *tau, times, y, s, z }
             })
             .collect();
-        Solution { times: times[..reached].to_vec(), y, s, late, ..all }
+        Solution { times: times[..reached].to_vec(), y, s, z, late, ..all }
     }
 }
 
-/// y and S at some rows of a solution; NaN at those that it does not reach.
-fn pick(all: &Solution, rows: &[usize]) -> (Vec<f64>, Vec<f64>) {
+/// y, S and z at some rows of a solution; NaN at those that it does not reach.
+fn pick(all: &Solution, rows: &[usize]) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     let mut y = Vec::with_capacity(rows.len() * all.n);
     let mut s = Vec::with_capacity(rows.len() * all.n * all.n_s);
+    let mut z = Vec::with_capacity(rows.len() * all.n_z);
     for &row in rows {
         if row < all.len() {
             y.extend_from_slice(all.y(row));
             s.extend_from_slice(all.s(row));
+            z.extend_from_slice(all.z(row));
         } else {
             y.resize(y.len() + all.n, f64::NAN);
             s.resize(s.len() + all.n * all.n_s, f64::NAN);
+            z.resize(z.len() + all.n_z, f64::NAN);
         }
     }
-    (y, s)
+    (y, s, z)
 }

@@ -46,6 +46,15 @@ pub enum IntegrateError {
         /// What is not finite about it.
         what: Evaluation,
     },
+    /// Modes follow one another without end at one time.
+    EndlessEvents {
+        /// The time, s.
+        t: f64,
+        /// The automaton that changed last.
+        automaton: String,
+        /// Number of transitions at this time.
+        transitions: usize,
+    },
     /// More steps than allowed.
     TooManySteps {
         /// Time reached, s.
@@ -192,6 +201,11 @@ impl fmt::Display for IntegrateError {
             Self::NotFinite { t, equation, what: Evaluation::Derivative } => {
                 write!(f, "a derivative of equation `{equation}` is not finite at t = {t} s")
             }
+            Self::EndlessEvents { t, automaton, transitions } => write!(
+                f,
+                "`{automaton}` changes its mode without end at t = {t} s, after {transitions} \
+                 transitions there"
+            ),
             Self::TooManySteps { t, steps } => {
                 write!(f, "{steps} steps were not enough, the solution stopped at t = {t} s")
             }

@@ -10,6 +10,7 @@
 //! 2004, §3.3). Both systems are solved at full size, with the identity in the rows of differential
 //! unknowns, so that one factorisation serves all sizes and patterns.
 
+use crate::discrete::discrete_numbers;
 use crate::error::{InitialError, IntegrateError};
 use crate::linalg::norm::Tolerances;
 use crate::linalg::{Factorisation, Pivot, Singular};
@@ -61,7 +62,8 @@ pub fn consistent_start<S: System>(
     let mut u = S::Inputs::zeros(segment.u.len());
     segment.value(t, u.as_mut());
     let mut y = S::Vector::zeros(n);
-    let at = Point { t, y: &[], u: u.as_ref(), p: problem.p };
+    let z = discrete_numbers(system, problem.p, t);
+    let at = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
     start_values(problem, at, y.as_mut()).map_err(IntegrateError::Initial)?;
     let mut sizes = S::Vector::zeros(n);
     unknown_sizes(system, y.as_ref(), sizes.as_mut());
@@ -69,13 +71,13 @@ pub fn consistent_start<S: System>(
     let mut algebraic = Algebraic::new(system);
     let mut jacobian = S::Jacobian::zeros(signature.jacobian.len());
     let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
-    let at = Place { t, u: u.as_ref(), p: problem.p };
+    let at = Place { t, u: u.as_ref(), p: problem.p, z: &z };
     algebraic
         .make_consistent(system, at, y.as_mut(), jacobian.as_mut(), sizes.as_ref(), tolerances)
         .map_err(IntegrateError::Initial)?;
 
     let (mut f, mut dfdt) = (S::Vector::zeros(n), S::Vector::zeros(n));
-    let at = Point { t, y: y.as_ref(), u: u.as_ref(), p: problem.p };
+    let at = Point { t, y: y.as_ref(), u: u.as_ref(), p: problem.p, z: &z };
     system.linearize(at, segment.udot, f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
     algebraic
         .rates(&signature.jacobian, jacobian.as_ref(), f.as_mut(), dfdt.as_ref())
@@ -109,6 +111,7 @@ pub(crate) struct Place<'a> {
     pub(crate) t: f64,
     pub(crate) u: &'a [f64],
     pub(crate) p: &'a [f64],
+    pub(crate) z: &'a [f64],
 }
 
 /// The algebraic equations of a model and their Jacobian ∂f_a/∂y_a.
@@ -136,9 +139,7 @@ impl<S: System> Algebraic<S> {
         let n = signature.unknowns.len();
         let zeros = || S::Vector::zeros(n);
         let mut mass = zeros();
-        for (mass, unknown) in mass.as_mut().iter_mut().zip(signature.unknowns.iter()) {
-            *mass = f64::from(u8::from(unknown.differential));
-        }
+        signature.write_mass(mass.as_mut());
         Self {
             mass,
             count: signature.unknowns.iter().filter(|unknown| !unknown.differential).count(),
@@ -153,6 +154,15 @@ impl<S: System> Algebraic<S> {
             zero_slopes: S::Inputs::zeros(signature.n_u()),
             strongest: 0.0,
         }
+    }
+
+    /// Takes over the mass matrix of other modes. What was learnt about the sizes of equations was
+    /// learnt about others.
+    pub(crate) fn enter_modes(&mut self, mass: &[f64]) {
+        self.mass.as_mut().copy_from_slice(mass);
+        self.count = mass.iter().filter(|mass| **mass == 0.0).count();
+        self.row_sizes.as_mut().fill(0.0);
+        self.strongest = 0.0;
     }
 
     /// Whether all unknowns are differential.
@@ -313,7 +323,7 @@ impl<S: System> Algebraic<S> {
         if self.is_empty() {
             return Ok(());
         }
-        let Place { t, u, p } = at;
+        let Place { t, u, p, z } = at;
         let signature = system.signature();
         let pattern = &signature.jacobian;
         let equation = |row: usize| signature.equations[row].to_string();
@@ -321,7 +331,7 @@ impl<S: System> Algebraic<S> {
 
         for iteration in 1..=MOST_ITERATIONS {
             system.linearize(
-                Point { t, y, u, p },
+                Point { t, y, u, p, z },
                 self.zero_slopes.as_ref(),
                 self.f.as_mut(),
                 jacobian,
@@ -371,7 +381,8 @@ impl<S: System> Algebraic<S> {
             while lambda >= LEAST_DAMPING {
                 self.trial.as_mut().copy_from_slice(y);
                 add_scaled(self.trial.as_mut(), lambda, self.correction.as_ref());
-                system.rhs(Point { t, y: self.trial.as_ref(), u, p }, self.next.as_mut());
+                let trial = self.trial.as_ref();
+                system.rhs(Point { t, y: trial, u, p, z }, self.next.as_mut());
                 mask(self.next.as_mut(), self.mass.as_ref());
                 self.factorisation.solve(self.next.as_mut());
                 let next = tolerances.mean_square(self.next.as_ref(), y, y, sizes);
@@ -466,6 +477,7 @@ pub(crate) struct Rates<S: System> {
     jacobian: S::Jacobian,
     f: S::Vector,
     dfdt: S::Vector,
+    mass: S::Vector,
 }
 
 impl<S: System> Rates<S> {
@@ -477,11 +489,16 @@ impl<S: System> Rates<S> {
             jacobian: S::Jacobian::zeros(signature.jacobian.len()),
             f: S::Vector::zeros(n),
             dfdt: S::Vector::zeros(n),
+            mass: S::Vector::zeros(n),
         }
     }
 
     /// ẏ at consistent values; `None` where algebraic unknowns are not determined.
     pub(crate) fn at(&mut self, system: &S, at: Point<'_>, udot: &[f64]) -> Option<&[f64]> {
+        if !system.signature().discrete.automata.is_empty() {
+            system.mass(at, self.mass.as_mut());
+            self.algebraic.enter_modes(self.mass.as_ref());
+        }
         let (f, jacobian) = (self.f.as_mut(), self.jacobian.as_mut());
         system.linearize(at, udot, f, jacobian, self.dfdt.as_mut());
         let pattern = &system.signature().jacobian;

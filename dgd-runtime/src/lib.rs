@@ -10,6 +10,7 @@
 
 pub mod codegen;
 mod delay;
+mod discrete;
 mod error;
 pub mod identify;
 mod initial;
@@ -23,6 +24,7 @@ mod signal;
 mod solution;
 pub mod system;
 
+pub use discrete::discrete_numbers;
 pub use error::{BadRequest, Evaluation, Failure, InitialError, IntegrateError};
 pub use initial::{ConsistentStart, consistent_start};
 pub use integrate::catalogue::{METHODS, Method, MethodKind, UnknownMethod, find as find_method};
@@ -31,8 +33,10 @@ pub use measured_start::{MeasuredStartError, start_from_outputs};
 pub use observe::{Observations, observe};
 pub use problem::{Options, Problem};
 pub use signal::{Column, Delayed, InputError, Inputs, Segment, Side};
-pub use solution::{LateValues, Solution, Statistics, UndefinedSensitivity, side};
+pub use solution::{
+    Event, LateValues, Solution, Statistics, UndefinedCause, UndefinedSensitivity, side,
+};
 pub use system::{
-    DelayedInput, Direction, Input, Interpolation, List, Output, Parameter, Pattern, Point,
-    Signature, Storage, System, Text, Unit, Unknown,
+    Automaton, Crossing, DelayedInput, Direction, Discrete, Input, Interpolation, List, Output,
+    Parameter, Pattern, Point, Signature, Storage, System, Text, Transition, Unit, Unknown,
 };

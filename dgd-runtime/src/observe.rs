@@ -64,7 +64,8 @@ pub fn observe<S: System>(problem: &Problem<'_, S>, solution: &Solution) -> Obse
     let mut u = S::Inputs::zeros(inputs.len());
     for (k, &t) in solution.times.iter().enumerate() {
         inputs.value(t, solution.side(k), u.as_mut());
-        let at = Point { t, y: solution.y(k), u: u.as_ref(), p: problem.p };
+        let (y, z) = (solution.y(k), solution.z(k));
+        let at = Point { t, y, u: u.as_ref(), p: problem.p, z };
         let w = &mut observations.w[k * n_w..(k + 1) * n_w];
         if n_s == 0 {
             system.outputs(at, w);
@@ -126,7 +127,8 @@ impl<'a, S: System> Reading<'a, S> {
     /// Replaces what the outputs were at t by what they were at t − τ.
     fn read(&mut self, observations: &mut Observations) {
         let Problem { system, p, .. } = *self.problem;
-        let (n_w, n_s, n) = (observations.n_w, observations.n_s, self.solution.n);
+        let (n_w, n_s) = (observations.n_w, observations.n_s);
+        let (n, n_z) = (self.solution.n, self.solution.n_z);
         let (mut w, mut dw) = (vec![0.0; n_w], vec![0.0; n_w * n_s]);
         let mut wdot = vec![0.0; n_w];
         let moves = self.dtau.iter().any(|dtau| *dtau != 0.0);
@@ -134,9 +136,10 @@ impl<'a, S: System> Reading<'a, S> {
             // Time itself has neither begun nor ended with the run.
             let t = self.solution.times[k] - self.late.tau;
             let y = &self.late.y[k * n..(k + 1) * n];
+            let z = &self.late.z[k * n_z..(k + 1) * n_z];
             let segment = self.inputs.segment(self.inputs.segment_at(s, self.side(k)));
             segment.value(s, self.u.as_mut());
-            let at = Point { t, y, u: self.u.as_ref(), p };
+            let at = Point { t, y, u: self.u.as_ref(), p, z };
             if n_s == 0 {
                 system.outputs(at, &mut w);
             } else {
@@ -147,11 +150,11 @@ impl<'a, S: System> Reading<'a, S> {
                 let inside = t == s;
                 let udot = self.udot.as_mut();
                 if inside {
-                    udot.copy_from_slice(segment.udot)
+                    udot.copy_from_slice(segment.udot);
                 } else {
-                    udot.fill(0.0)
+                    udot.fill(0.0);
                 }
-                self.output_rates(t, y, inside, &mut wdot);
+                self.output_rates((t, y, z), inside, &mut wdot);
             }
             for &i in &self.outputs {
                 observations.w[k * n_w + i] = w[i];
@@ -173,9 +176,9 @@ impl<'a, S: System> Reading<'a, S> {
     }
 
     /// ẇ along the solution; with y and u at rest where it is not `inside` the run.
-    fn output_rates(&mut self, t: f64, y: &[f64], inside: bool, wdot: &mut [f64]) {
+    fn output_rates(&mut self, (t, y, z): (f64, &[f64], &[f64]), inside: bool, wdot: &mut [f64]) {
         let Problem { system, p, .. } = *self.problem;
-        let at = Point { t, y, u: self.u.as_ref(), p };
+        let at = Point { t, y, u: self.u.as_ref(), p, z };
         let [dwdy, dwdu, dwdp, dwdt] = &mut self.jacobians;
         system.output_jacobians(at, dwdy, dwdu, dwdp, dwdt);
         wdot.copy_from_slice(dwdt);

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::signal::Side;
+use crate::system::Text;
 
 /// Values at the asked times.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +21,12 @@ pub struct Solution {
     pub s: Vec<f64>,
     /// The same where outputs with a delay are read, for each delay that an output has.
     pub late: Vec<LateValues>,
+    /// Number of discrete numbers n_z; 0 without modes and conditions on time.
+    pub n_z: usize,
+    /// Discrete numbers, n_z per time: modes, then conditions on time.
+    pub z: Vec<f64>,
+    /// Transitions between modes, in the order in which they happened.
+    pub events: Vec<Event>,
     /// Where and why sensitivities are undefined.
     pub undefined: Vec<UndefinedSensitivity>,
     /// Work done.
@@ -39,6 +46,8 @@ pub struct LateValues {
     pub y: Vec<f64>,
     /// Sensitivities, n · n_s numbers per time.
     pub s: Vec<f64>,
+    /// Discrete numbers, n_z per time.
+    pub z: Vec<f64>,
 }
 
 /// A stretch of time on which sensitivities are undefined.
@@ -54,18 +63,47 @@ pub struct UndefinedSensitivity {
     pub from: f64,
     /// Its end, s.
     pub until: f64,
-    /// The equation whose derivative to the algebraic unknowns vanishes, or depends on others'.
+    /// The equation whose derivative to the algebraic unknowns vanishes, or depends on others'; or
+    /// the automaton whose threshold is only touched.
     pub equation: String,
+    /// Which of the two.
+    pub cause: UndefinedCause,
+}
+
+/// Why sensitivities are undefined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum UndefinedCause {
+    /// An equation no longer determines an algebraic unknown.
+    Singular,
+    /// A threshold is touched and hardly passed: a disturbed solution may miss it.
+    Grazing,
+}
+
+/// A transition between modes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Event {
+    /// When, s.
+    pub t: f64,
+    /// The automaton.
+    pub automaton: Text,
+    /// The mode that it left.
+    pub from: Text,
+    /// The mode that it entered.
+    pub to: Text,
 }
 
 impl fmt::Display for UndefinedSensitivity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { from, until, equation } = self;
-        write!(
-            f,
-            "sensitivities are undefined from t = {from} s to {until} s, where equation \
-             `{equation}` no longer determines an algebraic unknown"
-        )
+        let Self { from, until, equation, cause } = self;
+        write!(f, "sensitivities are undefined from t = {from} s to {until} s, where ")?;
+        match cause {
+            UndefinedCause::Singular => {
+                write!(f, "equation `{equation}` no longer determines an algebraic unknown")
+            }
+            UndefinedCause::Grazing => {
+                write!(f, "`{equation}` changes its mode at a threshold that is only touched")
+            }
+        }
     }
 }
 
@@ -108,6 +146,11 @@ impl Solution {
         &self.s[k * len..(k + 1) * len]
     }
 
+    /// Discrete numbers at the k-th time.
+    pub fn z(&self, k: usize) -> &[f64] {
+        &self.z[k * self.n_z..(k + 1) * self.n_z]
+    }
+
     /// Which limit the values at the k-th time are.
     pub fn side(&self, k: usize) -> Side {
         side(&self.times, k)
@@ -116,9 +159,9 @@ impl Solution {
 
 /// Which limit the k-th of the asked `times` means.
 ///
-/// A time that occurs twice means just before and just after. One that occurs once means just
-/// after, at the end too: a row of a recording holds what goes on from there. At the start only
-/// just after exists.
+/// A time that occurs twice means just before and just after a jump of the inputs or an event. One
+/// that occurs once means just after, at the end too: a row of a recording holds what goes on from
+/// there. At the start only just after exists.
 pub fn side(times: &[f64], k: usize) -> Side {
     let t = times[k];
     if t > times[0] && times.get(k + 1) == Some(&t) { Side::Left } else { Side::Right }

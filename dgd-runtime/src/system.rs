@@ -9,7 +9,12 @@
 //! ```
 //!
 //! of index 1 at most: ∂f_a/∂y_a is structurally non-singular over the rows and columns where M is
-//! zero. Row i belongs to unknown i: where `differential[i]` holds it reads ẏᵢ = fᵢ.
+//! zero. Row i belongs to unknown i: where Mᵢ is one it reads ẏᵢ = fᵢ.
+//!
+//! A model with modes, or with conditions on time, also depends on discrete numbers z, which change
+//! at events only: first the mode of each automaton, counted from 0, then for each condition on
+//! time 1 where it holds and 0 where it does not. M, f, w, the event functions e and the resets r
+//! depend on them.
 //!
 //! With the chosen directions θ, parameters and start values, the sensitivities S = ∂y/∂θ obey
 //!
@@ -60,6 +65,8 @@ pub struct Point<'a> {
     pub u: &'a [f64],
     /// Parameters.
     pub p: &'a [f64],
+    /// Discrete numbers; none for models without modes and conditions on time.
+    pub z: &'a [f64],
 }
 
 /// A compiled model.
@@ -71,6 +78,8 @@ pub struct Point<'a> {
 /// | `p` | n_p | parameters, all of them |
 /// | `s`, `g` | n · n_s | sensitivities to the n_s chosen directions, and their right-hand sides |
 /// | `w` | n_w | outputs |
+/// | `z` | n_z | discrete numbers: modes of automata, then conditions on time |
+/// | `e`, `r` | n_e, n_r | event functions and resets, transition by transition |
 ///
 /// # Panics
 ///
@@ -167,12 +176,66 @@ pub trait System {
         dtau.fill(0.0);
     }
 
+    /// The diagonal of M in the modes `at.z`, n ones and zeros. `at.y` is not read.
+    fn mass(&self, at: Point<'_>, mass: &mut [f64]) {
+        let _ = at;
+        self.signature().write_mass(mass);
+    }
+
+    /// When conditions on time switch, and their discrete numbers from then on. They depend on
+    /// parameters only.
+    fn condition_times(&self, at: Point<'_>, times: &mut [f64], after: &mut [f64]) {
+        let _ = (at, times, after);
+    }
+
+    /// Derivatives of those times to the directions, n_c × n_s dense by columns.
+    fn condition_time_sensitivities(&self, at: Point<'_>, dtimes: &mut [f64]) {
+        let _ = (at, dtimes);
+    }
+
+    /// Event functions e of all transitions, those of other modes too.
+    fn event_functions(&self, at: Point<'_>, e: &mut [f64]) {
+        let _ = (at, e);
+    }
+
+    /// ∂e/∂y S + ∂e/∂θ (n_e × n_s dense by columns), non-zeros of ∂e/∂y, and ∂e/∂t + ∂e/∂u u̇.
+    fn event_sensitivities(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        s: &[f64],
+        de: &mut [f64],
+        dedy: &mut [f64],
+        dedt: &mut [f64],
+    ) {
+        let _ = (at, udot, s, de, dedy, dedt);
+    }
+
+    /// Values r of all resets, read before the transition.
+    fn resets(&self, at: Point<'_>, r: &mut [f64]) {
+        let _ = (at, r);
+    }
+
+    /// ∂r/∂y S + ∂r/∂θ (n_r × n_s dense by columns), non-zeros of ∂r/∂y, and ∂r/∂t + ∂r/∂u u̇.
+    fn reset_sensitivities(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        s: &[f64],
+        dr: &mut [f64],
+        drdy: &mut [f64],
+        drdt: &mut [f64],
+    ) {
+        let _ = (at, udot, s, dr, drdy, drdt);
+    }
+
     /// F = M ẏ − f. ∂F/∂ẏ = M, and the other derivatives of F are those of −f.
     fn residual(&self, at: Point<'_>, ydot: &[f64], residual: &mut [f64]) {
+        let mut mass = Self::Vector::zeros(residual.len());
+        self.mass(at, mass.as_mut());
         self.rhs(at, residual);
-        let unknowns = &self.signature().unknowns;
-        for ((r, unknown), ydot) in residual.iter_mut().zip(unknowns.iter()).zip(ydot) {
-            *r = if unknown.differential { ydot - *r } else { -*r };
+        for ((r, mass), ydot) in residual.iter_mut().zip(mass.as_ref()).zip(ydot) {
+            *r = if *mass == 0.0 { -*r } else { ydot - *r };
         }
     }
 }
@@ -210,6 +273,94 @@ pub struct Signature {
     pub input_jacobian: Pattern,
     /// Where ∂w/∂y, ∂w/∂u and ∂w/∂p are not zero.
     pub output_jacobians: [Pattern; 3],
+    /// Modes, transitions and conditions on time.
+    pub discrete: Discrete,
+}
+
+/// Modes, transitions and conditions on time.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Discrete {
+    /// Automata; z begins with their modes.
+    pub automata: List<Automaton>,
+    /// Number of conditions on time n_c, which follow in z.
+    pub n_time_conditions: usize,
+    /// Where ∂e/∂y is not zero: n_e × n.
+    pub event_jacobian: Pattern,
+    /// Where ∂r/∂y is not zero: n_r × n.
+    pub reset_jacobian: Pattern,
+}
+
+/// A `modes` block of the model.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Automaton {
+    /// Its name.
+    pub name: Text,
+    /// Names of its modes.
+    pub modes: List<Text>,
+    /// The mode it starts in.
+    pub start: usize,
+    /// Which mode follows which.
+    pub transitions: List<Transition>,
+}
+
+/// A transition between modes, when its event function passes zero.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Transition {
+    /// Position of the mode that it leaves.
+    pub from: usize,
+    /// Position of the mode that it enters.
+    pub to: usize,
+    /// In which direction its event function passes zero.
+    pub crossing: Crossing,
+    /// Positions of the unknowns that it resets.
+    pub resets: List<usize>,
+}
+
+/// In which direction an event function passes zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Crossing {
+    /// From below.
+    Rises,
+    /// From above.
+    Falls,
+}
+
+impl Crossing {
+    /// Whether this value of the event function lies beyond the threshold.
+    #[inline]
+    pub fn is_past(self, e: f64) -> bool {
+        match self {
+            Crossing::Rises => e > 0.0,
+            Crossing::Falls => e < 0.0,
+        }
+    }
+}
+
+impl Discrete {
+    /// No modes and no conditions on time.
+    pub const NONE: Self = Self {
+        automata: List::Borrowed(&[]),
+        n_time_conditions: 0,
+        event_jacobian: Pattern { rows: List::Borrowed(&[]), columns: List::Borrowed(&[]) },
+        reset_jacobian: Pattern { rows: List::Borrowed(&[]), columns: List::Borrowed(&[]) },
+    };
+
+    /// Number of discrete numbers n_z.
+    pub fn len(&self) -> usize {
+        self.automata.len() + self.n_time_conditions
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Transitions of all automata, each with its automaton's position, in the order of the event
+    /// functions and resets.
+    pub fn transitions(&self) -> impl Iterator<Item = (usize, &Transition)> {
+        let automata = self.automata.iter().enumerate();
+        automata.flat_map(|(k, automaton)| automaton.transitions.iter().map(move |t| (k, t)))
+    }
 }
 
 /// Text that a generated model borrows and a loaded one owns.
@@ -242,6 +393,18 @@ impl Signature {
     /// n_u, the length of u.
     pub fn n_u(&self) -> usize {
         self.inputs.len() + 2 * self.delayed_inputs.len()
+    }
+
+    /// The diagonal of M in the modes that the model starts in.
+    ///
+    /// # Panics
+    ///
+    /// If there are not as many numbers as unknowns.
+    pub fn write_mass(&self, mass: &mut [f64]) {
+        assert_eq!(mass.len(), self.unknowns.len(), "one number for each unknown");
+        for (mass, unknown) in mass.iter_mut().zip(self.unknowns.iter()) {
+            *mass = f64::from(u8::from(unknown.differential));
+        }
     }
 
     /// What the j-th direction is called: a parameter by its name, a start value as `x(0)`.
@@ -278,7 +441,7 @@ pub struct Unknown {
     pub unit: Unit,
     /// Size for tolerances, SI; `None`: the size of its start value.
     pub nominal: Option<f64>,
-    /// Whether row i is ẏᵢ = fᵢ; otherwise 0 = fᵢ.
+    /// Whether row i is ẏᵢ = fᵢ in the modes that the model starts in; otherwise 0 = fᵢ.
     pub differential: bool,
 }
 

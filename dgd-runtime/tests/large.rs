@@ -2,8 +2,8 @@
 
 use dgd_runtime::linalg::AutoLu;
 use dgd_runtime::{
-    Direction, Inputs, Options, Parameter, Pattern, Point, Problem, Signature, System, Unit,
-    Unknown, simulate_with_sensitivities,
+    Direction, Discrete, Inputs, Options, Parameter, Pattern, Point, Problem, Signature, System,
+    Unit, Unknown, simulate_with_sensitivities,
 };
 
 /// Diffusion on a line between ends at zero, and an algebraic unknown beside each cell:
@@ -71,6 +71,7 @@ impl Diffusion {
                 parameter_jacobian: pattern(&[]),
                 input_jacobian: pattern(&[]),
                 output_jacobians: [pattern(&[]), pattern(&[]), pattern(&[])],
+                discrete: Discrete::NONE,
             },
         }
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 use dgd_compiler::dae::{Dae, assemble};
 use dgd_compiler::diagnostics::{Diagnostics, Reported};
 use dgd_compiler::effects::Effect;
-use dgd_compiler::model::{Declared, Interpolation, Model, Variant, resolve};
+use dgd_compiler::model::{Automaton, Declared, Interpolation, Model, Variant, resolve};
 use dgd_compiler::pipeline::Directions;
 use serde_json::{Value, json};
 
@@ -20,19 +20,15 @@ pub(crate) fn run(args: &CheckArgs, console: Console<'_>) -> Result<(), CommandE
     let Some(effect) = effect(&args.model)? else {
         return check(&args.model, &args.choices, console);
     };
-    match model_of(&args.model, &effect) {
-        // With the effect as one more that is applied.
-        Some(model) => {
-            let mut choices = args.choices.clone();
-            choices.apply.push(args.model.display().to_string());
-            check(&model, &choices, console)
-        }
-        None => {
-            let (path, name) = (args.model.display(), effect.full_name());
-            console.remark(&format!("{path}: effect `{name}` is sound by itself"));
-            Ok(())
-        }
-    }
+    let Some(model) = model_of(&args.model, &effect) else {
+        let (path, name) = (args.model.display(), effect.full_name());
+        console.remark(&format!("{path}: effect `{name}` is sound by itself"));
+        return Ok(());
+    };
+    // With the effect as one more that is applied.
+    let mut choices = args.choices.clone();
+    choices.apply.push(args.model.display().to_string());
+    check(&model, &choices, console)
 }
 
 /// The effect in a file; nothing where the file holds a model.
@@ -111,6 +107,10 @@ fn summary(path: &str, model: &Model, dae: &Dae) -> String {
     for variant in &model.variants {
         let choices: Vec<&str> = variant.choices.iter().map(String::as_str).collect();
         let _ = write!(text, "; variant {} = {}", variant.name, choices.join(" | "));
+    }
+    for automaton in &model.automata {
+        let modes: Vec<&str> = automaton.modes.iter().map(|mode| mode.name.as_str()).collect();
+        let _ = write!(text, "; modes {} = {}", automaton.name, modes.join(" | "));
     }
     text.push('\n');
     text.trim_end().to_owned()
@@ -205,6 +205,7 @@ fn describe(model: &Model, dae: &Dae) -> Value {
             })
         })
         .collect();
+    let modes: Vec<Value> = model.automata.iter().map(describe_modes).collect();
     json!({
         "model": model.name,
         "doc": model.doc.join("\n"),
@@ -215,6 +216,31 @@ fn describe(model: &Model, dae: &Dae) -> Value {
         "outputs": outputs,
         "equations": equations,
         "variants": variants,
+        "modes": modes,
         "diagnostics": [],
+    })
+}
+
+fn describe_modes(automaton: &Automaton) -> Value {
+    let name = |mode: usize| &automaton.modes[mode].name;
+    let modes: Vec<Value> = automaton
+        .modes
+        .iter()
+        .map(|mode| {
+            let equations: Vec<&str> = mode.equations.iter().map(|e| e.label.as_str()).collect();
+            json!({ "name": mode.name, "doc": mode.doc.join("\n"), "equations": equations })
+        })
+        .collect();
+    let transitions: Vec<Value> = automaton
+        .transitions
+        .iter()
+        .map(|transition| json!({ "from": name(transition.from), "to": name(transition.to) }))
+        .collect();
+    json!({
+        "name": automaton.name,
+        "doc": automaton.doc.join("\n"),
+        "start": name(automaton.start),
+        "modes": modes,
+        "transitions": transitions,
     })
 }

@@ -51,6 +51,7 @@ pub(crate) fn run(args: &SensitivityArgs, console: Console<'_>) -> Result<(), Co
         "rows": solution.len(),
         "steps": solution.statistics.steps,
         "rejected": solution.statistics.rejected,
+        "events": result::events(&solution),
         "undefined": solution.undefined.iter().map(|stretch| json!({
             "from": stretch.from,
             "until": stretch.until,

@@ -34,6 +34,7 @@ pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), Comma
         "rows": solution.len(),
         "steps": solution.statistics.steps,
         "rejected": solution.statistics.rejected,
+        "events": result::events(&solution),
     });
     let drawn = !args.run.solve.plot.is_empty();
     result::write(console, &solution.times, &columns, &details, drawn)

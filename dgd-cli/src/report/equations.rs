@@ -10,12 +10,12 @@ use crate::args::Choices;
 use crate::failure::CommandError;
 use crate::load::Compilation;
 
-/// An equation, typeset.
+/// A line of equations, typeset.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Equation {
     /// As MathML.
     pub(super) formula: String,
-    /// Its label; empty for a definition.
+    /// The label of an equation; empty for anything else.
     pub(super) label: String,
 }
 
@@ -37,9 +37,12 @@ fn typeset(path: &Path, text: &str, choices: &Choices) -> Result<Vec<Equation>, 
         Ok(resolved) => resolved,
         Err(reported) => return Err(compilation.fail(reported)),
     };
-    let equation = |line: &Line| Equation {
-        formula: mathml::write(line),
-        label: line.label.clone().unwrap_or_default(),
+    let equation = |line: &Line| {
+        let label = match line {
+            Line::Equation { label, .. } => label.clone().unwrap_or_default(),
+            Line::Mode(_) | Line::Transition(_) => String::new(),
+        };
+        Equation { formula: mathml::write(line), label }
     };
     Ok(lines(&asts, &model).iter().map(equation).collect())
 }

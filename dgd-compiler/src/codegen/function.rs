@@ -62,8 +62,11 @@ pub(super) fn method(program: &Program, function: &Function, sources: &Sources) 
             let rows = values.iter().zip(&program.unknowns).enumerate().map(
                 |(i, (value, unknown))| {
                     let (line, _) = sources.line_column(unknown.span);
-                    let left =
-                        if unknown.differential { format!("der({})", unknown.name) } else { "0".to_owned() };
+                    let left = match (unknown.by_mode, unknown.differential) {
+                        (true, _) => format!("0 or der({})", unknown.name),
+                        (false, true) => format!("der({})", unknown.name),
+                        (false, false) => "0".to_owned(),
+                    };
                     let file = &sources.get(unknown.span.source).name;
                     let doc = format!(" `{}` ({file}:{line}): {left} =", unknown.equation);
                     let row = format_ident!("_row_{}", i);
@@ -100,6 +103,7 @@ fn bind_arrays(program: &Program, function: &Function) -> Vec<TokenStream> {
         (Argument::P, quote!(_at.p), program.parameters.len()),
         (Argument::Udot, quote!(_udot), program.n_u()),
         (Argument::S, quote!(_s), n * program.directions.len()),
+        (Argument::Z, quote!(_at.z), program.n_discrete()),
     ]
     .into_iter()
     .filter(|(argument, _, _)| read(*argument))
@@ -135,6 +139,18 @@ fn result_name(kind: ResultKind) -> Ident {
         ResultKind::S0 => "_s0",
         ResultKind::Tau => "_tau",
         ResultKind::Dtau => "_dtau",
+        ResultKind::Mass => "_mass",
+        ResultKind::ConditionTimes => "_times",
+        ResultKind::ConditionAfter => "_after",
+        ResultKind::ConditionTimeSensitivities => "_dtimes",
+        ResultKind::Events => "_e",
+        ResultKind::EventSensitivities => "_de",
+        ResultKind::EventJacobian => "_dedy",
+        ResultKind::EventSlopes => "_dedt",
+        ResultKind::Resets => "_r",
+        ResultKind::ResetSensitivities => "_dr",
+        ResultKind::ResetJacobian => "_drdy",
+        ResultKind::ResetSlopes => "_drdt",
     };
     Ident::new(name, Span::call_site())
 }
@@ -216,7 +232,7 @@ impl<'a> Body<'a> {
             Argument::Y => Some(identifier(&self.program.unknowns[index].name)),
             Argument::U => Some(self.input_name(index)),
             Argument::P => Some(identifier(&self.program.parameters[index].declared.name)),
-            Argument::Udot | Argument::S => None,
+            Argument::Udot | Argument::S | Argument::Z => None,
         }
     }
 }

@@ -68,8 +68,11 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
     } else {
         quote!(::dgd::__runtime::linalg::AutoLu)
     };
-    let functions =
-        program.functions.iter().map(|function| function::method(program, function, sources));
+    let functions = program
+        .functions
+        .iter()
+        .filter(|function| program.computes(function.kind))
+        .map(|function| function::method(program, function, sources));
     quote! {
         #[automatically_derived]
         impl ::dgd::__runtime::System for Model {

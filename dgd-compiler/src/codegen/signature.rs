@@ -4,7 +4,7 @@ use proc_macro2::TokenStream;
 use quote::quote;
 
 use super::{index, number};
-use crate::program::{Direction, Interpolation, Program, ResultKind};
+use crate::program::{Crossing, Direction, Interpolation, Program, ResultKind, Transition};
 use crate::units::Unit;
 
 pub(super) fn signature(program: &Program) -> TokenStream {
@@ -102,6 +102,7 @@ pub(super) fn signature(program: &Program) -> TokenStream {
     let parameter_jacobian = pattern(ResultKind::ParameterJacobian);
     let input_jacobian = pattern(ResultKind::InputJacobian);
     let output_jacobians = [ResultKind::Dwdy, ResultKind::Dwdu, ResultKind::Dwdp].map(pattern);
+    let discrete = discrete(program);
     quote! {
         use ::dgd::__runtime::system::{List, Text};
 
@@ -120,7 +121,54 @@ pub(super) fn signature(program: &Program) -> TokenStream {
             parameter_jacobian: #parameter_jacobian,
             input_jacobian: #input_jacobian,
             output_jacobians: [#(#output_jacobians),*],
+            discrete: #discrete,
         };
+    }
+}
+
+fn discrete(program: &Program) -> TokenStream {
+    if program.n_discrete() == 0 {
+        return quote!(::dgd::__runtime::system::Discrete::NONE);
+    }
+    let automata = program.automata.iter().map(|automaton| {
+        let (name, modes, start) = (&automaton.name, &automaton.modes, index(automaton.start));
+        let transitions = automaton.transitions.iter().map(transition);
+        quote! {
+            ::dgd::__runtime::system::Automaton {
+                name: Text::Borrowed(#name),
+                modes: List::Borrowed(&[#(Text::Borrowed(#modes)),*]),
+                start: #start,
+                transitions: List::Borrowed(&[#(#transitions),*]),
+            }
+        }
+    });
+    let n_time_conditions = index(program.n_time_conditions);
+    let event_jacobian = pattern(program, ResultKind::EventJacobian);
+    let reset_jacobian = pattern(program, ResultKind::ResetJacobian);
+    quote! {
+        ::dgd::__runtime::system::Discrete {
+            automata: List::Borrowed(&[#(#automata),*]),
+            n_time_conditions: #n_time_conditions,
+            event_jacobian: #event_jacobian,
+            reset_jacobian: #reset_jacobian,
+        }
+    }
+}
+
+fn transition(transition: &Transition) -> TokenStream {
+    let (from, to) = (index(transition.from), index(transition.to));
+    let crossing = match transition.crossing {
+        Crossing::Rises => quote!(::dgd::__runtime::system::Crossing::Rises),
+        Crossing::Falls => quote!(::dgd::__runtime::system::Crossing::Falls),
+    };
+    let resets = transition.resets.iter().map(|unknown| index(*unknown));
+    quote! {
+        ::dgd::__runtime::system::Transition {
+            from: #from,
+            to: #to,
+            crossing: #crossing,
+            resets: List::Borrowed(&[#(#resets),*]),
+        }
     }
 }
 

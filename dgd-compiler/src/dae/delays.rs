@@ -15,6 +15,7 @@ use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::display::listing;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::model::Model;
+use crate::source::Span;
 
 /// Delays of delays open at most this many expressions.
 const MOST_WORK: usize = 1_000_000;
@@ -40,11 +41,15 @@ pub(super) fn resolve(
     transferred: &mut Transferred<'_>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Resolved, Reported> {
-    let Transferred { equations, starts, outputs, names } = transferred;
+    let Transferred { equations, starts, outputs, transitions, names, .. } = transferred;
     let rests = equations.iter().map(|equation| equation.rest);
+    let of_transitions = transitions.iter().flatten();
     let roots: Vec<ExprId> = rests
         .chain(starts.iter().copied())
         .chain(outputs.iter().copied())
+        .chain(
+            of_transitions.flat_map(|(event, resets)| [event].into_iter().chain(resets)).copied(),
+        )
         .chain(names.keys().copied())
         .collect();
     let nodes = graph.listed(roots);
@@ -67,20 +72,23 @@ pub(super) fn resolve(
         match resolver.instantaneous(graph, at_names[&equation.rest]) {
             Ok(rest) => equation.rest = rest,
             Err(symbol) => {
-                let name = resolver.name(symbol);
-                let message = format!(
-                    "equation `{}` reads {name} as it was some time ago, which only outputs can",
-                    equation.label
-                );
-                let mut diagnostic = Diagnostic::new(Code::E407, equation.span, message).help(
-                    "states that feed back late are not part of the language yet; delay an \
-                     input, or the output that is measured late",
-                );
-                if let Symbol::Unknown(i) | Symbol::Derivative(i) = symbol {
-                    let place = model.unknowns[i as usize].declared.span;
-                    diagnostic = diagnostic.label(place, "declared here");
+                let reader = format!("equation `{}`", equation.label);
+                diagnostics.error(resolver.feeds_back(symbol, &reader, equation.span));
+            }
+        }
+    }
+    for (automaton, values) in model.automata.iter().zip(transitions) {
+        let reader = format!("a transition of `{}`", automaton.name);
+        for (transition, (event, resets)) in automaton.transitions.iter().zip(values) {
+            let reset_spans = transition.resets.iter().map(|reset| reset.span);
+            let spans = [transition.span].into_iter().chain(reset_spans);
+            for (value, span) in [event].into_iter().chain(resets).zip(spans) {
+                match resolver.instantaneous(graph, at_names[value]) {
+                    Ok(now) => *value = now,
+                    Err(symbol) => {
+                        diagnostics.error(resolver.feeds_back(symbol, &reader, span));
+                    }
                 }
-                diagnostics.error(diagnostic);
             }
         }
     }
@@ -186,7 +194,8 @@ impl<'a> Resolver<'a> {
             Symbol::Constant(_)
             | Symbol::Parameter(_)
             | Symbol::InputSlope(_)
-            | Symbol::Sensitivity(_) => None,
+            | Symbol::Sensitivity(_)
+            | Symbol::Discrete(_) => None,
         }
     }
 
@@ -233,22 +242,19 @@ impl<'a> Resolver<'a> {
         let is_unknown =
             |source: Symbol| matches!(source, Symbol::Unknown(_) | Symbol::Derivative(_));
         let mut unknowns = read.iter().filter(|(_, source, _)| is_unknown(*source));
-        let whole = match unknowns.next() {
-            Some((_, first, late)) => {
-                if let Some((_, other, _)) = unknowns.find(|(_, _, other)| other != late) {
-                    return Err([*first, *other]);
-                }
-                Some((*first, late.clone()))
+        let whole = if let Some((_, first, late)) = unknowns.next() {
+            if let Some((_, other, _)) = unknowns.find(|(_, _, other)| other != late) {
+                return Err([*first, *other]);
             }
+            Some((*first, late.clone()))
+        } else {
             // Inputs alone: read late as a whole where all of them are.
-            None => {
-                let inputs = read.iter().filter(|(_, s, _)| matches!(s, Symbol::Input(_)));
-                let distinct: BTreeSet<&Summands> = inputs.map(|(_, _, late)| late).collect();
-                let source = read.first().map(|(_, source, _)| *source);
-                match (distinct.len(), distinct.first(), source) {
-                    (1, Some(late), Some(source)) => Some((source, (*late).clone())),
-                    _ => None,
-                }
+            let inputs = read.iter().filter(|(_, s, _)| matches!(s, Symbol::Input(_)));
+            let distinct: BTreeSet<&Summands> = inputs.map(|(_, _, late)| late).collect();
+            let source = read.first().map(|(_, source, _)| *source);
+            match (distinct.len(), distinct.first(), source) {
+                (1, Some(late), Some(source)) => Some((source, (*late).clone())),
+                _ => None,
             }
         };
         let Some((first, whole)) = whole else {
@@ -326,6 +332,23 @@ impl<'a> Resolver<'a> {
         self.delays.len() - 1
     }
 
+    /// A late unknown where only what is or was an input can stand.
+    fn feeds_back(&self, symbol: Symbol, reader: &str, span: Span) -> Diagnostic {
+        let name = self.name(symbol);
+        let message =
+            format!("{reader} reads {name} as it was some time ago, which only outputs can");
+        let diagnostic = Diagnostic::new(Code::E407, span, message).help(
+            "states that feed back late are not part of the language yet; delay an input, or the \
+             output that is measured late",
+        );
+        match symbol {
+            Symbol::Unknown(i) | Symbol::Derivative(i) => {
+                diagnostic.label(self.model.unknowns[i as usize].declared.span, "declared here")
+            }
+            _ => diagnostic,
+        }
+    }
+
     /// What a symbol is called, in quotes.
     fn name(&self, symbol: Symbol) -> String {
         match symbol {
@@ -339,6 +362,7 @@ impl<'a> Resolver<'a> {
             | Symbol::Parameter(_)
             | Symbol::InputSlope(_)
             | Symbol::Sensitivity(_)
+            | Symbol::Discrete(_)
             | Symbol::Late(_) => unreachable!("only inputs and unknowns are named"),
         }
     }

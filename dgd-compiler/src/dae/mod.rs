@@ -1,14 +1,19 @@
-//! The system to be solved: M ẏ = f(t, y, u, p) with M = diag(1 or 0), square and of index 1.
+//! The system to be solved: M ẏ = f(t, y, u, p, z) with M(z) = diag(1 or 0), square and of index 1.
+//!
+//! z are the discrete numbers, which change at events only: the mode of each `modes` block, counted
+//! from 0, then one for each condition on time, 1 where it holds and 0 where it does not.
 
 mod assemble;
 mod delays;
 mod matching;
+mod modes;
 pub mod text;
+mod time_conditions;
 
 use std::collections::BTreeMap;
 
 use crate::expr::{ExprId, Graph};
-use crate::model::{Declared, Input, Parameter, Variant};
+use crate::model::{Crossing, Declared, Input, Parameter, Variant};
 use crate::source::Span;
 use crate::units::Unit;
 
@@ -18,7 +23,9 @@ pub use assemble::assemble;
 ///
 /// - as many rows as unknowns, row i of unknown i: ẏᵢ = fᵢ where it is differential, else 0 = fᵢ,
 /// - the algebraic rows determine the algebraic unknowns structurally: the index is 1 at most,
-/// - expressions are simplified and hold times, parameters, inputs and unknowns only,
+/// - both hold in every combination of modes, between which the rows choose by z,
+/// - expressions are simplified and hold times, parameters, inputs, unknowns and discrete numbers
+///   only; comparisons that parameters and time decide are discrete numbers,
 /// - nothing in them is delayed: what arrives late is an input behind the declared ones, and what
 ///   is read late is an output with a delay.
 ///
@@ -48,6 +55,47 @@ pub struct Dae {
     pub names: BTreeMap<ExprId, String>,
     /// What was chosen.
     pub variants: Vec<Variant>,
+    /// `modes` blocks; the mode of the k-th is the k-th discrete number.
+    pub automata: Vec<Automaton>,
+    /// Conditions on time; their discrete numbers follow those of the modes.
+    pub time_conditions: Vec<TimeCondition>,
+}
+
+/// A `modes` block: the equations are in the rows, what is left are its transitions.
+#[derive(Debug, Clone)]
+pub struct Automaton {
+    /// Its name.
+    pub name: String,
+    /// Names of its modes.
+    pub modes: Vec<String>,
+    /// The mode it starts in.
+    pub start: usize,
+    /// Which mode follows which, and when.
+    pub transitions: Vec<Transition>,
+}
+
+/// A transition between modes, when the event function passes zero.
+#[derive(Debug, Clone)]
+pub struct Transition {
+    /// Position of the mode that it leaves.
+    pub from: usize,
+    /// Position of the mode that it enters.
+    pub to: usize,
+    /// The event function.
+    pub event: ExprId,
+    /// In which direction it passes zero.
+    pub crossing: Crossing,
+    /// Unknowns that get a new value, and the values.
+    pub resets: Vec<(usize, ExprId)>,
+}
+
+/// A condition that switches once, at a time of parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TimeCondition {
+    /// When; minus infinity where it has always been as it is.
+    pub at: ExprId,
+    /// Its discrete number from then on; before, the other of 0 and 1.
+    pub after: ExprId,
 }
 
 /// How late something is.
@@ -92,17 +140,19 @@ pub struct Unknown {
     pub doc: Vec<String>,
     /// Size for tolerances, SI.
     pub nominal: Option<f64>,
-    /// Whether its row is ẏ = f; otherwise 0 = f.
+    /// Whether its row is ẏ = f in the modes it starts in; otherwise 0 = f.
     pub differential: bool,
+    /// Its number on the diagonal of M, 1 or 0, by the modes.
+    pub mass: ExprId,
     /// f.
     pub rhs: ExprId,
     /// Start value, a guess where it is algebraic.
     pub start: ExprId,
     /// Its start value is not estimated.
     pub fixed: bool,
-    /// Label of the equation that the row comes from.
+    /// Label of the equation that the row comes from; all of them where modes have others.
     pub equation: String,
-    /// Where that equation stands.
+    /// Where the equation of the modes it starts in stands.
     pub span: Span,
 }
 

@@ -170,7 +170,7 @@ Right:
     let inside = if 0 < x and x < 1 then 1 else 0
 "
 E110 "not part of the language yet" "
-The construct is planned, but this version does not read it: modes, events (`when`, `saturate`),
+The construct is planned, but this version does not read it: events (`when`, `saturate`),
 parts and arrays (`for`, `size`, indices).
 
 Wrong:
@@ -312,6 +312,32 @@ Right:
     effect larger_outlet on tank
     kind plant
     replace q_out by 2*q_out
+"
+E130 "declaration in a mode" "
+A mode holds the equations that hold while it lasts, and nothing else. States, unknowns, `let`s and
+outputs exist in every mode; declare them outside.
+
+Wrong:
+
+    state h [m] = 1
+    modes tank {
+      draining {
+        parameter rate [m/s] = 0.1
+        equation level: der(h) = -rate
+      }
+      empty { equation level: h = 0 [m] }
+      draining -> empty when h falls below 0 [m]
+    }
+
+Right:
+
+    state h [m] = 1
+    parameter rate [m/s] = 0.1
+    modes tank {
+      draining { equation level: der(h) = -rate }
+      empty    { equation level: h = 0 [m] }
+      draining -> empty when h falls below 0 [m]
+    }
 "
 E201 "unknown name" "
 The name is not declared in the model, in what it imports, or in the variant's chosen branch. Names
@@ -529,6 +555,28 @@ Right:
     parameter transport_time [s] = 40
     let late = delay(flow, transport_time)
 "
+E216 "unknown mode" "
+A transition leads from a mode of its `modes` block to another or to the same, and `start` names one
+of them.
+
+Wrong:
+
+    state h [m] = 1
+    modes tank {
+      draining { equation level: der(h) = -0.1 [m/s] }
+      empty    { equation level: h = 0 [m] }
+      draining -> emtpy when h falls below 0 [m]
+    }
+
+Right:
+
+    state h [m] = 1
+    modes tank {
+      draining { equation level: der(h) = -0.1 [m/s] }
+      empty    { equation level: h = 0 [m] }
+      draining -> empty when h falls below 0 [m]
+    }
+"
 E301 "units that cannot be added or compared" "
 Terms of a sum, sides of a comparison, and branches of an `if` must measure the same kind of quantity.
 Their scales may differ: bar and psi can be added. Zero goes with every unit.
@@ -737,6 +785,23 @@ Right:
     equation balance: der(level) = -0.1 [1/s] * level
     output level_now [m] = level
     output level_late [m] = delay(level, 3 [s])
+"
+E409 "too many combinations of modes" "
+Every combination of the modes of all `modes` blocks is a system of its own, and all of them are
+checked. Eleven blocks of two modes each have 2048 combinations, more than the 1024 that are allowed.
+Modes that change together belong into one block.
+
+Wrong:
+
+    modes pump_1  { off { equation flow_1: q_1 = 0 }  on { equation flow_1: q_1 = q_max } }
+    modes pump_2  { off { equation flow_2: q_2 = 0 }  on { equation flow_2: q_2 = q_max } }
+    # … and so on, up to pump_11
+
+Right:
+
+    input on_1
+    equation flow_1: q_1 = if on_1 > 0.5 then q_max else 0
+    # … and so on, up to on_11
 "
 E501 "value outside its bounds" "
 The value of a parameter does not lie within the bounds behind `in`.

@@ -245,7 +245,8 @@ impl Splicing {
                         | Place::Let(_)
                         | Place::Output(_)
                         | Place::Left(_)
-                        | Place::Right(_) => Vec::new(),
+                        | Place::Right(_)
+                        | Place::Transition => Vec::new(),
                     };
                     n_uses += splice.replace(expr, &hidden, &mut self.done, diagnostics);
                 });
@@ -386,6 +387,11 @@ fn equations_mut(
                     path.push((name.text.clone(), i));
                     equations_mut(&mut choice.items, path, visit);
                     path.pop();
+                }
+            }
+            ItemKind::Modes { modes, .. } => {
+                for mode in modes {
+                    equations_mut(&mut mode.items, path, visit);
                 }
             }
             ItemKind::Import { .. }

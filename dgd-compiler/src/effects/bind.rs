@@ -49,7 +49,14 @@ fn candidates<'a>(slot: &Slot, model: &'a Model) -> Vec<&'a str> {
             all.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
         }
         SlotKind::Equation => {
-            model.equations.iter().map(|e| (e.label.as_str(), e.dimension)).collect()
+            let mut all: Vec<(&str, Dimension)> = Vec::new();
+            for equation in model.all_equations() {
+                // A change of an equation reaches those of its label in all modes.
+                if all.iter().all(|(label, _)| *label != equation.label) {
+                    all.push((&equation.label, equation.dimension));
+                }
+            }
+            all
         }
     };
     // That the unit can be read has been seen to when the effect was.

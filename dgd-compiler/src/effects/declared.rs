@@ -53,6 +53,7 @@ impl Declarations {
                         (Namespace::Equation, label, None, Some(SlotKind::Equation))
                     }
                     ItemKind::Variant { name, .. } => (Namespace::Variant, name, None, None),
+                    ItemKind::Modes { name, .. } => (Namespace::Modes, name, None, None),
                 };
                 let declared = Declared { span: name.span, kind, unit };
                 all.names.entry((namespace, name.text.clone())).or_insert(declared);
@@ -87,7 +88,7 @@ impl Declarations {
         let own = self.get(namespace, name)?.unit.as_ref();
         own.or_else(|| match namespace {
             Namespace::Output => self.get(Namespace::Value, name)?.unit.as_ref(),
-            Namespace::Value | Namespace::Equation | Namespace::Variant => None,
+            Namespace::Value | Namespace::Equation | Namespace::Variant | Namespace::Modes => None,
         })
     }
 }

@@ -82,6 +82,7 @@ impl Names {
     fn rename_item(&self, item: &mut Item) {
         visit::parts_mut(item, &mut |part| match part {
             Part::Declares(namespace, name) => self.rename(namespace, name),
+            Part::Resets(name) => self.rename(Namespace::Value, name),
             Part::Unit(_) => {}
             Part::Expr(Place::Body(_, arguments), expr) => {
                 let hidden: Vec<&str> = arguments.iter().map(|a| a.name.text.as_str()).collect();

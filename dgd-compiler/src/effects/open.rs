@@ -56,7 +56,8 @@ impl Definitions {
                 | ItemKind::Input { .. }
                 | ItemKind::Unknown { .. }
                 | ItemKind::Output { .. }
-                | ItemKind::Equation { .. } => continue,
+                | ItemKind::Equation { .. }
+                | ItemKind::Modes { .. } => continue,
             };
             let definition = Definition {
                 path: path.clone(),

@@ -169,6 +169,89 @@ fn outputs_and_equations_change() {
     );
 }
 
+const POND: &str = "\
+/// A pond.   # weighed
+model pond
+
+input q_in [m^2/s]        # for each metre of shore
+parameter k [m/s] = 0.1
+parameter crest [m] = 2
+state h [m] = 1
+modes bank {
+  filling { equation balance: 1 [m] * der(h) = q_in - k*h }
+  full { equation standing: h = crest }
+  filling -> full when h rises above crest { reset h = crest }
+}
+output h [m]
+";
+
+/// Lines of the pond that an effect changes, once it is sound and can be read again.
+fn changed_pond(text: &str, arguments: &[&str]) -> Vec<String> {
+    let mut run = Run::new(POND);
+    let applied = run
+        .apply(&[(text, arguments)], Blending::Applied)
+        .unwrap_or_else(|| panic!("{}", run.shown()));
+    run.resolve(&applied.asts).unwrap_or_else(|| panic!("{}", run.shown()));
+    let text = write(&run.model, &applied.asts[0], &applied.brought, &run.sources);
+    let mut sources = Sources::default();
+    let id = sources.add(Source { name: "written".into(), text: text.clone() });
+    let again = parse(id, &sources, &mut Diagnostics::default()).expect("what is written is sound");
+    assert_eq!(without_places(&again), without_places(&applied.asts[0]));
+    let before = write(&run.model, &run.model, &[], &run.sources);
+    let is_new = |line: &&str| !line.is_empty() && !before.lines().any(|old| old == *line);
+    text.lines().filter(is_new).map(|line| line.trim().to_owned()).collect()
+}
+
+#[test]
+fn equations_transitions_and_resets_of_modes_change() {
+    let plant = |rest: &str| changed_pond(&format!("effect e on pond\nkind plant\n{rest}\n"), &[]);
+    assert_eq!(
+        plant("replace crest by 2*crest"),
+        [
+            "full    { equation standing: h = 2*crest }",
+            "filling -> full when h rises above 2*crest { reset h = 2*crest }",
+        ]
+    );
+    assert_eq!(
+        plant("replace k in balance by 2*k\nadd -0.1 [m] to standing"),
+        [
+            "filling { equation balance: 1 [m] * der(h) = q_in - 2*k*h }",
+            "full    { equation standing: h = crest - 0.1 [m] }",
+        ]
+    );
+}
+
+#[test]
+fn modes_that_a_template_brings_have_its_names() {
+    let sticking = "effect sticking(y: output)\nkind sensor\nparameter band [unit(y)] = 0.1\n\
+        state seen [unit(y)] = 1\n\
+        modes gauge {\n  free { equation gauge: 1 [s]*der(seen) = y - seen }\n\
+        stuck { equation gauge: der(seen) = 0 }\n\
+        free -> stuck when y - seen falls below band\n\
+        stuck -> free when y - seen rises above 2*band { reset seen = y - band }\n}\n\
+        replace output y by seen\n";
+    assert_eq!(
+        changed_pond(sticking, &["h"]),
+        [
+            "output h [m] = seen_h",
+            "# sticking(h)",
+            "parameter band_h [m] = 0.1",
+            "state seen_h [m] = 1",
+            "modes gauge_h {",
+            "free {",
+            "equation gauge_h: 1 [s]*der(seen_h) = h - seen_h",
+            "}",
+            "stuck {",
+            "equation gauge_h: der(seen_h) = 0",
+            "}",
+            "free -> stuck when h - seen_h falls below band_h",
+            "stuck -> free when h - seen_h rises above 2*band_h {",
+            "reset seen_h = h - band_h",
+            "}",
+        ]
+    );
+}
+
 #[test]
 fn sensors_see_what_was_read_before_and_inputs_reach_everything() {
     let lag = "effect lag on tank\nkind plant\nstate q_lag [m^3/s] = q_in\nequation lag: 5 [s]*der(q_lag) = q_in - q_lag\nreplace q_in by q_lag\n";

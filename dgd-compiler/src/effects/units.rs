@@ -11,7 +11,7 @@ use crate::units::{describe, parse_unit};
 /// Visits every unit of an item, those of its numbers included.
 pub(super) fn each_of_item(item: &mut Item, visit: &mut dyn FnMut(&mut Unit)) {
     visit::parts_mut(item, &mut |part| match part {
-        Part::Declares(..) => {}
+        Part::Declares(..) | Part::Resets(_) => {}
         Part::Unit(unit) => unit.iter_mut().for_each(&mut *visit),
         Part::Expr(_, expr) => each_of_expression(expr, visit),
     });

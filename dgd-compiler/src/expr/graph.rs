@@ -41,6 +41,9 @@ pub enum Symbol {
     Sensitivity(u32),
     /// Something read late, by its position in the list of such; only inside `assemble`.
     Late(u32),
+    /// A number that changes at events only: the mode of a `modes` block, or whether a condition on
+    /// time holds, 1 or 0. There is none before `assemble`.
+    Discrete(u32),
 }
 
 /// One operation on earlier expressions.

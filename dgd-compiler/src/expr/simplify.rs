@@ -304,6 +304,23 @@ impl Graph {
         built[&root]
     }
 
+    /// The roots with some expressions in them replaced, simplified on the way.
+    pub fn replace(
+        &mut self,
+        roots: impl IntoIterator<Item = ExprId>,
+        replacement: &HashMap<ExprId, ExprId>,
+    ) -> HashMap<ExprId, ExprId> {
+        let mut built: HashMap<ExprId, ExprId> = HashMap::new();
+        for (id, node) in self.listed(roots) {
+            let here = match replacement.get(&id) {
+                Some(other) => *other,
+                None => self.simplified(node.map(|operand| built[&operand])),
+            };
+            built.insert(id, here);
+        }
+        built
+    }
+
     /// What the roots are made of, operands first, with the nodes.
     pub fn listed(&self, roots: impl IntoIterator<Item = ExprId>) -> Vec<(ExprId, Node)> {
         self.reachable(roots).into_iter().map(|id| (id, self.node(id))).collect()

@@ -111,6 +111,7 @@ impl<'a> Scope<'a> {
             scope.names.insert(name, entry);
         }
         let mut labels: BTreeMap<&str, Span> = BTreeMap::new();
+        let mut automata: BTreeMap<&str, Span> = BTreeMap::new();
         let mut counts = [0u32; 4];
         let mut next = |kind: usize| {
             counts[kind] += 1;
@@ -147,6 +148,21 @@ impl<'a> Scope<'a> {
                 }
                 ItemKind::Equation { label, .. } => {
                     unique(&mut labels, label, "equation", diagnostics);
+                    continue;
+                }
+                ItemKind::Modes { name, modes, .. } => {
+                    unique(&mut automata, name, "`modes` block", diagnostics);
+                    // Modes exclude each other: labels may come again in the next.
+                    let common = labels.clone();
+                    for mode in modes {
+                        let mut own = common.clone();
+                        for item in &mode.items {
+                            if let ItemKind::Equation { label, .. } = &item.kind {
+                                unique(&mut own, label, "equation", diagnostics);
+                            }
+                        }
+                        labels.extend(own);
+                    }
                     continue;
                 }
                 ItemKind::Import { .. } | ItemKind::Variant { .. } => continue,

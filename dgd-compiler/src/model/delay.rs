@@ -44,6 +44,7 @@ impl<'a> Lowering<'a> {
             | Symbol::Parameter(_)
             | Symbol::InputSlope(_)
             | Symbol::Sensitivity(_)
+            | Symbol::Discrete(_)
             | Symbol::Late(_) => None,
         };
         if let Some(culprit) = self.graph.symbols(tau.id).iter().find_map(varies) {

@@ -7,17 +7,43 @@
 
 use super::Model;
 use crate::expr::display::number;
-use crate::syntax::ast::{Argument, Ast, Comparison, Expr, ExprKind, Factor, Item, ItemKind, Sign};
+use crate::syntax::ast::{
+    self, Argument, Ast, Comparison, Crossing, Expr, ExprKind, Factor, Item, ItemKind, Sign,
+};
 
-/// A definition, an equation or an output on a line of its own.
+/// What stands on a line of its own.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Line {
-    /// Left of the equals sign.
+pub enum Line {
+    /// A definition, an equation or an output.
+    Equation {
+        /// Left of the equals sign.
+        left: Formula,
+        /// Right of it.
+        right: Formula,
+        /// The label of an equation.
+        label: Option<String>,
+    },
+    /// The name of a mode, whose equations follow.
+    Mode(String),
+    /// From one mode to another.
+    Transition(Transition),
+}
+
+/// A transition between modes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Transition {
+    /// The mode that it leaves.
+    pub from: String,
+    /// The mode that it enters.
+    pub to: String,
+    /// What is watched.
     pub left: Formula,
-    /// Right of it.
+    /// In which direction it passes `right`.
+    pub crossing: Crossing,
+    /// What it is compared with.
     pub right: Formula,
-    /// The label of an equation.
-    pub label: Option<String>,
+    /// Unknowns that get a new value, and the values.
+    pub resets: Vec<(Formula, Formula)>,
 }
 
 /// A piece of mathematics.
@@ -129,7 +155,7 @@ fn collect(items: &[Item], model: &Model, lines: &mut Vec<Line>) {
             ItemKind::Let { name, value, .. }
             | ItemKind::Output { name, value: Some(value), .. } => {
                 let (left, right) = (Formula::Symbol(Symbol::of(&name.text)), expression(value));
-                lines.push(Line { left, right, label: None });
+                lines.push(Line::Equation { left, right, label: None });
             }
             ItemKind::Function { name, arguments, body } => {
                 let arguments = arguments
@@ -140,17 +166,25 @@ fn collect(items: &[Item], model: &Model, lines: &mut Vec<Line>) {
                     Formula::Symbol(Symbol::of(&name.text)),
                     Formula::Fenced(Fence::Arguments, Box::new(arguments)),
                 ]);
-                lines.push(Line { left, right: expression(body), label: None });
+                lines.push(Line::Equation { left, right: expression(body), label: None });
             }
             ItemKind::Equation { label, left, right } => {
                 let (left, right) = (expression(left), expression(right));
-                lines.push(Line { left, right, label: Some(label.text.clone()) });
+                let label = Some(label.text.clone());
+                lines.push(Line::Equation { left, right, label });
             }
             ItemKind::Variant { name, choices } => {
                 let chosen = model.variants.iter().find(|v| v.name == name.text);
                 if let Some(choice) = chosen.and_then(|v| choices.get(v.chosen)) {
                     collect(&choice.items, model, lines);
                 }
+            }
+            ItemKind::Modes { modes, transitions, .. } => {
+                for mode in modes {
+                    lines.push(Line::Mode(mode.name.text.clone()));
+                    collect(&mode.items, model, lines);
+                }
+                lines.extend(transitions.iter().map(transition));
             }
             ItemKind::Import { .. }
             | ItemKind::Constant { .. }
@@ -160,6 +194,20 @@ fn collect(items: &[Item], model: &Model, lines: &mut Vec<Line>) {
             | ItemKind::Output { .. } => {}
         }
     }
+}
+
+fn transition(transition: &ast::Transition) -> Line {
+    let resets = transition.resets.iter();
+    Line::Transition(Transition {
+        from: transition.from.text.clone(),
+        to: transition.to.text.clone(),
+        left: expression(&transition.left),
+        crossing: transition.crossing,
+        right: expression(&transition.right),
+        resets: resets
+            .map(|reset| (Formula::Symbol(Symbol::of(&reset.name.text)), expression(&reset.value)))
+            .collect(),
+    })
 }
 
 impl Symbol {

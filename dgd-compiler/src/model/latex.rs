@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::Model;
-use super::formula::{self, Fence, Formula, GREEK, Line, Operator, Symbol};
-use crate::syntax::ast::Ast;
+use super::formula::{self, Fence, Formula, GREEK, Line, Operator, Symbol, Transition};
+use crate::syntax::ast::{Ast, Crossing};
 
 /// Writes the model's equations, ready for a document that uses `amsmath`.
 pub fn write(asts: &[Ast], model: &Model) -> String {
@@ -17,12 +17,40 @@ pub fn write(asts: &[Ast], model: &Model) -> String {
     text
 }
 
-fn line(Line { left, right, label }: &Line) -> String {
-    let mut text = format!("{} &= {}", formula(left), formula(right));
-    if let Some(label) = label {
-        let _ = write!(text, " \\tag{{{}}}", label.replace('_', "\\_"));
+fn line(line: &Line) -> String {
+    match line {
+        Line::Equation { left, right, label } => {
+            let mut text = format!("{} &= {}", formula(left), formula(right));
+            if let Some(label) = label {
+                let _ = write!(text, " \\tag{{{}}}", escaped(label));
+            }
+            text
+        }
+        Line::Mode(name) => format!("&\\text{{{}:}}", escaped(name)),
+        Line::Transition(line) => transition(line),
+    }
+}
+
+fn transition(Transition { from, to, left, crossing, right, resets }: &Transition) -> String {
+    let crosses = match crossing {
+        Crossing::Rises => "rises above",
+        Crossing::Falls => "falls below",
+    };
+    let mut text = format!(
+        "&\\text{{{}}} \\to \\text{{{}}} \\text{{ when }} {} \\text{{ {crosses} }} {}",
+        escaped(from),
+        escaped(to),
+        formula(left),
+        formula(right)
+    );
+    for (unknown, value) in resets {
+        let _ = write!(text, ", {} := {}", formula(unknown), formula(value));
     }
     text
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('_', "\\_")
 }
 
 fn formula(formula: &Formula) -> String {

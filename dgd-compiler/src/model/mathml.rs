@@ -4,18 +4,49 @@
 
 use std::fmt::Write;
 
-use super::formula::{Cases, Fence, Formula, GREEK, Line, Operator, Symbol};
+use super::formula::{Cases, Fence, Formula, GREEK, Line, Operator, Symbol, Transition};
+use crate::syntax::ast::Crossing;
 
 /// One line as a `<math>` element; its label is left to the caller.
-pub fn write(Line { left, right, label: _ }: &Line) -> String {
+pub fn write(line: &Line) -> String {
     // Fractions at full size, though the element may stand in a line.
     let mut text = "<math displaystyle=\"true\">".to_owned();
     // Writing to a string cannot fail.
-    let _ = write_formula(&mut text, left);
-    text.push_str("<mo>=</mo>");
-    let _ = write_formula(&mut text, right);
+    let _ = match line {
+        Line::Equation { left, right, label: _ } => write_equality(&mut text, left, "=", right),
+        Line::Mode(name) => write!(text, "<mtext>{}:</mtext>", escaped(name)),
+        Line::Transition(transition) => write_transition(&mut text, transition),
+    };
     text.push_str("</math>");
     text
+}
+
+fn write_equality(
+    text: &mut String,
+    left: &Formula,
+    sign: &str,
+    right: &Formula,
+) -> std::fmt::Result {
+    write_formula(text, left)?;
+    write!(text, "<mo>{sign}</mo>")?;
+    write_formula(text, right)
+}
+
+fn write_transition(text: &mut String, transition: &Transition) -> std::fmt::Result {
+    let Transition { from, to, left, crossing, right, resets } = transition;
+    let (from, to) = (escaped(from), escaped(to));
+    write!(text, "<mtext>{from}</mtext><mo>→</mo><mtext>{to} when </mtext>")?;
+    write_formula(text, left)?;
+    text.push_str(match crossing {
+        Crossing::Rises => "<mtext> rises above </mtext>",
+        Crossing::Falls => "<mtext> falls below </mtext>",
+    });
+    write_formula(text, right)?;
+    for (unknown, value) in resets {
+        text.push_str("<mo>,</mo>");
+        write_equality(text, unknown, ":=", value)?;
+    }
+    Ok(())
 }
 
 fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
@@ -187,6 +218,21 @@ mod tests {
         );
     }
 
+    const MODES: &str = "model m\nstate h [m]\nmodes tank {\n\
+        up_1 { equation e: der(h) = 1 [m/s] }\ndown { equation e: der(h) = -1 [m/s] }\n\
+        up_1 -> down when h rises above 2 [m] { reset h = 1 [m] }\n}\n";
+
+    #[test]
+    fn modes_and_transitions_are_lines() {
+        let lines = typeset(MODES);
+        assert_eq!(lines.len(), 5);
+        assert_eq!(lines[0], "<math displaystyle=\"true\"><mtext>up_1:</mtext></math>");
+        let crossing = "<mtext>up_1</mtext><mo>→</mo><mtext>down when </mtext><mi>h</mi>\
+                        <mtext> rises above </mtext>";
+        assert!(lines[4].contains(crossing), "{}", lines[4]);
+        assert!(lines[4].contains("<mo>,</mo><mi>h</mi><mo>:=</mo>"), "{}", lines[4]);
+    }
+
     #[test]
     fn every_element_is_closed_and_has_the_parts_it_needs() {
         let lines = typeset(
@@ -195,7 +241,7 @@ mod tests {
              state x_r [1]\nequation e: der(x_r)*(1 [s])/2 = level_in_2\n",
         );
         assert_eq!(lines.len(), 3);
-        for line in lines {
+        for line in lines.into_iter().chain(typeset(MODES)) {
             // Names of open elements, each with the number of its parts so far.
             let mut open: Vec<(&str, usize)> = Vec::new();
             for tag in line.split('<').skip(1) {

@@ -9,6 +9,7 @@ pub mod formula;
 mod item;
 pub mod latex;
 pub mod mathml;
+mod modes;
 mod resolve;
 pub mod text;
 
@@ -17,6 +18,8 @@ use std::collections::BTreeMap;
 use crate::expr::{ExprId, Graph};
 use crate::source::Span;
 use crate::units::{Dimension, Unit};
+
+pub use crate::syntax::ast::Crossing;
 
 pub use resolve::{ModelOptions, Setting, resolve};
 
@@ -46,8 +49,10 @@ pub struct Model {
     pub lets: Vec<Let>,
     /// `output`s.
     pub outputs: Vec<Output>,
-    /// `equation`s.
+    /// `equation`s that hold in every mode.
     pub equations: Vec<Equation>,
+    /// `modes`.
+    pub automata: Vec<Automaton>,
     /// `variant`s and what was chosen.
     pub variants: Vec<Variant>,
 }
@@ -167,6 +172,62 @@ pub struct Equation {
     pub dimension: Dimension,
 }
 
+/// A `modes` block: equations that follow one another.
+#[derive(Debug, Clone)]
+pub struct Automaton {
+    /// Its name.
+    pub name: String,
+    /// Doc comment.
+    pub doc: Vec<String>,
+    /// Modes, in the order written.
+    pub modes: Vec<Mode>,
+    /// The mode it starts in.
+    pub start: usize,
+    /// Which mode follows which, and when.
+    pub transitions: Vec<Transition>,
+}
+
+/// A mode of an [`Automaton`].
+#[derive(Debug, Clone)]
+pub struct Mode {
+    /// Its name.
+    pub name: String,
+    /// Doc comment.
+    pub doc: Vec<String>,
+    /// What holds while it lasts, besides the equations of the model.
+    pub equations: Vec<Equation>,
+}
+
+/// A transition between modes, when `left` passes `right`.
+#[derive(Debug, Clone)]
+pub struct Transition {
+    /// Its place.
+    pub span: Span,
+    /// Position of the mode that it leaves.
+    pub from: usize,
+    /// Position of the mode that it enters.
+    pub to: usize,
+    /// What is watched.
+    pub left: ExprId,
+    /// In which direction it passes `right`.
+    pub crossing: Crossing,
+    /// What it is compared with.
+    pub right: ExprId,
+    /// New values that go with it.
+    pub resets: Vec<Reset>,
+}
+
+/// A new value that goes with a transition.
+#[derive(Debug, Clone)]
+pub struct Reset {
+    /// Its place.
+    pub span: Span,
+    /// Position of the unknown.
+    pub unknown: u32,
+    /// Its new value.
+    pub value: ExprId,
+}
+
 /// A `variant` and the choice that was made.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Variant {
@@ -179,6 +240,12 @@ pub struct Variant {
 }
 
 impl Model {
+    /// All equations: those that always hold, then those of the modes, block by block.
+    pub fn all_equations(&self) -> impl Iterator<Item = &Equation> {
+        let modes = self.automata.iter().flat_map(|automaton| &automaton.modes);
+        self.equations.iter().chain(modes.flat_map(|mode| &mode.equations))
+    }
+
     /// Names that the model gives to expressions: its `let`s.
     pub fn let_names(&self) -> BTreeMap<ExprId, String> {
         self.lets.iter().map(|l| (l.value, l.name.clone())).collect()

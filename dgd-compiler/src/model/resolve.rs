@@ -216,6 +216,11 @@ impl<'a> Resolver<'a> {
                 let equation = self.equation(item, label, (left, right), diagnostics)?;
                 self.model.equations.push(equation);
             }
+            ItemKind::Modes { name, modes, transitions, start } => {
+                let parts = (modes.as_slice(), transitions.as_slice(), start.as_ref());
+                let automaton = self.automaton(item, name, parts, diagnostics)?;
+                self.model.automata.push(automaton);
+            }
             ItemKind::Constant { .. }
             | ItemKind::Let { .. }
             | ItemKind::Function { .. }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Declared, Interpolation, Model};
+use super::{Crossing, Declared, Equation, Interpolation, Model};
 use crate::expr::Symbol;
 use crate::expr::display::{listing, number};
 use crate::units::describe;
@@ -67,16 +67,48 @@ pub fn write(model: &Model) -> String {
         let kind = if unknown.state { "state" } else { "unknown" };
         shown("  ", format!("{kind} {}", head(&unknown.declared)), unknown.start);
     }
-    for equation in &model.equations {
-        let (longer, left) = show(equation.left);
-        for (name, value) in longer {
-            let _ = writeln!(text, "    {name} = {value}");
+    let equation = |text: &mut String, indent: &str, equation: &Equation| {
+        let ((longer_left, left), (longer_right, right)) =
+            (show(equation.left), show(equation.right));
+        for (name, value) in longer_left.into_iter().chain(longer_right) {
+            let _ = writeln!(text, "{indent}  {name} = {value}");
         }
-        let (longer, right) = show(equation.right);
-        for (name, value) in longer {
-            let _ = writeln!(text, "    {name} = {value}");
+        let _ = writeln!(text, "{indent}equation {}: {left} = {right}", equation.label);
+    };
+    for common in &model.equations {
+        equation(&mut text, "  ", common);
+    }
+    for automaton in &model.automata {
+        let start = &automaton.modes[automaton.start].name;
+        let _ = writeln!(text, "  modes {}, starts in {start}", automaton.name);
+        for mode in &automaton.modes {
+            let _ = writeln!(text, "    {}", mode.name);
+            for own in &mode.equations {
+                equation(&mut text, "      ", own);
+            }
         }
-        let _ = writeln!(text, "  equation {}: {left} = {right}", equation.label);
+        for transition in &automaton.transitions {
+            let [from, to] =
+                [transition.from, transition.to].map(|mode| &automaton.modes[mode].name);
+            let crosses = match transition.crossing {
+                Crossing::Rises => "rises above",
+                Crossing::Falls => "falls below",
+            };
+            let ((longer_left, left), (longer_right, right)) =
+                (show(transition.left), show(transition.right));
+            for (name, value) in longer_left.into_iter().chain(longer_right) {
+                let _ = writeln!(text, "      {name} = {value}");
+            }
+            let _ = writeln!(text, "    {from} -> {to} when {left} {crosses} {right}");
+            for reset in &transition.resets {
+                let (longer, value) = show(reset.value);
+                for (name, value) in longer {
+                    let _ = writeln!(text, "        {name} = {value}");
+                }
+                let name = &model.unknowns[reset.unknown as usize].declared.name;
+                let _ = writeln!(text, "      reset {name} = {value}");
+            }
+        }
     }
     for output in &model.outputs {
         let (longer, value) = show(output.value);
@@ -104,8 +136,8 @@ fn symbol_name(model: &Model, symbol: Symbol) -> String {
         Symbol::Input(i) => model.inputs[i as usize].declared.name.clone(),
         Symbol::Unknown(i) => unknown(i),
         Symbol::Derivative(i) => format!("der({})", unknown(i)),
-        Symbol::InputSlope(_) | Symbol::Sensitivity(_) | Symbol::Late(_) => {
-            unreachable!("only later stages read slopes, sensitivities and late values")
+        Symbol::InputSlope(_) | Symbol::Sensitivity(_) | Symbol::Discrete(_) | Symbol::Late(_) => {
+            unreachable!("only later stages read slopes, sensitivities, modes and late values")
         }
     }
 }

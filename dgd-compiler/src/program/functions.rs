@@ -31,6 +31,20 @@ pub enum FunctionKind {
     Delays,
     /// ∂τ/∂θ.
     DelaySensitivities,
+    /// Diagonal of M by the modes.
+    Mass,
+    /// When conditions on time switch, and to what.
+    ConditionTimes,
+    /// ∂/∂θ of those times.
+    ConditionTimeSensitivities,
+    /// e, the event functions.
+    EventFunctions,
+    /// de/dθ, ∂e/∂y, ∂e/∂t + ∂e/∂u u̇.
+    EventSensitivities,
+    /// r, the values of resets.
+    Resets,
+    /// dr/dθ, ∂r/∂y, ∂r/∂t + ∂r/∂u u̇.
+    ResetSensitivities,
 }
 
 /// An array that a function reads.
@@ -46,6 +60,8 @@ pub enum Argument {
     Udot,
     /// Sensitivities S, column by column.
     S,
+    /// Discrete numbers z.
+    Z,
 }
 
 /// An array that a function writes.
@@ -89,6 +105,30 @@ pub enum ResultKind {
     Tau,
     /// ∂τ/∂θ, delays × n_s.
     Dtau,
+    /// Diagonal of M, n; nothing without modes.
+    Mass,
+    /// Times at which conditions on time switch, n_c.
+    ConditionTimes,
+    /// Their discrete numbers from then on, n_c.
+    ConditionAfter,
+    /// ∂/∂θ of the times, n_c × n_s.
+    ConditionTimeSensitivities,
+    /// e, n_e.
+    Events,
+    /// de/dθ = ∂e/∂y S + ∂e/∂θ, n_e × n_s.
+    EventSensitivities,
+    /// Non-zeros of ∂e/∂y.
+    EventJacobian,
+    /// ∂e/∂t + ∂e/∂u u̇, n_e.
+    EventSlopes,
+    /// r, n_r.
+    Resets,
+    /// dr/dθ = ∂r/∂y S + ∂r/∂θ, n_r × n_s.
+    ResetSensitivities,
+    /// Non-zeros of ∂r/∂y.
+    ResetJacobian,
+    /// ∂r/∂t + ∂r/∂u u̇, n_r.
+    ResetSlopes,
 }
 
 /// A row of [`FUNCTIONS`].
@@ -98,7 +138,7 @@ pub struct FunctionSpec {
     pub kind: FunctionKind,
     /// The method of `System` that it becomes.
     pub name: &'static str,
-    /// Arrays it takes besides t, y, u, p, in the order of the method's arguments.
+    /// Arrays it takes besides t, y, u, p, z, in the order of the method's arguments.
     pub extra: &'static [Argument],
     /// Arrays it writes, in the order of the method's arguments.
     pub results: &'static [ResultKind],
@@ -138,6 +178,28 @@ pub static FUNCTIONS: &[FunctionSpec] = {
         row(K::StartSensitivities, "start_sensitivities", &[], &[R::S0]),
         row(K::Delays, "delays", &[], &[R::Tau]),
         row(K::DelaySensitivities, "delay_sensitivities", &[], &[R::Dtau]),
+        row(K::Mass, "mass", &[], &[R::Mass]),
+        row(K::ConditionTimes, "condition_times", &[], &[R::ConditionTimes, R::ConditionAfter]),
+        row(
+            K::ConditionTimeSensitivities,
+            "condition_time_sensitivities",
+            &[],
+            &[R::ConditionTimeSensitivities],
+        ),
+        row(K::EventFunctions, "event_functions", &[], &[R::Events]),
+        row(
+            K::EventSensitivities,
+            "event_sensitivities",
+            &[Udot, S],
+            &[R::EventSensitivities, R::EventJacobian, R::EventSlopes],
+        ),
+        row(K::Resets, "resets", &[], &[R::Resets]),
+        row(
+            K::ResetSensitivities,
+            "reset_sensitivities",
+            &[Udot, S],
+            &[R::ResetSensitivities, R::ResetJacobian, R::ResetSlopes],
+        ),
     ]
 };
 
@@ -145,6 +207,13 @@ impl FunctionKind {
     /// Its row of the table.
     pub fn spec(self) -> &'static FunctionSpec {
         &FUNCTIONS[self as usize]
+    }
+}
+
+impl ResultKind {
+    /// Whether it is a matrix that only models with modes have.
+    pub fn is_of_modes(self) -> bool {
+        matches!(self, ResultKind::EventJacobian | ResultKind::ResetJacobian)
     }
 }
 

@@ -3,8 +3,11 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::functions::{Argument, FUNCTIONS, FunctionKind, ResultKind};
-use super::{Direction, Function, Operation, Output, Pattern, Program, Unknown, ValueId};
-use crate::dae::Dae;
+use super::{
+    Automaton, Direction, Function, Operation, Output, Pattern, Program, Transition, Unknown,
+    ValueId,
+};
+use crate::dae::{self, Dae};
 use crate::expr::{ExprId, Graph, Node, Symbol};
 
 /// Makes a program of a system, with sensitivities to these directions.
@@ -39,6 +42,7 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
                 doc: unknown.doc.clone(),
                 nominal: unknown.nominal,
                 differential: unknown.differential,
+                by_mode: dae.graph.value(unknown.mass).is_none(),
                 equation: unknown.equation.clone(),
                 span: unknown.span,
             })
@@ -59,8 +63,25 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
             })
             .collect(),
         directions: directions.to_vec(),
+        automata: dae.automata.iter().map(automaton).collect(),
+        n_time_conditions: dae.time_conditions.len(),
         patterns: derivation.patterns,
         functions,
+    }
+}
+
+fn automaton(automaton: &dae::Automaton) -> Automaton {
+    let transition = |transition: &dae::Transition| Transition {
+        from: transition.from,
+        to: transition.to,
+        crossing: transition.crossing,
+        resets: transition.resets.iter().map(|(unknown, _)| *unknown).collect(),
+    };
+    Automaton {
+        name: automaton.name.clone(),
+        modes: automaton.modes.clone(),
+        start: automaton.start,
+        transitions: automaton.transitions.iter().map(transition).collect(),
     }
 }
 
@@ -96,6 +117,20 @@ impl<'a> Derivation<'a> {
 
     fn w(&self) -> Vec<ExprId> {
         self.dae.outputs.iter().map(|output| output.value).collect()
+    }
+
+    /// e, transition by transition.
+    fn events(&self) -> Vec<ExprId> {
+        self.transitions().map(|transition| transition.event).collect()
+    }
+
+    /// r, transition by transition.
+    fn resets(&self) -> Vec<ExprId> {
+        self.transitions().flat_map(|t| t.resets.iter().map(|(_, value)| *value)).collect()
+    }
+
+    fn transitions(&self) -> impl Iterator<Item = &'a dae::Transition> {
+        self.dae.automata.iter().flat_map(|automaton| &automaton.transitions)
     }
 
     /// The numbers of a result, which several functions may give.
@@ -143,6 +178,28 @@ impl<'a> Derivation<'a> {
             ResultKind::Dtau => {
                 let tau = self.tau();
                 self.along_directions(&tau)
+            }
+            ResultKind::Mass if self.dae.automata.is_empty() => Vec::new(),
+            ResultKind::Mass => self.dae.unknowns.iter().map(|unknown| unknown.mass).collect(),
+            ResultKind::ConditionTimes => self.dae.time_conditions.iter().map(|c| c.at).collect(),
+            ResultKind::ConditionAfter => {
+                self.dae.time_conditions.iter().map(|condition| condition.after).collect()
+            }
+            ResultKind::ConditionTimeSensitivities => {
+                let times = self.result(ResultKind::ConditionTimes);
+                self.dense(&times, self.directions.len(), direction(self.directions))
+            }
+            ResultKind::Events => self.events(),
+            ResultKind::EventSensitivities => self.sensitivities_of(&self.events()),
+            ResultKind::EventJacobian => self.sparse(result, &self.events(), unknown),
+            ResultKind::EventSlopes => {
+                self.events().iter().map(|event| self.along_time(*event)).collect()
+            }
+            ResultKind::Resets => self.resets(),
+            ResultKind::ResetSensitivities => self.sensitivities_of(&self.resets()),
+            ResultKind::ResetJacobian => self.sparse(result, &self.resets(), unknown),
+            ResultKind::ResetSlopes => {
+                self.resets().iter().map(|reset| self.along_time(*reset)).collect()
             }
             ResultKind::Jacobian => self.sparse(result, &f, unknown),
             ResultKind::ParameterJacobian => self.sparse(result, &f, parameter),
@@ -409,6 +466,7 @@ fn operation(node: Node, value: impl Fn(ExprId) -> ValueId) -> Operation {
             Symbol::InputSlope(i) => Operation::Load(Argument::Udot, i),
             Symbol::Unknown(i) => Operation::Load(Argument::Y, i),
             Symbol::Sensitivity(i) => Operation::Load(Argument::S, i),
+            Symbol::Discrete(i) => Operation::Load(Argument::Z, i),
             Symbol::Constant(_) | Symbol::Derivative(_) | Symbol::Late(_) => {
                 unreachable!("a Dae holds no constants, no derivatives and nothing late")
             }

@@ -12,7 +12,7 @@ use crate::source::Span;
 use crate::units::Unit;
 
 pub use crate::dae::DelayedInput;
-pub use crate::model::{Input, Interpolation, Parameter};
+pub use crate::model::{Crossing, Input, Interpolation, Parameter};
 pub use functions::{Argument, FUNCTIONS, FunctionKind, FunctionSpec, ResultKind};
 pub use lower::lower;
 
@@ -42,10 +42,40 @@ pub struct Program {
     pub outputs: Vec<Output>,
     /// Directions θ of the sensitivities.
     pub directions: Vec<Direction>,
+    /// `modes` blocks. Event functions and resets stand transition by transition.
+    pub automata: Vec<Automaton>,
+    /// Number of conditions on time.
+    pub n_time_conditions: usize,
     /// Where the matrices that are given by their non-zeros have them.
     pub patterns: BTreeMap<ResultKind, Pattern>,
     /// One function for each row of [`FUNCTIONS`], in its order.
     pub functions: Vec<Function>,
+}
+
+/// A `modes` block.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Automaton {
+    /// Its name.
+    pub name: String,
+    /// Names of its modes.
+    pub modes: Vec<String>,
+    /// The mode it starts in.
+    pub start: usize,
+    /// Which mode follows which.
+    pub transitions: Vec<Transition>,
+}
+
+/// A transition between modes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Transition {
+    /// Position of the mode that it leaves.
+    pub from: usize,
+    /// Position of the mode that it enters.
+    pub to: usize,
+    /// In which direction its event function passes zero.
+    pub crossing: Crossing,
+    /// Positions of the unknowns that it resets.
+    pub resets: Vec<usize>,
 }
 
 /// Something that sensitivities are taken to.
@@ -71,8 +101,10 @@ pub struct Unknown {
     pub doc: Vec<String>,
     /// Size for tolerances, SI.
     pub nominal: Option<f64>,
-    /// ẏ = f, or 0 = f.
+    /// ẏ = f, or 0 = f, in the modes it starts in.
     pub differential: bool,
+    /// Whether other modes have it otherwise.
+    pub by_mode: bool,
     /// Label of its equation.
     pub equation: String,
     /// Where the equation stands.
@@ -187,6 +219,39 @@ impl Program {
     /// Length of u.
     pub fn n_u(&self) -> usize {
         self.inputs.len() + 2 * self.delayed_inputs.len()
+    }
+
+    /// Number of discrete numbers z.
+    pub fn n_discrete(&self) -> usize {
+        self.automata.len() + self.n_time_conditions
+    }
+
+    /// Whether it has functions of a kind: without modes, conditions on time or delays, those about
+    /// them would compute nothing.
+    pub fn computes(&self, kind: FunctionKind) -> bool {
+        match kind {
+            FunctionKind::Mass
+            | FunctionKind::EventFunctions
+            | FunctionKind::EventSensitivities
+            | FunctionKind::Resets
+            | FunctionKind::ResetSensitivities => !self.automata.is_empty(),
+            FunctionKind::ConditionTimes | FunctionKind::ConditionTimeSensitivities => {
+                self.n_time_conditions > 0
+            }
+            FunctionKind::Delays | FunctionKind::DelaySensitivities => !self.delays.is_empty(),
+            FunctionKind::Rhs
+            | FunctionKind::Linearize
+            | FunctionKind::SensitivityRhs
+            | FunctionKind::SensitivityLinearize
+            | FunctionKind::ParameterJacobian
+            | FunctionKind::InputJacobian
+            | FunctionKind::TimeDerivative
+            | FunctionKind::Outputs
+            | FunctionKind::OutputJacobians
+            | FunctionKind::OutputSensitivities
+            | FunctionKind::Start
+            | FunctionKind::StartSensitivities => true,
+        }
     }
 
     /// The function of a kind.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{Argument, Direction, Function, Operation, Program, ValueId};
+use super::{Argument, Direction, Function, Operation, Program, ResultKind, Transition, ValueId};
 use crate::expr::display::number;
 use crate::model::Declared;
 
@@ -10,7 +10,11 @@ impl fmt::Display for Program {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "program {}", self.name)?;
         for (i, unknown) in self.unknowns.iter().enumerate() {
-            let row = if unknown.differential { "der(y)" } else { "0" };
+            let row = match (unknown.by_mode, unknown.differential) {
+                (true, _) => "0 or der(y)",
+                (false, true) => "der(y)",
+                (false, false) => "0",
+            };
             let (name, unit) = (&unknown.name, &unknown.unit.symbol);
             writeln!(f, "  y[{i}] = {name} [{unit}]: {row} = f[{i}] by `{}`", unknown.equation)?;
         }
@@ -49,11 +53,24 @@ impl fmt::Display for Program {
                 }
             }
         }
-        for (kind, pattern) in &self.patterns {
+        for (k, automaton) in self.automata.iter().enumerate() {
+            let (name, modes) = (&automaton.name, automaton.modes.join(", "));
+            writeln!(f, "  z[{k}] = {name}: {modes}; starts in {}", automaton.start)?;
+            for transition in &automaton.transitions {
+                let Transition { from, to, crossing, resets } = transition;
+                writeln!(f, "    {from} -> {to}, {crossing:?}, resets {resets:?}")?;
+            }
+        }
+        for k in self.automata.len()..self.n_discrete() {
+            writeln!(f, "  z[{k}] switches at a time")?;
+        }
+        let shown = |kind: &ResultKind| !self.automata.is_empty() || !kind.is_of_modes();
+        for (kind, pattern) in self.patterns.iter().filter(|(kind, _)| shown(kind)) {
             let places: Vec<String> = pattern.iter().map(|(r, c)| format!("({r},{c})")).collect();
             writeln!(f, "pattern {kind:?}: {}", places.join(" "))?;
         }
-        self.functions.iter().try_for_each(|function| write!(f, "{function}"))
+        let mut functions = self.functions.iter().filter(|function| self.computes(function.kind));
+        functions.try_for_each(|function| write!(f, "{function}"))
     }
 }
 
@@ -119,6 +136,7 @@ impl Argument {
             Argument::P => "p",
             Argument::Udot => "udot",
             Argument::S => "s",
+            Argument::Z => "z",
         }
     }
 }

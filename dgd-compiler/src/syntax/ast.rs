@@ -286,6 +286,17 @@ pub enum ItemKind {
         /// Choices; the first is the default.
         choices: Vec<Choice>,
     },
+    /// `modes line { full { … } draining { … } full -> draining when a falls below b }`
+    Modes {
+        /// Name.
+        name: Name,
+        /// Modes with their equations; it starts in the first unless `start` names another.
+        modes: Vec<Choice>,
+        /// Which mode follows which, and when.
+        transitions: Vec<Transition>,
+        /// `start MODE`
+        start: Option<Name>,
+    },
 }
 
 /// How an unknown was declared.
@@ -315,6 +326,47 @@ pub struct Choice {
     pub name: Name,
     /// What the model holds when it is chosen.
     pub items: Vec<Item>,
+}
+
+/// `full -> draining when a falls below b { reset x = e }`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Transition {
+    /// From the first mode's name to the last token.
+    pub span: Span,
+    /// Doc comment lines: those above it, then the one at the end of its line.
+    pub doc: Vec<String>,
+    /// The mode that it leaves.
+    pub from: Name,
+    /// The mode that it enters.
+    pub to: Name,
+    /// What is watched.
+    pub left: Expr,
+    /// In which direction it passes `right`.
+    pub crossing: Crossing,
+    /// What it is compared with.
+    pub right: Expr,
+    /// New values that go with it.
+    pub resets: Vec<Reset>,
+}
+
+/// In which direction a threshold is passed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Crossing {
+    /// `rises above`
+    Rises,
+    /// `falls below`
+    Falls,
+}
+
+/// `reset x = e`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reset {
+    /// Its place.
+    pub span: Span,
+    /// What gets a new value.
+    pub name: Name,
+    /// The value.
+    pub value: Expr,
 }
 
 /// An attribute behind a value.

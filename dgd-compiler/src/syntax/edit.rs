@@ -72,7 +72,8 @@ fn collect(
             | ItemKind::Let { .. }
             | ItemKind::Function { .. }
             | ItemKind::Output { .. }
-            | ItemKind::Equation { .. } => {}
+            | ItemKind::Equation { .. }
+            | ItemKind::Modes { .. } => {}
         }
     }
 }

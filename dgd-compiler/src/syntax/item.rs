@@ -32,7 +32,6 @@ const SIMPLE: &[(&str, Rule)] = &[
 
 /// Keywords of later versions, and what to say of them.
 const LATER: &[(&str, &str)] = &[
-    ("modes", "modes are"),
     ("when", "events (`when`) are"),
     ("saturate", "saturations are"),
     ("part", "parts are"),
@@ -48,7 +47,7 @@ pub(crate) fn is_keyword(word: &str) -> bool {
 }
 
 fn keywords() -> impl Iterator<Item = &'static str> {
-    SIMPLE.iter().map(|(keyword, _)| *keyword).chain(["model", "variant", "effect"])
+    SIMPLE.iter().map(|(keyword, _)| *keyword).chain(["model", "variant", "modes", "effect"])
 }
 
 /// Reads an item without a block, from its keyword to its last token.

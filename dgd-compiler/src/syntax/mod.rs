@@ -11,6 +11,7 @@ mod expression;
 mod item;
 pub mod layout;
 mod lexical;
+mod modes;
 pub mod print;
 mod tokens;
 pub(crate) mod unit;
@@ -142,11 +143,13 @@ impl<'a, 'd> Reader<'a, 'd> {
     fn item(&mut self, statement: &'a [Token], mut docs: Vec<Token>, nesting: u32) -> Option<Item> {
         let is_first = !std::mem::replace(&mut self.begun, true);
         let first = statement.first()?;
-        let kind = if first.kind == TokenKind::Name && first.text(self.text) == "variant" {
-            self.variant(statement, &mut docs, nesting)
-        } else {
-            docs.extend(statement.iter().filter(|token| token.kind == TokenKind::Doc));
-            self.plain_item(statement, &docs, is_first && nesting == 0, nesting)
+        let kind = match (first.kind, first.text(self.text)) {
+            (TokenKind::Name, "variant") => self.variant(statement, &mut docs, nesting),
+            (TokenKind::Name, "modes") => self.modes(statement, &mut docs, nesting),
+            _ => {
+                docs.extend(statement.iter().filter(|token| token.kind == TokenKind::Doc));
+                self.plain_item(statement, &docs, is_first && nesting == 0, nesting)
+            }
         };
         let last = statement.iter().rfind(|token| token.kind != TokenKind::Doc)?;
         let span = self.span(*first).to(self.span(*last));
@@ -241,15 +244,7 @@ impl<'a, 'd> Reader<'a, 'd> {
         docs: &mut Vec<Token>,
         nesting: u32,
     ) -> Option<ItemKind> {
-        let input = self.input(statement);
-        if nesting >= NESTING {
-            self.error(too_deep(input.span()));
-            return None;
-        }
-        let (rest, name) = self.report(name(input.behind_first()))?;
-        let (mut inside, behind) = self.block(&statement[statement.len() - rest.len()..])?;
-        take_docs(&mut inside, docs);
-
+        let (name, mut inside, behind) = self.named_block(statement, docs, nesting)?;
         let mut choices = Vec::new();
         let mut above = Vec::new();
         while let Some((first, rest)) = inside.split_first() {
@@ -267,6 +262,44 @@ impl<'a, 'd> Reader<'a, 'd> {
                 }
             }
         }
+        self.end_of_block(&above, behind, docs)?;
+        if choices.is_empty() {
+            let message = format!("variant `{}` has no choices", name.text);
+            self.error(
+                Diagnostic::new(Code::E105, name.span, message)
+                    .help("write them as `NAME { … }`, the default first"),
+            );
+            return None;
+        }
+        Some(ItemKind::Variant { name, choices })
+    }
+
+    /// Splits `KEYWORD NAME { … } …` into the name, what is within the braces and what is behind
+    /// them.
+    fn named_block(
+        &mut self,
+        statement: &'a [Token],
+        docs: &mut Vec<Token>,
+        nesting: u32,
+    ) -> Option<(Name, &'a [Token], &'a [Token])> {
+        let input = self.input(statement);
+        if nesting >= NESTING {
+            self.error(too_deep(input.span()));
+            return None;
+        }
+        let (rest, name) = self.report(name(input.behind_first()))?;
+        let (mut inside, behind) = self.block(&statement[statement.len() - rest.len()..])?;
+        take_docs(&mut inside, docs);
+        Some((name, inside, behind))
+    }
+
+    /// Takes the doc comment behind a block; `above` are those in it that nothing followed.
+    fn end_of_block(
+        &mut self,
+        above: &[Token],
+        behind: &[Token],
+        docs: &mut Vec<Token>,
+    ) -> Option<()> {
         if let Some(doc) = above.first() {
             let message = "this doc comment belongs to nothing";
             self.error(Diagnostic::new(Code::E118, self.span(*doc), message));
@@ -277,15 +310,7 @@ impl<'a, 'd> Reader<'a, 'd> {
             self.error(Diagnostic::new(Code::E105, self.span(*extra), message));
             return None;
         }
-        if choices.is_empty() {
-            let message = format!("variant `{}` has no choices", name.text);
-            self.error(
-                Diagnostic::new(Code::E105, name.span, message)
-                    .help("write them as `NAME { … }`, the default first"),
-            );
-            return None;
-        }
-        Some(ItemKind::Variant { name, choices })
+        Some(())
     }
 
     /// Reads `NAME { items }` and the doc comment at the end of its line.

@@ -7,9 +7,9 @@
 use std::fmt::Write as _;
 
 use super::ast::{
-    Argument, Ast, Attribute, AttributeKind, Choice, Clause, ClauseKind, Comparison, EffectHeader,
-    Expr, ExprKind, Factor, Header, Item, ItemKind, Name, Sign, Slot, SlotKind, Target, Unit,
-    UnknownKind,
+    Argument, Ast, Attribute, AttributeKind, Choice, Clause, ClauseKind, Comparison, Crossing,
+    EffectHeader, Expr, ExprKind, Factor, Header, Item, ItemKind, Name, Reset, Sign, Slot,
+    SlotKind, Target, Transition, Unit, UnknownKind,
 };
 use crate::source::{SourceId, Span};
 
@@ -372,18 +372,57 @@ impl Printer {
             ItemKind::Variant { name, choices } => {
                 self.line(&format!("variant {} {{", name.text));
                 self.depth += 1;
-                for choice in choices {
-                    self.doc(&choice.doc);
-                    self.line(&format!("{} {{", choice.name.text));
-                    self.depth += 1;
-                    self.items(&choice.items);
-                    self.depth -= 1;
-                    self.line("}");
+                self.choices(choices);
+                self.depth -= 1;
+                self.line("}");
+            }
+            ItemKind::Modes { name, modes, transitions, start } => {
+                self.line(&format!("modes {} {{", name.text));
+                self.depth += 1;
+                self.choices(modes);
+                for transition in transitions {
+                    self.transition(transition);
+                }
+                if let Some(start) = start {
+                    self.line(&format!("start {}", start.text));
                 }
                 self.depth -= 1;
                 self.line("}");
             }
         }
+    }
+
+    fn choices(&mut self, choices: &[Choice]) {
+        for choice in choices {
+            self.doc(&choice.doc);
+            self.line(&format!("{} {{", choice.name.text));
+            self.depth += 1;
+            self.items(&choice.items);
+            self.depth -= 1;
+            self.line("}");
+        }
+    }
+
+    fn transition(&mut self, transition: &Transition) {
+        let Transition { doc, from, to, left, crossing, right, resets, .. } = transition;
+        self.doc(doc);
+        let (left, right) = (print_expression(left), print_expression(right));
+        let crosses = match crossing {
+            Crossing::Rises => "rises above",
+            Crossing::Falls => "falls below",
+        };
+        let head = format!("{} -> {} when {left} {crosses} {right}", from.text, to.text);
+        if resets.is_empty() {
+            self.line(&head);
+            return;
+        }
+        self.line(&format!("{head} {{"));
+        self.depth += 1;
+        for Reset { name, value, .. } in resets {
+            self.line(&format!("reset {} = {}", name.text, print_expression(value)));
+        }
+        self.depth -= 1;
+        self.line("}");
     }
 
     fn declaration(
@@ -578,17 +617,42 @@ fn placeless_item(item: &Item) -> Item {
         },
         ItemKind::Variant { name, choices } => ItemKind::Variant {
             name: placeless_name(name),
-            choices: choices
-                .iter()
-                .map(|choice| Choice {
-                    doc: choice.doc.clone(),
-                    name: placeless_name(&choice.name),
-                    items: choice.items.iter().map(placeless_item).collect(),
-                })
-                .collect(),
+            choices: choices.iter().map(placeless_choice).collect(),
+        },
+        ItemKind::Modes { name, modes, transitions, start } => ItemKind::Modes {
+            name: placeless_name(name),
+            modes: modes.iter().map(placeless_choice).collect(),
+            transitions: transitions.iter().map(placeless_transition).collect(),
+            start: start.as_ref().map(placeless_name),
         },
     };
     Item { span: Span::default(), doc: item.doc.clone(), kind }
+}
+
+fn placeless_choice(choice: &Choice) -> Choice {
+    Choice {
+        doc: choice.doc.clone(),
+        name: placeless_name(&choice.name),
+        items: choice.items.iter().map(placeless_item).collect(),
+    }
+}
+
+fn placeless_transition(transition: &Transition) -> Transition {
+    let reset = |reset: &Reset| Reset {
+        span: Span::default(),
+        name: placeless_name(&reset.name),
+        value: placeless(&reset.value),
+    };
+    Transition {
+        span: Span::default(),
+        doc: transition.doc.clone(),
+        from: placeless_name(&transition.from),
+        to: placeless_name(&transition.to),
+        left: placeless(&transition.left),
+        crossing: transition.crossing,
+        right: placeless(&transition.right),
+        resets: transition.resets.iter().map(reset).collect(),
+    }
 }
 
 fn placeless(expr: &Expr) -> Expr {

@@ -231,13 +231,17 @@ equation level der(h) = 0
 let ok = 1
 let b = 2 $ 3
 paramter c = 1
-modes string { a { let x = = } b -> c when x }
+modes string {
+  a { let x = = }
+  b -> c when x
+}
+when x rises above 1 { reset x = 0 }
 let d = 0 < a < 1
 output p [bar] = width [m]
 ";
     assert_eq!(
         codes(text),
-        ["E105", "E115", "E107", "E105", "E101", "E116", "E110", "E109", "E117"]
+        ["E105", "E115", "E107", "E105", "E101", "E116", "E105", "E105", "E110", "E109", "E117"]
     );
 }
 

@@ -13,6 +13,8 @@ pub enum Namespace {
     Equation,
     /// Variants.
     Variant,
+    /// `modes` blocks.
+    Modes,
 }
 
 /// Where an expression stands.
@@ -32,6 +34,8 @@ pub enum Place<'a> {
     Left(&'a Name),
     /// The right side of an equation.
     Right(&'a Name),
+    /// The condition of a transition, or the value of a reset.
+    Transition,
 }
 
 /// A part of an item.
@@ -39,6 +43,8 @@ pub enum Place<'a> {
 pub enum Part<'a> {
     /// A name that is declared.
     Declares(Namespace, &'a mut Name),
+    /// An unknown that a transition resets.
+    Resets(&'a mut Name),
     /// A unit that is declared.
     Unit(&'a mut Option<Unit>),
     /// An expression.
@@ -128,6 +134,20 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
                 parts_mut(item, visit);
             }
         }
+        ItemKind::Modes { name, modes, transitions, .. } => {
+            visit(Part::Declares(Namespace::Modes, name));
+            for item in modes.iter_mut().flat_map(|mode| &mut mode.items) {
+                parts_mut(item, visit);
+            }
+            for transition in transitions {
+                visit(Part::Expr(Place::Transition, &mut transition.left));
+                visit(Part::Expr(Place::Transition, &mut transition.right));
+                for reset in &mut transition.resets {
+                    visit(Part::Resets(&mut reset.name));
+                    visit(Part::Expr(Place::Transition, &mut reset.value));
+                }
+            }
+        }
     }
 }
 
@@ -135,7 +155,9 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
 pub fn items_mut(items: &mut [Item], visit: &mut dyn FnMut(&mut Item)) {
     for item in items {
         visit(item);
-        if let ItemKind::Variant { choices, .. } = &mut item.kind {
+        if let ItemKind::Variant { choices, .. } | ItemKind::Modes { modes: choices, .. } =
+            &mut item.kind
+        {
             for choice in choices {
                 items_mut(&mut choice.items, visit);
             }
@@ -147,7 +169,9 @@ pub fn items_mut(items: &mut [Item], visit: &mut dyn FnMut(&mut Item)) {
 pub fn items<'a>(all: &'a [Item], visit: &mut dyn FnMut(&'a Item)) {
     for item in all {
         visit(item);
-        if let ItemKind::Variant { choices, .. } = &item.kind {
+        if let ItemKind::Variant { choices, .. } | ItemKind::Modes { modes: choices, .. } =
+            &item.kind
+        {
             for choice in choices {
                 items(&choice.items, visit);
             }

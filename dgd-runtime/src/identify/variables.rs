@@ -9,6 +9,7 @@
 //! Parameters are shared by all recordings; each recording has start values of its own. Variables
 //! are in this order: parameters, then the start values of the first recording, of the second, ….
 
+use crate::discrete::discrete_numbers;
 use crate::error::InitialError;
 use crate::identify::error::{EstimateError, TrialFailed, TrialFailure};
 use crate::identify::recording::{Column, Recording};
@@ -231,7 +232,8 @@ fn first_start<S: System>(
     let mut u = S::Inputs::zeros(recording.inputs.len());
     recording.inputs.value(t, Side::Right, u.as_mut());
     let problem = Problem { system, p, inputs: &recording.inputs, start: &recording.start };
-    let at = Point { t, y: &[], u: u.as_ref(), p };
+    let z = discrete_numbers(system, p, t);
+    let at = Point { t, y: &[], u: u.as_ref(), p, z: &z };
     start_values(&problem, at, &mut y).map_err(failed)?;
     Ok(y)
 }

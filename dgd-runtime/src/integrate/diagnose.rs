@@ -47,7 +47,8 @@ impl<S: System> Simulation<'_, S> {
 
     pub(super) fn not_finite(&mut self, h: f64) -> IntegrateError {
         let Problem { system, p, .. } = *self.problem;
-        let base = Base { system, p, mass: &self.algebraic.mass, t: self.t };
+        let (mass, z) = (&self.algebraic.mass, self.discrete.z());
+        let base = Base { system, p, z, mass, t: self.t };
         let directions = self.directions.as_mut();
         let spoilt = self.stepper.spoilt(base, &mut self.drive, self.y.as_ref(), h, directions);
         let Some((t, spoilt)) = spoilt else {

@@ -7,6 +7,9 @@
 //! 3. where the algebraic equations see the jump, their unknowns and then their sensitivities are
 //!    made consistent again.
 //!
+//! Where a condition on time switches, and where a transition between modes is due, a step ends too
+//! ([`events`]).
+//!
 //! Errors are measured in the weighted root-mean-square norm with weights rtol |y| + atol · size,
 //! of the unknowns and of each direction's sensitivities apart; the largest counts.
 //!
@@ -19,7 +22,10 @@
 pub mod catalogue;
 mod controller;
 mod diagnose;
+mod events;
 mod initial_step;
+mod instant;
+mod locate;
 mod moving_jump;
 mod record;
 mod rosenbrock;
@@ -38,6 +44,7 @@ use crate::solution::{Solution, Statistics};
 use crate::system::{Direction, Point, Storage, System};
 use catalogue::MethodKind;
 use controller::Controller;
+use events::Hybrid;
 use moving_jump::MovingJumps;
 use rosenbrock::{At, Base, Directions, Drive, Rosenbrock};
 use tableau::RosenbrockTableau;
@@ -100,6 +107,9 @@ fn run<S: System>(
         y: Vec::new(),
         s: Vec::new(),
         late: Vec::new(),
+        n_z: signature.discrete.len(),
+        z: Vec::new(),
+        events: Vec::new(),
         undefined: Vec::new(),
         statistics: Statistics::default(),
     };
@@ -137,6 +147,7 @@ fn run_to<S: System>(
     solution.times.reserve(times.len());
     solution.y.reserve(solution.n * times.len());
     solution.s.reserve(solution.n * solution.n_s * times.len());
+    solution.z.reserve(solution.n_z * times.len());
     let MethodKind::Rosenbrock(tableau) = options.method.kind;
     let mut simulation = Simulation::new(problem, options, tableau, from, directions);
     let outcome = simulation.integrate(times, until, solution);
@@ -174,6 +185,15 @@ fn verify_times(times: &[f64]) -> Result<(), BadRequest> {
     Ok(())
 }
 
+/// What happens at the end of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stop {
+    /// Nothing.
+    None,
+    /// Inputs or modes change: values just after are not those just before.
+    Change,
+}
+
 /// A simulation under way.
 struct Simulation<'a, S: System> {
     problem: &'a Problem<'a, S>,
@@ -191,6 +211,8 @@ struct Simulation<'a, S: System> {
     segment: usize,
     segment_end: f64,
     drive: Drive<S>,
+    /// Modes, conditions on time, and what is known of the instant at which they change.
+    discrete: Hybrid,
     /// Where jumps of the inputs move with parameters.
     moving: Option<MovingJumps<S>>,
     t: f64,
@@ -218,7 +240,11 @@ impl<'a, S: System> Simulation<'a, S> {
         let system = problem.system;
         let n = system.signature().unknowns.len();
         let segment = problem.inputs.segment_at(from, Side::Right);
-        let moving = directions.as_ref().and_then(|_| MovingJumps::new(problem));
+        let n_s = if directions.is_some() { system.signature().directions.len() } else { 0 };
+        let discrete = Hybrid::new(system, problem.p, from, n_s);
+        // With transitions the jumps are taken one by one in either case, so that one mode follows
+        // the other in the same way.
+        let moving = (n_s > 0 || discrete.has_transitions()).then(|| MovingJumps::new(problem));
         let sensitivity_row = directions.as_ref().map(|directions| directions.s.clone());
         Self {
             problem,
@@ -233,7 +259,8 @@ impl<'a, S: System> Simulation<'a, S> {
             segment,
             segment_end: problem.inputs.segment(segment).t1,
             drive: Drive::new(problem.inputs.segment(segment)),
-            moving,
+            discrete,
+            moving: moving.flatten(),
             t: from,
             y: S::Vector::zeros(n),
             sizes: S::Vector::zeros(n),
@@ -258,21 +285,24 @@ impl<'a, S: System> Simulation<'a, S> {
         }
 
         self.span = until - self.t;
-        let first = self.segment_end.min(until) - self.t;
+        let first = self.segment_end.min(until).min(self.discrete.next_switch()) - self.t;
         let h = match self.initial_step {
             Some(h) => h,
             None => self.initial_step(first, solution),
         };
         let mut controller = Controller::new(h, self.estimate_order);
         loop {
-            let end = self.segment_end.min(until);
+            let end = self.segment_end.min(until).min(self.discrete.next_switch());
             while self.t < end {
                 self.step(&mut controller, times, end, solution)?;
             }
             if solution.times.len() == times.len() {
                 return Ok(());
             }
-            self.enter_next_segment(solution)?;
+            if self.t == self.segment_end {
+                self.enter_next_segment(solution)?;
+            }
+            self.switch_conditions(solution)?;
             self.record_now(times, solution);
         }
     }
@@ -282,7 +312,7 @@ impl<'a, S: System> Simulation<'a, S> {
         let Problem { system, p, start, .. } = *self.problem;
         let n = self.y.as_ref().len();
         let u = self.drive.at(self.t);
-        let at = Point { t: self.t, y: &[], u, p };
+        let at = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
         start_values(self.problem, at, self.y.as_mut()).map_err(IntegrateError::Initial)?;
         unknown_sizes(system, self.y.as_ref(), self.sizes.as_mut());
         if let Some(d) = &mut self.directions {
@@ -307,17 +337,29 @@ impl<'a, S: System> Simulation<'a, S> {
             }
         }
         solution.statistics.segments = 1;
-        self.make_consistent(solution)
+        self.make_consistent(solution)?;
+        // Conditions that are true from the start act once they have been false.
+        self.settle(solution)
     }
 
     /// Makes algebraic unknowns and their sensitivities consistent with the current inputs.
     fn make_consistent(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
+        self.make_values_consistent()?;
+        if !self.algebraic.is_empty() && self.directions.is_some() {
+            self.linearize_values();
+            self.make_sensitivities_consistent(solution);
+        }
+        Ok(())
+    }
+
+    /// Makes algebraic unknowns consistent with the current inputs and modes.
+    fn make_values_consistent(&mut self) -> Result<(), IntegrateError> {
         self.linearized = false;
         if self.algebraic.is_empty() {
             return Ok(());
         }
         let Problem { system, p, .. } = *self.problem;
-        let at = Place { t: self.t, u: self.drive.at(self.t), p };
+        let at = Place { t: self.t, u: self.drive.at(self.t), p, z: self.discrete.z() };
         self.algebraic
             .make_consistent(
                 system,
@@ -327,14 +369,16 @@ impl<'a, S: System> Simulation<'a, S> {
                 self.sizes.as_ref(),
                 self.tolerances,
             )
-            .map_err(IntegrateError::Initial)?;
+            .map_err(IntegrateError::Initial)
+    }
 
-        if self.directions.is_some() {
-            let base = Base { system, p, mass: &self.algebraic.mass, t: self.t };
-            self.stepper.linearize(base, &mut self.drive, self.y.as_ref(), None);
-            self.make_sensitivities_consistent(solution);
-        }
-        Ok(())
+    /// Linearises at (t, y), sensitivities left aside: no step can start from that.
+    fn linearize_values(&mut self) {
+        let Problem { system, p, .. } = *self.problem;
+        let (mass, z) = (&self.algebraic.mass, self.discrete.z());
+        let base = Base { system, p, z, mass, t: self.t };
+        self.stepper.linearize(base, &mut self.drive, self.y.as_ref(), None);
+        self.linearized = false;
     }
 
     /// Makes the sensitivities of algebraic unknowns follow those of the others, or ends them where
@@ -354,7 +398,7 @@ impl<'a, S: System> Simulation<'a, S> {
             self.end_sensitivities(self.t, row, solution);
         } else {
             let u = self.drive.at(self.t);
-            let at = Point { t: self.t, y: self.y.as_ref(), u, p };
+            let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
             let (s, g) = (d.s.as_mut(), d.g.as_mut());
             self.algebraic.make_sensitivities_consistent(system, at, s, g);
         }
@@ -374,7 +418,8 @@ impl<'a, S: System> Simulation<'a, S> {
             return Err(IntegrateError::TooManySteps { t: self.t, steps: tried });
         }
         let Problem { system, p, .. } = *self.problem;
-        let base = Base { system, p, mass: &self.algebraic.mass, t: self.t };
+        let (mass, z) = (&self.algebraic.mass, self.discrete.z());
+        let base = Base { system, p, z, mass, t: self.t };
         let y = self.y.as_ref();
         if !self.linearized {
             let directions = self.directions.as_mut().map(|d| (d, At::Start));
@@ -397,10 +442,13 @@ impl<'a, S: System> Simulation<'a, S> {
         let error = if error > 1.0 { self.error_beyond_rounding(h, error) } else { error };
         // NaN compares false: what could not be evaluated is not accepted.
         if error <= 1.0 {
-            controller.accept(h, error);
-            solution.statistics.steps += 1;
             let t_new = if h < remaining { self.t + h } else { end };
-            self.accept(t_new, times, solution);
+            if self.discrete.has_transitions() && self.passes_threshold(t_new) {
+                return self.step_to_event(controller, h, t_new, times, solution);
+            }
+            controller.accept(h, error);
+            let stop = if t_new == self.stop() { Stop::Change } else { Stop::None };
+            self.accept(t_new, stop, times, solution);
             return Ok(());
         }
 
@@ -415,6 +463,9 @@ impl<'a, S: System> Simulation<'a, S> {
         if controller.h > least {
             if let Some(h) = self.after_rejection(h, remaining, times, solution) {
                 controller.h = h;
+                // It leads off a singular point, and sensitivities have ended there.
+                self.begin_sample();
+                self.settle(solution)?;
             }
             return Ok(());
         }
@@ -454,18 +505,25 @@ impl<'a, S: System> Simulation<'a, S> {
 
     /// Records the asked times of an accepted step, and moves on to its end.
     #[inline]
-    fn accept(&mut self, t_new: f64, times: &[f64], solution: &mut Solution) {
+    fn accept(&mut self, t_new: f64, stop: Stop, times: &[f64], solution: &mut Solution) {
+        solution.statistics.steps += 1;
         self.linearized = false;
         self.corrected = false;
         if !self.algebraic.is_empty() && self.directions.is_some() {
             self.look_for_singular_point(t_new, solution);
         }
-        self.record_step(t_new, times, solution);
+        self.record_step(t_new, stop, times, solution);
         std::mem::swap(&mut self.y, &mut self.stepper.y_new);
         if let Some(d) = &mut self.directions {
             std::mem::swap(&mut d.s, &mut d.s_new);
         }
         self.t = t_new;
+    }
+
+    /// Where the next step must end: something changes there.
+    #[inline]
+    fn stop(&self) -> f64 {
+        self.segment_end.min(self.discrete.next_switch())
     }
 
     /// Makes the next segment of the inputs the current one.
@@ -475,13 +533,25 @@ impl<'a, S: System> Simulation<'a, S> {
         let segment = self.problem.inputs.segment(self.segment);
         self.segment_end = segment.t1;
         match self.moving.take() {
-            Some(mut moving) if self.directions.is_some() => {
+            Some(mut moving) if self.directions.is_some() || self.discrete.has_transitions() => {
                 let entered = self.enter_with_moving_jumps(segment, &mut moving, solution);
                 self.moving = Some(moving);
                 entered
             }
-            _ => self.enter(segment, solution),
+            _ => self.jump(segment, solution),
         }
+    }
+
+    /// Goes on with the inputs of a segment that begins at a time of its own, and makes the
+    /// transitions that their jump triggers.
+    fn jump(
+        &mut self,
+        segment: Segment<'_>,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        self.begin_sample();
+        self.enter(segment, solution)?;
+        self.settle(solution)
     }
 
     /// Goes on with the inputs of a segment.
@@ -498,10 +568,10 @@ impl<'a, S: System> Simulation<'a, S> {
         }
 
         // Most jumps are not seen by algebraic equations.
-        let (t, y) = (self.t, self.y.as_ref());
+        let (t, y, z) = (self.t, self.y.as_ref(), self.discrete.z());
         let (before, after) = (&mut self.stepper.f, &mut self.stepper.y_new);
         let mut evaluate = |drive: &mut Drive<S>, f: &mut S::Vector, place: At| {
-            let at = Point { t, y, u: drive.at(t), p };
+            let at = Point { t, y, u: drive.at(t), p, z };
             match (&mut self.directions, place) {
                 (None, _) => system.rhs(at, f.as_mut()),
                 (Some(Directions { s, g, .. }), At::Start) => {

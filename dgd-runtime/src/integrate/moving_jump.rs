@@ -8,7 +8,8 @@
 //! ```
 //!
 //! with f on both sides at consistent values. Jumps of several inputs at one time are taken one
-//! after another, those that do not move first.
+//! after another, those that do not move first. Transitions that a jump triggers belong to its
+//! instant ([`super::instant`]), whose time moves by ∂τ/∂θ.
 
 use super::Simulation;
 use crate::delay::delay_sensitivities;
@@ -78,14 +79,15 @@ impl<S: System> Simulation<'_, S> {
             }
         }
         if jumping.is_empty() {
-            return self.enter(segment, solution);
+            return self.jump(segment, solution);
         }
         jumping.sort_unstable();
         jumping.dedup();
 
         let t0 = self.t;
-        self.enter(Segment { t0, u: moving.u.as_ref(), ..segment }, solution)?;
+        self.jump(Segment { t0, u: moving.u.as_ref(), ..segment }, solution)?;
         for delay in jumping {
+            self.begin_moving_jump(moving, delay, solution);
             self.rates(&mut moving.before);
             for (position, late) in signature.delayed_inputs.iter().enumerate() {
                 if late.delay == delay {
@@ -95,15 +97,37 @@ impl<S: System> Simulation<'_, S> {
             self.enter(Segment { t0, u: moving.u.as_ref(), ..segment }, solution)?;
             self.rates(&mut moving.after);
             self.move_sensitivities(moving, delay, solution)?;
+            self.settle(solution)?;
         }
         self.drive.enter(segment);
         Ok(())
     }
 
-    /// f with the current inputs.
+    /// Begins the instant of a jump that moves with a delay, if transitions can follow from it.
+    fn begin_moving_jump(
+        &mut self,
+        moving: &MovingJumps<S>,
+        delay: usize,
+        solution: &mut Solution,
+    ) {
+        if !self.discrete.has_transitions() {
+            return;
+        }
+        let columns = moving.dtau.chunks_exact(self.problem.system.signature().delays.len());
+        for (tau, dtau) in self.discrete.instant.tau.iter_mut().zip(columns) {
+            *tau = dtau[delay];
+        }
+        self.begin_instant(solution);
+    }
+
+    /// f with the current inputs, where sensitivities need it.
     fn rates(&mut self, f: &mut S::Vector) {
+        if self.directions.is_none() {
+            return;
+        }
         let Problem { system, p, .. } = *self.problem;
-        let at = Point { t: self.t, y: self.y.as_ref(), u: self.drive.at(self.t), p };
+        let (u, z) = (self.drive.at(self.t), self.discrete.z());
+        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z };
         system.rhs(at, f.as_mut());
     }
 

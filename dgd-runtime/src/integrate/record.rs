@@ -1,13 +1,19 @@
 //! Values at the asked times.
 
-use super::Simulation;
+use super::{Simulation, Stop};
 use crate::solution::Solution;
 use crate::system::System;
 
 impl<S: System> Simulation<'_, S> {
     /// Records asked times in (t, t_new].
     #[inline]
-    pub(super) fn record_step(&mut self, t_new: f64, times: &[f64], solution: &mut Solution) {
+    pub(super) fn record_step(
+        &mut self,
+        t_new: f64,
+        stop: Stop,
+        times: &[f64],
+        solution: &mut Solution,
+    ) {
         let done = solution.times.len();
         let asked = &times[done..];
         if asked.first().is_none_or(|&t| t > t_new) {
@@ -16,7 +22,10 @@ impl<S: System> Simulation<'_, S> {
         let inside = asked.iter().take_while(|&&t| t < t_new).count();
         let at_end = asked[inside..].iter().take_while(|&&t| t == t_new).count();
         // The last of equal times at a jump is a right value, which is had after it.
-        let at_end = if t_new == self.segment_end { at_end.saturating_sub(1) } else { at_end };
+        let at_end = match stop {
+            Stop::Change => at_end.saturating_sub(1),
+            Stop::None => at_end,
+        };
 
         let y = self.y.as_ref();
         if inside > 0 {
@@ -38,6 +47,9 @@ impl<S: System> Simulation<'_, S> {
                 solution.s.extend_from_slice(d.s_new.as_ref());
             }
         }
+        for _ in 0..inside + at_end {
+            solution.z.extend_from_slice(self.discrete.z());
+        }
         solution.times.extend_from_slice(&asked[..inside + at_end]);
         fill_undefined(solution);
     }
@@ -46,6 +58,7 @@ impl<S: System> Simulation<'_, S> {
     pub(super) fn record_now(&self, times: &[f64], solution: &mut Solution) {
         while times.get(solution.times.len()) == Some(&self.t) {
             solution.times.push(self.t);
+            solution.z.extend_from_slice(self.discrete.z());
             solution.y.extend_from_slice(self.y.as_ref());
             if let Some(d) = &self.directions {
                 solution.s.extend_from_slice(d.s.as_ref());

@@ -138,6 +138,7 @@ impl<S: System> Directions<S> {
 pub(crate) struct Base<'a, S: System> {
     pub(crate) system: &'a S,
     pub(crate) p: &'a [f64],
+    pub(crate) z: &'a [f64],
     /// 1 where the unknown is differential, 0 where it is algebraic.
     pub(crate) mass: &'a S::Vector,
     pub(crate) t: f64,
@@ -187,7 +188,7 @@ impl<S: System> Rosenbrock<S> {
         directions: Option<(&mut Directions<S>, At)>,
     ) {
         let (u, udot) = drive.with_slope(base.t);
-        let at = Point { t: base.t, y, u, p: base.p };
+        let at = Point { t: base.t, y, u, p: base.p, z: base.z };
         let (f, jacobian, dfdt) = (self.f.as_mut(), self.jacobian.as_mut(), self.dfdt.as_mut());
         match directions {
             None => base.system.linearize(at, udot, f, jacobian, dfdt),
@@ -222,7 +223,7 @@ impl<S: System> Rosenbrock<S> {
         h: f64,
         mut directions: Option<&mut Directions<S>>,
     ) -> Result<(), Singular> {
-        let Base { system, p, mass, t } = base;
+        let Base { system, p, z, mass, t } = base;
         let signature = system.signature();
         let tableau = self.tableau;
         let mass = mass.as_ref();
@@ -250,7 +251,7 @@ impl<S: System> Rosenbrock<S> {
 
             // The first stage stands where the step starts.
             let stage_t = t + tableau.alpha[i] * h;
-            let at = Point { t: stage_t, y: self.stage.as_ref(), u: drive.at(stage_t), p };
+            let at = Point { t: stage_t, y: self.stage.as_ref(), u: drive.at(stage_t), p, z };
             let f = self.rhs.as_mut();
             match &mut directions {
                 _ if i == 0 => f.copy_from_slice(self.f.as_ref()),
@@ -306,7 +307,7 @@ impl<S: System> Rosenbrock<S> {
         h: f64,
         mut directions: Option<&mut Directions<S>>,
     ) -> Option<(f64, Spoilt)> {
-        let Base { system, p, t, .. } = base;
+        let Base { system, p, z, t, .. } = base;
         let n = y.len();
         let bad = |values: &[f64]| values.iter().position(|value| !value.is_finite());
         let pattern = &system.signature().jacobian;
@@ -333,7 +334,7 @@ impl<S: System> Rosenbrock<S> {
             let (a, c) = (&self.tableau.a[i], &self.tableau.c[i]);
             let stage_t = t + self.tableau.alpha[i] * h;
             combine(y, &self.u[..i], a, c, self.stage.as_mut(), self.rhs.as_mut());
-            let at = Point { t: stage_t, y: self.stage.as_ref(), u: drive.at(stage_t), p };
+            let at = Point { t: stage_t, y: self.stage.as_ref(), u: drive.at(stage_t), p, z };
             let row = match &mut directions {
                 None => {
                     system.rhs(at, self.rhs.as_mut());

@@ -14,7 +14,7 @@ use super::{Simulation, larger, multiply};
 use crate::initial::Place;
 use crate::linalg::Factorisation;
 use crate::problem::Problem;
-use crate::solution::{Solution, UndefinedSensitivity};
+use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
 use crate::system::{Point, System};
 
 impl<S: System> Simulation<'_, S> {
@@ -37,7 +37,7 @@ impl<S: System> Simulation<'_, S> {
         self.corrected = true;
         self.linearized = false;
         let Problem { system, p, .. } = *self.problem;
-        let at = Place { t: self.t, u: self.drive.at(self.t), p };
+        let at = Place { t: self.t, u: self.drive.at(self.t), p, z: self.discrete.z() };
         let y = self.row.as_mut();
         y.copy_from_slice(self.y.as_ref());
         let jacobian = self.stepper.jacobian.as_mut();
@@ -46,7 +46,8 @@ impl<S: System> Simulation<'_, S> {
             std::mem::swap(&mut self.y, &mut self.row);
         }
 
-        let base = Base { system, p, mass: &self.algebraic.mass, t: self.t };
+        let (mass, z) = (&self.algebraic.mass, self.discrete.z());
+        let base = Base { system, p, z, mass, t: self.t };
         self.stepper.linearize(base, &mut self.drive, self.y.as_ref(), None);
         let pattern = &system.signature().jacobian;
         let jacobian = self.stepper.jacobian.as_ref();
@@ -93,12 +94,12 @@ impl<S: System> Simulation<'_, S> {
                 *new = y + h * slope;
             }
             let (u, udot) = self.drive.with_slope(t_new);
-            let at = Place { t: t_new, u, p };
+            let at = Place { t: t_new, u, p, z: self.discrete.z() };
             let jacobian = self.stepper.jacobian.as_mut();
             let consistent =
                 self.algebraic.make_consistent(system, at, y_new, jacobian, sizes, tolerances);
             if consistent.is_ok() {
-                let at = Point { t: t_new, y: y_new, u, p };
+                let at = Point { t: t_new, y: y_new, u, p, z: self.discrete.z() };
                 let (f, dfdt) = (self.stepper.f.as_mut(), self.stepper.dfdt.as_mut());
                 system.linearize(at, udot, f, jacobian, dfdt);
                 let e = self.stepper.rhs.as_mut();
@@ -134,7 +135,8 @@ impl<S: System> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let (y, y_new) = (self.y.as_ref(), self.stepper.y_new.as_ref());
         let t_new = self.t + h;
-        let at = Point { t: t_new, y: y_new, u: self.drive.at(t_new), p };
+        let u = self.drive.at(t_new);
+        let at = Point { t: t_new, y: y_new, u, p, z: self.discrete.z() };
         system.rhs(at, self.row.as_mut());
         let pattern = &system.signature().jacobian;
         let jacobian = self.stepper.jacobian.as_ref();
@@ -170,7 +172,8 @@ impl<S: System> Simulation<'_, S> {
     /// Linearises at the end of the step; ends the sensitivities where ∂f_a/∂y_a is singular there.
     pub(super) fn look_for_singular_point(&mut self, t_new: f64, solution: &mut Solution) {
         let Problem { system, p, .. } = *self.problem;
-        let base = Base { system, p, mass: &self.algebraic.mass, t: t_new };
+        let (mass, z) = (&self.algebraic.mass, self.discrete.z());
+        let base = Base { system, p, z, mass, t: t_new };
         let directions = self.directions.as_mut().map(|d| (d, At::End));
         // The linearisation needs y⁺, which the stepper owns.
         self.row.as_mut().copy_from_slice(self.stepper.y_new.as_ref());
@@ -192,6 +195,7 @@ impl<S: System> Simulation<'_, S> {
     pub(super) fn end_sensitivities(&mut self, from: f64, row: usize, solution: &mut Solution) {
         self.directions = None;
         let equation = self.problem.system.signature().equations[row].to_string();
-        solution.undefined.push(UndefinedSensitivity { from, until: from, equation });
+        let cause = UndefinedCause::Singular;
+        solution.undefined.push(UndefinedSensitivity { from, until: from, equation, cause });
     }
 }

@@ -8,8 +8,8 @@ pub mod problems;
 
 use dgd_runtime::linalg::{AutoLu, FixedLu};
 use dgd_runtime::{
-    Direction, Input, Interpolation, Output, Parameter, Pattern, Point, Signature, System, Unit,
-    Unknown,
+    Direction, Discrete, Input, Interpolation, Output, Parameter, Pattern, Point, Signature,
+    System, Unit, Unknown,
 };
 
 pub use hyper_dual::{HyperDual, Number};
@@ -86,6 +86,7 @@ fn signature<E: Equations>() -> Signature {
         parameter_jacobian: full(n, n_s),
         input_jacobian: full(n, E::INPUTS.len()),
         output_jacobians: [full(n, n), full(n, E::INPUTS.len()), full(n, n_s)],
+        discrete: Discrete::NONE,
     }
 }
 
@@ -147,7 +148,7 @@ fn nothing(_: Slot) -> f64 {
 }
 
 fn evaluate<E: Equations>(seeds: &Seeds<'_>) -> [HyperDual; MOST] {
-    let Point { t, y, u, p } = seeds.at;
+    let Point { t, y, u, p, .. } = seeds.at;
     let [a, b] = seeds.first;
     let number = |value, slot| HyperDual { value, a: a(slot), b: b(slot), ab: 0.0 };
     let zero = HyperDual::from(0.0);

@@ -432,8 +432,12 @@ impl Spacing<'_> {
                         Before::Start => true,
                         // Two words in a row, or a list of attributes.
                         Before::Operand | Before::Other(TokenKind::Comma) => self.open == 0,
-                        // `rises above`, `falls below`
-                        Before::Word => matches!(token.text(self.text), "above" | "below"),
+                        // `rises above`, `falls below`, `replace output y by`
+                        Before::Word => match token.text(self.text) {
+                            "above" | "below" => true,
+                            "output" => self.text[token.end as usize..].starts_with(' '),
+                            _ => false,
+                        },
                         Before::Sign | Before::Tight { .. } | Before::Other(_) => false,
                     };
                 if is_word { Before::Word } else { Before::Operand }

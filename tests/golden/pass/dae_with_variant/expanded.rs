@@ -282,6 +282,7 @@ pub mod vessel {
                 columns: List::Borrowed(&[]),
             },
         ],
+        discrete: ::dgd::__runtime::system::Discrete::NONE,
     };
     #[automatically_derived]
     impl ::dgd::__runtime::System for Model {
@@ -568,18 +569,6 @@ pub mod vessel {
                 0.0,
                 0.0,
             ];
-        }
-        #[inline]
-        fn delays(&self, _at: ::dgd::__runtime::Point<'_>, _tau: &mut [f64]) {
-            *::dgd::__runtime::codegen::fixed_mut::<0>(_tau) = [];
-        }
-        #[inline]
-        fn delay_sensitivities(
-            &self,
-            _at: ::dgd::__runtime::Point<'_>,
-            _dtau: &mut [f64],
-        ) {
-            *::dgd::__runtime::codegen::fixed_mut::<0>(_dtau) = [];
         }
     }
 }

@@ -253,6 +253,7 @@ pub mod basins {
                 columns: List::Borrowed(&[]),
             },
         ],
+        discrete: ::dgd::__runtime::system::Discrete::NONE,
     };
     #[automatically_derived]
     impl ::dgd::__runtime::System for Model {
@@ -611,18 +612,6 @@ pub mod basins {
                 0.0,
                 0.0,
             ];
-        }
-        #[inline]
-        fn delays(&self, _at: ::dgd::__runtime::Point<'_>, _tau: &mut [f64]) {
-            *::dgd::__runtime::codegen::fixed_mut::<0>(_tau) = [];
-        }
-        #[inline]
-        fn delay_sensitivities(
-            &self,
-            _at: ::dgd::__runtime::Point<'_>,
-            _dtau: &mut [f64],
-        ) {
-            *::dgd::__runtime::codegen::fixed_mut::<0>(_dtau) = [];
         }
     }
 }

@@ -254,6 +254,7 @@ pub mod spring {
                 columns: List::Borrowed(&[0]),
             },
         ],
+        discrete: ::dgd::__runtime::system::Discrete::NONE,
     };
     #[automatically_derived]
     impl ::dgd::__runtime::System for Model {
@@ -477,18 +478,6 @@ pub mod spring {
             _s0: &mut [f64],
         ) {
             *::dgd::__runtime::codegen::fixed_mut::<4>(_s0) = [0.0, 0.0, 0.0, 0.0];
-        }
-        #[inline]
-        fn delays(&self, _at: ::dgd::__runtime::Point<'_>, _tau: &mut [f64]) {
-            *::dgd::__runtime::codegen::fixed_mut::<0>(_tau) = [];
-        }
-        #[inline]
-        fn delay_sensitivities(
-            &self,
-            _at: ::dgd::__runtime::Point<'_>,
-            _dtau: &mut [f64],
-        ) {
-            *::dgd::__runtime::codegen::fixed_mut::<0>(_dtau) = [];
         }
     }
 }

@@ -1,0 +1,152 @@
+//! `modes`: equations that follow one another.
+
+use std::collections::BTreeMap;
+
+use super::check_units;
+use super::define::Definition;
+use super::resolve::{Reading, Resolver};
+use super::{Automaton, Mode, Reset, Transition};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use crate::syntax::ast::{self, Choice, Item, ItemKind, Name};
+use crate::units::Unit;
+
+impl<'a> Resolver<'a> {
+    pub(super) fn automaton(
+        &mut self,
+        item: &Item,
+        name: &Name,
+        (modes, transitions, start): (&'a [Choice], &'a [ast::Transition], Option<&Name>),
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Automaton, Reported> {
+        let names = mode_names(modes, diagnostics);
+        let start = start.map_or(Ok(0), |start| position(start, &names, name, diagnostics));
+        // Each part reports its own mistakes; the next is independent of them.
+        let modes: Vec<Result<Mode, Reported>> =
+            modes.iter().map(|mode| self.mode(mode, diagnostics)).collect();
+        let transitions: Vec<Result<Transition, Reported>> = transitions
+            .iter()
+            .map(|transition| self.transition(transition, (name, &names), diagnostics))
+            .collect();
+        Ok(Automaton {
+            name: name.text.clone(),
+            doc: item.doc.clone(),
+            modes: modes.into_iter().collect::<Result<_, _>>()?,
+            start: start?,
+            transitions: transitions.into_iter().collect::<Result<_, _>>()?,
+        })
+    }
+
+    fn mode(&mut self, mode: &'a Choice, diagnostics: &mut Diagnostics) -> Result<Mode, Reported> {
+        let mut equations = Vec::new();
+        for item in &mode.items {
+            let ItemKind::Equation { label, left, right } = &item.kind else {
+                unreachable!("the parser lets only equations into a mode")
+            };
+            equations.push(self.equation(item, label, (left, right), diagnostics));
+        }
+        let equations = equations.into_iter().collect::<Result<_, _>>()?;
+        Ok(Mode { name: mode.name.text.clone(), doc: mode.doc.clone(), equations })
+    }
+
+    fn transition(
+        &mut self,
+        transition: &'a ast::Transition,
+        (automaton, modes): (&Name, &BTreeMap<&str, usize>),
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Transition, Reported> {
+        let from = position(&transition.from, modes, automaton, diagnostics);
+        let to = position(&transition.to, modes, automaton, diagnostics);
+        let left = self.lowering.value(&transition.left, diagnostics);
+        let right = self.lowering.value(&transition.right, diagnostics);
+        let mut resets = Vec::new();
+        for reset in &transition.resets {
+            let earlier = transition.resets.iter().find(|r| r.name.text == reset.name.text);
+            if let Some(first) = earlier.filter(|first| first.span != reset.span) {
+                let message = format!("`{}` is reset twice", reset.name.text);
+                diagnostics.error(
+                    Diagnostic::new(Code::E202, reset.name.span, message)
+                        .label(first.name.span, "first here"),
+                );
+                break;
+            }
+            resets.push(self.reset(reset, diagnostics));
+        }
+        let (left, right) = (left?, right?);
+        let sides = ((left.dim, transition.left.span), (right.dim, transition.right.span));
+        check_units::same("compare", sides.0, sides.1)
+            .map_err(|diagnostic| diagnostics.error(diagnostic))?;
+        Ok(Transition {
+            span: transition.span,
+            from: from?,
+            to: to?,
+            left: left.id,
+            crossing: transition.crossing,
+            right: right.id,
+            resets: resets.into_iter().collect::<Result<_, _>>()?,
+        })
+    }
+
+    fn reset(
+        &mut self,
+        reset: &'a ast::Reset,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Reset, Reported> {
+        let name = &reset.name;
+        let entry = self.lowering.scope.names.get(name.text.as_str()).cloned();
+        let what = entry.as_ref().map(|entry| entry.definition);
+        let (Some(entry), Some(Definition::Unknown { index, .. })) = (entry, what) else {
+            let message = match what {
+                Some(other) => {
+                    format!("`{}` is {}, which cannot be reset", name.text, other.noun())
+                }
+                None => format!("nothing is called `{}`", name.text),
+            };
+            let code = if what.is_some() { Code::E205 } else { Code::E201 };
+            let diagnostic = Diagnostic::new(code, name.span, message);
+            let near = suggestion(&name.text, self.lowering.scope.names.keys().copied());
+            return Err(diagnostics.error(match near.filter(|_| what.is_none()) {
+                Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+                None => diagnostic.help("reset a `state` or an `unknown`"),
+            }));
+        };
+        let unit = entry.unit.unwrap_or_else(|| Ok(Unit::one()))?;
+        let value = self.in_unit(&reset.value, &unit, Reading::Value, diagnostics)?.id;
+        Ok(Reset { span: reset.span, unknown: index, value })
+    }
+}
+
+/// Positions of modes by name; of two with one name the first counts.
+fn mode_names<'a>(modes: &'a [Choice], diagnostics: &mut Diagnostics) -> BTreeMap<&'a str, usize> {
+    let mut names = BTreeMap::new();
+    for (i, mode) in modes.iter().enumerate() {
+        if let Some(first) = names.get(mode.name.text.as_str()).copied() {
+            let first: &Choice = &modes[first];
+            let message = format!("two modes are called `{}`", mode.name.text);
+            diagnostics.error(
+                Diagnostic::new(Code::E202, mode.name.span, message)
+                    .label(first.name.span, "first here"),
+            );
+        } else {
+            names.insert(mode.name.text.as_str(), i);
+        }
+    }
+    names
+}
+
+fn position(
+    mode: &Name,
+    modes: &BTreeMap<&str, usize>,
+    automaton: &Name,
+    diagnostics: &mut Diagnostics,
+) -> Result<usize, Reported> {
+    modes.get(mode.text.as_str()).copied().ok_or_else(|| {
+        let message = format!("`{}` has no mode `{}`", automaton.text, mode.text);
+        let diagnostic = Diagnostic::new(Code::E216, mode.span, message);
+        let known: Vec<&str> = modes.keys().copied().collect();
+        let help = suggestion(&mode.text, known.iter().copied()).map_or_else(
+            || format!("there is `{}`", known.join("`, `")),
+            |near| format!("did you mean `{near}`?"),
+        );
+        diagnostics.error(diagnostic.help(help))
+    })
+}

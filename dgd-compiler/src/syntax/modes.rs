@@ -1,0 +1,154 @@
+//! `modes NAME { … }`: modes with their equations, and the transitions between them.
+
+use nom::Parser;
+
+use super::ast::{Choice, Crossing, Expr, Item, ItemKind, Name, Reset, Transition};
+use super::expression::expression;
+use super::lexical::{Token, TokenKind};
+use super::tokens::{OPERATOR, Parsed, Tokens, name, token, word};
+use super::{Reader, item_length, take_docs};
+use crate::diagnostics::{Code, Diagnostic};
+
+impl<'a> Reader<'a, '_> {
+    /// `modes NAME { MODE { equations } … MODE -> MODE when … start MODE }`
+    pub(super) fn modes(
+        &mut self,
+        statement: &'a [Token],
+        docs: &mut Vec<Token>,
+        nesting: u32,
+    ) -> Option<ItemKind> {
+        let (name, mut inside, behind) = self.named_block(statement, docs, nesting)?;
+        let mut modes: Vec<Choice> = Vec::new();
+        let mut transitions = Vec::new();
+        let mut start: Option<Name> = None;
+        let mut above = Vec::new();
+        while let Some((first, rest)) = inside.split_first() {
+            match (first.kind, rest.first().map(|second| second.kind)) {
+                (TokenKind::Newline, _) => inside = rest,
+                (TokenKind::Doc, _) => {
+                    above.push(*first);
+                    inside = rest;
+                }
+                (TokenKind::Name, Some(TokenKind::OpenBrace)) => {
+                    let mut docs = std::mem::take(&mut above);
+                    let (mode, rest) = self.choice(inside, &mut docs, nesting)?;
+                    mode.items.iter().for_each(|item| self.verify_mode_item(item, &mode.name));
+                    modes.push(mode);
+                    inside = rest;
+                }
+                (TokenKind::Name, Some(TokenKind::Name)) if first.text(self.text) == "start" => {
+                    let (line, rest) = inside.split_at(item_length(inside));
+                    let (_, named) = self.report(start_mode(self.input(line)))?;
+                    if let Some(earlier) = &start {
+                        let message = "`start` is given twice";
+                        self.error(
+                            Diagnostic::new(Code::E108, named.span, message)
+                                .label(earlier.span, "given here already"),
+                        );
+                    }
+                    start = Some(named);
+                    inside = rest;
+                }
+                _ => {
+                    let (line, rest) = inside.split_at(item_length(inside));
+                    transitions.extend(self.transition(line, std::mem::take(&mut above)));
+                    inside = rest;
+                }
+            }
+        }
+        self.end_of_block(&above, behind, docs)?;
+        if modes.is_empty() {
+            let message = format!("`{}` has no modes", name.text);
+            self.error(
+                Diagnostic::new(Code::E105, name.span, message)
+                    .help("write them as `NAME { … }`, the one it starts in first"),
+            );
+            return None;
+        }
+        Some(ItemKind::Modes { name, modes, transitions, start })
+    }
+
+    /// A mode says what holds while it lasts; what exists is the same in all of them.
+    fn verify_mode_item(&mut self, item: &Item, mode: &Name) {
+        if !matches!(item.kind, ItemKind::Equation { .. }) {
+            let message = "a mode holds equations only";
+            self.error(
+                Diagnostic::new(Code::E130, item.span, message)
+                    .label(mode.span, "the mode")
+                    .help("move it in front of `modes`: what is declared exists in every mode"),
+            );
+        }
+    }
+
+    /// `MODE -> MODE when EXPRESSION falls below EXPRESSION`, perhaps with `{ reset x = e }`.
+    fn transition(&mut self, line: &'a [Token], mut docs: Vec<Token>) -> Option<Transition> {
+        let brace = line.iter().position(|token| token.kind == TokenKind::OpenBrace);
+        let (head, block) = line.split_at(brace.unwrap_or(line.len()));
+        docs.extend(head.iter().filter(|token| token.kind == TokenKind::Doc));
+        let plain: Vec<Token> =
+            head.iter().filter(|token| token.kind != TokenKind::Doc).copied().collect();
+        if plain.iter().any(|token| token.kind == TokenKind::Invalid) {
+            return None;
+        }
+        let input = Tokens::new(&plain, self.text, self.source);
+        let (_, (from, to, left, crossing, right)) = self.report(head_of_transition(input))?;
+        let mut resets = Vec::new();
+        if !block.is_empty() {
+            let (mut inside, behind) = self.block(block)?;
+            take_docs(&mut inside, &mut docs);
+            while let Some((first, rest)) = inside.split_first() {
+                if first.kind == TokenKind::Newline {
+                    inside = rest;
+                    continue;
+                }
+                let (line, rest) = inside.split_at(item_length(inside));
+                let (_, reset) = self.report(reset(self.input(line)))?;
+                resets.push(reset);
+                inside = rest;
+            }
+            self.end_of_block(&[], behind, &mut docs)?;
+        }
+        let last = line.iter().rfind(|token| token.kind != TokenKind::Doc)?;
+        let span = self.span(*line.first()?).to(self.span(*last));
+        let doc = self.doc_lines(&docs);
+        Some(Transition { span, doc, from, to, left, crossing, right, resets })
+    }
+}
+
+fn start_mode(input: Tokens<'_>) -> Parsed<'_, Name> {
+    let (rest, name) = name(input.behind_first())?;
+    if rest.is_empty() { Ok((rest, name)) } else { rest.expected("the end of the line") }
+}
+
+type Head = (Name, Name, Expr, Crossing, Expr);
+
+fn head_of_transition(input: Tokens<'_>) -> Parsed<'_, Head> {
+    let arrow = token(TokenKind::Arrow, "`->` and the mode that follows, or `{` and equations");
+    let when = word("when", "`when` and a condition such as `x falls below 0`");
+    let (rest, (from, _, to, _, left)) = (name, arrow, name, when, expression).parse(input)?;
+    let (crossing, side) = match rest.first_text() {
+        "rises" => (Crossing::Rises, "above"),
+        "falls" => (Crossing::Falls, "below"),
+        _ => return rest.expected("`rises above`, `falls below` or an operator"),
+    };
+    let expected = if side == "above" { "`above`" } else { "`below`" };
+    let (rest, _) = word(side, expected)(rest.behind_first())?;
+    let (rest, right) = expression(rest)?;
+    if rest.is_empty() {
+        Ok((rest, (from, to, left, crossing, right)))
+    } else {
+        rest.expected(OPERATOR)
+    }
+}
+
+/// `reset x = e`
+fn reset(input: Tokens<'_>) -> Parsed<'_, Reset> {
+    let keyword = word("reset", "`reset NAME = …`");
+    let equal = token(TokenKind::Equal, "`=`");
+    let (rest, (_, name, _, value)) = (keyword, name, equal, expression).parse(input)?;
+    if rest.is_empty() {
+        Ok((rest, Reset { span: input.span_to(&rest), name, value }))
+    } else {
+        rest.expected(OPERATOR)
+    }
+}

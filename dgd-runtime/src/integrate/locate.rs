@@ -1,0 +1,155 @@
+//! Where in a step a transition is due.
+//!
+//! y(t + h) is what a step of size h gives, so that the event function is zero to rounding at the end
+//! of the shortened step, and its accuracy is that of the method. The interval that holds the event
+//! is narrowed by the Illinois variant of regula falsi, and by halving where that does not get on.
+//!
+//! # Source
+//!
+//! Dowell and Jarratt, A modified regula falsi method for computing the root of an equation, BIT 11
+//! (1971) 168–174.
+
+use super::controller::Controller;
+use super::rosenbrock::Base;
+use super::{Simulation, Stop};
+use crate::error::IntegrateError;
+use crate::linalg::Singular;
+use crate::problem::Problem;
+use crate::solution::Solution;
+use crate::system::{Point, System};
+
+/// The interval is narrowed to this part of the step.
+const NARROW: f64 = 1e-13;
+/// Halving alone narrows any interval to rounding in as many trials.
+const MOST_TRIALS: usize = 120;
+
+impl<S: System> Simulation<'_, S> {
+    /// Shortens the step tried last to the first transition that is due in it, and makes it.
+    pub(super) fn step_to_event(
+        &mut self,
+        controller: &mut Controller,
+        h: f64,
+        t_new: f64,
+        times: &[f64],
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        let located = self.locate(h, solution);
+        let Ok(cut) = located else {
+            // The step itself could be made, a shorter one could not.
+            controller.abandon(h);
+            solution.statistics.rejected += 1;
+            return Ok(());
+        };
+        let due = self.due();
+        let t_event = if cut < h { self.t + cut } else { t_new };
+        self.accept(t_event, Stop::Change, times, solution);
+        if let Some(due) = due {
+            self.begin_event(due, solution);
+        }
+        self.settle(solution)?;
+        // What else happens at this time comes first.
+        if t_event < self.stop() {
+            self.record_now(times, solution);
+        }
+        Ok(())
+    }
+
+    /// The size of the step that just passes the first threshold. It has been tried last, with the
+    /// event functions at its end in `e`.
+    fn locate(&mut self, h: f64, solution: &mut Solution) -> Result<f64, Singular> {
+        let Problem { system, p, .. } = *self.problem;
+        let (mut low, mut high) = (0.0, h);
+        self.discrete.high.copy_from_slice(&self.discrete.e);
+        {
+            let u = self.drive.at(self.t);
+            let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
+            system.event_functions(at, &mut self.discrete.low);
+        }
+        let narrow = (4.0 * f64::EPSILON * self.t.abs()).max(NARROW * h);
+        // Which end stayed in the last trials, and how often.
+        let mut stayed = (Side::None, 0);
+        let mut trials = 0;
+        while high - low > narrow && trials < MOST_TRIALS {
+            trials += 1;
+            let middle = 0.5 * (low + high);
+            // Regula falsi gets on slowly where the event function is very uneven.
+            let is_halving = trials % 8 == 0;
+            let root = if is_halving { middle } else { self.earliest_root(low, high) };
+            let inside = 0.5 * narrow.min(high - low);
+            let trial = root.clamp(low + inside, high - inside);
+            self.try_to(trial, solution)?;
+            if self.due().is_some() {
+                high = trial;
+                self.discrete.high.copy_from_slice(&self.discrete.e);
+                stayed = stayed_again(stayed, Side::Low);
+                if stayed.1 > 1 {
+                    self.discrete.low.iter_mut().for_each(|e| *e *= 0.5);
+                }
+            } else {
+                low = trial;
+                self.discrete.low.copy_from_slice(&self.discrete.e);
+                stayed = stayed_again(stayed, Side::High);
+                if stayed.1 > 1 {
+                    self.discrete.high.iter_mut().for_each(|e| *e *= 0.5);
+                }
+            }
+        }
+        let directions = self.directions.as_mut();
+        let (mass, z) = (&self.algebraic.mass, self.discrete.z());
+        let base = Base { system, p, z, mass, t: self.t };
+        self.stepper.attempt(base, &mut self.drive, self.y.as_ref(), high, directions)?;
+        solution.statistics.factorisations += 1;
+        solution.statistics.evaluations += self.further_stages;
+        self.evaluate_at_end(high);
+        Ok(high)
+    }
+
+    /// Tries a step without sensitivities, and evaluates the event functions at its end.
+    fn try_to(&mut self, h: f64, solution: &mut Solution) -> Result<(), Singular> {
+        let Problem { system, p, .. } = *self.problem;
+        let (mass, z) = (&self.algebraic.mass, self.discrete.z());
+        let base = Base { system, p, z, mass, t: self.t };
+        self.stepper.attempt(base, &mut self.drive, self.y.as_ref(), h, None)?;
+        solution.statistics.factorisations += 1;
+        solution.statistics.evaluations += self.further_stages;
+        self.evaluate_at_end(h);
+        Ok(())
+    }
+
+    fn evaluate_at_end(&mut self, h: f64) {
+        let Problem { system, p, .. } = *self.problem;
+        let t = self.t + h;
+        let u = self.drive.at(t);
+        let at = Point { t, y: self.stepper.y_new.as_ref(), u, p, z: &self.discrete.schedule.z };
+        system.event_functions(at, &mut self.discrete.e);
+    }
+
+    /// The earliest root of the lines through the event functions that pass their thresholds.
+    fn earliest_root(&self, low: f64, high: f64) -> f64 {
+        let (at_low, at_high) = (&self.discrete.low, &self.discrete.high);
+        let transitions = self.problem.system.signature().discrete.transitions().enumerate();
+        let mut earliest = high;
+        for (k, (automaton, transition)) in transitions {
+            let (a, b) = (at_low[k], at_high[k]);
+            if self.discrete.watches(k, automaton, transition.from)
+                && transition.crossing.is_past(b)
+                && !transition.crossing.is_past(a)
+            {
+                earliest = earliest.min(low + (high - low) * (a / (a - b)));
+            }
+        }
+        earliest
+    }
+}
+
+/// An end of the interval.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Side {
+    None,
+    Low,
+    High,
+}
+
+fn stayed_again((side, times): (Side, u32), now: Side) -> (Side, u32) {
+    if side == now { (now, times + 1) } else { (now, 1) }
+}

@@ -1,0 +1,642 @@
+/// A tank that a pump fills.
+#[allow(
+    non_snake_case,
+    unused_variables,
+    unused_doc_comments,
+    dead_code,
+    clippy::all,
+    clippy::pedantic
+)]
+pub mod filled_tank {
+    /// The model `filled_tank`.
+    #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+    pub struct Model;
+    /// Parameters p; the default is the model file's. All in SI units.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Parameters {
+        /// [m^(5/2)/s]
+        pub k: f64,
+        /// of the drive
+        ///
+        /// [s]
+        pub tau: f64,
+        /// [m], declared in cm
+        pub offset_level: f64,
+        /// [1]
+        pub gain: f64,
+    }
+    #[automatically_derived]
+    impl ::core::default::Default for Parameters {
+        fn default() -> Self {
+            Parameters {
+                k: 0.1,
+                tau: 5.0,
+                offset_level: 0.0,
+                gain: 1.0,
+            }
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<Parameters> for [f64; 4] {
+        fn from(named: Parameters) -> [f64; 4] {
+            [named.k, named.tau, named.offset_level, named.gain]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<[f64; 4]> for Parameters {
+        fn from([k, tau, offset_level, gain]: [f64; 4]) -> Parameters {
+            Parameters {
+                k,
+                tau,
+                offset_level,
+                gain,
+            }
+        }
+    }
+    /// Inputs u. All in SI units.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Inputs {
+        /// Demanded, not measured.
+        ///
+        /// [m^3/s], declared in m^3/h
+        pub q_in: f64,
+    }
+    #[automatically_derived]
+    impl ::core::default::Default for Inputs {
+        fn default() -> Self {
+            Inputs { q_in: 0.0 }
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<Inputs> for [f64; 1] {
+        fn from(named: Inputs) -> [f64; 1] {
+            [named.q_in]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<[f64; 1]> for Inputs {
+        fn from([q_in]: [f64; 1]) -> Inputs {
+            Inputs { q_in }
+        }
+    }
+    /// Unknowns y. All in SI units.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Unknowns {
+        /// [m]
+        pub h: f64,
+        /// [m^3]
+        pub v: f64,
+        /// [m^3/s], declared in m^3/h
+        pub q_pump: f64,
+    }
+    #[automatically_derived]
+    impl ::core::default::Default for Unknowns {
+        fn default() -> Self {
+            Unknowns {
+                h: 0.0,
+                v: 0.0,
+                q_pump: 0.0,
+            }
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<Unknowns> for [f64; 3] {
+        fn from(named: Unknowns) -> [f64; 3] {
+            [named.h, named.v, named.q_pump]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<[f64; 3]> for Unknowns {
+        fn from([h, v, q_pump]: [f64; 3]) -> Unknowns {
+            Unknowns { h, v, q_pump }
+        }
+    }
+    /// Outputs w. All in SI units.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Outputs {
+        /// [m], declared in cm
+        pub level: f64,
+        /// [m^3/s], declared in m^3/h
+        pub out: f64,
+    }
+    #[automatically_derived]
+    impl ::core::default::Default for Outputs {
+        fn default() -> Self {
+            Outputs { level: 0.0, out: 0.0 }
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<Outputs> for [f64; 2] {
+        fn from(named: Outputs) -> [f64; 2] {
+            [named.level, named.out]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<[f64; 2]> for Outputs {
+        fn from([level, out]: [f64; 2]) -> Outputs {
+            Outputs { level, out }
+        }
+    }
+    use ::dgd::__runtime::system::{List, Text};
+    static SIGNATURE: ::dgd::__runtime::Signature = ::dgd::__runtime::Signature {
+        name: Text::Borrowed("filled_tank"),
+        unknowns: List::Borrowed(
+            &[
+                ::dgd::__runtime::system::Unknown {
+                    name: Text::Borrowed("h"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("m"),
+                        factor: 1.0,
+                        offset: 0.0,
+                    },
+                    nominal: ::core::option::Option::None,
+                    differential: true,
+                },
+                ::dgd::__runtime::system::Unknown {
+                    name: Text::Borrowed("v"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("m^3"),
+                        factor: 1.0,
+                        offset: 0.0,
+                    },
+                    nominal: ::core::option::Option::None,
+                    differential: true,
+                },
+                ::dgd::__runtime::system::Unknown {
+                    name: Text::Borrowed("q_pump"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("m^3/h"),
+                        factor: 0.0002777777777777778,
+                        offset: 0.0,
+                    },
+                    nominal: ::core::option::Option::None,
+                    differential: true,
+                },
+            ],
+        ),
+        equations: List::Borrowed(
+            &[Text::Borrowed("level"), Text::Borrowed("total"), Text::Borrowed("drive")],
+        ),
+        parameters: List::Borrowed(
+            &[
+                ::dgd::__runtime::system::Parameter {
+                    name: Text::Borrowed("k"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("m^(5/2)/s"),
+                        factor: 1.0,
+                        offset: 0.0,
+                    },
+                    value: 0.1,
+                    lower: 0.0,
+                    upper: 1.0,
+                    nominal: ::core::option::Option::None,
+                    log: false,
+                    fixed: false,
+                },
+                ::dgd::__runtime::system::Parameter {
+                    name: Text::Borrowed("tau"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("s"),
+                        factor: 1.0,
+                        offset: 0.0,
+                    },
+                    value: 5.0,
+                    lower: 0.1,
+                    upper: 100.0,
+                    nominal: ::core::option::Option::None,
+                    log: true,
+                    fixed: false,
+                },
+                ::dgd::__runtime::system::Parameter {
+                    name: Text::Borrowed("offset_level"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("cm"),
+                        factor: 0.01,
+                        offset: 0.0,
+                    },
+                    value: 0.0,
+                    lower: -0.1,
+                    upper: 0.1,
+                    nominal: ::core::option::Option::None,
+                    log: false,
+                    fixed: false,
+                },
+                ::dgd::__runtime::system::Parameter {
+                    name: Text::Borrowed("gain"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("1"),
+                        factor: 1.0,
+                        offset: 0.0,
+                    },
+                    value: 1.0,
+                    lower: 0.5,
+                    upper: 2.0,
+                    nominal: ::core::option::Option::None,
+                    log: false,
+                    fixed: false,
+                },
+            ],
+        ),
+        inputs: List::Borrowed(
+            &[
+                ::dgd::__runtime::system::Input {
+                    name: Text::Borrowed("q_in"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("m^3/h"),
+                        factor: 0.0002777777777777778,
+                        offset: 0.0,
+                    },
+                    interpolation: ::dgd::__runtime::system::Interpolation::Linear,
+                },
+            ],
+        ),
+        delays: List::Borrowed(&[]),
+        delayed_inputs: List::Borrowed(&[]),
+        outputs: List::Borrowed(
+            &[
+                ::dgd::__runtime::system::Output {
+                    name: Text::Borrowed("level"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("cm"),
+                        factor: 0.01,
+                        offset: 0.0,
+                    },
+                    noise: ::core::option::Option::Some(0.01),
+                    delay: ::core::option::Option::None,
+                },
+                ::dgd::__runtime::system::Output {
+                    name: Text::Borrowed("out"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("m^3/h"),
+                        factor: 0.0002777777777777778,
+                        offset: 0.0,
+                    },
+                    noise: ::core::option::Option::None,
+                    delay: ::core::option::Option::None,
+                },
+            ],
+        ),
+        directions: List::Borrowed(
+            &[
+                ::dgd::__runtime::system::Direction::Parameter(0),
+                ::dgd::__runtime::system::Direction::Parameter(1),
+                ::dgd::__runtime::system::Direction::Parameter(2),
+                ::dgd::__runtime::system::Direction::Parameter(3),
+            ],
+        ),
+        jacobian: ::dgd::__runtime::system::Pattern {
+            rows: List::Borrowed(&[0, 0, 1, 2]),
+            columns: List::Borrowed(&[0, 2, 2, 2]),
+        },
+        sensitivity_jacobian: ::dgd::__runtime::system::Pattern {
+            rows: List::Borrowed(&[0, 3, 6, 9, 5]),
+            columns: List::Borrowed(&[0, 0, 0, 0, 2]),
+        },
+        parameter_jacobian: ::dgd::__runtime::system::Pattern {
+            rows: List::Borrowed(&[0, 2, 2]),
+            columns: List::Borrowed(&[0, 1, 3]),
+        },
+        input_jacobian: ::dgd::__runtime::system::Pattern {
+            rows: List::Borrowed(&[2]),
+            columns: List::Borrowed(&[0]),
+        },
+        output_jacobians: [
+            ::dgd::__runtime::system::Pattern {
+                rows: List::Borrowed(&[0, 1]),
+                columns: List::Borrowed(&[0, 0]),
+            },
+            ::dgd::__runtime::system::Pattern {
+                rows: List::Borrowed(&[]),
+                columns: List::Borrowed(&[]),
+            },
+            ::dgd::__runtime::system::Pattern {
+                rows: List::Borrowed(&[1, 0]),
+                columns: List::Borrowed(&[0, 2]),
+            },
+        ],
+        discrete: ::dgd::__runtime::system::Discrete::NONE,
+    };
+    #[automatically_derived]
+    impl ::dgd::__runtime::System for Model {
+        type Vector = [f64; 3];
+        type Sensitivity = [f64; 12];
+        type Inputs = [f64; 1];
+        type Jacobian = [f64; 4];
+        type SensitivityJacobian = [f64; 5];
+        type Factorisation = ::dgd::__runtime::linalg::FixedLu<3>;
+        #[inline]
+        fn signature(&self) -> &::dgd::__runtime::Signature {
+            &SIGNATURE
+        }
+        #[inline]
+        fn rhs(&self, _at: ::dgd::__runtime::Point<'_>, _f: &mut [f64]) {
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<4>(_at.p);
+            let gain = _p[3];
+            let q_in = _u[0];
+            let q_pump = _y[2];
+            let k = _p[0];
+            let h = _y[0];
+            let tau = _p[1];
+            /// `level` (model.dgd:17): der(h) =
+            let _row_0: f64 = 0.5 * (q_pump - k * ::core::primitive::f64::sqrt(h));
+            /// `total` (model.dgd:18): der(v) =
+            let _row_1: f64 = q_pump;
+            /// `drive` (effects/lag.dgd:9): der(q_pump) =
+            let _row_2: f64 = (gain * q_in - q_pump) / tau;
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [_row_0, _row_1, _row_2];
+        }
+        #[inline]
+        fn linearize(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _udot: &[f64],
+            _f: &mut [f64],
+            _jacobian: &mut [f64],
+            _dfdt: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<4>(_at.p);
+            let _udot = ::dgd::__runtime::codegen::fixed::<1>(_udot);
+            let gain = _p[3];
+            let q_in = _u[0];
+            let q_pump = _y[2];
+            let k = _p[0];
+            let h = _y[0];
+            let _v7 = ::core::primitive::f64::sqrt(h);
+            let tau = _p[1];
+            let _v20 = 1.0 / tau;
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
+                0.5 * (q_pump - k * _v7),
+                q_pump,
+                (gain * q_in - q_pump) / tau,
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<4>(_jacobian) = [
+                -0.5 * k * (0.5 / _v7),
+                0.5,
+                1.0,
+                -_v20,
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_dfdt) = [
+                0.0,
+                0.0,
+                _v20 * gain * _udot[0],
+            ];
+        }
+        #[inline]
+        fn sensitivity_rhs(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _s: &[f64],
+            _f: &mut [f64],
+            _g: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<4>(_at.p);
+            let _s = ::dgd::__runtime::codegen::fixed::<12>(_s);
+            let gain = _p[3];
+            let q_in = _u[0];
+            let q_pump = _y[2];
+            let k = _p[0];
+            let h = _y[0];
+            let _v7 = ::core::primitive::f64::sqrt(h);
+            let tau = _p[1];
+            let _v14 = (gain * q_in - q_pump) / tau;
+            let _v18 = -0.5 * k * (0.5 / _v7);
+            let _v19 = 1.0 / tau;
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
+                0.5 * (q_pump - k * _v7),
+                q_pump,
+                _v14,
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<12>(_g) = [
+                _v18 * _s[0] + 0.5 * _s[2] + -0.5 * _v7,
+                _s[2],
+                -(_v19 * _s[2]),
+                _v18 * _s[3] + 0.5 * _s[5],
+                _s[5],
+                -(_v19 * _s[5]) - _v19 * _v14,
+                _v18 * _s[6] + 0.5 * _s[8],
+                _s[8],
+                -(_v19 * _s[8]),
+                _v18 * _s[9] + 0.5 * _s[11],
+                _s[11],
+                _v19 * q_in - _v19 * _s[11],
+            ];
+        }
+        #[inline]
+        fn sensitivity_linearize(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _udot: &[f64],
+            _s: &[f64],
+            _f: &mut [f64],
+            _jacobian: &mut [f64],
+            _dfdt: &mut [f64],
+            _g: &mut [f64],
+            _dgdy: &mut [f64],
+            _dgdt: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<4>(_at.p);
+            let _udot = ::dgd::__runtime::codegen::fixed::<1>(_udot);
+            let _s = ::dgd::__runtime::codegen::fixed::<12>(_s);
+            let gain = _p[3];
+            let q_in = _u[0];
+            let q_pump = _y[2];
+            let k = _p[0];
+            let h = _y[0];
+            let _v7 = ::core::primitive::f64::sqrt(h);
+            let tau = _p[1];
+            let _v15 = (gain * q_in - q_pump) / tau;
+            let _v17 = -0.5 * k;
+            let _v18 = 0.5 / _v7;
+            let _v19 = _v17 * _v18;
+            let _v20 = 1.0 / tau;
+            let _v60 = _v17 / _v7 * _v18 * _v18;
+            let _v71 = _v20 / tau;
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
+                0.5 * (q_pump - k * _v7),
+                q_pump,
+                _v15,
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<4>(_jacobian) = [
+                _v19,
+                0.5,
+                1.0,
+                -_v20,
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_dfdt) = [
+                0.0,
+                0.0,
+                _v20 * gain * _udot[0],
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<12>(_g) = [
+                _v19 * _s[0] + 0.5 * _s[2] + -0.5 * _v7,
+                _s[2],
+                -(_v20 * _s[2]),
+                _v19 * _s[3] + 0.5 * _s[5],
+                _s[5],
+                -(_v20 * _s[5]) - _v20 * _v15,
+                _v19 * _s[6] + 0.5 * _s[8],
+                _s[8],
+                -(_v20 * _s[8]),
+                _v19 * _s[9] + 0.5 * _s[11],
+                _s[11],
+                _v20 * q_in - _v20 * _s[11],
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<5>(_dgdy) = [
+                -0.25 / _v7 - _v60 * _s[0],
+                -(_v60 * _s[3]),
+                -(_v60 * _s[6]),
+                -(_v60 * _s[9]),
+                _v71,
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<12>(_dgdt) = [
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                -(_v71 * gain * _udot[0]),
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                _v20 * _udot[0],
+            ];
+        }
+        #[inline]
+        fn parameter_jacobian(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _values: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<4>(_at.p);
+            let gain = _p[3];
+            let q_in = _u[0];
+            let q_pump = _y[2];
+            let h = _y[0];
+            let tau = _p[1];
+            let _v11 = 1.0 / tau;
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_values) = [
+                -0.5 * ::core::primitive::f64::sqrt(h),
+                -(_v11 * ((gain * q_in - q_pump) / tau)),
+                _v11 * q_in,
+            ];
+        }
+        #[inline]
+        fn input_jacobian(&self, _at: ::dgd::__runtime::Point<'_>, _values: &mut [f64]) {
+            let _p = ::dgd::__runtime::codegen::fixed::<4>(_at.p);
+            let gain = _p[3];
+            let tau = _p[1];
+            *::dgd::__runtime::codegen::fixed_mut::<1>(_values) = [1.0 / tau * gain];
+        }
+        #[inline]
+        fn time_derivative(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _values: &mut [f64],
+        ) {
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_values) = [0.0, 0.0, 0.0];
+        }
+        #[inline]
+        fn outputs(&self, _at: ::dgd::__runtime::Point<'_>, _w: &mut [f64]) {
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _p = ::dgd::__runtime::codegen::fixed::<4>(_at.p);
+            let k = _p[0];
+            let h = _y[0];
+            let offset_level = _p[2];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_w) = [
+                h + offset_level,
+                k * ::core::primitive::f64::sqrt(h),
+            ];
+        }
+        #[inline]
+        fn output_jacobians(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _dwdy: &mut [f64],
+            _dwdu: &mut [f64],
+            _dwdp: &mut [f64],
+            _dwdt: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _p = ::dgd::__runtime::codegen::fixed::<4>(_at.p);
+            let k = _p[0];
+            let h = _y[0];
+            let _v3 = ::core::primitive::f64::sqrt(h);
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_dwdy) = [1.0, k * (0.5 / _v3)];
+            *::dgd::__runtime::codegen::fixed_mut::<0>(_dwdu) = [];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_dwdp) = [_v3, 1.0];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_dwdt) = [0.0, 0.0];
+        }
+        #[inline]
+        fn output_sensitivities(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _s: &[f64],
+            _w: &mut [f64],
+            _dw: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _p = ::dgd::__runtime::codegen::fixed::<4>(_at.p);
+            let _s = ::dgd::__runtime::codegen::fixed::<12>(_s);
+            let k = _p[0];
+            let h = _y[0];
+            let _v3 = ::core::primitive::f64::sqrt(h);
+            let offset_level = _p[2];
+            let _v13 = k * (0.5 / _v3);
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_w) = [h + offset_level, k * _v3];
+            *::dgd::__runtime::codegen::fixed_mut::<8>(_dw) = [
+                _s[0],
+                _v13 * _s[0] + _v3,
+                _s[3],
+                _v13 * _s[3],
+                _s[6] + 1.0,
+                _v13 * _s[6],
+                _s[9],
+                _v13 * _s[9],
+            ];
+        }
+        #[inline]
+        fn start(&self, _at: ::dgd::__runtime::Point<'_>, _y0: &mut [f64]) {
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<4>(_at.p);
+            let gain = _p[3];
+            let q_in = _u[0];
+            let _v3 = gain * q_in;
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_y0) = [1.0, 60.0 * _v3, _v3];
+        }
+        #[inline]
+        fn start_sensitivities(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _s0: &mut [f64],
+        ) {
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let q_in = _u[0];
+            *::dgd::__runtime::codegen::fixed_mut::<12>(_s0) = [
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                60.0 * q_in,
+                q_in,
+            ];
+        }
+    }
+}
