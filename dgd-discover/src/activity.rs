@@ -11,7 +11,9 @@
 
 use dgd_execute::Interpreted;
 use dgd_runtime::identify::Recording;
-use dgd_runtime::{Options, Point, Problem, Solution, System, Unit, observe, simulate};
+use dgd_runtime::{
+    Options, Point, Problem, Signature, Solution, System, Unit, discrete_numbers, observe, simulate,
+};
 
 use crate::fitted::Fitted;
 use crate::structure::{Structure, Values};
@@ -87,12 +89,33 @@ fn rows(
         ib.value(t, solution.side(k), &mut ub);
         let y = solution.y(k);
         let common: Vec<f64> = places.iter().map(|place| y[*place]).collect();
-        a.rhs(Point { t, y, u: &ua, p: &pa }, &mut fa);
-        b.rhs(Point { t, y: &common, u: &ub, p: &pb }, &mut fb);
+        let za = solution.z(k);
+        let zb = discrete(b, &pb, t, sa, za);
+        a.rhs(Point { t, y, u: &ua, p: &pa, z: za }, &mut fa);
+        b.rhs(Point { t, y: &common, u: &ub, p: &pb, z: &zb }, &mut fb);
         with_effect.extend(places.iter().map(|place| fa[*place]));
         without_effect.extend_from_slice(&fb);
     }
     joined(&with_effect, &without_effect, n)
+}
+
+/// The discrete numbers of one system where another, which has its automata too, has `known`.
+fn discrete(
+    system: &Interpreted,
+    p: &[f64],
+    t: f64,
+    other: &Signature,
+    known: &[f64],
+) -> Vec<f64> {
+    let automata = &system.signature().discrete.automata;
+    let mut z = discrete_numbers(system, p, t);
+    for (z, automaton) in z.iter_mut().zip(automata.iter()) {
+        let mut others = other.discrete.automata.iter().zip(known);
+        if let Some((_, mode)) = others.find(|(other, _)| other.name == automaton.name) {
+            *z = *mode;
+        }
+    }
+    z
 }
 
 /// For each row of n numbers, the largest difference, each column in units of its largest. Columns
