@@ -183,7 +183,10 @@ fn refined(search: &Search<'_>, chosen: &[usize], options: Options) -> Result<Fi
     };
     let data = Data { options, ..search.data.clone() };
     let structure = fitted.structure.clone();
-    Fitted::new(structure, &fitted.values, &[Vec::new()], &data, LAST_EVALUATIONS)
+    let mut fitted =
+        Fitted::new(structure, &fitted.values, &[Vec::new()], &data, LAST_EVALUATIONS)?;
+    fitted.hold_out(&data, LAST_EVALUATIONS);
+    Ok(fitted)
 }
 
 /// What is known about the effects of the structure that is believed.

@@ -38,7 +38,7 @@ pub(crate) struct Fitted {
     pub is_converged: bool,
     /// Outputs at the samples of each training recording.
     pub train: Vec<Observations>,
-    /// The same for held-out recordings; `None` where they cannot be simulated.
+    /// The same for held-out recordings; `None` where they were not or cannot be simulated.
     pub valid: Option<Vec<Observations>>,
 }
 
@@ -82,10 +82,14 @@ impl Fitted {
         let problem = problem(&structure, &fit.p, &recordings, data, evaluations);
         let Evaluation { observations: train, .. } =
             evaluate(&problem, &fit.p, &fit.starts).map_err(|error| NoFit(error.to_string()))?;
-        let valid = held_out(&structure, &fit.p, data, evaluations);
         let is_converged = fit.termination.is_converged();
         let (p, estimates) = (fit.p, fit.estimates);
-        Ok(Fitted { structure, values, p, estimates, is_converged, train, valid })
+        Ok(Fitted { structure, values, p, estimates, is_converged, train, valid: None })
+    }
+
+    /// Simulates the held-out recordings.
+    pub(crate) fn hold_out(&mut self, data: &Data<'_>, evaluations: usize) {
+        self.valid = held_out(&self.structure, &self.p, data, evaluations);
     }
 
     /// Free parameters and start values.
@@ -104,7 +108,9 @@ impl Fitted {
         for (recording, outputs) in data.valid.iter().zip(&mut all) {
             let first = recording.times.first().copied().unwrap_or(0.0);
             let skipped = recording.times.partition_point(|t| *t < first + START_SECONDS);
-            outputs.iter_mut().for_each(|values| values[..skipped].fill(f64::NAN));
+            for values in outputs {
+                values[..skipped].fill(f64::NAN);
+            }
         }
         Some(all)
     }

@@ -6,10 +6,10 @@
 //!   λ̂ = φ⊥ᵀr / φ⊥ᵀφ⊥,   gain in Σ(e/σ)² = (φ⊥ᵀr)² / φ⊥ᵀφ⊥
 //! ```
 //!
-//! λ is what switches the candidate on: the parameters that its `null` names, or its blend. One
-//! simulation with all candidates at nothing gives φ of each. Constants within an effect (an onset,
-//! a time constant, an exponent) do nothing there; they are tried on a grid, all candidates'
-//! at once, one simulation for each point of it.
+//! λ is what switches the candidate on: the parameters that its `null` names, or its blend. A
+//! simulation with candidates at nothing gives φ of each. Constants within an effect (an onset,
+//! a time constant, a friction) do nothing there; they are tried on a grid, one simulation for each
+//! point of it.
 //!
 //! Rao, Proc. Cambridge Phil. Soc. 44 (1948) 50; Silvey, Ann. Math. Stat. 30 (1959) 389.
 
@@ -25,8 +25,11 @@ use crate::parallel::in_parallel;
 use crate::projection::{Basis, dot};
 use crate::structure::{BaseModel, Values};
 
-/// Points of the grid of inner constants.
-const GRID: usize = 12;
+/// Points of the grid of an onset: a fit finds an onset that lies within a tenth of the recording.
+const ONSETS: usize = 12;
+
+/// Points of the grid of another inner constant, whose effect changes slowly with it.
+const CONSTANTS: usize = 6;
 
 /// What a candidate promises.
 #[derive(Debug, Clone)]
@@ -57,16 +60,10 @@ pub(crate) fn screen(
     let others: Vec<usize> = (0..all.len()).filter(|c| !chosen.contains(c)).collect();
     let residual = weighted(data, &fitted.residuals(data));
     let Some(basis) = fitted_directions(fitted, data) else { return Vec::new() };
-    let mut scores = Vec::new();
-    // One run for all; where that cannot be had, one for each.
     let parts = Parts { base, all, fitted, data, threads, basis: &basis, residual: &residual };
-    match parts.screen(&others) {
-        Some(together) => scores.extend(together),
-        None => {
-            for other in &others {
-                scores.extend(parts.screen(&[*other]).into_iter().flatten());
-            }
-        }
+    let mut scores: Vec<Score> = Vec::new();
+    for group in parts.groups(&others) {
+        scores.extend(parts.screen(&group));
     }
     scores.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.candidate.cmp(&b.candidate)));
     scores
@@ -84,8 +81,44 @@ struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    /// Screens some candidates by simulations that hold them all.
-    fn screen(&self, others: &[usize]) -> Option<Vec<Score>> {
+    /// Candidates that are screened in one simulation: all that have no inner constants, all whose
+    /// inner constants are onsets, and each of the others alone, since it may bring states and steps
+    /// of its own.
+    fn groups(&self, others: &[usize]) -> Vec<Vec<usize>> {
+        let (mut plain, mut with_onset, mut alone) = (Vec::new(), Vec::new(), Vec::new());
+        for &other in others {
+            let chosen = &self.fitted.structure.candidates;
+            let Ok((system, brought)) = self.base.screening(self.all, chosen, &[other]) else {
+                continue;
+            };
+            let inner = inner_constants(&system, &self.all[other], &brought[0], self.data);
+            if inner.is_empty() {
+                plain.push(other);
+            } else if inner.iter().all(|inner| inner.is_onset) {
+                with_onset.push(other);
+            } else {
+                alone.push(vec![other]);
+            }
+        }
+        [vec![plain, with_onset], alone].concat()
+    }
+
+    /// Screens some candidates by simulations that hold them all; where these cannot be had, one by
+    /// one.
+    fn screen(&self, others: &[usize]) -> Vec<Score> {
+        match self.screen_together(others) {
+            Some(scores) => scores,
+            None if others.len() > 1 => {
+                others.iter().flat_map(|&other| self.screen(&[other])).collect()
+            }
+            None => Vec::new(),
+        }
+    }
+
+    fn screen_together(&self, others: &[usize]) -> Option<Vec<Score>> {
+        if others.is_empty() {
+            return Some(Vec::new());
+        }
         let Parts { base, all, data, .. } = *self;
         let chosen = &self.fitted.structure.candidates;
         let (system, brought) = base.screening(all, chosen, others).ok()?;
@@ -94,7 +127,7 @@ impl Parts<'_> {
             .zip(&brought)
             .map(|(&other, brought)| inner_constants(&system, &all[other], brought, data))
             .collect();
-        let points = if inner.iter().all(Vec::is_empty) { 1 } else { GRID };
+        let points = inner.iter().flatten().map(|inner| inner.points).max().unwrap_or(1);
         let values = &self.fitted.values;
         let runs = in_parallel(self.threads, points, |g| {
             let mut values = values.clone();
@@ -104,6 +137,7 @@ impl Parts<'_> {
             let (system, _) = base.screening(all, chosen, others).ok()?;
             sensitivities(&system, &values, data)
         });
+        let is_simulated = runs.iter().any(Option::is_some);
         let mut found: Vec<Vec<Promise>> = vec![Vec::new(); others.len()];
         for (g, columns) in runs.into_iter().enumerate() {
             let Some(columns) = columns else { continue };
@@ -121,7 +155,7 @@ impl Parts<'_> {
                 found.push(promise);
             }
         }
-        if found.iter().all(Vec::is_empty) && others.len() > 1 {
+        if !is_simulated {
             return None;
         }
         let scores = others.iter().zip(found).filter_map(|(&candidate, mut found)| {
@@ -179,6 +213,9 @@ struct Inner {
     lower: f64,
     upper: f64,
     log: bool,
+    /// Points of its grid.
+    points: usize,
+    is_onset: bool,
     /// Which of the candidate's inner constants it is.
     place: usize,
 }
@@ -187,9 +224,9 @@ impl Inner {
     /// Its value at a point of the grid. The constants of one candidate go through their grids in
     /// different orders, so that they do not only move together.
     fn at(&self, g: usize) -> f64 {
-        // 12 has 1, 5, 7 and 11 without a common divisor.
+        // Strides without a common divisor with 6 and 12.
         let stride = [1, 5, 7, 11][self.place % 4];
-        let share = ((g * stride % GRID) as f64 + 0.5) / GRID as f64;
+        let share = ((g * stride % self.points) as f64 + 0.5) / self.points as f64;
         if self.log {
             (self.lower.ln() + share * (self.upper / self.lower).ln()).exp()
         } else {
@@ -223,7 +260,8 @@ fn inner_constants(
             (open(parameter.lower, size / 5.0), open(parameter.upper, size * 5.0))
         };
         let log = parameter.log && lower > 0.0 && !is_onset;
-        Inner { name: name.clone(), lower, upper, log, place }
+        let points = if is_onset { ONSETS } else { CONSTANTS };
+        Inner { name: name.clone(), lower, upper, log, points, is_onset, place }
     });
     inner.collect()
 }

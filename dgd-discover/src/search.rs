@@ -30,7 +30,7 @@ use crate::whiteness::whiteness;
 const MOST_EFFECTS: usize = 3;
 
 /// How many structures the search goes on from.
-const BEAM: usize = 4;
+const BEAM: usize = 3;
 
 /// How many of the screened candidates are refitted, by number of effects that are in already.
 const REFITTED: [usize; MOST_EFFECTS] = [8, 4, 3];
@@ -38,14 +38,12 @@ const REFITTED: [usize; MOST_EFFECTS] = [8, 4, 3];
 /// How many twins are tried for each effect of the best structure.
 const EXCHANGED: usize = 3;
 
-/// Simulations of a first fit from one point: enough to see whether a structure is any good.
-const FIRST_EVALUATIONS: usize = 8;
-
-/// Simulations of the fits that are continued.
+/// Simulations of the fits of a structure in the end.
 const EVALUATIONS: usize = 40;
 
-/// A fit that was not finished is continued where its error is within this factor of the least.
-const COMPETITIVE: f64 = 3.0;
+/// Fits that are not finished go on in stages: after so many simulations, those whose error is within
+/// this factor of the least. A structure that is right shows it early.
+const STAGES: [(usize, f64); 3] = [(4, 10.0), (6, 3.0), (10, 1.5)];
 
 /// Mean square of the errors, over that of the noise, up to which a structure explains the data: what
 /// it leaves is a few per cent of the sensors' noise, more than rounding and less than any effect.
@@ -152,7 +150,7 @@ impl Search<'_> {
     /// Whether the effects that one structure has more than another are worth their place.
     fn is_worth(&self, longer: &[usize], shorter: &[usize]) -> bool {
         let excess = |error: Option<(f64, usize)>| error.map(|(sum, n)| sum - n as f64);
-        let halves = |error: &dyn Fn(&[usize]) -> Option<(f64, usize)>| match (
+        let halves = |error: &ErrorOf<'_>| match (
             excess(error(longer)),
             excess(error(shorter)),
         ) {
@@ -177,6 +175,8 @@ impl Search<'_> {
         } else {
             fitted
         };
+        let mut fitted = fitted;
+        fitted.hold_out(&self.data, EVALUATIONS);
         self.tried.insert(Vec::new(), Ok(fitted));
         Ok(())
     }
@@ -216,23 +216,34 @@ impl Search<'_> {
                 new.push(wanted);
             }
         }
-        let added: Vec<Vec<usize>> = new.iter().map(|wanted| wanted.chosen.clone()).collect();
-        self.refit(new, FIRST_EVALUATIONS);
-        self.finish(&added);
+        let mut open: Vec<Vec<usize>> = new.iter().map(|wanted| wanted.chosen.clone()).collect();
+        let mut next = new;
+        for (evaluations, within) in STAGES {
+            self.refit(next, evaluations, HeldOut::Later);
+            let error = |chosen: &Vec<usize>| self.training_error(chosen).map(|(sum, _)| sum);
+            let least = self.tried.keys().filter_map(error).fold(f64::INFINITY, f64::min);
+            open.retain(|chosen| error(chosen).is_some_and(|error| error <= within * least));
+            let unfinished =
+                open.iter().filter(|c| self.fitted(c).is_some_and(|fitted| !fitted.is_converged));
+            next = unfinished.map(|chosen| self.continued(chosen)).collect();
+        }
+        // Of what is still under way only the best goes on to the end.
+        let best = self.ranked().into_iter().next();
+        next.retain(|wanted| Some(&wanted.chosen) == best.as_ref());
+        self.refit(next, EVALUATIONS, HeldOut::Later);
         self.sharpen();
+        self.hold_out(&open);
     }
 
-    /// Continues those of some fits that were not finished and may be the best.
-    fn finish(&mut self, added: &[Vec<usize>]) {
-        let error = |chosen: &Vec<usize>| self.training_error(chosen).map(|(sum, _)| sum);
-        let least = added.iter().filter_map(error).fold(f64::INFINITY, f64::min);
-        let is_open = |chosen: &&Vec<usize>| {
-            let unfinished = self.fitted(chosen).is_some_and(|fitted| !fitted.is_converged);
-            unfinished && error(chosen).is_some_and(|error| error <= COMPETITIVE * least)
-        };
-        let open: Vec<Wanted> =
-            added.iter().filter(is_open).map(|chosen| self.continued(chosen)).collect();
-        self.refit(open, EVALUATIONS);
+    /// Simulates held-out recordings with some structures.
+    fn hold_out(&mut self, structures: &[Vec<usize>]) {
+        for chosen in structures {
+            if let Some(Ok(fitted)) = self.tried.get_mut(chosen)
+                && fitted.valid.is_none()
+            {
+                fitted.hold_out(&self.data, EVALUATIONS);
+            }
+        }
     }
 
     /// A structure to be fitted from where its fit ended.
@@ -242,13 +253,17 @@ impl Search<'_> {
     }
 
     /// Fits structures, several at a time.
-    fn refit(&mut self, wanted: Vec<Wanted>, evaluations: usize) {
+    fn refit(&mut self, wanted: Vec<Wanted>, evaluations: usize, held_out: HeldOut) {
         let (base, candidates, data) = (self.base, self.candidates, &self.data);
         let results = in_parallel(self.threads, wanted.len(), |k| {
             let Wanted { chosen, from, points } = &wanted[k];
             let structure =
                 base.structure(candidates, chosen).map_err(|refused| NoFit(refused.0))?;
-            Fitted::new(structure, from, points, data, evaluations)
+            let mut fitted = Fitted::new(structure, from, points, data, evaluations)?;
+            if held_out == HeldOut::Now {
+                fitted.hold_out(data, evaluations);
+            }
+            Ok(fitted)
         });
         for (wanted, result) in wanted.into_iter().zip(results) {
             self.tried.insert(wanted.chosen, result);
@@ -271,7 +286,7 @@ impl Search<'_> {
             again.push(Vec::new());
         }
         let again = again.iter().map(|chosen| self.continued(chosen)).collect();
-        self.refit(again, EVALUATIONS);
+        self.refit(again, EVALUATIONS, HeldOut::Now);
     }
 
     /// Tries near twins for each effect of the best structure, until none is better.
@@ -395,9 +410,6 @@ impl Search<'_> {
         if !fitted.is_converged {
             notes.push("the fit was not finished".to_owned());
         }
-        if fitted.valid.is_none() && !self.data.valid.is_empty() {
-            notes.push("held-out data cannot be simulated".to_owned());
-        }
         notes.join("; ")
     }
 
@@ -409,6 +421,18 @@ impl Search<'_> {
         own.all(|name| !fitted.estimates.iter().any(|e| e.name == *name && e.at_bound.is_some()))
     }
 }
+
+/// When held-out recordings are simulated with a structure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum HeldOut {
+    /// With its fit.
+    Now,
+    /// When it may be the best.
+    Later,
+}
+
+/// An error of a structure, with the number of samples.
+type ErrorOf<'a> = dyn Fn(&[usize]) -> Option<(f64, usize)> + 'a;
 
 /// A structure to fit, and from where.
 #[derive(Debug, Clone)]
