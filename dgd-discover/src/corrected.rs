@@ -5,7 +5,7 @@ use dgd_compiler::effects::write;
 use dgd_compiler::source::{Source, Sources, Span};
 use dgd_compiler::syntax::ast::ItemKind;
 use dgd_compiler::syntax::edit::{NewValue, with_values};
-use dgd_compiler::syntax::{parse, visit};
+use dgd_compiler::syntax::{layout, parse, visit};
 use dgd_runtime::System;
 
 use crate::fitted::Fitted;
@@ -50,7 +50,13 @@ pub(crate) fn corrected(
             places.map(move |(_, span)| NewValue { name: *span, text: text.clone() })
         })
         .collect();
-    Ok(with_values(&ast, &text, &values, |_| None))
+    let with_values = with_values(&ast, &text, &values, |_| None);
+    // A text that was laid out canonically stays so: new values have other lengths.
+    if layout::format(id, &all, diagnostics)? != text {
+        return Ok(with_values);
+    }
+    let id = all.add(Source { name: all.get(id).name.clone(), text: with_values });
+    layout::format(id, &all, diagnostics)
 }
 
 /// A number to so many digits, as a person would write it.

@@ -57,7 +57,7 @@ pub fn apply(
             splicing.asts[0].items.extend(instance.items.iter().cloned());
         }
         for kind in [EffectKind::Plant, EffectKind::Sensor, EffectKind::Input] {
-            for instance in instances.iter().filter(|instance| instance.kind == kind) {
+            for instance in ordered(instances.iter().filter(|one| one.kind == kind).collect()) {
                 splicing.change(instance, &mut own);
             }
         }
@@ -68,6 +68,21 @@ pub fn apply(
     own.check()?;
     let brought = instances.into_iter().map(|instance| instance.brought).collect();
     Ok(Applied { asts: splicing.finished(asts), brought })
+}
+
+/// Applications in an order in which what one brings is there before another replaces names in it;
+/// as given where there is none.
+fn ordered(mut left: Vec<&Instance>) -> Vec<&Instance> {
+    let mut order = Vec::with_capacity(left.len());
+    while !left.is_empty() {
+        let waits = |one: &&Instance| {
+            let mut others = left.iter().filter(|other| !std::ptr::eq(**other, *one));
+            others.any(|other| one.replaced().any(|name| other.mentions(name)))
+        };
+        let next = left.iter().position(|one| !waits(one)).unwrap_or(0);
+        order.push(left.remove(next));
+    }
+    order
 }
 
 /// A model that is being changed.

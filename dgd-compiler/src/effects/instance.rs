@@ -94,6 +94,32 @@ impl Names {
 }
 
 impl Instance {
+    /// Names of the model that it replaces.
+    pub(super) fn replaced(&self) -> impl Iterator<Item = &str> {
+        self.changes.iter().filter_map(|change| match &change.kind {
+            ChangeKind::Replace { name, .. } => Some(name.text.as_str()),
+            ChangeKind::Output { .. } | ChangeKind::Add { .. } => None,
+        })
+    }
+
+    /// Whether what it puts into the model mentions a name.
+    pub(super) fn mentions(&self, name: &str) -> bool {
+        fn mentions(expr: &Expr, name: &str) -> bool {
+            let is_it = match &expr.kind {
+                ExprKind::Name(other) => other == name,
+                ExprKind::Call { function, .. } => function.text == name,
+                _ => false,
+            };
+            is_it || visit::operands(expr).into_iter().any(|operand| mentions(operand, name))
+        }
+        self.changes.iter().any(|change| match &change.kind {
+            ChangeKind::Replace { by, .. } | ChangeKind::Output { by, .. } => mentions(by, name),
+            ChangeKind::Add { value, .. } => mentions(value, name),
+        })
+    }
+}
+
+impl Instance {
     /// Gives an effect's names those that they have in the model, and takes them into `declared`.
     pub(super) fn new(
         application: &Application<'_>,

@@ -1,8 +1,8 @@
 //! Putting an expression in the place of the uses of a name.
 //!
-//! A use is a name, or a call, that stands in the model's own text. What effects bring is left alone,
-//! save by input effects, which act before the others. Where an earlier effect stands in the place
-//! of the same name, its expression is what a later one finds as the old value.
+//! A use is a name, or a call, that stands in the model's text or in what another effect brings; a
+//! sensor's effect leaves alone what others bring. Where an earlier effect stands in the place of the
+//! same name, its expression is what a later one finds as the old value.
 
 use std::collections::BTreeMap;
 
@@ -65,8 +65,8 @@ impl Splice<'_> {
     /// Whether a name at this place is one that the effect can replace.
     pub(super) fn can_replace(&self, span: Span) -> bool {
         match self.kind {
-            EffectKind::Input => span.source != self.own,
-            EffectKind::Plant | EffectKind::Sensor => self.model.contains(&span.source),
+            EffectKind::Input | EffectKind::Plant => span.source != self.own,
+            EffectKind::Sensor => self.model.contains(&span.source),
         }
     }
 

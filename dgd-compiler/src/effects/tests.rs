@@ -409,6 +409,22 @@ fn two_plant_effects_on_one_use_exclude_each_other() {
 }
 
 #[test]
+fn what_one_plant_effect_brings_another_can_replace_in_either_order() {
+    let lag = effect(
+        "plant",
+        "state q_late [m^3/s] = q_in\nequation lag: 5 [s]*der(q_late) = q_in - q_late\nreplace q_in by q_late",
+    );
+    let loss = effect("plant", "replace out by out + 0.1*q_in");
+    let given: [[(&str, &[&str]); 2]; 2] = [[(&lag, &[]), (&loss, &[])], [(&loss, &[]), (&lag, &[])]];
+    for order in given {
+        let lines = changed_lines(&order, Blending::Applied);
+        // The loss sees the late flow, the lag itself the flow that is there.
+        assert!(lines.iter().any(|line| line.contains("0.1*q_late")), "{lines:#?}");
+        assert!(lines.iter().any(|line| line.contains("= q_in - q_late")), "{lines:#?}");
+    }
+}
+
+#[test]
 fn wrong_units_are_shown_in_the_effect() {
     let mut run = Run::new(TANK);
     let text = effect("plant", "add k to level");
