@@ -70,6 +70,8 @@ pub(crate) struct Seen {
 pub enum LinearizeError {
     /// The trajectory has fewer than two samples.
     TooShort,
+    /// Something in the model arrives or is read late, which deviations at a sample do not follow.
+    Delayed,
     /// The algebraic equations do not determine their unknowns, or a derivative is not finite, at
     /// every sample.
     Undetermined,
@@ -79,6 +81,7 @@ impl fmt::Display for LinearizeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::TooShort => "the trajectory has fewer than two samples",
+            Self::Delayed => "the model has delays, which its deviations do not follow",
             Self::Undetermined => "the model has no derivatives anywhere along the trajectory",
         })
     }
@@ -109,6 +112,9 @@ impl Deviations {
     ) -> Result<Self, LinearizeError> {
         if trajectory.len() < 2 {
             return Err(LinearizeError::TooShort);
+        }
+        if !model.system().signature().delays.is_empty() {
+            return Err(LinearizeError::Delayed);
         }
         let mut linear = Linearization::new(model, p, inputs);
         let samples: Vec<Option<StateSpace>> = (0..trajectory.len())

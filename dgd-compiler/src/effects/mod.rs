@@ -18,7 +18,6 @@ mod declared;
 mod instance;
 mod open;
 mod read;
-mod set;
 mod splice;
 mod units;
 mod write;
@@ -31,7 +30,6 @@ use crate::syntax::ast::{Ast, EffectKind, Name, Target};
 
 pub use apply::apply;
 pub use bind::bind;
-pub use set::{SetError, set_values};
 pub use write::write;
 
 /// An effect: what it is, what it brings and what it changes.

@@ -447,27 +447,6 @@ fn trees_that_branch_too_much_are_refused() {
 }
 
 #[test]
-fn values_are_written_in_their_place() {
-    let run = Run::new(TANK);
-    let mut after = run.model.clone();
-    let values = [("k", 0.25), ("c", -3.5e-7), ("h", 12.0), ("A", 1e9)];
-    let values: Vec<(String, f64)> = values.map(|(name, value)| (name.to_owned(), value)).into();
-    assert_eq!(set_values(&mut after, &values), Ok(()));
-    let text = write(&run.model, &after, &[], &run.sources);
-    for line in [
-        "constant A [m^2] = 1e9   # weighed",
-        "parameter k [m^(5/2)/s] = 0.25",
-        "parameter c [m^3/s]     = -3.5e-7",
-        "state h [m]   = 12",
-    ] {
-        assert!(text.contains(line), "{line}\n{text}");
-    }
-    let unknown = SetError::NotDeclared { name: "z".into() };
-    assert_eq!(set_values(&mut after, &[("z".to_owned(), 1.0)]), Err(unknown));
-    assert!(set_values(&mut after, &[("k".to_owned(), f64::NAN)]).is_err());
-}
-
-#[test]
 fn printing_an_effect_and_reading_it_again_gives_the_same() {
     let text = "/// Doc.\neffect e(y: output [Pa], q: equation, p: parameter)\nkind sensor\nform first\nparameter a [unit(y)/s] = 0 in -1 .. 1\nvariant v { x { let b = a } z { let b = 2*a } }\n/// At nothing.\nnull a = 0\nreplace output y by y + b*time\nreplace f(x, y) in q by -x\nadd (p) to q\n";
     let read = |text: &str| {
