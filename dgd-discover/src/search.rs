@@ -45,6 +45,12 @@ const EVALUATIONS: usize = 40;
 /// this factor of the least. A structure that is right shows it early.
 const STAGES: [(usize, f64); 3] = [(4, 10.0), (6, 3.0), (10, 1.5)];
 
+/// Simulations of fits that are made again with other weights.
+const AGAIN: usize = 10;
+
+/// A fit that has gone through the stages and still leaves so many times the noise is given up.
+const HOPELESS: f64 = 10.0;
+
 /// Mean square of the errors, over that of the noise, up to which a structure explains the data: what
 /// it leaves is a few per cent of the sensors' noise, more than rounding and less than any effect.
 const EXPLAINED: f64 = 1.1;
@@ -227,8 +233,10 @@ impl Search<'_> {
                 open.iter().filter(|c| self.fitted(c).is_some_and(|fitted| !fitted.is_converged));
             next = unfinished.map(|chosen| self.continued(chosen)).collect();
         }
-        // Of what is still under way only the best goes on to the end.
-        let best = self.ranked().into_iter().next();
+        // Of what is still under way only the best goes on to the end, if there is hope for it.
+        let best = self.ranked().into_iter().next().filter(|best| {
+            self.training_error(best).is_some_and(|(sum, n)| sum <= HOPELESS * n as f64)
+        });
         next.retain(|wanted| Some(&wanted.chosen) == best.as_ref());
         self.refit(next, EVALUATIONS, HeldOut::Later);
         self.sharpen();
@@ -286,7 +294,7 @@ impl Search<'_> {
             again.push(Vec::new());
         }
         let again = again.iter().map(|chosen| self.continued(chosen)).collect();
-        self.refit(again, EVALUATIONS, HeldOut::Now);
+        self.refit(again, AGAIN, HeldOut::Now);
     }
 
     /// Tries near twins for each effect of the best structure, until none is better.
