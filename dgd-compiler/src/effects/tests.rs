@@ -119,6 +119,20 @@ fn codes(effects: &[(&str, &[&str])]) -> String {
 }
 
 #[test]
+fn what_an_effect_brings_stands_under_its_name_and_the_lines_of_its_doc() {
+    let text = format!(
+        "/// Water seeps through the wall,\n/// slowly.\n{}",
+        effect("plant", "constant seep [m^3/s] = 1e-6\nadd -seep to level")
+    );
+    let mut run = Run::new(TANK);
+    let applied =
+        run.apply(&[(&text, &[])], Blending::Applied).unwrap_or_else(|| panic!("{}", run.shown()));
+    let written = write(&run.model, &applied.asts[0], &applied.brought, &run.sources);
+    let remark = "\n\n# e\n# Water seeps through the wall,\n# slowly.\nconstant seep ";
+    assert!(written.contains(remark), "{written}");
+}
+
+#[test]
 fn a_name_is_replaced_wherever_the_model_uses_it() {
     assert_eq!(
         applied("plant", "replace q_in by 0.9*q_in"),
