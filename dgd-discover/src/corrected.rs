@@ -5,7 +5,7 @@ use dgd_compiler::effects::write;
 use dgd_compiler::source::{Source, Sources, Span};
 use dgd_compiler::syntax::ast::ItemKind;
 use dgd_compiler::syntax::edit::{NewValue, with_values};
-use dgd_compiler::syntax::{layout, parse, visit};
+use dgd_compiler::syntax::{parse, visit};
 use dgd_runtime::System;
 
 use crate::fitted::Fitted;
@@ -15,8 +15,6 @@ use crate::structure::BaseModel;
 const DIGITS: usize = 9;
 
 /// The base model's text with the effects of a fitted structure in it, and its parameters.
-///
-/// What was laid out canonically before the values came in is so afterwards.
 pub(crate) fn corrected(
     base: &BaseModel,
     sources: &Sources,
@@ -52,13 +50,7 @@ pub(crate) fn corrected(
             places.map(move |(_, span)| NewValue { name: *span, text: text.clone() })
         })
         .collect();
-    let edited = with_values(&ast, &text, &values, |_| None);
-    if layout::format(id, &all, diagnostics)? != text {
-        return Ok(edited);
-    }
-    let name = all.get(id).name.clone();
-    let id = all.add(Source { name, text: edited });
-    layout::format(id, &all, diagnostics)
+    Ok(with_values(&ast, &text, &values, |_| None))
 }
 
 /// A number to so many digits, as a person would write it.
