@@ -80,7 +80,9 @@ pub(crate) fn gap_figure(discovery: &Discovery) -> Figure {
     };
     let mut panels = figures::error_panels(trace, Correction::of(discovery));
     // Shaded windows need a caption, which a figure that stands alone has not.
-    panels.iter_mut().for_each(|panel| panel.bands.clear());
+    for panel in &mut panels {
+        panel.bands.clear();
+    }
     let role = if trace.held_out { "held-out" } else { "training" };
     let title = format!("Measured less simulated, {role} recording {}", trace.name);
     Figure { title: Text::plain(&title), ..figures::below_each_other(&panels) }
