@@ -387,6 +387,32 @@ fn links_lead_somewhere() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+#[test]
+fn the_table_of_effects_has_what_lies_beside_the_models() {
+    let page = fs::read_to_string(root().join("docs/discovery.md")).expect("a page");
+    let row = |line: &str| {
+        let cells = line.strip_prefix("| `")?;
+        let (name, rest) = cells.split_once("` | ")?;
+        let (kind, _) = rest.split_once(" | ")?;
+        ["plant", "sensor", "input"].contains(&kind).then(|| (name.to_owned(), kind.to_owned()))
+    };
+    let listed: BTreeSet<_> = page.lines().filter_map(row).collect();
+    let mut found = BTreeSet::new();
+    let effects = root().join("models/effects");
+    let inside = fs::read_dir(&effects).expect("the folder of effects");
+    let forms = inside.map(|entry| entry.expect("an entry").path()).filter(|path| path.is_dir());
+    for file in forms.chain([effects.clone()]).flat_map(|folder| files(&folder, "dgd")) {
+        let text = fs::read_to_string(&file).expect("an effect");
+        let word = |start: &str| {
+            let rest = text.lines().find_map(|line| line.strip_prefix(start));
+            let end = |c: char| !c.is_alphanumeric() && c != '_';
+            rest.and_then(|rest| rest.split(end).next()).unwrap_or_default().to_owned()
+        };
+        found.insert((word("effect "), word("kind ")));
+    }
+    assert_eq!(listed, found);
+}
+
 /// A factor to six digits; what is exact stands in the last column.
 fn six_digits(x: f64) -> String {
     let rounded: f64 = format!("{x:.5e}").parse().expect("a number");

@@ -26,7 +26,7 @@ use crate::discovery::{
 };
 use crate::discrepancy::{AVERAGING_LENGTHS, discrepancy_windows};
 use crate::evidence::evidence;
-use crate::fitted::{Data, Fitted, NoFit, START_SECONDS, chi_square};
+use crate::fitted::{Data, Fitted, NoFit, chi_square};
 use crate::missing::missing_inputs;
 use crate::search::{Outcome, Search, noise_of};
 use crate::structure::{BaseModel, Values};
@@ -448,29 +448,36 @@ fn unexplained(missing: &crate::discovery::MissingInput) -> Unexplained {
 }
 
 fn reason(search: &Search<'_>, outcome: &Outcome, candidates: &[Candidate<'_>]) -> String {
-    let mean = |chosen: &[usize]| {
-        search.training_error(chosen).map_or(f64::NAN, |(sum, n)| sum / n.max(1) as f64)
-    };
-    let base = mean(&[]);
+    let mean = |(sum, n): (f64, usize)| sum / n.max(1) as f64;
+    let training = |chosen: &[usize]| search.training_error(chosen).map_or(f64::NAN, mean);
+    // Neither without held-out recordings nor where they cannot be simulated.
+    let held_out = |chosen: &[usize]| search.held_out_error(chosen).filter(|e| e.1 > 0).map(mean);
     let names = |chosen: &[usize]| {
         let names: Vec<String> = chosen.iter().map(|&c| candidates[c].application.name()).collect();
         names.join(" and ")
     };
-    let seconds = if search.data.valid.is_empty() {
-        String::new()
-    } else {
-        format!(" (start values of held-out recordings from their first {START_SECONDS:.0} s)")
-    };
+    let base = training(&[]);
     match outcome {
-        Outcome::Sufficient => format!(
-            "What the model leaves is the sensors' noise: the mean square of its errors is \
-             {base:.2} times that of the noise{seconds}."
-        ),
-        Outcome::Effects(chosen) => format!(
-            "The mean square of the errors falls from {base:.1} to {:.2} times that of the \
-             sensors' noise{seconds}.",
-            mean(chosen)
-        ),
+        Outcome::Sufficient => {
+            let on_held_out = held_out(&[])
+                .map(|left| format!(", on held-out recordings {left:.2} times"))
+                .unwrap_or_default();
+            format!(
+                "What the model leaves is the sensors' noise: the mean square of its errors is \
+                 {base:.2} times that of the noise{on_held_out}."
+            )
+        }
+        Outcome::Effects(chosen) => {
+            let on_held_out = held_out(&[])
+                .zip(held_out(chosen))
+                .map(|(all, left)| format!(", on held-out recordings from {all:.1} to {left:.2}"))
+                .unwrap_or_default();
+            format!(
+                "The mean square of the errors falls from {base:.1} to {:.2} times that of the \
+                 sensors' noise{on_held_out}.",
+                training(chosen)
+            )
+        }
         Outcome::Unexplained(best) if best.is_empty() => format!(
             "The mean square of the errors is {base:.1} times that of the sensors' noise, and no \
              known effect makes it smaller."
@@ -479,7 +486,7 @@ fn reason(search: &Search<'_>, outcome: &Outcome, candidates: &[Candidate<'_>]) 
             "The mean square of the errors is {base:.1} times that of the sensors' noise. The best \
              that known effects do, {}, leaves {:.2} times: too much to call it found.",
             names(best),
-            mean(best)
+            training(best)
         ),
     }
 }

@@ -1,6 +1,9 @@
-//! Where a model and a recording disagree, and what each equation would have needed.
+//! Where a model and recordings disagree, which known effect is missing, and what each equation would
+//! have needed.
 //!
 //! ```text
+//!   model, effects, recordings  → discover: a verdict, the corrected model, how sure it is
+//!
 //!   measured                    → SensorNoise: σ of each sensor, from the data itself
 //!   measured − simulated, σ     → Whiteness: is there anything but noise?
 //!                               → Windows: when does it stand out?

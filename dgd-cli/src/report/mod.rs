@@ -28,7 +28,7 @@ use dgd_discover::Discovery;
 use crate::args::Choices;
 use crate::data::{Files, write_folder};
 use crate::failure::CommandError;
-use crate::plot::Figure;
+use crate::plot::{Figure, Text};
 
 use figures::Correction;
 pub(crate) use summary::text as summary;
@@ -75,9 +75,17 @@ pub(crate) fn result_json(subject: &Subject<'_>) -> String {
 /// Measured less simulated, before and after, on held-out data if there is any.
 pub(crate) fn gap_figure(discovery: &Discovery) -> Figure {
     let traces = &discovery.traces;
-    let trace = traces.iter().find(|trace| trace.held_out).or(traces.first());
-    let panels = trace.map(|trace| figures::error_panels(trace, Correction::of(discovery)));
-    figures::below_each_other(&panels.unwrap_or_default())
+    let Some(trace) = traces.iter().find(|trace| trace.held_out).or(traces.first()) else {
+        return figures::below_each_other(&[]);
+    };
+    let mut panels = figures::error_panels(trace, Correction::of(discovery));
+    // Shaded windows need a caption, which a figure that stands alone has not.
+    for panel in &mut panels {
+        panel.bands.clear();
+    }
+    let role = if trace.held_out { "held-out" } else { "training" };
+    let title = format!("Measured less simulated, {role} recording {}", trace.name);
+    Figure { title: Text::plain(&title), ..figures::below_each_other(&panels) }
 }
 
 fn files(subject: &Subject<'_>) -> Result<Files, CommandError> {

@@ -28,6 +28,7 @@ struct Page<'a> {
     left_over: Vec<LeftOver<'a>>,
     gap: Vec<[String; 8]>,
     figures: Vec<Section>,
+    /// The last of each is markup.
     ranking: Vec<[String; 5]>,
     screened: Vec<[String; 2]>,
     unlisted: usize,
@@ -47,12 +48,15 @@ struct Effect<'a> {
     onset: Option<String>,
     windows: String,
     alternatives: Vec<[String; 2]>,
+    /// As markup.
+    told_apart_by: Option<String>,
     evidence: String,
 }
 
 struct LeftOver<'a> {
     target: &'a str,
-    description: &'a str,
+    /// As markup.
+    description: String,
     windows: String,
 }
 
@@ -86,7 +90,7 @@ pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, Comman
             .iter()
             .map(|left| LeftOver {
                 target: &left.target,
-                description: &left.description,
+                description: prose(&left.description),
                 windows: stretches(left.windows.iter().copied()),
             })
             .collect(),
@@ -128,6 +132,7 @@ fn effect(found: &FoundEffect) -> Effect<'_> {
             .iter()
             .map(|other| [other.name.clone(), rounded(other.valid_ratio, 3)])
             .collect(),
+        told_apart_by: found.told_apart_by.as_deref().map(prose),
         evidence: summary::evidence(found),
     }
 }
@@ -160,7 +165,17 @@ fn ranking_row(ranked: &Ranked) -> [String; 5] {
     };
     let valid = ranked.valid.map_or_else(|| "–".to_owned(), |valid| rounded(valid, 3));
     let bic = rounded(ranked.bic, 3);
-    [effects, rounded(ranked.train, 3), valid, bic, ranked.note.clone()]
+    [effects, rounded(ranked.train, 3), valid, bic, prose(&ranked.note)]
+}
+
+/// A sentence as markup: what stands between backticks in it is code.
+fn prose(sentence: &str) -> String {
+    let pieces = sentence.split('`').enumerate();
+    let markup = pieces.map(|(index, piece)| {
+        let piece = Text::plain(piece).to_html();
+        if index % 2 == 1 { format!("<code>{piece}</code>") } else { piece }
+    });
+    markup.collect()
 }
 
 fn recordings(subject: &Subject<'_>) -> Vec<[String; 2]> {

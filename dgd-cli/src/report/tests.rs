@@ -165,7 +165,7 @@ fn discovery() -> Discovery {
                 name: "flow_meter_gain".to_owned(),
                 valid_ratio: 1.0134,
             }],
-            told_apart_by: Some("a run with the top fill alone".to_owned()),
+            told_apart_by: Some("a measurement of `h_r` while q_tf < 1 lpm".to_owned()),
             onset: Some(118.4),
             windows: vec![[210.0, 395.0]],
             parameters: vec![brought],
@@ -295,7 +295,7 @@ fn the_page_stands_by_itself_and_says_what_matters() {
     for part in [
         "Missing from the model: booster_flow_gain or flow_meter_gain.",
         "0.9512 ± 0.0031",
-        "a run with the top fill alone",
+        "a measurement of <code>h_r</code> while q_tf &lt; 1 lpm",
         "wrong by a factor &#60; 1.",
         "<tr class=\"added\">",
         "<tr class=\"removed\">",
@@ -326,6 +326,7 @@ fn what_has_no_name_is_the_first_figure() {
     assert!(at("What is missing, without a name") < at("<svg"));
     assert!(at("<svg") < at("Measured and simulated"));
     assert!(!page.contains(">before</text>"), "both models are the same");
+    assert!(at("After: the same, since no effect was found.") < at("<svg"));
 }
 
 #[test]

@@ -8,6 +8,9 @@ pub(super) fn sentence(discovery: &Discovery) -> String {
     let found = match names.as_slice() {
         [] => None,
         [only] => Some(format!("Missing from the model: {only}.")),
+        [one, other] if discovery.effects.iter().all(|effect| effect.alternatives.is_empty()) => {
+            Some(format!("Missing from the model: {one} and {other}."))
+        }
         [first @ .., last] => {
             Some(format!("Missing from the model: {}, and {last}.", first.join(", ")))
         }

@@ -87,10 +87,10 @@ fn changed_lines(effects: &[(&str, &[&str])], blending: Blending) -> Vec<String>
     let again = parse(id, &sources, &mut Diagnostics::default()).expect("what is written is sound");
     assert_eq!(without_places(&again), without_places(&applied.asts[0]));
     assert_eq!(layout::format(id, &sources, &mut Diagnostics::default()).as_ref(), Ok(&text));
-    assert_eq!(
-        text.matches('#').count() - applied.brought.len().min(text.matches("\n# ").count()),
-        2
-    );
+    // The model's own remarks are still there, once.
+    for remark in ["# weighed", "# what stays"] {
+        assert_eq!(text.matches(remark).count(), 1, "{text}");
+    }
 
     let before = write(&run.model, &run.model, &[], &run.sources);
     let is_new = |line: &&str| !line.is_empty() && !before.lines().any(|old| old == *line);
@@ -116,6 +116,20 @@ fn codes(effects: &[(&str, &[&str])]) -> String {
     let codes: Vec<String> =
         run.diagnostics.sorted().iter().map(|diagnostic| diagnostic.code.to_string()).collect();
     codes.join(" ")
+}
+
+#[test]
+fn what_an_effect_brings_stands_under_its_name_and_the_lines_of_its_doc() {
+    let text = format!(
+        "/// Water seeps through the wall,\n/// slowly.\n{}",
+        effect("plant", "constant seep [m^3/s] = 1e-6\nadd -seep to level")
+    );
+    let mut run = Run::new(TANK);
+    let applied =
+        run.apply(&[(&text, &[])], Blending::Applied).unwrap_or_else(|| panic!("{}", run.shown()));
+    let written = write(&run.model, &applied.asts[0], &applied.brought, &run.sources);
+    let remark = "\n\n# e\n# Water seeps through the wall,\n# slowly.\nconstant seep ";
+    assert!(written.contains(remark), "{written}");
 }
 
 #[test]
@@ -284,9 +298,11 @@ fn templates_bring_names_and_units_of_their_arguments() {
         [
             "output h    [cm]    = h + b_h",
             "output loss [m^3/s] = out + b_loss",
-            "# offset(h): Reads too much.",
+            "# offset(h)",
+            "# Reads too much.",
             "parameter b_h [cm] = 0  in -1 .. 1  /// too much",
-            "# offset(loss): Reads too much.",
+            "# offset(loss)",
+            "# Reads too much.",
             "parameter b_loss [m^3/s] = 0  in -1 .. 1  /// too much",
         ]
     );

@@ -148,27 +148,25 @@ impl Behind<'_> {
         let brought = &self.brought[index];
         match self.last.filter(|(last, _)| *last == index) {
             None => {
-                let _ = write!(self.text, "\n# {}", brought.name);
-                let doc = brought.doc.join("\n# ");
-                if !doc.is_empty() {
-                    self.text.push_str(": ");
-                    self.text.push_str(&doc);
+                let _ = writeln!(self.text, "\n# {}", brought.name);
+                for line in &brought.doc {
+                    self.text.push_str(format!("# {line}").trim_end());
+                    self.text.push('\n');
                 }
-                self.text.push('\n');
             }
             Some((_, last)) => self.between(last, item.span),
         }
         self.last = Some((index, item.span));
 
         let source = self.sources.get(item.span.source);
-        let line_end = source.text[item.span.end as usize..].lines().next().unwrap_or("").trim();
-        let trailing = if line_end.starts_with('#') || line_end.starts_with("///") {
-            format!("  {line_end}")
-        } else {
-            String::new()
-        };
+        // With the blanks before it: comments that stand below each other do so again.
+        let line_end =
+            source.text[item.span.end as usize..].lines().next().unwrap_or("").trim_end();
+        let remark = line_end.trim_start();
+        let trailing =
+            if remark.starts_with('#') || remark.starts_with("///") { line_end } else { "" };
         // The doc comment at the end of the line is the last.
-        let n_above = item.doc.len() - usize::from(trailing.trim().starts_with("///"));
+        let n_above = item.doc.len() - usize::from(remark.starts_with("///"));
         let above = item.doc[..n_above].to_vec();
         let as_read = read_again(item, self.sources);
         let body = match as_read {
@@ -180,7 +178,7 @@ impl Behind<'_> {
             self.text.push('\n');
         }
         self.text.push_str(&body);
-        self.text.push_str(&trailing);
+        self.text.push_str(trailing);
         self.text.push('\n');
     }
 
