@@ -5,7 +5,7 @@ use dgd_compiler::effects::write;
 use dgd_compiler::source::{Source, Sources, Span};
 use dgd_compiler::syntax::ast::ItemKind;
 use dgd_compiler::syntax::edit::{NewValue, with_values};
-use dgd_compiler::syntax::{parse, visit};
+use dgd_compiler::syntax::{layout, parse, visit};
 use dgd_runtime::System;
 
 use crate::fitted::Fitted;
@@ -29,7 +29,7 @@ pub(crate) fn corrected(
     };
     let mut all = sources.clone();
     let name = sources.get(base.asts[0].source).name.clone();
-    let id = all.add(Source { name, text: text.clone() });
+    let id = all.add(Source { name: name.clone(), text: text.clone() });
     let ast = parse(id, &all, diagnostics)?;
     let mut declared: Vec<(String, Span)> = Vec::new();
     visit::items(&ast.items, &mut |item| {
@@ -50,7 +50,13 @@ pub(crate) fn corrected(
             places.map(move |(_, span)| NewValue { name: *span, text: text.clone() })
         })
         .collect();
-    Ok(with_values(&ast, &text, &values, |_| None))
+    let valued = with_values(&ast, &text, &values, |_| None);
+    // Numbers of other lengths shift columns; a text that was aligned stays so.
+    if layout::format(id, &all, diagnostics)? != text {
+        return Ok(valued);
+    }
+    let id = all.add(Source { name, text: valued });
+    layout::format(id, &all, diagnostics)
 }
 
 /// A number to so many digits, as a person would write it.
