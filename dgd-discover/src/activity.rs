@@ -100,13 +100,7 @@ fn rows(
 }
 
 /// The discrete numbers of one system where another, which has its automata too, has `known`.
-fn discrete(
-    system: &Interpreted,
-    p: &[f64],
-    t: f64,
-    other: &Signature,
-    known: &[f64],
-) -> Vec<f64> {
+fn discrete(system: &Interpreted, p: &[f64], t: f64, other: &Signature, known: &[f64]) -> Vec<f64> {
     let automata = &system.signature().discrete.automata;
     let mut z = discrete_numbers(system, p, t);
     for (z, automaton) in z.iter_mut().zip(automata.iter()) {

@@ -69,7 +69,9 @@ fn onsets(effect: &Effect) -> Vec<String> {
         });
     }
     let mut compared = Vec::new();
-    expressions.iter().for_each(|expr| collect_compared(expr, &mut compared));
+    for expr in &expressions {
+        collect_compared(expr, &mut compared);
+    }
     parameters.retain(|name| compared.contains(name));
     parameters
 }
@@ -87,7 +89,9 @@ fn collect_compared(expr: &Expr, names: &mut Vec<String>) {
             _ => {}
         }
     }
-    visit::operands(expr).into_iter().for_each(|operand| collect_compared(operand, names));
+    for operand in visit::operands(expr) {
+        collect_compared(operand, names);
+    }
 }
 
 impl Candidate<'_> {

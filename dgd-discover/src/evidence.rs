@@ -75,7 +75,9 @@ fn p_value(
             parts[*block] += a * r;
         }
         let length = column.iter().map(|a| a * a).sum::<f64>().sqrt();
-        parts.iter_mut().for_each(|part| *part /= length);
+        for part in &mut parts {
+            *part /= length;
+        }
         parts
     };
     let columns: Vec<(usize, Vec<Vec<f64>>)> = scores
@@ -94,9 +96,9 @@ fn p_value(
     let mut as_good = 0;
     let mut signs = [0.0; BLOCKS];
     for _ in 0..RESAMPLES {
-        signs
-            .iter_mut()
-            .for_each(|sign| *sign = if random.next_u64() >> 63 == 0 { 1.0 } else { -1.0 });
+        for sign in &mut signs {
+            *sign = if random.next_u64() >> 63 == 0 { 1.0 } else { -1.0 };
+        }
         let best = columns.iter().map(|(_, parts)| gain(parts, &signs)).fold(0.0, f64::max);
         as_good += usize::from(best >= observed);
     }

@@ -104,7 +104,9 @@ impl Fitted {
         for (recording, outputs) in data.valid.iter().zip(&mut all) {
             let first = recording.times.first().copied().unwrap_or(0.0);
             let skipped = recording.times.partition_point(|t| *t < first + START_SECONDS);
-            outputs.iter_mut().for_each(|values| values[..skipped].fill(f64::NAN));
+            for values in outputs {
+                values[..skipped].fill(f64::NAN);
+            }
         }
         Some(all)
     }
