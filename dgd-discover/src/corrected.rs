@@ -29,7 +29,7 @@ pub(crate) fn corrected(
     };
     let mut all = sources.clone();
     let name = sources.get(base.asts[0].source).name.clone();
-    let id = all.add(Source { name, text: text.clone() });
+    let id = all.add(Source { name: name.clone(), text: text.clone() });
     let ast = parse(id, &all, diagnostics)?;
     let mut declared: Vec<(String, Span)> = Vec::new();
     visit::items(&ast.items, &mut |item| {
@@ -50,12 +50,12 @@ pub(crate) fn corrected(
             places.map(move |(_, span)| NewValue { name: *span, text: text.clone() })
         })
         .collect();
-    let with_values = with_values(&ast, &text, &values, |_| None);
-    // A text that was laid out canonically stays so: new values have other lengths.
+    let valued = with_values(&ast, &text, &values, |_| None);
+    // Numbers of other lengths shift columns; a text that was aligned stays so.
     if layout::format(id, &all, diagnostics)? != text {
-        return Ok(with_values);
+        return Ok(valued);
     }
-    let id = all.add(Source { name: all.get(id).name.clone(), text: with_values });
+    let id = all.add(Source { name, text: valued });
     layout::format(id, &all, diagnostics)
 }
 

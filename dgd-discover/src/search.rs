@@ -156,16 +156,14 @@ impl Search<'_> {
     /// Whether the effects that one structure has more than another are worth their place.
     fn is_worth(&self, longer: &[usize], shorter: &[usize]) -> bool {
         let excess = |error: Option<(f64, usize)>| error.map(|(sum, n)| sum - n as f64);
-        let halves = |error: &ErrorOf<'_>| match (
-            excess(error(longer)),
-            excess(error(shorter)),
-        ) {
+        let halves = |longer, shorter| match (excess(longer), excess(shorter)) {
             (Some(longer), Some(shorter)) => longer < WORTH_ITS_PLACE * shorter,
             _ => false,
         };
         !self.is_noise(shorter)
-            && halves(&|s| self.training_error(s))
-            && (self.data.valid.is_empty() || halves(&|s| self.held_out_error(s)))
+            && halves(self.training_error(longer), self.training_error(shorter))
+            && (self.data.valid.is_empty()
+                || halves(self.held_out_error(longer), self.held_out_error(shorter)))
     }
 
     /// Fits the base model twice if need be: the noise is known better from its residuals.
@@ -438,9 +436,6 @@ enum HeldOut {
     /// When it may be the best.
     Later,
 }
-
-/// An error of a structure, with the number of samples.
-type ErrorOf<'a> = dyn Fn(&[usize]) -> Option<(f64, usize)> + 'a;
 
 /// A structure to fit, and from where.
 #[derive(Debug, Clone)]

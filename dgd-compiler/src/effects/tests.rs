@@ -431,7 +431,8 @@ fn what_one_plant_effect_brings_another_can_replace_in_either_order() {
         "state q_late [m^3/s] = q_in\nequation lag: 5 [s]*der(q_late) = q_in - q_late\nreplace q_in by q_late",
     );
     let loss = effect("plant", "replace out by out + 0.1*q_in");
-    let given: [[(&str, &[&str]); 2]; 2] = [[(&lag, &[]), (&loss, &[])], [(&loss, &[]), (&lag, &[])]];
+    let given: [[(&str, &[&str]); 2]; 2] =
+        [[(&lag, &[]), (&loss, &[])], [(&loss, &[]), (&lag, &[])]];
     for order in given {
         let lines = changed_lines(&order, Blending::Applied);
         // The loss sees the late flow, the lag itself the flow that is there.

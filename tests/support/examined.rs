@@ -1,0 +1,212 @@
+//! A model and a library of effects as texts, and what a discovery makes of a rig's recordings.
+
+#![allow(dead_code, reason = "no test binary uses all of it")]
+
+use std::path::{Path, PathBuf};
+
+use dgd::identify::Recording;
+use dgd::{Column, Inputs, Options, Problem, Signature, System, start_from_outputs};
+use dgd_compiler::diagnostics::{Diagnostics, render};
+use dgd_compiler::effects::Effect;
+use dgd_compiler::model::ModelOptions;
+use dgd_compiler::pipeline::{Compiled, Directions, compile_asts, load};
+use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::syntax::parse;
+use dgd_discover::{BaseModel, Discovery, Request, discover};
+use dgd_execute::Interpreted;
+
+/// Texts of a model and of effects, each with the name of its file.
+#[derive(Debug, Clone)]
+pub(crate) struct Texts {
+    pub(crate) model: (String, String),
+    pub(crate) effects: Vec<(String, String)>,
+}
+
+/// A recording as its file has it: times, s, and columns by name in the units that the model declares.
+#[derive(Debug, Clone)]
+pub(crate) struct Samples {
+    pub(crate) times: Vec<f64>,
+    pub(crate) columns: Vec<(String, Vec<f64>)>,
+}
+
+/// What a discovery is asked, but for the recordings.
+#[derive(Debug)]
+pub(crate) struct Examined {
+    pub(crate) sources: Sources,
+    pub(crate) base: BaseModel,
+    pub(crate) library: Vec<Effect>,
+    pub(crate) compiled: Compiled,
+}
+
+impl Texts {
+    /// The circulation model of the repository, and the effects beside it in order of path.
+    pub(crate) fn of_the_repository() -> Texts {
+        let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+        let read = |path: &Path| {
+            let text = std::fs::read_to_string(path).expect("a file of the repository");
+            let name = path.strip_prefix(&models).expect("a path below `models`");
+            (name.display().to_string(), text)
+        };
+        let mut paths = Vec::new();
+        collect(&models.join("effects"), &mut paths);
+        paths.sort();
+        Texts {
+            model: read(&models.join("mud_circulation.dgd")),
+            effects: paths.iter().map(|path| read(path)).collect(),
+        }
+    }
+
+    /// The same without the files of an effect.
+    pub(crate) fn without(&self, effect: &str) -> Texts {
+        let is_other = |(name, _): &&(String, String)| {
+            !Path::new(name).components().any(|part| {
+                Path::new(part.as_os_str()).file_stem().is_some_and(|stem| stem == effect)
+            })
+        };
+        let effects: Vec<_> = self.effects.iter().filter(is_other).cloned().collect();
+        assert!(effects.len() < self.effects.len(), "{effect} is in the library");
+        Texts { effects, ..self.clone() }
+    }
+
+    /// The same with other texts and names of files.
+    pub(crate) fn map(&self, f: &dyn Fn(&str) -> String) -> Texts {
+        let both = |(name, text): &(String, String)| (f(name), f(text));
+        Texts { model: both(&self.model), effects: self.effects.iter().map(both).collect() }
+    }
+
+    pub(crate) fn read(&self) -> Examined {
+        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let source =
+            |(name, text): &(String, String)| Source { name: name.clone(), text: text.clone() };
+        let mut nothing = |path: &str| Err(format!("{path} is not read here"));
+        let asts = load(source(&self.model), &mut nothing, &mut sources, &mut diagnostics);
+        let mut library = Vec::new();
+        for text in &self.effects {
+            let id = sources.add(source(text));
+            let effect = parse(id, &sources, &mut diagnostics)
+                .and_then(|ast| Effect::read(ast, &mut diagnostics));
+            library.extend(effect);
+        }
+        let compiled = asts.and_then(|asts| {
+            diagnostics.check()?;
+            let options = ModelOptions::default();
+            compile_asts(asts, &options, &Directions::None, &mut diagnostics)
+        });
+        let compiled = compiled.unwrap_or_else(|_| panic!("{}", shown(&diagnostics, &sources)));
+        let base = BaseModel {
+            asts: compiled.asts.clone(),
+            options: ModelOptions::default(),
+            free: Vec::new(),
+            fix: Vec::new(),
+        };
+        Examined { sources, base, library, compiled }
+    }
+}
+
+impl Examined {
+    pub(crate) fn system(&self) -> Interpreted {
+        Interpreted::new(self.compiled.program.clone())
+    }
+
+    /// A recording in SI, its start as its first row shows it.
+    pub(crate) fn recording(&self, samples: &Samples) -> Recording {
+        let system = self.system();
+        let signature = system.signature();
+        let times = samples.times.clone();
+        let in_si = |name: &str, factor: f64, offset: f64| -> Vec<f64> {
+            let column = samples.columns.iter().find(|(column, _)| column == name);
+            let (_, values) = column.unwrap_or_else(|| panic!("{name} is recorded"));
+            values.iter().map(|value| value * factor + offset).collect()
+        };
+        let inputs: Vec<Vec<f64>> = signature
+            .inputs
+            .iter()
+            .map(|input| in_si(&input.name, input.unit.factor, input.unit.offset))
+            .collect();
+        let columns: Vec<Column<'_>> = signature
+            .inputs
+            .iter()
+            .zip(&inputs)
+            .map(|(input, values)| Column {
+                name: &input.name,
+                interpolation: input.interpolation,
+                values,
+            })
+            .collect();
+        let inputs = Inputs::recorded(&times, &columns).expect("inputs at all times");
+        let measured: Vec<Option<Vec<f64>>> = signature
+            .outputs
+            .iter()
+            .map(|output| Some(in_si(&output.name, output.unit.factor, output.unit.offset)))
+            .collect();
+        let first: Vec<f64> = measured.iter().flatten().map(|values| values[0]).collect();
+        let mut recording = Recording::new(times, inputs, measured);
+        recording.start = start(&system, &declared(signature), &recording.inputs, &first);
+        recording
+    }
+
+    /// What is found with recordings to fit to and recordings held out.
+    pub(crate) fn discover(
+        &self,
+        train: &[Recording],
+        valid: &[Recording],
+        threads: usize,
+    ) -> Discovery {
+        let names = |part: &str, n: usize| -> Vec<String> {
+            (1..=n).map(|k| format!("{part}{k}")).collect()
+        };
+        let (train_names, valid_names) = (names("train", train.len()), names("valid", valid.len()));
+        let request = Request {
+            base: &self.base,
+            library: &self.library,
+            sources: &self.sources,
+            train: (train, &train_names),
+            valid: (valid, &valid_names),
+            options: Options { rtol: 1e-6, atol: 1e-6, ..Options::default() },
+            threads,
+            seed: 1,
+        };
+        let mut diagnostics = Diagnostics::default();
+        discover(&request, &mut diagnostics)
+            .unwrap_or_else(|error| panic!("{error}\n{}", shown(&diagnostics, &self.sources)))
+    }
+}
+
+/// Parameters as the model declares them.
+pub(crate) fn declared(signature: &Signature) -> Vec<f64> {
+    signature.parameters.iter().map(|parameter| parameter.value).collect()
+}
+
+/// Start values from the outputs at the first time.
+pub(crate) fn start(
+    system: &Interpreted,
+    p: &[f64],
+    inputs: &Inputs,
+    first: &[f64],
+) -> Vec<(usize, f64)> {
+    let signature = system.signature();
+    let problem = Problem { system, p, inputs, start: &[] };
+    let first: Vec<Option<f64>> = first.iter().copied().map(Some).collect();
+    let noise: Vec<f64> = signature
+        .outputs
+        .iter()
+        .map(|output| output.noise.expect("the model says how noisy its outputs are"))
+        .collect();
+    start_from_outputs(&problem, 0.0, &first, &noise, &Options::default())
+        .expect("outputs that determine the start")
+}
+
+pub(crate) fn shown(diagnostics: &Diagnostics, sources: &Sources) -> String {
+    render::render(&diagnostics.sorted(), sources, render::Style::Plain)
+}
+
+fn collect(folder: &Path, paths: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("the folder is there") {
+        let path = entry.expect("a readable folder").path();
+        if path.is_dir() {
+            collect(&path, paths);
+        } else {
+            paths.push(path);
+        }
+    }
+}
