@@ -81,8 +81,8 @@ impl fmt::Display for DiscoverError {
 
 impl std::error::Error for DiscoverError {}
 
-/// A tolerance that is fine enough to rank structures: errors of 1e-5 are far below any sensor's.
-const RANKING_TOLERANCE: f64 = 1e-5;
+/// A tolerance that is fine enough to rank structures: no sensor is good to 1e-4 of what it reads.
+const RANKING_TOLERANCE: f64 = 1e-4;
 
 /// Simulations of the last fit of what is reported.
 const LAST_EVALUATIONS: usize = 60;

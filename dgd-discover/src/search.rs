@@ -33,7 +33,7 @@ const MOST_EFFECTS: usize = 3;
 const BEAM: usize = 3;
 
 /// How many of the screened candidates are refitted, by number of effects that are in already.
-const REFITTED: [usize; MOST_EFFECTS] = [8, 4, 3];
+const REFITTED: [usize; MOST_EFFECTS] = [8, 3, 3];
 
 /// How many twins are tried for each effect of the best structure.
 const EXCHANGED: usize = 3;
