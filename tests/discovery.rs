@@ -151,6 +151,28 @@ fn another_pump_curve_is_found() {
 }
 
 #[test]
+fn an_effect_brings_no_second_that_noise_suggests() {
+    // A recording in whose noise a pressure offset of three standard deviations can be seen.
+    let examined = Texts::of_the_repository().read();
+    let pair = hidden(2, MINUTES, &[Effect::PumpSpeedExponent { exponent: 2.5 }]);
+    let discovery = found_in(&examined, &pair, 1);
+    assert_eq!(names(&discovery), ["pump_speed_exponent"], "{}", discovery.reason);
+}
+
+#[test]
+fn an_effect_that_cannot_be_applied_is_said_to_be_one() {
+    let mut texts = Texts::of_the_repository().without("pump_speed_lag");
+    let wrong = "effect rain on mud_circulation\nkind plant\nparameter rain [m] = 0\nnull rain = 0\n\
+                 add rain to riser\n";
+    texts.effects.push(("effects/rain.dgd".to_owned(), wrong.to_owned()));
+    let discovery = found(&texts.read(), &[Effect::FlowMeterGain { theta: 0.95 }]);
+    assert_eq!(names(&discovery), ["flow_meter_gain"], "{}", discovery.reason);
+    let refused = discovery.ranking.iter().find(|ranked| ranked.effects == ["rain"]);
+    let refused = refused.expect("it is in the ranking");
+    assert!(refused.note.starts_with("cannot be applied: "), "{}", refused.note);
+}
+
+#[test]
 fn two_effects_together_are_found() {
     let theta = 0.93;
     let both = [U_TUBING, Effect::FlowMeterGain { theta }];

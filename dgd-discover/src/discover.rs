@@ -415,7 +415,7 @@ fn ranking_of(search: &Search<'_>) -> Vec<Ranked> {
             train: f64::NAN,
             valid: None,
             bic: f64::NAN,
-            note: format!("cannot be fitted: {reason}"),
+            note: reason.clone(),
         })
     });
     fitted.chain(failed).collect()

@@ -77,7 +77,9 @@ impl Fitted {
                 }
             }
         }
-        let Some(fit) = best else { return Err(NoFit(failure.unwrap_or_default())) };
+        let Some(fit) = best else {
+            return Err(NoFit(format!("cannot be fitted: {}", failure.unwrap_or_default())));
+        };
         let values = Values::of(system, &fit.p, &fit.starts);
         let problem = problem(&structure, &fit.p, &recordings, data, evaluations);
         let Evaluation { observations: train, .. } =

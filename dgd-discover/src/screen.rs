@@ -47,22 +47,21 @@ pub(crate) struct Score {
 /// Most points of the grid to begin fits from.
 const MOST_POINTS: usize = 3;
 
-/// Screens all candidates that are not in a fitted structure. Those that cannot be simulated are
-/// left out. The best comes first.
+/// Screens candidates that are not in a fitted structure. Those that cannot be simulated are left
+/// out. The best comes first.
 pub(crate) fn screen(
     base: &BaseModel,
     all: &[Candidate<'_>],
+    others: &[usize],
     fitted: &Fitted,
     data: &Data<'_>,
     threads: usize,
 ) -> Vec<Score> {
-    let chosen = &fitted.structure.candidates;
-    let others: Vec<usize> = (0..all.len()).filter(|c| !chosen.contains(c)).collect();
     let residual = weighted(data, &fitted.residuals(data));
     let Some(basis) = fitted_directions(fitted, data) else { return Vec::new() };
     let parts = Parts { base, all, fitted, data, threads, basis: &basis, residual: &residual };
     let mut scores: Vec<Score> = Vec::new();
-    for group in parts.groups(&others) {
+    for group in parts.groups(others) {
         scores.extend(parts.screen(&group));
     }
     scores.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.candidate.cmp(&b.candidate)));

@@ -65,6 +65,10 @@ const FALSE_ALARM: f64 = 1e-4;
 /// A further effect is worth its place where it takes away half of what is left beyond noise.
 const WORTH_ITS_PLACE: f64 = 0.5;
 
+/// And where the Bayesian information criterion falls by this: three times what is called very strong
+/// evidence (Kass & Raftery, J. Am. Stat. Assoc. 90 (1995) 773), since it is the best of a library.
+const LEAST_GAIN: f64 = 30.0;
+
 /// A third effect is looked for where two have left less than this of the discrepancy.
 const PROMISING: f64 = 0.1;
 
@@ -94,6 +98,7 @@ pub(crate) enum Outcome {
 impl Search<'_> {
     /// Fits the base model and searches.
     pub(crate) fn run(&mut self, start: &Values) -> Result<Outcome, NoFit> {
+        self.refuse();
         self.fit_base(start)?;
         if self.is_noise(&[]) {
             return Ok(Outcome::Sufficient);
@@ -160,10 +165,23 @@ impl Search<'_> {
             (Some(longer), Some(shorter)) => longer < WORTH_ITS_PLACE * shorter,
             _ => false,
         };
+        let gain =
+            self.bic(shorter).zip(self.bic(longer)).map(|(shorter, longer)| shorter - longer);
         !self.is_noise(shorter)
+            && gain.is_some_and(|gain| gain > LEAST_GAIN)
             && halves(self.training_error(longer), self.training_error(shorter))
             && (self.data.valid.is_empty()
                 || halves(self.held_out_error(longer), self.held_out_error(shorter)))
+    }
+
+    /// Takes out candidates that make no sound model.
+    fn refuse(&mut self) {
+        for candidate in 0..self.candidates.len() {
+            if let Err(refused) = self.base.structure(self.candidates, &[candidate]) {
+                let reason = format!("cannot be applied: {}", refused.0);
+                self.tried.insert(vec![candidate], Err(NoFit(reason)));
+            }
+        }
     }
 
     /// Fits the base model twice if need be: the noise is known better from its residuals.
@@ -206,7 +224,10 @@ impl Search<'_> {
             return scores.clone();
         }
         let Some(Ok(fitted)) = self.tried.get(chosen) else { return Vec::new() };
-        let scores = screen(self.base, self.candidates, fitted, &self.data, self.threads);
+        let is_refused = |c: &usize| matches!(self.tried.get(&vec![*c]), Some(Err(_)));
+        let left = (0..self.candidates.len()).filter(|c| !chosen.contains(c) && !is_refused(c));
+        let others: Vec<usize> = left.collect();
+        let scores = screen(self.base, self.candidates, &others, fitted, &self.data, self.threads);
         self.screens.insert(chosen.to_vec(), scores.clone());
         scores
     }
