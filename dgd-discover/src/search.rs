@@ -55,8 +55,12 @@ const HOPELESS: f64 = 10.0;
 /// it leaves is a few per cent of the sensors' noise, more than rounding and less than any effect.
 const EXPLAINED: f64 = 1.1;
 
-/// The same of held-out data, whose start values are known from a minute only.
-const EXPLAINED_HELD_OUT: f64 = 1.2;
+/// The same of held-out data, 1.2 times the noise: there start values are known from a minute only,
+/// and parameters no better than the training data tells.
+const EXPLAINED_HELD_OUT: f64 = 1.44;
+
+/// The same where a structure with more effects explains the data and is hardly more likely.
+const NEARLY_EXPLAINED_HELD_OUT: f64 = 2.25;
 
 /// Residuals are nothing but noise where no check of them has a p-value below this, over the number of
 /// outputs: one false alarm in ten thousand models.
@@ -150,8 +154,14 @@ impl Search<'_> {
         let Some(mut best) = ranked.iter().find(fits) else {
             return Outcome::Unexplained(ranked.into_iter().next().unwrap_or_default());
         };
+        // A simpler one is believed although it predicts a little worse: that may be its estimates,
+        // and a name that only noise suggests is worse than none.
+        let nearly = |chosen: &&Vec<usize>| {
+            self.leaves_at_most(chosen, EXPLAINED, NEARLY_EXPLAINED_HELD_OUT)
+                && self.is_sound(chosen)
+        };
         while let Some(simpler) =
-            ranked.iter().filter(fits).find(|s| s.len() < best.len() && !self.is_worth(best, s))
+            ranked.iter().filter(nearly).find(|s| s.len() < best.len() && !self.is_worth(best, s))
         {
             best = simpler;
         }
@@ -409,20 +419,26 @@ impl Search<'_> {
 
     /// Whether a structure leaves so little that nothing need be missing.
     pub(crate) fn explains(&self, chosen: &[usize]) -> bool {
+        self.leaves_at_most(chosen, EXPLAINED, EXPLAINED_HELD_OUT)
+    }
+
+    /// Whether the mean square of each output's errors is at most so many times that of the noise,
+    /// in training and in held-out data.
+    fn leaves_at_most(&self, chosen: &[usize], train: f64, held_out: f64) -> bool {
         let Some(fitted) = self.fitted(chosen) else { return false };
         let all_within = |residuals: &[Vec<Vec<f64>>], limit: f64| {
             chi_square(residuals, &self.data.noise)
                 .iter()
                 .all(|(sum, n)| *n == 0 || *sum <= limit * *n as f64)
         };
-        if !all_within(&fitted.residuals(&self.data), EXPLAINED) {
+        if !all_within(&fitted.residuals(&self.data), train) {
             return false;
         }
         if self.data.valid.is_empty() {
             return true;
         }
         let valid = fitted.held_out_residuals(&self.data);
-        valid.is_some_and(|valid| all_within(&valid, EXPLAINED_HELD_OUT))
+        valid.is_some_and(|valid| all_within(&valid, held_out))
     }
 
     /// What there is to say about a structure.
