@@ -14,6 +14,7 @@
 //! Residuals are measured − simulated, in SI units; a missing sample is not a number. Nothing here
 //! reads files, prints, or knows what a model is about.
 
+mod account;
 mod activity;
 mod candidates;
 mod corrected;
@@ -25,6 +26,7 @@ mod distribution;
 mod evidence;
 mod exponential;
 mod fitted;
+mod found;
 mod kalman;
 mod missing;
 mod missing_terms;

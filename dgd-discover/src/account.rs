@@ -1,0 +1,204 @@
+//! What a search leaves to be reported: errors, curves, ranking, and the reason of the verdict.
+
+use dgd_runtime::identify::Recording;
+use dgd_runtime::{Observations, Output, System, Unit};
+
+use crate::candidates::Candidate;
+use crate::discover::Request;
+use crate::discovery::{
+    Gap, MissingInput, OutputTrace, Ranked, RecordingTrace, Screened, Unexplained,
+};
+use crate::discrepancy::{AVERAGING_LENGTHS, discrepancy_windows};
+use crate::fitted::{Data, Fitted, NoFit, chi_square};
+use crate::noise::SensorNoise;
+use crate::search::{Outcome, Search};
+
+/// Errors of each output before and after.
+pub(crate) fn gap(data: &Data<'_>, before: &Fitted, after: &Fitted) -> Vec<Gap> {
+    let signature = before.structure.system.signature();
+    let rms = |residuals: Option<Vec<Vec<Vec<f64>>>>| {
+        let sums = residuals.map(|residuals| chi_square(&residuals, &data.noise));
+        move |output: usize, noise: f64| match &sums {
+            Some(sums) if sums[output].1 > 0 => {
+                noise * (sums[output].0 / sums[output].1 as f64).sqrt()
+            }
+            _ => f64::NAN,
+        }
+    };
+    let train_before = rms(Some(before.residuals(data)));
+    let train_after = rms(Some(after.residuals(data)));
+    let valid_before = rms(before.held_out_residuals(data));
+    let valid_after = rms(after.held_out_residuals(data));
+    let outputs = signature.outputs.iter().enumerate().zip(&data.noise);
+    let of_output = |((i, output), noise): ((usize, &Output), &Option<_>)| {
+        let noise: &SensorNoise = noise.as_ref()?;
+        Some(Gap {
+            output: output.name.to_string(),
+            unit: output.unit.clone(),
+            noise: noise.std,
+            train_before: train_before(i, noise.std),
+            train_after: train_after(i, noise.std),
+            valid_before: valid_before(i, noise.std),
+            valid_after: valid_after(i, noise.std),
+        })
+    };
+    outputs.filter_map(of_output).collect()
+}
+
+/// Measured and simulated outputs of all recordings.
+pub(crate) fn traces(
+    request: &Request<'_>,
+    data: &Data<'_>,
+    before: &Fitted,
+    after: &Fitted,
+) -> Vec<RecordingTrace> {
+    let outputs: Vec<(String, Unit)> = before
+        .structure
+        .system
+        .signature()
+        .outputs
+        .iter()
+        .map(|output| (output.name.to_string(), output.unit.clone()))
+        .collect();
+    let trace = |recording: &Recording,
+                 name: &str,
+                 held_out: bool,
+                 before: Option<&Observations>,
+                 after: Option<&Observations>| {
+        let of_output = |(i, noise): (usize, &Option<SensorNoise>)| {
+            let noise = noise.as_ref()?.std;
+            let measured = recording.measured[i].clone()?;
+            let simulated = |observations: Option<&Observations>| {
+                let value = |k: usize| observations.map_or(f64::NAN, |all| all.w(k)[i]);
+                (0..recording.times.len()).map(value).collect::<Vec<f64>>()
+            };
+            let (before, after) = (simulated(before), simulated(after));
+            let residuals: Vec<f64> = measured.iter().zip(&before).map(|(m, w)| m - w).collect();
+            let windows =
+                discrepancy_windows(&recording.times, &residuals, noise, &AVERAGING_LENGTHS);
+            let (name, unit) = outputs[i].clone();
+            Some(OutputTrace { name, unit, noise, measured, before, after, windows })
+        };
+        RecordingTrace {
+            name: name.to_owned(),
+            held_out,
+            times: recording.times.clone(),
+            outputs: data.noise.iter().enumerate().filter_map(of_output).collect(),
+        }
+    };
+    let training =
+        request.train.0.iter().zip(request.train.1).enumerate().map(|(r, (one, name))| {
+            trace(one, name, false, before.train.get(r), after.train.get(r))
+        });
+    let held_out =
+        request.valid.0.iter().zip(request.valid.1).enumerate().map(|(r, (one, name))| {
+            let of = |fitted: &'_ Fitted| fitted.valid.as_ref().and_then(|all| all.get(r).cloned());
+            trace(one, name, true, of(before).as_ref(), of(after).as_ref())
+        });
+    training.chain(held_out).collect()
+}
+
+/// All structures that were tried, the best first, then those that could not be.
+pub(crate) fn ranking_of(search: &Search<'_>) -> Vec<Ranked> {
+    let base = search.bic(&[]).unwrap_or_default();
+    let mean =
+        |error: Option<(f64, usize)>| error.filter(|(_, n)| *n > 0).map(|(sum, n)| sum / n as f64);
+    let names = |chosen: &[usize]| {
+        chosen.iter().map(|&c| search.candidates[c].application.name()).collect()
+    };
+    let fitted = search.ranked().into_iter().map(|chosen| Ranked {
+        effects: names(&chosen),
+        train: mean(search.training_error(&chosen)).unwrap_or(f64::NAN),
+        valid: mean(search.held_out_error(&chosen)),
+        bic: search.bic(&chosen).unwrap_or(f64::NAN) - base,
+        note: search.note(&chosen),
+    });
+    let failed = search.tried.iter().filter_map(|(chosen, fitted)| {
+        let NoFit(reason) = fitted.as_ref().err()?;
+        Some(Ranked {
+            effects: names(chosen),
+            train: f64::NAN,
+            valid: None,
+            bic: f64::NAN,
+            note: reason.clone(),
+        })
+    });
+    fitted.chain(failed).collect()
+}
+
+/// What each candidate alone promised.
+pub(crate) fn screened(search: &mut Search<'_>) -> Vec<Screened> {
+    let Some((sum, n)) = search.training_error(&[]) else { return Vec::new() };
+    let excess = (sum - n as f64).max(1.0);
+    let scores = search.screens.get(&Vec::new()).cloned().unwrap_or_default();
+    scores
+        .iter()
+        .map(|score| Screened {
+            name: search.candidates[score.candidate].application.name(),
+            share: score.gain / excess,
+        })
+        .collect()
+}
+
+/// A discrepancy without a name, by what explains it most.
+pub(crate) fn unexplained(missing: &MissingInput) -> Unexplained {
+    let largest = missing.value.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+    Unexplained {
+        target: missing.equation.clone(),
+        windows: missing.windows.iter().map(|window| [window.from, window.until]).collect(),
+        description: format!(
+            "`{}` is where an unknown input explains most; it would have to be as large as {largest:.2e} {}",
+            missing.equation, missing.unit
+        ),
+        trace: missing.clone(),
+    }
+}
+
+/// Why the verdict is what it is.
+pub(crate) fn reason(
+    search: &Search<'_>,
+    outcome: &Outcome,
+    candidates: &[Candidate<'_>],
+) -> String {
+    let mean = |(sum, n): (f64, usize)| sum / n.max(1) as f64;
+    let training = |chosen: &[usize]| search.training_error(chosen).map_or(f64::NAN, mean);
+    // Neither without held-out recordings nor where they cannot be simulated.
+    let held_out = |chosen: &[usize]| search.held_out_error(chosen).filter(|e| e.1 > 0).map(mean);
+    let names = |chosen: &[usize]| {
+        let names: Vec<String> = chosen.iter().map(|&c| candidates[c].application.name()).collect();
+        names.join(" and ")
+    };
+    let base = training(&[]);
+    match outcome {
+        Outcome::Sufficient => {
+            let on_held_out = held_out(&[])
+                .map(|left| format!(", on held-out recordings {left:.2} times"))
+                .unwrap_or_default();
+            format!(
+                "What the model leaves is the sensors' noise: the mean square of its errors is \
+                 {base:.2} times that of the noise{on_held_out}."
+            )
+        }
+        Outcome::Effects(chosen) => {
+            let on_held_out = held_out(&[])
+                .zip(held_out(chosen))
+                .map(|(all, left)| format!(", on held-out recordings from {all:.1} to {left:.2}"))
+                .unwrap_or_default();
+            format!(
+                "The mean square of the errors falls from {base:.1} to {:.2} times that of the \
+                 sensors' noise{on_held_out}.",
+                training(chosen)
+            )
+        }
+        Outcome::Unexplained(best) if best.is_empty() => format!(
+            "The mean square of the errors is {base:.1} times that of the sensors' noise, and no \
+             known effect makes it smaller."
+        ),
+        Outcome::Unexplained(best) => format!(
+            "The mean square of the errors is {base:.1} times that of the sensors' noise. The best \
+             that known effects do, {}, leaves {:.2} times: too much to call it found.",
+            names(best),
+            training(best)
+        ),
+    }
+}

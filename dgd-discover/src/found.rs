@@ -1,0 +1,135 @@
+//! What is said of an effect that the data shows.
+
+use dgd_runtime::System;
+use dgd_runtime::identify::Estimate;
+
+use crate::activity;
+use crate::discovery::{Alternative, Evidence, FoundEffect, ParameterValue};
+use crate::fitted::{Data, Fitted};
+use crate::search::Search;
+
+/// A structure is an alternative where its held-out error is at most so many times that of the best.
+const ALTERNATIVE: f64 = 1.05;
+
+/// What is known about the effects of the structure that is believed.
+pub(crate) struct Found<'a> {
+    pub search: &'a Search<'a>,
+    pub data: &'a Data<'a>,
+    pub chosen: &'a [usize],
+    pub after: &'a Fitted,
+}
+
+impl Found<'_> {
+    /// All about one effect of the structure.
+    pub(crate) fn effect(&self, candidate: usize, evidence: Evidence) -> FoundEffect {
+        let Found { search, data, chosen, after } = *self;
+        let described = &search.candidates[candidate];
+        let effect = described.application.effect;
+        let place = after.structure.candidates.iter().position(|c| *c == candidate);
+        let brought = place.and_then(|place| after.structure.brought.get(place));
+        let own: Vec<String> = brought.map(|b| b.parameters.clone()).unwrap_or_default();
+        let onset = brought.and_then(|brought| {
+            let is_onset = |own: &&(String, String)| described.onsets.contains(&own.0);
+            let (_, name) = brought.names.iter().find(is_onset)?;
+            after.values.p.get(name).copied()
+        });
+        let rest: Vec<usize> = chosen.iter().copied().filter(|c| *c != candidate).collect();
+        let windows = match search.base.structure(search.candidates, &rest) {
+            Ok(without) => activity::windows(
+                &after.structure,
+                &without,
+                &after.values,
+                &data.train[0],
+                &data.options,
+            ),
+            Err(_) => Vec::new(),
+        };
+        let alternatives = self.alternatives(candidate, &rest);
+        let told_apart_by = alternatives.first().map(|(_, other)| self.told_apart_by(other));
+        FoundEffect {
+            name: effect.name.text.clone(),
+            kind: described.kind(),
+            form: effect.form.as_ref().map(|form| form.text.clone()),
+            doc: effect.doc.clone(),
+            target: described.target(),
+            alternatives: alternatives.into_iter().map(|(alternative, _)| alternative).collect(),
+            told_apart_by,
+            onset,
+            windows,
+            parameters: parameters(after, &own),
+            evidence,
+        }
+    }
+
+    /// Structures in which another effect stands in the place of one, and that predict held-out data
+    /// nearly as well; the best first.
+    fn alternatives(&self, candidate: usize, rest: &[usize]) -> Vec<(Alternative, Vec<usize>)> {
+        let error = |chosen: &[usize]| {
+            let held_out = self.search.held_out_error(chosen);
+            let (sum, n) = held_out.or_else(|| self.search.training_error(chosen))?;
+            (n > 0).then(|| (sum / n as f64).sqrt())
+        };
+        let Some(best) = error(self.chosen) else { return Vec::new() };
+        let own = self.search.candidates[candidate].name();
+        let mut all: Vec<(Alternative, Vec<usize>)> = Vec::new();
+        for other in 0..self.search.candidates.len() {
+            let name = self.search.candidates[other].name();
+            if rest.contains(&other) || name == own {
+                continue;
+            }
+            let mut exchanged = rest.to_vec();
+            exchanged.push(other);
+            exchanged.sort_unstable();
+            let Some(ratio) = error(&exchanged).map(|error| error / best) else { continue };
+            if ratio <= ALTERNATIVE && self.search.explains(&exchanged) {
+                let alternative = Alternative { name: name.to_owned(), valid_ratio: ratio };
+                all.push((alternative, exchanged));
+            }
+        }
+        all.sort_by(|a, b| a.0.valid_ratio.total_cmp(&b.0.valid_ratio));
+        let mut names = Vec::new();
+        all.retain(|(alternative, _)| {
+            let is_new = !names.contains(&alternative.name);
+            names.push(alternative.name.clone());
+            is_new
+        });
+        all
+    }
+
+    /// The unknown on which two structures that fit alike disagree most, in units of its size.
+    fn told_apart_by(&self, other: &[usize]) -> String {
+        let own = self.search.fitted(self.chosen);
+        let largest = own.zip(self.search.fitted(other)).and_then(|(a, b)| {
+            let recording = &self.data.train[0];
+            activity::largest_disagreement(a, b, recording, &self.data.options)
+        });
+        match largest {
+            Some((name, difference, unit)) => {
+                let difference = difference / unit.factor.abs();
+                let symbol = &unit.symbol;
+                format!(
+                    "a measurement of `{name}`: there the two differ by up to {difference:.2e} {symbol}"
+                )
+            }
+            None => "a test with other inputs: nothing that the model knows differs in this one"
+                .to_owned(),
+        }
+    }
+}
+
+/// Estimated parameters of a fit by name; all that were estimated where no names are given.
+pub(crate) fn parameters(fitted: &Fitted, names: &[String]) -> Vec<ParameterValue> {
+    let signature = fitted.structure.system.signature();
+    let wanted = |name: &str| names.is_empty() || names.iter().any(|other| other == name);
+    let estimates = fitted.estimates.iter().filter(|estimate| estimate.recording.is_none());
+    let value = |estimate: &Estimate| {
+        let parameter = signature.parameters.iter().find(|p| p.name == estimate.name)?;
+        Some(ParameterValue {
+            name: estimate.name.clone(),
+            unit: parameter.unit.clone(),
+            value: estimate.value,
+            std: estimate.std,
+        })
+    };
+    estimates.filter(|estimate| wanted(&estimate.name)).filter_map(value).collect()
+}
