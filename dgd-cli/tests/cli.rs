@@ -525,7 +525,8 @@ fn a_fit_finds_what_a_recording_was_made_with() {
     let changed: Vec<&str> = given
         .lines()
         .zip(text.lines())
-        .filter(|(given, text)| given != text)
+        // Values of other lengths move what stands behind them.
+        .filter(|(given, text)| !given.split_whitespace().eq(text.split_whitespace()))
         .map(|(given, _)| given.split_whitespace().nth(1).expect("a name"))
         .collect();
     assert_eq!(changed, ["M_ssp", "c0", "F2", "h_r"]);
