@@ -2,7 +2,7 @@
 //!
 //! An effect brings items of its own and says which uses of a name, which output or which equation
 //! of the model change. [`apply`] makes an ordinary tree of a model's tree and some effects, so that
-//! all stages behind the parser work on it as on any model; [`write`] makes a text of it that keeps
+//! all stages behind the parser work on it as on any model; [`write()`] makes a text of it that keeps
 //! what the author of the model wrote.
 //!
 //! | step | function | from | to |
@@ -10,7 +10,7 @@
 //! | 1 | [`Effect::read`] | a parsed file | [`Effect`]: it is complete and fits together |
 //! | 2 | [`bind`] | `Effect`, `Model` | the arguments that a template can have there |
 //! | 3 | [`apply`] | trees of the model, [`Application`]s | [`Applied`]: the changed trees |
-//! | 4 | [`write`] | trees before and after | text |
+//! | 4 | [`write()`] | trees before and after | text |
 
 mod apply;
 mod bind;

@@ -8,7 +8,7 @@
 //!    made consistent again.
 //!
 //! Where a condition on time switches, and where a transition between modes is due, a step ends too
-//! ([`events`]).
+//! (`events`).
 //!
 //! Errors are measured in the weighted root-mean-square norm with weights rtol |y| + atol · size,
 //! of the unknowns and of each direction's sensitivities apart; the largest counts.
