@@ -4,11 +4,15 @@
 //! from 0, then one for each condition on time, 1 where it holds and 0 where it does not.
 
 mod assemble;
+mod counts;
 mod delays;
+mod explicit;
 mod matching;
 mod modes;
+mod readers;
 pub mod text;
 mod time_conditions;
+mod transfer;
 
 use std::collections::BTreeMap;
 

@@ -22,6 +22,7 @@
 pub mod catalogue;
 mod controller;
 mod diagnose;
+mod drive;
 mod events;
 mod initial_step;
 mod instant;
@@ -44,9 +45,10 @@ use crate::solution::{Solution, Statistics};
 use crate::system::{Direction, Point, Storage, System};
 use catalogue::MethodKind;
 use controller::Controller;
+use drive::Drive;
 use events::Hybrid;
 use moving_jump::MovingJumps;
-use rosenbrock::{At, Base, Directions, Drive, Rosenbrock};
+use rosenbrock::{At, Base, Directions, Rosenbrock};
 use tableau::RosenbrockTableau;
 
 /// Integrates from the first of the asked `times` to the last and gives the unknowns at all of

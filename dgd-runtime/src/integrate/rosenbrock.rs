@@ -14,64 +14,10 @@
 // Lengths are constants where storage has a fixed size, and only once inlined there.
 #![allow(clippy::inline_always)]
 
+use super::drive::Drive;
 use super::tableau::{MAX_STAGES, RosenbrockTableau};
 use crate::linalg::{Factorisation, Singular};
-use crate::signal::Segment;
 use crate::system::{Pattern, Point, Storage, System};
-
-/// Inputs along the current segment.
-pub(crate) struct Drive<S: System> {
-    t0: f64,
-    start: S::Inputs,
-    slope: S::Inputs,
-    now: S::Inputs,
-    constant: bool,
-}
-
-impl<S: System> Drive<S> {
-    pub(crate) fn new(segment: Segment<'_>) -> Self {
-        let n_u = segment.u.len();
-        let mut drive = Self {
-            t0: 0.0,
-            start: S::Inputs::zeros(n_u),
-            slope: S::Inputs::zeros(n_u),
-            now: S::Inputs::zeros(n_u),
-            constant: true,
-        };
-        drive.enter(segment);
-        drive
-    }
-
-    pub(crate) fn enter(&mut self, segment: Segment<'_>) {
-        self.t0 = segment.t0;
-        self.start.as_mut().copy_from_slice(segment.u);
-        self.slope.as_mut().copy_from_slice(segment.udot);
-        self.now.as_mut().copy_from_slice(segment.u);
-        self.constant = segment.is_constant();
-    }
-
-    /// u(t).
-    #[inline]
-    pub(crate) fn at(&mut self, t: f64) -> &[f64] {
-        if !self.constant {
-            let segment = Segment {
-                t0: self.t0,
-                t1: f64::INFINITY,
-                u: self.start.as_ref(),
-                udot: self.slope.as_ref(),
-            };
-            segment.value(t, self.now.as_mut());
-        }
-        self.now.as_ref()
-    }
-
-    /// u(t) and u̇.
-    #[inline]
-    pub(crate) fn with_slope(&mut self, t: f64) -> (&[f64], &[f64]) {
-        self.at(t);
-        (self.now.as_ref(), self.slope.as_ref())
-    }
-}
 
 /// Work space of the unknowns.
 pub(crate) struct Rosenbrock<S: System> {

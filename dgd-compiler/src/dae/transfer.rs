@@ -1,0 +1,135 @@
+//! A model's expressions in the graph of its `Dae`: constants are numbers, everything is simplified.
+
+use std::collections::BTreeMap;
+
+use super::TimeCondition;
+use super::time_conditions::time_conditions;
+use crate::expr::{ExprId, Graph, Symbol};
+use crate::model::Model;
+use crate::source::Span;
+
+/// An equation as l − r with r − l kept: 0 = r − l.
+pub(super) struct Equation<'a> {
+    pub(super) label: &'a str,
+    pub(super) span: Span,
+    /// r − l.
+    pub(super) rest: ExprId,
+    /// Derivatives that occur in it.
+    pub(super) derivatives: Vec<u32>,
+}
+
+/// A model's expressions in the graph of its `Dae`.
+pub(super) struct Transferred<'a> {
+    /// Those that always hold, then those of the modes, block by block.
+    pub(super) equations: Vec<Equation<'a>>,
+    pub(super) common: usize,
+    /// For each block and mode, where its equations begin and end.
+    pub(super) of_modes: Vec<Vec<(usize, usize)>>,
+    pub(super) starts: Vec<ExprId>,
+    pub(super) outputs: Vec<ExprId>,
+    /// For each block and transition, left − right and the values of its resets.
+    pub(super) transitions: Vec<Vec<(ExprId, Vec<ExprId>)>>,
+    pub(super) names: BTreeMap<ExprId, String>,
+}
+
+impl Transferred<'_> {
+    /// Positions of the equations that hold in these modes.
+    pub(super) fn holding(&self, modes: &[usize]) -> Vec<usize> {
+        let of_modes = self.of_modes.iter().zip(modes).map(|(block, mode)| block[*mode]);
+        (0..self.common).chain(of_modes.flat_map(|(begin, end)| begin..end)).collect()
+    }
+
+    /// Puts discrete numbers, from position `first` on, in the place of conditions on time.
+    pub(super) fn take_time_conditions(
+        &mut self,
+        graph: &mut Graph,
+        first: usize,
+    ) -> Vec<TimeCondition> {
+        let roots: Vec<ExprId> = self.expressions().map(|expression| *expression).collect();
+        let (conditions, replacement) = time_conditions(graph, roots.iter().copied(), first);
+        if !conditions.is_empty() {
+            let roots: Vec<ExprId> = roots.into_iter().chain(self.names.keys().copied()).collect();
+            let replaced = graph.replace(roots, &replacement);
+            for expression in self.expressions() {
+                *expression = replaced[expression];
+            }
+            let names = std::mem::take(&mut self.names);
+            self.names = names.into_iter().map(|(id, name)| (replaced[&id], name)).collect();
+        }
+        conditions
+    }
+
+    /// Everything but the names.
+    fn expressions(&mut self) -> impl Iterator<Item = &mut ExprId> {
+        let transitions = self.transitions.iter_mut().flatten();
+        let equations = self.equations.iter_mut().map(|equation| &mut equation.rest);
+        equations
+            .chain(&mut self.starts)
+            .chain(&mut self.outputs)
+            .chain(transitions.flat_map(|(event, resets)| std::iter::once(event).chain(resets)))
+    }
+}
+
+/// Everything into one simplified graph.
+pub(super) fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'a> {
+    let transitions = || model.automata.iter().flat_map(|automaton| &automaton.transitions);
+    let sides = model.all_equations().flat_map(|e| [e.left, e.right]);
+    let roots = sides
+        .chain(model.unknowns.iter().map(|u| u.start))
+        .chain(model.outputs.iter().map(|o| o.value))
+        .chain(transitions().flat_map(|t| [t.left, t.right]))
+        .chain(transitions().flat_map(|t| t.resets.iter().map(|reset| reset.value)));
+    let nodes = model.graph.listed(roots);
+    let built = graph.rebuild(&nodes, |graph, symbol| match symbol {
+        Symbol::Constant(i) => graph.constant(model.constants[i as usize].value),
+        other => graph.symbol(other),
+    });
+    let equations = model
+        .all_equations()
+        .map(|equation| {
+            let rest = graph.subtract(built[&equation.right], built[&equation.left]);
+            let derivatives = graph
+                .symbols(rest)
+                .into_iter()
+                .filter_map(|symbol| match symbol {
+                    Symbol::Derivative(i) => Some(i),
+                    _ => None,
+                })
+                .collect();
+            Equation { label: &equation.label, span: equation.span, rest, derivatives }
+        })
+        .collect();
+    let common = model.equations.len();
+    let mut begin = common;
+    let mut of_modes = Vec::new();
+    for automaton in &model.automata {
+        let ranges = automaton.modes.iter().map(|mode| {
+            let end = begin + mode.equations.len();
+            (std::mem::replace(&mut begin, end), end)
+        });
+        of_modes.push(ranges.collect());
+    }
+    let mut transitions = Vec::new();
+    for automaton in &model.automata {
+        let values = automaton.transitions.iter().map(|transition| {
+            let event = graph.subtract(built[&transition.left], built[&transition.right]);
+            (event, transition.resets.iter().map(|reset| built[&reset.value]).collect())
+        });
+        transitions.push(values.collect());
+    }
+    let names = model
+        .lets
+        .iter()
+        .filter_map(|l| built.get(&l.value).map(|id| (*id, l.name.clone())))
+        .filter(|(id, _)| graph.node(*id).operands().next().is_some())
+        .collect();
+    Transferred {
+        equations,
+        common,
+        of_modes,
+        starts: model.unknowns.iter().map(|u| built[&u.start]).collect(),
+        outputs: model.outputs.iter().map(|o| built[&o.value]).collect(),
+        transitions,
+        names,
+    }
+}
