@@ -2,10 +2,9 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::Setting;
 use dgd_compiler::pipeline::Compiled;
-use dgd_compiler::source::{Source, SourceId, Sources, Span};
+use dgd_compiler::source::{Sources, Span};
 use dgd_compiler::syntax::edit::{NewValue, with_values};
 use dgd_compiler::syntax::layout;
 use dgd_compiler::units::Unit;
@@ -62,19 +61,7 @@ pub(crate) fn text(
     }
     let text = &sources.get(ast.source).text;
     let edited = with_values(ast, text, &values, |path| moved(path, model, folder));
-    laid_out_as(ast.source, sources, &edited).unwrap_or(edited)
-}
-
-/// An edited text laid out canonically, if the text that it was made of is.
-fn laid_out_as(original: SourceId, sources: &Sources, edited: &str) -> Option<String> {
-    let mut diagnostics = Diagnostics::default();
-    let canonical = layout::format(original, sources, &mut diagnostics).ok()?;
-    if canonical != sources.get(original).text {
-        return None;
-    }
-    let mut own = Sources::default();
-    let id = own.add(Source { name: String::new(), text: edited.to_owned() });
-    layout::format(id, &own, &mut diagnostics).ok()
+    layout::like(ast.source, sources, edited)
 }
 
 /// Where something that can be set is declared.

@@ -216,14 +216,22 @@ fn with_its_effect_applied_nothing_is_missing() {
 }
 
 #[test]
-fn a_discovery_needs_effects() {
+fn without_effects_only_the_verdict_is_left() {
     let model = fs::read(root().join(MODEL)).expect("the model");
     let folder = folder_with(&[("mud_circulation.dgd", &model)]);
     let (alone, data) = (path(&folder, "mud_circulation.dgd"), root().join(TRAIN));
     let data = data.display().to_string();
-    dgd(&["discover", &alone, "--data", &data])
-        .refused(2, &["no effects", "`effects`", "--effects"]);
+    let options = ["--until", "700", "--format", "json"];
+    let judged = dgd(&[&["discover", &alone, "--data", &data][..], &options].concat()).done();
+    assert_eq!(judged.json()["verdict"], "unexplained");
+    let remark = ["no effects to look for", "`effects`", "--effects"];
+    assert!(remark.iter().all(|part| judged.err.contains(part)), "{}", judged.err);
     discover(&["--effects", "nowhere"]).refused(2, &["--effects nowhere", "no such folder"]);
+    let empty = path(&folder, "none");
+    fs::create_dir(&empty).expect("a folder");
+    dgd(&["discover", &alone, "--data", &data, "--effects", &empty])
+        .refused(2, &["no effects", "`--effects`"]);
+    fs::remove_dir(&empty).expect("the folder");
     assert_eq!(listing(&folder), ["mud_circulation.dgd"]);
 
     // With the library named, it is as if it lay beside the model.

@@ -29,7 +29,7 @@ pub(crate) fn corrected(
     };
     let mut all = sources.clone();
     let name = sources.get(base.asts[0].source).name.clone();
-    let id = all.add(Source { name: name.clone(), text: text.clone() });
+    let id = all.add(Source { name, text: text.clone() });
     let ast = parse(id, &all, diagnostics)?;
     let mut declared: Vec<(String, Span)> = Vec::new();
     visit::items(&ast.items, &mut |item| {
@@ -51,12 +51,8 @@ pub(crate) fn corrected(
         })
         .collect();
     let valued = with_values(&ast, &text, &values, |_| None);
-    // Numbers of other lengths shift columns; a text that was aligned stays so.
-    if layout::format(id, &all, diagnostics)? != text {
-        return Ok(valued);
-    }
-    let id = all.add(Source { name, text: valued });
-    layout::format(id, &all, diagnostics)
+    // Numbers of other lengths shift columns.
+    Ok(layout::like(id, &all, valued))
 }
 
 /// A number to so many digits, as a person would write it.

@@ -29,7 +29,7 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
     let integration = options(&args.solve)?;
     let mut compilation = Compilation::default();
     let compiled = base_model(args, &mut compilation)?;
-    let library = library(args, &mut compilation)?;
+    let library = library(args, &mut compilation, console)?;
     let names = |paths: &[PathBuf]| -> Vec<String> {
         let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into();
         paths.iter().map(name).collect()
@@ -123,10 +123,12 @@ fn base_model(
     }
 }
 
-/// The effects beside the model, and those of `--effects`.
+/// The effects beside the model, and those of `--effects`. Without any, all that can be told is
+/// whether the model explains the data.
 fn library(
     args: &DiscoverArgs,
     compilation: &mut Compilation,
+    console: Console<'_>,
 ) -> Result<Vec<Effect>, CommandError> {
     let beside = effects::folder_of(&args.model);
     let mut folders: Vec<PathBuf> = Vec::new();
@@ -148,12 +150,17 @@ fn library(
     if diagnostics.check().is_err() {
         return Err(CommandError::diagnosed(diagnostics, sources.clone()));
     }
+    if library.is_empty() && !args.effects.is_empty() {
+        return Err(CommandError::Usage(
+            "there are no effects in the folders of `--effects`: each is a `.dgd` file".to_owned(),
+        ));
+    }
     if library.is_empty() {
-        return Err(CommandError::Usage(format!(
+        console.remark(&format!(
             "there are no effects to look for: put their files into a folder `{FOLDER}` beside \
              `{}`, or give one by `--effects DIR`",
             args.model.display()
-        )));
+        ));
     }
     Ok(library)
 }

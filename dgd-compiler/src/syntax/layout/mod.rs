@@ -10,7 +10,7 @@
 
 use super::lexical::{self, RESERVED, Token, TokenKind};
 use crate::diagnostics::{Diagnostics, Reported};
-use crate::source::{SourceId, Sources};
+use crate::source::{Source, SourceId, Sources};
 
 /// Blanks for every open brace.
 const INDENT: usize = 2;
@@ -22,6 +22,20 @@ const COMMENT_GAP: usize = 2;
 const DEEPEST: usize = 64;
 /// Wider cells do not push the columns behind them.
 const WIDEST_CELL: usize = 48;
+
+/// A text that was made by editing a source, laid out if the source was: a layout of one's own is
+/// left alone.
+pub fn like(original: SourceId, sources: &Sources, edited: String) -> String {
+    let mut unread = Diagnostics::default();
+    let was_laid_out = format(original, sources, &mut unread)
+        .is_ok_and(|canonical| canonical == sources.get(original).text);
+    if !was_laid_out {
+        return edited;
+    }
+    let mut own = Sources::default();
+    let id = own.add(Source { name: String::new(), text: edited.clone() });
+    format(id, &own, &mut unread).unwrap_or(edited)
+}
 
 /// Lays out a source. Fails only where it cannot be cut into tokens.
 pub fn format(
