@@ -8,7 +8,7 @@
 //! | 4 | [`lower`] | `Dae` | [`Program`]: derivatives, single assignment |
 //! | 5 | [`crate::codegen::generate`] | `Program` | Rust tokens |
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
 use crate::dae::{Dae, assemble};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
@@ -44,7 +44,7 @@ pub enum Directions {
 /// What every stage made.
 #[derive(Debug, Clone)]
 pub struct Compiled {
-    /// The model file's tree first, then those of its imports.
+    /// The model file's tree first, then those of its imports, as they were read.
     pub asts: Vec<Ast>,
     /// Names, units and SI values.
     pub model: Model,
@@ -90,7 +90,8 @@ pub fn compile_asts(
     Ok(Compiled { asts, model, dae, program })
 }
 
-/// Parses a file and, once each, the libraries that it imports directly or through others.
+/// Parses a file and, once each, the libraries and models that it imports directly or through
+/// others.
 ///
 /// A path is relative to the file that names it.
 ///
@@ -103,13 +104,15 @@ pub fn load(
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<Ast>, Reported> {
-    let mut known = BTreeSet::new();
+    let mut known = BTreeMap::new();
+    let path = normalise(&main.name);
     let main = sources.add(main);
+    known.insert(path, main);
     let mut asts = vec![parse(main, sources, diagnostics)?];
     let mut next = 0;
     while let Some(ast) = asts.get(next) {
-        next += 1;
         let source = ast.source;
+        let mut found = Vec::new();
         let imports: Vec<_> = ast
             .items
             .iter()
@@ -120,7 +123,12 @@ pub fn load(
             .collect();
         for (path, span) in imports {
             let name = beside(sources, source, &path);
-            if !known.insert(name.clone()) {
+            if let Some(id) = known.get(&name) {
+                if *id == source {
+                    let message = format!("`{path}` is this file itself");
+                    diagnostics.error(Diagnostic::new(Code::E208, span, message));
+                }
+                found.push(*id);
                 continue;
             }
             let text = match read(&name) {
@@ -131,21 +139,26 @@ pub fn load(
                     continue;
                 }
             };
-            let id = sources.add(Source { name, text });
+            let id = sources.add(Source { name: name.clone(), text });
+            known.insert(name, id);
+            found.push(id);
             let Ok(ast) = parse(id, sources, diagnostics) else { continue };
-            let other = ast.model.as_ref().map(|header| ("a model", &header.name));
-            let other = other.or(ast.effect.as_ref().map(|header| ("an effect", &header.name)));
-            if let Some((what, name)) = other {
-                let message = format!("`{path}` is {what}, `{}`, not a library", name.text);
-                diagnostics
-                    .error(Diagnostic::new(Code::E208, span, message).help(
-                        "a library has constants, `let`s and functions, and no `model` line",
-                    ));
+            if let Some(effect) = &ast.effect {
+                let name = &effect.name.text;
+                let message = format!("`{path}` is an effect, `{name}`, not a library or a model");
+                diagnostics.error(
+                    Diagnostic::new(Code::E208, span, message)
+                        .help("an effect is taken into a model with `--apply`"),
+                );
                 continue;
             }
-            verify_library(&ast, diagnostics);
+            if ast.model.is_none() {
+                verify_library(&ast, diagnostics);
+            }
             asts.push(ast);
         }
+        asts[next].imports = found;
+        next += 1;
     }
     diagnostics.check()?;
     Ok(asts)
@@ -165,7 +178,9 @@ fn verify_library(ast: &Ast, diagnostics: &mut Diagnostics) {
             | ItemKind::Output { .. }
             | ItemKind::Equation { .. }
             | ItemKind::Modes { .. }
-            | ItemKind::Variant { .. } => {
+            | ItemKind::Variant { .. }
+            | ItemKind::Part { .. }
+            | ItemKind::Binding { .. } => {
                 diagnostics.error(
                     Diagnostic::new(Code::E208, item.span, "this cannot stand in a library")
                         .help("a library has constants, `let`s and functions; a model file begins with `model NAME`"),

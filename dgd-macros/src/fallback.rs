@@ -62,7 +62,13 @@ fn still(ast: &Ast) -> Ast {
     };
     still.take(&ast.items);
     let model = Header { doc: Vec::new(), name: name("model") };
-    Ast { source: ast.source, model: Some(model), effect: None, items: still.items }
+    Ast {
+        source: ast.source,
+        model: Some(model),
+        effect: None,
+        items: still.items,
+        imports: Vec::new(),
+    }
 }
 
 struct Still<'a> {
@@ -111,7 +117,9 @@ impl<'a> Still<'a> {
                 | ItemKind::Let { .. }
                 | ItemKind::Function { .. }
                 | ItemKind::Equation { .. }
-                | ItemKind::Modes { .. } => {}
+                | ItemKind::Modes { .. }
+                | ItemKind::Part { .. }
+                | ItemKind::Binding { .. } => {}
             }
         }
     }

@@ -437,12 +437,12 @@ Right:
     dgd simulate tank.dgd --variant flow=static
 "
 E208 "import that cannot be used" r#"
-The imported file cannot be found or read, or is not a library of constants, `let`s and functions
-but a model, or part of one. Paths are relative to the importing file.
+The imported file cannot be found or read, or is neither a model nor a library of constants, `let`s and
+functions. Paths are relative to the importing file.
 
 Wrong:
 
-    import "tank.dgd"
+    import "effects/leak.dgd"
 
 Right:
 
@@ -576,6 +576,40 @@ Right:
       empty    { equation level: h = 0 [m] }
       draining -> empty when h falls below 0 [m]
     }
+"
+E220 "input of a part that is not bound" "
+A part is a model, and every input of that model must be said to be something: an input of the whole,
+an unknown, or what another part puts out.
+
+Wrong:
+
+    import \"parts/subsea_pump.dgd\"
+    input speed [%]
+    part pump: subsea_pump
+
+Right:
+
+    import \"parts/subsea_pump.dgd\"
+    input speed [%]
+    part pump: subsea_pump
+    pump.w = speed
+"
+E221 "model that contains itself" "
+A model is not a part of itself, neither directly nor through other parts: there would be no end to
+it. Many equal parts in a row are an array, or as many `part` lines.
+
+Wrong:
+
+    model pipe
+    import \"pipe.dgd\"
+    part rest: pipe
+
+Right:
+
+    model pipes
+    import \"pipe.dgd\"
+    part first:  pipe
+    part second: pipe
 "
 E301 "units that cannot be added or compared" "
 Terms of a sum, sides of a comparison, and branches of an `if` must measure the same kind of quantity.

@@ -30,7 +30,9 @@ impl Declarations {
         for ast in asts {
             visit::items(&ast.items, &mut |item| {
                 let (namespace, name, unit, kind) = match &item.kind {
-                    ItemKind::Import { .. } => return,
+                    ItemKind::Import { .. } | ItemKind::Part { .. } | ItemKind::Binding { .. } => {
+                        return;
+                    }
                     ItemKind::Constant { name, unit, .. } | ItemKind::Let { name, unit, .. } => {
                         (Namespace::Value, name, unit.clone(), None)
                     }
@@ -88,7 +90,11 @@ impl Declarations {
         let own = self.get(namespace, name)?.unit.as_ref();
         own.or_else(|| match namespace {
             Namespace::Output => self.get(Namespace::Value, name)?.unit.as_ref(),
-            Namespace::Value | Namespace::Equation | Namespace::Variant | Namespace::Modes => None,
+            Namespace::Value
+            | Namespace::Equation
+            | Namespace::Variant
+            | Namespace::Modes
+            | Namespace::Part => None,
         })
     }
 }

@@ -42,13 +42,18 @@ pub(super) struct Instance {
     pub(super) brought: Brought,
 }
 
-/// Names of an effect and what they are called in the model.
+/// Names of an effect or a part, and what they are called in the model.
 #[derive(Debug, Default)]
-struct Names {
+pub(crate) struct Names {
     map: BTreeMap<(Namespace, String), String>,
 }
 
 impl Names {
+    /// What was called `old` is called `new`.
+    pub(crate) fn insert(&mut self, namespace: Namespace, old: String, new: String) {
+        self.map.insert((namespace, old), new);
+    }
+
     fn rename(&self, namespace: Namespace, name: &mut Name) {
         if let Some(new) = self.map.get(&(namespace, name.text.clone())) {
             name.text.clone_from(new);
@@ -79,7 +84,8 @@ impl Names {
         }
     }
 
-    fn rename_item(&self, item: &mut Item) {
+    /// Renames what an item declares, reads and calls.
+    pub(crate) fn rename_item(&self, item: &mut Item) {
         visit::parts_mut(item, &mut |part| match part {
             Part::Declares(namespace, name) => self.rename(namespace, name),
             Part::Resets(name) => self.rename(Namespace::Value, name),

@@ -30,6 +30,7 @@ use crate::syntax::ast::{Ast, EffectKind, Name, Target};
 
 pub use apply::apply;
 pub use bind::bind;
+pub(crate) use instance::Names;
 pub use write::write;
 
 /// An effect: what it is, what it brings and what it changes.

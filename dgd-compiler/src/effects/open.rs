@@ -57,7 +57,9 @@ impl Definitions {
                 | ItemKind::Unknown { .. }
                 | ItemKind::Output { .. }
                 | ItemKind::Equation { .. }
-                | ItemKind::Modes { .. } => continue,
+                | ItemKind::Modes { .. }
+                | ItemKind::Part { .. }
+                | ItemKind::Binding { .. } => continue,
             };
             let definition = Definition {
                 path: path.clone(),

@@ -6,7 +6,9 @@
 //! makes superfluous is decided here, so that a writer has no choices left.
 
 use super::Model;
+use crate::diagnostics::Diagnostics;
 use crate::expr::display::number;
+use crate::parts;
 use crate::syntax::ast::{
     self, Argument, Ast, Comparison, Crossing, Expr, ExprKind, Factor, Item, ItemKind, Sign,
 };
@@ -142,8 +144,10 @@ pub enum Operator {
 
 /// The lines of a model: libraries first, then the model file.
 pub fn lines(asts: &[Ast], model: &Model) -> Vec<Line> {
+    // The model has been made of these trees.
+    let expanded = parts::expand(asts, &mut Diagnostics::default());
     let mut lines = Vec::new();
-    for ast in asts.iter().rev() {
+    for ast in expanded.iter().flat_map(|expanded| expanded.asts.iter()).rev() {
         collect(&ast.items, model, &mut lines);
     }
     lines
@@ -191,7 +195,9 @@ fn collect(items: &[Item], model: &Model, lines: &mut Vec<Line>) {
             | ItemKind::Parameter { .. }
             | ItemKind::Input { .. }
             | ItemKind::Unknown { .. }
-            | ItemKind::Output { .. } => {}
+            | ItemKind::Output { .. }
+            | ItemKind::Part { .. }
+            | ItemKind::Binding { .. } => {}
         }
     }
 }
@@ -211,13 +217,20 @@ fn transition(transition: &ast::Transition) -> Line {
 }
 
 impl Symbol {
-    /// Splits a name at its underscores and before the digits of its first part.
+    /// Splits a name at its underscores and before the digits of its first part; what it is a part
+    /// of comes last.
     pub fn of(name: &str) -> Symbol {
+        let (whole, name) = match name.rsplit_once('.') {
+            Some((whole, name)) => (Some(whole), name),
+            None => (None, name),
+        };
         let mut parts = name.split('_');
         let first = parts.next().unwrap_or_default();
         let letters = first.trim_end_matches(|c: char| c.is_ascii_digit());
         let digits = &first[letters.len()..];
         let subscripts = (!digits.is_empty()).then_some(digits).into_iter().chain(parts);
+        let subscripts =
+            subscripts.chain(whole.into_iter().flat_map(|whole| whole.split(['.', '_'])));
         Symbol { letters: letters.to_owned(), subscripts: subscripts.map(str::to_owned).collect() }
     }
 }

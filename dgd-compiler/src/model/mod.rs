@@ -21,6 +21,7 @@ use crate::units::{Dimension, Unit};
 
 pub use crate::syntax::ast::Crossing;
 
+pub use crate::parts::InnerModel;
 pub use resolve::{ModelOptions, Setting, resolve};
 
 /// What `resolve` promises:
@@ -55,6 +56,8 @@ pub struct Model {
     pub automata: Vec<Automaton>,
     /// `variant`s and what was chosen.
     pub variants: Vec<Variant>,
+    /// `part`s and parts of those; what they hold is in the lists above.
+    pub parts: Vec<InnerModel>,
 }
 
 /// What every declaration has.

@@ -9,6 +9,7 @@ use super::expression::{Lowering, Typed, is_plain, unit_of};
 use super::{Constant, Declared, Input, Interpolation, Let, Model};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::ExprId;
+use crate::parts::{self, Expanded};
 use crate::source::Span;
 use crate::syntax::ast::{
     Ast, AttributeKind, Expr, Item, ItemKind, Name, Unit as WrittenUnit, UnknownKind,
@@ -44,9 +45,7 @@ pub fn resolve(
     options: &ModelOptions,
     diagnostics: &mut Diagnostics,
 ) -> Result<Model, Reported> {
-    let [main, libraries @ ..] = asts else {
-        unreachable!("a compilation has a main file");
-    };
+    let main = asts.first().unwrap_or_else(|| unreachable!("a compilation has a main file"));
     let Some(header) = &main.model else {
         let start = Span { source: main.source, start: 0, end: 0 };
         if let Some(effect) = &main.effect {
@@ -63,6 +62,10 @@ pub fn resolve(
         ));
     };
 
+    let Expanded { asts, parts } = parts::expand(asts, diagnostics)?;
+    let [main, libraries @ ..] = &*asts else {
+        unreachable!("a compilation has a main file");
+    };
     let mut variants = Vec::new();
     let mut items: Vec<&Item> = libraries.iter().flat_map(|library| &library.items).collect();
     choose(&main.items, options, &mut items, &mut variants, diagnostics);
@@ -85,6 +88,7 @@ pub fn resolve(
         model: Model {
             name: header.name.text.clone(),
             doc: header.doc.clone(),
+            parts,
             ..Model::default()
         },
     };
@@ -225,7 +229,9 @@ impl<'a> Resolver<'a> {
             | ItemKind::Let { .. }
             | ItemKind::Function { .. }
             | ItemKind::Import { .. }
-            | ItemKind::Variant { .. } => {}
+            | ItemKind::Variant { .. }
+            | ItemKind::Part { .. }
+            | ItemKind::Binding { .. } => {}
         }
         Ok(())
     }

@@ -17,6 +17,9 @@ pub struct Ast {
     pub effect: Option<EffectHeader>,
     /// Items in the order written.
     pub items: Vec<Item>,
+    /// What the imports among the items are, in their order: none until
+    /// [`load`](crate::pipeline::load) has read them.
+    pub imports: Vec<SourceId>,
 }
 
 /// `model NAME` with the doc comment above it.
@@ -297,6 +300,31 @@ pub enum ItemKind {
         /// `start MODE`
         start: Option<Name>,
     },
+    /// `part pump: subsea_pump(c0 = 275 [m])`: a model inside this one.
+    Part {
+        /// What it is called here.
+        name: Name,
+        /// The model that it is.
+        model: Name,
+        /// New values of what the model declares.
+        arguments: Vec<PartArgument>,
+    },
+    /// `pump.q = q_ssp`: what an input of a part is.
+    Binding {
+        /// The part's name, a point, and its input's.
+        input: Name,
+        /// The value.
+        value: Expr,
+    },
+}
+
+/// `c0 = 275 [m]` between the parentheses of a part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PartArgument {
+    /// A constant, parameter, unknown or variant of the part's model.
+    pub name: Name,
+    /// Its value, start value or choice.
+    pub value: Expr,
 }
 
 /// How an unknown was declared.

@@ -17,7 +17,7 @@ use nom::multi::separated_list1;
 use super::ast::{ClauseKind, EffectKind, Name, Slot, SlotKind, Target};
 use super::expression::{close, expression, optional_unit};
 use super::lexical::TokenKind;
-use super::tokens::{OPERATOR, Parsed, Tokens, name, token, word};
+use super::tokens::{OPERATOR, Parsed, Tokens, dotted, name, token, word};
 use crate::diagnostics::{Code, Diagnostic, suggestion};
 use crate::source::Span;
 
@@ -96,10 +96,10 @@ fn replace(input: Tokens<'_>) -> Parsed<'_, ClauseKind> {
     let behind = input.behind_first();
     let is_clause = behind.starts_with_word("by") || behind.starts_with_word("in");
     if input.starts_with_word("output") && behind.first() == Some(TokenKind::Name) && !is_clause {
-        let (rest, (output, _, by)) = (name, by, expression).parse(behind)?;
+        let (rest, (output, _, by)) = (dotted, by, expression).parse(behind)?;
         return Ok((rest, ClauseKind::ReplaceOutput { output, by }));
     }
-    let (mut rest, replaced) = name(input)?;
+    let (mut rest, replaced) = dotted(input)?;
     let mut arguments = Vec::new();
     if rest.first() == Some(TokenKind::Open) {
         let comma = token(TokenKind::Comma, "`,`");
@@ -110,7 +110,7 @@ fn replace(input: Tokens<'_>) -> Parsed<'_, ClauseKind> {
     let mut equation = None;
     if rest.starts_with_word("in") {
         let label;
-        (rest, label) = name(rest.behind_first())?;
+        (rest, label) = dotted(rest.behind_first())?;
         equation = Some(label);
     }
     let expected = if equation.is_some() { "`by`" } else { "`in EQUATION` or `by`" };
@@ -120,7 +120,7 @@ fn replace(input: Tokens<'_>) -> Parsed<'_, ClauseKind> {
 
 fn add(input: Tokens<'_>) -> Parsed<'_, ClauseKind> {
     let to = word("to", "`to` and the equation's label, or an operator");
-    let (rest, (value, _, equation)) = (expression, to, name).parse(input)?;
+    let (rest, (value, _, equation)) = (expression, to, dotted).parse(input)?;
     Ok((rest, ClauseKind::Add { value, equation }))
 }
 

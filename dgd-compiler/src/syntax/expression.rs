@@ -19,7 +19,7 @@
 
 use super::ast::{Comparison, Expr, ExprKind, Factor, Name, Sign, Unit};
 use super::lexical::{RESERVED, TokenKind};
-use super::tokens::{CLOSE, Parsed, Tokens, name, word};
+use super::tokens::{CLOSE, Parsed, Tokens, members, word};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::source::Span;
 
@@ -271,10 +271,12 @@ fn operand(input: Tokens<'_>) -> Parsed<'_, Expr> {
                     .help("put the condition into parentheses: `(not a < b)`"),
             ),
             word if RESERVED.contains(&word) => input.expected(OPERAND),
-            _ if input.second() == Some(TokenKind::Open) => call(input),
-            text => {
-                let kind = ExprKind::Name(text.to_owned());
-                Ok((input.behind_first(), Expr { span: input.span(), kind }))
+            _ => {
+                let (rest, name) = members(input)?;
+                if rest.first() == Some(TokenKind::Open) {
+                    return call(input, rest, name);
+                }
+                Ok((rest, Expr { span: name.span, kind: ExprKind::Name(name.text) }))
             }
         },
         Some(_) | None => input.expected(OPERAND),
@@ -328,13 +330,8 @@ pub(crate) fn close(open: Span, input: Tokens<'_>) -> Parsed<'_, Span> {
     }
 }
 
-fn call(input: Tokens<'_>) -> Parsed<'_, Expr> {
-    let (open, function) = if input.starts_with_word("delay") {
-        let function = Name { text: input.first_text().to_owned(), span: input.span() };
-        (input.behind_first(), function)
-    } else {
-        name(input)?
-    };
+/// `f(a, b)` behind the function's name.
+fn call<'a>(input: Tokens<'a>, open: Tokens<'a>, function: Name) -> Parsed<'a, Expr> {
     let (rest, arguments) = arguments(open.deeper()?.behind_first())?;
     let (rest, _) = close(open.span(), rest.shallower())?;
     Ok((rest, Expr { span: input.span_to(&rest), kind: ExprKind::Call { function, arguments } }))

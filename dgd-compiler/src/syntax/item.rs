@@ -9,7 +9,8 @@ use super::ast::{Argument, Attribute, AttributeKind, Expr, ItemKind, Name, Unit,
 use super::effect;
 use super::expression::{close, expression, optional_unit};
 use super::lexical::TokenKind;
-use super::tokens::{DECIMAL_POINT, OPERATOR, Parsed, Tokens, name, not_yet, token, word};
+use super::part::{self, is_binding};
+use super::tokens::{DECIMAL_POINT, OPERATOR, Parsed, Tokens, dotted, name, not_yet, token, word};
 use crate::diagnostics::{Code, Diagnostic, suggestion};
 use crate::units::parse_unit;
 
@@ -28,13 +29,13 @@ const SIMPLE: &[(&str, Rule)] = &[
     ("function", function),
     ("equation", equation),
     ("output", output),
+    ("part", part::part),
 ];
 
 /// Keywords of later versions, and what to say of them.
 const LATER: &[(&str, &str)] = &[
     ("when", "events (`when`) are"),
     ("saturate", "saturations are"),
-    ("part", "parts are"),
     ("for", "loops over equations are"),
     ("size", "sizes of arrays are"),
 ];
@@ -53,8 +54,14 @@ fn keywords() -> impl Iterator<Item = &'static str> {
 /// Reads an item without a block, from its keyword to its last token.
 pub(crate) fn item(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     let keyword = input.first_text();
-    if let Some((_, rule)) = SIMPLE.iter().find(|(simple, _)| *simple == keyword) {
-        let (rest, kind) = cut(*rule).parse(input.behind_first())?;
+    let (rule, start) = if is_binding(input) {
+        (Some(part::binding as Rule), input)
+    } else {
+        let rule = SIMPLE.iter().find(|(simple, _)| *simple == keyword).map(|(_, rule)| *rule);
+        (rule, input.behind_first())
+    };
+    if let Some(rule) = rule {
+        let (rest, kind) = cut(rule).parse(start)?;
         if !rest.is_empty() {
             return rest.expected(OPERATOR);
         }
@@ -71,9 +78,6 @@ fn no_item(input: Tokens<'_>) -> Diagnostic {
     let text = input.first_text();
     let wrong = |message| Diagnostic::new(Code::E116, input.span(), message);
     match (input.first(), input.second()) {
-        (Some(TokenKind::Name), Some(TokenKind::Dot)) => {
-            not_yet(input.span(), "parts, and names with a dot, are")
-        }
         (Some(TokenKind::Name), _) => {
             let diagnostic = wrong(format!("no item begins with `{text}`"));
             match (suggestion(text, keywords()), input.second()) {
@@ -111,7 +115,7 @@ fn import(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 }
 
 fn declared(input: Tokens<'_>) -> Parsed<'_, (Name, Option<Unit>)> {
-    (name, optional_unit).parse(input)
+    (dotted, optional_unit).parse(input)
 }
 
 /// `= …`, which has to be there.
@@ -173,8 +177,8 @@ fn definition(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 }
 
 fn function(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
-    let argument = map(declared, |(name, unit)| Argument { name, unit });
-    let (open, name) = name(input)?;
+    let argument = map((name, optional_unit), |(name, unit)| Argument { name, unit });
+    let (open, name) = dotted(input)?;
     let rest = token(TokenKind::Open, "`(` and the function's arguments")(open)?.0;
     let comma = token(TokenKind::Comma, "`,`");
     let (rest, arguments) = separated_list1(comma, argument).parse(rest)?;
@@ -195,7 +199,7 @@ fn output(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 /// `name = value`, and nothing behind it.
 pub(crate) fn setting(input: Tokens<'_>) -> Parsed<'_, (Name, Expr)> {
     let equal = token(TokenKind::Equal, "`=` behind the name");
-    let (rest, (name, _, value)) = (name, equal, expression).parse(input)?;
+    let (rest, (name, _, value)) = (dotted, equal, expression).parse(input)?;
     if rest.is_empty() {
         Ok((rest, (name, value)))
     } else {
@@ -207,7 +211,7 @@ fn equation(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     let colon = token(TokenKind::Colon, "`:` behind the equation's label");
     let equal = token(TokenKind::Equal, "`=` or an operator");
     let (rest, (label, _, left, _, right)) =
-        (name, colon, expression, equal, expression).parse(input)?;
+        (dotted, colon, expression, equal, expression).parse(input)?;
     if rest.first() == Some(TokenKind::Equal) {
         let message = "an equation has one `=`";
         return rest.wrong(Diagnostic::new(Code::E105, rest.span(), message));

@@ -12,6 +12,7 @@ mod item;
 pub mod layout;
 mod lexical;
 mod modes;
+mod part;
 pub mod print;
 mod tokens;
 pub(crate) mod unit;
@@ -21,7 +22,7 @@ use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::source::{SourceId, Sources, Span};
 use ast::{Ast, Choice, Clause, EffectHeader, Expr, Header, Item, ItemKind, Name};
 use lexical::{Token, TokenKind};
-use tokens::{NESTING, Stop, Tokens, name, too_deep};
+use tokens::{NESTING, Stop, Tokens, dotted, name, too_deep};
 
 /// Reads a source.
 ///
@@ -68,7 +69,7 @@ fn read(source: SourceId, sources: &Sources) -> (Ast, Diagnostics) {
         let span = Span { source, start: 0, end: 0 };
         own.error(Diagnostic::new(Code::E112, span, "there is nothing in this file"));
     }
-    (Ast { source, model, effect, items }, own)
+    (Ast { source, model, effect, items, imports: Vec::new() }, own)
 }
 
 /// Reads `name = value`, as it is set from outside a model file.
@@ -287,7 +288,7 @@ impl<'a, 'd> Reader<'a, 'd> {
             self.error(too_deep(input.span()));
             return None;
         }
-        let (rest, name) = self.report(name(input.behind_first()))?;
+        let (rest, name) = self.report(dotted(input.behind_first()))?;
         let (mut inside, behind) = self.block(&statement[statement.len() - rest.len()..])?;
         take_docs(&mut inside, docs);
         Some((name, inside, behind))

@@ -5,7 +5,7 @@ use nom::Parser;
 use super::ast::{Choice, Crossing, Expr, Item, ItemKind, Name, Reset, Transition};
 use super::expression::expression;
 use super::lexical::{Token, TokenKind};
-use super::tokens::{OPERATOR, Parsed, Tokens, name, token, word};
+use super::tokens::{OPERATOR, Parsed, Tokens, dotted, name, token, word};
 use super::{Reader, item_length, take_docs};
 use crate::diagnostics::{Code, Diagnostic};
 
@@ -145,7 +145,7 @@ fn head_of_transition(input: Tokens<'_>) -> Parsed<'_, Head> {
 fn reset(input: Tokens<'_>) -> Parsed<'_, Reset> {
     let keyword = word("reset", "`reset NAME = …`");
     let equal = token(TokenKind::Equal, "`=`");
-    let (rest, (_, name, _, value)) = (keyword, name, equal, expression).parse(input)?;
+    let (rest, (_, name, _, value)) = (keyword, dotted, equal, expression).parse(input)?;
     if rest.is_empty() {
         Ok((rest, Reset { span: input.span_to(&rest), name, value }))
     } else {

@@ -8,8 +8,8 @@ use std::fmt::Write as _;
 
 use super::ast::{
     Argument, Ast, Attribute, AttributeKind, Choice, Clause, ClauseKind, Comparison, Crossing,
-    EffectHeader, Expr, ExprKind, Factor, Header, Item, ItemKind, Name, Reset, Sign, Slot,
-    SlotKind, Target, Transition, Unit, UnknownKind,
+    EffectHeader, Expr, ExprKind, Factor, Header, Item, ItemKind, Name, PartArgument, Reset, Sign,
+    Slot, SlotKind, Target, Transition, Unit, UnknownKind,
 };
 use crate::source::{SourceId, Span};
 
@@ -389,6 +389,20 @@ impl Printer {
                 self.depth -= 1;
                 self.line("}");
             }
+            ItemKind::Part { name, model, arguments } => {
+                let argument = |PartArgument { name, value }: &PartArgument| {
+                    format!("{} = {}", name.text, print_expression(value))
+                };
+                let arguments: Vec<String> = arguments.iter().map(argument).collect();
+                let list = match arguments.as_slice() {
+                    [] => String::new(),
+                    all => format!("({})", all.join(", ")),
+                };
+                self.line(&format!("part {}: {}{list}", name.text, model.text));
+            }
+            ItemKind::Binding { input, value } => {
+                self.line(&format!("{} = {}", input.text, print_expression(value)));
+            }
         }
     }
 
@@ -486,6 +500,7 @@ pub fn without_places(ast: &Ast) -> Ast {
         model: ast.model.as_ref().map(header),
         effect: ast.effect.as_ref().map(placeless_effect),
         items: ast.items.iter().map(placeless_item).collect(),
+        imports: Vec::new(),
     }
 }
 
@@ -625,6 +640,20 @@ fn placeless_item(item: &Item) -> Item {
             transitions: transitions.iter().map(placeless_transition).collect(),
             start: start.as_ref().map(placeless_name),
         },
+        ItemKind::Part { name, model, arguments } => ItemKind::Part {
+            name: placeless_name(name),
+            model: placeless_name(model),
+            arguments: arguments
+                .iter()
+                .map(|PartArgument { name, value }| PartArgument {
+                    name: placeless_name(name),
+                    value: placeless(value),
+                })
+                .collect(),
+        },
+        ItemKind::Binding { input, value } => {
+            ItemKind::Binding { input: placeless_name(input), value: placeless(value) }
+        }
     };
     Item { span: Span::default(), doc: item.doc.clone(), kind }
 }

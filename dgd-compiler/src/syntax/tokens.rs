@@ -208,7 +208,6 @@ impl Stop<'_> {
                 return not_yet(span, "arrays and their indices are")
                     .help("if this is a unit, leave a blank before it");
             }
-            Some(TokenKind::Dot) => return not_yet(span, "parts, and names with a dot, are"),
             Some(TokenKind::Close | TokenKind::CloseBrace) => {
                 let message = format!("no bracket is open for this `{text}`");
                 return Diagnostic::new(Code::E115, span, message)
@@ -294,6 +293,29 @@ pub(crate) fn name(input: Tokens<'_>) -> Parsed<'_, Name> {
         return input.wrong(Diagnostic::new(Code::E119, span, message));
     }
     Ok((input.behind_first(), Name { text: text.to_owned(), span }))
+}
+
+/// A name, or names with points between them: `pump.q`.
+pub(crate) fn dotted(input: Tokens<'_>) -> Parsed<'_, Name> {
+    name(input)?;
+    members(input)
+}
+
+/// The name that is the first token, and what follows it behind points, where any word is a name.
+pub(crate) fn members(input: Tokens<'_>) -> Parsed<'_, Name> {
+    let mut dotted = Name { text: input.first_text().to_owned(), span: input.span() };
+    let mut rest = input.behind_first();
+    while rest.first() == Some(TokenKind::Dot) {
+        let member = rest.behind_first();
+        if member.first() != Some(TokenKind::Name) {
+            return member.expected("a name");
+        }
+        dotted.text.push('.');
+        dotted.text.push_str(member.first_text());
+        rest = member.behind_first();
+        dotted.span = input.span_to(&rest);
+    }
+    Ok((rest, dotted))
 }
 
 pub(crate) fn too_deep(span: Span) -> Diagnostic {

@@ -15,6 +15,8 @@ pub enum Namespace {
     Variant,
     /// `modes` blocks.
     Modes,
+    /// Parts.
+    Part,
 }
 
 /// Where an expression stands.
@@ -148,6 +150,13 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
                 }
             }
         }
+        ItemKind::Part { name, arguments, .. } => {
+            visit(Part::Declares(Namespace::Part, name));
+            for argument in arguments {
+                visit(Part::Expr(Place::Declaration, &mut argument.value));
+            }
+        }
+        ItemKind::Binding { input, value } => visit(Part::Expr(Place::Let(input), value)),
     }
 }
 

@@ -1,0 +1,461 @@
+//! From a file to its items, with those of its parts in place.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::InnerModel;
+use super::instance::{Instance, instance};
+use super::tied::tie;
+use super::unknown::verify_names;
+use super::visible::{Files, Visible};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use crate::effects::Names;
+use crate::source::{SourceId, Span};
+use crate::syntax::ast::{Ast, Expr, Item, ItemKind, Name, PartArgument, Unit};
+use crate::syntax::visit::{self, Namespace, Part};
+
+/// Parts hold parts at most this deep.
+const DEEPEST: usize = 64;
+
+/// What parts may come to together, in bytes of text, of which every item counts for as many more as
+/// this.
+const LARGEST: usize = 8 << 20;
+const EVERY_ITEM: usize = 128;
+
+/// A model with its parts in place, its names as its own file has them.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Whole {
+    pub(super) items: Vec<Item>,
+    pub(super) parts: Vec<InnerModel>,
+    /// Names of constants and parameters whose values are arguments of parts.
+    pub(super) set: BTreeSet<String>,
+    /// Libraries that it or its parts see.
+    pub(super) libraries: BTreeSet<SourceId>,
+    /// Bytes of its text.
+    size: usize,
+}
+
+/// Within which choices of which variants something stands.
+type Path = Vec<(String, usize)>;
+
+/// A part as written.
+struct Written<'a> {
+    path: Path,
+    item: &'a Item,
+    name: &'a Name,
+    model: &'a Name,
+    arguments: &'a [PartArgument],
+}
+
+/// An input of a part, bound.
+struct Bound<'a> {
+    path: Path,
+    input: &'a Name,
+}
+
+/// A part that is in place, or that could not be made.
+struct Placed<'a> {
+    written: Written<'a>,
+    instance: Result<Instance, Reported>,
+}
+
+pub(super) struct Expansion<'a, 'd> {
+    asts: &'a [Ast],
+    files: Files<'a>,
+    /// Names of libraries that only parts see.
+    library_names: BTreeMap<SourceId, String>,
+    done: BTreeMap<SourceId, Result<Whole, Reported>>,
+    /// The models that are being expanded, outermost first.
+    open: Vec<&'a Ast>,
+    size: usize,
+    diagnostics: &'d mut Diagnostics,
+}
+
+impl<'a, 'd> Expansion<'a, 'd> {
+    pub(super) fn new(asts: &'a [Ast], diagnostics: &'d mut Diagnostics) -> Self {
+        Expansion {
+            asts,
+            files: Files::new(asts),
+            library_names: BTreeMap::new(),
+            done: BTreeMap::new(),
+            open: Vec::new(),
+            size: 0,
+            diagnostics,
+        }
+    }
+
+    /// The trees of the model and the libraries, and the parts.
+    pub(super) fn whole(mut self) -> Result<(Vec<Ast>, Vec<InnerModel>), Reported> {
+        let main = &self.asts[0];
+        let visible = self.files.visible(main, self.diagnostics);
+        let taken = part_names(&main.items);
+        self.library_names = self.files.library_names(&visible.libraries, taken);
+        let mut whole = self.model(main, &visible)?;
+        tie(&mut whole);
+
+        let mut asts = vec![Ast { items: whole.items, ..main.clone() }];
+        for library in self.asts.iter().filter(|ast| whole.libraries.contains(&ast.source)) {
+            let mut items = library.items.clone();
+            if self.library_names.contains_key(&library.source) {
+                let visible = self.files.visible(library, self.diagnostics);
+                let mut names = self.foreign_names(&visible);
+                self.library_names_of(library, &mut names);
+                items.iter_mut().for_each(|item| names.rename_item(item));
+                verify_names(&mut items, library, &visible, &self.library_names, self.diagnostics);
+            }
+            asts.push(Ast { items, ..library.clone() });
+        }
+        self.diagnostics.check()?;
+        Ok((asts, whole.parts))
+    }
+
+    /// A model with its parts in place.
+    fn model(&mut self, ast: &'a Ast, visible: &Visible<'a>) -> Result<Whole, Reported> {
+        let outer = std::mem::take(self.diagnostics);
+        let whole = self.sound_model(ast, visible);
+        let own = std::mem::replace(self.diagnostics, outer);
+        for diagnostic in own.sorted() {
+            self.diagnostics.error(diagnostic.clone());
+        }
+        own.check().map(|()| whole)
+    }
+
+    /// The same, where nothing is reported.
+    fn sound_model(&mut self, ast: &'a Ast, visible: &Visible<'a>) -> Whole {
+        let mut own = ast.items.clone();
+        let is_main = self.open.is_empty();
+        self.open.push(ast);
+        if !is_main {
+            let mut names = self.foreign_names(visible);
+            for (namespace, name) in declared(&mut own) {
+                names.insert(namespace, name.clone(), name);
+            }
+            own.iter_mut().for_each(|item| names.rename_item(item));
+        }
+        let mut whole = Whole {
+            libraries: visible.libraries.iter().map(|library| library.source).collect(),
+            ..Whole::default()
+        };
+        let (mut parts, mut bindings) = (Vec::new(), Vec::new());
+        collect(&own, &mut Path::new(), &mut parts, &mut bindings);
+        self.verify_parts(&own, &parts);
+        let placed: Vec<Placed<'_>> = parts
+            .into_iter()
+            .map(|written| {
+                let instance = self.part(&written, visible, &mut whole);
+                Placed { written, instance }
+            })
+            .collect();
+        self.verify_bindings(&placed, &bindings);
+        let mut used = 0;
+        whole.items = self.in_place(&own, &mut Path::new(), &placed, &mut used);
+        visit::items(&whole.items, &mut |item| whole.size += EVERY_ITEM + length(item.span));
+        if !is_main && self.diagnostics.check().is_ok() {
+            verify_names(&mut whole.items, ast, visible, &self.library_names, self.diagnostics);
+        }
+        self.open.pop();
+        whole
+    }
+
+    /// One part, under the names of the model that it is in.
+    fn part(
+        &mut self,
+        written: &Written<'_>,
+        visible: &Visible<'a>,
+        whole: &mut Whole,
+    ) -> Result<Instance, Reported> {
+        let Written { item, name, model, arguments, .. } = written;
+        let Some(ast) = visible.models.get(model.text.as_str()).copied() else {
+            let message = format!("there is no model `{}`", model.text);
+            let help = match suggestion(&model.text, visible.models.keys().copied()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("import it: `import \"{}.dgd\"`", model.text),
+            };
+            return Err(self
+                .diagnostics
+                .error(Diagnostic::new(Code::E201, model.span, message).help(help)));
+        };
+        self.verify_nesting(ast, model)?;
+        let inner = match self.done.get(&ast.source) {
+            Some(done) => done.clone()?,
+            None => {
+                let visible = self.files.visible(ast, self.diagnostics);
+                let inner = self.model(ast, &visible);
+                self.done.insert(ast.source, inner.clone());
+                inner?
+            }
+        };
+        self.size += inner.size;
+        if self.size > LARGEST {
+            let message = "the parts of this model come to more text than can be compiled";
+            return Err(self.diagnostics.error(Diagnostic::new(Code::E211, model.span, message)));
+        }
+        whole.libraries.extend(&inner.libraries);
+        whole.parts.push(InnerModel {
+            name: name.text.clone(),
+            model: model.text.clone(),
+            doc: item.doc.clone(),
+        });
+        whole.parts.extend(inner.parts.iter().map(|part| InnerModel {
+            name: format!("{}.{}", name.text, part.name),
+            ..part.clone()
+        }));
+        instance(name, model, arguments, inner, &mut whole.set, self.diagnostics)
+    }
+
+    /// No model contains itself, and there is an end to parts of parts.
+    fn verify_nesting(&mut self, ast: &'a Ast, model: &Name) -> Result<(), Reported> {
+        if let Some(first) = self.open.iter().position(|open| open.source == ast.source) {
+            let chain = self.open[first..].iter().chain([&ast]);
+            let names = chain.filter_map(|ast| ast.model.as_ref());
+            let names: Vec<String> =
+                names.map(|header| format!("`{}`", header.name.text)).collect();
+            let message = format!("`{}` contains itself: {}", model.text, names.join(" → "));
+            return Err(self.diagnostics.error(Diagnostic::new(Code::E221, model.span, message)));
+        }
+        if self.open.len() > DEEPEST {
+            let message = format!("parts are nested more than {DEEPEST} deep");
+            return Err(self.diagnostics.error(Diagnostic::new(Code::E211, model.span, message)));
+        }
+        Ok(())
+    }
+
+    /// What the libraries that a file sees declare, under the names that this has in the whole.
+    fn foreign_names(&self, visible: &Visible<'_>) -> Names {
+        let mut names = Names::default();
+        for library in &visible.libraries {
+            self.library_names_of(library, &mut names);
+        }
+        names
+    }
+
+    /// Adds the names that a library's declarations have in the whole.
+    fn library_names_of(&self, library: &Ast, names: &mut Names) {
+        if let Some(prefix) = self.library_names.get(&library.source) {
+            for (namespace, name) in declared(&mut library.items.clone()) {
+                let new = format!("{prefix}.{name}");
+                names.insert(namespace, name, new);
+            }
+        }
+    }
+
+    /// Parts have names of their own.
+    fn verify_parts(&mut self, items: &[Item], parts: &[Written<'_>]) {
+        let values = values(items);
+        for (i, part) in parts.iter().enumerate() {
+            let name = part.name;
+            let same = |other: &&Written<'_>| {
+                other.name.text == name.text && agree(&other.path, &part.path)
+            };
+            let first = parts[..i].iter().find(same).map(|first| first.name.span);
+            if let Some(first) = first.or_else(|| values.get(name.text.as_str()).copied()) {
+                let message = format!("`{}` is declared twice", name.text);
+                self.diagnostics.error(
+                    Diagnostic::new(Code::E202, name.span, message).label(first, "also here"),
+                );
+            }
+        }
+    }
+
+    /// Every input of a part is bound, once, and nothing else is.
+    fn verify_bindings(&mut self, placed: &[Placed<'_>], bindings: &[Bound<'_>]) {
+        for (i, bound) in bindings.iter().enumerate() {
+            let same = |other: &&Bound<'_>| {
+                other.input.text == bound.input.text && agree(&other.path, &bound.path)
+            };
+            if let Some(first) = bindings[..i].iter().find(same) {
+                let message = format!("`{}` is bound twice", bound.input.text);
+                self.diagnostics.error(
+                    Diagnostic::new(Code::E202, bound.input.span, message)
+                        .label(first.input.span, "first here"),
+                );
+            }
+        }
+        for Placed { written, instance } in placed {
+            let Ok(instance) = instance else { continue };
+            let is_bound = |name: &str| {
+                let of = |bound: &Bound<'_>| bound.input.text == name;
+                bindings.iter().any(|bound| of(bound) && agree(&bound.path, &written.path))
+            };
+            let unbound: Vec<(&str, Span)> = instance
+                .inputs
+                .iter()
+                .filter(|(name, _)| !is_bound(name))
+                .map(|(name, input)| (name.as_str(), input.span))
+                .collect();
+            let Some((first, place)) = unbound.first() else { continue };
+            let names: Vec<&str> = unbound.iter().map(|(name, _)| *name).collect();
+            let message = match names.as_slice() {
+                [one] => format!("input `{one}` is not bound"),
+                all => format!("inputs `{}` are not bound", all.join("`, `")),
+            };
+            self.diagnostics.error(
+                Diagnostic::new(Code::E220, written.name.span, message)
+                    .label(*place, "an input of the part's model")
+                    .help(format!("say what it is: `{first} = …`")),
+            );
+        }
+    }
+
+    /// The items with parts and bindings replaced; parts are taken in the order of `collect`.
+    fn in_place(
+        &mut self,
+        items: &[Item],
+        path: &mut Path,
+        placed: &[Placed<'_>],
+        used: &mut usize,
+    ) -> Vec<Item> {
+        let mut all = Vec::with_capacity(items.len());
+        for item in items {
+            match &item.kind {
+                ItemKind::Part { .. } => {
+                    if let Ok(instance) = &placed[*used].instance {
+                        all.extend(instance.items.iter().cloned());
+                    }
+                    *used += 1;
+                }
+                ItemKind::Binding { input, value } => {
+                    if let Ok(unit) = self.bound_unit(input, path, placed) {
+                        all.push(binding(item, input, unit, value));
+                    }
+                }
+                ItemKind::Variant { name, choices } => {
+                    let mut choices = choices.clone();
+                    for (i, choice) in choices.iter_mut().enumerate() {
+                        path.push((name.text.clone(), i));
+                        choice.items = self.in_place(&choice.items, path, placed, used);
+                        path.pop();
+                    }
+                    let kind = ItemKind::Variant { name: name.clone(), choices };
+                    all.push(Item { kind, ..item.clone() });
+                }
+                _ => all.push(item.clone()),
+            }
+        }
+        all
+    }
+
+    /// The unit of an input that is bound.
+    fn bound_unit(
+        &mut self,
+        input: &Name,
+        path: &Path,
+        placed: &[Placed<'_>],
+    ) -> Result<Unit, Reported> {
+        let (part, _) = input.text.split_once('.').unwrap_or((&input.text, ""));
+        let mut of = placed.iter().filter(|p| p.written.name.text == part);
+        let found = of.find(|p| agree(&p.written.path, path));
+        let Some(Placed { written, instance }) = found else {
+            let message = format!("there is no part `{part}`");
+            let known = placed.iter().map(|p| p.written.name.text.as_str());
+            let help = match suggestion(part, known) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => "only inputs of parts are bound; `let` gives a value a name".to_owned(),
+            };
+            let diagnostic = Diagnostic::new(Code::E201, input.span, message).help(help);
+            return Err(self.diagnostics.error(diagnostic));
+        };
+        let instance = instance.as_ref().map_err(|reported| *reported)?;
+        if let Some(input) = instance.inputs.get(&input.text) {
+            return Ok(input.unit.clone());
+        }
+        let is_declared = instance.values.contains(&input.text);
+        let (code, message) = if is_declared {
+            (Code::E205, format!("`{}` is no input of part `{part}`", input.text))
+        } else {
+            (Code::E201, format!("part `{part}` has no input `{}`", input.text))
+        };
+        let near = suggestion(&input.text, instance.inputs.keys().map(String::as_str));
+        let inputs: Vec<&str> = instance.inputs.keys().map(String::as_str).collect();
+        let help = match near {
+            Some(near) => format!("did you mean `{near}`?"),
+            None if is_declared => format!(
+                "values are given where the part is declared: `part {part}: {}(… = …)`",
+                written.model.text
+            ),
+            None if inputs.is_empty() => "its model has no inputs".to_owned(),
+            None => format!("there is `{}`", inputs.join("`, `")),
+        };
+        Err(self.diagnostics.error(Diagnostic::new(code, input.span, message).help(help)))
+    }
+}
+
+/// `let pump.q [m^3/s] = q_ssp`, of `pump.q = q_ssp`.
+fn binding(item: &Item, input: &Name, unit: Unit, value: &Expr) -> Item {
+    let kind = ItemKind::Let { name: input.clone(), unit: Some(unit), value: value.clone() };
+    Item { kind, ..item.clone() }
+}
+
+/// The parts and the bindings among items, in the order written.
+fn collect<'i>(
+    items: &'i [Item],
+    path: &mut Path,
+    parts: &mut Vec<Written<'i>>,
+    bindings: &mut Vec<Bound<'i>>,
+) {
+    for item in items {
+        match &item.kind {
+            ItemKind::Part { name, model, arguments } => {
+                let path = path.clone();
+                parts.push(Written { path, item, name, model, arguments });
+            }
+            ItemKind::Binding { input, .. } => bindings.push(Bound { path: path.clone(), input }),
+            ItemKind::Variant { name, choices } => {
+                for (i, choice) in choices.iter().enumerate() {
+                    path.push((name.text.clone(), i));
+                    collect(&choice.items, path, parts, bindings);
+                    path.pop();
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Whether two things can stand in a model at one time.
+fn agree(a: &Path, b: &Path) -> bool {
+    let apart = |(variant, choice): &(String, usize)| {
+        b.iter().any(|(other, chosen)| other == variant && chosen != choice)
+    };
+    !a.iter().any(apart)
+}
+
+/// Names that items declare.
+pub(super) fn declared(items: &mut [Item]) -> Vec<(Namespace, String)> {
+    let mut all = Vec::new();
+    for item in items {
+        visit::parts_mut(item, &mut |part| {
+            if let Part::Declares(namespace, name) = part {
+                all.push((namespace, name.text.clone()));
+            }
+        });
+    }
+    all
+}
+
+/// Names that can be read, with their places.
+fn values(items: &[Item]) -> BTreeMap<String, Span> {
+    let mut all = BTreeMap::new();
+    for item in &mut items.to_vec() {
+        visit::parts_mut(item, &mut |part| {
+            if let Part::Declares(Namespace::Value, name) = part {
+                all.entry(name.text.clone()).or_insert(name.span);
+            }
+        });
+    }
+    all
+}
+
+/// Names of the parts of a file.
+fn part_names(items: &[Item]) -> BTreeSet<String> {
+    let mut names = BTreeSet::new();
+    visit::items(items, &mut |item| {
+        if let ItemKind::Part { name, .. } = &item.kind {
+            names.insert(name.text.clone());
+        }
+    });
+    names
+}
+
+fn length(span: Span) -> usize {
+    (span.end - span.start) as usize
+}

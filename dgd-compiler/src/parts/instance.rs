@@ -1,0 +1,207 @@
+//! From a model to one part: its names with the part's before them, what arguments say, outputs as
+//! values.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::expansion::{Whole, declared};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use crate::effects::Names;
+use crate::source::Span;
+use crate::syntax::ast::{ExprKind, Item, ItemKind, Name, PartArgument, Unit};
+use crate::syntax::visit::{self, Namespace};
+
+/// A part's items under the names of the model that it is in.
+#[derive(Debug, Clone)]
+pub(super) struct Instance {
+    /// All but its inputs.
+    pub(super) items: Vec<Item>,
+    /// Its inputs by name.
+    pub(super) inputs: BTreeMap<String, Input>,
+    /// All names of it that can be read.
+    pub(super) values: BTreeSet<String>,
+}
+
+/// An input of a part.
+#[derive(Debug, Clone)]
+pub(super) struct Input {
+    pub(super) span: Span,
+    pub(super) unit: Unit,
+}
+
+/// Makes a part of a model. The constants and parameters that arguments set are added to `set`.
+pub(super) fn instance(
+    part: &Name,
+    model: &Name,
+    arguments: &[PartArgument],
+    inner: Whole,
+    set: &mut BTreeSet<String>,
+    diagnostics: &mut Diagnostics,
+) -> Result<Instance, Reported> {
+    let Whole { mut items, set: inner_set, .. } = inner;
+    let mut names = Names::default();
+    for (namespace, name) in declared(&mut items) {
+        let new = format!("{}.{name}", part.text);
+        names.insert(namespace, name, new);
+    }
+    items.iter_mut().for_each(|item| names.rename_item(item));
+    set.extend(inner_set.iter().map(|name| format!("{}.{name}", part.text)));
+
+    let mut inputs = BTreeMap::new();
+    take_inputs(&mut items, &mut inputs);
+    let mut values = BTreeSet::new();
+    for (namespace, name) in declared(&mut items) {
+        if namespace == Namespace::Value {
+            values.insert(name);
+        }
+    }
+    outputs_as_values(&mut items, &values);
+    let mut own = Diagnostics::default();
+    for (i, argument) in arguments.iter().enumerate() {
+        let same = |other: &&PartArgument| other.name.text == argument.name.text;
+        if let Some(first) = arguments[..i].iter().find(same) {
+            let message = format!("`{}` is given twice", argument.name.text);
+            own.error(
+                Diagnostic::new(Code::E202, argument.name.span, message)
+                    .label(first.name.span, "first here"),
+            );
+        }
+        let name = format!("{}.{}", part.text, argument.name.text);
+        if inputs.contains_key(&name) {
+            let message = format!("`{}` is an input of `{}`", argument.name.text, model.text);
+            let help = format!("bind it in a line of its own: `{name} = …`");
+            own.error(Diagnostic::new(Code::E205, argument.name.span, message).help(help));
+        } else if let Err(diagnostic) = give(&mut items, &name, argument, model, set) {
+            own.error(*diagnostic);
+        }
+    }
+    for diagnostic in own.sorted() {
+        diagnostics.error(diagnostic.clone());
+    }
+    own.check()?;
+    Ok(Instance { items, inputs, values })
+}
+
+/// Takes the inputs out of the items.
+fn take_inputs(items: &mut Vec<Item>, inputs: &mut BTreeMap<String, Input>) {
+    items.retain_mut(|item| match &mut item.kind {
+        ItemKind::Input { name, unit, .. } => {
+            let unit = unit.take().unwrap_or_else(|| plain(name));
+            inputs.entry(name.text.clone()).or_insert(Input { span: name.span, unit });
+            false
+        }
+        ItemKind::Variant { choices, .. } => {
+            choices.iter_mut().for_each(|choice| take_inputs(&mut choice.items, inputs));
+            true
+        }
+        _ => true,
+    });
+}
+
+/// Makes `let`s of outputs. One that bears the name of an unknown goes: the name is the unknown's.
+fn outputs_as_values(items: &mut Vec<Item>, values: &BTreeSet<String>) {
+    items.retain_mut(|item| match &mut item.kind {
+        ItemKind::Output { name, unit, value: Some(value), .. } if !values.contains(&name.text) => {
+            let unit = Some(unit.take().unwrap_or_else(|| plain(name)));
+            item.kind = ItemKind::Let { name: name.clone(), unit, value: value.clone() };
+            true
+        }
+        ItemKind::Output { .. } => false,
+        ItemKind::Variant { choices, .. } => {
+            choices.iter_mut().for_each(|choice| outputs_as_values(&mut choice.items, values));
+            true
+        }
+        _ => true,
+    });
+}
+
+/// The unit of what has none.
+pub(super) fn plain(name: &Name) -> Unit {
+    Unit { span: name.span, text: "1".to_owned() }
+}
+
+/// Gives a value, a start value or a choice to what has a name.
+fn give(
+    items: &mut [Item],
+    name: &str,
+    argument: &PartArgument,
+    model: &Name,
+    set: &mut BTreeSet<String>,
+) -> Result<(), Box<Diagnostic>> {
+    let mut settable: Vec<String> = Vec::new();
+    let mut other = None;
+    let mut given = None;
+    visit::items_mut(items, &mut |item| match &mut item.kind {
+        ItemKind::Constant { name: own, value, .. }
+        | ItemKind::Parameter { name: own, value, .. } => {
+            settable.push(own.text.clone());
+            if own.text == name {
+                *value = argument.value.clone();
+                set.insert(name.to_owned());
+                given = Some(Ok(()));
+            }
+        }
+        ItemKind::Unknown { name: own, start, .. } => {
+            settable.push(own.text.clone());
+            if own.text == name {
+                *start = Some(argument.value.clone());
+                given = Some(Ok(()));
+            }
+        }
+        ItemKind::Variant { name: own, choices } => {
+            settable.push(own.text.clone());
+            // A value of the name goes before.
+            if own.text == name && given.is_none() {
+                let wanted = match &argument.value.kind {
+                    ExprKind::Name(wanted) => wanted.as_str(),
+                    _ => "",
+                };
+                let position = choices.iter().position(|choice| choice.name.text == wanted);
+                // The first choice is the default.
+                given = Some(match position {
+                    Some(position) => {
+                        choices[..=position].rotate_right(1);
+                        Ok(())
+                    }
+                    None => {
+                        let known: Vec<&str> =
+                            choices.iter().map(|choice| choice.name.text.as_str()).collect();
+                        Err(Diagnostic::new(
+                            Code::E207,
+                            argument.value.span,
+                            format!("variant `{name}` has no such choice"),
+                        )
+                        .help(
+                            match suggestion(wanted, known.iter().copied()) {
+                                Some(near) => format!("did you mean `{near}`?"),
+                                None => format!("there is `{}`", known.join("`, `")),
+                            },
+                        ))
+                    }
+                });
+            }
+        }
+        ItemKind::Let { name: own, .. } | ItemKind::Function { name: own, .. } => {
+            if own.text == name {
+                other = Some(own.span);
+            }
+        }
+        _ => {}
+    });
+    if let Some(given) = given {
+        return given.map_err(Box::new);
+    }
+    let own = &argument.name;
+    if let Some(place) = other {
+        let message = format!("`{}` cannot be given a value", own.text);
+        return Err(Box::new(
+            Diagnostic::new(Code::E205, own.span, message)
+                .label(place, "it is worked out here")
+                .help("a constant, a parameter, the start value of a state or a variant can"),
+        ));
+    }
+    let message = format!("model `{}` has no `{}`", model.text, own.text);
+    let prefix = name.len() - own.text.len();
+    let known = settable.iter().map(|name| &name[prefix..]);
+    let near = suggestion(&own.text, known).map(|near| format!("did you mean `{near}`?"));
+    Err(Box::new(Diagnostic::new(Code::E201, own.span, message).maybe_help(near)))
+}

@@ -1,0 +1,124 @@
+//! Values of a part that are no numbers but tied to what the whole knows later.
+//!
+//! An argument made of numbers and constants is a value as any: it can be set and fitted. One that
+//! reads a parameter or anything else that is not known before a run ties the two: what it was given
+//! to becomes a `let`, and so do constants that are computed from it.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::expansion::Whole;
+use super::instance::plain;
+use crate::syntax::ast::{Expr, ExprKind, Item, ItemKind, Name};
+use crate::syntax::visit;
+
+/// Something that has a value by its own text, and what that text reads.
+struct Value {
+    kind: Kind,
+    reads: BTreeSet<String>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Constant,
+    Parameter,
+    /// A `let` or a function.
+    Definition,
+}
+
+/// Makes `let`s of constants and parameters whose arguments read what is not known before a run.
+pub(super) fn tie(whole: &mut Whole) {
+    if whole.set.is_empty() {
+        return;
+    }
+    let mut values: BTreeMap<String, Value> = BTreeMap::new();
+    let mut varying: Vec<String> = vec!["time".to_owned()];
+    visit::items(&whole.items, &mut |item| {
+        let (name, kind, value, hidden) = match &item.kind {
+            ItemKind::Constant { name, value, .. } => (name, Kind::Constant, value, &[][..]),
+            ItemKind::Parameter { name, value, .. } => {
+                varying.push(name.text.clone());
+                (name, Kind::Parameter, value, &[][..])
+            }
+            ItemKind::Let { name, value, .. } => (name, Kind::Definition, value, &[][..]),
+            ItemKind::Function { name, arguments, body } => {
+                (name, Kind::Definition, body, arguments.as_slice())
+            }
+            ItemKind::Input { name, .. } | ItemKind::Unknown { name, .. } => {
+                varying.push(name.text.clone());
+                return;
+            }
+            _ => return,
+        };
+        let mut reads = BTreeSet::new();
+        names_in(value, &mut reads);
+        for argument in hidden {
+            reads.remove(&argument.name.text);
+        }
+        // Of several declarations in a variant's choices each counts.
+        let entry = values.entry(name.text.clone());
+        entry.or_insert(Value { kind, reads: BTreeSet::new() }).reads.extend(reads);
+    });
+
+    let varying = reached(&values, varying, |_, value| value.kind == Kind::Definition);
+    let is_tied = |name: &String| {
+        values.get(name).is_some_and(|value| value.reads.iter().any(|n| varying.contains(n)))
+    };
+    let first: Vec<String> = whole.set.iter().filter(|name| is_tied(name)).cloned().collect();
+    let tied = reached(&values, first, |name, value| match value.kind {
+        Kind::Definition => true,
+        Kind::Constant => name.contains('.'),
+        Kind::Parameter => whole.set.contains(name),
+    });
+    visit::items_mut(&mut whole.items, &mut |item| make_let(item, &tied));
+}
+
+/// All that reads one of these names, directly or through others that `passes` lets pass.
+fn reached(
+    values: &BTreeMap<String, Value>,
+    mut pending: Vec<String>,
+    passes: impl Fn(&str, &Value) -> bool,
+) -> BTreeSet<String> {
+    let mut users: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for (name, value) in values.iter().filter(|(name, value)| passes(name, value)) {
+        for read in &value.reads {
+            users.entry(read).or_default().push(name);
+        }
+    }
+    let mut all = BTreeSet::new();
+    while let Some(name) = pending.pop() {
+        pending.extend(users.get(name.as_str()).into_iter().flatten().map(|&u| u.to_owned()));
+        users.remove(name.as_str());
+        all.insert(name);
+    }
+    all
+}
+
+fn make_let(item: &mut Item, tied: &BTreeSet<String>) {
+    let (ItemKind::Constant { name, unit, value } | ItemKind::Parameter { name, unit, value, .. }) =
+        &mut item.kind
+    else {
+        return;
+    };
+    if !tied.contains(&name.text) {
+        return;
+    }
+    let unit = Some(unit.take().unwrap_or_else(|| plain(name)));
+    let name: Name = name.clone();
+    item.kind = ItemKind::Let { name, unit, value: value.clone() };
+}
+
+/// Every name read or called in an expression.
+fn names_in(expr: &Expr, names: &mut BTreeSet<String>) {
+    match &expr.kind {
+        ExprKind::Name(name) => {
+            names.insert(name.clone());
+        }
+        ExprKind::Call { function, .. } => {
+            names.insert(function.text.clone());
+        }
+        _ => {}
+    }
+    for operand in visit::operands(expr) {
+        names_in(operand, names);
+    }
+}

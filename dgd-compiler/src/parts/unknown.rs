@@ -1,0 +1,100 @@
+//! Names that a part's model reads and nobody declares: what the whole declares is not the part's.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::expansion::declared;
+use super::visible::Visible;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, suggestion};
+use crate::expr::intrinsics::IntrinsicId;
+use crate::source::{SourceId, Span};
+use crate::syntax::ast::{Ast, Expr, ExprKind, Item};
+use crate::syntax::visit::{self, Namespace, Part, Place};
+
+/// Reports every name in the text of a file that stands neither among its items nor in a library that
+/// it sees, nor in the language. Items of parts are among those of a model.
+pub(super) fn verify_names(
+    items: &mut [Item],
+    ast: &Ast,
+    visible: &Visible<'_>,
+    library_names: &BTreeMap<SourceId, String>,
+    diagnostics: &mut Diagnostics,
+) {
+    let mut known: BTreeSet<String> = BTreeSet::from(["time".to_owned(), "pi".to_owned()]);
+    let is_value = |(namespace, name)| (namespace == Namespace::Value).then_some(name);
+    known.extend(declared(items).into_iter().filter_map(is_value));
+    for library in &visible.libraries {
+        let prefix = library_names.get(&library.source);
+        let names = declared(&mut library.items.clone()).into_iter().filter_map(is_value);
+        known.extend(names.map(|name| match prefix {
+            Some(prefix) => format!("{prefix}.{name}"),
+            None => name,
+        }));
+    }
+    // Outputs cannot be read either, but that has a message of its own.
+    let outputs: BTreeSet<String> = declared(items)
+        .into_iter()
+        .filter_map(|(namespace, name)| (namespace == Namespace::Output).then_some(name))
+        .collect();
+    let mut found: Vec<(String, Span, bool)> = Vec::new();
+    for item in items.iter_mut() {
+        visit::parts_mut(item, &mut |part| {
+            let Part::Expr(place, expr) = part else { return };
+            let hidden: Vec<&str> = match place {
+                Place::Body(_, arguments) => {
+                    arguments.iter().map(|argument| argument.name.text.as_str()).collect()
+                }
+                _ => Vec::new(),
+            };
+            unknown(expr, ast.source, &known, &hidden, &mut found);
+        });
+    }
+    for (name, span, is_call) in found {
+        let message = match (is_call, outputs.contains(&name)) {
+            (true, _) => format!("there is no function `{name}`"),
+            (false, true) => {
+                format!("`{name}` is an output, which cannot be read inside the model")
+            }
+            (false, false) => format!("nothing is called `{name}`"),
+        };
+        let code = match (is_call, outputs.contains(&name)) {
+            (true, _) => Code::E203,
+            (false, true) => Code::E205,
+            (false, false) => Code::E201,
+        };
+        let help = match suggestion(&name, known.iter().map(String::as_str)) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => {
+                "a part and its libraries know what they declare and import themselves".to_owned()
+            }
+        };
+        diagnostics.error(Diagnostic::new(code, span, message).help(help));
+    }
+}
+
+fn unknown(
+    expr: &Expr,
+    source: SourceId,
+    known: &BTreeSet<String>,
+    hidden: &[&str],
+    found: &mut Vec<(String, Span, bool)>,
+) {
+    let is_elsewhere = expr.span.source != source;
+    let is_known = |name: &str| is_elsewhere || known.contains(name) || hidden.contains(&name);
+    let is_built_in =
+        |name: &str| matches!(name, "der" | "delay") || IntrinsicId::find(name).is_some();
+    match &expr.kind {
+        // A function of the language without arguments has a message of its own, later.
+        ExprKind::Name(name) if !is_known(name) && !is_built_in(name) => {
+            found.push((name.clone(), expr.span, false));
+        }
+        ExprKind::Call { function, .. }
+            if !is_known(&function.text) && !is_built_in(&function.text) =>
+        {
+            found.push((function.text.clone(), function.span, true));
+        }
+        _ => {}
+    }
+    for operand in visit::operands(expr) {
+        unknown(operand, source, known, hidden, found);
+    }
+}

@@ -1,0 +1,111 @@
+//! Which models and libraries a file sees: what it imports, and what its libraries import.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::diagnostics::{Code, Diagnostic, Diagnostics};
+use crate::source::SourceId;
+use crate::syntax::ast::{Ast, ItemKind};
+
+/// The files of a compilation.
+#[derive(Debug)]
+pub(super) struct Files<'a> {
+    asts: &'a [Ast],
+    position: BTreeMap<SourceId, usize>,
+}
+
+/// What a file sees.
+#[derive(Debug, Default)]
+pub(super) struct Visible<'a> {
+    /// Libraries, nearest first.
+    pub(super) libraries: Vec<&'a Ast>,
+    /// Models by name.
+    pub(super) models: BTreeMap<&'a str, &'a Ast>,
+}
+
+impl<'a> Files<'a> {
+    pub(super) fn new(asts: &'a [Ast]) -> Files<'a> {
+        let position = asts.iter().enumerate().map(|(i, ast)| (ast.source, i)).collect();
+        Files { asts, position }
+    }
+
+    fn get(&self, source: SourceId) -> Option<&'a Ast> {
+        self.position.get(&source).map(|i| &self.asts[*i])
+    }
+
+    /// What a file sees. Of two models with one name the first counts.
+    pub(super) fn visible(&self, of: &'a Ast, diagnostics: &mut Diagnostics) -> Visible<'a> {
+        let mut visible = Visible::default();
+        if let Some(header) = &of.model {
+            visible.models.insert(&header.name.text, of);
+        }
+        let mut seen = BTreeSet::from([of.source]);
+        let mut pending: Vec<&'a Ast> = vec![of];
+        let mut next = 0;
+        while let Some(file) = pending.get(next) {
+            next += 1;
+            for source in file.imports.iter().filter(|source| seen.insert(**source)) {
+                let Some(ast) = self.get(*source) else { continue };
+                match &ast.model {
+                    Some(header) => {
+                        let first = *visible.models.entry(&header.name.text).or_insert(ast);
+                        if first.source != ast.source {
+                            let message = format!("two models are called `{}`", header.name.text);
+                            let diagnostic = Diagnostic::new(Code::E202, header.name.span, message);
+                            let place = first.model.as_ref().map(|header| header.name.span);
+                            let first = place.unwrap_or(header.name.span);
+                            diagnostics.error(diagnostic.label(first, "first here").help(
+                                "rename one of them: a part says by its model's name what it is",
+                            ));
+                        }
+                    }
+                    None => pending.push(ast),
+                }
+            }
+        }
+        visible.libraries = pending.split_off(1);
+        visible
+    }
+
+    /// What libraries are called that only parts see: by the name of the file, so that their names
+    /// and those of the whole are not in each other's way. Those that the model sees have no name.
+    pub(super) fn library_names(
+        &self,
+        of_model: &[&Ast],
+        mut taken: BTreeSet<String>,
+    ) -> BTreeMap<SourceId, String> {
+        let mut names = BTreeMap::new();
+        for ast in self.asts {
+            let imports = ast.items.iter().filter_map(|item| match &item.kind {
+                ItemKind::Import { path, .. } => Some(path),
+                _ => None,
+            });
+            for (path, source) in imports.zip(&ast.imports) {
+                let is_library = self.get(*source).is_some_and(|ast| ast.model.is_none());
+                let is_shared = of_model.iter().any(|library| library.source == *source);
+                if !is_library || is_shared || names.contains_key(source) {
+                    continue;
+                }
+                let stem = stem(path);
+                let numbered = (2..).map(|n| format!("{stem}_{n}"));
+                let mut all = std::iter::once(stem.clone()).chain(numbered);
+                let free = all.find(|name| !taken.contains(name));
+                let name = free.unwrap_or_else(|| unreachable!("numbers do not end"));
+                taken.insert(name.clone());
+                names.insert(*source, name);
+            }
+        }
+        names
+    }
+}
+
+/// The name of a file without folder and ending, as a name of the language.
+fn stem(path: &str) -> String {
+    let file = path.rsplit('/').next().unwrap_or(path);
+    let stem = file.split('.').next().unwrap_or(file);
+    let mut name: String =
+        stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    if !name.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        name.insert_str(0, "lib");
+    }
+    name
+}
