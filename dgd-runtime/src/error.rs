@@ -62,6 +62,33 @@ pub enum IntegrateError {
         /// Number of steps tried.
         steps: usize,
     },
+    /// More steps than allowed, because the model is stiff and the method explicit.
+    TooStiff {
+        /// Time reached, s.
+        t: f64,
+        /// Number of steps tried.
+        steps: usize,
+        /// The method.
+        method: &'static str,
+    },
+    /// The method is for models without algebraic unknowns.
+    UnsuitedMethod {
+        /// Time reached, s.
+        t: f64,
+        /// The method.
+        method: &'static str,
+        /// An algebraic unknown.
+        unknown: String,
+    },
+    /// Newton's method does not find the values at the end of a step, however small that is.
+    NewtonDiverged {
+        /// Time reached, s.
+        t: f64,
+        /// The step size given up at, s.
+        h: f64,
+        /// The unknown that moves most for its size.
+        unknown: String,
+    },
     /// The matrix of the stages is singular, however small the step.
     SingularIteration {
         /// Time reached, s.
@@ -209,6 +236,22 @@ impl fmt::Display for IntegrateError {
             Self::TooManySteps { t, steps } => {
                 write!(f, "{steps} steps were not enough, the solution stopped at t = {t} s")
             }
+            Self::TooStiff { t, steps, method } => write!(
+                f,
+                "{steps} steps of `{method}` were not enough, the solution stopped at t = {t} s: the \
+                 model is stiff, and stability keeps the steps of an explicit method short; take an \
+                 implicit one, such as `rodas5p`"
+            ),
+            Self::UnsuitedMethod { t, method, unknown } => write!(
+                f,
+                "`{method}` is for models without algebraic unknowns, and `{unknown}` is one at t = \
+                 {t} s; take an implicit method, such as `rodas5p`"
+            ),
+            Self::NewtonDiverged { t, h, unknown } => write!(
+                f,
+                "Newton's method does not converge at t = {t} s, with steps down to {h:.1e} s; \
+                 `{unknown}` moves most"
+            ),
             Self::SingularIteration { t, h, equation } => write!(
                 f,
                 "equation `{equation}` leaves the unknowns undetermined at t = {t} s, with steps \

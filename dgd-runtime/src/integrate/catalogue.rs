@@ -2,8 +2,11 @@
 
 use std::fmt;
 
+use super::bdf::MAX_ORDER;
+use super::butcher::RungeKuttaTableau;
+use super::controller::Law;
 use super::tableau::RosenbrockTableau;
-use super::tableaux::RODAS5P;
+use super::tableaux::{KENCARP4, RODAS5P, TSIT5};
 
 /// An integration method.
 #[derive(Debug)]
@@ -21,20 +24,69 @@ pub struct Method {
 }
 
 /// Families of methods.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub enum MethodKind {
     /// Linearly implicit Runge–Kutta.
     Rosenbrock(&'static RosenbrockTableau),
+    /// Explicit Runge–Kutta.
+    Explicit(&'static RungeKuttaTableau),
+    /// Singly diagonally implicit Runge–Kutta with an explicit first stage.
+    Esdirk(&'static RungeKuttaTableau),
+    /// Backward differentiation, of orders up to this one.
+    Bdf(usize),
+}
+
+impl MethodKind {
+    /// Order of the solution that error estimates belong to, at the start.
+    pub(crate) const fn estimate_order(self) -> u32 {
+        match self {
+            Self::Rosenbrock(tableau) => tableau.estimate_order,
+            Self::Explicit(tableau) | Self::Esdirk(tableau) => tableau.estimate_order,
+            Self::Bdf(_) => 1,
+        }
+    }
+
+    /// How steps are controlled.
+    pub(crate) const fn law(self) -> Law {
+        match self {
+            Self::Rosenbrock(_) | Self::Esdirk(_) => Law::Predictive,
+            Self::Explicit(_) => Law::ProportionalIntegral { beta: 0.04 },
+            Self::Bdf(_) => Law::Piecewise,
+        }
+    }
 }
 
 /// All methods.
-pub static METHODS: &[Method] = &[Method {
-    name: "rodas5p",
-    description: "L-stable Rosenbrock method for stiff, non-stiff and differential-algebraic models",
-    order: 5,
-    source: "Steinebach, BIT Numerical Mathematics 63 (2023) 27",
-    kind: MethodKind::Rosenbrock(&RODAS5P),
-}];
+pub static METHODS: &[Method] = &[
+    Method {
+        name: "rodas5p",
+        description: "L-stable Rosenbrock method for stiff, non-stiff and differential-algebraic models",
+        order: 5,
+        source: "Steinebach, BIT Numerical Mathematics 63 (2023) 27",
+        kind: MethodKind::Rosenbrock(&RODAS5P),
+    },
+    Method {
+        name: "kencarp4",
+        description: "L-stable singly diagonally implicit Runge–Kutta method, few factorisations",
+        order: 4,
+        source: "Kennedy and Carpenter, Applied Numerical Mathematics 44 (2003) 139–181",
+        kind: MethodKind::Esdirk(&KENCARP4),
+    },
+    Method {
+        name: "bdf",
+        description: "backward differentiation of order 1 to 5, for large stiff models",
+        order: 5,
+        source: "Shampine and Reichelt, SIAM Journal on Scientific Computing 18 (1997) 1–22",
+        kind: MethodKind::Bdf(MAX_ORDER),
+    },
+    Method {
+        name: "tsit5",
+        description: "explicit Runge–Kutta method for models that are neither stiff nor algebraic",
+        order: 5,
+        source: "Tsitouras, Computers & Mathematics with Applications 62 (2011) 770–775",
+        kind: MethodKind::Explicit(&TSIT5),
+    },
+];
 
 /// The method used where none is named.
 pub static DEFAULT: &Method = &METHODS[0];

@@ -1,6 +1,24 @@
 //! How large the next step may be.
 
-/// Predictive control of the step size.
+/// How a family's steps are controlled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Law {
+    /// Predictive control: for steps that cost little more when their size changes.
+    Predictive,
+    /// Proportional and integral control: smoother steps at the limit of stability.
+    ///
+    /// ```text
+    ///   accepted:  h ← h · clamp(0.9 e^(0.75 β − 1/k) e₋₁^β, 0.2, 6)
+    /// ```
+    ProportionalIntegral {
+        /// β.
+        beta: f64,
+    },
+    /// Equal steps, changed by [`super::order`].
+    Piecewise,
+}
+
+/// Control of the step size; by [`Law::Predictive`]:
 ///
 /// ```text
 ///   accepted:  h ← h · clamp(0.9 e^(−1/k) min(1, (h/h₋₁) (e₋₁/e)^(1/k)), 0.2, 6)
@@ -21,6 +39,7 @@
 /// Ordinary Differential Equations II, 2nd ed. (1996), §IV.8.
 #[derive(Debug, Clone)]
 pub(crate) struct Controller {
+    law: Law,
     /// The natural step size.
     pub(crate) h: f64,
     /// 1/k.
@@ -36,12 +55,20 @@ const LEAST_AFTER_ACCEPTANCE: f64 = 0.2;
 const LEAST_AFTER_REJECTION: f64 = 0.1;
 /// Errors below this (squared) say no more than that the step may grow as much as it can.
 const NEGLIGIBLE: f64 = 1e-12;
+/// The least error before (squared) that proportional and integral control remembers.
+const REMEMBERED: f64 = 1e-8;
 /// A step this much shorter than the natural one was cut by a segment's end.
 const CUT: f64 = 0.5;
 
 impl Controller {
-    pub(crate) fn new(h: f64, estimate_order: u32) -> Self {
-        Self { h, exponent: 1.0 / f64::from(estimate_order + 1), previous: None, rejected: false }
+    pub(crate) fn new(h: f64, estimate_order: u32, law: Law) -> Self {
+        let exponent = 1.0 / f64::from(estimate_order + 1);
+        Self { law, h, exponent, previous: None, rejected: false }
+    }
+
+    /// Errors are those of another order from now on.
+    pub(crate) fn set_order(&mut self, estimate_order: usize) {
+        self.exponent = 1.0 / (estimate_order + 1) as f64;
     }
 
     /// The next step when `remaining` is left of the segment: equal steps up to its end.
@@ -49,7 +76,13 @@ impl Controller {
     pub(crate) fn propose(&self, remaining: f64) -> f64 {
         let ratio = remaining / self.h;
         // A hundredth more than the natural step is better than two halves.
-        if ratio <= 1.01 { remaining } else { remaining / ratio.ceil() }
+        if ratio <= 1.01 {
+            remaining
+        } else if self.law == Law::Piecewise && ratio > 2.0 {
+            self.h
+        } else {
+            remaining / ratio.ceil()
+        }
     }
 
     /// Takes note of an accepted step; `error` is the square of e.
@@ -67,10 +100,14 @@ impl Controller {
         }
         let error = error.max(NEGLIGIBLE);
         let mut factor = SAFETY * error.powf(-0.5 * self.exponent);
-        if let Some((h, previous)) = self.previous
-            && error > previous
-        {
-            factor *= (tried / h * (previous / error).powf(0.5 * self.exponent)).min(1.0);
+        match (self.law, self.previous) {
+            (Law::Predictive, Some((h, previous))) if error > previous => {
+                factor *= (tried / h * (previous / error).powf(0.5 * self.exponent)).min(1.0);
+            }
+            (Law::ProportionalIntegral { beta }, Some((_, previous))) => {
+                factor *= error.powf(0.375 * beta) * previous.max(REMEMBERED).powf(0.5 * beta);
+            }
+            _ => {}
         }
         let factor = factor.clamp(LEAST_AFTER_ACCEPTANCE, MOST_GROWTH);
         let factor = if self.rejected { factor.min(1.0) } else { factor };
@@ -103,7 +140,7 @@ mod tests {
 
     #[test]
     fn a_cut_step_leaves_the_natural_one_alone() {
-        let mut controller = Controller::new(8.0, 4);
+        let mut controller = Controller::new(8.0, 4, Law::Predictive);
         controller.accept(1.0, 1e-12);
         assert_eq!(controller.h, 8.0);
         // e = 1 at h = 1 means that 8 would be much too large.
@@ -113,7 +150,7 @@ mod tests {
 
     #[test]
     fn what_remains_is_split_equally() {
-        let controller = Controller::new(1.0, 4);
+        let controller = Controller::new(1.0, 4, Law::Predictive);
         assert_eq!(controller.propose(1.0), 1.0);
         assert_eq!(controller.propose(0.3), 0.3);
         assert_eq!(controller.propose(2.5), 2.5 / 3.0);
@@ -121,7 +158,7 @@ mod tests {
 
     #[test]
     fn nothing_grows_after_a_rejection() {
-        let mut controller = Controller::new(1.0, 4);
+        let mut controller = Controller::new(1.0, 4, Law::Predictive);
         controller.reject(1.0, 16.0);
         let tried = controller.h;
         assert!(tried < 0.9);

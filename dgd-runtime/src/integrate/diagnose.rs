@@ -1,9 +1,8 @@
 //! What to say when no step is small enough.
 
-use super::Simulation;
-use super::rosenbrock::{Base, Spoilt};
+use super::stepper::{Spoilt, Trial};
+use super::{Simulation, base};
 use crate::error::{Evaluation, IntegrateError};
-use crate::problem::Problem;
 use crate::system::System;
 
 impl<S: System> Simulation<'_, S> {
@@ -46,20 +45,44 @@ impl<S: System> Simulation<'_, S> {
     }
 
     pub(super) fn not_finite(&mut self, h: f64) -> IntegrateError {
-        let Problem { system, p, .. } = *self.problem;
-        let (mass, z) = (&self.algebraic.mass, self.discrete.z());
-        let base = Base { system, p, z, mass, t: self.t };
-        let directions = self.directions.as_mut();
-        let spoilt = self.stepper.spoilt(base, &mut self.drive, self.y.as_ref(), h, directions);
-        let Some((t, spoilt)) = spoilt else {
+        let base = base(self.problem, &self.algebraic, &self.discrete, self.t);
+        let (y, sizes) = (self.y.as_ref(), self.sizes.as_ref());
+        let trial = Trial { base, y, h, sizes, tolerances: self.tolerances };
+        match self.stepper.spoilt(trial, &mut self.drive, self.directions.as_mut()) {
+            Some((t, spoilt)) => self.spoilt(t, spoilt),
             // Finite evaluations, but a solution beyond the largest number.
-            return self.step_size_too_small(h);
-        };
+            None => self.step_size_too_small(h),
+        }
+    }
+
+    pub(super) fn spoilt(&self, t: f64, spoilt: Spoilt) -> IntegrateError {
         let (row, what) = match spoilt {
             Spoilt::Equation(row) => (row, Evaluation::Equation),
             Spoilt::Derivative(row) => (row, Evaluation::Derivative),
         };
-        let equation = system.signature().equations[row].to_string();
+        let equation = self.problem.system.signature().equations[row].to_string();
         IntegrateError::NotFinite { t, equation, what }
+    }
+
+    pub(super) fn newton_diverged(&self, h: f64, unknown: usize) -> IntegrateError {
+        let unknown = self.problem.system.signature().unknowns[unknown].name.to_string();
+        IntegrateError::NewtonDiverged { t: self.t, h, unknown }
+    }
+
+    pub(super) fn too_many_steps(&self, steps: usize) -> IntegrateError {
+        let (t, method) = (self.t, self.method.name);
+        if self.stepper.is_stiff() {
+            IntegrateError::TooStiff { t, steps, method }
+        } else {
+            IntegrateError::TooManySteps { t, steps }
+        }
+    }
+
+    /// The method cannot solve for algebraic unknowns, and there are some.
+    pub(super) fn unsuited_method(&self) -> IntegrateError {
+        let mut masses = self.algebraic.mass.as_ref().iter();
+        let unknown = masses.position(|mass| *mass == 0.0).unwrap_or(0);
+        let unknown = self.problem.system.signature().unknowns[unknown].name.to_string();
+        IntegrateError::UnsuitedMethod { t: self.t, method: self.method.name, unknown }
     }
 }

@@ -10,10 +10,9 @@
 //! (1971) 168–174.
 
 use super::controller::Controller;
-use super::rosenbrock::Base;
-use super::{Simulation, Stop};
+use super::stepper::Failed;
+use super::{Simulation, Stop, Variables};
 use crate::error::IntegrateError;
-use crate::linalg::Singular;
 use crate::problem::Problem;
 use crate::solution::Solution;
 use crate::system::{Point, System};
@@ -43,6 +42,7 @@ impl<S: System> Simulation<'_, S> {
         let due = self.due();
         let t_event = if cut < h { self.t + cut } else { t_new };
         self.accept(t_event, Stop::Change, times, solution);
+        self.stepper.restart();
         if let Some(due) = due {
             self.begin_event(due, solution);
         }
@@ -56,7 +56,7 @@ impl<S: System> Simulation<'_, S> {
 
     /// The size of the step that just passes the first threshold. It has been tried last, with the
     /// event functions at its end in `e`.
-    fn locate(&mut self, h: f64, solution: &mut Solution) -> Result<f64, Singular> {
+    fn locate(&mut self, h: f64, solution: &mut Solution) -> Result<f64, Failed> {
         let Problem { system, p, .. } = *self.problem;
         let (mut low, mut high) = (0.0, h);
         self.discrete.high.copy_from_slice(&self.discrete.e);
@@ -77,7 +77,8 @@ impl<S: System> Simulation<'_, S> {
             let root = if is_halving { middle } else { self.earliest_root(low, high) };
             let inside = 0.5 * narrow.min(high - low);
             let trial = root.clamp(low + inside, high - inside);
-            self.try_to(trial, solution)?;
+            self.step_to(trial, Variables::Unknowns, solution)?;
+            self.evaluate_at_end(trial);
             if self.due().is_some() {
                 high = trial;
                 self.discrete.high.copy_from_slice(&self.discrete.e);
@@ -94,25 +95,32 @@ impl<S: System> Simulation<'_, S> {
                 }
             }
         }
-        let directions = self.directions.as_mut();
-        let (mass, z) = (&self.algebraic.mass, self.discrete.z());
-        let base = Base { system, p, z, mass, t: self.t };
-        self.stepper.attempt(base, &mut self.drive, self.y.as_ref(), high, directions)?;
-        solution.statistics.factorisations += 1;
-        solution.statistics.evaluations += self.further_stages;
+        self.step_to(high, Variables::All, solution)?;
         self.evaluate_at_end(high);
         Ok(high)
     }
 
-    /// Tries a step without sensitivities, and evaluates the event functions at its end.
-    fn try_to(&mut self, h: f64, solution: &mut Solution) -> Result<(), Singular> {
-        let Problem { system, p, .. } = *self.problem;
-        let (mass, z) = (&self.algebraic.mass, self.discrete.z());
-        let base = Base { system, p, z, mass, t: self.t };
-        self.stepper.attempt(base, &mut self.drive, self.y.as_ref(), h, None)?;
-        solution.statistics.factorisations += 1;
-        solution.statistics.evaluations += self.further_stages;
-        self.evaluate_at_end(h);
+    /// Makes `y_new`, and `s_new` for all variables, what the solution is after h.
+    ///
+    /// A method that remembers goes on from equal steps: its solution within the step tried last is its
+    /// dense output, which has its order.
+    fn step_to(
+        &mut self,
+        h: f64,
+        variables: Variables,
+        solution: &mut Solution,
+    ) -> Result<(), Failed> {
+        if !self.stepper.is_multistep() {
+            return self.try_step(h, variables, solution);
+        }
+        self.stepper.interpolate(1.0, h, self.y.as_ref(), self.row.as_mut());
+        std::mem::swap(&mut self.row, &mut self.stepper.y_new);
+        if let (Some(d), Variables::All) = (&mut self.directions, variables)
+            && let Some(row) = &mut self.sensitivity_row
+        {
+            self.stepper.interpolate_sensitivities(1.0, h, d, row.as_mut());
+            std::mem::swap(row, &mut d.s_new);
+        }
         Ok(())
     }
 

@@ -19,18 +19,25 @@
 // Lengths are constants where storage has a fixed size, and only once inlined there.
 #![allow(clippy::inline_always)]
 
+mod bdf;
+pub mod butcher;
 pub mod catalogue;
 mod controller;
 mod diagnose;
 mod drive;
+mod esdirk;
 mod events;
+mod explicit_rk;
 mod initial_step;
 mod instant;
 mod locate;
 mod moving_jump;
+mod newton;
+mod order;
 mod record;
 mod rosenbrock;
 mod singular_point;
+mod stepper;
 pub mod tableau;
 pub mod tableaux;
 
@@ -43,13 +50,12 @@ use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
 use crate::signal::{Segment, Side};
 use crate::solution::{Solution, Statistics};
 use crate::system::{Direction, Point, Storage, System};
-use catalogue::MethodKind;
+use catalogue::{Method, MethodKind};
 use controller::Controller;
 use drive::Drive;
 use events::Hybrid;
 use moving_jump::MovingJumps;
-use rosenbrock::{At, Base, Directions, Rosenbrock};
-use tableau::RosenbrockTableau;
+use stepper::{At, Base, Directions, Failed, Stepper, Trial};
 
 /// Integrates from the first of the asked `times` to the last and gives the unknowns at all of
 /// them.
@@ -150,8 +156,7 @@ fn run_to<S: System>(
     solution.y.reserve(solution.n * times.len());
     solution.s.reserve(solution.n * solution.n_s * times.len());
     solution.z.reserve(solution.n_z * times.len());
-    let MethodKind::Rosenbrock(tableau) = options.method.kind;
-    let mut simulation = Simulation::new(problem, options, tableau, from, directions);
+    let mut simulation = Simulation::new(problem, options, from, directions);
     let outcome = simulation.integrate(times, until, solution);
     let reached = simulation.t;
     for stretch in &mut solution.undefined {
@@ -196,16 +201,23 @@ enum Stop {
     Change,
 }
 
+/// What a step is tried for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Variables {
+    /// Unknowns, and sensitivities where they are wanted.
+    All,
+    /// Unknowns alone.
+    Unknowns,
+}
+
 /// A simulation under way.
 struct Simulation<'a, S: System> {
     problem: &'a Problem<'a, S>,
     tolerances: Tolerances,
     max_steps: usize,
     initial_step: Option<f64>,
-    stepper: Rosenbrock<S>,
-    estimate_order: u32,
-    /// Stages after the first, which is part of the linearisation.
-    further_stages: usize,
+    method: &'static Method,
+    stepper: Stepper<S>,
     /// `None` without sensitivities, and once they are undefined.
     directions: Option<Directions<S>>,
     algebraic: Algebraic<S>,
@@ -235,7 +247,6 @@ impl<'a, S: System> Simulation<'a, S> {
     fn new(
         problem: &'a Problem<'a, S>,
         options: &Options,
-        tableau: &'static RosenbrockTableau,
         from: f64,
         directions: Option<Directions<S>>,
     ) -> Self {
@@ -253,9 +264,8 @@ impl<'a, S: System> Simulation<'a, S> {
             tolerances: Tolerances { rtol: options.rtol, atol: options.atol },
             max_steps: options.max_steps,
             initial_step: options.initial_step,
-            stepper: Rosenbrock::new(system, tableau),
-            estimate_order: tableau.estimate_order,
-            further_stages: tableau.stages() - 1,
+            method: options.method,
+            stepper: Stepper::new(system, options.method.kind),
             directions,
             algebraic: Algebraic::new(system),
             segment,
@@ -292,7 +302,8 @@ impl<'a, S: System> Simulation<'a, S> {
             Some(h) => h,
             None => self.initial_step(first, solution),
         };
-        let mut controller = Controller::new(h, self.estimate_order);
+        let kind = self.method.kind;
+        let mut controller = Controller::new(h, kind.estimate_order(), kind.law());
         loop {
             let end = self.segment_end.min(until).min(self.discrete.next_switch());
             while self.t < end {
@@ -357,6 +368,7 @@ impl<'a, S: System> Simulation<'a, S> {
     /// Makes algebraic unknowns consistent with the current inputs and modes.
     fn make_values_consistent(&mut self) -> Result<(), IntegrateError> {
         self.linearized = false;
+        self.stepper.restart();
         if self.algebraic.is_empty() {
             return Ok(());
         }
@@ -417,26 +429,20 @@ impl<'a, S: System> Simulation<'a, S> {
     ) -> Result<(), IntegrateError> {
         let tried = solution.statistics.steps + solution.statistics.rejected;
         if tried >= self.max_steps {
-            return Err(IntegrateError::TooManySteps { t: self.t, steps: tried });
+            return Err(self.too_many_steps(tried));
         }
-        let Problem { system, p, .. } = *self.problem;
-        let (mass, z) = (&self.algebraic.mass, self.discrete.z());
-        let base = Base { system, p, z, mass, t: self.t };
-        let y = self.y.as_ref();
-        if !self.linearized {
-            let directions = self.directions.as_mut().map(|d| (d, At::Start));
-            self.stepper.linearize(base, &mut self.drive, y, directions);
-            solution.statistics.linearizations += 1;
-            self.linearized = true;
+        if !self.stepper.solves_algebraic() && !self.algebraic.is_empty() {
+            return Err(self.unsuited_method());
+        }
+        if self.stepper.wants_slopes() {
+            self.begin_stepper(controller, solution);
+        } else if !self.linearized && self.stepper.wants_jacobian() {
+            self.linearize_for_step(solution);
         }
 
         let remaining = end - self.t;
         let h = controller.propose(remaining);
-        let directions = self.directions.as_mut();
-        let outcome = self.stepper.attempt(base, &mut self.drive, y, h, directions);
-        solution.statistics.factorisations += 1;
-        solution.statistics.evaluations += usize::from(outcome.is_ok()) * self.further_stages;
-
+        let outcome = self.try_step(h, Variables::All, solution);
         let error = match outcome {
             Ok(()) => self.error(),
             Err(_) => f64::NAN,
@@ -448,9 +454,13 @@ impl<'a, S: System> Simulation<'a, S> {
             if self.discrete.has_transitions() && self.passes_threshold(t_new) {
                 return self.step_to_event(controller, h, t_new, times, solution);
             }
-            controller.accept(h, error);
             let stop = if t_new == self.stop() { Stop::Change } else { Stop::None };
             self.accept(t_new, stop, times, solution);
+            if let MethodKind::Bdf(most) = self.method.kind {
+                self.choose_order(h, error, most, controller);
+            } else {
+                controller.accept(h, error);
+            }
             return Ok(());
         }
 
@@ -463,6 +473,9 @@ impl<'a, S: System> Simulation<'a, S> {
         // Below this a step does not move t reliably, and stages cannot be told apart.
         let least = 4.0 * f64::EPSILON * self.t.abs().max(f64::EPSILON * self.span);
         if controller.h > least {
+            if self.stepper.is_multistep() && self.forget_differences(error) {
+                return Ok(());
+            }
             if let Some(h) = self.after_rejection(h, remaining, times, solution) {
                 controller.h = h;
                 // It leads off a singular point, and sensitivities have ended there.
@@ -478,10 +491,42 @@ impl<'a, S: System> Simulation<'a, S> {
             return Ok(());
         }
         Err(match outcome {
-            Err(Singular { row }) => self.singular_iteration(h, row),
+            Err(Failed::Singular { row }) => self.singular_iteration(h, row),
+            Err(Failed::NotConverged { unknown }) => self.newton_diverged(h, unknown),
+            Err(Failed::NotFinite { t, spoilt }) => self.spoilt(t, spoilt),
             Ok(()) if error.is_finite() => self.step_size_too_small(h),
             Ok(()) => self.not_finite(h),
         })
+    }
+
+    /// Linearises at (t, y) as a step needs it.
+    #[inline]
+    fn linearize_for_step(&mut self, solution: &mut Solution) {
+        let with_sensitivities = self.stepper.wants_second_derivatives();
+        let base = base(self.problem, &self.algebraic, &self.discrete, self.t);
+        let directions = self.directions.as_mut().filter(|_| with_sensitivities);
+        let directions = directions.map(|d| (d, At::Start));
+        self.stepper.linearize(base, &mut self.drive, self.y.as_ref(), directions);
+        solution.statistics.linearizations += 1;
+        self.linearized = true;
+    }
+
+    /// Tries a step of size h.
+    #[inline]
+    fn try_step(
+        &mut self,
+        h: f64,
+        variables: Variables,
+        solution: &mut Solution,
+    ) -> Result<(), Failed> {
+        let base = base(self.problem, &self.algebraic, &self.discrete, self.t);
+        let (y, sizes) = (self.y.as_ref(), self.sizes.as_ref());
+        let trial = Trial { base, y, h, sizes, tolerances: self.tolerances };
+        let directions = self.directions.as_mut().filter(|_| variables == Variables::All);
+        let statistics = &mut solution.statistics;
+        let outcome = self.stepper.attempt(trial, &mut self.drive, directions, statistics);
+        self.linearized &= !std::mem::take(&mut self.stepper.moved);
+        outcome
     }
 
     /// Square of the local error of the step tried last, in units of the tolerance.
@@ -515,6 +560,10 @@ impl<'a, S: System> Simulation<'a, S> {
             self.look_for_singular_point(t_new, solution);
         }
         self.record_step(t_new, stop, times, solution);
+        if let MethodKind::Explicit(tableau) = self.method.kind {
+            self.stepper.note_stiffness(tableau, t_new - self.t);
+        }
+        self.stepper.advance(self.directions.as_mut());
         std::mem::swap(&mut self.y, &mut self.stepper.y_new);
         if let Some(d) = &mut self.directions {
             std::mem::swap(&mut d.s, &mut d.s_new);
@@ -564,6 +613,7 @@ impl<'a, S: System> Simulation<'a, S> {
     ) -> Result<(), IntegrateError> {
         let Problem { system, p, .. } = *self.problem;
         self.linearized = false;
+        self.stepper.restart();
         if self.algebraic.is_empty() {
             self.drive.enter(segment);
             return Ok(());
@@ -597,6 +647,18 @@ impl<'a, S: System> Simulation<'a, S> {
         }
         Ok(())
     }
+}
+
+/// Where a step from t starts.
+#[inline(always)]
+fn base<'a, S: System>(
+    problem: &Problem<'a, S>,
+    algebraic: &'a Algebraic<S>,
+    discrete: &'a Hybrid,
+    t: f64,
+) -> Base<'a, S> {
+    let Problem { system, p, .. } = *problem;
+    Base { system, p, z: discrete.z(), mass: &algebraic.mass, t }
 }
 
 /// The largest mean square over blocks of n numbers; NaN if one is.

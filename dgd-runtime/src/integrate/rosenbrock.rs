@@ -15,163 +15,23 @@
 #![allow(clippy::inline_always)]
 
 use super::drive::Drive;
+use super::stepper::{Base, Directions, Spoilt, Stepper, Trial};
 use super::tableau::{MAX_STAGES, RosenbrockTableau};
 use crate::linalg::{Factorisation, Singular};
 use crate::system::{Pattern, Point, Storage, System};
 
-/// Work space of the unknowns.
-pub(crate) struct Rosenbrock<S: System> {
-    tableau: &'static RosenbrockTableau,
-    factorisation: S::Factorisation,
-    /// f, ∂f/∂y and df/dt at the start of the step.
-    pub(crate) f: S::Vector,
-    pub(crate) jacobian: S::Jacobian,
-    pub(crate) dfdt: S::Vector,
-    /// Yᵢ, and f there.
-    stage: S::Vector,
-    pub(crate) rhs: S::Vector,
-    /// Uᵢ.
-    u: [S::Vector; MAX_STAGES],
-    pub(crate) y_new: S::Vector,
-    dense: [S::Vector; 3],
-}
-
-/// Work space of the sensitivities.
-pub(crate) struct Directions<S: System> {
-    /// S at the start of the step.
-    pub(crate) s: S::Sensitivity,
-    pub(crate) s_new: S::Sensitivity,
-    /// Sizes for tolerances: nominal of the unknown over nominal of the parameter.
-    pub(crate) sizes: S::Sensitivity,
-    /// g, ∂g/∂y and dg/dt at the start of the step.
-    pub(crate) g: S::Sensitivity,
-    dgdy: S::SensitivityJacobian,
-    dgdt: S::Sensitivity,
-    stage: S::Sensitivity,
-    rhs: S::Sensitivity,
-    /// Vᵢ.
-    v: [S::Sensitivity; MAX_STAGES],
-    dense: [S::Sensitivity; 3],
-}
-
-impl<S: System> Directions<S> {
-    pub(crate) fn new(system: &S) -> Self {
-        let signature = system.signature();
-        let len = signature.unknowns.len() * signature.directions.len();
-        let zeros = || S::Sensitivity::zeros(len);
-        Self {
-            s: zeros(),
-            s_new: zeros(),
-            sizes: zeros(),
-            g: zeros(),
-            dgdy: S::SensitivityJacobian::zeros(signature.sensitivity_jacobian.len()),
-            dgdt: zeros(),
-            stage: zeros(),
-            rhs: zeros(),
-            v: std::array::from_fn(|_| zeros()),
-            dense: std::array::from_fn(|_| zeros()),
-        }
-    }
-
-    /// S at the fraction θ of the step tried last.
+impl<S: System> Stepper<S> {
+    /// Tries a step; the stepper is linearised where it starts.
     #[inline]
-    pub(crate) fn interpolate(&self, theta: f64, out: &mut [f64]) {
-        interpolate(theta, self.s.as_ref(), self.s_new.as_ref(), &self.dense, out);
-    }
-}
-
-/// Where a step starts.
-pub(crate) struct Base<'a, S: System> {
-    pub(crate) system: &'a S,
-    pub(crate) p: &'a [f64],
-    pub(crate) z: &'a [f64],
-    /// 1 where the unknown is differential, 0 where it is algebraic.
-    pub(crate) mass: &'a S::Vector,
-    pub(crate) t: f64,
-}
-
-impl<S: System> Clone for Base<'_, S> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<S: System> Copy for Base<'_, S> {}
-
-/// Evaluations of f that are not finite.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Spoilt {
-    Equation(usize),
-    Derivative(usize),
-}
-
-impl<S: System> Rosenbrock<S> {
-    pub(crate) fn new(system: &S, tableau: &'static RosenbrockTableau) -> Self {
-        let signature = system.signature();
-        let n = signature.unknowns.len();
-        let zeros = || S::Vector::zeros(n);
-        Self {
-            tableau,
-            factorisation: S::Factorisation::new(n, &signature.jacobian),
-            f: zeros(),
-            jacobian: S::Jacobian::zeros(signature.jacobian.len()),
-            dfdt: zeros(),
-            stage: zeros(),
-            rhs: zeros(),
-            u: std::array::from_fn(|_| zeros()),
-            y_new: zeros(),
-            dense: std::array::from_fn(|_| zeros()),
-        }
-    }
-
-    /// Evaluates everything that a step from (t, y) shares between its stages.
-    #[inline]
-    pub(crate) fn linearize(
+    pub(super) fn attempt_rosenbrock(
         &mut self,
-        base: Base<'_, S>,
+        tableau: &RosenbrockTableau,
+        trial: Trial<'_, S>,
         drive: &mut Drive<S>,
-        y: &[f64],
-        directions: Option<(&mut Directions<S>, At)>,
-    ) {
-        let (u, udot) = drive.with_slope(base.t);
-        let at = Point { t: base.t, y, u, p: base.p, z: base.z };
-        let (f, jacobian, dfdt) = (self.f.as_mut(), self.jacobian.as_mut(), self.dfdt.as_mut());
-        match directions {
-            None => base.system.linearize(at, udot, f, jacobian, dfdt),
-            Some((directions, place)) => {
-                let s = match place {
-                    At::Start => &directions.s,
-                    At::End => &directions.s_new,
-                };
-                base.system.sensitivity_linearize(
-                    at,
-                    udot,
-                    s.as_ref(),
-                    f,
-                    jacobian,
-                    dfdt,
-                    directions.g.as_mut(),
-                    directions.dgdy.as_mut(),
-                    directions.dgdt.as_mut(),
-                );
-            }
-        }
-    }
-
-    /// Tries a step of size h from (t, y), where [`Rosenbrock::linearize`] was called; gives y⁺ in
-    /// `y_new` and S⁺ in `s_new`. Accepting or rejecting it is the caller's business.
-    #[inline]
-    pub(crate) fn attempt(
-        &mut self,
-        base: Base<'_, S>,
-        drive: &mut Drive<S>,
-        y: &[f64],
-        h: f64,
         mut directions: Option<&mut Directions<S>>,
     ) -> Result<(), Singular> {
-        let Base { system, p, z, mass, t } = base;
+        let Trial { base: Base { system, p, z, mass, t }, y, h, .. } = trial;
         let signature = system.signature();
-        let tableau = self.tableau;
         let mass = mass.as_ref();
         let per_h = 1.0 / h;
 
@@ -183,7 +43,7 @@ impl<S: System> Rosenbrock<S> {
         )?;
 
         for i in 0..tableau.stages() {
-            let (earlier, rest) = self.u.split_at_mut(i);
+            let (earlier, rest) = self.k.split_at_mut(i);
             let u_i = rest[0].as_mut();
             let (a, c) = (&tableau.a[i], &tableau.c[i]);
             let slope = h * tableau.gamma_sums[i];
@@ -225,35 +85,22 @@ impl<S: System> Rosenbrock<S> {
 
         // y⁺ = Y_s + U_s
         let last = tableau.stages() - 1;
-        sum(self.stage.as_ref(), self.u[last].as_ref(), self.y_new.as_mut());
+        sum(self.stage.as_ref(), self.k[last].as_ref(), self.y_new.as_mut());
         if let Some(d) = directions {
             sum(d.stage.as_ref(), d.v[last].as_ref(), d.s_new.as_mut());
         }
         Ok(())
     }
 
-    /// Local error of the step tried last.
-    #[inline]
-    pub(crate) fn local_error(&self) -> &[f64] {
-        self.u[self.tableau.stages() - 1].as_ref()
-    }
-
-    /// Local error of the sensitivities of the step tried last.
-    #[inline]
-    pub(crate) fn sensitivity_error<'a>(&self, directions: &'a Directions<S>) -> &'a [f64] {
-        directions.v[self.tableau.stages() - 1].as_ref()
-    }
-
     /// The first evaluation of the step tried last that is not finite, and its time.
-    pub(crate) fn spoilt(
+    pub(super) fn spoilt_rosenbrock(
         &mut self,
-        base: Base<'_, S>,
+        tableau: &RosenbrockTableau,
+        trial: Trial<'_, S>,
         drive: &mut Drive<S>,
-        y: &[f64],
-        h: f64,
         mut directions: Option<&mut Directions<S>>,
     ) -> Option<(f64, Spoilt)> {
-        let Base { system, p, z, t, .. } = base;
+        let Trial { base: Base { system, p, z, t, .. }, y, h, .. } = trial;
         let n = y.len();
         let bad = |values: &[f64]| values.iter().position(|value| !value.is_finite());
         let pattern = &system.signature().jacobian;
@@ -276,10 +123,10 @@ impl<S: System> Rosenbrock<S> {
                 return Some((t, Spoilt::Derivative(row % n)));
             }
         }
-        for i in 1..self.tableau.stages() {
-            let (a, c) = (&self.tableau.a[i], &self.tableau.c[i]);
-            let stage_t = t + self.tableau.alpha[i] * h;
-            combine(y, &self.u[..i], a, c, self.stage.as_mut(), self.rhs.as_mut());
+        for i in 1..tableau.stages() {
+            let (a, c) = (&tableau.a[i], &tableau.c[i]);
+            let stage_t = t + tableau.alpha[i] * h;
+            combine(y, &self.k[..i], a, c, self.stage.as_mut(), self.rhs.as_mut());
             let at = Point { t: stage_t, y: self.stage.as_ref(), u: drive.at(stage_t), p, z };
             let row = match &mut directions {
                 None => {
@@ -301,29 +148,6 @@ impl<S: System> Rosenbrock<S> {
         }
         None
     }
-
-    /// Prepares [`Rosenbrock::interpolate`] for the step tried last.
-    #[inline]
-    pub(crate) fn prepare_dense(&mut self, directions: Option<&mut Directions<S>>) {
-        let stages = self.tableau.stages();
-        dense_vectors(self.tableau, &self.u[..stages], &mut self.dense);
-        if let Some(d) = directions {
-            dense_vectors(self.tableau, &d.v[..stages], &mut d.dense);
-        }
-    }
-
-    /// y at the fraction θ of the step tried last.
-    #[inline]
-    pub(crate) fn interpolate(&self, theta: f64, y: &[f64], out: &mut [f64]) {
-        interpolate(theta, y, self.y_new.as_ref(), &self.dense, out);
-    }
-}
-
-/// End of a step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum At {
-    Start,
-    End,
 }
 
 /// `stage` ← y + Σ aⱼ kⱼ and `coupling` ← Σ cⱼ kⱼ in one pass over the kⱼ.
@@ -384,7 +208,7 @@ fn add_rates(b: &mut [f64], f: &[f64], dfdt: &[f64], mass: &[f64], per_h: f64, s
 
 /// b ← b + A x.
 #[inline(always)]
-fn add_product(b: &mut [f64], pattern: &Pattern, values: &[f64], x: &[f64]) {
+pub(super) fn add_product(b: &mut [f64], pattern: &Pattern, values: &[f64], x: &[f64]) {
     for ((&row, &column), value) in pattern.rows.iter().zip(pattern.columns.iter()).zip(values) {
         b[row] += value * x[column];
     }
@@ -399,7 +223,7 @@ fn sum(a: &[f64], b: &[f64], out: &mut [f64]) {
 
 /// kₗ = Σⱼ dₗⱼ Uⱼ.
 #[inline(always)]
-fn dense_vectors<V: Storage>(tableau: &RosenbrockTableau, k: &[V], dense: &mut [V; 3]) {
+pub(super) fn dense_vectors<V: Storage>(tableau: &RosenbrockTableau, k: &[V], dense: &mut [V; 3]) {
     for (weights, out) in tableau.dense.iter().zip(dense) {
         let out = out.as_mut();
         out.fill(0.0);
@@ -413,7 +237,13 @@ fn dense_vectors<V: Storage>(tableau: &RosenbrockTableau, k: &[V], dense: &mut [
 
 /// (1−θ) y + θ (y⁺ + (1−θ) (k₁ + θ (k₂ + θ k₃))).
 #[inline(always)]
-fn interpolate<V: Storage>(theta: f64, y: &[f64], y_new: &[f64], dense: &[V; 3], out: &mut [f64]) {
+pub(super) fn interpolate<V: Storage>(
+    theta: f64,
+    y: &[f64],
+    y_new: &[f64],
+    dense: &[V; 3],
+    out: &mut [f64],
+) {
     let rest = 1.0 - theta;
     let [k1, k2, k3] = dense.each_ref().map(AsRef::as_ref);
     for (((((out, y), y_new), k1), k2), k3) in

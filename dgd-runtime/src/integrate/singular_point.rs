@@ -9,7 +9,7 @@
 //! - S is no longer determined ([`UndefinedSensitivity`]), and close to there no longer to tolerance
 //!   ([`Simulation::unresolved_equation`]).
 
-use super::rosenbrock::{At, Base};
+use super::stepper::{At, Base};
 use super::{Simulation, larger, multiply};
 use crate::initial::Place;
 use crate::linalg::Factorisation;
@@ -114,6 +114,7 @@ impl<S: System> Simulation<'_, S> {
                         std::mem::swap(&mut self.y, &mut self.stepper.y_new);
                         self.t = t_new;
                         self.corrected = false;
+                        self.stepper.restart();
                         return Some(h);
                     }
                 }
@@ -174,7 +175,8 @@ impl<S: System> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let (mass, z) = (&self.algebraic.mass, self.discrete.z());
         let base = Base { system, p, z, mass, t: t_new };
-        let directions = self.directions.as_mut().map(|d| (d, At::End));
+        let all = self.stepper.wants_second_derivatives();
+        let directions = self.directions.as_mut().filter(|_| all).map(|d| (d, At::End));
         // The linearisation needs y⁺, which the stepper owns.
         self.row.as_mut().copy_from_slice(self.stepper.y_new.as_ref());
         self.stepper.linearize(base, &mut self.drive, self.row.as_ref(), directions);

@@ -127,6 +127,26 @@ impl Equations for RobertsonDae {
 pub type RobertsonStacked = Stacked<Robertson, 3, 9, 0, 9, 27>;
 pub type RobertsonDaeStacked = Stacked<RobertsonDae, 3, 9, 0, 9, 27>;
 
+/// Van der Pol's oscillator with μ = 1000, as in the Test Set for IVP Solvers without scaled time.
+pub struct VanDerPol;
+
+impl Equations for VanDerPol {
+    const UNKNOWNS: &'static [(&'static str, f64, bool)] = &[("x", 1.0, true), ("v", 1.0, true)];
+    const PARAMETERS: &'static [(&'static str, f64)] = &[("mu", 1000.0)];
+
+    fn f<T: Number>(_: T, y: &[T], _: &[T], p: &[T], f: &mut [T]) {
+        f[0] = y[1];
+        f[1] = p[0] * (T::from(1.0) - y[0] * y[0]) * y[1] - y[0];
+    }
+
+    fn start<T: Number>(_: &[T], _: &[T], y: &mut [T]) {
+        y[0] = T::from(2.0);
+        y[1] = T::from(0.0);
+    }
+}
+
+pub type VanDerPolStacked = Stacked<VanDerPol, 2, 2, 0, 4, 4>;
+
 /// A tank that fills through a throttle until levels are equal, and then is at rest:
 /// A ḣ = q − A u, 0 = a (5 − h) − b q|q|.
 ///

@@ -1,0 +1,226 @@
+//! The equations of an implicit stage or step, for y and then for S.
+//!
+//! ```text
+//!   0 = f(t, Y) − c M (Y − Ȳ),      W Δ = f − c M (Y − Ȳ),   Y ← Y + Δ,   W = c M − J
+//!   0 = g(t, Y, S) − c M (S − S̄)    with the same W, once Y is known
+//! ```
+//!
+//! Ȳ collects what is known from before. W stems from another point, so that corrections fall by
+//! about the same factor ρ each time; what is left after the last one is ρ/(1 − ρ) of it. The equations for
+//! S are linear with the matrix of this very point: where a W from elsewhere does not lead to them, one
+//! from here does at once.
+//!
+//! # Source
+//!
+//! Hairer and Wanner, Solving Ordinary Differential Equations II, 2nd ed. (1996), §IV.8. Sensitivities
+//! after the unknowns: Caracotsios and Stewart, Computers & Chemical Engineering 9 (1985) 359–365.
+
+use super::drive::Drive;
+use super::largest_block;
+use super::stepper::{Directions, Failed, Spoilt, Stepper, Trial};
+use crate::linalg::Factorisation;
+use crate::linalg::norm::Tolerances;
+use crate::solution::Statistics;
+use crate::system::{Point, System};
+
+/// For equations that are linear, and a matrix that may be from an earlier step.
+const MOST_LINEAR_ITERATIONS: i32 = 10;
+
+/// Follows the corrections of one iteration.
+struct Convergence {
+    /// What may be left, in units of the tolerance.
+    target: f64,
+    /// What rounding may leave.
+    rounding: f64,
+    previous: f64,
+    left: i32,
+    /// ρ/(1 − ρ)
+    eta: f64,
+}
+
+/// What a correction says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Verdict {
+    Converged,
+    GoOn,
+    Diverges,
+}
+
+impl Convergence {
+    /// `eta` is that of the iteration before with a matrix like this one.
+    fn new(tolerances: Tolerances, eta: f64, most: i32) -> Self {
+        let rounding = f64::EPSILON / tolerances.rtol;
+        Self {
+            target: tolerances.rtol.sqrt().min(0.03).max(10.0 * rounding),
+            rounding: 10.0 * rounding,
+            previous: f64::INFINITY,
+            left: most,
+            eta: eta.max(f64::EPSILON).powf(0.8),
+        }
+    }
+
+    /// Judges a correction of this size, in units of the tolerance.
+    fn judge(&mut self, norm: f64) -> Verdict {
+        self.left -= 1;
+        if self.previous.is_finite() {
+            let rate = norm / self.previous;
+            if rate >= 1.0 {
+                return if norm <= self.rounding { Verdict::Converged } else { Verdict::Diverges };
+            }
+            self.eta = rate / (1.0 - rate);
+            if self.eta * norm > self.target && rate.powi(self.left) * self.eta * norm > self.target
+            {
+                return Verdict::Diverges;
+            }
+        }
+        self.previous = norm;
+        if norm == 0.0 || self.eta * norm <= self.target {
+            Verdict::Converged
+        } else if self.left > 0 && norm.is_finite() {
+            Verdict::GoOn
+        } else {
+            Verdict::Diverges
+        }
+    }
+}
+
+impl<S: System> Stepper<S> {
+    /// Factorises W = c M − J with J as it is.
+    pub(super) fn factorise_iteration(
+        &mut self,
+        trial: &Trial<'_, S>,
+        c: f64,
+        statistics: &mut Statistics,
+    ) -> Result<(), Failed> {
+        let mass = trial.base.mass.as_ref();
+        let pattern = &trial.base.system.signature().jacobian;
+        statistics.factorisations += 1;
+        self.factorisation.factorise(c, |i| mass[i] != 0.0, pattern, self.jacobian.as_ref())?;
+        Ok(())
+    }
+
+    /// Takes J at (t, y_new).
+    pub(super) fn renew_jacobian(
+        &mut self,
+        trial: &Trial<'_, S>,
+        drive: &mut Drive<S>,
+        t: f64,
+        statistics: &mut Statistics,
+    ) {
+        let (u, udot) = drive.with_slope(t);
+        let at = Point { t, y: self.y_new.as_ref(), u, p: trial.base.p, z: trial.base.z };
+        let (f, jacobian, dfdt) = (self.f.as_mut(), self.jacobian.as_mut(), self.dfdt.as_mut());
+        trial.base.system.linearize(at, udot, f, jacobian, dfdt);
+        statistics.linearizations += 1;
+        self.moved = true;
+    }
+
+    /// Solves for Y in `y_new`, which holds a guess, with Ȳ in `stage`, in at most so many iterations.
+    pub(super) fn solve_unknowns(
+        &mut self,
+        trial: &Trial<'_, S>,
+        drive: &mut Drive<S>,
+        t: f64,
+        c: f64,
+        most: i32,
+        statistics: &mut Statistics,
+    ) -> Result<(), Failed> {
+        let Trial { base, y, sizes, tolerances, .. } = *trial;
+        let mut convergence = Convergence::new(tolerances, self.eta, most);
+        loop {
+            let at = Point { t, y: self.y_new.as_ref(), u: drive.at(t), p: base.p, z: base.z };
+            let r = self.rhs.as_mut();
+            base.system.rhs(at, r);
+            statistics.evaluations += 1;
+            if let Some(row) = r.iter().position(|r| !r.is_finite()) {
+                return Err(Failed::NotFinite { t, spoilt: Spoilt::Equation(row) });
+            }
+            subtract(r, c, base.mass.as_ref(), self.y_new.as_ref(), self.stage.as_ref());
+            self.factorisation.solve(r);
+            let norm = tolerances.mean_square(r, y, self.y_new.as_ref(), sizes).sqrt();
+            let verdict = convergence.judge(norm);
+            if verdict == Verdict::Diverges {
+                let relative = |i: usize| r[i].abs() / tolerances.weight(y[i], sizes[i]);
+                let unknown =
+                    (0..y.len()).max_by(|&i, &j| relative(i).total_cmp(&relative(j))).unwrap_or(0);
+                return Err(Failed::NotConverged { unknown });
+            }
+            for (y_new, r) in self.y_new.as_mut().iter_mut().zip(r) {
+                *y_new += *r;
+            }
+            if verdict == Verdict::Converged {
+                self.eta = convergence.eta;
+                return Ok(());
+            }
+        }
+    }
+
+    /// Solves for S in `s_new`, which holds a guess, with S̄ in `stage` and Y in `y_new`.
+    pub(super) fn solve_sensitivities(
+        &mut self,
+        trial: &Trial<'_, S>,
+        drive: &mut Drive<S>,
+        t: f64,
+        c: f64,
+        d: &mut Directions<S>,
+        statistics: &mut Statistics,
+    ) -> Result<(), Failed> {
+        let mut outcome = self.iterate_sensitivities(trial, drive, t, c, d, statistics);
+        if let Err(Failed::NotConverged { .. }) = outcome {
+            self.renew_jacobian(trial, drive, t, statistics);
+            self.factorise_iteration(trial, c, statistics)?;
+            outcome = self.iterate_sensitivities(trial, drive, t, c, d, statistics);
+        }
+        outcome
+    }
+
+    fn iterate_sensitivities(
+        &mut self,
+        trial: &Trial<'_, S>,
+        drive: &mut Drive<S>,
+        t: f64,
+        c: f64,
+        d: &mut Directions<S>,
+        statistics: &mut Statistics,
+    ) -> Result<(), Failed> {
+        let Trial { base, tolerances, y, .. } = *trial;
+        let n = y.len().max(1);
+        let mut convergence = Convergence::new(tolerances, 1.0, MOST_LINEAR_ITERATIONS);
+        loop {
+            let at = Point { t, y: self.y_new.as_ref(), u: drive.at(t), p: base.p, z: base.z };
+            let r = d.rhs.as_mut();
+            base.system.sensitivity_rhs(at, d.s_new.as_ref(), self.rhs.as_mut(), r);
+            statistics.evaluations += 1;
+            if let Some(row) = r.iter().position(|r| !r.is_finite()) {
+                return Err(Failed::NotFinite { t, spoilt: Spoilt::Derivative(row % n) });
+            }
+            let columns = r.chunks_exact_mut(n).zip(d.s_new.as_ref().chunks_exact(n));
+            for ((r, s), known) in columns.zip(d.stage.as_ref().chunks_exact(n)) {
+                subtract(r, c, base.mass.as_ref(), s, known);
+            }
+            self.factorisation.solve(r);
+            let (s, s_new) = (d.s.as_ref(), d.s_new.as_ref());
+            let norm = largest_block(tolerances, n, r, s, s_new, d.sizes.as_ref()).sqrt();
+            let verdict = convergence.judge(norm);
+            if verdict == Verdict::Diverges {
+                let worst = (0..r.len()).max_by(|&i, &j| r[i].abs().total_cmp(&r[j].abs()));
+                return Err(Failed::NotConverged { unknown: worst.unwrap_or(0) % n });
+            }
+            for (s_new, r) in d.s_new.as_mut().iter_mut().zip(r) {
+                *s_new += *r;
+            }
+            if verdict == Verdict::Converged {
+                return Ok(());
+            }
+        }
+    }
+}
+
+/// r ← r − c M (Y − Ȳ).
+fn subtract(r: &mut [f64], c: f64, mass: &[f64], y: &[f64], known: &[f64]) {
+    for (((r, mass), y), known) in r.iter_mut().zip(mass).zip(y).zip(known) {
+        if *mass != 0.0 {
+            *r -= c * (y - known);
+        }
+    }
+}

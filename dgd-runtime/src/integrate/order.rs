@@ -1,0 +1,175 @@
+//! Where a solution begins for methods that remember, and the order and step of those with several
+//! steps.
+//!
+//! After k + 1 equal steps the errors that orders k − 1, k and k + 1 would have made are known from the
+//! differences,
+//!
+//! ```text
+//!   e_q = C_q ∇^(q+1) y,   h_q = 0.9 e_q^(−1/(q+1)) h
+//! ```
+//!
+//! and the order with the largest h_q is taken. A solution begins with order 1 and a step for which
+//! C₁ h² ÿ is half the tolerance.
+
+use super::bdf::{MAX_ORDER, error_constant};
+use super::controller::Controller;
+use super::rosenbrock::add_product;
+use super::stepper::At;
+use super::{Simulation, base, larger, largest_block};
+use crate::linalg::Factorisation;
+use crate::problem::Problem;
+use crate::solution::Solution;
+use crate::system::System;
+
+const SAFETY: f64 = 0.9;
+const MOST_GROWTH: f64 = 10.0;
+/// So many rejections in a row say that the solution is not what is remembered.
+const MOST_REJECTIONS: usize = 3;
+/// Steps are not changed by less: what is remembered would have to be taken anew.
+const WORTH_GROWING: f64 = 1.2;
+const WORTH_SHRINKING: f64 = 0.9;
+
+impl<S: System> Simulation<'_, S> {
+    /// Gives the stepper the slopes of y and S where the solution begins, and a first step.
+    pub(super) fn begin_stepper(&mut self, controller: &mut Controller, solution: &mut Solution) {
+        let Problem { system, .. } = *self.problem;
+        let signature = system.signature();
+        let n = self.y.as_ref().len().max(1);
+        let base = base(self.problem, &self.algebraic, &self.discrete, self.t);
+        let directions = self.directions.as_mut().map(|d| (d, At::Start));
+        self.stepper.linearize(base, &mut self.drive, self.y.as_ref(), directions);
+        solution.statistics.linearizations += 1;
+        self.linearized = true;
+
+        // 0 = ∂f_a/∂y ẏ + df_a/dt
+        let pattern = &signature.jacobian;
+        let (f, dfdt) = (self.stepper.f.as_mut(), self.stepper.dfdt.as_ref());
+        let jacobian = self.stepper.jacobian.as_ref();
+        let is_regular = self.algebraic.rates(pattern, jacobian, f, dfdt).is_ok();
+        solution.statistics.factorisations += usize::from(!self.algebraic.is_empty());
+        if !is_regular {
+            // A guess is good enough where there is no slope.
+            self.algebraic.keep_differential(f);
+        }
+        let f = self.stepper.f.as_ref();
+        if let Some(d) = &mut self.directions {
+            // 0 = ∂f_a/∂y Ṡ + ∂g_a/∂y ẏ + dg_a/dt
+            let curvature = d.rhs.as_mut();
+            curvature.copy_from_slice(d.dgdt.as_ref());
+            add_product(curvature, &signature.sensitivity_jacobian, d.dgdy.as_ref(), f);
+            if !self.algebraic.is_empty() {
+                let mass = self.algebraic.mass.as_ref();
+                let columns = d.g.as_mut().chunks_exact_mut(n).zip(curvature.chunks_exact(n));
+                for (g, curvature) in columns {
+                    for ((g, curvature), mass) in g.iter_mut().zip(curvature).zip(mass) {
+                        if *mass == 0.0 {
+                            *g = *curvature;
+                        }
+                    }
+                }
+                if is_regular {
+                    self.algebraic.factorisation.solve(d.g.as_mut());
+                } else {
+                    self.algebraic.keep_differential(d.g.as_mut());
+                }
+            }
+        }
+        if self.stepper.is_multistep() {
+            controller.h = controller.h.min(self.first_step_of_order_one());
+            controller.set_order(1);
+        }
+        self.stepper.begin(controller.h, self.directions.as_mut());
+    }
+
+    /// The step for which the local error of order 1 is half the tolerance. Slopes are in `f` and `g`,
+    /// ∂g/∂y ẏ + dg/dt in the directions' `rhs`.
+    fn first_step_of_order_one(&mut self) -> f64 {
+        let pattern = &self.problem.system.signature().jacobian;
+        let jacobian = self.stepper.jacobian.as_ref();
+        let n = self.y.as_ref().len().max(1);
+        let curvature = self.stepper.rhs.as_mut();
+        curvature.copy_from_slice(self.stepper.dfdt.as_ref());
+        add_product(curvature, pattern, jacobian, self.stepper.f.as_ref());
+        self.algebraic.keep_differential(curvature);
+        let y = self.y.as_ref();
+        let mut square = self.tolerances.mean_square(curvature, y, y, self.sizes.as_ref());
+        if let Some(d) = &mut self.directions {
+            let columns = d.rhs.as_mut().chunks_exact_mut(n).zip(d.g.as_ref().chunks_exact(n));
+            for (curvature, g) in columns {
+                add_product(curvature, pattern, jacobian, g);
+            }
+            self.algebraic.keep_differential(d.rhs.as_mut());
+            let (e, s) = (d.rhs.as_ref(), d.s.as_ref());
+            square = larger(square, largest_block(self.tolerances, n, e, s, s, d.sizes.as_ref()));
+        }
+        let h = (0.5 / (error_constant(1) * square.sqrt())).sqrt();
+        if h > 0.0 { h } else { f64::INFINITY }
+    }
+
+    /// Chooses order and size of the steps after an accepted one of size h; `error` is the square of
+    /// its error.
+    pub(super) fn choose_order(
+        &mut self,
+        h: f64,
+        error: f64,
+        most: usize,
+        controller: &mut Controller,
+    ) {
+        let order = self.stepper.history.order;
+        // Cut by what lies ahead: the natural step is another.
+        if self.stepper.history.equal_steps <= order || h < 0.5 * controller.h {
+            return;
+        }
+        let growth = |order: usize, error: f64| {
+            SAFETY * error.max(f64::MIN_POSITIVE).powf(-0.5 / (order + 1) as f64)
+        };
+        let mut best = (order, growth(order, error));
+        if order > 1 {
+            let lower = growth(order - 1, self.error_of_order(order - 1));
+            if lower > best.1 {
+                best = (order - 1, lower);
+            }
+        }
+        if order < most.min(MAX_ORDER) {
+            let higher = growth(order + 1, self.error_of_order(order + 1));
+            if higher > best.1 {
+                best = (order + 1, higher);
+            }
+        }
+        let (chosen, factor) = best;
+        if (WORTH_SHRINKING..WORTH_GROWING).contains(&factor) {
+            return;
+        }
+        self.stepper.history.change_order(chosen);
+        controller.set_order(chosen);
+        controller.h = h * factor.min(MOST_GROWTH);
+    }
+
+    /// Gives up what is remembered after a step that could not be evaluated, or several rejected ones;
+    /// whether that is so and there was something.
+    pub(super) fn forget_differences(&mut self, error: f64) -> bool {
+        let history = &mut self.stepper.history;
+        history.rejections += 1;
+        let has_memory = history.order > 1 || history.equal_steps > 0;
+        let gives_up = !error.is_finite() || history.rejections >= MOST_REJECTIONS;
+        if has_memory && gives_up {
+            self.stepper.restart();
+        }
+        // What is rejected for its error alone is tried again with what is remembered.
+        error.is_finite() || has_memory
+    }
+
+    /// Square of the error that a step of this order would have made.
+    fn error_of_order(&self, order: usize) -> f64 {
+        let square = error_constant(order) * error_constant(order);
+        let y = self.y.as_ref();
+        let e = self.stepper.k[order + 1].as_ref();
+        let mut error = self.tolerances.mean_square(e, y, y, self.sizes.as_ref());
+        if let Some(d) = &self.directions {
+            let (e, s) = (d.v[order + 1].as_ref(), d.s.as_ref());
+            let n = y.len().max(1);
+            error = larger(error, largest_block(self.tolerances, n, e, s, s, d.sizes.as_ref()));
+        }
+        square * error
+    }
+}

@@ -1,0 +1,414 @@
+//! What steps of all families share: work space, the linearisation, and how a step is asked for.
+//!
+//! A stepper tries a step from (t, y) and gives y⁺ and S⁺, their local errors, and what lies between
+//! (t, y) and (t + h, y⁺). Accepting or rejecting it is the caller's business.
+//!
+//! Families differ in what they need where a step starts, and in what they remember:
+//!
+//! | family | needs at (t, y) | remembers from step to step |
+//! |---|---|---|
+//! | Rosenbrock | f, J, df/dt; g, ∂g/∂y, dg/dt | nothing |
+//! | explicit Runge–Kutta | – | slopes at the end of the step before |
+//! | singly diagonally implicit Runge–Kutta | J | the same |
+//! | backward differentiation | – | differences of earlier values, and a factorisation |
+//!
+//! What is remembered holds along a smooth solution only: [`Stepper::restart`] forgets it.
+
+use super::bdf::History;
+use super::catalogue::MethodKind;
+use super::drive::Drive;
+use super::rosenbrock::{dense_vectors, interpolate};
+use super::tableau::MAX_STAGES;
+use crate::linalg::Factorisation;
+use crate::linalg::Singular;
+use crate::linalg::norm::Tolerances;
+use crate::solution::Statistics;
+use crate::system::{Point, Storage, System};
+
+/// Work space of the unknowns.
+pub(crate) struct Stepper<S: System> {
+    pub(super) kind: MethodKind,
+    pub(super) factorisation: S::Factorisation,
+    /// f, ∂f/∂y and df/dt at the start of the step, as far as the family needs them.
+    pub(crate) f: S::Vector,
+    pub(crate) jacobian: S::Jacobian,
+    pub(crate) dfdt: S::Vector,
+    /// Yᵢ, or what it is sought from.
+    pub(super) stage: S::Vector,
+    /// f there.
+    pub(crate) rhs: S::Vector,
+    /// Increments, slopes or differences, by family.
+    pub(super) k: [S::Vector; MAX_STAGES],
+    pub(crate) y_new: S::Vector,
+    /// Local error, where no vector of `k` is.
+    pub(super) error: S::Vector,
+    /// Of the dense output of Rosenbrock methods.
+    dense: [S::Vector; 3],
+    /// Whether nothing is known of the solution before (t, y).
+    fresh: bool,
+    /// Whether `jacobian` was taken elsewhere than at the start of the step.
+    pub(super) moved: bool,
+    /// How fast Newton's method converged last.
+    pub(super) eta: f64,
+    /// Steps in a row that stability limited, and since then those that it did not.
+    pub(super) stiff_steps: (u32, u32),
+    pub(super) history: History,
+}
+
+/// Work space of the sensitivities.
+pub(crate) struct Directions<S: System> {
+    /// S at the start of the step.
+    pub(crate) s: S::Sensitivity,
+    pub(crate) s_new: S::Sensitivity,
+    /// Sizes for tolerances: nominal of the unknown over nominal of the parameter.
+    pub(crate) sizes: S::Sensitivity,
+    /// g, ∂g/∂y and dg/dt at the start of the step.
+    pub(crate) g: S::Sensitivity,
+    pub(super) dgdy: S::SensitivityJacobian,
+    pub(super) dgdt: S::Sensitivity,
+    pub(super) stage: S::Sensitivity,
+    pub(super) rhs: S::Sensitivity,
+    /// What `k` is to the unknowns.
+    pub(super) v: [S::Sensitivity; MAX_STAGES],
+    pub(super) error: S::Sensitivity,
+    dense: [S::Sensitivity; 3],
+}
+
+impl<S: System> Directions<S> {
+    pub(crate) fn new(system: &S) -> Self {
+        let signature = system.signature();
+        let len = signature.unknowns.len() * signature.directions.len();
+        let zeros = || S::Sensitivity::zeros(len);
+        Self {
+            s: zeros(),
+            s_new: zeros(),
+            sizes: zeros(),
+            g: zeros(),
+            dgdy: S::SensitivityJacobian::zeros(signature.sensitivity_jacobian.len()),
+            dgdt: zeros(),
+            stage: zeros(),
+            rhs: zeros(),
+            v: std::array::from_fn(|_| zeros()),
+            error: zeros(),
+            dense: std::array::from_fn(|_| zeros()),
+        }
+    }
+}
+
+/// Where a step starts.
+pub(crate) struct Base<'a, S: System> {
+    pub(crate) system: &'a S,
+    pub(crate) p: &'a [f64],
+    pub(crate) z: &'a [f64],
+    /// 1 where the unknown is differential, 0 where it is algebraic.
+    pub(crate) mass: &'a S::Vector,
+    pub(crate) t: f64,
+}
+
+impl<S: System> Clone for Base<'_, S> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<S: System> Copy for Base<'_, S> {}
+
+/// A step to try: from (t, y) by h, with what equations are solved to.
+pub(crate) struct Trial<'a, S: System> {
+    pub(crate) base: Base<'a, S>,
+    pub(crate) y: &'a [f64],
+    pub(crate) h: f64,
+    pub(crate) sizes: &'a [f64],
+    pub(crate) tolerances: Tolerances,
+}
+
+impl<S: System> Clone for Trial<'_, S> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<S: System> Copy for Trial<'_, S> {}
+
+/// Evaluations of f that are not finite.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Spoilt {
+    Equation(usize),
+    Derivative(usize),
+}
+
+/// Why a step could not be tried to its end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Failed {
+    /// The matrix of the stages is singular.
+    Singular { row: usize },
+    /// Newton's method does not converge; the unknown moves most for its size.
+    NotConverged { unknown: usize },
+    /// An equation that is not finite, and the time of that.
+    NotFinite { t: f64, spoilt: Spoilt },
+}
+
+impl From<Singular> for Failed {
+    fn from(Singular { row }: Singular) -> Self {
+        Self::Singular { row }
+    }
+}
+
+/// End of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum At {
+    Start,
+    End,
+}
+
+impl<S: System> Stepper<S> {
+    pub(crate) fn new(system: &S, kind: MethodKind) -> Self {
+        let signature = system.signature();
+        let n = signature.unknowns.len();
+        let zeros = || S::Vector::zeros(n);
+        Self {
+            kind,
+            factorisation: S::Factorisation::new(n, &signature.jacobian),
+            f: zeros(),
+            jacobian: S::Jacobian::zeros(signature.jacobian.len()),
+            dfdt: zeros(),
+            stage: zeros(),
+            rhs: zeros(),
+            k: std::array::from_fn(|_| zeros()),
+            y_new: zeros(),
+            error: zeros(),
+            dense: std::array::from_fn(|_| zeros()),
+            fresh: true,
+            moved: false,
+            eta: 1.0,
+            stiff_steps: (0, 0),
+            history: History::default(),
+        }
+    }
+
+    /// Forgets what is known of the solution before (t, y): from here on it is another.
+    #[inline]
+    pub(crate) fn restart(&mut self) {
+        self.fresh = true;
+    }
+
+    /// Whether slopes are to be given by [`Stepper::begin`] before a step is tried.
+    #[inline]
+    pub(crate) fn wants_slopes(&self) -> bool {
+        self.fresh && !matches!(self.kind, MethodKind::Rosenbrock(_))
+    }
+
+    /// Whether a step is to be tried from a linearisation at (t, y).
+    #[inline]
+    pub(crate) fn wants_jacobian(&self) -> bool {
+        matches!(self.kind, MethodKind::Rosenbrock(_) | MethodKind::Esdirk(_))
+    }
+
+    /// Whether a linearisation includes that of the sensitivities' equations.
+    #[inline]
+    pub(crate) fn wants_second_derivatives(&self) -> bool {
+        matches!(self.kind, MethodKind::Rosenbrock(_))
+    }
+
+    #[inline]
+    pub(crate) fn is_multistep(&self) -> bool {
+        matches!(self.kind, MethodKind::Bdf(_))
+    }
+
+    /// Whether algebraic unknowns can be solved for.
+    #[inline]
+    pub(crate) fn solves_algebraic(&self) -> bool {
+        !matches!(self.kind, MethodKind::Explicit(_))
+    }
+
+    /// Evaluates everything that a step from (t, y) shares between its stages.
+    #[inline]
+    pub(crate) fn linearize(
+        &mut self,
+        base: Base<'_, S>,
+        drive: &mut Drive<S>,
+        y: &[f64],
+        directions: Option<(&mut Directions<S>, At)>,
+    ) {
+        let (u, udot) = drive.with_slope(base.t);
+        let at = Point { t: base.t, y, u, p: base.p, z: base.z };
+        let (f, jacobian, dfdt) = (self.f.as_mut(), self.jacobian.as_mut(), self.dfdt.as_mut());
+        match directions {
+            None => base.system.linearize(at, udot, f, jacobian, dfdt),
+            Some((directions, place)) => {
+                let s = match place {
+                    At::Start => &directions.s,
+                    At::End => &directions.s_new,
+                };
+                base.system.sensitivity_linearize(
+                    at,
+                    udot,
+                    s.as_ref(),
+                    f,
+                    jacobian,
+                    dfdt,
+                    directions.g.as_mut(),
+                    directions.dgdy.as_mut(),
+                    directions.dgdt.as_mut(),
+                );
+            }
+        }
+    }
+
+    /// Takes the slopes at (t, y) that `f` and `g` hold, of a solution that begins there, for one
+    /// step of size h.
+    pub(crate) fn begin(&mut self, h: f64, directions: Option<&mut Directions<S>>) {
+        self.fresh = false;
+        self.eta = 1.0;
+        self.stiff_steps = (0, 0);
+        let (slot, scale) = match self.kind {
+            MethodKind::Bdf(_) => (1, h),
+            MethodKind::Rosenbrock(_) | MethodKind::Explicit(_) | MethodKind::Esdirk(_) => (0, 1.0),
+        };
+        self.history = History::beginning(h);
+        let scaled = |out: &mut [f64], slopes: &[f64]| {
+            for (out, slope) in out.iter_mut().zip(slopes) {
+                *out = scale * slope;
+            }
+        };
+        scaled(self.k[slot].as_mut(), self.f.as_ref());
+        for k in &mut self.k[slot + 1..] {
+            k.as_mut().fill(0.0);
+        }
+        if let Some(d) = directions {
+            scaled(d.v[slot].as_mut(), d.g.as_ref());
+            for v in &mut d.v[slot + 1..] {
+                v.as_mut().fill(0.0);
+            }
+        }
+    }
+
+    /// Tries a step; gives y⁺ in `y_new` and S⁺ in `s_new`.
+    #[inline]
+    pub(crate) fn attempt(
+        &mut self,
+        trial: Trial<'_, S>,
+        drive: &mut Drive<S>,
+        directions: Option<&mut Directions<S>>,
+        statistics: &mut Statistics,
+    ) -> Result<(), Failed> {
+        match self.kind {
+            MethodKind::Rosenbrock(tableau) => {
+                statistics.factorisations += 1;
+                self.attempt_rosenbrock(tableau, trial, drive, directions)?;
+                // The first stage is part of the linearisation.
+                statistics.evaluations += tableau.stages() - 1;
+                Ok(())
+            }
+            MethodKind::Explicit(tableau) => {
+                self.attempt_explicit(tableau, trial, drive, directions, statistics);
+                Ok(())
+            }
+            MethodKind::Esdirk(tableau) => {
+                self.attempt_esdirk(tableau, trial, drive, directions, statistics)
+            }
+            MethodKind::Bdf(_) => self.attempt_bdf(trial, drive, directions, statistics),
+        }
+    }
+
+    /// Takes note that the step tried last is accepted.
+    #[inline]
+    pub(crate) fn advance(&mut self, directions: Option<&mut Directions<S>>) {
+        match self.kind {
+            MethodKind::Rosenbrock(_) => {}
+            MethodKind::Explicit(tableau) | MethodKind::Esdirk(tableau) => {
+                self.k.swap(0, tableau.stages() - 1);
+                if let Some(d) = directions {
+                    d.v.swap(0, tableau.stages() - 1);
+                }
+            }
+            MethodKind::Bdf(_) => self.advance_differences(directions),
+        }
+    }
+
+    /// Local error of the step tried last.
+    #[inline]
+    pub(crate) fn local_error(&self) -> &[f64] {
+        match self.kind {
+            MethodKind::Rosenbrock(tableau) => self.k[tableau.stages() - 1].as_ref(),
+            _ => self.error.as_ref(),
+        }
+    }
+
+    /// Local error of the sensitivities of the step tried last.
+    #[inline]
+    pub(crate) fn sensitivity_error<'a>(&self, directions: &'a Directions<S>) -> &'a [f64] {
+        match self.kind {
+            MethodKind::Rosenbrock(tableau) => directions.v[tableau.stages() - 1].as_ref(),
+            _ => directions.error.as_ref(),
+        }
+    }
+
+    /// The first evaluation of the step tried last that is not finite, and its time.
+    pub(crate) fn spoilt(
+        &mut self,
+        trial: Trial<'_, S>,
+        drive: &mut Drive<S>,
+        directions: Option<&mut Directions<S>>,
+    ) -> Option<(f64, Spoilt)> {
+        match self.kind {
+            MethodKind::Rosenbrock(tableau) => {
+                self.spoilt_rosenbrock(tableau, trial, drive, directions)
+            }
+            MethodKind::Explicit(tableau) => self.spoilt_slope(tableau, trial, directions),
+            // They say so themselves.
+            MethodKind::Esdirk(_) | MethodKind::Bdf(_) => None,
+        }
+    }
+
+    /// Prepares [`Stepper::interpolate`] for the step tried last.
+    #[inline]
+    pub(crate) fn prepare_dense(&mut self, directions: Option<&mut Directions<S>>) {
+        if let MethodKind::Rosenbrock(tableau) = self.kind {
+            let stages = tableau.stages();
+            dense_vectors(tableau, &self.k[..stages], &mut self.dense);
+            if let Some(d) = directions {
+                dense_vectors(tableau, &d.v[..stages], &mut d.dense);
+            }
+        }
+    }
+
+    /// y at the fraction θ of the step of size h tried last.
+    #[inline]
+    pub(crate) fn interpolate(&self, theta: f64, h: f64, y: &[f64], out: &mut [f64]) {
+        match self.kind {
+            MethodKind::Rosenbrock(_) => {
+                interpolate(theta, y, self.y_new.as_ref(), &self.dense, out);
+            }
+            MethodKind::Explicit(tableau) | MethodKind::Esdirk(tableau) => {
+                tableau.interpolate(theta, h, y, &self.k, out);
+            }
+            MethodKind::Bdf(_) => {
+                self.history.interpolate(theta * h, y, &self.k, self.stage.as_ref(), out);
+            }
+        }
+    }
+
+    /// S at the fraction θ of the step of size h tried last.
+    #[inline]
+    pub(crate) fn interpolate_sensitivities(
+        &self,
+        theta: f64,
+        h: f64,
+        directions: &Directions<S>,
+        out: &mut [f64],
+    ) {
+        let Directions { s, s_new, v, stage, dense, .. } = directions;
+        match self.kind {
+            MethodKind::Rosenbrock(_) => {
+                interpolate(theta, s.as_ref(), s_new.as_ref(), dense, out);
+            }
+            MethodKind::Explicit(tableau) | MethodKind::Esdirk(tableau) => {
+                tableau.interpolate(theta, h, s.as_ref(), v, out);
+            }
+            MethodKind::Bdf(_) => {
+                self.history.interpolate(theta * h, s.as_ref(), v, stage.as_ref(), out);
+            }
+        }
+    }
+}
