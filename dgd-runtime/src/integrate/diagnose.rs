@@ -1,6 +1,7 @@
 //! What to say when no step is small enough.
 
 use super::Simulation;
+use super::read_values::read_values;
 use super::rosenbrock::{Base, Spoilt};
 use crate::error::{Evaluation, IntegrateError};
 use crate::problem::Problem;
@@ -59,7 +60,10 @@ impl<S: System> Simulation<'_, S> {
             Spoilt::Equation(row) => (row, Evaluation::Equation),
             Spoilt::Derivative(row) => (row, Evaluation::Derivative),
         };
-        let equation = system.signature().equations[row].to_string();
-        IntegrateError::NotFinite { t, equation, what }
+        let signature = system.signature();
+        let equation = signature.equations[row].to_string();
+        let unknown = signature.unknowns[row].name.to_string();
+        let values = read_values(signature, row, self.y.as_ref(), self.drive.at(self.t));
+        IntegrateError::NotFinite { t, equation, unknown, what, values }
     }
 }

@@ -28,6 +28,7 @@ mod initial_step;
 mod instant;
 mod locate;
 mod moving_jump;
+mod read_values;
 mod record;
 mod rosenbrock;
 mod singular_point;
