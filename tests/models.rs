@@ -554,13 +554,17 @@ macro_rules! agreement {
 agreement! {
     bench_two_state: "models/bench_two_state.dgd";
     bench_two_state_static: "models/bench_two_state.dgd", flow = static;
+    chemical_akzo_nobel: "models/test_set/chemical_akzo_nobel.dgd";
     cstr: "models/cstr.dgd";
     delayed_sensor: "models/delayed_sensor.dgd";
     every_intrinsic: "models/every_intrinsic.dgd";
+    hires: "models/test_set/hires.dgd";
     mud_circulation: "models/mud_circulation.dgd";
     mud_circulation_static: "models/mud_circulation.dgd", flow = static;
+    oregonator: "models/test_set/oregonator.dgd";
     pendulum: "models/pendulum.dgd";
     pipe_flow: "models/pipe_flow.dgd";
+    pollution: "models/test_set/pollution.dgd";
     predator_prey: "models/predator_prey.dgd";
     pump_speed_step: "models/pump_speed_step.dgd";
     pump_speed_step_static: "models/pump_speed_step.dgd", flow = static;

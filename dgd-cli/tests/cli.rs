@@ -456,7 +456,7 @@ fn nothing_is_formatted_where_one_file_is_wrong() {
 #[test]
 fn every_model_is_laid_out_canonically() {
     let mut args = vec!["fmt".to_owned(), "--check".to_owned()];
-    for folder in ["models", "models/lib", "tests/golden/data"] {
+    for folder in ["models", "models/lib", "models/test_set", "tests/golden/data"] {
         let models = files(&root().join(folder), "dgd");
         args.extend(models.iter().map(|path| path.display().to_string()));
     }

@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::signal::InputError;
 use crate::solution::Solution;
+use crate::system::Unit;
 
 /// A simulation that stopped early.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,8 +44,12 @@ pub enum IntegrateError {
         t: f64,
         /// The equation.
         equation: String,
+        /// The unknown that it determines.
+        unknown: String,
         /// What is not finite about it.
         what: Evaluation,
+        /// What it reads, with the values at the end of the last step that could be made.
+        values: Vec<ReadValue>,
     },
     /// Modes follow one another without end at one time.
     EndlessEvents {
@@ -98,6 +103,17 @@ pub enum IntegrateError {
         /// The equation whose row vanishes or depends on others.
         equation: String,
     },
+}
+
+/// A number that an equation reads.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReadValue {
+    /// The unknown or input; for one that is read late, as the model writes it.
+    pub name: String,
+    /// Its value in its declared unit.
+    pub value: f64,
+    /// That unit.
+    pub unit: String,
 }
 
 /// What was evaluated.
@@ -222,11 +238,13 @@ impl fmt::Display for IntegrateError {
                  sensitivity of `{unknown}` to `{parameter}` is still {error:.1e} times the \
                  tolerance"
             ),
-            Self::NotFinite { t, equation, what: Evaluation::Equation } => {
-                write!(f, "equation `{equation}` is not finite at t = {t} s")
-            }
-            Self::NotFinite { t, equation, what: Evaluation::Derivative } => {
-                write!(f, "a derivative of equation `{equation}` is not finite at t = {t} s")
+            Self::NotFinite { t, equation, unknown, what, values } => {
+                match what {
+                    Evaluation::Equation => write!(f, "equation `{equation}`")?,
+                    Evaluation::Derivative => write!(f, "a derivative of equation `{equation}`")?,
+                }
+                write!(f, " is not finite at t = {t} s; it determines `{unknown}`")?;
+                write_values(f, values)
             }
             Self::EndlessEvents { t, automaton, transitions } => write!(
                 f,
@@ -262,6 +280,40 @@ impl fmt::Display for IntegrateError {
 }
 
 impl std::error::Error for IntegrateError {}
+
+impl ReadValue {
+    /// A value in SI, to be shown in a unit.
+    pub(crate) fn new(name: String, value: f64, unit: &Unit) -> Self {
+        let value = (value - unit.offset) / unit.factor;
+        Self { name, value, unit: unit.symbol.to_string() }
+    }
+}
+
+impl fmt::Display for ReadValue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, value, unit } = self;
+        // Where a digit more would tell nothing more.
+        write!(f, "`{name}` = {}", format!("{value:.5e}").parse::<f64>().unwrap_or(*value))?;
+        if unit == "1" { Ok(()) } else { write!(f, " {unit}") }
+    }
+}
+
+/// Most values that a message lists.
+const LISTED: usize = 6;
+
+/// Writes what an equation read: " and read `x` = 3 m and `q` = 2 lpm".
+fn write_values(f: &mut fmt::Formatter<'_>, values: &[ReadValue]) -> fmt::Result {
+    let (listed, more) = values.split_at(values.len().min(LISTED));
+    for (i, value) in listed.iter().enumerate() {
+        let before = match i {
+            0 => " and last read ",
+            _ if i + 1 == values.len() => " and ",
+            _ => ", ",
+        };
+        write!(f, "{before}{value}")?;
+    }
+    if more.is_empty() { Ok(()) } else { write!(f, " and {} more", more.len()) }
+}
 
 impl fmt::Display for BadRequest {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

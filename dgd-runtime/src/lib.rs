@@ -25,7 +25,7 @@ mod solution;
 pub mod system;
 
 pub use discrete::discrete_numbers;
-pub use error::{BadRequest, Evaluation, Failure, InitialError, IntegrateError};
+pub use error::{BadRequest, Evaluation, Failure, InitialError, IntegrateError, ReadValue};
 pub use initial::{ConsistentStart, consistent_start};
 pub use integrate::catalogue::{METHODS, Method, MethodKind, UnknownMethod, find as find_method};
 pub use integrate::{simulate, simulate_with_sensitivities};

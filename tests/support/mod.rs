@@ -17,11 +17,12 @@ pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Every model file in `models/`, in order of name.
+/// Every model file in `models/` and in `models/test_set/`, in order of name.
 pub(crate) fn model_files() -> Vec<PathBuf> {
-    let folder = root().join("models");
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
-        .expect("the repository has models")
+    let folders = [root().join("models"), root().join("models/test_set")];
+    let mut files: Vec<PathBuf> = folders
+        .iter()
+        .flat_map(|folder| std::fs::read_dir(folder).expect("the repository has models"))
         .map(|entry| entry.expect("a readable folder").path())
         .filter(|path| path.extension().is_some_and(|ending| ending == "dgd"))
         .collect();

@@ -1,5 +1,6 @@
 //! What to say when no step is small enough.
 
+use super::read_values::read_values;
 use super::stepper::{Spoilt, Trial};
 use super::{Simulation, base};
 use crate::error::{Evaluation, IntegrateError};
@@ -55,13 +56,16 @@ impl<S: System> Simulation<'_, S> {
         }
     }
 
-    pub(super) fn spoilt(&self, t: f64, spoilt: Spoilt) -> IntegrateError {
+    pub(super) fn spoilt(&mut self, t: f64, spoilt: Spoilt) -> IntegrateError {
         let (row, what) = match spoilt {
             Spoilt::Equation(row) => (row, Evaluation::Equation),
             Spoilt::Derivative(row) => (row, Evaluation::Derivative),
         };
-        let equation = self.problem.system.signature().equations[row].to_string();
-        IntegrateError::NotFinite { t, equation, what }
+        let signature = self.problem.system.signature();
+        let equation = signature.equations[row].to_string();
+        let unknown = signature.unknowns[row].name.to_string();
+        let values = read_values(signature, row, self.y.as_ref(), self.drive.at(self.t));
+        IntegrateError::NotFinite { t, equation, unknown, what, values }
     }
 
     pub(super) fn newton_diverged(&self, h: f64, unknown: usize) -> IntegrateError {

@@ -34,6 +34,7 @@ mod locate;
 mod moving_jump;
 mod newton;
 mod order;
+mod read_values;
 mod record;
 mod rosenbrock;
 mod singular_point;
