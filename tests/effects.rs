@@ -86,6 +86,8 @@ fn values(model: &Model, n_equations: usize) -> Vec<f64> {
             Symbol::InputSlope(_)
             | Symbol::Sensitivity(_)
             | Symbol::Late(_)
+            | Symbol::DelayedUnknown(_)
+            | Symbol::Past(..)
             | Symbol::Discrete(_) => {
                 unreachable!("only later stages have these")
             }

@@ -3,7 +3,7 @@
 use dgd_compiler::program::{self, Program, ResultKind};
 use dgd_compiler::units;
 use dgd_runtime::system::{
-    Automaton, Crossing, DelayedInput, Direction, Discrete, Input, Interpolation, Output,
+    Automaton, Crossing, DelayedInput, DelayedUnknown, Direction, Discrete, Input, Interpolation, Output,
     Parameter, Pattern, Signature, Text, Transition, Unit, Unknown,
 };
 
@@ -53,6 +53,11 @@ pub(crate) fn signature(program: &Program) -> Signature {
             .delayed_inputs
             .iter()
             .map(|delayed| DelayedInput { input: delayed.input, delay: delayed.delay })
+            .collect(),
+        delayed_unknowns: program
+            .delayed_unknowns
+            .iter()
+            .map(|delayed| DelayedUnknown { unknown: delayed.unknown, delay: delayed.delay })
             .collect(),
         outputs: program
             .outputs

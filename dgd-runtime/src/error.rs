@@ -157,6 +157,23 @@ pub enum BadRequest {
         /// The time, s.
         at: f64,
     },
+    /// The delay of an unknown that acts on the model is below zero or not finite.
+    UnknownDelay {
+        /// The unknown.
+        unknown: String,
+        /// Its delay, as the model writes it.
+        delay: String,
+        /// Value of the delay, s.
+        value: f64,
+    },
+    /// The derivative to a delay of zero is asked for, where no equation gives the slope of what is
+    /// read late.
+    DerivativeToNoDelay {
+        /// The unknown.
+        unknown: String,
+        /// Its delay, as the model writes it.
+        delay: String,
+    },
     /// The delay of an output is not a finite number.
     Delay {
         /// The delay, as the model writes it.
@@ -333,6 +350,16 @@ impl fmt::Display for BadRequest {
             Self::TimeRepeated { at } => write!(
                 f,
                 "t = {at} s is asked for more than twice; twice means left and right of a jump"
+            ),
+            Self::UnknownDelay { unknown, delay, value } => write!(
+                f,
+                "`delay({unknown}, {delay})` would be {value} s late; the delay of an unknown in an \
+                 equation is a finite time and not below zero"
+            ),
+            Self::DerivativeToNoDelay { unknown, delay } => write!(
+                f,
+                "`delay({unknown}, {delay})` is 0 s late, where its derivative to the delay is not \
+                 known: `{unknown}` is not differential at all times; begin above zero"
             ),
             Self::Delay { delay, value } => {
                 write!(f, "an output would be read `{delay}` = {value} s late")

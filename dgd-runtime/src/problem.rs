@@ -31,15 +31,20 @@ impl<S> Clone for Problem<'_, S> {
 impl<S> Copy for Problem<'_, S> {}
 
 impl<S: System> Problem<'_, S> {
-    /// Inputs as the model reads them: u of [`Point`](crate::Point), delayed inputs included.
+    /// Inputs as the model reads them: u of [`Point`](crate::Point), delayed inputs included. What is
+    /// known of delayed unknowns is zero, which reads them as if nothing were late.
     ///
     /// # Errors
     ///
     /// [`InputError::Delay`] where an input's delay is below zero or not finite.
     pub fn inputs_read(&self) -> Result<Cow<'_, Inputs>, InputError> {
         let signature = self.system.signature();
+        let past = signature.past().len();
         if signature.delayed_inputs.is_empty() {
-            return Ok(Cow::Borrowed(self.inputs));
+            return Ok(match past {
+                0 => Cow::Borrowed(self.inputs),
+                past => Cow::Owned(self.inputs.widened(past)),
+            });
         }
         let tau = delays(self);
         let mut delayed = Vec::with_capacity(signature.delayed_inputs.len());
@@ -54,7 +59,8 @@ impl<S: System> Problem<'_, S> {
             }
             delayed.push(Delayed { input: late.input, tau: value });
         }
-        Ok(Cow::Owned(self.inputs.with_delayed(&delayed)))
+        let inputs = self.inputs.with_delayed(&delayed);
+        Ok(Cow::Owned(if past == 0 { inputs } else { inputs.widened(past) }))
     }
 }
 

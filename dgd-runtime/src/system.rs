@@ -61,7 +61,8 @@ pub struct Point<'a> {
     pub t: f64,
     /// Unknowns.
     pub y: &'a [f64],
-    /// Inputs: the declared ones, then the delayed ones, then the slopes of the delayed ones.
+    /// Inputs: the declared ones, then the delayed ones, then the slopes of the delayed ones, then what
+    /// is known of delayed unknowns ([`PastLayout`]).
     pub u: &'a [f64],
     /// Parameters.
     pub p: &'a [f64],
@@ -259,6 +260,9 @@ pub struct Signature {
     pub delays: List<Text>,
     /// Inputs that the equations read late: u has them, and then their slopes, behind `inputs`.
     pub delayed_inputs: List<DelayedInput>,
+    /// Unknowns that the equations read late: u has what is known of them ([`PastLayout`]) behind the
+    /// inputs.
+    pub delayed_unknowns: List<DelayedUnknown>,
     /// Outputs w.
     pub outputs: List<Output>,
     /// Chosen directions θ.
@@ -392,7 +396,17 @@ pub enum Direction {
 impl Signature {
     /// n_u, the length of u.
     pub fn n_u(&self) -> usize {
-        self.inputs.len() + 2 * self.delayed_inputs.len()
+        let past = self.past();
+        past.first + past.len()
+    }
+
+    /// Where u has what is known of delayed unknowns.
+    pub fn past(&self) -> PastLayout {
+        PastLayout {
+            first: self.inputs.len() + 2 * self.delayed_inputs.len(),
+            n_v: self.delayed_unknowns.len(),
+            n_s: self.directions.len(),
+        }
     }
 
     /// The diagonal of M in the modes that the model starts in.
@@ -493,6 +507,47 @@ pub struct DelayedInput {
     pub input: usize,
     /// Position of the delay τ.
     pub delay: usize,
+}
+
+/// An unknown read late, x(t − τ).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DelayedUnknown {
+    /// Position of the unknown.
+    pub unknown: usize,
+    /// Position of the delay τ.
+    pub delay: usize,
+}
+
+/// Where u has what is known of the n_v delayed unknowns, each x looked up at α = t − τ.
+///
+/// | numbers | |
+/// |---|---|
+/// | n_v | 1 where x is read at α, 0 where it is read at t, whatever the others say |
+/// | n_v | x(α) |
+/// | n_v | ẋ(α) |
+/// | n_v | ẍ(α) |
+/// | n_v n_s | ∂x/∂θⱼ at α, by columns |
+/// | n_v n_s | their slopes |
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PastLayout {
+    /// Inputs before it.
+    pub first: usize,
+    /// Delayed unknowns n_v.
+    pub n_v: usize,
+    /// Directions n_s.
+    pub n_s: usize,
+}
+
+impl PastLayout {
+    /// Number of all of them.
+    pub fn len(self) -> usize {
+        (4 + 2 * self.n_s) * self.n_v
+    }
+
+    /// Whether nothing is read late.
+    pub fn is_empty(self) -> bool {
+        self.n_v == 0
+    }
 }
 
 /// An output.

@@ -213,10 +213,14 @@ impl<'a> Body<'a> {
         Statements { statements, pieces }
     }
 
-    /// What an input is called, declared, delayed, or the slope of a delayed one.
+    /// What an input is called, declared, delayed, the slope of a delayed one, or about an unknown that
+    /// is read late.
     fn input_name(&self, index: usize) -> Ident {
         let Program { inputs, delayed_inputs, .. } = self.program;
         let of = |late: usize| &inputs[delayed_inputs[late].input].declared.name;
+        if let Some(past) = index.checked_sub(self.program.past().first) {
+            return format_ident!("_past_{}", past);
+        }
         match index.checked_sub(inputs.len()) {
             None => identifier(&inputs[index].declared.name),
             Some(late) => match late.checked_sub(delayed_inputs.len()) {

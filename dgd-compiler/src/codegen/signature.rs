@@ -86,6 +86,10 @@ pub(super) fn signature(program: &Program) -> TokenStream {
         let (input, delay) = (index(delayed.input), index(delayed.delay));
         quote!(::dgd::__runtime::system::DelayedInput { input: #input, delay: #delay })
     });
+    let delayed_unknowns = program.delayed_unknowns.iter().map(|delayed| {
+        let (unknown, delay) = (index(delayed.unknown), index(delayed.delay));
+        quote!(::dgd::__runtime::system::DelayedUnknown { unknown: #unknown, delay: #delay })
+    });
     let directions = program.directions.iter().map(|direction| match *direction {
         Direction::Parameter(i) => {
             let i = index(i);
@@ -114,6 +118,7 @@ pub(super) fn signature(program: &Program) -> TokenStream {
             inputs: List::Borrowed(&[#(#inputs),*]),
             delays: List::Borrowed(&[#(#delays),*]),
             delayed_inputs: List::Borrowed(&[#(#delayed_inputs),*]),
+            delayed_unknowns: List::Borrowed(&[#(#delayed_unknowns),*]),
             outputs: List::Borrowed(&[#(#outputs),*]),
             directions: List::Borrowed(&[#(#directions),*]),
             jacobian: #jacobian,

@@ -110,6 +110,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         inputs: model.inputs.clone(),
         delays: delays.delays,
         delayed_inputs: delays.inputs,
+        delayed_unknowns: delays.unknowns,
         outputs,
         names: transferred.names,
         variants: model.variants.clone(),

@@ -1,16 +1,17 @@
-//! Delays taken apart: outputs that are read late, and inputs that arrive late.
+//! Delays taken apart: outputs that are read late, inputs that arrive late, unknowns that act late.
 //!
 //! A delay of an expression is the expression of what varies in it, each delayed:
 //! delay(f(x, u, p), τ) = f(delay(x, τ), delay(u, τ), p), delay(time, τ) = time − τ, and
 //! delay(delay(x, a), b) = delay(x, a + b). Once delays stand at names only,
 //!
 //! - an output whose states are all late by τ is read at t − τ as a whole,
-//! - any other delayed input is an input of its own, behind those that are declared.
+//! - any other delayed input is an input of its own, behind those that are declared,
+//! - any other delayed unknown is a symbol of its own.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::transfer::Transferred;
-use super::{Delay, DelayedInput};
+use super::{Delay, DelayedInput, DelayedUnknown};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::display::listing;
 use crate::expr::{ExprId, Graph, Node, Symbol};
@@ -28,13 +29,15 @@ type Summands = Vec<ExprId>;
 pub(super) struct Resolved {
     pub(super) delays: Vec<Delay>,
     pub(super) inputs: Vec<DelayedInput>,
+    pub(super) unknowns: Vec<DelayedUnknown>,
     /// For each output, how late it is read as a whole.
     pub(super) of_outputs: Vec<Option<usize>>,
 }
 
 /// Replaces delays in everything that was transferred.
 ///
-/// After this no expression holds a delay or anything late: delayed inputs are inputs.
+/// After this no expression holds a delay or anything late: delayed inputs are inputs, and delayed
+/// unknowns symbols of their own.
 pub(super) fn resolve(
     model: &Model,
     graph: &mut Graph,
@@ -73,7 +76,7 @@ pub(super) fn resolve(
             Ok(rest) => equation.rest = rest,
             Err(symbol) => {
                 let reader = format!("equation `{}`", equation.label);
-                diagnostics.error(resolver.feeds_back(symbol, &reader, equation.span));
+                diagnostics.error(resolver.late_rate(symbol, &reader, equation.span));
             }
         }
     }
@@ -86,7 +89,7 @@ pub(super) fn resolve(
                 match resolver.instantaneous(graph, at_names[value]) {
                     Ok(now) => *value = now,
                     Err(symbol) => {
-                        diagnostics.error(resolver.feeds_back(symbol, &reader, span));
+                        diagnostics.error(resolver.late_rate(symbol, &reader, span));
                     }
                 }
             }
@@ -125,7 +128,8 @@ pub(super) fn resolve(
         }
     }
     *names = kept;
-    Ok(Resolved { delays: resolver.delays, inputs: resolver.inputs, of_outputs })
+    let Resolver { delays, inputs, unknowns, .. } = resolver;
+    Ok(Resolved { delays, inputs, unknowns, of_outputs })
 }
 
 struct Resolver<'a> {
@@ -136,6 +140,7 @@ struct Resolver<'a> {
     work: usize,
     delays: Vec<Delay>,
     inputs: Vec<DelayedInput>,
+    unknowns: Vec<DelayedUnknown>,
 }
 
 impl<'a> Resolver<'a> {
@@ -147,6 +152,7 @@ impl<'a> Resolver<'a> {
             work: 0,
             delays: Vec::new(),
             inputs: Vec::new(),
+            unknowns: Vec::new(),
         }
     }
 
@@ -195,7 +201,9 @@ impl<'a> Resolver<'a> {
             | Symbol::Parameter(_)
             | Symbol::InputSlope(_)
             | Symbol::Sensitivity(_)
-            | Symbol::Discrete(_) => None,
+            | Symbol::Discrete(_)
+            | Symbol::DelayedUnknown(_)
+            | Symbol::Past(..) => None,
         }
     }
 
@@ -211,7 +219,8 @@ impl<'a> Resolver<'a> {
         graph.symbol(Symbol::Late(number))
     }
 
-    /// An expression of what is, or was an input or the time, now; otherwise the late unknown.
+    /// An expression of what is known now of what is and was; otherwise the late derivative, of which
+    /// nothing is.
     fn instantaneous(&mut self, graph: &mut Graph, id: ExprId) -> Result<ExprId, Symbol> {
         let mut replaced = BTreeMap::new();
         for symbol in graph.symbols(id) {
@@ -220,6 +229,7 @@ impl<'a> Resolver<'a> {
             let now = match source {
                 Symbol::Input(i) => self.delayed_input(graph, i, &summands),
                 Symbol::Time => shifted_time(graph, &[], &summands),
+                Symbol::Unknown(i) => self.delayed_unknown(graph, i, &summands),
                 other => return Err(other),
             };
             replaced.insert(symbol, now);
@@ -285,17 +295,26 @@ impl<'a> Resolver<'a> {
         Ok((value, delay))
     }
 
-    /// An expression whose late inputs are inputs already; nothing where one is not.
+    /// An expression of which all that is late has been met already; nothing where it has not.
     fn known(&self, graph: &mut Graph, id: ExprId) -> Option<ExprId> {
         let mut replaced = BTreeMap::new();
         for symbol in graph.symbols(id) {
             let Symbol::Late(k) = symbol else { continue };
-            let (Symbol::Input(i), summands) = &self.late[k as usize] else { return None };
+            let (source, summands) = &self.late[k as usize];
             let tau = sum(graph, summands);
-            let is_this =
-                |x: &DelayedInput| x.input == *i as usize && self.delays[x.delay].tau == tau;
-            let position = self.inputs.iter().position(is_this)?;
-            replaced.insert(symbol, graph.symbol(self.input_symbol(position)));
+            let delay = self.delays.iter().position(|delay| delay.tau == tau)?;
+            let now = match *source {
+                Symbol::Input(i) => {
+                    let wanted = DelayedInput { input: i as usize, delay };
+                    self.input_symbol(self.inputs.iter().position(|x| *x == wanted)?)
+                }
+                Symbol::Unknown(i) => {
+                    let wanted = DelayedUnknown { unknown: i as usize, delay };
+                    delayed_unknown_symbol(self.unknowns.iter().position(|x| *x == wanted)?)
+                }
+                _ => return None,
+            };
+            replaced.insert(symbol, graph.symbol(now));
         }
         Some(graph.substitute(id, |symbol| replaced.get(&symbol).copied()))
     }
@@ -318,6 +337,19 @@ impl<'a> Resolver<'a> {
         graph.symbol(self.input_symbol(position))
     }
 
+    fn delayed_unknown(&mut self, graph: &mut Graph, i: u32, summands: &[ExprId]) -> ExprId {
+        if summands.is_empty() {
+            return graph.symbol(Symbol::Unknown(i));
+        }
+        let wanted = DelayedUnknown { unknown: i as usize, delay: self.delay(graph, summands) };
+        let found = self.unknowns.iter().position(|x| *x == wanted);
+        let position = found.unwrap_or_else(|| {
+            self.unknowns.push(wanted);
+            self.unknowns.len() - 1
+        });
+        graph.symbol(delayed_unknown_symbol(position))
+    }
+
     fn delay(&mut self, graph: &mut Graph, summands: &[ExprId]) -> usize {
         let tau = sum(graph, summands);
         if let Some(position) = self.delays.iter().position(|delay| delay.tau == tau) {
@@ -332,14 +364,14 @@ impl<'a> Resolver<'a> {
         self.delays.len() - 1
     }
 
-    /// A late unknown where only what is or was an input can stand.
-    fn feeds_back(&self, symbol: Symbol, reader: &str, span: Span) -> Diagnostic {
+    /// A late derivative where it acts on the model.
+    fn late_rate(&self, symbol: Symbol, reader: &str, span: Span) -> Diagnostic {
         let name = self.name(symbol);
         let message =
             format!("{reader} reads {name} as it was some time ago, which only outputs can");
         let diagnostic = Diagnostic::new(Code::E407, span, message).help(
-            "states that feed back late are not part of the language yet; delay an input, or the \
-             output that is measured late",
+            "derivatives that act late are not part of the language; declare an `unknown` that \
+             equals the derivative, and delay that",
         );
         match symbol {
             Symbol::Unknown(i) | Symbol::Derivative(i) => {
@@ -363,9 +395,15 @@ impl<'a> Resolver<'a> {
             | Symbol::InputSlope(_)
             | Symbol::Sensitivity(_)
             | Symbol::Discrete(_)
-            | Symbol::Late(_) => unreachable!("only inputs and unknowns are named"),
+            | Symbol::Late(_)
+            | Symbol::DelayedUnknown(_)
+            | Symbol::Past(..) => unreachable!("only inputs and unknowns are named"),
         }
     }
+}
+
+fn delayed_unknown_symbol(position: usize) -> Symbol {
+    Symbol::DelayedUnknown(u32::try_from(position).unwrap_or(u32::MAX))
 }
 
 /// Adds a summand to a delay.

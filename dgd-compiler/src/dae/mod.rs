@@ -30,8 +30,9 @@ pub use assemble::assemble;
 /// - both hold in every combination of modes, between which the rows choose by z,
 /// - expressions are simplified and hold times, parameters, inputs, unknowns and discrete numbers
 ///   only; comparisons that parameters and time decide are discrete numbers,
-/// - nothing in them is delayed: what arrives late is an input behind the declared ones, and what
-///   is read late is an output with a delay.
+/// - nothing in them is delayed: what arrives late is an input behind the declared ones, an unknown
+///   that is read late a symbol of its own, and what an output reads late as a whole an output with a
+///   delay.
 ///
 /// A derivative that cannot be solved for row by row has become an algebraic unknown of its own,
 /// named `der(x)`.
@@ -53,6 +54,8 @@ pub struct Dae {
     pub delays: Vec<Delay>,
     /// Inputs u behind the declared ones: declared inputs that arrive late.
     pub delayed_inputs: Vec<DelayedInput>,
+    /// Unknowns that equations read late.
+    pub delayed_unknowns: Vec<DelayedUnknown>,
     /// Outputs; their values are expressions of `graph`.
     pub outputs: Vec<Output>,
     /// Names that the model gives to expressions.
@@ -120,6 +123,15 @@ pub struct DelayedInput {
     pub delay: usize,
 }
 
+/// An unknown x(t − τ).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DelayedUnknown {
+    /// Which of the unknowns.
+    pub unknown: usize,
+    /// Which delay.
+    pub delay: usize,
+}
+
 /// An output w(t) = E(t − τ).
 #[derive(Debug, Clone)]
 pub struct Output {
@@ -175,5 +187,15 @@ impl Dae {
                 format!("delay({}, {})", name(input), self.delays[delay].text)
             }
         }
+    }
+
+    /// What the i-th delayed unknown is called.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such delayed unknown.
+    pub fn delayed_unknown_name(&self, i: usize) -> String {
+        let DelayedUnknown { unknown, delay } = self.delayed_unknowns[i];
+        format!("delay({}, {})", self.unknowns[unknown].name, self.delays[delay].text)
     }
 }

@@ -100,11 +100,13 @@ fn symbol_name(dae: &Dae, symbol: Symbol) -> String {
         Symbol::Input(i) => dae.input_name(i as usize),
         Symbol::Unknown(i) => dae.unknowns[i as usize].name.clone(),
         Symbol::Discrete(i) => discrete_name(dae, i as usize),
+        Symbol::DelayedUnknown(i) => dae.delayed_unknown_name(i as usize),
         Symbol::Constant(_)
         | Symbol::Derivative(_)
         | Symbol::InputSlope(_)
         | Symbol::Sensitivity(_)
-        | Symbol::Late(_) => {
+        | Symbol::Late(_)
+        | Symbol::Past(..) => {
             unreachable!("a system holds what is known at a time, unknowns and discrete numbers")
         }
     }

@@ -41,9 +41,32 @@ pub enum Symbol {
     Sensitivity(u32),
     /// Something read late, by its position in the list of such; only inside `assemble`.
     Late(u32),
+    /// An unknown as it was some time ago, by its position among the delayed unknowns of a `Dae`.
+    DelayedUnknown(u32),
+    /// What a program knows of a delayed unknown; there is none before `lower`.
+    Past(Past, u32),
     /// A number that changes at events only: the mode of a `modes` block, or whether a condition on
     /// time holds, 1 or 0. There is none before `assemble`.
     Discrete(u32),
+}
+
+/// What a program knows of x(t − τ), by the position k of the delayed unknown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Past {
+    /// 1 where it is read from what x was, 0 where that is what x is: with no delay.
+    Held,
+    /// x(t − τ).
+    Value,
+    /// ẋ(t − τ).
+    Rate,
+    /// ẍ(t − τ).
+    Curvature,
+    /// ∂x/∂θⱼ at t − τ, at position j n_v + k.
+    Sensitivity,
+    /// The slope of ∂x/∂θⱼ at t − τ, at position j n_v + k.
+    SensitivityRate,
+    /// x(t), in the place of a past that is none.
+    Present,
 }
 
 /// One operation on earlier expressions.

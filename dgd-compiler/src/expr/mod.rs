@@ -6,4 +6,4 @@ pub mod graph;
 pub mod intrinsics;
 pub mod simplify;
 
-pub use graph::{ExprId, Graph, Node, Symbol};
+pub use graph::{ExprId, Graph, Node, Past, Symbol};

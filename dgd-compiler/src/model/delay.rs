@@ -45,7 +45,9 @@ impl<'a> Lowering<'a> {
             | Symbol::InputSlope(_)
             | Symbol::Sensitivity(_)
             | Symbol::Discrete(_)
-            | Symbol::Late(_) => None,
+            | Symbol::Late(_)
+            | Symbol::DelayedUnknown(_)
+            | Symbol::Past(..) => None,
         };
         if let Some(culprit) = self.graph.symbols(tau.id).iter().find_map(varies) {
             let message = format!("this delay depends on {culprit}, so it varies during a run");

@@ -136,7 +136,12 @@ fn symbol_name(model: &Model, symbol: Symbol) -> String {
         Symbol::Input(i) => model.inputs[i as usize].declared.name.clone(),
         Symbol::Unknown(i) => unknown(i),
         Symbol::Derivative(i) => format!("der({})", unknown(i)),
-        Symbol::InputSlope(_) | Symbol::Sensitivity(_) | Symbol::Discrete(_) | Symbol::Late(_) => {
+        Symbol::InputSlope(_)
+        | Symbol::Sensitivity(_)
+        | Symbol::Discrete(_)
+        | Symbol::Late(_)
+        | Symbol::DelayedUnknown(_)
+        | Symbol::Past(..) => {
             unreachable!("only later stages read slopes, sensitivities, modes and late values")
         }
     }

@@ -3,12 +3,13 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::functions::{Argument, FUNCTIONS, FunctionKind, ResultKind};
+use super::past::{PastLayout, opened};
 use super::{
     Automaton, Direction, Function, Operation, Output, Pattern, Program, Transition, Unknown,
     ValueId,
 };
 use crate::dae::{self, Dae};
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::expr::{ExprId, Graph, Node, Past, Symbol};
 
 /// Makes a program of a system, with sensitivities to these directions.
 ///
@@ -21,13 +22,19 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
         Direction::Start(i) => i < dae.unknowns.len(),
     };
     assert!(directions.iter().all(exists), "directions are parameters and unknowns of the system");
-    let mut derivation = Derivation::new(dae, directions);
+    let dae = &*opened(dae);
+    let past = PastLayout {
+        first: dae.inputs.len() + 2 * dae.delayed_inputs.len(),
+        n_v: dae.delayed_unknowns.len(),
+        n_s: directions.len(),
+    };
+    let mut derivation = Derivation::new(dae, directions, past);
     let functions = FUNCTIONS
         .iter()
         .map(|spec| {
             let roots: Vec<Vec<ExprId>> =
                 spec.results.iter().map(|result| derivation.result(*result)).collect();
-            schedule(&derivation.graph, dae, spec.kind, &roots)
+            schedule(&derivation.graph, dae, past, spec.kind, &roots)
         })
         .collect();
     Program {
@@ -51,6 +58,7 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
         inputs: dae.inputs.clone(),
         delays: dae.delays.iter().map(|delay| delay.text.clone()).collect(),
         delayed_inputs: dae.delayed_inputs.clone(),
+        delayed_unknowns: dae.delayed_unknowns.clone(),
         outputs: dae
             .outputs
             .iter()
@@ -86,10 +94,11 @@ fn automaton(automaton: &dae::Automaton) -> Automaton {
 }
 
 /// The expressions of a system and the derivatives taken of them, each once.
-struct Derivation<'a> {
-    dae: &'a Dae,
-    directions: &'a [Direction],
-    graph: Graph,
+pub(super) struct Derivation<'a> {
+    pub(super) dae: &'a Dae,
+    pub(super) directions: &'a [Direction],
+    past: PastLayout,
+    pub(super) graph: Graph,
     /// Results made so far.
     results: BTreeMap<ResultKind, Vec<ExprId>>,
     /// Where those that are given by their non-zeros have them.
@@ -97,10 +106,11 @@ struct Derivation<'a> {
 }
 
 impl<'a> Derivation<'a> {
-    fn new(dae: &'a Dae, directions: &'a [Direction]) -> Self {
+    fn new(dae: &'a Dae, directions: &'a [Direction], past: PastLayout) -> Self {
         Derivation {
             dae,
             directions,
+            past,
             graph: dae.graph.clone(),
             results: BTreeMap::new(),
             patterns: BTreeMap::new(),
@@ -159,8 +169,8 @@ impl<'a> Derivation<'a> {
                 });
                 slopes.iter().map(|row| row.first().map_or(zero, |(_, slope)| *slope)).collect()
             }
-            ResultKind::TimeDerivative => self.dense(&f, 1, time),
-            ResultKind::Dwdt => self.dense(&w, 1, time),
+            ResultKind::TimeDerivative => self.by_time(&f),
+            ResultKind::Dwdt => self.by_time(&w),
             ResultKind::Dw => self.sensitivities_of(&w),
             ResultKind::S0 => {
                 let start = self.result(ResultKind::Y0);
@@ -202,14 +212,14 @@ impl<'a> Derivation<'a> {
                 self.resets().iter().map(|reset| self.along_time(*reset)).collect()
             }
             ResultKind::Jacobian => self.sparse(result, &f, unknown),
-            ResultKind::ParameterJacobian => self.sparse(result, &f, parameter),
-            ResultKind::InputJacobian => self.sparse(result, &f, input),
+            ResultKind::ParameterJacobian => self.partials(result, &f, parameter),
+            ResultKind::InputJacobian => self.partials(result, &f, self.any_input()),
             ResultKind::Dwdy => self.sparse(result, &w, unknown),
-            ResultKind::Dwdu => self.sparse(result, &w, input),
-            ResultKind::Dwdp => self.sparse(result, &w, parameter),
+            ResultKind::Dwdu => self.partials(result, &w, self.any_input()),
+            ResultKind::Dwdp => self.partials(result, &w, parameter),
             ResultKind::Dgdy => {
                 let rows =
-                    self.derivatives_of_g(|derivation, e| derivation.graph.gradient(e, unknown));
+                    self.derivatives_of_g(|derivation, e| derivation.gradient(e, &unknown));
                 self.non_zeros(result, rows)
             }
         }
@@ -222,8 +232,38 @@ impl<'a> Derivation<'a> {
         expressions: &[ExprId],
         wanted: impl Fn(Symbol) -> Option<usize>,
     ) -> Vec<ExprId> {
+        let rows = expressions.iter().map(|e| self.gradient(*e, &wanted)).collect();
+        self.non_zeros(kind, rows)
+    }
+
+    /// The same where all that is read late, an input, is fixed.
+    fn partials(
+        &mut self,
+        kind: ResultKind,
+        expressions: &[ExprId],
+        wanted: impl Fn(Symbol) -> Option<usize>,
+    ) -> Vec<ExprId> {
         let rows = expressions.iter().map(|e| self.graph.gradient(*e, &wanted)).collect();
         self.non_zeros(kind, rows)
+    }
+
+    /// ∂expressions/∂t where all that is read late is fixed.
+    fn by_time(&mut self, expressions: &[ExprId]) -> Vec<ExprId> {
+        let zero = self.graph.constant(0.0);
+        let slope = |e: &ExprId| {
+            self.graph.gradient(*e, time).first().map_or(zero, |(_, slope)| *slope)
+        };
+        expressions.iter().map(slope).collect()
+    }
+
+    /// Positions in u.
+    fn any_input(&self) -> impl Fn(Symbol) -> Option<usize> + use<> {
+        let past = self.past;
+        move |symbol| match symbol {
+            Symbol::Past(Past::Present, _) => None,
+            Symbol::Past(kind, k) => Some(past.begin(kind) + k as usize),
+            _ => input(symbol),
+        }
     }
 
     /// The non-zeros by columns of a matrix given by rows of (column, value); notes its pattern.
@@ -254,7 +294,7 @@ impl<'a> Derivation<'a> {
         }
         for (i, f) in self.f().into_iter().enumerate() {
             let mut by_unknown = Vec::new();
-            for (k, slope) in self.graph.gradient(f, unknown) {
+            for (k, slope) in self.gradient(f, &unknown) {
                 by_unknown.push((k, derive(self, slope)));
             }
             let mut by_direction = BTreeMap::new();
@@ -280,7 +320,7 @@ impl<'a> Derivation<'a> {
         rows
     }
 
-    fn accumulate(&mut self, sums: &mut BTreeMap<usize, ExprId>, position: usize, term: ExprId) {
+    pub(super) fn accumulate(&mut self, sums: &mut BTreeMap<usize, ExprId>, position: usize, term: ExprId) {
         let sum = match sums.get(&position) {
             Some(earlier) => self.graph.add(*earlier, term),
             None => term,
@@ -304,7 +344,7 @@ impl<'a> Derivation<'a> {
         let zero = self.graph.constant(0.0);
         let mut matrix = vec![zero; expressions.len() * columns];
         for (row, expression) in expressions.iter().enumerate() {
-            for (column, value) in self.graph.gradient(*expression, &wanted) {
+            for (column, value) in self.gradient(*expression, &wanted) {
                 matrix[column * expressions.len() + row] = value;
             }
         }
@@ -319,7 +359,7 @@ impl<'a> Derivation<'a> {
             return matrix;
         }
         for (row, expression) in expressions.iter().enumerate() {
-            let gradient = self.graph.gradient(*expression, unknown);
+            let gradient = self.gradient(*expression, &unknown);
             for j in 0..directions.len() {
                 let mut sum = self.graph.constant(0.0);
                 for (k, slope) in &gradient {
@@ -351,17 +391,20 @@ impl<'a> Derivation<'a> {
     /// A delayed input v(t) = u(t − τ) depends on θ through its delay: ∂v/∂θ = −v̇ ∂τ/∂θ.
     fn by_direction(&mut self, expression: ExprId) -> Vec<(usize, ExprId)> {
         let directions = self.directions;
-        let own = self.graph.gradient(expression, direction(directions));
-        if self.dae.delayed_inputs.is_empty() || directions.is_empty() {
+        let own = self.gradient(expression, &direction(directions));
+        let nothing_is_late =
+            self.dae.delayed_inputs.is_empty() && self.dae.delayed_unknowns.is_empty();
+        if nothing_is_late || directions.is_empty() {
             return own;
         }
         let mut sums: BTreeMap<usize, ExprId> = own.into_iter().collect();
+        self.add_past_sensitivities(expression, &mut sums);
         let declared = self.dae.inputs.len();
         let late = |symbol| input(symbol).and_then(|i| i.checked_sub(declared));
-        for (position, slope) in self.graph.gradient(expression, late) {
+        for (position, slope) in self.gradient(expression, &late) {
             let tau = self.dae.delays[self.dae.delayed_inputs[position].delay].tau;
             let rate = self.rate_symbol(position);
-            for (j, by_tau) in self.graph.gradient(tau, direction(directions)) {
+            for (j, by_tau) in self.gradient(tau, &direction(directions)) {
                 let moved = self.graph.multiply(rate, by_tau);
                 let part = self.graph.multiply(slope, moved);
                 let part = self.graph.negate(part);
@@ -391,7 +434,7 @@ impl<'a> Derivation<'a> {
             _ => None,
         };
         let mut sum = self.graph.constant(0.0);
-        for (position, slope) in self.graph.gradient(expression, moving) {
+        for (position, slope) in self.gradient(expression, &moving) {
             let term = match u32::try_from(position) {
                 Ok(0) | Err(_) => slope,
                 Ok(position) => {
@@ -438,14 +481,20 @@ fn direction(directions: &[Direction]) -> impl Fn(Symbol) -> Option<usize> + '_ 
 }
 
 /// Puts expressions into execution order: operands first, in the order they were built.
-fn schedule(graph: &Graph, dae: &Dae, kind: FunctionKind, roots: &[Vec<ExprId>]) -> Function {
+fn schedule(
+    graph: &Graph,
+    dae: &Dae,
+    past: PastLayout,
+    kind: FunctionKind,
+    roots: &[Vec<ExprId>],
+) -> Function {
     let order = graph.reachable(roots.iter().flatten().copied());
     let mut values: HashMap<ExprId, ValueId> = HashMap::with_capacity(order.len());
     let mut body = Vec::with_capacity(order.len());
     let mut names = Vec::new();
     for id in order {
         let value = ValueId(u32::try_from(body.len()).unwrap_or(u32::MAX));
-        body.push(operation(graph.node(id), |operand| values[&operand]));
+        body.push(operation(graph.node(id), dae, past, |operand| values[&operand]));
         values.insert(id, value);
         if let Some(name) = dae.names.get(&id) {
             names.push((value, name.clone()));
@@ -456,7 +505,13 @@ fn schedule(graph: &Graph, dae: &Dae, kind: FunctionKind, roots: &[Vec<ExprId>])
     Function { kind, body, names, results }
 }
 
-fn operation(node: Node, value: impl Fn(ExprId) -> ValueId) -> Operation {
+fn operation(
+    node: Node,
+    dae: &Dae,
+    layout: PastLayout,
+    value: impl Fn(ExprId) -> ValueId,
+) -> Operation {
+    let position = |i: usize| u32::try_from(i).unwrap_or(u32::MAX);
     match node {
         Node::Constant(bits) => Operation::Constant(f64::from_bits(bits)),
         Node::Symbol(symbol) => match symbol {
@@ -467,7 +522,17 @@ fn operation(node: Node, value: impl Fn(ExprId) -> ValueId) -> Operation {
             Symbol::Unknown(i) => Operation::Load(Argument::Y, i),
             Symbol::Sensitivity(i) => Operation::Load(Argument::S, i),
             Symbol::Discrete(i) => Operation::Load(Argument::Z, i),
-            Symbol::Constant(_) | Symbol::Derivative(_) | Symbol::Late(_) => {
+            Symbol::Past(Past::Present, k) => {
+                let unknown = dae.delayed_unknowns[k as usize].unknown;
+                Operation::Load(Argument::Y, position(unknown))
+            }
+            Symbol::Past(past, k) => {
+                Operation::Load(Argument::U, position(layout.begin(past)) + k)
+            }
+            Symbol::Constant(_)
+            | Symbol::Derivative(_)
+            | Symbol::Late(_)
+            | Symbol::DelayedUnknown(_) => {
                 unreachable!("a Dae holds no constants, no derivatives and nothing late")
             }
         },

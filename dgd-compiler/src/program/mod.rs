@@ -2,6 +2,7 @@
 
 mod functions;
 mod lower;
+mod past;
 mod text;
 
 use std::collections::BTreeMap;
@@ -11,10 +12,11 @@ use crate::expr::intrinsics::IntrinsicId;
 use crate::source::Span;
 use crate::units::Unit;
 
-pub use crate::dae::DelayedInput;
+pub use crate::dae::{DelayedInput, DelayedUnknown};
 pub use crate::model::{Crossing, Input, Interpolation, Parameter};
 pub use functions::{Argument, FUNCTIONS, FunctionKind, FunctionSpec, ResultKind};
 pub use lower::lower;
+pub use past::PastLayout;
 
 /// What `lower` promises:
 ///
@@ -32,12 +34,15 @@ pub struct Program {
     pub unknowns: Vec<Unknown>,
     /// Parameters p.
     pub parameters: Vec<Parameter>,
-    /// Declared inputs; u has them first, then the delayed ones, then the slopes of the delayed ones.
+    /// Declared inputs; u has them first, then the delayed ones, then the slopes of the delayed ones,
+    /// then what is known of delayed unknowns ([`Program::past`]).
     pub inputs: Vec<Input>,
     /// Distinct delays τ, as formulas write them.
     pub delays: Vec<String>,
     /// Declared inputs that arrive late.
     pub delayed_inputs: Vec<DelayedInput>,
+    /// Unknowns that are read late.
+    pub delayed_unknowns: Vec<DelayedUnknown>,
     /// Outputs w.
     pub outputs: Vec<Output>,
     /// Directions θ of the sensitivities.
@@ -218,7 +223,17 @@ impl Operation {
 impl Program {
     /// Length of u.
     pub fn n_u(&self) -> usize {
-        self.inputs.len() + 2 * self.delayed_inputs.len()
+        let past = self.past();
+        past.first + past.len()
+    }
+
+    /// Where u has what is known of delayed unknowns.
+    pub fn past(&self) -> PastLayout {
+        PastLayout {
+            first: self.inputs.len() + 2 * self.delayed_inputs.len(),
+            n_v: self.delayed_unknowns.len(),
+            n_s: self.directions.len(),
+        }
     }
 
     /// Number of discrete numbers z.

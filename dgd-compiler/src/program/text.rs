@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::{Argument, Direction, Function, Operation, Program, ResultKind, Transition, ValueId};
+use crate::expr::Past;
 use crate::expr::display::number;
 use crate::model::Declared;
 
@@ -34,6 +35,12 @@ impl fmt::Display for Program {
             let value = self.inputs.len() + i;
             let slope = value + self.delayed_inputs.len();
             writeln!(f, "  u[{value}] = delay({name}, {tau}), u[{slope}] its slope")?;
+        }
+        for (k, delayed) in self.delayed_unknowns.iter().enumerate() {
+            let (name, tau) = (&self.unknowns[delayed.unknown].name, &self.delays[delayed.delay]);
+            let [held, value] =
+                [Past::Held, Past::Value].map(|past| self.past().begin(past) + k);
+            writeln!(f, "  u[{value}] = delay({name}, {tau}) where u[{held}] is 1")?;
         }
         for (i, tau) in self.delays.iter().enumerate() {
             writeln!(f, "  tau[{i}] = {tau}")?;

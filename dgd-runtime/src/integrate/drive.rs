@@ -1,5 +1,7 @@
-//! Inputs while a run goes on.
+//! Inputs while a run goes on, and what delayed unknowns were.
 
+use super::history::History;
+use crate::problem::Problem;
 use crate::signal::Segment;
 use crate::system::{Storage, System};
 
@@ -10,10 +12,18 @@ pub(crate) struct Drive<S: System> {
     slope: S::Inputs,
     now: S::Inputs,
     constant: bool,
+    /// What is read late of the unknowns, behind the inputs; `None` where nothing is.
+    pub(super) history: Option<Box<History>>,
 }
 
 impl<S: System> Drive<S> {
-    pub(crate) fn new(segment: Segment<'_>) -> Self {
+    /// The inputs of a run from `from` on, with n_s directions.
+    pub(crate) fn new(
+        problem: &Problem<'_, S>,
+        segment: Segment<'_>,
+        from: f64,
+        n_s: usize,
+    ) -> Self {
         let n_u = segment.u.len();
         let mut drive = Self {
             t0: 0.0,
@@ -21,6 +31,7 @@ impl<S: System> Drive<S> {
             slope: S::Inputs::zeros(n_u),
             now: S::Inputs::zeros(n_u),
             constant: true,
+            history: History::new(problem, from, n_s),
         };
         drive.enter(segment);
         drive
@@ -46,10 +57,13 @@ impl<S: System> Drive<S> {
             };
             segment.value(t, self.now.as_mut());
         }
+        if let Some(history) = &mut self.history {
+            history.write(t, self.now.as_mut());
+        }
         self.now.as_ref()
     }
 
-    /// u(t) and u̇.
+    /// u(t) and u̇; what was is known with its own slopes.
     #[inline]
     pub(crate) fn with_slope(&mut self, t: f64) -> (&[f64], &[f64]) {
         self.at(t);

@@ -112,6 +112,7 @@ impl<S: System> Simulation<'_, S> {
             self.discrete.schedule.switch(self.discrete.n_automata);
             self.take_over(solution)?;
             self.settle(solution)?;
+            self.mark_instant();
         }
         Ok(())
     }

@@ -47,6 +47,7 @@ impl<S: System> Simulation<'_, S> {
             self.begin_event(due, solution);
         }
         self.settle(solution)?;
+        self.mark_instant();
         // What else happens at this time comes first.
         if t_event < self.stop() {
             self.record_now(times, solution);

@@ -20,6 +20,7 @@
 #![allow(clippy::inline_always)]
 
 mod bdf;
+mod breaks;
 pub mod butcher;
 pub mod catalogue;
 mod controller;
@@ -28,6 +29,7 @@ mod drive;
 mod esdirk;
 mod events;
 mod explicit_rk;
+mod history;
 mod initial_step;
 mod instant;
 mod locate;
@@ -51,6 +53,7 @@ use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
 use crate::signal::{Segment, Side};
 use crate::solution::{Solution, Statistics};
 use crate::system::{Direction, Point, Storage, System};
+use breaks::Breaks;
 use catalogue::{Method, MethodKind};
 use controller::Controller;
 use drive::Drive;
@@ -123,6 +126,7 @@ fn run<S: System>(
         statistics: Statistics::default(),
     };
     let verified = verify(problem, times, options).and_then(|()| {
+        history::verify(problem, n_s > 0)?;
         let late = LateTimes::new(problem, times)?;
         Ok((late, problem.inputs_read().map_err(IntegrateError::Inputs)?))
     });
@@ -230,6 +234,8 @@ struct Simulation<'a, S: System> {
     discrete: Hybrid,
     /// Where jumps of the inputs move with parameters.
     moving: Option<MovingJumps<S>>,
+    /// Where unknowns are read late.
+    breaks: Option<Breaks<S>>,
     t: f64,
     y: S::Vector,
     /// Sizes of the unknowns, for tolerances.
@@ -259,6 +265,7 @@ impl<'a, S: System> Simulation<'a, S> {
         // With transitions the jumps are taken one by one in either case, so that one mode follows
         // the other in the same way.
         let moving = (n_s > 0 || discrete.has_transitions()).then(|| MovingJumps::new(problem));
+        let drive = Drive::new(problem, problem.inputs.segment(segment), from, n_s);
         let sensitivity_row = directions.as_ref().map(|directions| directions.s.clone());
         Self {
             problem,
@@ -271,7 +278,8 @@ impl<'a, S: System> Simulation<'a, S> {
             algebraic: Algebraic::new(system),
             segment,
             segment_end: problem.inputs.segment(segment).t1,
-            drive: Drive::new(problem.inputs.segment(segment)),
+            breaks: drive.history.is_some().then(|| Breaks::new(n)),
+            drive,
             discrete,
             moving: moving.flatten(),
             t: from,
@@ -298,7 +306,7 @@ impl<'a, S: System> Simulation<'a, S> {
         }
 
         self.span = until - self.t;
-        let first = self.segment_end.min(until).min(self.discrete.next_switch()) - self.t;
+        let first = self.stop().min(until) - self.t;
         let h = match self.initial_step {
             Some(h) => h,
             None => self.initial_step(first, solution),
@@ -306,7 +314,7 @@ impl<'a, S: System> Simulation<'a, S> {
         let kind = self.method.kind;
         let mut controller = Controller::new(h, kind.estimate_order(), kind.law());
         loop {
-            let end = self.segment_end.min(until).min(self.discrete.next_switch());
+            let end = self.stop().min(until);
             while self.t < end {
                 self.step(&mut controller, times, end, solution)?;
             }
@@ -317,6 +325,7 @@ impl<'a, S: System> Simulation<'a, S> {
                 self.enter_next_segment(solution)?;
             }
             self.switch_conditions(solution)?;
+            self.pass_breaks(solution)?;
             self.record_now(times, solution);
         }
     }
@@ -353,7 +362,9 @@ impl<'a, S: System> Simulation<'a, S> {
         solution.statistics.segments = 1;
         self.make_consistent(solution)?;
         // Conditions that are true from the start act once they have been false.
-        self.settle(solution)
+        self.settle(solution)?;
+        self.begin_history();
+        Ok(())
     }
 
     /// Makes algebraic unknowns and their sensitivities consistent with the current inputs.
@@ -442,7 +453,7 @@ impl<'a, S: System> Simulation<'a, S> {
         }
 
         let remaining = end - self.t;
-        let h = controller.propose(remaining);
+        let h = controller.propose(remaining).min(self.reach());
         let outcome = self.try_step(h, Variables::All, solution);
         let error = match outcome {
             Ok(()) => self.error(),
@@ -561,6 +572,7 @@ impl<'a, S: System> Simulation<'a, S> {
             self.look_for_singular_point(t_new, solution);
         }
         self.record_step(t_new, stop, times, solution);
+        self.remember_step(t_new);
         if let MethodKind::Explicit(tableau) = self.method.kind {
             self.stepper.note_stiffness(tableau, t_new - self.t);
         }
@@ -575,7 +587,7 @@ impl<'a, S: System> Simulation<'a, S> {
     /// Where the next step must end: something changes there.
     #[inline]
     fn stop(&self) -> f64 {
-        self.segment_end.min(self.discrete.next_switch())
+        self.segment_end.min(self.discrete.next_switch()).min(self.next_break())
     }
 
     /// Makes the next segment of the inputs the current one.
@@ -590,7 +602,12 @@ impl<'a, S: System> Simulation<'a, S> {
                 self.moving = Some(moving);
                 entered
             }
-            _ => self.jump(segment, solution),
+            _ => {
+                let level = self.level_of(segment);
+                self.jump(segment, solution)?;
+                self.mark(level, &[]);
+                Ok(())
+            }
         }
     }
 
@@ -612,11 +629,20 @@ impl<'a, S: System> Simulation<'a, S> {
         segment: Segment<'_>,
         solution: &mut Solution,
     ) -> Result<(), IntegrateError> {
+        self.change_inputs(solution, |drive| drive.enter(segment))
+    }
+
+    /// Goes on with inputs that change as `enter` says.
+    fn change_inputs(
+        &mut self,
+        solution: &mut Solution,
+        enter: impl FnOnce(&mut Drive<S>),
+    ) -> Result<(), IntegrateError> {
         let Problem { system, p, .. } = *self.problem;
         self.linearized = false;
         self.stepper.restart();
         if self.algebraic.is_empty() {
-            self.drive.enter(segment);
+            enter(&mut self.drive);
             return Ok(());
         }
 
@@ -636,7 +662,7 @@ impl<'a, S: System> Simulation<'a, S> {
             }
         };
         evaluate(&mut self.drive, before, At::Start);
-        self.drive.enter(segment);
+        enter(&mut self.drive);
         evaluate(&mut self.drive, after, At::End);
         let seen = self
             .directions

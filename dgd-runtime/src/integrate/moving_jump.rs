@@ -21,12 +21,14 @@ use crate::system::{Point, Storage, System};
 
 /// Inputs on the two sides of a jump may differ by this without one, relative to their size: the
 /// rounding of a product and a sum.
-const NO_JUMP: f64 = 16.0 * f64::EPSILON;
+pub(super) const NO_JUMP: f64 = 16.0 * f64::EPSILON;
 
 /// What is needed at jumps that move.
 pub(super) struct MovingJumps<S: System> {
     /// ∂τ/∂θ, delays × n_s by columns.
     dtau: Vec<f64>,
+    /// Of one delay.
+    dt: Vec<f64>,
     /// Inputs while some of them have jumped.
     u: S::Inputs,
     before: S::Vector,
@@ -49,6 +51,7 @@ impl<S: System> MovingJumps<S> {
         }
         let n = signature.unknowns.len();
         Some(Self {
+            dt: vec![0.0; signature.directions.len()],
             dtau,
             u: S::Inputs::zeros(signature.n_u()),
             before: S::Vector::zeros(n),
@@ -79,15 +82,24 @@ impl<S: System> Simulation<'_, S> {
             }
         }
         if jumping.is_empty() {
-            return self.jump(segment, solution);
+            let level = self.level_of(segment);
+            self.jump(segment, solution)?;
+            self.mark(level, &[]);
+            return Ok(());
         }
         jumping.sort_unstable();
         jumping.dedup();
 
+        let level = self.level_of(segment);
         let t0 = self.t;
         self.jump(Segment { t0, u: moving.u.as_ref(), ..segment }, solution)?;
+        self.mark(level, &[]);
         for delay in jumping {
-            self.begin_moving_jump(moving, delay, solution);
+            let n_tau = signature.delays.len();
+            for (dt, column) in moving.dt.iter_mut().zip(moving.dtau.chunks_exact(n_tau)) {
+                *dt = column[delay];
+            }
+            self.begin_moving_jump(&moving.dt, solution);
             self.rates(&mut moving.before);
             for (position, late) in signature.delayed_inputs.iter().enumerate() {
                 if late.delay == delay {
@@ -96,32 +108,27 @@ impl<S: System> Simulation<'_, S> {
             }
             self.enter(Segment { t0, u: moving.u.as_ref(), ..segment }, solution)?;
             self.rates(&mut moving.after);
-            self.move_sensitivities(moving, delay, solution)?;
+            self.move_sensitivities(&moving.before, &moving.after, &moving.dt, solution)?;
             self.settle(solution)?;
+            self.mark(level, &moving.dt);
         }
         self.drive.enter(segment);
         Ok(())
     }
 
-    /// Begins the instant of a jump that moves with a delay, if transitions can follow from it.
-    fn begin_moving_jump(
-        &mut self,
-        moving: &MovingJumps<S>,
-        delay: usize,
-        solution: &mut Solution,
-    ) {
-        if !self.discrete.has_transitions() {
-            return;
+    /// Begins the instant of a jump whose time has these derivatives, if transitions can follow from
+    /// it.
+    pub(super) fn begin_moving_jump(&mut self, dt: &[f64], solution: &mut Solution) {
+        if self.discrete.has_transitions() {
+            for (tau, dt) in self.discrete.instant.tau.iter_mut().zip(dt) {
+                *tau = *dt;
+            }
+            self.begin_instant(solution);
         }
-        let columns = moving.dtau.chunks_exact(self.problem.system.signature().delays.len());
-        for (tau, dtau) in self.discrete.instant.tau.iter_mut().zip(columns) {
-            *tau = dtau[delay];
-        }
-        self.begin_instant(solution);
     }
 
     /// f with the current inputs, where sensitivities need it.
-    fn rates(&mut self, f: &mut S::Vector) {
+    pub(super) fn rates(&mut self, f: &mut S::Vector) {
         if self.directions.is_none() {
             return;
         }
@@ -131,22 +138,21 @@ impl<S: System> Simulation<'_, S> {
         system.rhs(at, f.as_mut());
     }
 
-    /// S⁺ = S⁻ + (f⁻ − f⁺) ∂τ/∂θ where unknowns are differential; the others follow.
-    fn move_sensitivities(
+    /// S⁺ = S⁻ + (f⁻ − f⁺) dt/dθ where unknowns are differential; the others follow.
+    pub(super) fn move_sensitivities(
         &mut self,
-        moving: &MovingJumps<S>,
-        delay: usize,
+        before: &S::Vector,
+        after: &S::Vector,
+        dt: &[f64],
         solution: &mut Solution,
     ) -> Result<(), IntegrateError> {
-        let signature = self.problem.system.signature();
         let Some(d) = &mut self.directions else { return Ok(()) };
-        let n = signature.unknowns.len();
-        let columns = d.s.as_mut().chunks_exact_mut(n.max(1));
-        for (column, dtau) in columns.zip(moving.dtau.chunks_exact(signature.delays.len())) {
-            let sides = moving.before.as_ref().iter().zip(moving.after.as_ref());
+        let n = before.as_ref().len().max(1);
+        for (column, dt) in d.s.as_mut().chunks_exact_mut(n).zip(dt) {
+            let sides = before.as_ref().iter().zip(after.as_ref());
             let rows = column.iter_mut().zip(sides).zip(self.algebraic.mass.as_ref());
             for ((s, (before, after)), mass) in rows {
-                *s += mass * (before - after) * dtau[delay];
+                *s += mass * (before - after) * dt;
             }
         }
         solution.statistics.evaluations += 2;

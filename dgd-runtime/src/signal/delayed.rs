@@ -42,6 +42,21 @@ impl Inputs {
         Inputs { n_u, starts, values, slopes, ..self.clone() }
     }
 
+    /// These inputs, then `more` that are zero.
+    pub(crate) fn widened(&self, more: usize) -> Inputs {
+        let n_u = self.n_u + more;
+        let widen = |numbers: &[f64]| {
+            let mut wide = Vec::with_capacity(n_u * self.starts.len());
+            for segment in 0..self.starts.len() {
+                wide.extend_from_slice(&numbers[segment * self.n_u..(segment + 1) * self.n_u]);
+                wide.resize((segment + 1) * n_u, 0.0);
+            }
+            wide
+        };
+        let (values, slopes) = (widen(&self.values), widen(&self.slopes));
+        Inputs { n_u, values, slopes, ..self.clone() }
+    }
+
     /// All starts of segments, and those of the delayed inputs that change there.
     fn starts_with(&self, delayed: &[Delayed]) -> Vec<f64> {
         let mut late: Vec<(f64, f64)> = Vec::new();

@@ -1,0 +1,206 @@
+//! Unknowns read late: what a program knows of them, and their derivatives.
+//!
+//! x(t − τ) is read as `if held then value else present`: x is looked up at α = t − τ, or is what it
+//! is now where there is no delay. τ may depend on whatever is known at t. With x' = ẋ(α), x'' = ẍ(α),
+//! Xⱼ = ∂x/∂θⱼ and X'ⱼ its slope, both at α, all of them inputs,
+//!
+//! ```text
+//!   ∂value/∂w = x' ∂α/∂w            for w = t, y, u;  dvalue/dθⱼ = Xⱼ + x' ∂α/∂θⱼ
+//!   ∂x'/∂w    = x'' ∂α/∂w,   ∂Xⱼ/∂w = X'ⱼ ∂α/∂w
+//!   ∂present/∂y = 1,         ∂present/∂w = −ẋ ∂τ/∂w    with ẋ = f where x is differential
+//! ```
+//!
+//! The last is what a delay that is zero does when it changes.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+use super::lower::Derivation;
+use crate::dae::Dae;
+use crate::expr::graph::Comparison;
+use crate::expr::{ExprId, Past, Symbol};
+
+/// Where u has what is known of delayed unknowns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PastLayout {
+    /// Inputs before it.
+    pub first: usize,
+    /// Delayed unknowns.
+    pub n_v: usize,
+    /// Directions.
+    pub n_s: usize,
+}
+
+impl PastLayout {
+    /// Position in u of the first number of a kind; there is one for each delayed unknown, or, of
+    /// sensitivities, for each direction and delayed unknown. `Present` is none of them.
+    pub fn begin(self, past: Past) -> usize {
+        let before = match past {
+            Past::Held => 0,
+            Past::Value => 1,
+            Past::Rate => 2,
+            Past::Curvature => 3,
+            Past::Sensitivity => 4,
+            Past::SensitivityRate => 4 + self.n_s,
+            Past::Present => 4 + 2 * self.n_s,
+        };
+        self.first + before * self.n_v
+    }
+
+    /// Number of all of them.
+    pub fn len(self) -> usize {
+        (4 + 2 * self.n_s) * self.n_v
+    }
+
+    /// Whether nothing is read late.
+    pub fn is_empty(self) -> bool {
+        self.n_v == 0
+    }
+}
+
+/// The system with its delayed unknowns opened.
+pub(super) fn opened(dae: &Dae) -> Cow<'_, Dae> {
+    if dae.delayed_unknowns.is_empty() {
+        return Cow::Borrowed(dae);
+    }
+    let mut dae = dae.clone();
+    let mut replacement = HashMap::new();
+    let half = dae.graph.constant(0.5);
+    for k in 0..u32::try_from(dae.delayed_unknowns.len()).unwrap_or(u32::MAX) {
+        let [held, value, present] = [Past::Held, Past::Value, Past::Present]
+            .map(|past| dae.graph.symbol(Symbol::Past(past, k)));
+        let is_held = dae.graph.compare(Comparison::Greater, held, half);
+        let opened = dae.graph.select(is_held, value, present);
+        replacement.insert(dae.graph.symbol(Symbol::DelayedUnknown(k)), opened);
+    }
+    let names = std::mem::take(&mut dae.names);
+    let mut graph = std::mem::take(&mut dae.graph);
+    let mut roots: Vec<ExprId> = expressions(&mut dae).map(|expression| *expression).collect();
+    roots.extend(names.keys());
+    let built = graph.replace(roots, &replacement);
+    for expression in expressions(&mut dae) {
+        *expression = built[expression];
+    }
+    dae.names = names.into_iter().map(|(id, name)| (built[&id], name)).collect();
+    dae.graph = graph;
+    Cow::Owned(dae)
+}
+
+fn expressions(dae: &mut Dae) -> impl Iterator<Item = &mut ExprId> {
+    let unknowns = dae.unknowns.iter_mut();
+    let transitions = dae.automata.iter_mut().flat_map(|automaton| &mut automaton.transitions);
+    unknowns
+        .flat_map(|x| [&mut x.rhs, &mut x.mass, &mut x.start])
+        .chain(dae.outputs.iter_mut().map(|output| &mut output.value))
+        .chain(dae.delays.iter_mut().map(|delay| &mut delay.tau))
+        .chain(dae.time_conditions.iter_mut().flat_map(|c| [&mut c.at, &mut c.after]))
+        .chain(transitions.flat_map(|transition| {
+            let resets = transition.resets.iter_mut().map(|(_, value)| value);
+            std::iter::once(&mut transition.event).chain(resets)
+        }))
+}
+
+impl Derivation<'_> {
+    /// ∂root/∂(what `wanted` numbers) where it is not zero, positions ascending; what is read late is
+    /// read at another time where they move that.
+    pub(super) fn gradient(
+        &mut self,
+        root: ExprId,
+        wanted: &dyn Fn(Symbol) -> Option<usize>,
+    ) -> Vec<(usize, ExprId)> {
+        if self.dae.delayed_unknowns.is_empty() {
+            return self.graph.gradient(root, wanted);
+        }
+        let mut past: Vec<(Past, u32)> = self
+            .graph
+            .symbols(root)
+            .into_iter()
+            .filter_map(|symbol| match symbol {
+                Symbol::Past(past, k) => Some((past, k)),
+                _ => None,
+            })
+            .collect();
+        past.retain(|(past, _)| {
+            !matches!(past, Past::Held | Past::Curvature | Past::SensitivityRate)
+        });
+        let slopes = self.graph.gradient(root, |symbol| match symbol {
+            Symbol::Past(kind, k) => past.iter().position(|other| *other == (kind, k)),
+            _ => None,
+        });
+        let mut sums = self.graph.gradient(root, wanted).into_iter().collect();
+        for (position, slope) in slopes {
+            let (kind, k) = past[position];
+            for (place, part) in self.of_past(kind, k, wanted) {
+                let part = self.graph.multiply(slope, part);
+                self.accumulate(&mut sums, place, part);
+            }
+        }
+        sums.retain(|_, sum| self.graph.value(*sum) != Some(0.0));
+        sums.into_iter().collect()
+    }
+
+    /// The derivatives of one number about the past.
+    fn of_past(
+        &mut self,
+        kind: Past,
+        k: u32,
+        wanted: &dyn Fn(Symbol) -> Option<usize>,
+    ) -> Vec<(usize, ExprId)> {
+        let n_v = self.dae.delayed_unknowns.len();
+        let delayed = self.dae.delayed_unknowns[k as usize % n_v];
+        let tau = self.dae.delays[delayed.delay].tau;
+        let mut sums = std::collections::BTreeMap::new();
+        let rate = match kind {
+            Past::Value => self.graph.symbol(Symbol::Past(Past::Rate, k)),
+            Past::Rate => self.graph.symbol(Symbol::Past(Past::Curvature, k)),
+            Past::Sensitivity => self.graph.symbol(Symbol::Past(Past::SensitivityRate, k)),
+            Past::Present => {
+                let unknown = &self.dae.unknowns[delayed.unknown];
+                let is_differential = self.graph.value(unknown.mass) == Some(1.0);
+                let symbol = u32::try_from(delayed.unknown).unwrap_or(u32::MAX);
+                if let Some(place) = wanted(Symbol::Unknown(symbol)) {
+                    sums.insert(place, self.graph.constant(1.0));
+                }
+                if is_differential {
+                    unknown.rhs
+                } else {
+                    self.graph.symbol(Symbol::Past(Past::Rate, k))
+                }
+            }
+            Past::Held | Past::Curvature | Past::SensitivityRate => return Vec::new(),
+        };
+        // α = t − τ; the present is at t whatever t is.
+        if kind != Past::Present
+            && let Some(place) = wanted(Symbol::Time)
+        {
+            sums.insert(place, rate);
+        }
+        for (place, slope) in self.gradient(tau, wanted) {
+            let part = self.graph.multiply(rate, slope);
+            let part = self.graph.negate(part);
+            self.accumulate(&mut sums, place, part);
+        }
+        sums.into_iter().collect()
+    }
+
+    /// Adds what past values, which depend on θ themselves, add to ∂root/∂θ: slope · Xⱼ.
+    pub(super) fn add_past_sensitivities(
+        &mut self,
+        root: ExprId,
+        sums: &mut std::collections::BTreeMap<usize, ExprId>,
+    ) {
+        let n_v = self.dae.delayed_unknowns.len();
+        let value = |symbol| match symbol {
+            Symbol::Past(Past::Value, k) => Some(k as usize),
+            _ => None,
+        };
+        for (k, slope) in self.gradient(root, &value) {
+            for j in 0..self.directions.len() {
+                let position = u32::try_from(j * n_v + k).unwrap_or(u32::MAX);
+                let s = self.graph.symbol(Symbol::Past(Past::Sensitivity, position));
+                let part = self.graph.multiply(slope, s);
+                self.accumulate(sums, j, part);
+            }
+        }
+    }
+}

@@ -1,0 +1,380 @@
+//! What delayed unknowns were: the history of a run, looked up at α = t − τ.
+//!
+//! Every accepted step leaves a polynomial ([`polynomial`]) of the unknowns that are read late, and of
+//! their sensitivities. Before the start an unknown has the history that the model gives it, otherwise
+//! its start value.
+//!
+//! Where a solution is not smooth it is *marked*. A delay that reaches a mark makes what is read late
+//! change its piece there: a *break* of the run, at which a step ends ([`super::breaks`]). Between two
+//! breaks a delay reads what lies between two marks, however α is rounded.
+//!
+//! A mark of level l has a jump in the l-th derivative. The solution integrates what it reads late, so
+//! that a break at a mark of level l is a mark of level l + 1. Marks are followed up to
+//! [`MOST_LEVEL`]; beyond, the error estimate of any method sees nothing of them. Where very many are
+//! on their way, as with recordings of every second and a long delay, only those are followed up that
+//! values or sensitivities jump at: levels 0 and 1.
+
+mod polynomial;
+
+use crate::delay::{delay_sensitivities, delays};
+use crate::error::{BadRequest, IntegrateError};
+use crate::problem::Problem;
+use crate::system::{PastLayout, System};
+use polynomial::{Basis, divide};
+
+pub(super) use polynomial::NODES;
+
+/// Marks up to this level are followed up.
+const MOST_LEVEL: u32 = 6;
+/// With so many marks on their way to the longest delay, weak ones are not followed up.
+const MANY: usize = 256;
+/// Marks below this level are always followed up.
+const WEAK: u32 = 2;
+/// Times closer than this, relative to themselves, are one: the rounding of t + τ.
+pub(super) const ONE_TIME: f64 = 4.0 * f64::EPSILON;
+/// Values may differ by this without a jump, relative to their size.
+const NO_JUMP: f64 = 64.0 * f64::EPSILON;
+/// Pieces that no delay reaches any more are dropped when there are so many.
+const MANY_PASSED: usize = 1024;
+
+/// The past of a run.
+pub(super) struct History {
+    layout: PastLayout,
+    from: f64,
+    /// Directions that are recorded.
+    n_s: usize,
+    /// Unknowns that are read late, each once.
+    watched: Vec<usize>,
+    lags: Vec<Lag>,
+    /// Whether the run has consistent start values.
+    has_begun: bool,
+    /// Watched values, then their sensitivities direction by direction: before the start, and where
+    /// the solution stands.
+    origin: Vec<f64>,
+    now: Vec<f64>,
+    /// Pieces: begin and end, and the divided differences of each. The first has this number.
+    first: usize,
+    ends: Vec<[f64; 2]>,
+    differences: Vec<f64>,
+    /// Where the solution is not smooth, ascending. The first one kept has this number.
+    first_mark: usize,
+    marks: Vec<Mark>,
+    /// The shortest delay that is not zero.
+    shortest: f64,
+}
+
+/// A delay, and what it reads.
+struct Lag {
+    tau: f64,
+    /// ∂τ/∂θ.
+    dtau: Vec<f64>,
+    /// Delayed unknowns with this delay, and their positions among the watched ones.
+    reads: Vec<(usize, usize)>,
+    /// The mark that it reaches next.
+    mark: usize,
+    /// The piece that it read last.
+    piece: usize,
+}
+
+/// A point at which the solution is not smooth.
+struct Mark {
+    t: f64,
+    /// The first piece behind it.
+    piece: usize,
+    level: u32,
+    /// dt/dθ.
+    dt: Vec<f64>,
+}
+
+/// A delay has reached a mark.
+pub(super) struct Break {
+    lag: usize,
+    pub(super) level: u32,
+    /// Derivatives of its time.
+    pub(super) dt: Vec<f64>,
+}
+
+/// Whether delays of unknowns can be followed.
+pub(super) fn verify<S: System>(
+    problem: &Problem<'_, S>,
+    with_sensitivities: bool,
+) -> Result<(), IntegrateError> {
+    let signature = problem.system.signature();
+    if signature.delayed_unknowns.is_empty() {
+        return Ok(());
+    }
+    let (tau, dtau) = (delays(problem), delay_sensitivities(problem));
+    for delayed in signature.delayed_unknowns.iter() {
+        let unknown = &signature.unknowns[delayed.unknown];
+        let value = tau[delayed.delay];
+        let moves =
+            || dtau.chunks_exact(tau.len()).any(|column| column[delayed.delay] != 0.0);
+        let is_known = value.is_finite() && value >= 0.0;
+        // The derivative to a delay of zero is −ẋ, which only an equation of x itself gives.
+        let has_rate = unknown.differential && signature.discrete.automata.is_empty();
+        if is_known && (value > 0.0 || has_rate || !with_sensitivities || !moves()) {
+            continue;
+        }
+        let unknown = unknown.name.to_string();
+        let delay = signature.delays[delayed.delay].to_string();
+        return Err(IntegrateError::BadRequest(if is_known {
+            BadRequest::DerivativeToNoDelay { unknown, delay }
+        } else {
+            BadRequest::UnknownDelay { unknown, delay, value }
+        }));
+    }
+    Ok(())
+}
+
+impl History {
+    /// `None` where no unknown is read late, with delays that are not zero.
+    pub(super) fn new<S: System>(
+        problem: &Problem<'_, S>,
+        from: f64,
+        n_s: usize,
+    ) -> Option<Box<Self>> {
+        let signature = problem.system.signature();
+        let layout = signature.past();
+        if layout.is_empty() {
+            return None;
+        }
+        let (tau, dtau) = (delays(problem), delay_sensitivities(problem));
+        let mut watched: Vec<usize> =
+            signature.delayed_unknowns.iter().map(|delayed| delayed.unknown).collect();
+        watched.sort_unstable();
+        watched.dedup();
+        let lag = |delay: usize| {
+            let reads = signature.delayed_unknowns.iter().enumerate();
+            let reads = reads.filter(|(_, delayed)| delayed.delay == delay).map(|(k, delayed)| {
+                (k, watched.partition_point(|unknown| *unknown < delayed.unknown))
+            });
+            let column = |j: usize| dtau[j * tau.len() + delay];
+            Lag {
+                tau: tau[delay],
+                dtau: (0..n_s).map(column).collect(),
+                reads: reads.collect(),
+                mark: 0,
+                piece: 0,
+            }
+        };
+        // With no delay it is what it is.
+        let lags: Vec<Lag> = (0..tau.len())
+            .map(lag)
+            .filter(|lag| !lag.reads.is_empty() && lag.tau > 0.0)
+            .collect();
+        if lags.is_empty() {
+            return None;
+        }
+        let n = watched.len() * (1 + n_s);
+        Some(Box::new(Self {
+            layout,
+            from,
+            n_s,
+            has_begun: false,
+            origin: vec![0.0; n],
+            now: vec![0.0; n],
+            first: 0,
+            ends: Vec::new(),
+            differences: Vec::new(),
+            first_mark: 0,
+            marks: Vec::new(),
+            shortest: lags.iter().map(|lag| lag.tau).fold(f64::INFINITY, f64::min),
+            lags,
+            watched,
+        }))
+    }
+
+    /// The longest step after which all that is read late is known.
+    pub(super) fn reach(&self) -> f64 {
+        self.shortest
+    }
+
+    /// Writes what is known of delayed unknowns at `t` behind the inputs.
+    pub(super) fn write(&mut self, t: f64, u: &mut [f64]) {
+        let PastLayout { first, n_v, n_s } = self.layout;
+        let (held, u) = u[first..].split_at_mut(n_v);
+        let (value, u) = u.split_at_mut(n_v);
+        let (rate, u) = u.split_at_mut(n_v);
+        let (curvature, u) = u.split_at_mut(n_v);
+        let (s, s_rate) = u.split_at_mut(n_v * n_s);
+        for lag in &mut self.lags {
+            for &(k, _) in &lag.reads {
+                held[k] = f64::from(u8::from(self.has_begun));
+            }
+            if !self.has_begun {
+                continue;
+            }
+            let n = self.origin.len();
+            if lag.mark == 0 {
+                for &(k, watched) in &lag.reads {
+                    (value[k], rate[k], curvature[k]) = (self.origin[watched], 0.0, 0.0);
+                    for j in 0..self.n_s {
+                        s[j * n_v + k] = self.origin[(j + 1) * self.watched.len() + watched];
+                        s_rate[j * n_v + k] = 0.0;
+                    }
+                }
+                continue;
+            }
+
+            let alpha = t - lag.tau;
+            let begin = self.marks[lag.mark - 1 - self.first_mark].piece;
+            let behind = self.marks.get(lag.mark - self.first_mark).map(|mark| mark.piece);
+            let end = behind.unwrap_or(self.first + self.ends.len());
+            let mut piece = lag.piece.clamp(begin, end.max(begin + 1) - 1);
+            while piece > begin && alpha < self.ends[piece - self.first][0] {
+                piece -= 1;
+            }
+            while piece + 1 < end && alpha > self.ends[piece - self.first][1] {
+                piece += 1;
+            }
+            lag.piece = piece;
+            let at = piece - self.first;
+            let [t0, t1] = self.ends[at];
+            let per_h = if t1 > t0 { 1.0 / (t1 - t0) } else { 0.0 };
+            let basis = Basis::at((alpha - t0) * per_h);
+            let differences = &self.differences[at * n * NODES.len()..(at + 1) * n * NODES.len()];
+            for &(k, watched) in &lag.reads {
+                let [x, slope, bend] = basis.read(differences, n, watched);
+                (value[k], rate[k], curvature[k]) = (x, slope * per_h, bend * per_h * per_h);
+                for j in 0..self.n_s {
+                    let i = (j + 1) * self.watched.len() + watched;
+                    let [x, slope, _] = basis.read(differences, n, i);
+                    (s[j * n_v + k], s_rate[j * n_v + k]) = (x, slope * per_h);
+                }
+            }
+        }
+    }
+
+    /// Begins with consistent start values.
+    pub(super) fn begin(&mut self, y: &[f64], s: Option<&[f64]>) {
+        gather(&self.watched, self.n_s, y, s, &mut self.origin);
+        self.now.copy_from_slice(&self.origin);
+        self.has_begun = true;
+        let dt = vec![0.0; self.n_s];
+        self.marks.push(Mark { t: self.from, piece: 0, level: 1, dt });
+    }
+
+    /// Makes room for a step from `t0` to `t1`; its values at the nodes follow.
+    pub(super) fn begin_piece(&mut self, t0: f64, t1: f64) {
+        self.drop_passed();
+        self.ends.push([t0, t1]);
+        let n = self.now.len();
+        self.differences.resize(self.ends.len() * n * NODES.len(), 0.0);
+    }
+
+    /// The values at a node of the step that was begun last.
+    pub(super) fn set_node(&mut self, node: usize, y: &[f64], s: Option<&[f64]>) {
+        let n = self.now.len();
+        let at = ((self.ends.len() - 1) * NODES.len() + node) * n;
+        gather(&self.watched, self.n_s, y, s, &mut self.differences[at..at + n]);
+        if node == 1 {
+            self.now.copy_from_slice(&self.differences[at..at + n]);
+        }
+    }
+
+    /// All values at the nodes are there.
+    pub(super) fn end_piece(&mut self) {
+        let n = self.now.len();
+        let at = (self.ends.len() - 1) * NODES.len() * n;
+        divide(&mut self.differences[at..], n);
+    }
+
+    /// Marks `t`, where the solution goes on with these values. The level is 0 where they jump.
+    pub(super) fn mark(&mut self, t: f64, level: u32, dt: &[f64], y: &[f64], s: Option<&[f64]>) {
+        let jumps = self.watched.iter().zip(&self.now).any(|(unknown, before)| {
+            let after = y[*unknown];
+            (after - before).abs() > NO_JUMP * after.abs().max(before.abs())
+        });
+        let level = if jumps { 0 } else { level };
+        let piece = self.first + self.ends.len();
+        let again = self.marks.last().is_some_and(|last| last.t == t && last.piece == piece);
+        if again && !jumps {
+            if let Some(last) = self.marks.last_mut() {
+                last.level = last.level.min(level);
+            }
+            gather(&self.watched, self.n_s, y, s, &mut self.now);
+            return;
+        }
+        let passed = self.lags.iter().map(|lag| lag.mark).min().unwrap_or(0);
+        let on_their_way = self.first_mark + self.marks.len() - passed;
+        let most = if on_their_way < MANY { MOST_LEVEL } else { WEAK - 1 };
+        if level > most {
+            gather(&self.watched, self.n_s, y, s, &mut self.now);
+            return;
+        }
+        if again {
+            // Between two jumps at one time lies a piece without length.
+            self.ends.push([t, t]);
+            let n = self.now.len();
+            self.differences.extend_from_slice(&self.now);
+            self.differences.resize(self.ends.len() * n * NODES.len(), 0.0);
+        }
+        gather(&self.watched, self.n_s, y, s, &mut self.now);
+        let piece = self.first + self.ends.len();
+        let mut dt = dt.to_vec();
+        dt.resize(self.n_s, 0.0);
+        self.marks.push(Mark { t, piece, level, dt });
+    }
+
+    /// When the next break is; infinity where none is known yet.
+    pub(super) fn next_break(&self) -> f64 {
+        let times = self.lags.iter().filter_map(|lag| self.break_of(lag));
+        times.fold(f64::INFINITY, f64::min)
+    }
+
+    fn break_of(&self, lag: &Lag) -> Option<f64> {
+        let mark = self.marks.get(lag.mark - self.first_mark)?;
+        Some(mark.t + lag.tau)
+    }
+
+    /// A break at `t`, to rounding.
+    pub(super) fn break_at(&self, t: f64) -> Option<Break> {
+        let due = |lag: &Lag| {
+            self.break_of(lag).is_some_and(|time| time <= t + ONE_TIME * t.abs().max(lag.tau))
+        };
+        let lag = self.lags.iter().position(due)?;
+        let Lag { dtau, mark, .. } = &self.lags[lag];
+        let mark = &self.marks[mark - self.first_mark];
+        let dt = mark.dt.iter().zip(dtau).map(|(dt, dtau)| dt + dtau).collect();
+        Some(Break { lag, level: mark.level, dt })
+    }
+
+    /// What is read late goes on behind the mark.
+    pub(super) fn pass(&mut self, at: &Break) {
+        self.lags[at.lag].mark += 1;
+    }
+
+    /// Forgets what no delay reaches any more, now and then.
+    fn drop_passed(&mut self) {
+        if self.ends.len() < 2 * MANY_PASSED {
+            return;
+        }
+        // A delay that is still before the start will read the first piece of all.
+        let oldest = self.lags.iter().map(|lag| lag.piece).min().unwrap_or(self.first);
+        let passed = oldest - self.first;
+        if passed < MANY_PASSED {
+            return;
+        }
+        self.ends.drain(..passed);
+        self.differences.drain(..passed * self.now.len() * NODES.len());
+        self.first = oldest;
+        let behind = self.lags.iter().map(|lag| lag.mark.saturating_sub(1)).min();
+        let mark = behind.unwrap_or(self.first_mark);
+        self.marks.drain(..mark - self.first_mark);
+        self.first_mark = mark;
+    }
+}
+
+/// Watched values, then their sensitivities; zeros where there are none any more.
+fn gather(watched: &[usize], n_s: usize, y: &[f64], s: Option<&[f64]>, out: &mut [f64]) {
+    let (values, sensitivities) = out.split_at_mut(watched.len());
+    for (value, unknown) in values.iter_mut().zip(watched) {
+        *value = y[*unknown];
+    }
+    for j in 0..n_s {
+        let column = &mut sensitivities[j * watched.len()..(j + 1) * watched.len()];
+        for (value, unknown) in column.iter_mut().zip(watched) {
+            *value = s.map_or(0.0, |s| s[j * y.len() + unknown]);
+        }
+    }
+}
