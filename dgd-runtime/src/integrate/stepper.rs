@@ -215,6 +215,12 @@ impl<S: System> Stepper<S> {
         matches!(self.kind, MethodKind::Bdf(_))
     }
 
+    /// Whether equations are solved by iteration, to a part of the tolerance.
+    #[inline]
+    pub(crate) fn solves_equations(&self) -> bool {
+        matches!(self.kind, MethodKind::Esdirk(_) | MethodKind::Bdf(_))
+    }
+
     /// Whether algebraic unknowns can be solved for.
     #[inline]
     pub(crate) fn solves_algebraic(&self) -> bool {
