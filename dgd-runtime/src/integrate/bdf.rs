@@ -55,6 +55,8 @@ pub(super) struct History {
     pub(super) equal_steps: usize,
     /// Steps since the solution began.
     pub(super) steps: usize,
+    /// Whether it began where an earlier one was given up.
+    pub(super) is_resumed: bool,
     /// γ_k/h of the factorisation; zero for none.
     factorised: f64,
     has_jacobian: bool,
@@ -64,8 +66,8 @@ pub(super) struct History {
 
 impl History {
     /// At the start of a solution, of which the slope is known.
-    pub(super) fn beginning(h: f64) -> Self {
-        Self { order: 1, h, ..Self::default() }
+    pub(super) fn beginning(h: f64, is_resumed: bool) -> Self {
+        Self { order: 1, h, is_resumed, ..Self::default() }
     }
 
     /// Goes on with another order.
