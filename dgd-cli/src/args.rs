@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use dgd_runtime::integrate::catalogue::AUTOMATIC;
 
 /// A physical model in a small equation language: checked, simulated, differentiated, fitted.
 #[derive(Debug, Parser)]
@@ -260,9 +261,9 @@ pub(crate) struct SolveArgs {
     /// Last time, s since the data's first sample [default: the data's last]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub until: Option<f64>,
-    /// Integration method; see `dgd methods`
-    #[arg(long, value_name = "NAME")]
-    pub method: Option<String>,
+    /// Integration method, see `dgd methods`; `auto` goes by the model's size
+    #[arg(long, value_name = "NAME", default_value = AUTOMATIC)]
+    pub method: String,
     /// Tolerance relative to each value
     #[arg(long, value_name = "TOL", default_value_t = 1e-6)]
     pub rtol: f64,

@@ -2,9 +2,10 @@
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_execute::Interpreted;
+use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::{
     BadRequest, Failure, Inputs, Observations, Options, Problem, Signature, Solution, System,
-    find_method, observe, simulate, simulate_with_sensitivities,
+    automatic_method, find_method, observe, simulate, simulate_with_sensitivities,
 };
 
 use crate::args::{RunArgs, SolveArgs, Start};
@@ -57,6 +58,7 @@ impl Run {
         };
         let system = Interpreted::new(compiled.program);
         let signature = system.signature();
+        let options = with_method(options, &args.solve, signature);
         let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
         let inputs = match &recording {
             Some(recording) => recording.inputs(signature)?,
@@ -130,12 +132,21 @@ fn needs_data(signature: &Signature) -> CommandError {
 pub(crate) fn options(args: &SolveArgs) -> Result<Options, CommandError> {
     let mut options =
         Options { rtol: args.rtol, atol: args.atol.unwrap_or(args.rtol), ..Options::default() };
-    if let Some(name) = &args.method {
-        options.method =
-            find_method(name).map_err(|error| CommandError::Usage(error.to_string()))?;
+    if args.method != AUTOMATIC {
+        let found = find_method(&args.method);
+        options.method = found.map_err(|error| CommandError::Usage(error.to_string()))?;
     }
     options.verify().map_err(|error: BadRequest| CommandError::Usage(error.to_string()))?;
     Ok(options)
+}
+
+/// The same with the method that suits the model, where none was named.
+pub(crate) fn with_method(options: Options, args: &SolveArgs, signature: &Signature) -> Options {
+    if args.method == AUTOMATIC {
+        Options { method: automatic_method(signature), ..options }
+    } else {
+        options
+    }
 }
 
 /// Times of the rows: the data's, or every so often.

@@ -288,6 +288,21 @@ impl<S: System> Algebraic<S> {
         }
     }
 
+    /// Whether rounding of f_a moves an algebraic unknown by more than its tolerance: by ε over the
+    /// relative pivot.
+    pub(crate) fn is_lost_in_rounding(
+        &mut self,
+        pattern: &Pattern,
+        jacobian: &[f64],
+        sizes: &[f64],
+        atol: f64,
+    ) -> bool {
+        match self.smallest_relative_pivot(pattern, jacobian, sizes) {
+            Err(Singular { .. }) => true,
+            Ok(pivot) => pivot.is_some_and(|pivot| pivot.magnitude * atol <= ROUNDING),
+        }
+    }
+
     #[inline]
     fn smallest_relative_pivot(
         &mut self,

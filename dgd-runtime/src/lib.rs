@@ -27,7 +27,9 @@ pub mod system;
 pub use discrete::discrete_numbers;
 pub use error::{BadRequest, Evaluation, Failure, InitialError, IntegrateError, ReadValue};
 pub use initial::{ConsistentStart, consistent_start};
-pub use integrate::catalogue::{METHODS, Method, MethodKind, UnknownMethod, find as find_method};
+pub use integrate::catalogue::{
+    METHODS, Method, MethodKind, UnknownMethod, automatic as automatic_method, find as find_method,
+};
 pub use integrate::{simulate, simulate_with_sensitivities};
 pub use measured_start::{MeasuredStartError, start_from_outputs};
 pub use observe::{Observations, observe};

@@ -24,7 +24,7 @@ use crate::fitted_model;
 use crate::load::Compilation;
 use crate::plot::Text;
 use crate::recording;
-use crate::run::options;
+use crate::run::{options, with_method};
 
 /// Start values of a held-out recording are estimated from this long, which does not count in its
 /// errors, s.
@@ -121,6 +121,7 @@ impl Task {
 
         let system = Interpreted::new(compiled.program.clone());
         let signature = system.signature();
+        let options = with_method(options, &args.solve, signature);
         let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
         let experiments = |read: Vec<Option<recording::Recording>>, paths: &[PathBuf]| {
             let read = read.into_iter().flatten().zip(paths);

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use dgd_runtime::METHODS;
+use dgd_runtime::integrate::catalogue::{AUTOMATIC, DEFAULT, MOST_FOR_DEFAULT};
 use serde_json::{Value, json};
 
 use crate::console::Console;
@@ -23,5 +24,10 @@ pub(crate) fn run(console: Console<'_>) -> Result<(), CommandError> {
         let (name, order, about) = (method.name, method.order, method.description);
         let _ = writeln!(text, "{name:<12} order {order}  {about}\n{:21}{}", "", method.source);
     }
+    let _ = writeln!(
+        text,
+        "{AUTOMATIC:<12} {} up to {MOST_FOR_DEFAULT} unknowns, bdf above",
+        DEFAULT.name
+    );
     console.result(&text)
 }

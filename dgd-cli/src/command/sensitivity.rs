@@ -49,6 +49,7 @@ pub(crate) fn run(args: &SensitivityArgs, console: Console<'_>) -> Result<(), Co
     let mut details = json!({
         "model": run.signature().name,
         "rows": solution.len(),
+        "method": run.options.method.name,
         "steps": solution.statistics.steps,
         "rejected": solution.statistics.rejected,
         "events": result::events(&solution),

@@ -32,6 +32,7 @@ pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), Comma
     let details = json!({
         "model": run.signature().name,
         "rows": solution.len(),
+        "method": run.options.method.name,
         "steps": solution.statistics.steps,
         "rejected": solution.statistics.rejected,
         "events": result::events(&solution),

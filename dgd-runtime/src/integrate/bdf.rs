@@ -1,24 +1,29 @@
 //! One step of backward differentiation of variable order, for the unknowns alone or with their
 //! sensitivities.
 //!
-//! With the backward differences ∇ʲ of values at equal distances h, the formulas of order k are
+//! With the backward differences ∇ʲ of values at equal distances h, the formula of order k is
 //!
 //! ```text
-//!   M Σⱼ ∇ʲy⁺/j − κ_k γ_k M (y⁺ − y°) = h f(t + h, y⁺),     j = 1 … k,   γ_k = Σⱼ 1/j
-//!   y° = y + Σⱼ ∇ʲy,     d = y⁺ − y° = ∇ᵏ⁺¹y⁺
-//!   ⇔  0 = f(t + h, y⁺) − M (y⁺ − Ȳ) α_k/h,   Ȳ = y° − Σⱼ γⱼ ∇ʲy / α_k,   α_k = (1 − κ_k) γ_k
-//!   local error ≈ (κ_k γ_k + 1/(k + 1)) d
+//!   M Σⱼ ∇ʲy⁺/j = h f(t + h, y⁺),     j = 1 … k
 //! ```
 //!
-//! where κ_k trades stability for accuracy. The differences are those of a polynomial, which is the
-//! dense output too, and are taken anew from it when h changes; orders and steps are changed after k + 1
-//! equal steps at the earliest ([`super::order`]), which keeps that stable.
+//! and with the polynomial through the values before, y° = y + Σⱼ ∇ʲy, and γ_k = Σⱼ 1/j,
 //!
-//! J and the factorisation of M α_k/h − J are kept for as long as Newton's method converges with them.
+//! ```text
+//!   0 = f(t + h, y⁺) − M (y⁺ − Ȳ) γ_k/h,   Ȳ = y° − Σⱼ γⱼ ∇ʲy / γ_k
+//!   d = y⁺ − y° = ∇ᵏ⁺¹y⁺,   local error ≈ d/(k + 1)
+//! ```
+//!
+//! The polynomial through the values is the dense output too; differences are taken anew from it when h
+//! changes. Orders and steps are changed after k + 1 equal steps at the earliest ([`super::order`]), which
+//! keeps that stable.
+//!
+//! J and the factorisation of M γ_k/h − J are kept for as long as Newton's method converges with them.
 //!
 //! # Source
 //!
-//! Shampine and Reichelt, The MATLAB ODE suite, SIAM Journal on Scientific Computing 18 (1997) 1–22.
+//! Shampine and Reichelt, The MATLAB ODE suite, SIAM Journal on Scientific Computing 18 (1997) 1–22,
+//! with their κ = 0.
 
 use super::drive::Drive;
 use super::stepper::{Directions, Failed, Stepper, Trial};
@@ -29,21 +34,14 @@ use crate::system::{Storage, System};
 /// The highest order there is.
 pub(super) const MAX_ORDER: usize = 5;
 
-/// κ_k; index 0 is not an order.
-const KAPPA: [f64; MAX_ORDER + 1] = [0.0, -0.185, -1.0 / 9.0, -0.0823, -0.0415, 0.0];
-/// γ_k.
+/// γ_k; index 0 is not an order.
 const GAMMA: [f64; MAX_ORDER + 1] = [0.0, 1.0, 3.0 / 2.0, 11.0 / 6.0, 25.0 / 12.0, 137.0 / 60.0];
 /// Iterations of Newton's method before J is taken anew.
 const MOST_ITERATIONS: i32 = 4;
 
-/// α_k.
-fn alpha(order: usize) -> f64 {
-    (1.0 - KAPPA[order]) * GAMMA[order]
-}
-
 /// What the local error of order k is of ∇ᵏ⁺¹.
 pub(super) fn error_constant(order: usize) -> f64 {
-    KAPPA[order] * GAMMA[order] + 1.0 / (order + 1) as f64
+    1.0 / (order + 1) as f64
 }
 
 /// What is remembered besides the differences ∇ʲy in `k[j]`, `v[j]`.
@@ -55,7 +53,11 @@ pub(super) struct History {
     h: f64,
     /// Steps since that, or the order, was changed.
     pub(super) equal_steps: usize,
-    /// α_k/h of the factorisation; zero for none.
+    /// Steps since the solution began.
+    pub(super) steps: usize,
+    /// Whether it began where an earlier one was given up.
+    pub(super) is_resumed: bool,
+    /// γ_k/h of the factorisation; zero for none.
     factorised: f64,
     has_jacobian: bool,
     /// Rejections since the last accepted step.
@@ -64,8 +66,8 @@ pub(super) struct History {
 
 impl History {
     /// At the start of a solution, of which the slope is known.
-    pub(super) fn beginning(h: f64) -> Self {
-        Self { order: 1, h, ..Self::default() }
+    pub(super) fn beginning(h: f64, is_resumed: bool) -> Self {
+        Self { order: 1, h, is_resumed, ..Self::default() }
     }
 
     /// Goes on with another order.
@@ -124,7 +126,7 @@ impl<S: System> Stepper<S> {
             self.history.equal_steps = 0;
         }
 
-        let c = alpha(order) / h;
+        let c = GAMMA[order] / h;
         let mut is_new = !self.history.has_jacobian;
         loop {
             predict(order, y, &mut self.k, self.stage.as_mut(), self.y_new.as_mut());
@@ -161,6 +163,7 @@ impl<S: System> Stepper<S> {
             advance(order, &d.stage, &mut d.v);
         }
         self.history.equal_steps += 1;
+        self.history.steps += 1;
         self.history.rejections = 0;
     }
 }
@@ -176,7 +179,7 @@ fn predict<V: Storage>(
     y_new.copy_from_slice(y);
     known.fill(0.0);
     for (j, k) in k.iter().enumerate().take(order + 1).skip(1) {
-        let weight = GAMMA[j] / alpha(order);
+        let weight = GAMMA[j] / GAMMA[order];
         for ((y_new, known), k) in y_new.iter_mut().zip(known.iter_mut()).zip(k.as_ref()) {
             *y_new += k;
             *known += weight * k;

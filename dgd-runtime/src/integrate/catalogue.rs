@@ -7,6 +7,7 @@ use super::butcher::RungeKuttaTableau;
 use super::controller::Law;
 use super::tableau::RosenbrockTableau;
 use super::tableaux::{KENCARP4, RODAS5P, TSIT5};
+use crate::system::Signature;
 
 /// An integration method.
 #[derive(Debug)]
@@ -90,6 +91,23 @@ pub static METHODS: &[Method] = &[
 
 /// The method used where none is named.
 pub static DEFAULT: &Method = &METHODS[0];
+
+/// What users call the choice by [`automatic`].
+pub const AUTOMATIC: &str = "auto";
+
+/// The most unknowns for which [`automatic`] takes the default method.
+pub const MOST_FOR_DEFAULT: usize = 1000;
+
+/// The method for a model of this size: `rodas5p`, whose errors are nearest to the tolerance, and `bdf`,
+/// which evaluates and factorises least often for an error ten to a hundred times as large, for models of
+/// more than [`MOST_FOR_DEFAULT`] unknowns.
+pub fn automatic(signature: &Signature) -> &'static Method {
+    if signature.unknowns.len() <= MOST_FOR_DEFAULT {
+        return DEFAULT;
+    }
+    let mut for_large = METHODS.iter().filter(|method| matches!(method.kind, MethodKind::Bdf(_)));
+    for_large.next().unwrap_or(DEFAULT)
+}
 
 /// Finds a method by its name.
 ///

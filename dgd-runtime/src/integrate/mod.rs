@@ -477,7 +477,10 @@ impl<'a, S: System> Simulation<'a, S> {
         }
 
         solution.statistics.rejected += 1;
-        if error.is_finite() {
+        let had_memory = self.stepper.is_multistep() && !self.stepper.is_at_beginning();
+        if self.stepper.is_multistep() {
+            self.reject_multistep(h, error, controller);
+        } else if error.is_finite() {
             controller.reject(h, error);
         } else {
             controller.abandon(h);
@@ -485,7 +488,7 @@ impl<'a, S: System> Simulation<'a, S> {
         // Below this a step does not move t reliably, and stages cannot be told apart.
         let least = 4.0 * f64::EPSILON * self.t.abs().max(f64::EPSILON * self.span);
         if controller.h > least {
-            if self.stepper.is_multistep() && self.forget_differences(error) {
+            if had_memory || (self.stepper.is_multistep() && error.is_finite()) {
                 return Ok(());
             }
             if let Some(h) = self.after_rejection(h, remaining, times, solution) {

@@ -55,7 +55,7 @@ impl Convergence {
             rounding: 10.0 * rounding,
             previous: f64::INFINITY,
             left: most,
-            eta: eta.max(f64::EPSILON).powf(0.8),
+            eta: eta.max(f64::EPSILON).powf(0.8).max(0.1),
         }
     }
 

@@ -5,13 +5,20 @@
 //! differences,
 //!
 //! ```text
-//!   e_q = C_q ∇^(q+1) y,   h_q = 0.9 e_q^(−1/(q+1)) h
+//!   e_q = ∇^(q+1) y/(q + 1),   h_q = (b e_q)^(−1/(q+1)) h
 //! ```
 //!
-//! and the order with the largest h_q is taken. A solution begins with order 1 and a step for which
-//! C₁ h² ÿ is half the tolerance.
+//! and the order with the largest h_q is taken; b leaves room for errors that rise, and more of it for a
+//! higher order, which is less stable. Steps grow slowly except at the beginning: large ones pass over fast
+//! changes that they have not seen. A solution begins with order 1 and a step for which h² ÿ/2 is half
+//! the tolerance.
+//!
+//! # Source
+//!
+//! The biases b are those of CVODE: Hindmarsh et al., ACM Transactions on Mathematical Software 31 (2005)
+//! 363–396.
 
-use super::bdf::{MAX_ORDER, error_constant};
+use super::bdf::{History, MAX_ORDER, error_constant};
 use super::controller::Controller;
 use super::rosenbrock::add_product;
 use super::stepper::At;
@@ -21,13 +28,27 @@ use crate::problem::Problem;
 use crate::solution::Solution;
 use crate::system::System;
 
-const SAFETY: f64 = 0.9;
-const MOST_GROWTH: f64 = 10.0;
+/// b, and that of a higher order.
+const BIAS: f64 = 6.0;
+const BIAS_HIGHER: f64 = 10.0;
+const MOST_GROWTH: f64 = 2.0;
+/// The same in so many steps at the beginning, which are much shorter than those that follow.
+const MOST_GROWTH_AT_FIRST: f64 = 10.0;
+const FIRST_STEPS: usize = 10;
 /// So many rejections in a row say that the solution is not what is remembered.
 const MOST_REJECTIONS: usize = 3;
+/// Steps shrink by no more than this, and at the first rejection and later ones by no less than that.
+const MOST_SHRINKING: f64 = 0.1;
+const LEAST_SHRINKING: f64 = 0.9;
+const SHRINKING_AGAIN: f64 = 0.2;
+
+/// (b e)^(−1/(q+1)) for an error of which the square is given.
+fn growth(order: usize, bias: f64, error: f64) -> f64 {
+    (bias * bias * error).max(f64::MIN_POSITIVE).powf(-0.5 / (order + 1) as f64)
+}
 /// Steps are not changed by less: what is remembered would have to be taken anew.
 const WORTH_GROWING: f64 = 1.2;
-const WORTH_SHRINKING: f64 = 0.9;
+const WORTH_SHRINKING: f64 = 0.7;
 
 impl<S: System> Simulation<'_, S> {
     /// Gives the stepper the slopes of y and S where the solution begins, and a first step.
@@ -120,18 +141,15 @@ impl<S: System> Simulation<'_, S> {
         if self.stepper.history.equal_steps <= order || h < 0.5 * controller.h {
             return;
         }
-        let growth = |order: usize, error: f64| {
-            SAFETY * error.max(f64::MIN_POSITIVE).powf(-0.5 / (order + 1) as f64)
-        };
-        let mut best = (order, growth(order, error));
+        let mut best = (order, growth(order, BIAS, error));
         if order > 1 {
-            let lower = growth(order - 1, self.error_of_order(order - 1));
+            let lower = growth(order - 1, BIAS, self.error_of_order(order - 1));
             if lower > best.1 {
                 best = (order - 1, lower);
             }
         }
         if order < most.min(MAX_ORDER) {
-            let higher = growth(order + 1, self.error_of_order(order + 1));
+            let higher = growth(order + 1, BIAS_HIGHER, self.error_of_order(order + 1));
             if higher > best.1 {
                 best = (order + 1, higher);
             }
@@ -140,23 +158,29 @@ impl<S: System> Simulation<'_, S> {
         if (WORTH_SHRINKING..WORTH_GROWING).contains(&factor) {
             return;
         }
+        let History { steps, is_resumed, .. } = self.stepper.history;
+        let is_first = steps <= FIRST_STEPS && !is_resumed;
+        let most_growth = if is_first { MOST_GROWTH_AT_FIRST } else { MOST_GROWTH };
         self.stepper.history.change_order(chosen);
         controller.set_order(chosen);
-        controller.h = h * factor.min(MOST_GROWTH);
+        controller.h = h * factor.min(most_growth);
     }
 
-    /// Gives up what is remembered after a step that could not be evaluated, or several rejected ones;
-    /// whether that is so and there was something.
-    pub(super) fn forget_differences(&mut self, error: f64) -> bool {
+    /// Takes note of a rejected step of size h; `error` is the square of its error.
+    ///
+    /// Where the solution is not as it has been, the polynomial through its values says nothing: after a
+    /// step that could not be evaluated, or several rejections, what is remembered is given up.
+    pub(super) fn reject_multistep(&mut self, h: f64, error: f64, controller: &mut Controller) {
         let history = &mut self.stepper.history;
         history.rejections += 1;
+        let most = if history.rejections == 1 { LEAST_SHRINKING } else { SHRINKING_AGAIN };
+        let factor = if error.is_finite() { growth(history.order, BIAS, error) } else { 0.0 };
+        controller.h = h * factor.clamp(MOST_SHRINKING, most);
         let has_memory = history.order > 1 || history.equal_steps > 0;
-        let gives_up = !error.is_finite() || history.rejections >= MOST_REJECTIONS;
-        if has_memory && gives_up {
+        if has_memory && (!error.is_finite() || history.rejections >= MOST_REJECTIONS) {
             self.stepper.restart();
+            self.stepper.history.is_resumed = true;
         }
-        // What is rejected for its error alone is tried again with what is remembered.
-        error.is_finite() || has_memory
     }
 
     /// Square of the error that a step of this order would have made.

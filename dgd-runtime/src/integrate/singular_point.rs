@@ -128,7 +128,8 @@ impl<S: System> Simulation<'_, S> {
     /// the step to rounding.
     ///
     /// Where ∂f_a/∂y_a vanishes, rounding of f_a moves algebraic unknowns by its square root, which
-    /// can be more than the tolerance, and no step is short enough to do better.
+    /// can be more than the tolerance, and no step is short enough to do better. A method that solves
+    /// equations at the end of a step fulfils them everywhere, so that this alone says nothing there.
     pub(super) fn error_beyond_rounding(&mut self, h: f64, error: f64) -> f64 {
         if self.algebraic.is_empty() || !error.is_finite() {
             return error;
@@ -142,6 +143,12 @@ impl<S: System> Simulation<'_, S> {
         let pattern = &system.signature().jacobian;
         let jacobian = self.stepper.jacobian.as_ref();
         if !self.algebraic.is_rounding(pattern, jacobian, y_new, &self.row) {
+            return error;
+        }
+        let (sizes, atol) = (self.sizes.as_ref(), self.tolerances.atol);
+        if self.stepper.solves_equations()
+            && !self.algebraic.is_lost_in_rounding(pattern, jacobian, sizes, atol)
+        {
             return error;
         }
         let f = self.row.as_mut();

@@ -190,6 +190,7 @@ impl<S: System> Stepper<S> {
     #[inline]
     pub(crate) fn restart(&mut self) {
         self.fresh = true;
+        self.history.is_resumed = false;
     }
 
     /// Whether slopes are to be given by [`Stepper::begin`] before a step is tried.
@@ -213,6 +214,18 @@ impl<S: System> Stepper<S> {
     #[inline]
     pub(crate) fn is_multistep(&self) -> bool {
         matches!(self.kind, MethodKind::Bdf(_))
+    }
+
+    /// Whether a method with several steps remembers no more than the slope where its solution begins.
+    #[inline]
+    pub(crate) fn is_at_beginning(&self) -> bool {
+        self.history.order == 1 && self.history.equal_steps == 0
+    }
+
+    /// Whether equations are solved by iteration, to a part of the tolerance.
+    #[inline]
+    pub(crate) fn solves_equations(&self) -> bool {
+        matches!(self.kind, MethodKind::Esdirk(_) | MethodKind::Bdf(_))
     }
 
     /// Whether algebraic unknowns can be solved for.
@@ -265,7 +278,7 @@ impl<S: System> Stepper<S> {
             MethodKind::Bdf(_) => (1, h),
             MethodKind::Rosenbrock(_) | MethodKind::Explicit(_) | MethodKind::Esdirk(_) => (0, 1.0),
         };
-        self.history = History::beginning(h);
+        self.history = History::beginning(h, self.history.is_resumed);
         let scaled = |out: &mut [f64], slopes: &[f64]| {
             for (out, slope) in out.iter_mut().zip(slopes) {
                 *out = scale * slope;
