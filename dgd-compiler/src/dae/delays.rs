@@ -44,11 +44,12 @@ pub(super) fn resolve(
     transferred: &mut Transferred<'_>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Resolved, Reported> {
-    let Transferred { equations, starts, outputs, transitions, names, .. } = transferred;
+    let Transferred { equations, starts, histories, outputs, transitions, names, .. } = transferred;
     let rests = equations.iter().map(|equation| equation.rest);
     let of_transitions = transitions.iter().flatten();
     let roots: Vec<ExprId> = rests
         .chain(starts.iter().copied())
+        .chain(histories.iter().flatten().copied())
         .chain(outputs.iter().copied())
         .chain(
             of_transitions.flat_map(|(event, resets)| [event].into_iter().chain(resets)).copied(),
@@ -99,6 +100,11 @@ pub(super) fn resolve(
         *start = resolver
             .instantaneous(graph, at_names[start])
             .unwrap_or_else(|_| unreachable!("start values read no unknowns"));
+    }
+    for history in histories.iter_mut().flatten() {
+        *history = resolver
+            .instantaneous(graph, at_names[history])
+            .unwrap_or_else(|_| unreachable!("histories read no unknowns"));
     }
     let mut of_outputs = Vec::with_capacity(outputs.len());
     for (value, output) in outputs.iter_mut().zip(&model.outputs) {

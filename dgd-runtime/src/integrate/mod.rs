@@ -216,7 +216,7 @@ struct Simulation<'a, S: System> {
     /// The current segment of the inputs, and where it ends.
     segment: usize,
     segment_end: f64,
-    drive: Drive<S>,
+    drive: Drive<'a, S>,
     /// Modes, conditions on time, and what is known of the instant at which they change.
     discrete: Hybrid,
     /// Where jumps of the inputs move with parameters.
@@ -302,9 +302,11 @@ impl<'a, S: System> Simulation<'a, S> {
         };
         let mut controller = Controller::new(h, self.estimate_order);
         loop {
+            // A step may end with an event, which delays make a break of.
             let end = self.stop().min(until);
-            while self.t < end {
+            if self.t < end {
                 self.step(&mut controller, times, end, solution)?;
+                continue;
             }
             if solution.times.len() == times.len() {
                 return Ok(());
@@ -352,7 +354,7 @@ impl<'a, S: System> Simulation<'a, S> {
         // Conditions that are true from the start act once they have been false.
         self.settle(solution)?;
         self.begin_history();
-        Ok(())
+        self.pass_breaks(solution)
     }
 
     /// Makes algebraic unknowns and their sensitivities consistent with the current inputs.
