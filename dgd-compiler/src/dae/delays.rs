@@ -109,7 +109,13 @@ pub(super) fn resolve(
     let mut of_outputs = Vec::with_capacity(outputs.len());
     for (value, output) in outputs.iter_mut().zip(&model.outputs) {
         let mut delay = None;
-        match resolver.output(graph, at_names[value]) {
+        let at_once = resolver.output(graph, at_names[value]);
+        // What is read at several times is read now, of a past that the run keeps.
+        let read = at_once.or_else(|read| {
+            let now = resolver.instantaneous(graph, at_names[value]);
+            now.map(|now| (now, None)).map_err(|_| read)
+        });
+        match read {
             Ok((read, late)) => (*value, delay) = (read, late),
             Err([a, b]) => {
                 let declared = &output.declared;
@@ -117,8 +123,7 @@ pub(super) fn resolve(
                 let read = if a == b { a } else { format!("{a} and {b}") };
                 let message = format!("output `{}` reads {read} at different times", declared.name);
                 diagnostics.error(Diagnostic::new(Code::E408, declared.span, message).help(
-                    "delay the whole of it by one time, `delay(…, tau)`, or make two outputs \
-                     of it",
+                    "declare an `unknown` that equals the derivative, and delay that",
                 ));
             }
         }

@@ -44,7 +44,7 @@ use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
 use crate::signal::{Segment, Side};
 use crate::solution::{Solution, Statistics};
-use crate::system::{Direction, Point, Storage, System};
+use crate::system::{Direction, Point, Signature, Storage, System};
 use breaks::Breaks;
 use catalogue::MethodKind;
 use controller::Controller;
@@ -114,6 +114,8 @@ fn run<S: System>(
         late: Vec::new(),
         n_z: signature.discrete.len(),
         z: Vec::new(),
+        n_past: if outputs_read_past(signature) { signature.past().len() } else { 0 },
+        past: Vec::new(),
         events: Vec::new(),
         undefined: Vec::new(),
         statistics: Statistics::default(),
@@ -154,6 +156,7 @@ fn run_to<S: System>(
     solution.y.reserve(solution.n * times.len());
     solution.s.reserve(solution.n * solution.n_s * times.len());
     solution.z.reserve(solution.n_z * times.len());
+    solution.past.reserve(solution.n_past * times.len());
     let MethodKind::Rosenbrock(tableau) = options.method.kind;
     let mut simulation = Simulation::new(problem, options, tableau, from, directions);
     let outcome = simulation.integrate(times, until, solution);
@@ -162,6 +165,12 @@ fn run_to<S: System>(
         stretch.until = reached;
     }
     outcome
+}
+
+/// Whether outputs read what is known of delayed unknowns.
+fn outputs_read_past(signature: &Signature) -> bool {
+    let [_, by_u, _] = &signature.output_jacobians;
+    by_u.columns.iter().any(|column| *column >= signature.past().first)
 }
 
 fn verify<S: System>(
