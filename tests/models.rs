@@ -8,7 +8,9 @@ use std::path::Path;
 
 use dgd::{Direction, Pattern, Point, System, discrete_numbers};
 use dgd_execute::Interpreted;
-use support::{Noise, compiled, every_variant, input_values, interpreted, model_files};
+use support::{
+    Noise, compiled, every_variant, input_values, interpreted, model_files, move_past,
+};
 
 /// A place at which a model is evaluated.
 #[derive(Clone)]
@@ -169,6 +171,7 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
     let mut udot: Vec<f64> = at.u.iter().map(|u| 0.01 * size(*u) * noise.next()).collect();
     // Slopes of delayed inputs are inputs that do not change between the points where inputs kink.
     udot[late + n_late..].fill(0.0);
+    let past = signature.past();
     system.linearize(at.point(), &udot, &mut vec![0.0; n], &mut jacobian, &mut dfdt);
     let [by_y, by_u, by_p] = &signature.output_jacobians;
     let (mut dwdy, mut dwdu) = (vec![0.0; by_y.len()], vec![0.0; by_u.len()]);
@@ -211,6 +214,11 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
         at.u.iter_mut().zip(udot).for_each(|(u, udot)| *u += udot * dt);
         at
     };
+    let moving_on = |dt: f64| {
+        let mut at = moving(dt, &udot);
+        move_past(&signature, &mut at.u, dt);
+        at
+    };
     let still = vec![0.0; n_u];
     let mut time_derivative = vec![0.0; n];
     system.time_derivative(at.point(), &mut time_derivative);
@@ -222,7 +230,7 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
     compare(
         &format!("{label}: df/dt along the inputs"),
         &dfdt,
-        &difference(&|dt| f(&moving(dt, &udot)), 0.0, 1.0),
+        &difference(&|dt| f(&moving_on(dt)), 0.0, 1.0),
     );
     compare(&format!("{label}: dw/dt"), &dwdt, &difference(&|dt| w(&moving(dt, &still)), 0.0, 1.0));
 
@@ -233,11 +241,17 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
     };
     let mut dtau = vec![0.0; n_tau * n_s];
     system.delay_sensitivities(at.point(), &mut dtau);
-    // What θ does to the inputs: v(t) = u(t − τ) has ∂v/∂θ = −v̇ ∂τ/∂θ.
+    // What θ does to the inputs: v(t) = u(t − τ) has ∂v/∂θ = −v̇ ∂τ/∂θ; what was an unknown depends on
+    // θ itself, too.
     let move_inputs = |at: &mut At, j: usize, step: f64| {
         for (position, input) in signature.delayed_inputs.iter().enumerate() {
             let slope = at.u[late + n_late + position];
             at.u[late + position] -= slope * dtau[j * n_tau + input.delay] * step;
+        }
+        for (k, delayed) in signature.delayed_unknowns.iter().enumerate() {
+            let number = |row: usize| past.first + row * past.n_v + k;
+            let moved = at.u[number(4 + j)] - at.u[number(2)] * dtau[j * n_tau + delayed.delay];
+            at.u[number(1)] += moved * step;
         }
     };
 
@@ -300,7 +314,7 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
         let derivative = dense(&signature.sensitivity_jacobian, &dgdy, n * n_s, column);
         compare(&format!("{label}: dg/dy[{column}]"), &derivative, &found);
     }
-    let found = difference(&|dt| g_at(&moving(dt, &udot)), 0.0, 1.0);
+    let found = difference(&|dt| g_at(&moving_on(dt)), 0.0, 1.0);
     compare(&format!("{label}: dg/dt"), &dgdt, &found);
 
     // Start values.
@@ -374,7 +388,8 @@ fn check_event_derivatives(system: &Interpreted, at: &At, label: &str) {
     let n_c = discrete.n_time_conditions;
     let size = |value: f64| if value == 0.0 { 1.0 } else { value.abs() };
     let mut noise = Noise::new(7);
-    let udot: Vec<f64> = at.u.iter().map(|u| 0.01 * size(*u) * noise.next()).collect();
+    let mut udot: Vec<f64> = at.u.iter().map(|u| 0.01 * size(*u) * noise.next()).collect();
+    udot[signature.past().first..].fill(0.0);
     let s: Vec<f64> = (0..n * n_s).map(|k| size(at.y[k % n]) * noise.next()).collect();
 
     let values = |at: &At| {
@@ -425,6 +440,7 @@ fn check_event_derivatives(system: &Interpreted, at: &At, label: &str) {
         let mut at = at.clone();
         at.t += step;
         at.u.iter_mut().zip(&udot).for_each(|(u, udot)| *u += udot * step);
+        move_past(&signature, &mut at.u, step);
         values(&at)
     };
     let found = difference(&moved, 0.0, 1.0);
@@ -490,6 +506,12 @@ fn bits(system: &impl System, at: &At) -> Vec<Vec<u64>> {
     system.delays(point, &mut tau);
     system.delay_sensitivities(point, &mut dtau);
     all.extend([w, dw, y0, s0, tau, dtau]);
+    let n_v = signature.delayed_unknowns.len();
+    let (mut x, mut rate, mut curvature) = (numbers(n_v), numbers(n_v), numbers(n_v));
+    system.histories(point, &mut x, &mut rate, &mut curvature);
+    let (mut past_s, mut s_rate) = (numbers(n_v * n_s), numbers(n_v * n_s));
+    system.history_sensitivities(point, &mut past_s, &mut s_rate);
+    all.extend([x, rate, curvature, past_s, s_rate]);
 
     let discrete = &signature.discrete;
     let (n_e, n_c) = (discrete.transitions().count(), discrete.n_time_conditions);
@@ -569,6 +591,7 @@ agreement! {
     pump_speed_step: "models/pump_speed_step.dgd";
     pump_speed_step_static: "models/pump_speed_step.dgd", flow = static;
     rc_circuit: "models/rc_circuit.dgd";
+    remote_level: "models/remote_level.dgd";
     robertson: "models/robertson.dgd";
     robertson_dae: "models/robertson.dgd", form = dae;
     tank_with_weir: "models/tank_with_weir.dgd";

@@ -57,7 +57,11 @@ pub(crate) fn signature(program: &Program) -> Signature {
         delayed_unknowns: program
             .delayed_unknowns
             .iter()
-            .map(|delayed| DelayedUnknown { unknown: delayed.unknown, delay: delayed.delay })
+            .map(|delayed| DelayedUnknown {
+                unknown: delayed.unknown,
+                delay: delayed.delay,
+                has_history: delayed.has_history,
+            })
             .collect(),
         outputs: program
             .outputs

@@ -199,6 +199,20 @@ impl System for Interpreted {
         self.run(FunctionKind::DelaySensitivities, at, &[], &[], &mut [dtau]);
     }
 
+    fn histories(
+        &self,
+        at: Point<'_>,
+        values: &mut [f64],
+        rates: &mut [f64],
+        curvatures: &mut [f64],
+    ) {
+        self.run(FunctionKind::Histories, at, &[], &[], &mut [values, rates, curvatures]);
+    }
+
+    fn history_sensitivities(&self, at: Point<'_>, s: &mut [f64], rates: &mut [f64]) {
+        self.run(FunctionKind::HistorySensitivities, at, &[], &[], &mut [s, rates]);
+    }
+
     fn mass(&self, at: Point<'_>, mass: &mut [f64]) {
         if self.program.computes(FunctionKind::Mass) {
             self.run(FunctionKind::Mass, at, &[], &[], &mut [mass]);

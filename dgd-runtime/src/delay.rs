@@ -115,6 +115,8 @@ impl LateTimes {
     pub(crate) fn split(&self, times: &[f64], all: Solution) -> Solution {
         let reached = self.asked.iter().take_while(|row| **row < all.len()).count();
         let (y, s, z) = pick(&all, &self.asked[..reached]);
+        let past = self.asked[..reached].iter().flat_map(|row| all.past(*row));
+        let past = past.copied().collect();
         let late = self
             .clocks
             .iter()
@@ -125,7 +127,7 @@ impl LateTimes {
                 LateValues { delay: *delay, tau: *tau, times, y, s, z }
             })
             .collect();
-        Solution { times: times[..reached].to_vec(), y, s, z, late, ..all }
+        Solution { times: times[..reached].to_vec(), y, s, z, past, late, ..all }
     }
 }
 

@@ -64,6 +64,7 @@ pub fn observe<S: System>(problem: &Problem<'_, S>, solution: &Solution) -> Obse
     let mut u = S::Inputs::zeros(inputs.len());
     for (k, &t) in solution.times.iter().enumerate() {
         inputs.value(t, solution.side(k), u.as_mut());
+        u.as_mut()[inputs.len() - solution.n_past..].copy_from_slice(solution.past(k));
         let (y, z) = (solution.y(k), solution.z(k));
         let at = Point { t, y, u: u.as_ref(), p: problem.p, z };
         let w = &mut observations.w[k * n_w..(k + 1) * n_w];

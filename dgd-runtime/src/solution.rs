@@ -25,6 +25,10 @@ pub struct Solution {
     pub n_z: usize,
     /// Discrete numbers, n_z per time: modes, then conditions on time.
     pub z: Vec<f64>,
+    /// Number of numbers about delayed unknowns; 0 where no output reads them.
+    pub n_past: usize,
+    /// What is known of delayed unknowns ([`PastLayout`](crate::system::PastLayout)), n_past per time.
+    pub past: Vec<f64>,
     /// Transitions between modes, in the order in which they happened.
     pub events: Vec<Event>,
     /// Where and why sensitivities are undefined.
@@ -149,6 +153,11 @@ impl Solution {
     /// Discrete numbers at the k-th time.
     pub fn z(&self, k: usize) -> &[f64] {
         &self.z[k * self.n_z..(k + 1) * self.n_z]
+    }
+
+    /// What is known of delayed unknowns at the k-th time.
+    pub fn past(&self, k: usize) -> &[f64] {
+        &self.past[k * self.n_past..(k + 1) * self.n_past]
     }
 
     /// Which limit the values at the k-th time are.

@@ -177,6 +177,23 @@ pub trait System {
         dtau.fill(0.0);
     }
 
+    /// What each delayed unknown was at a time before the start, 0 where the model does not say, with
+    /// two derivatives to t. `at.y` and `at.u` are not read.
+    fn histories(
+        &self,
+        at: Point<'_>,
+        values: &mut [f64],
+        rates: &mut [f64],
+        curvatures: &mut [f64],
+    ) {
+        let _ = (at, values, rates, curvatures);
+    }
+
+    /// The derivatives of that to the directions, n_v × n_s dense by columns, and their slopes.
+    fn history_sensitivities(&self, at: Point<'_>, s: &mut [f64], rates: &mut [f64]) {
+        let _ = (at, s, rates);
+    }
+
     /// The diagonal of M in the modes `at.z`, n ones and zeros. `at.y` is not read.
     fn mass(&self, at: Point<'_>, mass: &mut [f64]) {
         let _ = at;
@@ -516,6 +533,9 @@ pub struct DelayedUnknown {
     pub unknown: usize,
     /// Position of the delay τ.
     pub delay: usize,
+    /// Whether the model says what it was before the start ([`System::histories`]); otherwise that is
+    /// what it starts with.
+    pub has_history: bool,
 }
 
 /// Where u has what is known of the n_v delayed unknowns, each x looked up at α = t − τ.

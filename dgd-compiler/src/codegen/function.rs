@@ -151,6 +151,11 @@ fn result_name(kind: ResultKind) -> Ident {
         ResultKind::ResetSensitivities => "_dr",
         ResultKind::ResetJacobian => "_drdy",
         ResultKind::ResetSlopes => "_drdt",
+        ResultKind::History => "_history",
+        ResultKind::HistoryRate => "_history_rate",
+        ResultKind::HistoryCurvature => "_history_curvature",
+        ResultKind::HistorySensitivities => "_history_s",
+        ResultKind::HistorySensitivityRates => "_history_s_rate",
     };
     Ident::new(name, Span::call_site())
 }

@@ -88,7 +88,14 @@ pub(super) fn signature(program: &Program) -> TokenStream {
     });
     let delayed_unknowns = program.delayed_unknowns.iter().map(|delayed| {
         let (unknown, delay) = (index(delayed.unknown), index(delayed.delay));
-        quote!(::dgd::__runtime::system::DelayedUnknown { unknown: #unknown, delay: #delay })
+        let has_history = delayed.has_history;
+        quote! {
+            ::dgd::__runtime::system::DelayedUnknown {
+                unknown: #unknown,
+                delay: #delay,
+                has_history: #has_history,
+            }
+        }
     });
     let directions = program.directions.iter().map(|direction| match *direction {
         Direction::Parameter(i) => {

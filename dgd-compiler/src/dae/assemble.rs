@@ -43,7 +43,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     }
 
     // A derivative that no equation gives alone becomes an algebraic unknown z with ẋ = z.
-    let mut unknowns = declared_unknowns(model, transferred.starts);
+    let mut unknowns = declared_unknowns(model, transferred.starts, transferred.histories);
     let mut rates: BTreeMap<u32, Rate> = BTreeMap::new();
     for (&i, &equation) in systems.iter().flat_map(|system| &system.implicit) {
         rates.entry(i).or_insert(Rate { index: 0, equation });
@@ -132,10 +132,14 @@ fn labels(equations: &[Equation<'_>], rows: &[Row]) -> String {
 }
 
 /// The unknowns as declared, their rows still open.
-fn declared_unknowns(model: &Model, starts: Vec<ExprId>) -> Vec<Unknown> {
-    let unknowns = model.unknowns.iter().zip(starts);
+fn declared_unknowns(
+    model: &Model,
+    starts: Vec<ExprId>,
+    histories: Vec<Option<ExprId>>,
+) -> Vec<Unknown> {
+    let unknowns = model.unknowns.iter().zip(starts).zip(histories);
     unknowns
-        .map(|(unknown, start)| Unknown {
+        .map(|((unknown, start), history)| Unknown {
             name: unknown.declared.name.clone(),
             unit: unknown.declared.unit.clone(),
             doc: unknown.declared.doc.clone(),
@@ -144,6 +148,7 @@ fn declared_unknowns(model: &Model, starts: Vec<ExprId>) -> Vec<Unknown> {
             mass: start,
             rhs: start,
             start,
+            history,
             fixed: unknown.fixed,
             equation: String::new(),
             span: unknown.declared.span,
@@ -169,6 +174,7 @@ fn rate_of(of: &Unknown, graph: &mut Graph) -> Unknown {
         mass: zero,
         rhs: zero,
         start: zero,
+        history: None,
         fixed: false,
         equation: String::new(),
         span: of.span,

@@ -44,11 +44,12 @@ pub(super) fn resolve(
     transferred: &mut Transferred<'_>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Resolved, Reported> {
-    let Transferred { equations, starts, outputs, transitions, names, .. } = transferred;
+    let Transferred { equations, starts, histories, outputs, transitions, names, .. } = transferred;
     let rests = equations.iter().map(|equation| equation.rest);
     let of_transitions = transitions.iter().flatten();
     let roots: Vec<ExprId> = rests
         .chain(starts.iter().copied())
+        .chain(histories.iter().flatten().copied())
         .chain(outputs.iter().copied())
         .chain(
             of_transitions.flat_map(|(event, resets)| [event].into_iter().chain(resets)).copied(),
@@ -100,10 +101,21 @@ pub(super) fn resolve(
             .instantaneous(graph, at_names[start])
             .unwrap_or_else(|_| unreachable!("start values read no unknowns"));
     }
+    for history in histories.iter_mut().flatten() {
+        *history = resolver
+            .instantaneous(graph, at_names[history])
+            .unwrap_or_else(|_| unreachable!("histories read no unknowns"));
+    }
     let mut of_outputs = Vec::with_capacity(outputs.len());
     for (value, output) in outputs.iter_mut().zip(&model.outputs) {
         let mut delay = None;
-        match resolver.output(graph, at_names[value]) {
+        let at_once = resolver.output(graph, at_names[value]);
+        // What is read at several times is read now, of a past that the run keeps.
+        let read = at_once.or_else(|read| {
+            let now = resolver.instantaneous(graph, at_names[value]);
+            now.map(|now| (now, None)).map_err(|_| read)
+        });
+        match read {
             Ok((read, late)) => (*value, delay) = (read, late),
             Err([a, b]) => {
                 let declared = &output.declared;
@@ -111,8 +123,7 @@ pub(super) fn resolve(
                 let read = if a == b { a } else { format!("{a} and {b}") };
                 let message = format!("output `{}` reads {read} at different times", declared.name);
                 diagnostics.error(Diagnostic::new(Code::E408, declared.span, message).help(
-                    "delay the whole of it by one time, `delay(…, tau)`, or make two outputs \
-                     of it",
+                    "declare an `unknown` that equals the derivative, and delay that",
                 ));
             }
         }

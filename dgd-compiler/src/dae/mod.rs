@@ -164,6 +164,8 @@ pub struct Unknown {
     pub rhs: ExprId,
     /// Start value, a guess where it is algebraic.
     pub start: ExprId,
+    /// What it was before the start, of time and parameters; none is what it starts with.
+    pub history: Option<ExprId>,
     /// Its start value is not estimated.
     pub fixed: bool,
     /// Label of the equation that the row comes from; all of them where modes have others.

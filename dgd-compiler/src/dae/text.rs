@@ -16,6 +16,7 @@ pub fn write(dae: &Dae) -> String {
         .iter()
         .map(|unknown| unknown.rhs)
         .chain(dae.unknowns.iter().map(|unknown| unknown.start))
+        .chain(dae.unknowns.iter().filter_map(|unknown| unknown.history))
         .chain(dae.outputs.iter().map(|output| output.value))
         .chain(dae.unknowns.iter().map(|unknown| unknown.mass))
         .chain(dae.time_conditions.iter().flat_map(|condition| [condition.at, condition.after]))
@@ -42,6 +43,9 @@ pub fn write(dae: &Dae) -> String {
     for unknown in &dae.unknowns {
         let kind = if unknown.differential { "start" } else { "guess" };
         let _ = writeln!(text, "  {kind} {} = {}", unknown.name, next());
+    }
+    for unknown in dae.unknowns.iter().filter(|unknown| unknown.history.is_some()) {
+        let _ = writeln!(text, "  history {} = {}", unknown.name, next());
     }
     for output in &dae.outputs {
         let late = output.delay.map_or(String::new(), |delay| {

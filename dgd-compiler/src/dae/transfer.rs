@@ -26,6 +26,8 @@ pub(super) struct Transferred<'a> {
     /// For each block and mode, where its equations begin and end.
     pub(super) of_modes: Vec<Vec<(usize, usize)>>,
     pub(super) starts: Vec<ExprId>,
+    /// What unknowns were before the start, of time; conditions on it stay as they are.
+    pub(super) histories: Vec<Option<ExprId>>,
     pub(super) outputs: Vec<ExprId>,
     /// For each block and transition, left − right and the values of its resets.
     pub(super) transitions: Vec<Vec<(ExprId, Vec<ExprId>)>>,
@@ -76,6 +78,7 @@ pub(super) fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'
     let sides = model.all_equations().flat_map(|e| [e.left, e.right]);
     let roots = sides
         .chain(model.unknowns.iter().map(|u| u.start))
+        .chain(model.unknowns.iter().filter_map(|u| u.history))
         .chain(model.outputs.iter().map(|o| o.value))
         .chain(transitions().flat_map(|t| [t.left, t.right]))
         .chain(transitions().flat_map(|t| t.resets.iter().map(|reset| reset.value)));
@@ -128,6 +131,7 @@ pub(super) fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'
         common,
         of_modes,
         starts: model.unknowns.iter().map(|u| built[&u.start]).collect(),
+        histories: model.unknowns.iter().map(|u| u.history.map(|id| built[&id])).collect(),
         outputs: model.outputs.iter().map(|o| built[&o.value]).collect(),
         transitions,
         names,

@@ -786,39 +786,39 @@ Right:
     equation balance: 3 [s] * der(q) = q_in - q
     output slope [m^3/s^2] = der(q)
 "
-E407 "delayed state in an equation" "
-An equation, or a `let` that it reads, depends on what a state was some time ago. Equations may read
-delayed inputs, and outputs may read anything late; states that feed back late are not part of the
-language yet.
+E407 "derivative that acts late" "
+An equation, a transition or a `let` that they read depends on what a derivative was some time ago.
+What states and unknowns were acts on a model; a derivative is made an unknown first.
 
 Wrong:
 
     state level [m] = 1
-    equation balance: der(level) = -0.1 [1/s] * delay(level, 3 [s])
+    equation balance: der(level) = -0.1 [1/s] * level - 0.5*delay(der(level), 3 [s])
 
 Right:
 
-    input inflow [m/s]
     state level [m] = 1
-    equation balance: der(level) = delay(inflow, 3 [s]) - 0.1 [1/s] * level
-    output reading [m] = delay(level, 3 [s])
+    unknown rate [m/s]
+    equation rate:    rate = der(level)
+    equation balance: der(level) = -0.1 [1/s] * level - 0.5*delay(rate, 3 [s])
 "
-E408 "output that reads several times at once" "
-All of an output that varies is read at one time: its states, and the inputs with them. Inputs may
-be read later than the states, never earlier, and time itself may be read as it is.
+E408 "output that reads derivatives at several times" "
+An output may read states, unknowns and inputs at several times. A derivative it reads at one time
+only, and all else with it.
 
 Wrong:
 
     state level [m] = 1
     equation balance: der(level) = -0.1 [1/s] * level
-    output change [m] = level - delay(level, 3 [s])
+    output change [m/s] = der(level) - delay(der(level), 3 [s])
 
 Right:
 
     state level [m] = 1
+    unknown rate [m/s]
+    equation rate:    rate = der(level)
     equation balance: der(level) = -0.1 [1/s] * level
-    output level_now [m] = level
-    output level_late [m] = delay(level, 3 [s])
+    output change [m/s] = rate - delay(rate, 3 [s])
 "
 E409 "too many combinations of modes" "
 Every combination of the modes of all `modes` blocks is a system of its own, and all of them are
@@ -861,7 +861,7 @@ Right:
 "
 E503 "start value that depends on an unknown" "
 A start value is an expression of constants, parameters and inputs, for these are known before the
-unknowns are.
+unknowns are. A `history` is an expression of time, constants and parameters.
 
 Wrong:
 

@@ -61,7 +61,10 @@ impl<'a> Resolver<'a> {
                         self.positive(std, &unit, "standard deviation of a prior", diagnostics)?;
                     parameter.prior = Some((mean, std));
                 }
-                AttributeKind::Hold | AttributeKind::Linear | AttributeKind::Noise(_) => {}
+                AttributeKind::Hold
+                | AttributeKind::Linear
+                | AttributeKind::Noise(_)
+                | AttributeKind::History(_) => {}
             }
         }
         parameter.value = value?;
@@ -106,12 +109,18 @@ impl<'a> Resolver<'a> {
         };
         let mut nominal = None;
         let mut fixed = false;
+        let mut history = None;
         for attribute in attributes {
             match &attribute.kind {
                 AttributeKind::Nominal(expr) => {
                     nominal = Some(self.positive(expr, &unit, "nominal size", diagnostics)?);
                 }
                 AttributeKind::Fixed => fixed = true,
+                AttributeKind::History(expr) => {
+                    let typed = self.in_unit(expr, &unit, Reading::Value, diagnostics)?;
+                    self.check_history(typed.id, expr, diagnostics)?;
+                    history = Some(typed.id);
+                }
                 AttributeKind::Bounds(..)
                 | AttributeKind::Log
                 | AttributeKind::PriorNormal(..)
@@ -120,7 +129,28 @@ impl<'a> Resolver<'a> {
                 | AttributeKind::Noise(_) => {}
             }
         }
-        Ok(Unknown { declared, state, start, fixed, nominal })
+        Ok(Unknown { declared, state, start, fixed, nominal, history })
+    }
+
+    /// What was before the start is made of time and parameters.
+    fn check_history(
+        &self,
+        history: ExprId,
+        expr: &Expr,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), Reported> {
+        let depends = |s: &Symbol| {
+            matches!(s, Symbol::Unknown(_) | Symbol::Derivative(_) | Symbol::Input(_))
+        };
+        let symbols = self.lowering.graph.symbols(history);
+        let Some(symbol) = symbols.into_iter().find(depends) else { return Ok(()) };
+        let culprit = self.lowering.scope.quoted_name(symbol);
+        let culprit = culprit.unwrap_or_else(|| "an unknown".to_owned());
+        let message = format!("this history depends on {culprit}, of which nothing earlier is known");
+        Err(diagnostics.error(
+            Diagnostic::new(Code::E503, expr.span, message)
+                .help("use `time`, parameters and constants"),
+        ))
     }
 
     fn check_start(

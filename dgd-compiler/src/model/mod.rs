@@ -134,6 +134,8 @@ pub struct Unknown {
     pub fixed: bool,
     /// Size for tolerances, SI.
     pub nominal: Option<f64>,
+    /// What it was before the start, of time and parameters; none is what it starts with.
+    pub history: Option<ExprId>,
 }
 
 /// A `let`.

@@ -66,6 +66,9 @@ pub fn write(model: &Model) -> String {
     for unknown in &model.unknowns {
         let kind = if unknown.state { "state" } else { "unknown" };
         shown("  ", format!("{kind} {}", head(&unknown.declared)), unknown.start);
+        if let Some(history) = unknown.history {
+            shown("    ", "history".to_owned(), history);
+        }
     }
     let equation = |text: &mut String, indent: &str, equation: &Equation| {
         let ((longer_left, left), (longer_right, right)) =

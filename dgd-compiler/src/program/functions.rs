@@ -45,6 +45,10 @@ pub enum FunctionKind {
     Resets,
     /// dr/dθ, ∂r/∂y, ∂r/∂t + ∂r/∂u u̇.
     ResetSensitivities,
+    /// What delayed unknowns were before the start, with two derivatives to t.
+    Histories,
+    /// ∂/∂θ of that, and its slope.
+    HistorySensitivities,
 }
 
 /// An array that a function reads.
@@ -129,6 +133,16 @@ pub enum ResultKind {
     ResetJacobian,
     /// ∂r/∂t + ∂r/∂u u̇, n_r.
     ResetSlopes,
+    /// φ, what each delayed unknown was before the start; 0 where the model does not say.
+    History,
+    /// dφ/dt.
+    HistoryRate,
+    /// d²φ/dt².
+    HistoryCurvature,
+    /// ∂φ/∂θ, n_v × n_s.
+    HistorySensitivities,
+    /// ∂²φ/∂t∂θ, n_v × n_s.
+    HistorySensitivityRates,
 }
 
 /// A row of [`FUNCTIONS`].
@@ -199,6 +213,13 @@ pub static FUNCTIONS: &[FunctionSpec] = {
             "reset_sensitivities",
             &[Udot, S],
             &[R::ResetSensitivities, R::ResetJacobian, R::ResetSlopes],
+        ),
+        row(K::Histories, "histories", &[], &[R::History, R::HistoryRate, R::HistoryCurvature]),
+        row(
+            K::HistorySensitivities,
+            "history_sensitivities",
+            &[],
+            &[R::HistorySensitivities, R::HistorySensitivityRates],
         ),
     ]
 };

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use super::functions::{Argument, FUNCTIONS, FunctionKind, ResultKind};
 use super::past::{PastLayout, opened};
 use super::{
-    Automaton, Direction, Function, Operation, Output, Pattern, Program, Transition, Unknown,
+    Automaton, DelayedUnknown, Direction, Function, Operation, Output, Pattern, Program, Transition, Unknown,
     ValueId,
 };
 use crate::dae::{self, Dae};
@@ -58,7 +58,15 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
         inputs: dae.inputs.clone(),
         delays: dae.delays.iter().map(|delay| delay.text.clone()).collect(),
         delayed_inputs: dae.delayed_inputs.clone(),
-        delayed_unknowns: dae.delayed_unknowns.clone(),
+        delayed_unknowns: dae
+            .delayed_unknowns
+            .iter()
+            .map(|&dae::DelayedUnknown { unknown, delay }| DelayedUnknown {
+                unknown,
+                delay,
+                has_history: dae.unknowns[unknown].history.is_some(),
+            })
+            .collect(),
         outputs: dae
             .outputs
             .iter()
@@ -127,6 +135,13 @@ impl<'a> Derivation<'a> {
 
     fn w(&self) -> Vec<ExprId> {
         self.dae.outputs.iter().map(|output| output.value).collect()
+    }
+
+    /// φ of each delayed unknown, zero where the model gives none.
+    fn histories(&mut self) -> Vec<ExprId> {
+        let zero = self.graph.constant(0.0);
+        let history = |delayed: &dae::DelayedUnknown| self.dae.unknowns[delayed.unknown].history;
+        self.dae.delayed_unknowns.iter().map(|d| history(d).unwrap_or(zero)).collect()
     }
 
     /// e, transition by transition.
@@ -210,6 +225,23 @@ impl<'a> Derivation<'a> {
             ResultKind::ResetJacobian => self.sparse(result, &self.resets(), unknown),
             ResultKind::ResetSlopes => {
                 self.resets().iter().map(|reset| self.along_time(*reset)).collect()
+            }
+            ResultKind::History => self.histories(),
+            ResultKind::HistoryRate => {
+                let histories = self.histories();
+                self.by_time(&histories)
+            }
+            ResultKind::HistoryCurvature => {
+                let rates = self.result(ResultKind::HistoryRate);
+                self.by_time(&rates)
+            }
+            ResultKind::HistorySensitivities => {
+                let histories = self.histories();
+                self.along_directions(&histories)
+            }
+            ResultKind::HistorySensitivityRates => {
+                let rates = self.result(ResultKind::HistoryRate);
+                self.along_directions(&rates)
             }
             ResultKind::Jacobian => self.sparse(result, &f, unknown),
             ResultKind::ParameterJacobian => self.partials(result, &f, parameter),

@@ -12,7 +12,7 @@ use crate::expr::intrinsics::IntrinsicId;
 use crate::source::Span;
 use crate::units::Unit;
 
-pub use crate::dae::{DelayedInput, DelayedUnknown};
+pub use crate::dae::DelayedInput;
 pub use crate::model::{Crossing, Input, Interpolation, Parameter};
 pub use functions::{Argument, FUNCTIONS, FunctionKind, FunctionSpec, ResultKind};
 pub use lower::lower;
@@ -90,6 +90,17 @@ pub enum Direction {
     Parameter(usize),
     /// The start value of the unknown at this position.
     Start(usize),
+}
+
+/// An unknown x(t − τ).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DelayedUnknown {
+    /// Which of the unknowns.
+    pub unknown: usize,
+    /// Which delay.
+    pub delay: usize,
+    /// Whether the model says what it was before the start; otherwise that is what it starts with.
+    pub has_history: bool,
 }
 
 /// Places that can be non-zero: (row, column), columns ascending, rows ascending within a column.
@@ -254,6 +265,9 @@ impl Program {
                 self.n_time_conditions > 0
             }
             FunctionKind::Delays | FunctionKind::DelaySensitivities => !self.delays.is_empty(),
+            FunctionKind::Histories | FunctionKind::HistorySensitivities => {
+                self.delayed_unknowns.iter().any(|delayed| delayed.has_history)
+            }
             FunctionKind::Rhs
             | FunctionKind::Linearize
             | FunctionKind::SensitivityRhs

@@ -425,6 +425,8 @@ pub enum AttributeKind {
     Linear,
     /// `noise V`: standard deviation of the sensor's white error.
     Noise(Expr),
+    /// `history V`: what it was before the start.
+    History(Expr),
 }
 
 /// A unit as written between brackets.

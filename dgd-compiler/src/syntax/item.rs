@@ -166,7 +166,7 @@ fn unknown(declared_as: UnknownKind, input: Tokens<'_>) -> Parsed<'_, ItemKind> 
         UnknownKind::State => "a state",
         UnknownKind::Unknown => "an unknown",
     };
-    let (rest, attributes) = attributes(&["fixed", "nominal"], what, rest)?;
+    let (rest, attributes) = attributes(&["fixed", "nominal", "history"], what, rest)?;
     Ok((rest, ItemKind::Unknown { declared: declared_as, name, unit, start, attributes }))
 }
 
@@ -232,6 +232,7 @@ const ATTRIBUTES: &[(&str, AttributeRule)] = &[
     ("hold", |input| Ok((input, AttributeKind::Hold))),
     ("linear", |input| Ok((input, AttributeKind::Linear))),
     ("noise", |input| map(expression, AttributeKind::Noise).parse(input)),
+    ("history", |input| map(expression, AttributeKind::History).parse(input)),
 ];
 
 /// Attributes to the end of the item: the first without a comma, the others behind one.

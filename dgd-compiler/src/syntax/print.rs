@@ -487,6 +487,7 @@ fn print_attribute(kind: &AttributeKind) -> String {
         AttributeKind::Hold => "hold".to_owned(),
         AttributeKind::Linear => "linear".to_owned(),
         AttributeKind::Noise(std) => format!("noise {}", print_expression(std)),
+        AttributeKind::History(value) => format!("history {}", print_expression(value)),
     }
 }
 
@@ -566,6 +567,7 @@ fn placeless_attribute(attribute: &Attribute) -> Attribute {
             AttributeKind::PriorNormal(placeless(mean), placeless(std))
         }
         AttributeKind::Noise(std) => AttributeKind::Noise(placeless(std)),
+        AttributeKind::History(value) => AttributeKind::History(placeless(value)),
         AttributeKind::Log => AttributeKind::Log,
         AttributeKind::Fixed => AttributeKind::Fixed,
         AttributeKind::Hold => AttributeKind::Hold,

@@ -60,7 +60,9 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
     let attribute = |kind: &mut AttributeKind, visit: &mut dyn FnMut(Part<'_>)| {
         let expressions: Vec<&mut Expr> = match kind {
             AttributeKind::Bounds(lower, upper) => lower.iter_mut().chain(upper).collect(),
-            AttributeKind::Nominal(size) | AttributeKind::Noise(size) => vec![size],
+            AttributeKind::Nominal(size)
+            | AttributeKind::Noise(size)
+            | AttributeKind::History(size) => vec![size],
             AttributeKind::PriorNormal(mean, std) => vec![mean, std],
             AttributeKind::Log
             | AttributeKind::Fixed

@@ -32,7 +32,7 @@ impl<S: System> Simulation<'_, S> {
     pub(super) fn begin_history(&mut self) {
         let s = self.directions.as_ref().map(|d| d.s.as_ref());
         if let Some(history) = &mut self.drive.history {
-            history.begin(self.y.as_ref(), s);
+            history.begin(self.problem, self.y.as_ref(), s);
             self.linearized = false;
         }
     }

@@ -6,7 +6,8 @@ use crate::signal::Segment;
 use crate::system::{Storage, System};
 
 /// Inputs along the current segment.
-pub(crate) struct Drive<S: System> {
+pub(crate) struct Drive<'a, S: System> {
+    problem: &'a Problem<'a, S>,
     t0: f64,
     start: S::Inputs,
     slope: S::Inputs,
@@ -16,16 +17,17 @@ pub(crate) struct Drive<S: System> {
     pub(super) history: Option<Box<History>>,
 }
 
-impl<S: System> Drive<S> {
+impl<'a, S: System> Drive<'a, S> {
     /// The inputs of a run from `from` on, with n_s directions.
     pub(crate) fn new(
-        problem: &Problem<'_, S>,
+        problem: &'a Problem<'a, S>,
         segment: Segment<'_>,
         from: f64,
         n_s: usize,
     ) -> Self {
         let n_u = segment.u.len();
         let mut drive = Self {
+            problem,
             t0: 0.0,
             start: S::Inputs::zeros(n_u),
             slope: S::Inputs::zeros(n_u),
@@ -58,7 +60,7 @@ impl<S: System> Drive<S> {
             segment.value(t, self.now.as_mut());
         }
         if let Some(history) = &mut self.history {
-            history.write(t, self.now.as_mut());
+            history.write(self.problem, t, self.now.as_mut());
         }
         self.now.as_ref()
     }

@@ -52,7 +52,7 @@ use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
 use crate::signal::{Segment, Side};
 use crate::solution::{Solution, Statistics};
-use crate::system::{Direction, Point, Storage, System};
+use crate::system::{Direction, Point, Signature, Storage, System};
 use breaks::Breaks;
 use catalogue::{Method, MethodKind};
 use controller::Controller;
@@ -121,6 +121,8 @@ fn run<S: System>(
         late: Vec::new(),
         n_z: signature.discrete.len(),
         z: Vec::new(),
+        n_past: if outputs_read_past(signature) { signature.past().len() } else { 0 },
+        past: Vec::new(),
         events: Vec::new(),
         undefined: Vec::new(),
         statistics: Statistics::default(),
@@ -161,6 +163,7 @@ fn run_to<S: System>(
     solution.y.reserve(solution.n * times.len());
     solution.s.reserve(solution.n * solution.n_s * times.len());
     solution.z.reserve(solution.n_z * times.len());
+    solution.past.reserve(solution.n_past * times.len());
     let mut simulation = Simulation::new(problem, options, from, directions);
     let outcome = simulation.integrate(times, until, solution);
     let reached = simulation.t;
@@ -168,6 +171,12 @@ fn run_to<S: System>(
         stretch.until = reached;
     }
     outcome
+}
+
+/// Whether outputs read what is known of delayed unknowns.
+fn outputs_read_past(signature: &Signature) -> bool {
+    let [_, by_u, _] = &signature.output_jacobians;
+    by_u.columns.iter().any(|column| *column >= signature.past().first)
 }
 
 fn verify<S: System>(
@@ -229,7 +238,7 @@ struct Simulation<'a, S: System> {
     /// The current segment of the inputs, and where it ends.
     segment: usize,
     segment_end: f64,
-    drive: Drive<S>,
+    drive: Drive<'a, S>,
     /// Modes, conditions on time, and what is known of the instant at which they change.
     discrete: Hybrid,
     /// Where jumps of the inputs move with parameters.
@@ -314,9 +323,11 @@ impl<'a, S: System> Simulation<'a, S> {
         let kind = self.method.kind;
         let mut controller = Controller::new(h, kind.estimate_order(), kind.law());
         loop {
+            // A step may end with an event, which delays make a break of.
             let end = self.stop().min(until);
-            while self.t < end {
+            if self.t < end {
                 self.step(&mut controller, times, end, solution)?;
+                continue;
             }
             if solution.times.len() == times.len() {
                 return Ok(());
@@ -364,7 +375,7 @@ impl<'a, S: System> Simulation<'a, S> {
         // Conditions that are true from the start act once they have been false.
         self.settle(solution)?;
         self.begin_history();
-        Ok(())
+        self.pass_breaks(solution)
     }
 
     /// Makes algebraic unknowns and their sensitivities consistent with the current inputs.

@@ -1,5 +1,6 @@
 //! Values at the asked times.
 
+use super::drive::Drive;
 use super::{Simulation, Stop};
 use crate::solution::Solution;
 use crate::system::System;
@@ -51,21 +52,33 @@ impl<S: System> Simulation<'_, S> {
         for _ in 0..inside + at_end {
             solution.z.extend_from_slice(self.discrete.z());
         }
+        for asked in &asked[..inside + at_end] {
+            record_past(&mut self.drive, *asked, solution);
+        }
         solution.times.extend_from_slice(&asked[..inside + at_end]);
         fill_undefined(solution);
     }
 
     /// Records the asked times that are now.
-    pub(super) fn record_now(&self, times: &[f64], solution: &mut Solution) {
+    pub(super) fn record_now(&mut self, times: &[f64], solution: &mut Solution) {
         while times.get(solution.times.len()) == Some(&self.t) {
             solution.times.push(self.t);
             solution.z.extend_from_slice(self.discrete.z());
+            record_past(&mut self.drive, self.t, solution);
             solution.y.extend_from_slice(self.y.as_ref());
             if let Some(d) = &self.directions {
                 solution.s.extend_from_slice(d.s.as_ref());
             }
         }
         fill_undefined(solution);
+    }
+}
+
+/// Records what is known of delayed unknowns at `t`, where outputs read it.
+fn record_past<S: System>(drive: &mut Drive<'_, S>, t: f64, solution: &mut Solution) {
+    if solution.n_past > 0 {
+        let u = drive.at(t);
+        solution.past.extend_from_slice(&u[u.len() - solution.n_past..]);
     }
 }
 

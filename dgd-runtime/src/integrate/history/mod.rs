@@ -19,7 +19,7 @@ mod polynomial;
 use crate::delay::{delay_sensitivities, delays};
 use crate::error::{BadRequest, IntegrateError};
 use crate::problem::Problem;
-use crate::system::{PastLayout, System};
+use crate::system::{PastLayout, Point, System};
 use polynomial::{Basis, divide};
 
 pub(super) use polynomial::NODES;
@@ -48,6 +48,8 @@ pub(super) struct History {
     lags: Vec<Lag>,
     /// Whether the run has consistent start values.
     has_begun: bool,
+    /// What the model says of delayed unknowns before the start.
+    before: Before,
     /// Watched values, then their sensitivities direction by direction: before the start, and where
     /// the solution stands.
     origin: Vec<f64>,
@@ -68,12 +70,30 @@ struct Lag {
     tau: f64,
     /// ∂τ/∂θ.
     dtau: Vec<f64>,
-    /// Delayed unknowns with this delay, and their positions among the watched ones.
-    reads: Vec<(usize, usize)>,
+    reads: Vec<Read>,
     /// The mark that it reaches next.
     mark: usize,
     /// The piece that it read last.
     piece: usize,
+}
+
+/// A delayed unknown.
+#[derive(Clone, Copy)]
+struct Read {
+    /// Its position among the delayed unknowns, and that of the unknown among the watched ones.
+    delayed: usize,
+    watched: usize,
+    has_history: bool,
+}
+
+/// Numbers of the model about times before the start, one for each delayed unknown.
+#[derive(Default)]
+struct Before {
+    values: Vec<f64>,
+    rates: Vec<f64>,
+    curvatures: Vec<f64>,
+    s: Vec<f64>,
+    s_rates: Vec<f64>,
 }
 
 /// A point at which the solution is not smooth.
@@ -84,6 +104,8 @@ struct Mark {
     level: u32,
     /// dt/dθ.
     dt: Vec<f64>,
+    /// Watched values just before it, where some of them jump.
+    left: Vec<f64>,
 }
 
 /// A delay has reached a mark.
@@ -145,8 +167,10 @@ impl History {
         watched.dedup();
         let lag = |delay: usize| {
             let reads = signature.delayed_unknowns.iter().enumerate();
-            let reads = reads.filter(|(_, delayed)| delayed.delay == delay).map(|(k, delayed)| {
-                (k, watched.partition_point(|unknown| *unknown < delayed.unknown))
+            let reads = reads.filter(|(_, read)| read.delay == delay).map(|(k, read)| Read {
+                delayed: k,
+                watched: watched.partition_point(|unknown| *unknown < read.unknown),
+                has_history: read.has_history,
             });
             let column = |j: usize| dtau[j * tau.len() + delay];
             Lag {
@@ -157,11 +181,10 @@ impl History {
                 piece: 0,
             }
         };
-        // With no delay it is what it is.
-        let lags: Vec<Lag> = (0..tau.len())
-            .map(lag)
-            .filter(|lag| !lag.reads.is_empty() && lag.tau > 0.0)
-            .collect();
+        // What is not late, and will not be for other parameters, is what it is.
+        let is_late = |lag: &Lag| lag.tau > 0.0 || lag.dtau.iter().any(|dtau| *dtau != 0.0);
+        let lags = (0..tau.len()).map(lag).filter(|lag| !lag.reads.is_empty() && is_late(lag));
+        let lags: Vec<Lag> = lags.collect();
         if lags.is_empty() {
             return None;
         }
@@ -178,7 +201,18 @@ impl History {
             differences: Vec::new(),
             first_mark: 0,
             marks: Vec::new(),
-            shortest: lags.iter().map(|lag| lag.tau).fold(f64::INFINITY, f64::min),
+            shortest: lags
+                .iter()
+                .map(|lag| lag.tau)
+                .filter(|tau| *tau > 0.0)
+                .fold(f64::INFINITY, f64::min),
+            before: Before {
+                values: vec![0.0; layout.n_v],
+                rates: vec![0.0; layout.n_v],
+                curvatures: vec![0.0; layout.n_v],
+                s: vec![0.0; layout.n_v * layout.n_s],
+                s_rates: vec![0.0; layout.n_v * layout.n_s],
+            },
             lags,
             watched,
         }))
@@ -190,68 +224,118 @@ impl History {
     }
 
     /// Writes what is known of delayed unknowns at `t` behind the inputs.
-    pub(super) fn write(&mut self, t: f64, u: &mut [f64]) {
-        let PastLayout { first, n_v, n_s } = self.layout;
-        let (held, u) = u[first..].split_at_mut(n_v);
-        let (value, u) = u.split_at_mut(n_v);
-        let (rate, u) = u.split_at_mut(n_v);
-        let (curvature, u) = u.split_at_mut(n_v);
-        let (s, s_rate) = u.split_at_mut(n_v * n_s);
-        for lag in &mut self.lags {
-            for &(k, _) in &lag.reads {
-                held[k] = f64::from(u8::from(self.has_begun));
+    pub(super) fn write<S: System>(&mut self, problem: &Problem<'_, S>, t: f64, u: &mut [f64]) {
+        let mut past = Channels::of(self.layout, u);
+        for lag in 0..self.lags.len() {
+            if self.lags[lag].mark == 0 {
+                self.write_origin(problem, lag, t, &mut past);
+            } else if self.lags[lag].tau > 0.0 {
+                self.write_piece(lag, t, &mut past);
+            } else {
+                self.write_present(lag, &mut past);
             }
-            if !self.has_begun {
-                continue;
-            }
-            let n = self.origin.len();
-            if lag.mark == 0 {
-                for &(k, watched) in &lag.reads {
-                    (value[k], rate[k], curvature[k]) = (self.origin[watched], 0.0, 0.0);
-                    for j in 0..self.n_s {
-                        s[j * n_v + k] = self.origin[(j + 1) * self.watched.len() + watched];
-                        s_rate[j * n_v + k] = 0.0;
-                    }
-                }
-                continue;
-            }
+        }
+    }
 
-            let alpha = t - lag.tau;
-            let begin = self.marks[lag.mark - 1 - self.first_mark].piece;
-            let behind = self.marks.get(lag.mark - self.first_mark).map(|mark| mark.piece);
-            let end = behind.unwrap_or(self.first + self.ends.len());
-            let mut piece = lag.piece.clamp(begin, end.max(begin + 1) - 1);
-            while piece > begin && alpha < self.ends[piece - self.first][0] {
-                piece -= 1;
+    /// Before the start.
+    fn write_origin<S: System>(
+        &mut self,
+        problem: &Problem<'_, S>,
+        lag: usize,
+        t: f64,
+        past: &mut Channels<'_>,
+    ) {
+        let lag = &self.lags[lag];
+        let alpha = (t - lag.tau).min(self.from);
+        if lag.reads.iter().any(|read| read.has_history) {
+            let at = Point { t: alpha, y: &[], u: &[], p: problem.p, z: &[] };
+            let Before { values, rates, curvatures, s, s_rates } = &mut self.before;
+            problem.system.histories(at, values, rates, curvatures);
+            if self.n_s > 0 {
+                problem.system.history_sensitivities(at, s, s_rates);
             }
-            while piece + 1 < end && alpha > self.ends[piece - self.first][1] {
-                piece += 1;
-            }
-            lag.piece = piece;
-            let at = piece - self.first;
-            let [t0, t1] = self.ends[at];
-            let per_h = if t1 > t0 { 1.0 / (t1 - t0) } else { 0.0 };
-            let basis = Basis::at((alpha - t0) * per_h);
-            let differences = &self.differences[at * n * NODES.len()..(at + 1) * n * NODES.len()];
-            for &(k, watched) in &lag.reads {
-                let [x, slope, bend] = basis.read(differences, n, watched);
-                (value[k], rate[k], curvature[k]) = (x, slope * per_h, bend * per_h * per_h);
+        }
+        let (n_v, n_w) = (self.layout.n_v, self.watched.len());
+        for &Read { delayed: k, watched, has_history } in &lag.reads {
+            past.held[k] = f64::from(u8::from(has_history || self.has_begun));
+            if has_history {
+                let Before { values, rates, curvatures, s, s_rates } = &self.before;
+                past.set(k, [values[k], rates[k], curvatures[k]]);
+                for j in (0..self.n_s).map(|j| j * n_v + k) {
+                    (past.s[j], past.s_rate[j]) = (s[j], s_rates[j]);
+                }
+            } else {
+                past.set(k, [self.origin[watched], 0.0, 0.0]);
                 for j in 0..self.n_s {
-                    let i = (j + 1) * self.watched.len() + watched;
-                    let [x, slope, _] = basis.read(differences, n, i);
-                    (s[j * n_v + k], s_rate[j * n_v + k]) = (x, slope * per_h);
+                    past.s[j * n_v + k] = self.origin[(j + 1) * n_w + watched];
+                    past.s_rate[j * n_v + k] = 0.0;
                 }
             }
         }
     }
 
+    /// A delay of zero, which matters where values jump: with any delay it would read the left one.
+    fn write_present(&mut self, lag: usize, past: &mut Channels<'_>) {
+        let lag = &self.lags[lag];
+        let mark = self.marks.get(lag.mark - self.first_mark);
+        for &Read { delayed: k, watched, .. } in &lag.reads {
+            let left = mark.and_then(|mark| mark.left.get(watched));
+            past.held[k] = f64::from(u8::from(left.is_some()));
+            past.set(k, [left.copied().unwrap_or(0.0), 0.0, 0.0]);
+        }
+    }
+
+    /// Between two marks.
+    fn write_piece(&mut self, lag: usize, t: f64, past: &mut Channels<'_>) {
+        let (n, n_v, n_w) = (self.now.len(), self.layout.n_v, self.watched.len());
+        let lag = &mut self.lags[lag];
+        let alpha = t - lag.tau;
+        let begin = self.marks[lag.mark - 1 - self.first_mark].piece;
+        let behind = self.marks.get(lag.mark - self.first_mark).map(|mark| mark.piece);
+        let end = behind.unwrap_or(self.first + self.ends.len());
+        let mut piece = lag.piece.clamp(begin, end.max(begin + 1) - 1);
+        while piece > begin && alpha < self.ends[piece - self.first][0] {
+            piece -= 1;
+        }
+        while piece + 1 < end && alpha > self.ends[piece - self.first][1] {
+            piece += 1;
+        }
+        lag.piece = piece;
+
+        let at = piece - self.first;
+        let [t0, t1] = self.ends[at];
+        let per_h = if t1 > t0 { 1.0 / (t1 - t0) } else { 0.0 };
+        let basis = Basis::at((alpha - t0) * per_h);
+        let differences = &self.differences[at * n * NODES.len()..(at + 1) * n * NODES.len()];
+        for &Read { delayed: k, watched, .. } in &lag.reads {
+            let [x, slope, bend] = basis.read(differences, n, watched);
+            past.held[k] = 1.0;
+            past.set(k, [x, slope * per_h, bend * per_h * per_h]);
+            for j in 0..self.n_s {
+                let [x, slope, _] = basis.read(differences, n, (j + 1) * n_w + watched);
+                (past.s[j * n_v + k], past.s_rate[j * n_v + k]) = (x, slope * per_h);
+            }
+        }
+    }
+
     /// Begins with consistent start values.
-    pub(super) fn begin(&mut self, y: &[f64], s: Option<&[f64]>) {
+    pub(super) fn begin<S: System>(
+        &mut self,
+        problem: &Problem<'_, S>,
+        y: &[f64],
+        s: Option<&[f64]>,
+    ) {
         gather(&self.watched, self.n_s, y, s, &mut self.origin);
+        // What was just before is in the place of what is now.
         self.now.copy_from_slice(&self.origin);
+        let at = Point { t: self.from, y: &[], u: &[], p: problem.p, z: &[] };
+        let Before { values, rates, curvatures, .. } = &mut self.before;
+        problem.system.histories(at, values, rates, curvatures);
+        for read in self.lags.iter().flat_map(|lag| &lag.reads).filter(|read| read.has_history) {
+            self.now[read.watched] = self.before.values[read.delayed];
+        }
         self.has_begun = true;
-        let dt = vec![0.0; self.n_s];
-        self.marks.push(Mark { t: self.from, piece: 0, level: 1, dt });
+        self.mark(self.from, 1, &[], y, s);
     }
 
     /// Makes room for a step from `t0` to `t1`; its values at the nodes follow.
@@ -286,6 +370,7 @@ impl History {
             (after - before).abs() > NO_JUMP * after.abs().max(before.abs())
         });
         let level = if jumps { 0 } else { level };
+        let left = if jumps { self.now[..self.watched.len()].to_vec() } else { Vec::new() };
         let piece = self.first + self.ends.len();
         let again = self.marks.last().is_some_and(|last| last.t == t && last.piece == piece);
         if again && !jumps {
@@ -313,7 +398,7 @@ impl History {
         let piece = self.first + self.ends.len();
         let mut dt = dt.to_vec();
         dt.resize(self.n_s, 0.0);
-        self.marks.push(Mark { t, piece, level, dt });
+        self.marks.push(Mark { t, piece, level, dt, left });
     }
 
     /// When the next break is; infinity where none is known yet.
@@ -362,6 +447,31 @@ impl History {
         let mark = behind.unwrap_or(self.first_mark);
         self.marks.drain(..mark - self.first_mark);
         self.first_mark = mark;
+    }
+}
+
+/// What u has of delayed unknowns.
+struct Channels<'a> {
+    held: &'a mut [f64],
+    value: &'a mut [f64],
+    rate: &'a mut [f64],
+    curvature: &'a mut [f64],
+    s: &'a mut [f64],
+    s_rate: &'a mut [f64],
+}
+
+impl<'a> Channels<'a> {
+    fn of(PastLayout { first, n_v, n_s }: PastLayout, u: &'a mut [f64]) -> Self {
+        let (held, u) = u[first..].split_at_mut(n_v);
+        let (value, u) = u.split_at_mut(n_v);
+        let (rate, u) = u.split_at_mut(n_v);
+        let (curvature, u) = u.split_at_mut(n_v);
+        let (s, s_rate) = u.split_at_mut(n_v * n_s);
+        Self { held, value, rate, curvature, s, s_rate }
+    }
+
+    fn set(&mut self, k: usize, [value, rate, curvature]: [f64; 3]) {
+        (self.value[k], self.rate[k], self.curvature[k]) = (value, rate, curvature);
     }
 }
 

@@ -222,6 +222,7 @@ pub mod vessel {
         ),
         delays: List::Borrowed(&[]),
         delayed_inputs: List::Borrowed(&[]),
+        delayed_unknowns: List::Borrowed(&[]),
         outputs: List::Borrowed(
             &[
                 ::dgd::__runtime::system::Output {
