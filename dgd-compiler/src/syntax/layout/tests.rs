@@ -88,3 +88,10 @@ fn tokens_stay_and_a_second_time_changes_nothing() {
         assert_eq!(laid_out(&once).as_ref(), Ok(&once), "{text}");
     }
 }
+
+#[test]
+fn parts_keep_their_points_and_colons_close() {
+    let text = "part  pump :subsea_pump( c0=275[m],flow = static )\npump.q  =q_ssp\n";
+    let expected = "part pump: subsea_pump(c0 = 275 [m], flow = static)\npump.q = q_ssp\n";
+    assert_eq!(laid_out(text), expected);
+}
