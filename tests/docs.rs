@@ -179,7 +179,8 @@ fn declared_by(item: &Item) -> Option<(&'static str, &str)> {
         ItemKind::Equation { label, .. } => ("equation", label),
         ItemKind::Variant { name, .. } => ("variant", name),
         ItemKind::Modes { name, .. } => ("modes", name),
-        ItemKind::Import { .. } => return None,
+        ItemKind::Part { name, .. } => ("part", name),
+        ItemKind::Import { .. } | ItemKind::Binding { .. } => return None,
     };
     Some((set, &name.text))
 }

@@ -577,6 +577,7 @@ agreement! {
     bench_two_state: "models/bench_two_state.dgd";
     bench_two_state_static: "models/bench_two_state.dgd", flow = static;
     chemical_akzo_nobel: "models/test_set/chemical_akzo_nobel.dgd";
+    controlled_level: "models/controlled_level.dgd";
     cstr: "models/cstr.dgd";
     delayed_sensor: "models/delayed_sensor.dgd";
     every_intrinsic: "models/every_intrinsic.dgd";

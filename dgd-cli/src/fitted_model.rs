@@ -52,8 +52,9 @@ pub(crate) fn text(
     let mut values: Vec<NewValue> = settings
         .iter()
         .filter_map(|setting| {
-            let name = declared(compiled, &setting.name.text)?;
-            Some(NewValue { name, text: sources.text(setting.value.span).to_owned() })
+            let called = setting.name.text.clone();
+            let name = declared(compiled, &called)?;
+            Some(NewValue { name, called, text: sources.text(setting.value.span).to_owned() })
         })
         .collect();
     for estimate in &fit.estimates {
@@ -75,10 +76,10 @@ fn declared(compiled: &Compiled, name: &str) -> Option<Span> {
 }
 
 fn new_value(compiled: &Compiled, estimate: &Estimate) -> Option<NewValue> {
-    let (name, unit) = match estimate.of {
+    let (name, called, unit) = match estimate.of {
         Direction::Parameter(i) => {
             let declared = &compiled.dae.parameters[i].declared;
-            (declared.span, &declared.unit)
+            (declared.span, &declared.name, &declared.unit)
         }
         Direction::Start(i) => {
             let unknown = &compiled.dae.unknowns[i];
@@ -86,7 +87,7 @@ fn new_value(compiled: &Compiled, estimate: &Estimate) -> Option<NewValue> {
             if estimate.recording != Some(0) || compiled.dae.graph.value(unknown.start).is_none() {
                 return None;
             }
-            (declared(compiled, &unknown.name)?, &unknown.unit)
+            (declared(compiled, &unknown.name)?, &unknown.name, &unknown.unit)
         }
     };
     let text = if estimate.at_bound.is_some() {
@@ -94,7 +95,7 @@ fn new_value(compiled: &Compiled, estimate: &Estimate) -> Option<NewValue> {
     } else {
         rounded(estimate.value, unit)
     };
-    Some(NewValue { name, text })
+    Some(NewValue { name, called: called.clone(), text })
 }
 
 /// A value in its unit, to [`DIGITS`] digits; exactly where those would leave nothing of it.

@@ -47,7 +47,15 @@ pub(crate) fn corrected(
             let unit = &parameter.unit;
             let text = number((value - unit.offset) / unit.factor);
             let places = declared.iter().filter(|(name, _)| *name == *parameter.name);
-            places.map(move |(_, span)| NewValue { name: *span, text: text.clone() })
+            let places: Vec<Span> = places.map(|(_, span)| *span).collect();
+            // What a part declares has no place in this text.
+            let places = if places.is_empty() { vec![Span::default()] } else { places };
+            let called = parameter.name.to_string();
+            places.into_iter().map(move |name| NewValue {
+                name,
+                called: called.clone(),
+                text: text.clone(),
+            })
         })
         .collect();
     let valued = with_values(&ast, &text, &values, |_| None);

@@ -10,7 +10,6 @@ use dgd_compiler::source::{Source, SourceId, Sources, Span};
 use dgd_compiler::syntax::ast::Name;
 use proc_macro2::TokenStream;
 use quote::{quote, quote_spanned};
-use syn::Ident;
 
 use crate::fallback;
 use crate::input::Input;
@@ -66,8 +65,8 @@ pub(crate) fn expand(input: &Input, folder: &Path) -> TokenStream {
 }
 
 /// An argument of the macro as a name with a place of its own.
-fn argument(ident: &Ident, sources: &mut Sources) -> Name {
-    let text = ident.to_string();
+fn argument(name: &str, sources: &mut Sources) -> Name {
+    let text = name.to_owned();
     let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
     let source: SourceId =
         sources.add(Source { name: "dgd::model!".to_owned(), text: text.clone() });

@@ -1,5 +1,6 @@
 //! What stands between the parentheses of `dgd::model!`.
 
+use syn::ext::IdentExt;
 use syn::parse::{Parse, ParseStream};
 use syn::{Ident, LitStr, Token, bracketed};
 
@@ -8,9 +9,9 @@ pub(crate) struct Input {
     /// Path of the file, relative to the crate's manifest.
     pub(crate) path: LitStr,
     /// `variant = choice`.
-    pub(crate) variants: Vec<(Ident, Ident)>,
+    pub(crate) variants: Vec<(String, String)>,
     /// `sensitivities = [a, b]`; all parameters without it.
-    pub(crate) sensitivities: Option<Vec<Ident>>,
+    pub(crate) sensitivities: Option<Vec<String>>,
     /// `as name`.
     pub(crate) module: Option<Ident>,
 }
@@ -29,17 +30,27 @@ impl Parse for Input {
                 continue;
             }
             // Choices may be keywords of Rust: `flow = static`.
-            let name: Ident = syn::ext::IdentExt::parse_any(input)?;
+            let name = dotted(input)?;
             input.parse::<Token![=]>()?;
             if name == "sensitivities" {
                 let list;
                 bracketed!(list in input);
-                let names = list.parse_terminated(syn::ext::IdentExt::parse_any, Token![,])?;
+                let names = list.parse_terminated(dotted, Token![,])?;
                 parsed.sensitivities = Some(names.into_iter().collect());
             } else {
-                parsed.variants.push((name, syn::ext::IdentExt::parse_any(input)?));
+                parsed.variants.push((name, dotted(input)?));
             }
         }
         Ok(parsed)
     }
+}
+
+/// A name of the model, with points where it is a part's: `pump.flow`.
+fn dotted(input: ParseStream<'_>) -> syn::Result<String> {
+    let mut name = Ident::parse_any(input)?.unraw().to_string();
+    while input.parse::<Option<Token![.]>>()?.is_some() {
+        name.push('.');
+        name.push_str(&Ident::parse_any(input)?.unraw().to_string());
+    }
+    Ok(name)
 }

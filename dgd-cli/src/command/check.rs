@@ -104,6 +104,9 @@ fn summary(path: &str, model: &Model, dae: &Dae) -> String {
         .map(|(n, noun)| format!("{n} {noun}{}", if *n == 1 { "" } else { "s" }))
         .collect();
     text.push_str(&parts.join(", "));
+    for part in &model.parts {
+        let _ = write!(text, "; part {}: {}", part.name, part.model);
+    }
     for variant in &model.variants {
         let choices: Vec<&str> = variant.choices.iter().map(String::as_str).collect();
         let _ = write!(text, "; variant {} = {}", variant.name, choices.join(" | "));
@@ -205,6 +208,11 @@ fn describe(model: &Model, dae: &Dae) -> Value {
             })
         })
         .collect();
+    let parts: Vec<Value> = model
+        .parts
+        .iter()
+        .map(|part| json!({ "name": part.name, "model": part.model, "doc": part.doc.join("\n") }))
+        .collect();
     let modes: Vec<Value> = model.automata.iter().map(describe_modes).collect();
     json!({
         "model": model.name,
@@ -217,6 +225,7 @@ fn describe(model: &Model, dae: &Dae) -> Value {
         "equations": equations,
         "variants": variants,
         "modes": modes,
+        "parts": parts,
         "diagnostics": [],
     })
 }

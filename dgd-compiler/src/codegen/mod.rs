@@ -95,7 +95,11 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
 
 /// A name of the model as an identifier of Rust.
 pub fn identifier(name: &str) -> Ident {
-    // `der(x)` is the one name that is not an identifier. No name of a model begins with `_`.
+    // What is a part's has a point in its name; two names that differ in it only are refused before.
+    if name.contains('.') {
+        return identifier(&name.replace('.', "_"));
+    }
+    // `der(x)` is the other name that is not an identifier. No name of a model begins with `_`.
     if let Some(of) = name.strip_prefix("der(").and_then(|rest| rest.strip_suffix(')')) {
         return Ident::new(&format!("_der_{of}"), Span::call_site());
     }

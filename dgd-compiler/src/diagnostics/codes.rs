@@ -583,33 +583,32 @@ an unknown, or what another part puts out.
 
 Wrong:
 
-    import \"parts/subsea_pump.dgd\"
-    input speed [%]
-    part pump: subsea_pump
+    import \"tank.dgd\"
+    input rain [m/s]
+    part pond: tank
 
 Right:
 
-    import \"parts/subsea_pump.dgd\"
-    input speed [%]
-    part pump: subsea_pump
-    pump.w = speed
+    import \"tank.dgd\"
+    input rain [m/s]
+    part pond: tank
+    pond.q = rain
 "
 E221 "model that contains itself" "
 A model is not a part of itself, neither directly nor through other parts: there would be no end to
-it. Many equal parts in a row are an array, or as many `part` lines.
+it.
 
 Wrong:
 
-    model pipe
-    import \"pipe.dgd\"
-    part rest: pipe
+    model well
+    part inner: well
 
 Right:
 
-    model pipes
-    import \"pipe.dgd\"
-    part first:  pipe
-    part second: pipe
+    model field
+    import \"well.dgd\"
+    part north: well
+    part south: well
 "
 E301 "units that cannot be added or compared" "
 Terms of a sum, sides of a comparison, and branches of an `if` must measure the same kind of quantity.

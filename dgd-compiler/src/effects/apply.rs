@@ -11,6 +11,7 @@ use super::open::{Definitions, Opening, Path};
 use super::splice::{DEEPEST, Done, Splice, depth, substitute, too_large};
 use super::{Application, Applied, Blending};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use crate::parts::{self, Expanded};
 use crate::source::{SourceId, Span};
 use crate::syntax::ast::{
     Ast, EffectKind, Expr, ExprKind, Factor, Item, ItemKind, Name, Sign, Unit,
@@ -18,10 +19,10 @@ use crate::syntax::ast::{
 use crate::syntax::print::parenthesise;
 use crate::syntax::visit::{self, Namespace, Part, Place};
 
-/// Applies effects to a model; `asts` are its tree and those of its libraries.
+/// Applies effects to a model; `asts` are its tree and those of what it imports.
 ///
-/// The changed trees go through the later stages as any model's. Libraries are as they were, unless
-/// an effect replaces something that one of them uses: then the model holds their items itself.
+/// The changed trees go through the later stages as any model's. Libraries and parts are as they
+/// were, unless an effect changes something in one of them: then the model holds their items itself.
 ///
 /// # Errors
 ///
@@ -37,8 +38,9 @@ pub fn apply(
     blending: Blending,
     diagnostics: &mut Diagnostics,
 ) -> Result<Applied, Reported> {
+    let expanded = parts::expand(asts, diagnostics)?;
     let mut own = Diagnostics::default();
-    let mut declared = Declarations::collect(asts);
+    let mut declared = Declarations::collect(&expanded.asts);
     let mut instances = Vec::with_capacity(applications.len());
     for application in applications {
         // Each application reports its own mistakes; the next is independent of them.
@@ -47,7 +49,7 @@ pub fn apply(
     }
     let mut splicing = Splicing {
         model: asts.iter().map(|ast| ast.source).collect(),
-        asts: asts.to_vec(),
+        asts: expanded.asts.to_vec(),
         declared,
         blending,
         done: Done::default(),
@@ -67,7 +69,7 @@ pub fn apply(
     }
     own.check()?;
     let brought = instances.into_iter().map(|instance| instance.brought).collect();
-    Ok(Applied { asts: splicing.finished(asts), brought })
+    Ok(Applied { asts: splicing.finished(asts, &expanded), brought })
 }
 
 /// Applications in an order in which what one brings is there before another replaces names in it;
@@ -88,7 +90,7 @@ fn ordered(mut left: Vec<&Instance>) -> Vec<&Instance> {
 /// A model that is being changed.
 struct Splicing {
     asts: Vec<Ast>,
-    /// The model's file and its libraries.
+    /// The files of the model, its libraries and its parts.
     model: Vec<SourceId>,
     declared: Declarations,
     blending: Blending,
@@ -97,9 +99,16 @@ struct Splicing {
 
 impl Splicing {
     /// The trees with the parentheses that they need.
-    fn finished(mut self, before: &[Ast]) -> Vec<Ast> {
-        if self.asts[1..] != before[1..] {
-            self.take_libraries_in();
+    fn finished(mut self, before: &[Ast], expanded: &Expanded<'_>) -> Vec<Ast> {
+        let same = self.asts[1..] == expanded.asts[1..];
+        let folded = same.then(|| parts::fold(before, expanded, &self.asts[0].items)).flatten();
+        match folded {
+            Some(items) => {
+                self.asts[0].items = items;
+                self.asts.truncate(1);
+                self.asts.extend_from_slice(&before[1..]);
+            }
+            None => self.take_libraries_in(),
         }
         for item in &mut self.asts[0].items {
             visit::parts_mut(item, &mut |part| {
@@ -118,6 +127,7 @@ impl Splicing {
         let main = &mut self.asts[0];
         let at = main.items.iter().position(is_import).unwrap_or(0);
         main.items.retain(|item| !is_import(item));
+        main.imports.clear();
         let items = libraries.into_iter().flat_map(|library| library.items);
         main.items.splice(at..at, items.filter(|item| !is_import(item)));
     }

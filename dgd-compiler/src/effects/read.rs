@@ -142,6 +142,13 @@ fn verify_items(ast: &Ast, diagnostics: &mut Diagnostics) {
                     .help("it can use what the model imports"),
             );
         }
+        if matches!(item.kind, ItemKind::Part { .. } | ItemKind::Binding { .. }) {
+            let message = "parts within effects are not part of the language yet";
+            diagnostics.error(
+                Diagnostic::new(Code::E110, item.span, message)
+                    .help("write what the part would do into the effect"),
+            );
+        }
     });
 }
 

@@ -22,27 +22,34 @@ pub fn write(before: &Ast, after: &Ast, brought: &[Brought], sources: &Sources) 
     let text = sources.get(before.source).text.as_str();
     let mut edits: Vec<(Range<usize>, String)> = Vec::new();
     let same = |a: &Item, b: &Item| a.span == b.span;
+    // Items that are gone, with what has come into their places.
+    let mut gone: Vec<Option<String>> = Vec::with_capacity(before.items.len());
     for item in &before.items {
-        match after.items.iter().find(|other| same(item, other)) {
-            Some(other) => item_edits(item, other, &mut edits),
-            None => edits.push((range(item.span), String::new())),
+        let found = after.items.iter().find(|other| same(item, other));
+        if let Some(other) = found {
+            item_edits(item, other, &mut edits);
         }
+        gone.push(found.is_none().then(|| as_remark(item, text, &mut edits)));
     }
-    let mut taken_in = String::new();
+    // What libraries held takes the place of the first import, what a part held that of the part.
     let mut behind = Behind { sources, brought, text: String::new(), last: None };
+    let mut next = 0;
     for item in &after.items {
-        if before.items.iter().any(|other| same(item, other)) {
+        if let Some(at) = before.items.iter().position(|other| same(item, other)) {
+            next = at + 1;
             continue;
         }
         match brought.iter().position(|brought| is_of(item, brought)) {
             Some(index) => behind.item(item, index),
-            None => taken_in.push_str(&print_item(item)),
+            None => {
+                if let Some(place) = gone[next..].iter_mut().flatten().next() {
+                    place.push_str(&print_item(item));
+                }
+            }
         }
     }
-    // What libraries held takes the place of the first import.
-    if let Some((_, edit)) = edits.iter_mut().find(|(_, edit)| edit.is_empty()) {
-        *edit = taken_in;
-    }
+    let places = before.items.iter().map(|item| range(item.span));
+    edits.extend(places.zip(gone).filter_map(|(place, new)| Some((place, new?))));
     edits.sort_by_key(|(range, _)| range.start);
 
     let mut out = String::with_capacity(text.len() + behind.text.len());
@@ -72,6 +79,32 @@ fn laid_out(text: &str, ast: &Ast) -> Option<String> {
 
 fn range(span: Span) -> Range<usize> {
     span.start as usize..span.end as usize
+}
+
+/// What remains of an item that is gone: a part is remembered, and its doc comment becomes a remark.
+fn as_remark(item: &Item, text: &str, edits: &mut Vec<(Range<usize>, String)>) -> String {
+    if !matches!(item.kind, ItemKind::Part { .. }) {
+        return String::new();
+    }
+    let Range { start, end } = range(item.span);
+    let line_start = |at: usize| text[..at].rfind('\n').map_or(0, |at| at + 1);
+    let mut first = line_start(start);
+    while first > 0 {
+        let above = line_start(first - 1);
+        let line = &text[above..first];
+        let blanks = line.len() - line.trim_start().len();
+        if !line[blanks..].starts_with("///") {
+            break;
+        }
+        edits.push((above + blanks..above + blanks + 3, "#".to_owned()));
+        first = above;
+    }
+    let behind = text[end..].lines().next().unwrap_or("");
+    let blanks = behind.len() - behind.trim_start().len();
+    if behind.trim_start().starts_with("///") {
+        edits.push((end + blanks..end + blanks + 3, "#".to_owned()));
+    }
+    format!("# {}", print_item(&Item { doc: Vec::new(), ..item.clone() }))
 }
 
 /// Whether an application has brought an item.

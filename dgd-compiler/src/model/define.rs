@@ -173,7 +173,30 @@ impl<'a> Scope<'a> {
             let unit = unit.map(|unit| unit_of(unit.as_ref(), diagnostics));
             scope.insert(name, Entry { definition, span: name.span, unit }, diagnostics);
         }
+        scope.verify_points(diagnostics);
         scope
+    }
+
+    /// In generated code `pump.c0` is `pump_c0`: no other name is.
+    fn verify_points(&self, diagnostics: &mut Diagnostics) {
+        let values = self.names.iter().map(|(name, entry)| (*name, entry.span));
+        let outputs = self.outputs.iter().map(|(name, span)| (*name, *span));
+        let sets: [Vec<(&str, Span)>; 2] = [values.collect(), outputs.collect()];
+        for names in sets.iter().filter(|names| names.iter().any(|(name, _)| name.contains('.'))) {
+            let mut written: BTreeMap<String, (&str, Span)> = BTreeMap::new();
+            for (name, span) in names {
+                let Some((first, place)) = written.insert(name.replace('.', "_"), (name, *span))
+                else {
+                    continue;
+                };
+                let message = format!("`{first}` and `{name}` are one name in generated code");
+                diagnostics.error(
+                    Diagnostic::new(Code::E202, *span, message)
+                        .label(place, "the other one")
+                        .help("rename one of them: there, `_` stands for the point"),
+                );
+            }
+        }
     }
 
     fn insert(&mut self, name: &'a Name, entry: Entry, diagnostics: &mut Diagnostics) {

@@ -62,7 +62,7 @@ pub fn resolve(
         ));
     };
 
-    let Expanded { asts, parts } = parts::expand(asts, diagnostics)?;
+    let Expanded { asts, parts, .. } = parts::expand(asts, diagnostics)?;
     let [main, libraries @ ..] = &*asts else {
         unreachable!("a compilation has a main file");
     };

@@ -14,6 +14,9 @@ pub fn write(model: &Model) -> String {
         let _ = writeln!(text, "{indent}{content}");
     };
     line("", format!("model {}", model.name));
+    for part in &model.parts {
+        line("  ", format!("part {}: {}", part.name, part.model));
+    }
     for variant in &model.variants {
         line("  ", format!("variant {} = {}", variant.name, variant.choices[variant.chosen]));
     }

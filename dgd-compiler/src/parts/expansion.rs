@@ -1,12 +1,13 @@
 //! From a file to its items, with those of its parts in place.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::InnerModel;
 use super::instance::{Instance, instance};
 use super::tied::tie;
 use super::unknown::verify_names;
 use super::visible::{Files, Visible};
+use super::{Expanded, InnerModel};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::effects::Names;
 use crate::source::{SourceId, Span};
@@ -30,7 +31,9 @@ pub(super) struct Whole {
     pub(super) set: BTreeSet<String>,
     /// Libraries that it or its parts see.
     pub(super) libraries: BTreeSet<SourceId>,
-    /// Bytes of its text.
+    /// How many items stand for each part of its own, in the order written.
+    lengths: Vec<usize>,
+    /// What it counts for in [`LARGEST`].
     size: usize,
 }
 
@@ -84,7 +87,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
     }
 
     /// The trees of the model and the libraries, and the parts.
-    pub(super) fn whole(mut self) -> Result<(Vec<Ast>, Vec<InnerModel>), Reported> {
+    pub(super) fn whole(mut self) -> Result<Expanded<'static>, Reported> {
         let main = &self.asts[0];
         let visible = self.files.visible(main, self.diagnostics);
         let taken = part_names(&main.items);
@@ -105,7 +108,8 @@ impl<'a, 'd> Expansion<'a, 'd> {
             asts.push(Ast { items, ..library.clone() });
         }
         self.diagnostics.check()?;
-        Ok((asts, whole.parts))
+        let Whole { parts, lengths, .. } = whole;
+        Ok(Expanded { asts: Cow::Owned(asts), parts, lengths })
     }
 
     /// A model with its parts in place.
@@ -146,6 +150,8 @@ impl<'a, 'd> Expansion<'a, 'd> {
             })
             .collect();
         self.verify_bindings(&placed, &bindings);
+        let n_items = |placed: &Placed<'_>| placed.instance.as_ref().map_or(0, |i| i.items.len());
+        whole.lengths = placed.iter().map(n_items).collect();
         let mut used = 0;
         whole.items = self.in_place(&own, &mut Path::new(), &placed, &mut used);
         visit::items(&whole.items, &mut |item| whole.size += EVERY_ITEM + length(item.span));

@@ -3,7 +3,8 @@
 //! A part is everything that its model declares, under names with the part's before them:
 //! `pump.c0`. What the model calls an input is what the whole says it is, `pump.q = q_ssp`; what it
 //! calls an output can be read. [`expand`] makes one tree of a model and its parts, in which every
-//! node keeps its own place, so that no later stage knows of parts.
+//! node keeps its own place, so that no later stage knows of parts. [`fold()`] takes a tree back to
+//! what was written, as far as an effect has left its parts alone.
 //!
 //! | file | what it holds |
 //! |---|---|
@@ -12,8 +13,10 @@
 //! | `instance` | from a model to one part: names, arguments, outputs |
 //! | `unknown` | names that a part's model reads and nobody declares |
 //! | `tied` | values that are no numbers but tied to what the whole knows later |
+//! | `fold` | back to what was written |
 
 mod expansion;
+mod fold;
 mod instance;
 mod tied;
 mod unknown;
@@ -29,6 +32,8 @@ use crate::syntax::ast::{Ast, ItemKind};
 use crate::syntax::visit;
 use expansion::Expansion;
 
+pub(crate) use fold::fold;
+
 /// A model without parts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expanded<'a> {
@@ -37,6 +42,8 @@ pub struct Expanded<'a> {
     pub asts: Cow<'a, [Ast]>,
     /// The parts, and behind each its own.
     pub parts: Vec<InnerModel>,
+    /// How many items stand for each part of the model itself, in the order written.
+    lengths: Vec<usize>,
 }
 
 /// A model that is part of another.
@@ -65,7 +72,8 @@ pub fn expand<'a>(
     diagnostics: &mut Diagnostics,
 ) -> Result<Expanded<'a>, Reported> {
     if asts[1..].iter().all(|ast| ast.model.is_none()) && !has_parts(&asts[0]) {
-        return Ok(Expanded { asts: Cow::Borrowed(asts), parts: Vec::new() });
+        let (parts, lengths) = (Vec::new(), Vec::new());
+        return Ok(Expanded { asts: Cow::Borrowed(asts), parts, lengths });
     }
     let mut own = Diagnostics::default();
     let expanded = Expansion::new(asts, &mut own).whole();
@@ -73,8 +81,7 @@ pub fn expand<'a>(
         diagnostics.error(diagnostic.clone());
     }
     own.check()?;
-    let (asts, parts) = expanded?;
-    Ok(Expanded { asts: Cow::Owned(asts), parts })
+    expanded
 }
 
 /// Whether a file has parts, or bindings as if it had.

@@ -1,6 +1,8 @@
 //! Values of declarations replaced in a model's text; all else, comments too, stays as written.
 
-use super::ast::{Ast, Choice, Item, ItemKind, Name};
+use std::collections::BTreeMap;
+
+use super::ast::{Ast, Choice, Item, ItemKind, Name, PartArgument};
 use crate::source::Span;
 
 /// A new value for a declaration.
@@ -8,6 +10,8 @@ use crate::source::Span;
 pub struct NewValue {
     /// Where the declared name stands: a name alone may be declared in several choices of a variant.
     pub name: Span,
+    /// What it is called in the whole model: `c0`, or `pump.c0` where a part has it.
+    pub called: String,
     /// The value as it will stand in the text.
     pub text: String,
 }
@@ -15,8 +19,8 @@ pub struct NewValue {
 /// The text of a model file with other values of parameters, constants and start values, and other
 /// paths of imports.
 ///
-/// `text` is what `ast` was parsed from. A start value that is not written is added. What is not
-/// declared in this file is left out.
+/// `text` is what `ast` was parsed from. A start value that is not written is added, and what a part
+/// declares becomes an argument of the part. What else is not declared in this file is left out.
 pub fn with_values(
     ast: &Ast,
     text: &str,
@@ -60,6 +64,10 @@ fn collect(
                 let written = start.as_ref().map(|start| over(start.span, new.text.clone()));
                 edits.push(written.unwrap_or_else(added));
             }
+            ItemKind::Part { name, model, arguments } => {
+                let end = (model.span.end, item.span.end);
+                edits.extend(arguments_of(&name.text, arguments, end, values));
+            }
             ItemKind::Import { path, path_span } => {
                 edits.extend(import(path).map(|path| over(*path_span, format!("\"{path}\""))));
             }
@@ -74,10 +82,41 @@ fn collect(
             | ItemKind::Output { .. }
             | ItemKind::Equation { .. }
             | ItemKind::Modes { .. }
-            | ItemKind::Part { .. }
             | ItemKind::Binding { .. } => {}
         }
     }
+}
+
+/// New arguments of a part; without any so far they stand between these places.
+fn arguments_of(
+    part: &str,
+    arguments: &[PartArgument],
+    (start, end): (u32, u32),
+    values: &[NewValue],
+) -> Vec<Edit> {
+    let member = |called: &str| called.strip_prefix(part)?.strip_prefix('.').map(str::to_owned);
+    // Of two values for one name the last counts.
+    let mut wanted: BTreeMap<String, &str> = values
+        .iter()
+        .filter_map(|value| Some((member(&value.called)?, value.text.as_str())))
+        .collect();
+    let mut edits: Vec<Edit> = Vec::new();
+    for PartArgument { name, value } in arguments {
+        edits.extend(wanted.remove(&name.text).map(|text| over(value.span, text.to_owned())));
+    }
+    let more: Vec<String> =
+        wanted.into_iter().map(|(name, text)| format!("{name} = {text}")).collect();
+    match (more.as_slice(), arguments.last()) {
+        ([], _) => {}
+        (more, Some(last)) => {
+            let at = last.value.span.end as usize;
+            edits.push((at, at, format!(", {}", more.join(", "))));
+        }
+        (more, None) => {
+            edits.push((start as usize, end as usize, format!("({})", more.join(", "))));
+        }
+    }
+    edits
 }
 
 fn over(span: Span, text: String) -> Edit {
@@ -113,7 +152,8 @@ state y = (1
             .map(|(declaration, skip, value)| {
                 let start = TEXT.find(declaration).expect("a declaration") + skip;
                 let start = u32::try_from(start).expect("a short text");
-                NewValue { name: Span { source, start, end: start + 1 }, text: (*value).into() }
+                let name = Span { source, start, end: start + 1 };
+                NewValue { name, called: String::new(), text: (*value).into() }
             })
             .collect();
         with_values(&ast, TEXT, &values, |path| Some(format!("../{path}")))
@@ -134,5 +174,31 @@ state y = (1
             .replace("(1\n  + 2)", "7")
             .replace("lib/a.dgd", "../lib/a.dgd");
         assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn what_a_part_declares_becomes_its_argument() {
+        let text =
+            "model m\npart a: tank\npart b: tank()\npart c: tank(k = 2, x = 1 +\n  2)  # remark\n";
+        let mut sources = Sources::default();
+        let source = sources.add(Source { name: "a".into(), text: text.into() });
+        let ast = parse(source, &sources, &mut Diagnostics::default()).expect("it parses");
+        let value = |called: &str, text: &str| NewValue {
+            name: Span::default(),
+            called: called.into(),
+            text: text.into(),
+        };
+        let values = [
+            value("a.k", "1"),
+            value("a.k", "3"),
+            value("b.inner.k", "4"),
+            value("b.x", "5"),
+            value("c.x", "6"),
+            value("c.v", "7"),
+            value("ab.k", "8"),
+        ];
+        let expected = "model m\npart a: tank(k = 3)\npart b: tank(inner.k = 4, x = 5)\n\
+                        part c: tank(k = 2, x = 6, v = 7)  # remark\n";
+        assert_eq!(with_values(&ast, text, &values, |_| None), expected);
     }
 }

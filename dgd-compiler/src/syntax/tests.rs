@@ -262,8 +262,11 @@ fn mistakes_have_their_codes() {
         ("function delay(x) = x", "E119"),
         ("state p[1..N] [bar] = 1", "E110"),
         ("let a = p[1]", "E110"),
-        ("pump.q = 1", "E110"),
-        ("let a = pump.q", "E110"),
+        ("pump.q + 1", "E105"),
+        ("let a = pump.", "E101"),
+        ("part pump", "E105"),
+        ("part pump: subsea_pump(c0)", "E105"),
+        ("part pump: subsea_pump(c0 = 1", "E115"),
         ("parameter a = 1 in 0 .. 1 log", "E105"),
         ("parameter a = 1 lgo", "E107"),
         ("constant a = 1 fixed", "E107"),
@@ -364,4 +367,14 @@ fn no_text_is_a_surprise() {
             }
         }
     }
+}
+
+#[test]
+fn parts_are_read_and_printed() {
+    let text = "model m\nimport \"pump.dgd\"\npart pump: subsea_pump(c0 = 275 [m], flow = static, motor.k = 2*3)\n\
+                part line: return_line\npump.q = line.q\nlet p = pump.dp + pump.f(line.q)\n\
+                equation e: der(pump.h) = pump.motor.w\noutput pump.h [m]\n";
+    let ast = read(text).expect("it can be read");
+    assert_eq!(print(&ast), text);
+    assert_eq!(codes("part a: b()"), Vec::<String>::new());
 }

@@ -219,6 +219,9 @@ fn in_columns(text: &str, code: &[Placed]) -> (Option<Group>, Vec<(Column, Strin
         return (None, cells(text, code, &[]));
     }
 
+    // Behind the declared name, which may have points in it.
+    let points = (2..).step_by(2).take_while(|&i| kind(i) == Some(TokenKind::Dot)).count();
+    let declared = 2 + 2 * points;
     let mut starts = Vec::new();
     let mut open = 0_usize;
     let mut seen = Column::Head;
@@ -233,7 +236,7 @@ fn in_columns(text: &str, code: &[Placed]) -> (Option<Group>, Vec<(Column, Strin
                 open = open.saturating_sub(1);
                 continue;
             }
-            TokenKind::Unit if i == 2 => (Column::Unit, i),
+            TokenKind::Unit if i == declared => (Column::Unit, i),
             kind if kind == separator && separator == TokenKind::Equal => (Column::Value, i),
             kind if kind == separator => (Column::Value, i + 1),
             TokenKind::Name

@@ -88,3 +88,13 @@ fn tokens_stay_and_a_second_time_changes_nothing() {
         assert_eq!(laid_out(&once).as_ref(), Ok(&once), "{text}");
     }
 }
+
+#[test]
+fn parts_keep_their_points_and_colons_close() {
+    let text = "part  pump :subsea_pump( c0=275[m],flow = static )\npump.q  =q_ssp\n";
+    let expected = "part pump: subsea_pump(c0 = 275 [m], flow = static)\npump.q = q_ssp\n";
+    assert_eq!(laid_out(text).as_deref(), Ok(expected));
+    let text = "output a.b.h [m] = 2\noutput long_name [cm] = 3\n";
+    let expected = "output a.b.h     [m]  = 2\noutput long_name [cm] = 3\n";
+    assert_eq!(laid_out(text).as_deref(), Ok(expected));
+}

@@ -1,0 +1,121 @@
+//! From a changed tree back to what was written, as far as its parts are unchanged.
+
+use std::collections::BTreeSet;
+
+use super::Expanded;
+use crate::syntax::ast::{Ast, Item, ItemKind};
+
+/// The items of a model as they were written, with what has been changed in `after`, the items that
+/// `expanded` had. A part of which something has changed stays in its place, item by item.
+///
+/// `None` where libraries that only parts see would have to be written out with it.
+pub(crate) fn fold(written: &[Ast], expanded: &Expanded<'_>, after: &[Item]) -> Option<Vec<Item>> {
+    let before = &expanded.asts[0].items;
+    let mut changed = BTreeSet::new();
+    let mut folding = Folding { lengths: expanded.lengths.iter(), changed: &BTreeSet::new() };
+    folding.changes(&written[0].items, before, after, &mut changed);
+    let is_own = |library: &Ast| written.iter().any(|ast| ast == library);
+    if !changed.is_empty() && !expanded.asts[1..].iter().all(is_own) {
+        return None;
+    }
+    let mut folding = Folding { lengths: expanded.lengths.iter(), changed: &changed };
+    Some(folding.fold(&written[0].items, after))
+}
+
+struct Folding<'a> {
+    /// How many items stand for each part, in the order written.
+    lengths: std::slice::Iter<'a, usize>,
+    /// Parts that are not folded.
+    changed: &'a BTreeSet<String>,
+}
+
+impl Folding<'_> {
+    /// Finds the parts whose items are not what they were.
+    fn changes(
+        &mut self,
+        written: &[Item],
+        mut before: &[Item],
+        mut after: &[Item],
+        changed: &mut BTreeSet<String>,
+    ) {
+        for item in written {
+            let n = self.length(item);
+            let (old, new) = (split(&mut before, n), split(&mut after, n));
+            match &item.kind {
+                ItemKind::Part { name, .. } if old != new => {
+                    changed.insert(name.text.clone());
+                }
+                ItemKind::Variant { choices, .. } => {
+                    let all = choices.iter().zip(choices_of(old)).zip(choices_of(new));
+                    for ((choice, old), new) in all {
+                        self.changes(&choice.items, old, new, changed);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// The items as written; those behind them, which an effect has brought, as they are.
+    fn fold(&mut self, written: &[Item], mut after: &[Item]) -> Vec<Item> {
+        let mut all = Vec::with_capacity(written.len());
+        for item in written {
+            let n = self.length(item);
+            let new = split(&mut after, n);
+            match (&item.kind, new) {
+                (ItemKind::Part { name, .. }, _) if !self.changed.contains(&name.text) => {
+                    all.push(item.clone());
+                }
+                (
+                    ItemKind::Binding { input, .. },
+                    [Item { kind: ItemKind::Let { value, .. }, .. }],
+                ) if !self.is_of_changed(&input.text) => {
+                    let kind = ItemKind::Binding { input: input.clone(), value: value.clone() };
+                    all.push(Item { kind, ..item.clone() });
+                }
+                (
+                    ItemKind::Variant { choices: written, .. },
+                    [Item { kind: ItemKind::Variant { name, choices }, .. }],
+                ) => {
+                    let mut choices = choices.clone();
+                    for (choice, written) in choices.iter_mut().zip(written) {
+                        choice.items = self.fold(&written.items, &choice.items);
+                    }
+                    let kind = ItemKind::Variant { name: name.clone(), choices };
+                    all.push(Item { kind, ..item.clone() });
+                }
+                _ => all.extend(new.iter().cloned()),
+            }
+        }
+        all.extend(after.iter().cloned());
+        all
+    }
+
+    /// How many items stand for one.
+    fn length(&mut self, item: &Item) -> usize {
+        match item.kind {
+            ItemKind::Part { .. } => self.lengths.next().copied().unwrap_or(0),
+            _ => 1,
+        }
+    }
+
+    fn is_of_changed(&self, input: &str) -> bool {
+        input.split_once('.').is_some_and(|(part, _)| self.changed.contains(part))
+    }
+}
+
+/// Takes items from the front.
+fn split<'i>(items: &mut &'i [Item], n: usize) -> &'i [Item] {
+    let (front, rest) = items.split_at(n.min(items.len()));
+    *items = rest;
+    front
+}
+
+/// The items of each choice of a variant that is alone.
+fn choices_of(items: &[Item]) -> impl Iterator<Item = &[Item]> {
+    let choices = match items {
+        [Item { kind: ItemKind::Variant { choices, .. }, .. }] => choices.as_slice(),
+        _ => &[],
+    };
+    choices.iter().map(|choice| choice.items.as_slice())
+}
