@@ -33,7 +33,7 @@ pub(crate) fn run(args: &SensitivityArgs, console: Console<'_>) -> Result<(), Co
         console.remark(&format!("note: {undefined}"));
     }
     let report = (args.verify_sensitivities && stopped.is_none())
-        .then(|| verify::against_differences(&run, &solution))
+        .then(|| verify::against_differences(&run, &solution, &observations))
         .transpose()?;
 
     let pairs = pairs(&run, &solution, &observations, &of, args.scaled);
