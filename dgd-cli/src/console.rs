@@ -86,8 +86,10 @@ impl<'a> Console<'a> {
             }
             CommandError::Found(message)
             | CommandError::Usage(message)
-            | CommandError::Computation(message) => {
-                if self.is_json() {
+            | CommandError::Computation(message)
+            | CommandError::Stopped(message) => {
+                // The result of a run that stopped says why, and there is one result.
+                if self.is_json() && !matches!(error, CommandError::Stopped(_)) {
                     print_or_complain(&json!({ "error": message }));
                 } else if self.is_coloured() {
                     complain(&format!("\u{1b}[1;31merror\u{1b}[0m: {message}"));

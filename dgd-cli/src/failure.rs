@@ -22,6 +22,8 @@ pub(crate) enum CommandError {
     Usage(String),
     /// The computation failed: 3.
     Computation(String),
+    /// The computation stopped on its way, and what it reached has been written with the reason: 3.
+    Stopped(String),
 }
 
 impl CommandError {
@@ -36,7 +38,7 @@ impl CommandError {
         ExitCode::from(match self {
             CommandError::Diagnosed { .. } | CommandError::Found(_) => 1,
             CommandError::Usage(_) => 2,
-            CommandError::Computation(_) => 3,
+            CommandError::Computation(_) | CommandError::Stopped(_) => 3,
         })
     }
 }
@@ -55,7 +57,8 @@ impl fmt::Display for CommandError {
             }
             CommandError::Found(message)
             | CommandError::Usage(message)
-            | CommandError::Computation(message) => f.write_str(message),
+            | CommandError::Computation(message)
+            | CommandError::Stopped(message) => f.write_str(message),
         }
     }
 }

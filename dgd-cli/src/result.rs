@@ -1,6 +1,8 @@
 //! A table as a command's result: a CSV file, CSV text or JSON.
 
-use dgd_runtime::{Event, Solution, Unit};
+use std::path::{Path, PathBuf};
+
+use dgd_runtime::{Event, IntegrateError, Solution, Unit};
 use serde_json::{Value, json};
 
 use crate::console::{Console, print};
@@ -31,11 +33,51 @@ pub(crate) fn write(
     details: &Value,
     drawn: bool,
 ) -> Result<(), CommandError> {
+    write_to(console, console.out(), times, columns, details, drawn)
+}
+
+/// Writes the rows that a run reached before it stopped, and gives the error to end the command
+/// with.
+///
+/// A file of the name asked for is that of a whole run, so these rows go into one beside it:
+/// `run.csv` into `run.partial.csv`. JSON has the reason as `error`.
+pub(crate) fn write_reached(
+    console: Console<'_>,
+    times: &[f64],
+    columns: &[NamedColumn],
+    mut details: Value,
+    error: &IntegrateError,
+) -> Result<(), CommandError> {
+    let message = error.to_string();
+    if let Some(details) = details.as_object_mut() {
+        details.insert("error".to_owned(), json!(message));
+    }
+    let partial = console.out().map(partial_path);
+    write_to(console, partial.as_deref(), times, columns, &details, false)?;
+    Err(CommandError::Stopped(message))
+}
+
+/// `run.partial.csv` for `run.csv`, `run.partial.csv.gz` for `run.csv.gz`.
+fn partial_path(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let plain = name.strip_suffix(".gz").unwrap_or(&name);
+    let stem = plain.rfind('.').map_or(plain, |dot| &plain[..dot]);
+    path.with_file_name(format!("{stem}.partial{}", &name[stem.len()..]))
+}
+
+fn write_to(
+    console: Console<'_>,
+    out: Option<&Path>,
+    times: &[f64],
+    columns: &[NamedColumn],
+    details: &Value,
+    drawn: bool,
+) -> Result<(), CommandError> {
     let written: Vec<Written<'_>> = columns
         .iter()
         .map(|column| Written { name: &column.name, unit: &column.unit, values: &column.values })
         .collect();
-    if let Some(path) = console.out() {
+    if let Some(path) = out {
         save_table(path, Some(times), &written)?;
         console.remark(&format!("wrote {} ({} rows)", path.display(), times.len()));
         if console.is_json() {
@@ -80,4 +122,17 @@ pub(crate) fn events(solution: &Solution) -> Vec<Value> {
         })
     };
     solution.events.iter().map(event).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_reached_is_kept_beside_the_file_asked_for() {
+        let partial = |path: &str| partial_path(Path::new(path)).display().to_string();
+        assert_eq!(partial("a/run.csv"), "a/run.partial.csv");
+        assert_eq!(partial("run.1.csv.gz"), "run.1.partial.csv.gz");
+        assert_eq!(partial("run"), "run.partial");
+    }
 }

@@ -4,8 +4,9 @@ use dgd_compiler::diagnostics::Diagnostics;
 use dgd_execute::Interpreted;
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::{
-    BadRequest, Failure, Inputs, Observations, Options, Problem, Signature, Solution, System,
-    automatic_method, find_method, observe, simulate, simulate_with_sensitivities,
+    BadRequest, Failure, Inputs, IntegrateError, Observations, Options, Problem, Signature,
+    Solution, System, automatic_method, find_method, observe, simulate,
+    simulate_with_sensitivities,
 };
 
 use crate::args::{RunArgs, SolveArgs, Start};
@@ -94,25 +95,34 @@ impl Run {
     }
 
     /// Runs the model and evaluates its outputs.
-    pub(crate) fn simulate(&self) -> Result<(Solution, Observations), CommandError> {
+    pub(crate) fn simulate(&self) -> Result<Reached, CommandError> {
         self.finish(simulate(&self.problem(), &self.times, &self.options))
     }
 
     /// The same with sensitivities.
-    pub(crate) fn simulate_with_sensitivities(
-        &self,
-    ) -> Result<(Solution, Observations), CommandError> {
+    pub(crate) fn simulate_with_sensitivities(&self) -> Result<Reached, CommandError> {
         self.finish(simulate_with_sensitivities(&self.problem(), &self.times, &self.options))
     }
 
-    fn finish(
-        &self,
-        result: Result<Solution, Failure>,
-    ) -> Result<(Solution, Observations), CommandError> {
-        let solution = result.map_err(|failure| CommandError::Computation(failure.to_string()))?;
+    fn finish(&self, result: Result<Solution, Failure>) -> Result<Reached, CommandError> {
+        let (solution, stopped) = match result {
+            Ok(solution) => (solution, None),
+            Err(Failure { error, partial }) if partial.is_empty() => {
+                return Err(CommandError::Computation(error.to_string()));
+            }
+            Err(Failure { error, partial }) => (*partial, Some(error)),
+        };
         let observations = observe(&self.problem(), &solution);
-        Ok((solution, observations))
+        Ok(Reached { solution, observations, stopped })
     }
+}
+
+/// A run as far as it went.
+pub(crate) struct Reached {
+    pub solution: Solution,
+    pub observations: Observations,
+    /// Why it did not go to the end.
+    pub stopped: Option<IntegrateError>,
 }
 
 fn needs_data(signature: &Signature) -> CommandError {
@@ -136,7 +146,7 @@ pub(crate) fn options(args: &SolveArgs) -> Result<Options, CommandError> {
         let found = find_method(&args.method);
         options.method = found.map_err(|error| CommandError::Usage(error.to_string()))?;
     }
-    options.verify().map_err(|error: BadRequest| CommandError::Usage(error.to_string()))?;
+    options.verify().map_err(|error: BadRequest| CommandError::Computation(error.to_string()))?;
     Ok(options)
 }
 

@@ -309,8 +309,12 @@ impl ReadValue {
 impl fmt::Display for ReadValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { name, value, unit } = self;
-        // Where a digit more would tell nothing more.
-        write!(f, "`{name}` = {}", format!("{value:.5e}").parse::<f64>().unwrap_or(*value))?;
+        // Six digits say enough; what is very large or small is written with an exponent.
+        let rounded = format!("{value:.5e}").parse::<f64>().unwrap_or(*value);
+        match rounded.abs() {
+            0.0 | 1e-3..1e6 => write!(f, "`{name}` = {rounded}")?,
+            _ => write!(f, "`{name}` = {rounded:e}")?,
+        }
         if unit == "1" { Ok(()) } else { write!(f, " {unit}") }
     }
 }

@@ -3,8 +3,8 @@
 mod support;
 
 use dgd_runtime::{
-    Column, Failure, Inputs, Interpolation, Options, Problem, Solution, find_method, simulate,
-    simulate_with_sensitivities,
+    Column, Failure, Inputs, IntegrateError, Interpolation, Options, Problem, Solution,
+    find_method, simulate, simulate_with_sensitivities,
 };
 use support::problems::Relaxation;
 use support::problems::hopeless::{BelowZero, Explosion, NoRoot};
@@ -42,6 +42,16 @@ fn the_solver_says_where_it_stopped_and_why() {
 
     let message = said::<BelowZero>(&none, &times, &options);
     assert!(message.contains("`of_x` is not finite at t = 1.07"), "{message}");
+
+    let failure = run::<BelowZero>(&none, &times, &options).unwrap_err();
+    let IntegrateError::NotFinite { equation, unknown, values, .. } = &failure.error else {
+        panic!("{failure}");
+    };
+    assert_eq!((equation.as_str(), unknown.as_str()), ("of_x", "x"));
+    let read: Vec<&str> = values.iter().map(|value| value.name.as_str()).collect();
+    assert_eq!(read, ["x"]);
+    // The root's argument is all but used up.
+    assert!(values[0].value.abs() < 1e-3, "{values:?}");
 
     let few = Options { max_steps: 3, ..options };
     let message = said::<BelowZero>(&none, &[0.0, 0.9], &Options { rtol: 1e-9, ..few });

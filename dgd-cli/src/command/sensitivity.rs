@@ -12,7 +12,7 @@ use crate::figure::{self, Line, Subject};
 use crate::load::{Compilation, Loaded};
 use crate::plot::Text;
 use crate::result::{self, NamedColumn};
-use crate::run::Run;
+use crate::run::{Reached, Run};
 use crate::verify;
 
 /// Something that can be differentiated.
@@ -28,24 +28,16 @@ pub(crate) fn run(args: &SensitivityArgs, console: Console<'_>) -> Result<(), Co
     figure::verify_formats(&args.run.solve.plot)?;
     let (loaded, of) = load(args)?;
     let run = Run::prepare(&args.run, loaded, console)?;
-    let (solution, observations) = run.simulate_with_sensitivities()?;
+    let Reached { solution, observations, stopped } = run.simulate_with_sensitivities()?;
     for undefined in &solution.undefined {
         console.remark(&format!("note: {undefined}"));
     }
-    let report = args
-        .verify_sensitivities
-        .then(|| verify::against_differences(&run, &solution))
+    let report = (args.verify_sensitivities && stopped.is_none())
+        .then(|| verify::against_differences(&run, &solution, &observations))
         .transpose()?;
 
     let pairs = pairs(&run, &solution, &observations, &of, args.scaled);
     let columns: Vec<NamedColumn> = pairs.iter().map(Pair::column).collect();
-    if !args.run.solve.plot.is_empty() {
-        let subjects = subjects(&run, &solution, &observations, &of, &pairs);
-        let figure = figure::panels(&subjects);
-        for path in &args.run.solve.plot {
-            figure::save(&figure, path, console)?;
-        }
-    }
     let mut details = json!({
         "model": run.signature().name,
         "rows": solution.len(),
@@ -59,6 +51,16 @@ pub(crate) fn run(args: &SensitivityArgs, console: Console<'_>) -> Result<(), Co
             "equation": stretch.equation,
         })).collect::<Vec<_>>(),
     });
+    if let Some(error) = stopped {
+        return result::write_reached(console, &solution.times, &columns, details, &error);
+    }
+    if !args.run.solve.plot.is_empty() {
+        let subjects = subjects(&run, &solution, &observations, &of, &pairs);
+        let figure = figure::panels(&subjects);
+        for path in &args.run.solve.plot {
+            figure::save(&figure, path, console)?;
+        }
+    }
     if let (Some(report), Some(details)) = (&report, details.as_object_mut()) {
         details.insert("verification".to_owned(), report.to_json());
     }

@@ -12,23 +12,19 @@ use crate::figure::{self, Line, Subject};
 use crate::load::load;
 use crate::plot::Text;
 use crate::result::{self, NamedColumn};
-use crate::run::Run;
+use crate::run::{Reached, Run};
 
 pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), CommandError> {
     figure::verify_formats(&args.run.solve.plot)?;
     let loaded =
         load(&args.run.model, &args.run.choices, |_| dgd_compiler::pipeline::Directions::None)?;
     let run = Run::prepare(&args.run, loaded, console)?;
-    let (solution, mut observations) = run.simulate()?;
+    let Reached { solution, mut observations, stopped } = run.simulate()?;
     if let Some(seed) = args.noise_seed {
         add_noise(&run, &mut observations, seed);
     }
 
     let columns = columns(&run, &solution, &observations);
-    let figure = figure::panels(&subjects(&run, &solution, &observations));
-    for path in &args.run.solve.plot {
-        figure::save(&figure, path, console)?;
-    }
     let details = json!({
         "model": run.signature().name,
         "rows": solution.len(),
@@ -37,6 +33,13 @@ pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), Comma
         "rejected": solution.statistics.rejected,
         "events": result::events(&solution),
     });
+    if let Some(error) = stopped {
+        return result::write_reached(console, &solution.times, &columns, details, &error);
+    }
+    let figure = figure::panels(&subjects(&run, &solution, &observations));
+    for path in &args.run.solve.plot {
+        figure::save(&figure, path, console)?;
+    }
     let drawn = !args.run.solve.plot.is_empty();
     result::write(console, &solution.times, &columns, &details, drawn)
 }

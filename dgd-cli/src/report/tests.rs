@@ -14,7 +14,7 @@ use super::{Subject, summary, write};
 use crate::args::{Cli, Command, SimulateArgs};
 use crate::console::Console;
 use crate::load::load;
-use crate::run::Run;
+use crate::run::{Reached, Run};
 
 #[path = "../../../tests/support/golden.rs"]
 mod golden;
@@ -51,7 +51,8 @@ fn simulated(set: &[&str]) -> Simulated {
             load(&args.run.model, &args.run.choices, |_| dgd_compiler::pipeline::Directions::None);
         let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
         let run = Run::prepare(&args.run, loaded, console).unwrap_or_else(|e| panic!("{e}"));
-        let (solution, observations) = run.simulate().unwrap_or_else(|e| panic!("{e}"));
+        let Reached { solution, observations, .. } =
+            run.simulate().unwrap_or_else(|e| panic!("{e}"));
         let signature = run.system.signature().clone();
         let output = |i| (0..solution.len()).map(|k| observations.w(k)[i]).collect();
         let measured = run.measured.outputs.iter().flatten().cloned().collect();

@@ -1,0 +1,77 @@
+//! Extrapolation of difference quotients.
+
+/// A derivative found by differences.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Difference {
+    pub(super) value: f64,
+    /// What the extrapolation estimates its error to be: from curvature, and from the simulations.
+    pub(super) error: f64,
+}
+
+/// The limit of difference quotients D(h), D(h/2), D(h/4), … whose error is a series in hᵏ, where k is
+/// the `order`; none for fewer than two.
+///
+/// ```text
+///   T(i, j) = T(i, j−1) + (T(i, j−1) − T(i−1, j−1)) / (2^(k j) − 1)
+/// ```
+///
+/// The entry that differs least from its two predecessors is taken, and what it differs by is its
+/// error, so that smaller steps do no harm where rounding takes over.
+///
+/// # Source
+///
+/// Ridders, Accurate computation of F′(x) and F′(x) F″(x), Adv. Eng. Softw. 4 (1982) 75–76.
+pub(super) fn extrapolated(quotients: &[f64], order: i32) -> Option<Difference> {
+    let mut best: Option<Difference> = None;
+    let mut previous: Vec<f64> = Vec::new();
+    for &quotient in quotients {
+        let mut row = vec![quotient];
+        let mut factor = 1.0;
+        for (j, &above) in previous.iter().enumerate() {
+            let left = row[j];
+            factor *= 2f64.powi(order);
+            let value = left + (left - above) / (factor - 1.0);
+            let error = (value - left).abs().max((value - above).abs());
+            if best.is_none_or(|best| error < best.error) {
+                best = Some(Difference { value, error });
+            }
+            row.push(value);
+        }
+        previous = row;
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn central(f: impl Fn(f64) -> f64, x: f64) -> Difference {
+        let quotient = |k: i32| {
+            let h = 0.1 * 0.5f64.powi(k);
+            (f(x + h) - f(x - h)) / (2.0 * h)
+        };
+        extrapolated(&[0, 1, 2, 3].map(quotient), 2).expect("four quotients")
+    }
+
+    #[test]
+    fn smooth_functions_have_their_derivatives() {
+        let Difference { value, error } = central(f64::sin, 1.0);
+        // h⁸/8! of the last column; the estimate is that of the column before.
+        assert!((value - 1f64.cos()).abs() <= 10.0 * error && error < 1e-9, "{value} ± {error}");
+    }
+
+    #[test]
+    fn a_kink_makes_the_difference_uncertain() {
+        // The slopes 0 and 2 on the two sides: D is 1 at the kink, and in between near it.
+        let kinked = |x: f64| if x > 0.02 { 2.0 * (x - 0.02) } else { 0.0 };
+        let Difference { value, error } = central(kinked, 0.0);
+        assert!(value.abs() <= error + 1e-9, "{value} ± {error}");
+    }
+
+    #[test]
+    fn one_quotient_is_no_difference() {
+        assert_eq!(extrapolated(&[1.0], 2), None);
+        assert_eq!(extrapolated(&[], 2), None);
+    }
+}

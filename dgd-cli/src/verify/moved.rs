@@ -1,0 +1,178 @@
+//! The user's run again, with a parameter or a start value a little different.
+
+use dgd_runtime::{Direction, Failure, Interpolation, Options, Problem, observe, simulate};
+
+use super::Trajectory;
+use crate::failure::CommandError;
+use crate::run::Run;
+
+/// The largest change, as a fraction of the parameter's size, halved three times: with errors of
+/// 1e-10 in the runs the differences are good to about 1e-7 of what they are taken of.
+const CHANGE: f64 = 4e-3;
+
+/// Runs at ever smaller changes.
+pub(super) struct Moved {
+    /// Largest change first.
+    rungs: Vec<Rung>,
+    /// The error of a quotient is a series in the change to this power.
+    pub(super) order: i32,
+}
+
+/// Two runs, at one change.
+struct Rung {
+    /// The parameter at the second run less that at the first.
+    change: f64,
+    first: Trajectory,
+    second: Trajectory,
+    /// Whether both runs are where the user's is at a sample: in the same modes, after as many events,
+    /// between the same points where inputs jump or kink.
+    alike: Vec<bool>,
+}
+
+impl Moved {
+    /// Difference quotients of what `value` reads at the k-th sample, at those of the smaller changes
+    /// that no event or jump comes between.
+    pub(super) fn quotients(&self, k: usize, value: impl Fn(&Trajectory) -> f64) -> Vec<f64> {
+        let alike = self.rungs.iter().skip_while(|rung| !rung.alike[k]);
+        let quotient = |rung: &Rung| (value(&rung.second) - value(&rung.first)) / rung.change;
+        alike.map(quotient).collect()
+    }
+}
+
+/// Repeats the run with the parameter lower and higher; where lower is not possible, with higher alone.
+pub(super) fn moved(
+    run: &Run,
+    given: &Trajectory,
+    direction: Direction,
+    size: f64,
+    options: &Options,
+) -> Result<Moved, CommandError> {
+    let lowest = match direction {
+        Direction::Parameter(i) => run.signature().parameters[i].lower,
+        Direction::Start(_) => f64::NEG_INFINITY,
+    };
+    let value = match direction {
+        Direction::Parameter(i) => run.p[i],
+        Direction::Start(i) => given.solution.y(0)[i],
+    };
+    let changes = [1.0, 0.5, 0.25, 0.125].map(|part| CHANGE * size * part);
+    let expected = Branches::of(run, &run.p, given)?;
+    let trajectory = |change: f64| trajectory(run, direction, value + change, options);
+
+    if value - CHANGE * size >= lowest
+        && let Ok(rungs) = changes
+            .iter()
+            .map(|&h| Ok((2.0 * h, trajectory(-h)?, trajectory(h)?)))
+            .collect::<Result<Vec<_>, CommandError>>()
+    {
+        return Ok(Moved { rungs: compared(rungs, &expected), order: 2 });
+    }
+    let unmoved = trajectory(0.0)?;
+    let mut rungs = Vec::with_capacity(changes.len());
+    for h in changes {
+        rungs.push((h, unmoved.clone(), trajectory(h)?));
+    }
+    Ok(Moved { rungs: compared(rungs, &expected), order: 1 })
+}
+
+type WithBranches = (Trajectory, Branches);
+
+fn compared(rungs: Vec<(f64, WithBranches, WithBranches)>, expected: &Branches) -> Vec<Rung> {
+    let rung = |(change, (first, a), (second, b)): (f64, WithBranches, WithBranches)| {
+        let alike = (0..expected.0.len())
+            .map(|k| expected.0[k] == a.0[k] && expected.0[k] == b.0[k])
+            .collect();
+        Rung { change, first, second, alike }
+    };
+    rungs.into_iter().map(rung).collect()
+}
+
+/// The run with another value of one parameter or start value.
+fn trajectory(
+    run: &Run,
+    direction: Direction,
+    value: f64,
+    options: &Options,
+) -> Result<WithBranches, CommandError> {
+    let (mut p, mut start) = (run.p.clone(), run.start.clone());
+    let name = match direction {
+        Direction::Parameter(i) => {
+            p[i] = value;
+            run.signature().parameters[i].name.to_string()
+        }
+        Direction::Start(i) => {
+            start.retain(|(unknown, _)| *unknown != i);
+            start.push((i, value));
+            run.signature().unknowns[i].name.to_string()
+        }
+    };
+    let problem = Problem { p: &p, start: &start, ..run.problem() };
+    let solution = simulate(&problem, &run.times, options).map_err(|Failure { error, .. }| {
+        CommandError::Computation(format!(
+            "the sensitivities to `{name}` cannot be verified, for with `{name}` = {value} (SI) the \
+             run fails: {error}"
+        ))
+    })?;
+    let observations = observe(&problem, &solution);
+    let trajectory = Trajectory { solution, observations };
+    let branches = Branches::of(run, &p, &trajectory)?;
+    Ok((trajectory, branches))
+}
+
+/// What must be the same at a sample of two runs for a difference between them to be one of smooth
+/// functions.
+#[derive(Clone)]
+struct Branches(Vec<Branch>);
+
+#[derive(Clone, PartialEq)]
+struct Branch {
+    /// Modes and conditions on time, at the sample and at those that are read late.
+    z: Vec<f64>,
+    /// Events so far, at the same.
+    events: Vec<usize>,
+    /// Segments of the inputs that late outputs read.
+    segments: Vec<usize>,
+    /// Held inputs that are read late, and slopes of linear ones.
+    late_inputs: Vec<f64>,
+}
+
+impl Branches {
+    fn of(run: &Run, p: &[f64], of: &Trajectory) -> Result<Branches, CommandError> {
+        let problem = Problem { p, ..run.problem() };
+        let read = problem.inputs_read();
+        let read = read.map_err(|error| CommandError::Computation(error.to_string()))?;
+        let mut u = vec![0.0; read.len()];
+        let solution = &of.solution;
+        let events = |t: f64| solution.events.partition_point(|event| event.t <= t);
+        let branch = |k: usize| {
+            let (t, side) = (solution.times[k], solution.side(k));
+            read.value(t, side, &mut u);
+            let mut branch = Branch {
+                z: solution.z(k).to_vec(),
+                events: vec![events(t)],
+                segments: Vec::new(),
+                late_inputs: delayed_inputs(run, &u),
+            };
+            for late in &solution.late {
+                let n_z = solution.n_z;
+                branch.z.extend_from_slice(&late.z[k * n_z..(k + 1) * n_z]);
+                branch.events.push(events(late.times[k]));
+                branch.segments.push(run.inputs.segment_at(late.times[k], side));
+            }
+            branch
+        };
+        Ok(Branches((0..solution.len()).map(branch).collect()))
+    }
+}
+
+/// Of the inputs that the model reads late: the values of held ones, and the slopes of all.
+fn delayed_inputs(run: &Run, u: &[f64]) -> Vec<f64> {
+    let signature = run.signature();
+    let (n, n_late) = (signature.inputs.len(), signature.delayed_inputs.len());
+    let held = signature
+        .delayed_inputs
+        .iter()
+        .enumerate()
+        .filter(|(_, late)| signature.inputs[late.input].interpolation == Interpolation::Hold);
+    held.map(|(i, _)| u[n + i]).chain(u[n + n_late..].iter().copied()).collect()
+}

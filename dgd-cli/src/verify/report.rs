@@ -1,0 +1,146 @@
+//! What a comparison of sensitivities with differences says.
+
+use std::fmt::Write;
+
+use serde_json::{Value, json};
+
+use crate::console::Console;
+use crate::failure::CommandError;
+
+/// How the sensitivities of a run compare.
+pub(crate) struct Report {
+    pub(super) rows: Vec<Row>,
+    /// Most units that a sensitivity may be off.
+    pub(super) allowed: f64,
+}
+
+/// One unknown or output and one parameter.
+pub(super) struct Row {
+    pub(super) of: String,
+    pub(super) to: String,
+    /// Largest value over all times, SI.
+    pub(super) largest: f64,
+    /// Where it differs most in its units; none where nothing could be compared.
+    pub(super) worst: Option<Worst>,
+    /// Largest error of the differences that were compared, SI.
+    pub(super) uncertainty: f64,
+    /// Samples that were compared.
+    pub(super) compared: usize,
+    /// Samples at which the sensitivity is undefined.
+    pub(super) undefined: usize,
+    /// Samples that an event or jump passes as the parameter changes.
+    pub(super) passed: usize,
+    /// Samples at which the difference is too uncertain.
+    pub(super) uncertain: usize,
+}
+
+/// The largest disagreement.
+pub(super) struct Worst {
+    /// In units of the tolerance or the difference's error, whichever is larger.
+    pub(super) ratio: f64,
+    /// SI.
+    pub(super) apart: f64,
+    /// When, s.
+    pub(super) at: f64,
+}
+
+impl Row {
+    fn name(&self) -> String {
+        format!("d({})/d({})", self.of, self.to)
+    }
+
+    fn ratio(&self) -> f64 {
+        self.worst.as_ref().map_or(0.0, |worst| worst.ratio)
+    }
+
+    fn is_wrong(&self, allowed: f64) -> bool {
+        // NaN is wrong.
+        self.worst.as_ref().is_some_and(|worst| worst.ratio > allowed || worst.ratio.is_nan())
+    }
+
+    /// A number in SI as a fraction of the largest value.
+    fn fraction(&self, value: f64) -> f64 {
+        if self.largest == 0.0 { 0.0 } else { value / self.largest }
+    }
+
+    /// What could not be compared.
+    fn left_out(&self) -> String {
+        let mut text = String::new();
+        for (count, why) in [
+            (self.undefined, "undefined"),
+            (self.passed, "passed by an event or jump"),
+            (self.uncertain, "too uncertain"),
+        ] {
+            if count > 0 {
+                let _ = write!(text, ", {count} {why}");
+            }
+        }
+        text
+    }
+
+    fn to_json(&self, allowed: f64) -> Value {
+        let worst = self.worst.as_ref();
+        json!({
+            "of": self.of,
+            "to": self.to,
+            "difference": worst.map(|worst| self.fraction(worst.apart)),
+            "ratio": worst.map(|worst| worst.ratio),
+            "at": worst.map(|worst| worst.at),
+            "uncertainty": self.fraction(self.uncertainty),
+            "samples": {
+                "compared": self.compared,
+                "undefined": self.undefined,
+                "passed_by_events": self.passed,
+                "too_uncertain": self.uncertain,
+            },
+            "agrees": worst.map(|_| !self.is_wrong(allowed)),
+        })
+    }
+}
+
+impl Report {
+    /// For programs.
+    pub(crate) fn to_json(&self) -> Value {
+        let rows: Vec<Value> = self.rows.iter().map(|row| row.to_json(self.allowed)).collect();
+        json!({ "allowed": self.allowed, "sensitivities": rows })
+    }
+
+    /// Shows the comparison; an error where a sensitivity differs by more than is allowed.
+    pub(crate) fn conclude(&self, console: Console<'_>) -> Result<(), CommandError> {
+        let mut text = format!(
+            "sensitivities against differences, in units of the tolerance or of the difference's own \
+             error, largest first; {} are allowed:\n",
+            self.allowed
+        );
+        let mut rows: Vec<&Row> = self.rows.iter().collect();
+        rows.sort_by(|a, b| b.ratio().total_cmp(&a.ratio()));
+        for row in &rows {
+            let name = row.name();
+            let left_out = row.left_out();
+            let _ = match &row.worst {
+                None => writeln!(text, "  {name:<24} not compared{left_out}"),
+                Some(Worst { ratio, apart, at }) => writeln!(
+                    text,
+                    "  {name:<24} {ratio:.1e} units at {at} s ({:.1e} of its largest value, differences \
+                     good to {:.1e}), {} samples{left_out}{}",
+                    row.fraction(*apart),
+                    row.fraction(row.uncertainty),
+                    row.compared,
+                    if row.is_wrong(self.allowed) { "  WRONG" } else { "" },
+                ),
+            };
+        }
+        console.remark(text.trim_end());
+        let wrong = rows.iter().find(|row| row.is_wrong(self.allowed));
+        match wrong.and_then(|row| Some((row, row.worst.as_ref()?))) {
+            None => Ok(()),
+            Some((row, Worst { ratio, apart, at })) => Err(CommandError::Computation(format!(
+                "{} differs from its difference by {:.1e} of its largest value at {at} s, {ratio:.1e} \
+                 times the tolerance or what the difference is good to; {} times are allowed",
+                row.name(),
+                row.fraction(*apart),
+                self.allowed
+            ))),
+        }
+    }
+}
