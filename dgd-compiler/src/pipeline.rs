@@ -165,6 +165,8 @@ fn verify_library(ast: &Ast, diagnostics: &mut Diagnostics) {
             | ItemKind::Output { .. }
             | ItemKind::Equation { .. }
             | ItemKind::Modes { .. }
+            | ItemKind::When(_)
+            | ItemKind::Saturate { .. }
             | ItemKind::Variant { .. } => {
                 diagnostics.error(
                     Diagnostic::new(Code::E208, item.span, "this cannot stand in a library")

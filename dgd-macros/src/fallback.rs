@@ -111,7 +111,9 @@ impl<'a> Still<'a> {
                 | ItemKind::Let { .. }
                 | ItemKind::Function { .. }
                 | ItemKind::Equation { .. }
-                | ItemKind::Modes { .. } => {}
+                | ItemKind::Modes { .. }
+                | ItemKind::When(_)
+                | ItemKind::Saturate { .. } => {}
             }
         }
     }

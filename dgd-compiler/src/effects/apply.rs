@@ -416,7 +416,9 @@ fn equations_mut(
             | ItemKind::Unknown { .. }
             | ItemKind::Let { .. }
             | ItemKind::Function { .. }
-            | ItemKind::Output { .. } => {}
+            | ItemKind::Output { .. }
+            | ItemKind::When(_)
+            | ItemKind::Saturate { .. } => {}
         }
     }
 }

@@ -30,7 +30,9 @@ impl Declarations {
         for ast in asts {
             visit::items(&ast.items, &mut |item| {
                 let (namespace, name, unit, kind) = match &item.kind {
-                    ItemKind::Import { .. } => return,
+                    ItemKind::Import { .. } | ItemKind::When(_) | ItemKind::Saturate { .. } => {
+                        return;
+                    }
                     ItemKind::Constant { name, unit, .. } | ItemKind::Let { name, unit, .. } => {
                         (Namespace::Value, name, unit.clone(), None)
                     }

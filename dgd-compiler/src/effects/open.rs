@@ -57,7 +57,9 @@ impl Definitions {
                 | ItemKind::Unknown { .. }
                 | ItemKind::Output { .. }
                 | ItemKind::Equation { .. }
-                | ItemKind::Modes { .. } => continue,
+                | ItemKind::Modes { .. }
+                | ItemKind::When(_)
+                | ItemKind::Saturate { .. } => continue,
             };
             let definition = Definition {
                 path: path.clone(),

@@ -165,7 +165,10 @@ impl<'a> Scope<'a> {
                     }
                     continue;
                 }
-                ItemKind::Import { .. } | ItemKind::Variant { .. } => continue,
+                ItemKind::Import { .. }
+                | ItemKind::Variant { .. }
+                | ItemKind::When(_)
+                | ItemKind::Saturate { .. } => continue,
             };
             let unit = unit.map(|unit| unit_of(unit.as_ref(), diagnostics));
             scope.insert(name, Entry { definition, span: name.span, unit }, diagnostics);

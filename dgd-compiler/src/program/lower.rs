@@ -75,10 +75,12 @@ fn automaton(automaton: &dae::Automaton) -> Automaton {
         from: transition.from,
         to: transition.to,
         crossing: transition.crossing,
+        trigger: transition.trigger,
         resets: transition.resets.iter().map(|(unknown, _)| *unknown).collect(),
     };
     Automaton {
         name: automaton.name.clone(),
+        kind: automaton.kind,
         modes: automaton.modes.clone(),
         start: automaton.start,
         transitions: automaton.transitions.iter().map(transition).collect(),
@@ -357,7 +359,9 @@ impl<'a> Derivation<'a> {
         }
         let mut sums: BTreeMap<usize, ExprId> = own.into_iter().collect();
         let declared = self.dae.inputs.len();
-        let late = |symbol| input(symbol).and_then(|i| i.checked_sub(declared));
+        let n_late = self.dae.delayed_inputs.len();
+        // Slopes are constant wherever inputs are smooth.
+        let late = |symbol| input(symbol)?.checked_sub(declared).filter(|late| *late < n_late);
         for (position, slope) in self.graph.gradient(expression, late) {
             let tau = self.dae.delays[self.dae.delayed_inputs[position].delay].tau;
             let rate = self.rate_symbol(position);

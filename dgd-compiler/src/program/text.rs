@@ -2,7 +2,9 @@
 
 use std::fmt;
 
-use super::{Argument, Direction, Function, Operation, Program, ResultKind, Transition, ValueId};
+use super::{
+    Argument, Direction, Function, Operation, Program, ResultKind, Transition, Trigger, ValueId,
+};
 use crate::expr::display::number;
 use crate::model::Declared;
 
@@ -57,8 +59,9 @@ impl fmt::Display for Program {
             let (name, modes) = (&automaton.name, automaton.modes.join(", "));
             writeln!(f, "  z[{k}] = {name}: {modes}; starts in {}", automaton.start)?;
             for transition in &automaton.transitions {
-                let Transition { from, to, crossing, resets } = transition;
-                writeln!(f, "    {from} -> {to}, {crossing:?}, resets {resets:?}")?;
+                let Transition { from, to, crossing, trigger, resets } = transition;
+                let level = if *trigger == Trigger::Level { ", at any time" } else { "" };
+                writeln!(f, "    {from} -> {to}, {crossing:?}{level}, resets {resets:?}")?;
             }
         }
         for k in self.automata.len()..self.n_discrete() {

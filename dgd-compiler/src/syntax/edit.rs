@@ -73,7 +73,9 @@ fn collect(
             | ItemKind::Function { .. }
             | ItemKind::Output { .. }
             | ItemKind::Equation { .. }
-            | ItemKind::Modes { .. } => {}
+            | ItemKind::Modes { .. }
+            | ItemKind::When(_)
+            | ItemKind::Saturate { .. } => {}
         }
     }
 }

@@ -47,6 +47,10 @@ impl<S: System> Simulation<'_, S> {
             self.begin_event(due, solution);
         }
         self.settle(solution)?;
+        if let Some(due) = due {
+            // It may happen again as soon as the last time, whatever the error allows.
+            controller.h = controller.h.min(self.discrete.last_interval(due));
+        }
         // What else happens at this time comes first.
         if t_event < self.stop() {
             self.record_now(times, solution);
@@ -116,7 +120,7 @@ impl<S: System> Simulation<'_, S> {
         Ok(())
     }
 
-    fn evaluate_at_end(&mut self, h: f64) {
+    pub(super) fn evaluate_at_end(&mut self, h: f64) {
         let Problem { system, p, .. } = *self.problem;
         let t = self.t + h;
         let u = self.drive.at(t);
