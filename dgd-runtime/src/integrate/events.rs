@@ -39,6 +39,9 @@ pub(super) struct Hybrid {
     pub(super) high: Vec<f64>,
     /// The same along a step.
     pub(super) samples: Samples,
+    /// The transition that only a turn within the step made due, and how far beyond its threshold the
+    /// event function turns.
+    pub(super) turned: Option<(usize, f64)>,
     /// Transitions at one time: since when, and how many.
     crowd: (f64, usize),
     /// When each transition was made.
@@ -68,6 +71,7 @@ impl Hybrid {
             low: vec![0.0; n_e],
             high: vec![0.0; n_e],
             samples: Samples::new(n_e),
+            turned: None,
             crowd: (from, 0),
             pasts: vec![Past::NONE; n_e],
             dtimes,

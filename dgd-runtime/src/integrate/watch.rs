@@ -62,6 +62,7 @@ impl<S: System> Simulation<'_, S> {
             system.event_functions(at, e);
         }
         hybrid.e.copy_from_slice(&hybrid.samples.e[INTERVALS]);
+        hybrid.turned = None;
 
         let mut first = f64::INFINITY;
         for (k, (automaton, transition)) in system.signature().discrete.transitions().enumerate() {
@@ -84,11 +85,14 @@ impl<S: System> Simulation<'_, S> {
     /// Where in the step an armed transition is due.
     fn first_past(&mut self, k: usize, crossing: Crossing, h: f64) -> Option<f64> {
         for sample in 1..=INTERVALS {
-            if sample > 1 && self.turns_to(true, k, crossing, sample, h).is_some() {
-                return self.turns_to(true, k, crossing, sample, h);
-            }
             if crossing.is_past(self.discrete.samples.e[sample][k]) {
                 return Some(part_of(sample));
+            }
+            if sample > 1
+                && let Some(turn) = self.turns_to(true, k, crossing, sample, h)
+            {
+                self.discrete.turned = Some((k, self.discrete.samples.turn[k].abs()));
+                return Some(turn);
             }
         }
         None
