@@ -145,12 +145,8 @@ fn a_history_of_its_own_jumps_at_the_start() {
 fn the_published_solution_with_one_delay() {
     let system = system(FROM_A_JUMP);
     let times: Vec<f64> = (0..=50).map(|k| 0.1 * f64::from(k)).collect();
-    let problem = Problem {
-        system: &system,
-        p: &[1.0, 1.0, 1.0, 0.0],
-        inputs: &Inputs::none(),
-        start: &[],
-    };
+    let problem =
+        Problem { system: &system, p: &[1.0, 1.0, 1.0, 0.0], inputs: &Inputs::none(), start: &[] };
     let solution = simulate(&problem, &times, &options()).expect("a solution");
     for (t, expected) in [(1.5, 0.5), (2.0, 0.0), (2.5, -0.375), (3.0, -0.5)] {
         let k = times.iter().position(|other| (other - t).abs() < 1e-9).expect("a time");

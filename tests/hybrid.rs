@@ -334,9 +334,9 @@ fn a_ball_bounces_with_the_sensitivities_of_its_closed_form() {
            flying -> flying when h falls below 0 [m] { reset v = -e*v }
          }",
     );
-    // After two bounces: t₂ = t₁ (1 + 2e), t₁ = √(2h₀/g), v₂ = e² g t₁,
+    // After two bounces, before the third: t₂ = t₁ (1 + 2e), t₁ = √(2h₀/g), v₂ = e² g t₁,
     // h = v₂ s − g s²/2 with s = t − t₂.
-    let t = 2.5;
+    let t = 2.4;
     let state = |p: [f64; 3]| {
         let [g, h0, e] = p;
         let t1 = (2.0 * h0 / g).sqrt();

@@ -111,7 +111,7 @@ fn write_to(
     print(&String::from_utf8_lossy(&text))
 }
 
-/// Transitions between modes, for `--format json`.
+/// What happened at events, for `--format json`: the modes of a `when` have no names.
 pub(crate) fn events(solution: &Solution) -> Vec<Value> {
     let event = |event: &Event| {
         json!({

@@ -180,7 +180,9 @@ fn verify_library(ast: &Ast, diagnostics: &mut Diagnostics) {
             | ItemKind::Modes { .. }
             | ItemKind::Variant { .. }
             | ItemKind::Part { .. }
-            | ItemKind::Binding { .. } => {
+            | ItemKind::Binding { .. }
+            | ItemKind::When(_)
+            | ItemKind::Saturate { .. } => {
                 diagnostics.error(
                     Diagnostic::new(Code::E208, item.span, "this cannot stand in a library")
                         .help("a library has constants, `let`s and functions; a model file begins with `model NAME`"),

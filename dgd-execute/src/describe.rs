@@ -3,8 +3,8 @@
 use dgd_compiler::program::{self, Program, ResultKind};
 use dgd_compiler::units;
 use dgd_runtime::system::{
-    Automaton, Crossing, DelayedInput, DelayedUnknown, Direction, Discrete, Input, Interpolation, Output,
-    Parameter, Pattern, Signature, Text, Transition, Unit, Unknown,
+    Automaton, AutomatonKind, Crossing, DelayedInput, DelayedUnknown, Direction, Discrete, Input,
+    Interpolation, Output, Parameter, Pattern, Signature, Text, Transition, Trigger, Unit, Unknown,
 };
 
 pub(crate) fn signature(program: &Program) -> Signature {
@@ -103,9 +103,18 @@ fn automaton(automaton: &program::Automaton) -> Automaton {
             program::Crossing::Rises => Crossing::Rises,
             program::Crossing::Falls => Crossing::Falls,
         },
+        trigger: match transition.trigger {
+            program::Trigger::Edge => Trigger::Edge,
+            program::Trigger::Level => Trigger::Level,
+        },
         resets: transition.resets.clone().into(),
     };
     Automaton {
+        kind: match automaton.kind {
+            program::AutomatonKind::Modes => AutomatonKind::Modes,
+            program::AutomatonKind::When => AutomatonKind::When,
+            program::AutomatonKind::Saturation => AutomatonKind::Saturation,
+        },
         name: text(&automaton.name),
         modes: automaton.modes.iter().map(|mode| text(mode)).collect(),
         start: automaton.start,

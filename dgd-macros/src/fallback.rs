@@ -119,7 +119,9 @@ impl<'a> Still<'a> {
                 | ItemKind::Equation { .. }
                 | ItemKind::Modes { .. }
                 | ItemKind::Part { .. }
-                | ItemKind::Binding { .. } => {}
+                | ItemKind::Binding { .. }
+                | ItemKind::When(_)
+                | ItemKind::Saturate { .. } => {}
             }
         }
     }

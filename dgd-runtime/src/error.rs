@@ -51,13 +51,13 @@ pub enum IntegrateError {
         /// What it reads, with the values at the end of the last step that could be made.
         values: Vec<ReadValue>,
     },
-    /// Modes follow one another without end at one time.
+    /// Modes follow one another without end at one time, or ever faster towards one.
     EndlessEvents {
         /// The time, s.
         t: f64,
         /// The automaton that changed last.
         automaton: String,
-        /// Number of transitions at this time.
+        /// Number of transitions at this time, or on the way to it.
         transitions: usize,
     },
     /// More steps than allowed.
@@ -265,8 +265,7 @@ impl fmt::Display for IntegrateError {
             }
             Self::EndlessEvents { t, automaton, transitions } => write!(
                 f,
-                "`{automaton}` changes its mode without end at t = {t} s, after {transitions} \
-                 transitions there"
+                "`{automaton}` goes on without end at t = {t} s, after {transitions} transitions"
             ),
             Self::TooManySteps { t, steps } => {
                 write!(f, "{steps} steps were not enough, the solution stopped at t = {t} s")

@@ -311,9 +311,31 @@ pub struct Discrete {
     pub reset_jacobian: Pattern,
 }
 
-/// A `modes` block of the model.
+/// What an automaton stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AutomatonKind {
+    /// A `modes` block.
+    Modes,
+    /// A `when`: one mode, and a transition from it to itself.
+    When,
+    /// An unknown with bounds: free, or at one of them.
+    Saturation,
+}
+
+/// When a transition acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Trigger {
+    /// Once its condition becomes true: not while it has been true since the mode was entered.
+    Edge,
+    /// Whenever its condition is true.
+    Level,
+}
+
+/// A `modes` block of the model, or what else changes at events.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Automaton {
+    /// What it stands for.
+    pub kind: AutomatonKind,
     /// Its name.
     pub name: Text,
     /// Names of its modes.
@@ -333,6 +355,8 @@ pub struct Transition {
     pub to: usize,
     /// In which direction its event function passes zero.
     pub crossing: Crossing,
+    /// When it acts.
+    pub trigger: Trigger,
     /// Positions of the unknowns that it resets.
     pub resets: List<usize>,
 }

@@ -6,7 +6,9 @@ use std::path::Path;
 use dgd_compiler::dae::{Dae, assemble};
 use dgd_compiler::diagnostics::{Diagnostics, Reported};
 use dgd_compiler::effects::Effect;
-use dgd_compiler::model::{Automaton, Declared, Interpolation, Model, Variant, resolve};
+use dgd_compiler::model::{
+    Automaton, AutomatonKind, Declared, Interpolation, Model, Variant, resolve,
+};
 use dgd_compiler::pipeline::Directions;
 use serde_json::{Value, json};
 
@@ -112,6 +114,10 @@ fn summary(path: &str, model: &Model, dae: &Dae) -> String {
         let _ = write!(text, "; variant {} = {}", variant.name, choices.join(" | "));
     }
     for automaton in &model.automata {
+        if automaton.kind == AutomatonKind::When {
+            let _ = write!(text, "; when {}", automaton.name);
+            continue;
+        }
         let modes: Vec<&str> = automaton.modes.iter().map(|mode| mode.name.as_str()).collect();
         let _ = write!(text, "; modes {} = {}", automaton.name, modes.join(" | "));
     }
@@ -213,7 +219,14 @@ fn describe(model: &Model, dae: &Dae) -> Value {
         .iter()
         .map(|part| json!({ "name": part.name, "model": part.model, "doc": part.doc.join("\n") }))
         .collect();
-    let modes: Vec<Value> = model.automata.iter().map(describe_modes).collect();
+    let blocks = model.automata.iter().filter(|a| a.kind == AutomatonKind::Modes);
+    let modes: Vec<Value> = blocks.map(describe_modes).collect();
+    let whens: Vec<Value> = model
+        .automata
+        .iter()
+        .filter(|automaton| automaton.kind == AutomatonKind::When)
+        .map(|automaton| json!({ "condition": automaton.name, "doc": automaton.doc.join("\n") }))
+        .collect();
     json!({
         "model": model.name,
         "doc": model.doc.join("\n"),
@@ -226,6 +239,7 @@ fn describe(model: &Model, dae: &Dae) -> Value {
         "variants": variants,
         "modes": modes,
         "parts": parts,
+        "whens": whens,
         "diagnostics": [],
     })
 }

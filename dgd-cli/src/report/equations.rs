@@ -40,7 +40,7 @@ fn typeset(path: &Path, text: &str, choices: &Choices) -> Result<Vec<Equation>, 
     let equation = |line: &Line| {
         let label = match line {
             Line::Equation { label, .. } => label.clone().unwrap_or_default(),
-            Line::Mode(_) | Line::Transition(_) => String::new(),
+            Line::Mode(_) | Line::Transition(_) | Line::Bound { .. } => String::new(),
         };
         Equation { formula: mathml::write(line), label }
     };

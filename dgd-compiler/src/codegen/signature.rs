@@ -4,7 +4,9 @@ use proc_macro2::TokenStream;
 use quote::quote;
 
 use super::{index, number};
-use crate::program::{Crossing, Direction, Interpolation, Program, ResultKind, Transition};
+use crate::program::{
+    AutomatonKind, Crossing, Direction, Interpolation, Program, ResultKind, Transition, Trigger,
+};
 use crate::units::Unit;
 
 pub(super) fn signature(program: &Program) -> TokenStream {
@@ -145,8 +147,16 @@ fn discrete(program: &Program) -> TokenStream {
     let automata = program.automata.iter().map(|automaton| {
         let (name, modes, start) = (&automaton.name, &automaton.modes, index(automaton.start));
         let transitions = automaton.transitions.iter().map(transition);
+        let kind = match automaton.kind {
+            AutomatonKind::Modes => quote!(::dgd::__runtime::system::AutomatonKind::Modes),
+            AutomatonKind::When => quote!(::dgd::__runtime::system::AutomatonKind::When),
+            AutomatonKind::Saturation => {
+                quote!(::dgd::__runtime::system::AutomatonKind::Saturation)
+            }
+        };
         quote! {
             ::dgd::__runtime::system::Automaton {
+                kind: #kind,
                 name: Text::Borrowed(#name),
                 modes: List::Borrowed(&[#(Text::Borrowed(#modes)),*]),
                 start: #start,
@@ -173,12 +183,17 @@ fn transition(transition: &Transition) -> TokenStream {
         Crossing::Rises => quote!(::dgd::__runtime::system::Crossing::Rises),
         Crossing::Falls => quote!(::dgd::__runtime::system::Crossing::Falls),
     };
+    let trigger = match transition.trigger {
+        Trigger::Edge => quote!(::dgd::__runtime::system::Trigger::Edge),
+        Trigger::Level => quote!(::dgd::__runtime::system::Trigger::Level),
+    };
     let resets = transition.resets.iter().map(|unknown| index(*unknown));
     quote! {
         ::dgd::__runtime::system::Transition {
             from: #from,
             to: #to,
             crossing: #crossing,
+            trigger: #trigger,
             resets: List::Borrowed(&[#(#resets),*]),
         }
     }

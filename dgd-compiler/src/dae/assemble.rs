@@ -6,9 +6,11 @@ use super::counts::verify_counts;
 use super::delays;
 use super::explicit::{Explicit, Rate, Row, rows_of, solve_for_derivatives};
 use super::modes::{Combinations, in_modes};
+use super::rates::{Varying, take_slopes};
 use super::readers::{DerivativeReader, automaton_of};
+use super::saturate::{self, saturate};
 use super::transfer::{Equation, transfer};
-use super::{Dae, Output, Unknown};
+use super::{Automaton, Dae, Output, Unknown};
 use crate::diagnostics::{Diagnostics, Reported};
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::Model;
@@ -27,7 +29,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     let mut transferred = transfer(model, &mut graph);
     // First delays, as a condition on a time that is past switches at a time of its own.
     let delays = delays::resolve(model, &mut graph, &mut transferred, diagnostics)?;
-    let time_conditions = transferred.take_time_conditions(&mut graph, model.automata.len());
+    let time_conditions = transferred.take_time_conditions(&mut graph, saturate::n_automata(model));
     let equations = &transferred.equations;
 
     let mut systems: Vec<Explicit> = Vec::new();
@@ -93,15 +95,16 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         let value = reader.open(value, declared.span, &what);
         outputs.push(Output { declared, value, noise: output.noise, delay });
     }
-    let automata = model
+    let mut automata: Vec<Automaton> = model
         .automata
         .iter()
         .zip(transferred.transitions)
         .map(|(automaton, transitions)| automaton_of(automaton, transitions, &mut reader))
         .collect();
     diagnostics.check()?;
-
-    Ok(Dae {
+    let varying = Varying { model, delayed: &delays.inputs };
+    saturate(&mut graph, varying, &transferred.bounds, &mut complete, &mut automata);
+    let mut dae = Dae {
         name: model.name.clone(),
         doc: model.doc.clone(),
         graph,
@@ -116,7 +119,9 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         variants: model.variants.clone(),
         automata,
         time_conditions,
-    })
+    };
+    take_slopes(&mut dae);
+    Ok(dae)
 }
 
 /// Labels of the equations of an unknown's rows, each once.

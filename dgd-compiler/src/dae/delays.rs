@@ -15,7 +15,7 @@ use super::{Delay, DelayedInput, DelayedUnknown};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::display::listing;
 use crate::expr::{ExprId, Graph, Node, Symbol};
-use crate::model::Model;
+use crate::model::{AutomatonKind, Model};
 use crate::source::Span;
 
 /// Delays of delays open at most this many expressions.
@@ -44,13 +44,15 @@ pub(super) fn resolve(
     transferred: &mut Transferred<'_>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Resolved, Reported> {
-    let Transferred { equations, starts, histories, outputs, transitions, names, .. } = transferred;
+    let Transferred { equations, starts, histories, outputs, transitions, bounds, names, .. } =
+        transferred;
     let rests = equations.iter().map(|equation| equation.rest);
     let of_transitions = transitions.iter().flatten();
     let roots: Vec<ExprId> = rests
         .chain(starts.iter().copied())
         .chain(histories.iter().flatten().copied())
         .chain(outputs.iter().copied())
+        .chain(bounds.iter().copied())
         .chain(
             of_transitions.flat_map(|(event, resets)| [event].into_iter().chain(resets)).copied(),
         )
@@ -82,7 +84,10 @@ pub(super) fn resolve(
         }
     }
     for (automaton, values) in model.automata.iter().zip(transitions) {
-        let reader = format!("a transition of `{}`", automaton.name);
+        let reader = match automaton.kind {
+            AutomatonKind::Modes => format!("a transition of `{}`", automaton.name),
+            AutomatonKind::When => "`when`".to_owned(),
+        };
         for (transition, (event, resets)) in automaton.transitions.iter().zip(values) {
             let reset_spans = transition.resets.iter().map(|reset| reset.span);
             let spans = [transition.span].into_iter().chain(reset_spans);
@@ -106,6 +111,11 @@ pub(super) fn resolve(
             .instantaneous(graph, at_names[history])
             .unwrap_or_else(|_| unreachable!("histories read no unknowns"));
     }
+    for bound in bounds.iter_mut() {
+        *bound = resolver
+            .instantaneous(graph, at_names[bound])
+            .unwrap_or_else(|_| unreachable!("bounds read no unknowns"));
+    }
     let mut of_outputs = Vec::with_capacity(outputs.len());
     for (value, output) in outputs.iter_mut().zip(&model.outputs) {
         let mut delay = None;
@@ -122,9 +132,10 @@ pub(super) fn resolve(
                 let (a, b) = (resolver.name(a), resolver.name(b));
                 let read = if a == b { a } else { format!("{a} and {b}") };
                 let message = format!("output `{}` reads {read} at different times", declared.name);
-                diagnostics.error(Diagnostic::new(Code::E408, declared.span, message).help(
-                    "declare an `unknown` that equals the derivative, and delay that",
-                ));
+                diagnostics.error(
+                    Diagnostic::new(Code::E408, declared.span, message)
+                        .help("declare an `unknown` that equals the derivative, and delay that"),
+                );
             }
         }
         of_outputs.push(delay);

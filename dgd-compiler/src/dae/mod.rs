@@ -9,7 +9,9 @@ mod delays;
 mod explicit;
 mod matching;
 mod modes;
+mod rates;
 mod readers;
+mod saturate;
 pub mod text;
 mod time_conditions;
 mod transfer;
@@ -62,15 +64,38 @@ pub struct Dae {
     pub names: BTreeMap<ExprId, String>,
     /// What was chosen.
     pub variants: Vec<Variant>,
-    /// `modes` blocks; the mode of the k-th is the k-th discrete number.
+    /// `modes` blocks, `when`s and saturations; the mode of the k-th is the k-th discrete number.
     pub automata: Vec<Automaton>,
     /// Conditions on time; their discrete numbers follow those of the modes.
     pub time_conditions: Vec<TimeCondition>,
 }
 
-/// A `modes` block: the equations are in the rows, what is left are its transitions.
+/// What an automaton stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AutomatonKind {
+    /// A `modes` block.
+    Modes,
+    /// A `when`: one mode, and a transition from it to itself.
+    When,
+    /// An unknown with bounds: free, or at one of them.
+    Saturation,
+}
+
+/// When a transition acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Trigger {
+    /// Once its condition becomes true.
+    Edge,
+    /// Whenever its condition is true.
+    Level,
+}
+
+/// A `modes` block, or what else changes at events: the equations are in the rows, what is left are
+/// its transitions.
 #[derive(Debug, Clone)]
 pub struct Automaton {
+    /// What it stands for.
+    pub kind: AutomatonKind,
     /// Its name.
     pub name: String,
     /// Names of its modes.
@@ -92,6 +117,8 @@ pub struct Transition {
     pub event: ExprId,
     /// In which direction it passes zero.
     pub crossing: Crossing,
+    /// When it acts.
+    pub trigger: Trigger,
     /// Unknowns that get a new value, and the values.
     pub resets: Vec<(usize, ExprId)>,
 }

@@ -3,7 +3,7 @@
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::graph::Comparison;
 use crate::expr::{ExprId, Graph, Symbol};
-use crate::model::Model;
+use crate::model::{AutomatonKind, Model};
 
 /// Every combination is matched by itself: their number must stay within bounds.
 const MOST_COMBINATIONS: usize = 1024;
@@ -84,6 +84,7 @@ pub(super) fn in_modes(model: &Model, modes: &[usize]) -> String {
         .automata
         .iter()
         .zip(modes)
+        .filter(|(automaton, _)| automaton.kind == AutomatonKind::Modes)
         .map(|(automaton, mode)| {
             format!("mode `{}` of `{}`", automaton.modes[*mode].name, automaton.name)
         })

@@ -1,6 +1,6 @@
 //! What reads derivatives without determining them: outputs, event functions and resets.
 
-use super::{Automaton, Transition};
+use super::{Automaton, AutomatonKind, Transition, Trigger};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::{self, Model};
@@ -42,7 +42,10 @@ pub(super) fn automaton_of<F: Fn(Symbol) -> Option<ExprId>>(
 ) -> Automaton {
     let transitions = automaton.transitions.iter().zip(values).map(|(transition, values)| {
         let (event, resets) = values;
-        let what = || format!("a transition of `{}`", automaton.name);
+        let what = || match automaton.kind {
+            model::AutomatonKind::Modes => format!("a transition of `{}`", automaton.name),
+            model::AutomatonKind::When => "`when`".to_owned(),
+        };
         let event = reader.open(event, transition.span, &what);
         let resets =
             transition.resets.iter().zip(resets).map(|(reset, value)| {
@@ -52,12 +55,18 @@ pub(super) fn automaton_of<F: Fn(Symbol) -> Option<ExprId>>(
             from: transition.from,
             to: transition.to,
             crossing: transition.crossing,
+            trigger: Trigger::Edge,
             event,
             resets: resets.collect(),
         }
     });
     let transitions = transitions.collect();
+    let kind = match automaton.kind {
+        model::AutomatonKind::Modes => AutomatonKind::Modes,
+        model::AutomatonKind::When => AutomatonKind::When,
+    };
     Automaton {
+        kind,
         name: automaton.name.clone(),
         modes: automaton.modes.iter().map(|mode| mode.name.clone()).collect(),
         start: automaton.start,

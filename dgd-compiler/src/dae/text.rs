@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::Dae;
+use super::{AutomatonKind, Dae};
 use crate::expr::display::listing;
 use crate::expr::{ExprId, Symbol};
 use crate::model::Crossing;
@@ -65,16 +65,23 @@ pub fn write(dae: &Dae) -> String {
         let _ = writeln!(text, "  {name} = {after} from time {at} on");
     }
     for automaton in &dae.automata {
+        let is_when = automaton.kind == AutomatonKind::When;
+        if is_when {
+            let _ = writeln!(text, "  when {}", automaton.name);
+        }
         let (name, modes) = (&automaton.name, automaton.modes.join(", "));
         let start = &automaton.modes[automaton.start];
-        let _ = writeln!(text, "  modes {name} = {modes}; starts in {start}");
+        if !is_when {
+            let _ = writeln!(text, "  modes {name} = {modes}; starts in {start}");
+        }
         for transition in &automaton.transitions {
             let [from, to] = [transition.from, transition.to].map(|mode| &automaton.modes[mode]);
             let crossing = match transition.crossing {
                 Crossing::Rises => "rises above",
                 Crossing::Falls => "falls below",
             };
-            let _ = writeln!(text, "    {from} -> {to} when {} {crossing} 0", next());
+            let change = if is_when { String::new() } else { format!("{from} -> {to} when ") };
+            let _ = writeln!(text, "    {change}{} {crossing} 0", next());
             for (unknown, _) in &transition.resets {
                 let _ = writeln!(text, "      reset {} = {}", dae.unknowns[*unknown].name, next());
             }

@@ -31,6 +31,8 @@ pub(super) struct Transferred<'a> {
     pub(super) outputs: Vec<ExprId>,
     /// For each block and transition, left − right and the values of its resets.
     pub(super) transitions: Vec<Vec<(ExprId, Vec<ExprId>)>>,
+    /// For each saturation, its bound.
+    pub(super) bounds: Vec<ExprId>,
     pub(super) names: BTreeMap<ExprId, String>,
 }
 
@@ -68,6 +70,7 @@ impl Transferred<'_> {
         equations
             .chain(&mut self.starts)
             .chain(&mut self.outputs)
+            .chain(&mut self.bounds)
             .chain(transitions.flat_map(|(event, resets)| std::iter::once(event).chain(resets)))
     }
 }
@@ -81,7 +84,8 @@ pub(super) fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'
         .chain(model.unknowns.iter().filter_map(|u| u.history))
         .chain(model.outputs.iter().map(|o| o.value))
         .chain(transitions().flat_map(|t| [t.left, t.right]))
-        .chain(transitions().flat_map(|t| t.resets.iter().map(|reset| reset.value)));
+        .chain(transitions().flat_map(|t| t.resets.iter().map(|reset| reset.value)))
+        .chain(model.saturations.iter().map(|saturation| saturation.bound));
     let nodes = model.graph.listed(roots);
     let built = graph.rebuild(&nodes, |graph, symbol| match symbol {
         Symbol::Constant(i) => graph.constant(model.constants[i as usize].value),
@@ -134,6 +138,7 @@ pub(super) fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'
         histories: model.unknowns.iter().map(|u| u.history.map(|id| built[&id])).collect(),
         outputs: model.outputs.iter().map(|o| built[&o.value]).collect(),
         transitions,
+        bounds: model.saturations.iter().map(|saturation| built[&saturation.bound]).collect(),
         names,
     }
 }

@@ -170,16 +170,16 @@ Right:
     let inside = if 0 < x and x < 1 then 1 else 0
 "
 E110 "not part of the language yet" "
-The construct is planned, but this version does not read it: events (`when`, `saturate`),
-parts and arrays (`for`, `size`, indices).
+The construct is planned, but this version does not read it: parts and arrays (`for`, `size`, indices).
 
 Wrong:
 
-    when level rises above 2.0 [m^3] { reset level = 0 [m^3] }
+    state level[1..2] [m] = 1
 
 Right:
 
-    let level_error = if level > 2.0 [m^3] then level - 2.0 [m^3] else 0
+    state level_1 [m] = 1
+    state level_2 [m] = 1
 "
 E111 "missing value" "
 A constant, a parameter, a `let` and a function need a value behind `=`. For an unknown or an input,
@@ -916,6 +916,24 @@ Wrong:
 Right:
 
     parameter c = 0.1 in 1e-3 .. 1, log
+"
+E510 "bound that follows an unknown" "
+`saturate` keeps an unknown within a bound that is made of parameters, constants, inputs and time.
+
+Wrong:
+
+    state h [m] = 1
+    state h_2 [m] = 1
+    equation level: der(h) = 0.01 [m/s]
+    equation level_2: der(h_2) = 0.01 [m/s]
+    saturate h <= h_2
+
+Right:
+
+    parameter rim [m] = 2
+    state h [m] = 1
+    equation level: der(h) = 0.01 [m/s]
+    saturate h <= rim
 "
 E601 "file that cannot be read" "
 The file does not exist, may not be read, is empty, or is not text in UTF-8.

@@ -428,7 +428,9 @@ fn equations_mut(
             | ItemKind::Function { .. }
             | ItemKind::Output { .. }
             | ItemKind::Part { .. }
-            | ItemKind::Binding { .. } => {}
+            | ItemKind::Binding { .. }
+            | ItemKind::When(_)
+            | ItemKind::Saturate { .. } => {}
         }
     }
 }

@@ -30,7 +30,11 @@ impl Declarations {
         for ast in asts {
             visit::items(&ast.items, &mut |item| {
                 let (namespace, name, unit, kind) = match &item.kind {
-                    ItemKind::Import { .. } | ItemKind::Part { .. } | ItemKind::Binding { .. } => {
+                    ItemKind::Import { .. }
+                    | ItemKind::Part { .. }
+                    | ItemKind::Binding { .. }
+                    | ItemKind::When(_)
+                    | ItemKind::Saturate { .. } => {
                         return;
                     }
                     ItemKind::Constant { name, unit, .. } | ItemKind::Let { name, unit, .. } => {

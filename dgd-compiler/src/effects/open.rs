@@ -59,7 +59,9 @@ impl Definitions {
                 | ItemKind::Equation { .. }
                 | ItemKind::Modes { .. }
                 | ItemKind::Part { .. }
-                | ItemKind::Binding { .. } => continue,
+                | ItemKind::Binding { .. }
+                | ItemKind::When(_)
+                | ItemKind::Saturate { .. } => continue,
             };
             let definition = Definition {
                 path: path.clone(),

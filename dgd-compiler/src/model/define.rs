@@ -168,7 +168,9 @@ impl<'a> Scope<'a> {
                 ItemKind::Import { .. }
                 | ItemKind::Variant { .. }
                 | ItemKind::Part { .. }
-                | ItemKind::Binding { .. } => continue,
+                | ItemKind::Binding { .. }
+                | ItemKind::When(_)
+                | ItemKind::Saturate { .. } => continue,
             };
             let unit = unit.map(|unit| unit_of(unit.as_ref(), diagnostics));
             scope.insert(name, Entry { definition, span: name.span, unit }, diagnostics);

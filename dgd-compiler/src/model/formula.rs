@@ -29,15 +29,22 @@ pub enum Line {
     Mode(String),
     /// From one mode to another.
     Transition(Transition),
+    /// A bound within which an unknown stays.
+    Bound {
+        /// The unknown.
+        left: Formula,
+        /// On which side it lies.
+        side: ast::Bound,
+        /// The bound.
+        right: Formula,
+    },
 }
 
 /// A transition between modes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Transition {
-    /// The mode that it leaves.
-    pub from: String,
-    /// The mode that it enters.
-    pub to: String,
+    /// The mode that it leaves and the one that it enters; none of a `when`.
+    pub modes: Option<[String; 2]>,
     /// What is watched.
     pub left: Formula,
     /// In which direction it passes `right`.
@@ -190,6 +197,11 @@ fn collect(items: &[Item], model: &Model, lines: &mut Vec<Line>) {
                 }
                 lines.extend(transitions.iter().map(transition));
             }
+            ItemKind::When(reaction) => lines.push(when(reaction)),
+            ItemKind::Saturate { name, side, bound } => {
+                let left = Formula::Symbol(Symbol::of(&name.text));
+                lines.push(Line::Bound { left, side: *side, right: expression(bound) });
+            }
             ItemKind::Import { .. }
             | ItemKind::Constant { .. }
             | ItemKind::Parameter { .. }
@@ -203,17 +215,30 @@ fn collect(items: &[Item], model: &Model, lines: &mut Vec<Line>) {
 }
 
 fn transition(transition: &ast::Transition) -> Line {
-    let resets = transition.resets.iter();
     Line::Transition(Transition {
-        from: transition.from.text.clone(),
-        to: transition.to.text.clone(),
+        modes: Some([&transition.from, &transition.to].map(|mode| mode.text.clone())),
         left: expression(&transition.left),
         crossing: transition.crossing,
         right: expression(&transition.right),
-        resets: resets
-            .map(|reset| (Formula::Symbol(Symbol::of(&reset.name.text)), expression(&reset.value)))
-            .collect(),
+        resets: resets_of(&transition.resets),
     })
+}
+
+fn when(reaction: &ast::Reaction) -> Line {
+    Line::Transition(Transition {
+        modes: None,
+        left: expression(&reaction.left),
+        crossing: reaction.crossing,
+        right: expression(&reaction.right),
+        resets: resets_of(&reaction.resets),
+    })
+}
+
+fn resets_of(resets: &[ast::Reset]) -> Vec<(Formula, Formula)> {
+    let one = |reset: &ast::Reset| {
+        (Formula::Symbol(Symbol::of(&reset.name.text)), expression(&reset.value))
+    };
+    resets.iter().map(one).collect()
 }
 
 impl Symbol {

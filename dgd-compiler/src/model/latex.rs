@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::Model;
 use super::formula::{self, Fence, Formula, GREEK, Line, Operator, Symbol, Transition};
-use crate::syntax::ast::{Ast, Crossing};
+use crate::syntax::ast::{Ast, Bound};
 
 /// Writes the model's equations, ready for a document that uses `amsmath`.
 pub fn write(asts: &[Ast], model: &Model) -> String {
@@ -28,21 +28,25 @@ fn line(line: &Line) -> String {
         }
         Line::Mode(name) => format!("&\\text{{{}:}}", escaped(name)),
         Line::Transition(line) => transition(line),
+        Line::Bound { left, side, right } => {
+            let sign = match side {
+                Bound::Lower => "\\ge",
+                Bound::Upper => "\\le",
+            };
+            format!("{} &{sign} {}", formula(left), formula(right))
+        }
     }
 }
 
-fn transition(Transition { from, to, left, crossing, right, resets }: &Transition) -> String {
-    let crosses = match crossing {
-        Crossing::Rises => "rises above",
-        Crossing::Falls => "falls below",
+fn transition(Transition { modes, left, crossing, right, resets }: &Transition) -> String {
+    let mut text = match modes {
+        Some([from, to]) => {
+            format!("&\\text{{{}}} \\to \\text{{{}}} \\text{{ when }} ", escaped(from), escaped(to))
+        }
+        None => "&\\text{when } ".to_owned(),
     };
-    let mut text = format!(
-        "&\\text{{{}}} \\to \\text{{{}}} \\text{{ when }} {} \\text{{ {crosses} }} {}",
-        escaped(from),
-        escaped(to),
-        formula(left),
-        formula(right)
-    );
+    let crosses = crossing.words();
+    let _ = write!(text, "{} \\text{{ {crosses} }} {}", formula(left), formula(right));
     for (unknown, value) in resets {
         let _ = write!(text, ", {} := {}", formula(unknown), formula(value));
     }

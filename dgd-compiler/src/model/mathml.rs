@@ -5,7 +5,7 @@
 use std::fmt::Write;
 
 use super::formula::{Cases, Fence, Formula, GREEK, Line, Operator, Symbol, Transition};
-use crate::syntax::ast::Crossing;
+use crate::syntax::ast::Bound;
 
 /// One line as a `<math>` element; its label is left to the caller.
 pub fn write(line: &Line) -> String {
@@ -16,6 +16,13 @@ pub fn write(line: &Line) -> String {
         Line::Equation { left, right, label: _ } => write_equality(&mut text, left, "=", right),
         Line::Mode(name) => write!(text, "<mtext>{}:</mtext>", escaped(name)),
         Line::Transition(transition) => write_transition(&mut text, transition),
+        Line::Bound { left, side, right } => {
+            let sign = match side {
+                Bound::Lower => "≥",
+                Bound::Upper => "≤",
+            };
+            write_equality(&mut text, left, sign, right)
+        }
     };
     text.push_str("</math>");
     text
@@ -33,14 +40,15 @@ fn write_equality(
 }
 
 fn write_transition(text: &mut String, transition: &Transition) -> std::fmt::Result {
-    let Transition { from, to, left, crossing, right, resets } = transition;
-    let (from, to) = (escaped(from), escaped(to));
-    write!(text, "<mtext>{from}</mtext><mo>→</mo><mtext>{to} when </mtext>")?;
+    let Transition { modes, left, crossing, right, resets } = transition;
+    if let Some([from, to]) = modes {
+        let (from, to) = (escaped(from), escaped(to));
+        write!(text, "<mtext>{from}</mtext><mo>→</mo><mtext>{to} when </mtext>")?;
+    } else {
+        text.push_str("<mtext>when </mtext>");
+    }
     write_formula(text, left)?;
-    text.push_str(match crossing {
-        Crossing::Rises => "<mtext> rises above </mtext>",
-        Crossing::Falls => "<mtext> falls below </mtext>",
-    });
+    write!(text, "<mtext> {} </mtext>", crossing.words())?;
     write_formula(text, right)?;
     for (unknown, value) in resets {
         text.push_str("<mo>,</mo>");

@@ -19,7 +19,7 @@ use crate::expr::{ExprId, Graph};
 use crate::source::Span;
 use crate::units::{Dimension, Unit};
 
-pub use crate::syntax::ast::Crossing;
+pub use crate::syntax::ast::{Bound, Crossing};
 
 pub use crate::parts::InnerModel;
 pub use resolve::{ModelOptions, Setting, resolve};
@@ -52,8 +52,10 @@ pub struct Model {
     pub outputs: Vec<Output>,
     /// `equation`s that hold in every mode.
     pub equations: Vec<Equation>,
-    /// `modes`.
+    /// `modes` and `when`s.
     pub automata: Vec<Automaton>,
+    /// `saturate`.
+    pub saturations: Vec<Saturation>,
     /// `variant`s and what was chosen.
     pub variants: Vec<Variant>,
     /// `part`s and parts of those; what they hold is in the lists above.
@@ -177,10 +179,21 @@ pub struct Equation {
     pub dimension: Dimension,
 }
 
-/// A `modes` block: equations that follow one another.
+/// Where an automaton comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AutomatonKind {
+    /// A `modes` block.
+    Modes,
+    /// A `when`: one mode without equations, and a transition from it to itself.
+    When,
+}
+
+/// A `modes` block: equations that follow one another; or a `when`.
 #[derive(Debug, Clone)]
 pub struct Automaton {
-    /// Its name.
+    /// Where it comes from.
+    pub kind: AutomatonKind,
+    /// Its name; of a `when` its condition as written.
     pub name: String,
     /// Doc comment.
     pub doc: Vec<String>,
@@ -231,6 +244,19 @@ pub struct Reset {
     pub unknown: u32,
     /// Its new value.
     pub value: ExprId,
+}
+
+/// A bound within which an unknown stays though its equation would take it beyond.
+#[derive(Debug, Clone)]
+pub struct Saturation {
+    /// The whole item's place.
+    pub span: Span,
+    /// Position of the unknown.
+    pub unknown: u32,
+    /// On which side of the unknown the bound lies.
+    pub side: Bound,
+    /// The bound: of parameters, inputs and time.
+    pub bound: ExprId,
 }
 
 /// A `variant` and the choice that was made.

@@ -1,13 +1,16 @@
-//! `modes`: equations that follow one another.
+//! `modes`: equations that follow one another; and what else changes at events, `when` and
+//! `saturate`.
 
 use std::collections::BTreeMap;
 
 use super::check_units;
 use super::define::Definition;
 use super::resolve::{Reading, Resolver};
-use super::{Automaton, Mode, Reset, Transition};
+use super::{Automaton, AutomatonKind, Mode, Reset, Saturation, Transition};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
-use crate::syntax::ast::{self, Choice, Item, ItemKind, Name};
+use crate::expr::Symbol;
+use crate::syntax::ast::{self, Bound, Choice, Expr, Item, ItemKind, Name};
+use crate::syntax::print::print_condition;
 use crate::units::Unit;
 
 impl<'a> Resolver<'a> {
@@ -28,6 +31,7 @@ impl<'a> Resolver<'a> {
             .map(|transition| self.transition(transition, (name, &names), diagnostics))
             .collect();
         Ok(Automaton {
+            kind: AutomatonKind::Modes,
             name: name.text.clone(),
             doc: item.doc.clone(),
             modes: modes.into_iter().collect::<Result<_, _>>()?,
@@ -58,19 +62,7 @@ impl<'a> Resolver<'a> {
         let to = position(&transition.to, modes, automaton, diagnostics);
         let left = self.lowering.value(&transition.left, diagnostics);
         let right = self.lowering.value(&transition.right, diagnostics);
-        let mut resets = Vec::new();
-        for reset in &transition.resets {
-            let earlier = transition.resets.iter().find(|r| r.name.text == reset.name.text);
-            if let Some(first) = earlier.filter(|first| first.span != reset.span) {
-                let message = format!("`{}` is reset twice", reset.name.text);
-                diagnostics.error(
-                    Diagnostic::new(Code::E202, reset.name.span, message)
-                        .label(first.name.span, "first here"),
-                );
-                break;
-            }
-            resets.push(self.reset(reset, diagnostics));
-        }
+        let resets = self.resets(&transition.resets, diagnostics);
         let (left, right) = (left?, right?);
         let sides = ((left.dim, transition.left.span), (right.dim, transition.right.span));
         check_units::same("compare", sides.0, sides.1)
@@ -82,8 +74,62 @@ impl<'a> Resolver<'a> {
             left: left.id,
             crossing: transition.crossing,
             right: right.id,
-            resets: resets.into_iter().collect::<Result<_, _>>()?,
+            resets: resets?,
         })
+    }
+
+    /// A `when` is an automaton of one mode, with a transition that leads back to it.
+    pub(super) fn when(
+        &mut self,
+        item: &Item,
+        reaction: &'a ast::Reaction,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Automaton, Reported> {
+        let left = self.lowering.value(&reaction.left, diagnostics);
+        let right = self.lowering.value(&reaction.right, diagnostics);
+        let resets = self.resets(&reaction.resets, diagnostics);
+        let (left, right) = (left?, right?);
+        let sides = ((left.dim, reaction.left.span), (right.dim, reaction.right.span));
+        check_units::same("compare", sides.0, sides.1)
+            .map_err(|diagnostic| diagnostics.error(diagnostic))?;
+        let transition = Transition {
+            span: item.span,
+            from: 0,
+            to: 0,
+            left: left.id,
+            crossing: reaction.crossing,
+            right: right.id,
+            resets: resets?,
+        };
+        Ok(Automaton {
+            kind: AutomatonKind::When,
+            name: print_condition(reaction),
+            doc: item.doc.clone(),
+            modes: vec![Mode { name: String::new(), doc: Vec::new(), equations: Vec::new() }],
+            start: 0,
+            transitions: vec![transition],
+        })
+    }
+
+    fn resets(
+        &mut self,
+        all: &'a [ast::Reset],
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Vec<Reset>, Reported> {
+        let mut resets = Vec::new();
+        for reset in all {
+            let earlier = all.iter().find(|r| r.name.text == reset.name.text);
+            if let Some(first) = earlier.filter(|first| first.span != reset.span) {
+                let message = format!("`{}` is reset twice", reset.name.text);
+                diagnostics.error(
+                    Diagnostic::new(Code::E202, reset.name.span, message)
+                        .label(first.name.span, "first here"),
+                );
+                break;
+            }
+            resets.push(self.reset(reset, diagnostics));
+        }
+        resets.into_iter().collect()
     }
 
     fn reset(
@@ -91,13 +137,54 @@ impl<'a> Resolver<'a> {
         reset: &'a ast::Reset,
         diagnostics: &mut Diagnostics,
     ) -> Result<Reset, Reported> {
-        let name = &reset.name;
+        let (index, unit) = self.unknown_named(&reset.name, "reset", diagnostics)?;
+        let value = self.in_unit(&reset.value, &unit, Reading::Value, diagnostics)?.id;
+        Ok(Reset { span: reset.span, unknown: index, value })
+    }
+
+    /// `saturate x >= e`
+    pub(super) fn saturation(
+        &mut self,
+        item: &Item,
+        (name, side, bound): (&'a Name, Bound, &'a Expr),
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Saturation, Reported> {
+        let (unknown, unit) = self.unknown_named(name, "saturated", diagnostics)?;
+        let bound_span = bound.span;
+        let bound = self.in_unit(bound, &unit, Reading::Value, diagnostics)?.id;
+        let symbols = self.lowering.graph.symbols(bound);
+        let varies = |s: &&Symbol| matches!(s, Symbol::Unknown(_) | Symbol::Derivative(_));
+        if let Some(symbol) = symbols.iter().find(varies) {
+            let varying = self.lowering.scope.quoted_name(*symbol).unwrap_or_default();
+            let message = format!("a bound cannot depend on {varying}");
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E510, bound_span, message)
+                    .help("make it of parameters, constants, inputs and time"),
+            ));
+        }
+        let same = |other: &&Saturation| other.unknown == unknown && other.side == side;
+        if let Some(first) = self.model.saturations.iter().find(same) {
+            let message = format!("`{}` has two bounds on one side", name.text);
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E202, item.span, message).label(first.span, "first here"),
+            ));
+        }
+        Ok(Saturation { span: item.span, unknown, side, bound })
+    }
+
+    /// Position and unit of an unknown that something is done to.
+    fn unknown_named(
+        &mut self,
+        name: &'a Name,
+        done: &str,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(u32, Unit), Reported> {
         let entry = self.lowering.scope.names.get(name.text.as_str()).cloned();
         let what = entry.as_ref().map(|entry| entry.definition);
         let (Some(entry), Some(Definition::Unknown { index, .. })) = (entry, what) else {
             let message = match what {
                 Some(other) => {
-                    format!("`{}` is {}, which cannot be reset", name.text, other.noun())
+                    format!("`{}` is {}, which cannot be {done}", name.text, other.noun())
                 }
                 None => format!("nothing is called `{}`", name.text),
             };
@@ -106,12 +193,11 @@ impl<'a> Resolver<'a> {
             let near = suggestion(&name.text, self.lowering.scope.names.keys().copied());
             return Err(diagnostics.error(match near.filter(|_| what.is_none()) {
                 Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
-                None => diagnostic.help("reset a `state` or an `unknown`"),
+                None => diagnostic.help("name a `state` or an `unknown`"),
             }));
         };
         let unit = entry.unit.unwrap_or_else(|| Ok(Unit::one()))?;
-        let value = self.in_unit(&reset.value, &unit, Reading::Value, diagnostics)?.id;
-        Ok(Reset { span: reset.span, unknown: index, value })
+        Ok((index, unit))
     }
 }
 

@@ -225,6 +225,14 @@ impl<'a> Resolver<'a> {
                 let automaton = self.automaton(item, name, parts, diagnostics)?;
                 self.model.automata.push(automaton);
             }
+            ItemKind::When(reaction) => {
+                let automaton = self.when(item, reaction, diagnostics)?;
+                self.model.automata.push(automaton);
+            }
+            ItemKind::Saturate { name, side, bound } => {
+                let saturation = self.saturation(item, (name, *side, bound), diagnostics)?;
+                self.model.saturations.push(saturation);
+            }
             ItemKind::Constant { .. }
             | ItemKind::Let { .. }
             | ItemKind::Function { .. }

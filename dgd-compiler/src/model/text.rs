@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Crossing, Declared, Equation, Interpolation, Model};
+use super::{AutomatonKind, Bound, Crossing, Declared, Equation, Interpolation, Model};
 use crate::expr::Symbol;
 use crate::expr::display::{listing, number};
 use crate::units::describe;
@@ -84,10 +84,25 @@ pub fn write(model: &Model) -> String {
     for common in &model.equations {
         equation(&mut text, "  ", common);
     }
+    for saturation in &model.saturations {
+        let (longer, bound) = show(saturation.bound);
+        for (name, value) in longer {
+            let _ = writeln!(text, "    {name} = {value}");
+        }
+        let name = &model.unknowns[saturation.unknown as usize].declared.name;
+        let sign = match saturation.side {
+            Bound::Lower => ">=",
+            Bound::Upper => "<=",
+        };
+        let _ = writeln!(text, "  saturate {name} {sign} {bound}");
+    }
     for automaton in &model.automata {
-        let start = &automaton.modes[automaton.start].name;
-        let _ = writeln!(text, "  modes {}, starts in {start}", automaton.name);
-        for mode in &automaton.modes {
+        let is_when = automaton.kind == AutomatonKind::When;
+        if !is_when {
+            let start = &automaton.modes[automaton.start].name;
+            let _ = writeln!(text, "  modes {}, starts in {start}", automaton.name);
+        }
+        for mode in automaton.modes.iter().filter(|_| !is_when) {
             let _ = writeln!(text, "    {}", mode.name);
             for own in &mode.equations {
                 equation(&mut text, "      ", own);
@@ -105,7 +120,11 @@ pub fn write(model: &Model) -> String {
             for (name, value) in longer_left.into_iter().chain(longer_right) {
                 let _ = writeln!(text, "      {name} = {value}");
             }
-            let _ = writeln!(text, "    {from} -> {to} when {left} {crosses} {right}");
+            let _ = if is_when {
+                writeln!(text, "  when {left} {crosses} {right}")
+            } else {
+                writeln!(text, "    {from} -> {to} when {left} {crosses} {right}")
+            };
             for reset in &transition.resets {
                 let (longer, value) = show(reset.value);
                 for (name, value) in longer {

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, HashMap};
 use super::functions::{Argument, FUNCTIONS, FunctionKind, ResultKind};
 use super::past::{PastLayout, opened};
 use super::{
-    Automaton, DelayedUnknown, Direction, Function, Operation, Output, Pattern, Program, Transition, Unknown,
-    ValueId,
+    Automaton, DelayedUnknown, Direction, Function, Operation, Output, Pattern, Program,
+    Transition, Unknown, ValueId,
 };
 use crate::dae::{self, Dae};
 use crate::expr::{ExprId, Graph, Node, Past, Symbol};
@@ -91,10 +91,12 @@ fn automaton(automaton: &dae::Automaton) -> Automaton {
         from: transition.from,
         to: transition.to,
         crossing: transition.crossing,
+        trigger: transition.trigger,
         resets: transition.resets.iter().map(|(unknown, _)| *unknown).collect(),
     };
     Automaton {
         name: automaton.name.clone(),
+        kind: automaton.kind,
         modes: automaton.modes.clone(),
         start: automaton.start,
         transitions: automaton.transitions.iter().map(transition).collect(),
@@ -250,8 +252,7 @@ impl<'a> Derivation<'a> {
             ResultKind::Dwdu => self.partials(result, &w, self.any_input()),
             ResultKind::Dwdp => self.partials(result, &w, parameter),
             ResultKind::Dgdy => {
-                let rows =
-                    self.derivatives_of_g(|derivation, e| derivation.gradient(e, &unknown));
+                let rows = self.derivatives_of_g(|derivation, e| derivation.gradient(e, &unknown));
                 self.non_zeros(result, rows)
             }
         }
@@ -282,9 +283,8 @@ impl<'a> Derivation<'a> {
     /// ∂expressions/∂t where all that is read late is fixed.
     fn by_time(&mut self, expressions: &[ExprId]) -> Vec<ExprId> {
         let zero = self.graph.constant(0.0);
-        let slope = |e: &ExprId| {
-            self.graph.gradient(*e, time).first().map_or(zero, |(_, slope)| *slope)
-        };
+        let slope =
+            |e: &ExprId| self.graph.gradient(*e, time).first().map_or(zero, |(_, slope)| *slope);
         expressions.iter().map(slope).collect()
     }
 
@@ -352,7 +352,12 @@ impl<'a> Derivation<'a> {
         rows
     }
 
-    pub(super) fn accumulate(&mut self, sums: &mut BTreeMap<usize, ExprId>, position: usize, term: ExprId) {
+    pub(super) fn accumulate(
+        &mut self,
+        sums: &mut BTreeMap<usize, ExprId>,
+        position: usize,
+        term: ExprId,
+    ) {
         let sum = match sums.get(&position) {
             Some(earlier) => self.graph.add(*earlier, term),
             None => term,
@@ -432,7 +437,9 @@ impl<'a> Derivation<'a> {
         let mut sums: BTreeMap<usize, ExprId> = own.into_iter().collect();
         self.add_past_sensitivities(expression, &mut sums);
         let declared = self.dae.inputs.len();
-        let late = |symbol| input(symbol).and_then(|i| i.checked_sub(declared));
+        let n_late = self.dae.delayed_inputs.len();
+        // Slopes are constant wherever inputs are smooth.
+        let late = |symbol| input(symbol)?.checked_sub(declared).filter(|late| *late < n_late);
         for (position, slope) in self.gradient(expression, &late) {
             let tau = self.dae.delays[self.dae.delayed_inputs[position].delay].tau;
             let rate = self.rate_symbol(position);
@@ -558,9 +565,7 @@ fn operation(
                 let unknown = dae.delayed_unknowns[k as usize].unknown;
                 Operation::Load(Argument::Y, position(unknown))
             }
-            Symbol::Past(past, k) => {
-                Operation::Load(Argument::U, position(layout.begin(past)) + k)
-            }
+            Symbol::Past(past, k) => Operation::Load(Argument::U, position(layout.begin(past)) + k),
             Symbol::Constant(_)
             | Symbol::Derivative(_)
             | Symbol::Late(_)

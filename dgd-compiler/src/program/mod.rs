@@ -12,7 +12,7 @@ use crate::expr::intrinsics::IntrinsicId;
 use crate::source::Span;
 use crate::units::Unit;
 
-pub use crate::dae::DelayedInput;
+pub use crate::dae::{AutomatonKind, DelayedInput, Trigger};
 pub use crate::model::{Crossing, Input, Interpolation, Parameter};
 pub use functions::{Argument, FUNCTIONS, FunctionKind, FunctionSpec, ResultKind};
 pub use lower::lower;
@@ -57,9 +57,11 @@ pub struct Program {
     pub functions: Vec<Function>,
 }
 
-/// A `modes` block.
+/// A `modes` block, or what else changes at events.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Automaton {
+    /// What it stands for.
+    pub kind: AutomatonKind,
     /// Its name.
     pub name: String,
     /// Names of its modes.
@@ -79,6 +81,8 @@ pub struct Transition {
     pub to: usize,
     /// In which direction its event function passes zero.
     pub crossing: Crossing,
+    /// When it acts.
+    pub trigger: Trigger,
     /// Positions of the unknowns that it resets.
     pub resets: Vec<usize>,
 }

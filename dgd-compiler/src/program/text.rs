@@ -2,7 +2,9 @@
 
 use std::fmt;
 
-use super::{Argument, Direction, Function, Operation, Program, ResultKind, Transition, ValueId};
+use super::{
+    Argument, Direction, Function, Operation, Program, ResultKind, Transition, Trigger, ValueId,
+};
 use crate::expr::Past;
 use crate::expr::display::number;
 use crate::model::Declared;
@@ -38,8 +40,7 @@ impl fmt::Display for Program {
         }
         for (k, delayed) in self.delayed_unknowns.iter().enumerate() {
             let (name, tau) = (&self.unknowns[delayed.unknown].name, &self.delays[delayed.delay]);
-            let [held, value] =
-                [Past::Held, Past::Value].map(|past| self.past().begin(past) + k);
+            let [held, value] = [Past::Held, Past::Value].map(|past| self.past().begin(past) + k);
             writeln!(f, "  u[{value}] = delay({name}, {tau}) where u[{held}] is 1")?;
         }
         for (i, tau) in self.delays.iter().enumerate() {
@@ -64,8 +65,9 @@ impl fmt::Display for Program {
             let (name, modes) = (&automaton.name, automaton.modes.join(", "));
             writeln!(f, "  z[{k}] = {name}: {modes}; starts in {}", automaton.start)?;
             for transition in &automaton.transitions {
-                let Transition { from, to, crossing, resets } = transition;
-                writeln!(f, "    {from} -> {to}, {crossing:?}, resets {resets:?}")?;
+                let Transition { from, to, crossing, trigger, resets } = transition;
+                let level = if *trigger == Trigger::Level { ", at any time" } else { "" };
+                writeln!(f, "    {from} -> {to}, {crossing:?}{level}, resets {resets:?}")?;
             }
         }
         for k in self.automata.len()..self.n_discrete() {

@@ -316,6 +316,17 @@ pub enum ItemKind {
         /// The value.
         value: Expr,
     },
+    /// `when x rises above a { reset x = e }`
+    When(Reaction),
+    /// `saturate q >= 0`
+    Saturate {
+        /// What stays within the bound.
+        name: Name,
+        /// On which side of it.
+        side: Bound,
+        /// The bound.
+        bound: Expr,
+    },
 }
 
 /// `c0 = 275 [m]` between the parentheses of a part.
@@ -325,6 +336,28 @@ pub struct PartArgument {
     pub name: Name,
     /// Its value, start value or choice.
     pub value: Expr,
+}
+
+/// What is watched, and what happens then.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reaction {
+    /// What is watched.
+    pub left: Expr,
+    /// In which direction it passes `right`.
+    pub crossing: Crossing,
+    /// What it is compared with.
+    pub right: Expr,
+    /// New values that go with it.
+    pub resets: Vec<Reset>,
+}
+
+/// On which side of an unknown its bound lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Bound {
+    /// `x >= e`
+    Lower,
+    /// `x <= e`
+    Upper,
 }
 
 /// How an unknown was declared.
@@ -384,6 +417,16 @@ pub enum Crossing {
     Rises,
     /// `falls below`
     Falls,
+}
+
+impl Crossing {
+    /// As the language writes it.
+    pub fn words(self) -> &'static str {
+        match self {
+            Crossing::Rises => "rises above",
+            Crossing::Falls => "falls below",
+        }
+    }
 }
 
 /// `reset x = e`

@@ -82,7 +82,9 @@ fn collect(
             | ItemKind::Output { .. }
             | ItemKind::Equation { .. }
             | ItemKind::Modes { .. }
-            | ItemKind::Binding { .. } => {}
+            | ItemKind::Binding { .. }
+            | ItemKind::When(_)
+            | ItemKind::Saturate { .. } => {}
         }
     }
 }

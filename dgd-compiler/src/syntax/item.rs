@@ -5,7 +5,9 @@ use nom::combinator::{cut, map, opt};
 use nom::multi::separated_list1;
 use nom::sequence::preceded;
 
-use super::ast::{Argument, Attribute, AttributeKind, Expr, ItemKind, Name, Unit, UnknownKind};
+use super::ast::{
+    Argument, Attribute, AttributeKind, Bound, Expr, ItemKind, Name, Unit, UnknownKind,
+};
 use super::effect;
 use super::expression::{close, expression, optional_unit};
 use super::lexical::TokenKind;
@@ -30,15 +32,12 @@ const SIMPLE: &[(&str, Rule)] = &[
     ("equation", equation),
     ("output", output),
     ("part", part::part),
+    ("saturate", saturate),
 ];
 
 /// Keywords of later versions, and what to say of them.
-const LATER: &[(&str, &str)] = &[
-    ("when", "events (`when`) are"),
-    ("saturate", "saturations are"),
-    ("for", "loops over equations are"),
-    ("size", "sizes of arrays are"),
-];
+const LATER: &[(&str, &str)] =
+    &[("for", "loops over equations are"), ("size", "sizes of arrays are")];
 
 /// Whether a word can begin an item, in this version or a later one.
 pub(crate) fn is_keyword(word: &str) -> bool {
@@ -48,7 +47,10 @@ pub(crate) fn is_keyword(word: &str) -> bool {
 }
 
 fn keywords() -> impl Iterator<Item = &'static str> {
-    SIMPLE.iter().map(|(keyword, _)| *keyword).chain(["model", "variant", "modes", "effect"])
+    SIMPLE
+        .iter()
+        .map(|(keyword, _)| *keyword)
+        .chain(["model", "variant", "modes", "when", "effect"])
 }
 
 /// Reads an item without a block, from its keyword to its last token.
@@ -217,6 +219,18 @@ fn equation(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
         return rest.wrong(Diagnostic::new(Code::E105, rest.span(), message));
     }
     Ok((rest, ItemKind::Equation { label, left, right }))
+}
+
+/// `saturate x >= e`
+fn saturate(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let (rest, name) = name(input)?;
+    let side = match rest.first() {
+        Some(TokenKind::GreaterEqual) => Bound::Lower,
+        Some(TokenKind::LessEqual) => Bound::Upper,
+        _ => return rest.expected("`>=` or `<=` and a bound"),
+    };
+    let (rest, bound) = expression(rest.behind_first())?;
+    Ok((rest, ItemKind::Saturate { name, side, bound }))
 }
 
 /// Reads an attribute behind its word.

@@ -147,6 +147,7 @@ impl<'a, 'd> Reader<'a, 'd> {
         let kind = match (first.kind, first.text(self.text)) {
             (TokenKind::Name, "variant") => self.variant(statement, &mut docs, nesting),
             (TokenKind::Name, "modes") => self.modes(statement, &mut docs, nesting),
+            (TokenKind::Name, "when") => self.when(statement, &mut docs).map(ItemKind::When),
             _ => {
                 docs.extend(statement.iter().filter(|token| token.kind == TokenKind::Doc));
                 self.plain_item(statement, &docs, is_first && nesting == 0, nesting)

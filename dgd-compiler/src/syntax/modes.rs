@@ -1,8 +1,9 @@
-//! `modes NAME { … }`: modes with their equations, and the transitions between them.
+//! `modes NAME { … }`: modes with their equations, and the transitions between them; and `when`, a
+//! transition that belongs to no modes.
 
 use nom::Parser;
 
-use super::ast::{Choice, Crossing, Expr, Item, ItemKind, Name, Reset, Transition};
+use super::ast::{Choice, Crossing, Expr, Item, ItemKind, Name, Reaction, Reset, Transition};
 use super::expression::expression;
 use super::lexical::{Token, TokenKind};
 use super::tokens::{OPERATOR, Parsed, Tokens, dotted, name, token, word};
@@ -92,26 +93,58 @@ impl<'a> Reader<'a, '_> {
         }
         let input = Tokens::new(&plain, self.text, self.source);
         let (_, (from, to, left, crossing, right)) = self.report(head_of_transition(input))?;
-        let mut resets = Vec::new();
-        if !block.is_empty() {
-            let (mut inside, behind) = self.block(block)?;
-            take_docs(&mut inside, &mut docs);
-            while let Some((first, rest)) = inside.split_first() {
-                if first.kind == TokenKind::Newline {
-                    inside = rest;
-                    continue;
-                }
-                let (line, rest) = inside.split_at(item_length(inside));
-                let (_, reset) = self.report(reset(self.input(line)))?;
-                resets.push(reset);
-                inside = rest;
-            }
-            self.end_of_block(&[], behind, &mut docs)?;
-        }
+        let resets = if block.is_empty() { Vec::new() } else { self.resets(block, &mut docs)? };
         let last = line.iter().rfind(|token| token.kind != TokenKind::Doc)?;
         let span = self.span(*line.first()?).to(self.span(*last));
         let doc = self.doc_lines(&docs);
         Some(Transition { span, doc, from, to, left, crossing, right, resets })
+    }
+
+    /// `when EXPRESSION falls below EXPRESSION { reset x = e }`
+    pub(super) fn when(
+        &mut self,
+        statement: &'a [Token],
+        docs: &mut Vec<Token>,
+    ) -> Option<Reaction> {
+        let brace = statement.iter().position(|token| token.kind == TokenKind::OpenBrace);
+        let (head, block) = statement.split_at(brace.unwrap_or(statement.len()));
+        docs.extend(head.iter().filter(|token| token.kind == TokenKind::Doc));
+        let plain: Vec<Token> =
+            head.iter().filter(|token| token.kind != TokenKind::Doc).copied().collect();
+        if plain.iter().any(|token| token.kind == TokenKind::Invalid) {
+            return None;
+        }
+        let input = Tokens::new(&plain, self.text, self.source);
+        let (_, (left, crossing, right)) = self.report(condition(input.behind_first()))?;
+        let resets = if block.is_empty() { Vec::new() } else { self.resets(block, docs)? };
+        if resets.is_empty() {
+            let message = "this `when` does nothing";
+            self.error(
+                Diagnostic::new(Code::E105, input.span(), message)
+                    .help("write `{ reset NAME = … }` behind it"),
+            );
+            return None;
+        }
+        Some(Reaction { left, crossing, right, resets })
+    }
+
+    /// `{ reset x = e … }`, one to a line.
+    fn resets(&mut self, block: &'a [Token], docs: &mut Vec<Token>) -> Option<Vec<Reset>> {
+        let mut resets = Vec::new();
+        let (mut inside, behind) = self.block(block)?;
+        take_docs(&mut inside, docs);
+        while let Some((first, rest)) = inside.split_first() {
+            if first.kind == TokenKind::Newline {
+                inside = rest;
+                continue;
+            }
+            let (line, rest) = inside.split_at(item_length(inside));
+            let (_, reset) = self.report(reset(self.input(line)))?;
+            resets.push(reset);
+            inside = rest;
+        }
+        self.end_of_block(&[], behind, docs)?;
+        Some(resets)
     }
 }
 
@@ -125,7 +158,14 @@ type Head = (Name, Name, Expr, Crossing, Expr);
 fn head_of_transition(input: Tokens<'_>) -> Parsed<'_, Head> {
     let arrow = token(TokenKind::Arrow, "`->` and the mode that follows, or `{` and equations");
     let when = word("when", "`when` and a condition such as `x falls below 0`");
-    let (rest, (from, _, to, _, left)) = (name, arrow, name, when, expression).parse(input)?;
+    let (rest, (from, _, to, _)) = (name, arrow, name, when).parse(input)?;
+    let (rest, (left, crossing, right)) = condition(rest)?;
+    Ok((rest, (from, to, left, crossing, right)))
+}
+
+/// `EXPRESSION falls below EXPRESSION`, and nothing behind it.
+fn condition(input: Tokens<'_>) -> Parsed<'_, (Expr, Crossing, Expr)> {
+    let (rest, left) = expression(input)?;
     let (crossing, side) = match rest.first_text() {
         "rises" => (Crossing::Rises, "above"),
         "falls" => (Crossing::Falls, "below"),
@@ -134,11 +174,7 @@ fn head_of_transition(input: Tokens<'_>) -> Parsed<'_, Head> {
     let expected = if side == "above" { "`above`" } else { "`below`" };
     let (rest, _) = word(side, expected)(rest.behind_first())?;
     let (rest, right) = expression(rest)?;
-    if rest.is_empty() {
-        Ok((rest, (from, to, left, crossing, right)))
-    } else {
-        rest.expected(OPERATOR)
-    }
+    if rest.is_empty() { Ok((rest, (left, crossing, right))) } else { rest.expected(OPERATOR) }
 }
 
 /// `reset x = e`

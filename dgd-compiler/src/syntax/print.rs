@@ -7,9 +7,9 @@
 use std::fmt::Write as _;
 
 use super::ast::{
-    Argument, Ast, Attribute, AttributeKind, Choice, Clause, ClauseKind, Comparison, Crossing,
-    EffectHeader, Expr, ExprKind, Factor, Header, Item, ItemKind, Name, PartArgument, Reset, Sign,
-    Slot, SlotKind, Target, Transition, Unit, UnknownKind,
+    Argument, Ast, Attribute, AttributeKind, Bound, Choice, Clause, ClauseKind, Comparison,
+    EffectHeader, Expr, ExprKind, Factor, Header, Item, ItemKind, Name, PartArgument, Reaction,
+    Reset, Sign, Slot, SlotKind, Target, Transition, Unit, UnknownKind,
 };
 use crate::source::{SourceId, Span};
 
@@ -403,6 +403,16 @@ impl Printer {
             ItemKind::Binding { input, value } => {
                 self.line(&format!("{} = {}", input.text, print_expression(value)));
             }
+            ItemKind::When(reaction) => {
+                self.reaction(&format!("when {}", print_condition(reaction)), &reaction.resets);
+            }
+            ItemKind::Saturate { name, side, bound } => {
+                let sign = match side {
+                    Bound::Lower => ">=",
+                    Bound::Upper => "<=",
+                };
+                self.line(&format!("saturate {} {sign} {}", name.text, print_expression(bound)));
+            }
         }
     }
 
@@ -421,13 +431,15 @@ impl Printer {
         let Transition { doc, from, to, left, crossing, right, resets, .. } = transition;
         self.doc(doc);
         let (left, right) = (print_expression(left), print_expression(right));
-        let crosses = match crossing {
-            Crossing::Rises => "rises above",
-            Crossing::Falls => "falls below",
-        };
+        let crosses = crossing.words();
         let head = format!("{} -> {} when {left} {crosses} {right}", from.text, to.text);
+        self.reaction(&head, resets);
+    }
+
+    /// What happens, and the resets that go with it.
+    fn reaction(&mut self, head: &str, resets: &[Reset]) {
         if resets.is_empty() {
-            self.line(&head);
+            self.line(head);
             return;
         }
         self.line(&format!("{head} {{"));
@@ -458,6 +470,12 @@ impl Printer {
         }
         self.line(&text);
     }
+}
+
+/// `x falls below e`
+pub(crate) fn print_condition(reaction: &Reaction) -> String {
+    let Reaction { left, crossing, right, .. } = reaction;
+    format!("{} {} {}", print_expression(left), crossing.words(), print_expression(right))
 }
 
 fn brackets(unit: Option<&Unit>) -> String {
@@ -656,6 +674,15 @@ fn placeless_item(item: &Item) -> Item {
         ItemKind::Binding { input, value } => {
             ItemKind::Binding { input: placeless_name(input), value: placeless(value) }
         }
+        ItemKind::When(Reaction { left, crossing, right, resets }) => ItemKind::When(Reaction {
+            left: placeless(left),
+            crossing: *crossing,
+            right: placeless(right),
+            resets: resets.iter().map(placeless_reset).collect(),
+        }),
+        ItemKind::Saturate { name, side, bound } => {
+            ItemKind::Saturate { name: placeless_name(name), side: *side, bound: placeless(bound) }
+        }
     };
     Item { span: Span::default(), doc: item.doc.clone(), kind }
 }
@@ -668,12 +695,15 @@ fn placeless_choice(choice: &Choice) -> Choice {
     }
 }
 
-fn placeless_transition(transition: &Transition) -> Transition {
-    let reset = |reset: &Reset| Reset {
+fn placeless_reset(reset: &Reset) -> Reset {
+    Reset {
         span: Span::default(),
         name: placeless_name(&reset.name),
         value: placeless(&reset.value),
-    };
+    }
+}
+
+fn placeless_transition(transition: &Transition) -> Transition {
     Transition {
         span: Span::default(),
         doc: transition.doc.clone(),
@@ -682,7 +712,7 @@ fn placeless_transition(transition: &Transition) -> Transition {
         left: placeless(&transition.left),
         crossing: transition.crossing,
         right: placeless(&transition.right),
-        resets: transition.resets.iter().map(reset).collect(),
+        resets: transition.resets.iter().map(placeless_reset).collect(),
     }
 }
 

@@ -235,7 +235,7 @@ modes string {
   a { let x = = }
   b -> c when x
 }
-when x rises above 1 { reset x = 0 }
+part pump: subsea_pump
 let d = 0 < a < 1
 output p [bar] = width [m]
 ";

@@ -1,6 +1,6 @@
 //! Walking over what a tree consists of, written once for all who rename, replace or compare.
 
-use super::ast::{Argument, AttributeKind, Expr, ExprKind, Item, ItemKind, Name, Unit};
+use super::ast::{Argument, AttributeKind, Expr, ExprKind, Item, ItemKind, Name, Reaction, Unit};
 
 /// Names of one set differ from each other; those of two sets need not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -36,7 +36,7 @@ pub enum Place<'a> {
     Left(&'a Name),
     /// The right side of an equation.
     Right(&'a Name),
-    /// The condition of a transition, or the value of a reset.
+    /// The condition of a transition, the value of a reset, or the bound of a saturation.
     Transition,
 }
 
@@ -45,7 +45,7 @@ pub enum Place<'a> {
 pub enum Part<'a> {
     /// A name that is declared.
     Declares(Namespace, &'a mut Name),
-    /// An unknown that a transition resets.
+    /// An unknown that a transition resets, or that a saturation bounds.
     Resets(&'a mut Name),
     /// A unit that is declared.
     Unit(&'a mut Option<Unit>),
@@ -159,6 +159,18 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
             }
         }
         ItemKind::Binding { input, value } => visit(Part::Expr(Place::Let(input), value)),
+        ItemKind::When(Reaction { left, right, resets, .. }) => {
+            visit(Part::Expr(Place::Transition, left));
+            visit(Part::Expr(Place::Transition, right));
+            for reset in resets {
+                visit(Part::Resets(&mut reset.name));
+                visit(Part::Expr(Place::Transition, &mut reset.value));
+            }
+        }
+        ItemKind::Saturate { name, bound, .. } => {
+            visit(Part::Resets(name));
+            visit(Part::Expr(Place::Transition, bound));
+        }
     }
 }
 

@@ -102,9 +102,10 @@ impl<S: System> Simulation<'_, S> {
         }
         let n = self.problem.system.signature().past().first;
         let before = &self.drive.at(self.t)[..n];
-        let jumps = before.iter().zip(segment.u).any(|(left, right)| {
-            (right - left).abs() > NO_JUMP * left.abs().max(right.abs())
-        });
+        let jumps = before
+            .iter()
+            .zip(segment.u)
+            .any(|(left, right)| (right - left).abs() > NO_JUMP * left.abs().max(right.abs()));
         if jumps { 1 } else { 2 }
     }
 

@@ -10,11 +10,12 @@
 //! that follow from it one after another until nothing is due.
 
 use super::Simulation;
+use super::watch::Samples;
 use crate::discrete::Schedule;
 use crate::error::IntegrateError;
 use crate::problem::Problem;
 use crate::solution::{Event, Solution};
-use crate::system::{Point, System};
+use crate::system::{Point, System, Trigger};
 
 /// Transitions within this part of the simulated time happen at one time.
 const ONE_TIME: f64 = 1e-9;
@@ -22,6 +23,8 @@ const ONE_TIME: f64 = 1e-9;
 /// model so many more.
 const MOST_TRANSITIONS: usize = 100;
 const MORE_FOR_EACH: usize = 10;
+/// Intervals that have shrunk so often in sequence are expected to go on so.
+const SHRINKING: usize = 4;
 
 /// Discrete numbers, and work space for instants at which they change; nothing of it is used by a
 /// model that has none.
@@ -34,8 +37,15 @@ pub(super) struct Hybrid {
     pub(super) e: Vec<f64>,
     pub(super) low: Vec<f64>,
     pub(super) high: Vec<f64>,
+    /// The same along a step.
+    pub(super) samples: Samples,
+    /// The transition that only a turn within the step made due, and how far beyond its threshold the
+    /// event function turns.
+    pub(super) turned: Option<(usize, f64)>,
     /// Transitions at one time: since when, and how many.
     crowd: (f64, usize),
+    /// When each transition was made.
+    pasts: Vec<Past>,
     /// ∂t/∂θ of the times of conditions.
     dtimes: Vec<f64>,
     pub(super) instant: super::instant::Instant,
@@ -56,11 +66,14 @@ impl Hybrid {
         Self {
             schedule,
             n_automata: discrete.automata.len(),
-            armed: vec![false; n_e],
+            armed: discrete.transitions().map(|(_, t)| t.trigger == Trigger::Level).collect(),
             e: vec![0.0; n_e],
             low: vec![0.0; n_e],
             high: vec![0.0; n_e],
+            samples: Samples::new(n_e),
+            turned: None,
             crowd: (from, 0),
+            pasts: vec![Past::NONE; n_e],
             dtimes,
             instant: super::instant::Instant::new(signature, n_s),
         }
@@ -88,9 +101,49 @@ impl Hybrid {
         self.armed[transition] && self.is_active(automaton, from)
     }
 
+    /// Whether the transition acts when its condition is true.
+    pub(super) fn armed(&self, transition: usize) -> bool {
+        self.armed[transition]
+    }
+
+    /// How long the transition was made after the time before; infinity where it was not.
+    pub(super) fn last_interval(&self, transition: usize) -> f64 {
+        self.pasts[transition].interval
+    }
+
     /// Whether the transition leaves the mode that its automaton is in.
-    fn is_active(&self, automaton: usize, from: usize) -> bool {
+    pub(super) fn is_active(&self, automaton: usize, from: usize) -> bool {
         self.z()[automaton] == from as f64
+    }
+}
+
+/// When a transition was made: the last time, how long that was after the time before, and for how
+/// many times in sequence that has become less.
+#[derive(Debug, Clone, Copy)]
+struct Past {
+    last: f64,
+    interval: f64,
+    shrinking: usize,
+    count: usize,
+}
+
+impl Past {
+    const NONE: Self =
+        Self { last: f64::NEG_INFINITY, interval: f64::INFINITY, shrinking: 0, count: 0 };
+
+    /// Takes in the transition at `t`; how often it has been made, where it will be made infinitely
+    /// often within `soon`.
+    ///
+    /// Intervals that shrink by the ratio r add up to T r/(1 − r) from the last one, T, on.
+    fn accumulates(&mut self, t: f64, soon: f64) -> Option<usize> {
+        let interval = t - self.last;
+        let ratio = interval / self.interval;
+        self.count += 1;
+        self.shrinking =
+            if self.interval.is_finite() && ratio < 1.0 { self.shrinking + 1 } else { 0 };
+        (self.last, self.interval) = (t, interval);
+        let ends = self.shrinking >= SHRINKING && interval * ratio < soon * (1.0 - ratio);
+        ends.then_some(self.count)
     }
 }
 
@@ -164,21 +217,6 @@ impl<S: System> Simulation<'_, S> {
         }
     }
 
-    /// Whether a transition is due at the end of the step tried last; arms others where none is.
-    #[inline]
-    pub(super) fn passes_threshold(&mut self, t_new: f64) -> bool {
-        let Problem { system, p, .. } = *self.problem;
-        let u = self.drive.at(t_new);
-        let y = self.stepper.y_new.as_ref();
-        let at = Point { t: t_new, y, u, p, z: &self.discrete.schedule.z };
-        system.event_functions(at, &mut self.discrete.e);
-        let is_due = self.due().is_some();
-        if !is_due {
-            self.arm();
-        }
-        is_due
-    }
-
     /// Makes a transition: resets, the new mode, consistent values.
     fn make_transition(&mut self, k: usize, solution: &mut Solution) -> Result<(), IntegrateError> {
         let discrete = &self.problem.system.signature().discrete;
@@ -192,15 +230,17 @@ impl<S: System> Simulation<'_, S> {
             (*since, *count) = (self.t, 0);
         }
         *count += 1;
-        if *count > most {
+        let accumulates = self.discrete.pasts[k].accumulates(self.t, ONE_TIME * self.span);
+        let endless = if *count > most { Some(most) } else { accumulates };
+        if let Some(transitions) = endless {
             let automaton = automaton.name.to_string();
-            return Err(IntegrateError::EndlessEvents { t: self.t, automaton, transitions: most });
+            return Err(IntegrateError::EndlessEvents { t: self.t, automaton, transitions });
         }
 
         self.reset(k, solution);
         self.discrete.schedule.z[position] = transition.to as f64;
-        for (armed, (other, _)) in self.discrete.armed.iter_mut().zip(discrete.transitions()) {
-            *armed &= other != position;
+        for (armed, (other, next)) in self.discrete.armed.iter_mut().zip(discrete.transitions()) {
+            *armed &= other != position || next.trigger == Trigger::Level;
         }
         self.take_over(solution)?;
         solution.events.push(Event {

@@ -125,7 +125,11 @@ impl<S: System> Simulation<'_, S> {
                     size += (slope * self.sizes.as_ref()[column]).abs();
                 }
             }
-            let touches = (rate * self.span).abs() <= self.tolerances.atol * size;
+            let depth = match self.discrete.turned.take() {
+                Some((turned, depth)) if turned == k => depth,
+                _ => f64::INFINITY,
+            };
+            let touches = (rate * self.span).abs().min(depth) <= self.tolerances.atol * size;
             if touches || rate == 0.0 || !rate.is_finite() {
                 self.end_sensitivities_at_threshold(k, solution);
             } else {

@@ -48,6 +48,10 @@ impl<S: System> Simulation<'_, S> {
         }
         self.settle(solution)?;
         self.mark_instant();
+        if let Some(due) = due {
+            // It may happen again as soon as the last time, whatever the error allows.
+            controller.h = controller.h.min(self.discrete.last_interval(due));
+        }
         // What else happens at this time comes first.
         if t_event < self.stop() {
             self.record_now(times, solution);
@@ -105,7 +109,7 @@ impl<S: System> Simulation<'_, S> {
     ///
     /// A method that remembers goes on from equal steps: its solution within the step tried last is its
     /// dense output, which has its order.
-    fn step_to(
+    pub(super) fn step_to(
         &mut self,
         h: f64,
         variables: Variables,
@@ -125,7 +129,7 @@ impl<S: System> Simulation<'_, S> {
         Ok(())
     }
 
-    fn evaluate_at_end(&mut self, h: f64) {
+    pub(super) fn evaluate_at_end(&mut self, h: f64) {
         let Problem { system, p, .. } = *self.problem;
         let t = self.t + h;
         let u = self.drive.at(t);

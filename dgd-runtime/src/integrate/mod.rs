@@ -43,6 +43,7 @@ mod singular_point;
 mod stepper;
 pub mod tableau;
 pub mod tableaux;
+mod watch;
 
 use crate::delay::LateTimes;
 use crate::error::{BadRequest, Failure, IntegrateError};
@@ -372,7 +373,9 @@ impl<'a, S: System> Simulation<'a, S> {
         }
         solution.statistics.segments = 1;
         self.make_consistent(solution)?;
-        // Conditions that are true from the start act once they have been false.
+        // What is beyond its bound at the start; other conditions that are true from the start act
+        // once they have been false.
+        self.begin_sample();
         self.settle(solution)?;
         self.begin_history();
         self.pass_breaks(solution)
@@ -474,8 +477,10 @@ impl<'a, S: System> Simulation<'a, S> {
         // NaN compares false: what could not be evaluated is not accepted.
         if error <= 1.0 {
             let t_new = if h < remaining { self.t + h } else { end };
-            if self.discrete.has_transitions() && self.passes_threshold(t_new) {
-                return self.step_to_event(controller, h, t_new, times, solution);
+            if self.discrete.has_transitions()
+                && let Some(part) = self.watch(h, t_new)
+            {
+                return self.step_to_threshold(controller, (h, part), t_new, times, solution);
             }
             let stop = if t_new == self.stop() { Stop::Change } else { Stop::None };
             self.accept(t_new, stop, times, solution);

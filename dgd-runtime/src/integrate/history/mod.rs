@@ -129,8 +129,7 @@ pub(super) fn verify<S: System>(
     for delayed in signature.delayed_unknowns.iter() {
         let unknown = &signature.unknowns[delayed.unknown];
         let value = tau[delayed.delay];
-        let moves =
-            || dtau.chunks_exact(tau.len()).any(|column| column[delayed.delay] != 0.0);
+        let moves = || dtau.chunks_exact(tau.len()).any(|column| column[delayed.delay] != 0.0);
         let is_known = value.is_finite() && value >= 0.0;
         // The derivative to a delay of zero is −ẋ, which only an equation of x itself gives.
         let has_rate = unknown.differential && signature.discrete.automata.is_empty();

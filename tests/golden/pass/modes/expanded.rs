@@ -262,6 +262,7 @@ pub mod tank {
             automata: List::Borrowed(
                 &[
                     ::dgd::__runtime::system::Automaton {
+                        kind: ::dgd::__runtime::system::AutomatonKind::Modes,
                         name: Text::Borrowed("tank"),
                         modes: List::Borrowed(
                             &[Text::Borrowed("filling"), Text::Borrowed("full")],
@@ -273,12 +274,14 @@ pub mod tank {
                                     from: 0,
                                     to: 1,
                                     crossing: ::dgd::__runtime::system::Crossing::Rises,
+                                    trigger: ::dgd::__runtime::system::Trigger::Edge,
                                     resets: List::Borrowed(&[]),
                                 },
                                 ::dgd::__runtime::system::Transition {
                                     from: 1,
                                     to: 0,
                                     crossing: ::dgd::__runtime::system::Crossing::Falls,
+                                    trigger: ::dgd::__runtime::system::Trigger::Edge,
                                     resets: List::Borrowed(&[0]),
                                 },
                             ],

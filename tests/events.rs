@@ -1,0 +1,243 @@
+//! `when` and `saturate`: states, times and sensitivities against closed forms.
+
+#[path = "support/exact.rs"]
+mod exact;
+#[path = "support/inline.rs"]
+mod inline;
+
+use std::path::Path;
+
+use dgd::{Column, Inputs, IntegrateError, Interpolation};
+use exact::{assert_close, event_times, run, run_with, slopes, value};
+use inline::system;
+
+/// Rodas5P's error after the few hundred steps of these cases stays within a factor of a hundred of
+/// the tolerance of 1e-11.
+const CLOSE: f64 = 1e-8;
+
+const BALL: &str = "model ball
+parameter g [m/s^2] = 9.81
+parameter h_0 [m] = 10
+parameter e = 0.8
+state x [m] = h_0
+state v [m/s] = 0
+equation height: der(x) = v
+equation speed: der(v) = -g
+when x falls below 0 [m] { reset v = -e*v }
+";
+
+/// Impact times of [`BALL`]: t₁ = √(2h/g), and then 2 eᵏ t₁ from one to the next.
+fn impacts([g, h, e]: [f64; 3], n: usize) -> Vec<f64> {
+    let first = (2.0 * h / g).sqrt();
+    let mut times = vec![first];
+    for k in 1..n {
+        let flight = 2.0 * e.powi(i32::try_from(k).expect("few impacts")) * first;
+        times.push(times[k - 1] + flight);
+    }
+    times
+}
+
+/// x and v of [`BALL`] after the k-th impact: from speed eᵏ √(2gh) at tₖ.
+fn flight(t: f64, p: [f64; 3]) -> [f64; 2] {
+    let [g, h, e] = p;
+    let times = impacts(p, 2000);
+    let k = times.iter().take_while(|impact| **impact < t).count();
+    if k == 0 {
+        return [h - 0.5 * g * t * t, -g * t];
+    }
+    let since = t - times[k - 1];
+    let speed = e.powi(i32::try_from(k).expect("few impacts")) * (2.0 * g * h).sqrt();
+    [speed * since - 0.5 * g * since * since, speed - g * since]
+}
+
+#[test]
+fn a_ball_bounces_as_the_closed_form_does() {
+    let ball = system(BALL);
+    let p = [9.81, 10.0, 0.8];
+    let times: Vec<f64> = (0..=72).map(|k| f64::from(k) * 0.125).collect();
+    let solution = run(&ball, &times);
+    for (k, t) in times.iter().enumerate().skip(1) {
+        assert_close(solution.y(k), &flight(*t, p), CLOSE);
+        // Central differences of the closed form, extrapolated: good to 1e-9.
+        for j in 0..3 {
+            let moved = |step: f64| {
+                let mut p = p;
+                p[j] += step;
+                flight(*t, p)
+            };
+            let central = |h: f64| {
+                let (high, low) = (moved(h), moved(-h));
+                [0, 1].map(|i| (high[i] - low[i]) / (2.0 * h))
+            };
+            let h = 1e-3 * p[j];
+            let (wide, narrow) = (central(h), central(0.5 * h));
+            let expected = [0, 1].map(|i| (4.0 * narrow[i] - wide[i]) / 3.0);
+            // Where an impact is nearer than the differences reach they say nothing.
+            if impacts(p, 8).iter().all(|impact| (impact - t).abs() > 0.03) {
+                let found = &solution.s(k)[2 * j..2 * j + 2];
+                assert_close(found, &expected, 1e-7);
+            }
+        }
+    }
+    assert_close(&event_times(&solution), &impacts(p, 6)[..event_times(&solution).len()], CLOSE);
+    assert!(solution.undefined.is_empty());
+}
+
+#[test]
+fn a_ball_bounces_as_the_reference_does() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../shared/data/reference/dde_hybrid/bouncing_ball.csv");
+    let Ok(text) = std::fs::read_to_string(&file) else {
+        println!("skipped: there is no reference in {}", file.display());
+        return;
+    };
+    let rows: Vec<Vec<f64>> = text
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').map(|cell| cell.parse().expect("a number")).collect())
+        .collect();
+    let times: Vec<f64> = std::iter::once(0.0).chain(rows.iter().map(|row| row[0])).collect();
+    let solution = run(&system(BALL), &times);
+    assert!(solution.events.len() >= 4, "{:?}", solution.events);
+    for (k, row) in rows.iter().enumerate() {
+        assert_close(solution.y(k + 1), &row[1..3], CLOSE);
+        assert_close(solution.s(k + 1), &row[3..9], CLOSE);
+    }
+}
+
+#[test]
+fn a_ball_that_comes_to_rest_is_an_error_that_says_where() {
+    for e in [0.8, 0.5, 0.99, 0.05] {
+        let p = [9.81, 10.0, e];
+        let zeno = (2.0_f64 * p[1] / p[0]).sqrt() * (1.0 + e) / (1.0 - e);
+        let times: Vec<f64> = (0..=60).map(|k| f64::from(k) * zeno / 50.0).collect();
+        let failure = run_with(&system(BALL), &p, &Inputs::none(), &times).expect_err("no end");
+        let IntegrateError::EndlessEvents { t, automaton, .. } = &failure.error else {
+            panic!("e = {e}: {}", failure.error)
+        };
+        assert!((t - zeno).abs() < 1e-6 * zeno, "e = {e}: {t} is not {zeno}");
+        assert_eq!(automaton, "x falls below 0 [m]");
+        // What came before is there, and right.
+        assert!(failure.partial.len() >= 49, "e = {e}");
+        assert_close(failure.partial.y(40), &flight(times[40], p), 1e-6);
+    }
+}
+
+#[test]
+fn several_resets_read_what_was_just_before() {
+    let swap = system(
+        "model swap
+         parameter a = 2
+         state x = 0
+         state y = 10
+         equation one: der(x) = 1 [1/s]
+         equation two: der(y) = 1 [1/s]*0.5
+         when x rises above a {
+           reset x = y - a
+           reset y = x
+         }",
+    );
+    let solution = run(&swap, &[0.0, 1.0, 3.0]);
+    // At t = a: x = 10 + a/2 − a, y = a; then both go on.
+    assert_close(solution.y(2), &[9.0 + 1.0, 2.0 + 0.5], CLOSE);
+    // dx/da = 1/2 − 1 − 1 and dy/da = 1 − 1/2.
+    assert_close(&slopes(&swap, &solution, "x", 2), &[-1.5], CLOSE);
+    assert_close(&slopes(&swap, &solution, "y", 2), &[0.5], CLOSE);
+}
+
+#[test]
+fn a_when_may_watch_time_and_inputs() {
+    let counter = system(
+        "model counter
+         input u
+         parameter t_1 [s] = 2.5
+         state n = 0
+         state m = 0
+         equation count: der(n) = 0
+         equation count_2: der(m) = 0.1 [1/s]
+         when time rises above t_1 { reset m = m + 10 }
+         when u rises above 0.5 { reset n = n + 1 }",
+    );
+    let samples: Vec<f64> = (0..8).map(f64::from).collect();
+    let values = [0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0];
+    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &values };
+    let inputs = Inputs::recorded(&samples, &[column]).expect("inputs");
+    let solution = run_with(&counter, &[2.5], &inputs, &[0.0, 3.5, 8.0]).expect("a solution");
+    assert_close(solution.y(1), &[1.0, 10.35], CLOSE);
+    assert_close(solution.y(2), &[3.0, 10.8], CLOSE);
+}
+
+/// A basin that rain fills and a pump empties, between its floor and its rim.
+const BASIN: &str = "model basin
+input q [m/s] hold
+parameter rim [m] = 2
+parameter floor [m] = 0.5
+parameter gain = 1
+state h [m] = 1
+state lost [m] = 0
+equation level: der(h) = gain*q
+equation overflow: der(lost) = if h >= rim then gain*q else 0
+saturate h >= floor
+saturate h <= rim
+";
+
+#[test]
+fn a_state_stays_within_both_bounds() {
+    let basin = system(&BASIN.replace("if h >= rim then gain*q else 0", "0"));
+    let samples = [0.0, 3.0, 8.0, 9.0];
+    let column =
+        Column { name: "q", interpolation: Interpolation::Hold, values: &[0.5, -0.4, 0.1, 0.1] };
+    let inputs = Inputs::recorded(&samples, &[column]).expect("inputs");
+    let times = [0.0, 1.0, 2.5, 4.0, 7.5, 9.0];
+    let p = [2.0, 0.5, 1.0];
+    let solution = run_with(&basin, &p, &inputs, &times).expect("a solution");
+    let h: Vec<f64> = (0..times.len()).map(|k| value(&basin, &solution, "h", k)).collect();
+    assert_close(&h, &[1.0, 1.5, 2.0, 2.0 - 0.4, 0.5, 0.6], CLOSE);
+    // To the rim, the floor and the gain: free, at the rim, falling from it, on the floor, rising.
+    let expected =
+        [[0.0, 0.0, 0.5], [1.0, 0.0, 0.0], [1.0, 0.0, -0.4], [0.0, 1.0, 0.0], [0.0, 1.0, 0.1]];
+    for (k, expected) in expected.iter().enumerate() {
+        assert_close(&slopes(&basin, &solution, "h", k + 1)[..3], expected, CLOSE);
+    }
+    assert_close(&event_times(&solution), &[2.0, 3.0, 3.0 + 1.5 / 0.4, 8.0], CLOSE);
+}
+
+#[test]
+fn a_start_beyond_a_bound_begins_at_it() {
+    let basin = system(
+        "model basin
+         parameter rim [m] = 2
+         state h [m] = 3
+         equation level: der(h) = 0.5 [m/s] - 0.25 [1/s]*h*(if time > 4 [s] then 2 else 0)
+         saturate h <= rim",
+    );
+    let solution = run(&basin, &[0.0, 1.0, 5.0]);
+    let after = 1.0 + (-0.5_f64).exp();
+    assert_close(&solution.y, &[2.0, 2.0, after], CLOSE);
+    assert_close(&slopes(&basin, &solution, "h", 2)[..1], &[(-0.5_f64).exp()], CLOSE);
+}
+
+#[test]
+fn a_bound_can_be_a_linear_input() {
+    let gate = system(
+        "model gate
+         input lid [m] linear
+         parameter rate [m/s] = 1
+         state h [m] = 0
+         equation level: der(h) = rate
+         saturate h <= lid",
+    );
+    let samples = [0.0, 4.0, 8.0];
+    let column =
+        Column { name: "lid", interpolation: Interpolation::Linear, values: &[2.0, 4.0, 14.0] };
+    let inputs = Inputs::recorded(&samples, &[column]).expect("inputs");
+    // It meets the lid at t = 4, where the lid begins to rise faster than it can.
+    let times = [0.0, 3.0, 5.0];
+    let solution = run_with(&gate, &[1.0], &inputs, &times).expect("a solution");
+    assert_close(&solution.y, &[0.0, 3.0, 5.0], CLOSE);
+    // With twice the rate it rests against the lid from t = 4/3 on, and is free from t = 4 on.
+    let solution = run_with(&gate, &[2.0], &inputs, &times).expect("a solution");
+    assert_close(&solution.y, &[0.0, 3.5, 6.0], CLOSE);
+    assert_close(&slopes(&gate, &solution, "h", 1)[..1], &[0.0], CLOSE);
+    assert_close(&slopes(&gate, &solution, "h", 2)[..1], &[1.0], CLOSE);
+}
