@@ -3,8 +3,8 @@
 use dgd_compiler::program::{self, Program, ResultKind};
 use dgd_compiler::units;
 use dgd_runtime::system::{
-    Automaton, Crossing, DelayedInput, Direction, Discrete, Input, Interpolation, Output,
-    Parameter, Pattern, Signature, Text, Transition, Unit, Unknown,
+    Automaton, AutomatonKind, Crossing, DelayedInput, Direction, Discrete, Input, Interpolation,
+    Output, Parameter, Pattern, Signature, Text, Transition, Unit, Unknown,
 };
 
 pub(crate) fn signature(program: &Program) -> Signature {
@@ -98,6 +98,10 @@ fn automaton(automaton: &program::Automaton) -> Automaton {
     };
     Automaton {
         name: text(&automaton.name),
+        kind: match automaton.kind {
+            program::AutomatonKind::Declared => AutomatonKind::Declared,
+            program::AutomatonKind::States => AutomatonKind::States,
+        },
         modes: automaton.modes.iter().map(|mode| text(mode)).collect(),
         start: automaton.start,
         transitions: automaton.transitions.iter().map(transition).collect(),

@@ -16,6 +16,7 @@ use crate::linalg::norm::Tolerances;
 use crate::linalg::{Factorisation, Pivot, Singular};
 use crate::problem::{Options, Problem, unknown_sizes};
 use crate::signal::Side;
+use crate::state_selection::select_states;
 use crate::system::{Pattern, Point, Storage, System};
 
 /// Corrections below this part of the tolerance end the iteration.
@@ -35,6 +36,8 @@ pub struct ConsistentStart {
     pub y: Vec<f64>,
     /// Their derivatives, those of algebraic unknowns included.
     pub ydot: Vec<f64>,
+    /// Discrete numbers.
+    pub z: Vec<f64>,
 }
 
 /// Start values at `t` that fulfil the algebraic equations, and the derivatives that go with them.
@@ -62,13 +65,20 @@ pub fn consistent_start<S: System>(
     let mut u = S::Inputs::zeros(segment.u.len());
     segment.value(t, u.as_mut());
     let mut y = S::Vector::zeros(n);
-    let z = discrete_numbers(system, problem.p, t);
+    let mut z = discrete_numbers(system, problem.p, t);
     let at = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
     start_values(problem, at, y.as_mut()).map_err(IntegrateError::Initial)?;
+    let mut e = vec![0.0; signature.discrete.transitions().count()];
+    let at = Point { t, y: y.as_ref(), u: u.as_ref(), p: problem.p, z: &[] };
+    select_states(system, at, &mut z, &mut e);
     let mut sizes = S::Vector::zeros(n);
     unknown_sizes(system, y.as_ref(), sizes.as_mut());
 
     let mut algebraic = Algebraic::new(system);
+    let mut mass = S::Vector::zeros(n);
+    let at = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
+    system.mass(at, mass.as_mut());
+    algebraic.enter_modes(mass.as_ref());
     let mut jacobian = S::Jacobian::zeros(signature.jacobian.len());
     let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
     let at = Place { t, u: u.as_ref(), p: problem.p, z: &z };
@@ -83,7 +93,7 @@ pub fn consistent_start<S: System>(
         .rates(&signature.jacobian, jacobian.as_ref(), f.as_mut(), dfdt.as_ref())
         .map_err(|Singular { row }| singular(system, row, t, f.as_ref()))
         .map_err(IntegrateError::Initial)?;
-    Ok(ConsistentStart { y: y.as_ref().to_vec(), ydot: f.as_ref().to_vec() })
+    Ok(ConsistentStart { y: y.as_ref().to_vec(), ydot: f.as_ref().to_vec(), z })
 }
 
 /// Writes the model's start values, with replacements, into `y`.

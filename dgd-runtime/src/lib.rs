@@ -22,6 +22,7 @@ mod observe;
 mod problem;
 mod signal;
 mod solution;
+mod state_selection;
 pub mod system;
 
 pub use discrete::discrete_numbers;

@@ -290,17 +290,30 @@ pub struct Discrete {
     pub reset_jacobian: Pattern,
 }
 
-/// A `modes` block of the model.
+/// A `modes` block of the model, or a choice of states.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Automaton {
     /// Its name.
     pub name: Text,
+    /// What its modes are.
+    pub kind: AutomatonKind,
     /// Names of its modes.
     pub modes: List<Text>,
     /// The mode it starts in.
     pub start: usize,
     /// Which mode follows which.
     pub transitions: List<Transition>,
+}
+
+/// What the modes of an automaton are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AutomatonKind {
+    /// Those of a `modes` block.
+    Declared,
+    /// Which unknowns are states, of those that constraints tie together. The solution is the same
+    /// in all of them, and each is left for the one in which the constraints determine the others
+    /// best.
+    States,
 }
 
 /// A transition between modes, when its event function passes zero.

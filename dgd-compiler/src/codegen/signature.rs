@@ -4,7 +4,9 @@ use proc_macro2::TokenStream;
 use quote::quote;
 
 use super::{index, number};
-use crate::program::{Crossing, Direction, Interpolation, Program, ResultKind, Transition};
+use crate::program::{
+    AutomatonKind, Crossing, Direction, Interpolation, Program, ResultKind, Transition,
+};
 use crate::units::Unit;
 
 pub(super) fn signature(program: &Program) -> TokenStream {
@@ -132,10 +134,15 @@ fn discrete(program: &Program) -> TokenStream {
     }
     let automata = program.automata.iter().map(|automaton| {
         let (name, modes, start) = (&automaton.name, &automaton.modes, index(automaton.start));
+        let kind = match automaton.kind {
+            AutomatonKind::Declared => quote!(Declared),
+            AutomatonKind::States => quote!(States),
+        };
         let transitions = automaton.transitions.iter().map(transition);
         quote! {
             ::dgd::__runtime::system::Automaton {
                 name: Text::Borrowed(#name),
+                kind: ::dgd::__runtime::system::AutomatonKind::#kind,
                 modes: List::Borrowed(&[#(Text::Borrowed(#modes)),*]),
                 start: #start,
                 transitions: List::Borrowed(&[#(#transitions),*]),

@@ -1,6 +1,5 @@
 //! As many equations as unknowns, and no equation that determines nothing.
 
-use super::explicit::Explicit;
 use super::matching::maximum_matching;
 use super::transfer::Equation;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
@@ -13,11 +12,10 @@ pub(super) fn verify_counts(
     model: &Model,
     graph: &Graph,
     all: &[Equation<'_>],
-    system: &Explicit,
+    (holding, context): (&[usize], &str),
     diagnostics: &mut Diagnostics,
 ) -> Result<(), Reported> {
-    let equations: Vec<&Equation<'_>> = system.equations.iter().map(|e| &all[*e]).collect();
-    let context = &system.context;
+    let equations: Vec<&Equation<'_>> = holding.iter().map(|e| &all[*e]).collect();
     let incidence: Vec<Vec<usize>> = equations
         .iter()
         .map(|equation| {

@@ -6,13 +6,20 @@
 mod assemble;
 mod counts;
 mod delays;
+mod dummy_derivatives;
 mod explicit;
+mod index_reduction;
+mod linear_derivatives;
 mod matching;
 mod modes;
 mod readers;
+mod refusal;
+mod state_selection;
+mod symbols;
 pub mod text;
 mod time_conditions;
 mod transfer;
+mod variables;
 
 use std::collections::BTreeMap;
 
@@ -34,7 +41,10 @@ pub use assemble::assemble;
 ///   is read late is an output with a delay.
 ///
 /// A derivative that cannot be solved for row by row has become an algebraic unknown of its own,
-/// named `der(x)`.
+/// named `der(x)`; a combination of derivatives that can be, the derivative of an unknown named as
+/// the combination. Equations that only tied states together stand beside their derivatives, and
+/// as many of the states have become algebraic; where which of them can be changes along a
+/// solution, an automaton of kind [`AutomatonKind::States`] chooses.
 #[derive(Debug, Clone)]
 pub struct Dae {
     /// The model's name.
@@ -70,12 +80,24 @@ pub struct Dae {
 pub struct Automaton {
     /// Its name.
     pub name: String,
+    /// What its modes are.
+    pub kind: AutomatonKind,
     /// Names of its modes.
     pub modes: Vec<String>,
     /// The mode it starts in.
     pub start: usize,
     /// Which mode follows which, and when.
     pub transitions: Vec<Transition>,
+}
+
+/// What the modes of an automaton are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AutomatonKind {
+    /// Those of a `modes` block.
+    Declared,
+    /// Which unknowns are states, of those that constraints tie together: the solution is the same
+    /// in all of them.
+    States,
 }
 
 /// A transition between modes, when the event function passes zero.

@@ -1,6 +1,6 @@
 //! What reads derivatives without determining them: outputs, event functions and resets.
 
-use super::{Automaton, Transition};
+use super::{Automaton, AutomatonKind, Transition};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::{self, Model};
@@ -59,6 +59,7 @@ pub(super) fn automaton_of<F: Fn(Symbol) -> Option<ExprId>>(
     let transitions = transitions.collect();
     Automaton {
         name: automaton.name.clone(),
+        kind: AutomatonKind::Declared,
         modes: automaton.modes.iter().map(|mode| mode.name.clone()).collect(),
         start: automaton.start,
         transitions,

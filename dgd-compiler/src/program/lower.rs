@@ -79,6 +79,7 @@ fn automaton(automaton: &dae::Automaton) -> Automaton {
     };
     Automaton {
         name: automaton.name.clone(),
+        kind: automaton.kind,
         modes: automaton.modes.clone(),
         start: automaton.start,
         transitions: automaton.transitions.iter().map(transition).collect(),

@@ -11,7 +11,7 @@ use crate::expr::intrinsics::IntrinsicId;
 use crate::source::Span;
 use crate::units::Unit;
 
-pub use crate::dae::DelayedInput;
+pub use crate::dae::{AutomatonKind, DelayedInput};
 pub use crate::model::{Crossing, Input, Interpolation, Parameter};
 pub use functions::{Argument, FUNCTIONS, FunctionKind, FunctionSpec, ResultKind};
 pub use lower::lower;
@@ -57,6 +57,8 @@ pub struct Program {
 pub struct Automaton {
     /// Its name.
     pub name: String,
+    /// What its modes are.
+    pub kind: AutomatonKind,
     /// Names of its modes.
     pub modes: Vec<String>,
     /// The mode it starts in.

@@ -29,6 +29,7 @@ mod instant;
 mod locate;
 mod moving_jump;
 mod record;
+mod reselect;
 mod rosenbrock;
 mod singular_point;
 pub mod tableau;
@@ -339,7 +340,9 @@ impl<'a, S: System> Simulation<'a, S> {
             }
         }
         solution.statistics.segments = 1;
+        self.select_first_states();
         self.make_consistent(solution)?;
+        self.reselect_states(solution)?;
         // Conditions that are true from the start act once they have been false.
         self.settle(solution)
     }
@@ -451,7 +454,7 @@ impl<'a, S: System> Simulation<'a, S> {
             controller.accept(h, error);
             let stop = if t_new == self.stop() { Stop::Change } else { Stop::None };
             self.accept(t_new, stop, times, solution);
-            return Ok(());
+            return self.reselect_states(solution);
         }
 
         solution.statistics.rejected += 1;

@@ -262,6 +262,7 @@ pub mod tank {
                 &[
                     ::dgd::__runtime::system::Automaton {
                         name: Text::Borrowed("tank"),
+                        kind: ::dgd::__runtime::system::AutomatonKind::Declared,
                         modes: List::Borrowed(
                             &[Text::Borrowed("filling"), Text::Borrowed("full")],
                         ),
