@@ -560,6 +560,8 @@ agreement! {
     mud_circulation: "models/mud_circulation.dgd";
     mud_circulation_static: "models/mud_circulation.dgd", flow = static;
     pendulum: "models/pendulum.dgd";
+    pendulum_cartesian: "models/pendulum_cartesian.dgd";
+    rigid_tanks: "models/rigid_tanks.dgd";
     pipe_flow: "models/pipe_flow.dgd";
     predator_prey: "models/predator_prey.dgd";
     pump_speed_step: "models/pump_speed_step.dgd";

@@ -183,7 +183,7 @@ pub struct Unknown {
 }
 
 impl Dae {
-    /// What the i-th input is called, declared or delayed.
+    /// What the i-th input is called, declared, delayed or the slope of a delayed one.
     ///
     /// # Panics
     ///
@@ -192,6 +192,10 @@ impl Dae {
         let name = |i: usize| &self.inputs[i].declared.name;
         match i.checked_sub(self.inputs.len()) {
             None => name(i).clone(),
+            Some(late) if late >= self.delayed_inputs.len() => {
+                let of = self.inputs.len() + late - self.delayed_inputs.len();
+                format!("der({})", self.input_name(of))
+            }
             Some(late) => {
                 let DelayedInput { input, delay } = self.delayed_inputs[late];
                 format!("delay({}, {})", name(input), self.delays[delay].text)

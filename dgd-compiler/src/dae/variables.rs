@@ -139,7 +139,11 @@ impl Variables {
         self.add(what, unknown, equation)
     }
 
-    fn add(&mut self, what: Added, unknown: Unknown, equation: usize) -> u32 {
+    fn add(&mut self, what: Added, mut unknown: Unknown, equation: usize) -> u32 {
+        while self.unknowns.iter().any(|other| other.name == unknown.name) {
+            // Other modes combine other unknowns in this equation.
+            unknown.name.push_str(" again");
+        }
         let id = u32::try_from(self.unknowns.len()).unwrap_or(u32::MAX);
         self.unknowns.push(unknown);
         self.additions.push(Addition { what: what.clone(), equation });
