@@ -265,8 +265,7 @@ fn capacitors_in_a_loop_share_their_charge() {
     // C₂ and C₃ in series are 1.5 pF: dv₁/dt = i_s/(2.5 pF), i = 0.6 i_s.
     let v: Vec<f64> = times.iter().map(|t| 400.0 * t).collect();
     assert_close(&values(&system, &solution, "v_1"), &v);
-    let currents: Vec<f64> =
-        values(&system, &solution, "i").into_iter().map(|i| i * 1e9).collect();
+    let currents: Vec<f64> = values(&system, &solution, "i").into_iter().map(|i| i * 1e9).collect();
     assert_close(&currents, &vec![0.6; times.len()]);
 }
 

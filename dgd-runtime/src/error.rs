@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::readings::{Reading, With};
 use crate::signal::InputError;
 use crate::solution::Solution;
 
@@ -45,6 +46,8 @@ pub enum IntegrateError {
         equation: String,
         /// What is not finite about it.
         what: Evaluation,
+        /// What it read last when it was finite.
+        before: Vec<Reading>,
     },
     /// Modes follow one another without end at one time.
     EndlessEvents {
@@ -139,6 +142,8 @@ pub enum InitialError {
         equation: String,
         /// The time, s.
         t: f64,
+        /// What it reads; only what is to blame, where that is known.
+        at: Vec<Reading>,
     },
     /// The algebraic equations do not determine the algebraic unknowns.
     Singular {
@@ -148,6 +153,8 @@ pub enum InitialError {
         t: f64,
         /// What is left of the equation, in its own SI unit.
         residual: f64,
+        /// What it reads.
+        at: Vec<Reading>,
     },
     /// Newton's method does not converge.
     NotConverged {
@@ -163,6 +170,8 @@ pub enum InitialError {
         unknown: String,
         /// Its last correction, SI.
         correction: f64,
+        /// What the equation reads.
+        at: Vec<Reading>,
     },
 }
 
@@ -195,11 +204,13 @@ impl fmt::Display for IntegrateError {
                  sensitivity of `{unknown}` to `{parameter}` is still {error:.1e} times the \
                  tolerance"
             ),
-            Self::NotFinite { t, equation, what: Evaluation::Equation } => {
-                write!(f, "equation `{equation}` is not finite at t = {t} s")
-            }
-            Self::NotFinite { t, equation, what: Evaluation::Derivative } => {
-                write!(f, "a derivative of equation `{equation}` is not finite at t = {t} s")
+            Self::NotFinite { t, equation, what, before } => {
+                let what = match what {
+                    Evaluation::Equation => "",
+                    Evaluation::Derivative => "a derivative of ",
+                };
+                write!(f, "{what}equation `{equation}` is not finite at t = {t} s")?;
+                if before.is_empty() { Ok(()) } else { write!(f, "{} just before", With(before)) }
             }
             Self::EndlessEvents { t, automaton, transitions } => write!(
                 f,
@@ -252,22 +263,25 @@ impl fmt::Display for InitialError {
             Self::StartNotFinite { unknown, t } => {
                 write!(f, "the start value of `{unknown}` at t = {t} s is not finite")
             }
-            Self::NotFinite { equation, t } => write!(
+            Self::NotFinite { equation, t, at } => write!(
                 f,
                 "equation `{equation}` or its derivative is not finite at the start values, \
-                 t = {t} s"
+                 t = {t} s{}",
+                With(at)
             ),
-            Self::Singular { equation, t, residual } => write!(
+            Self::Singular { equation, t, residual, at } => write!(
                 f,
                 "no consistent values at t = {t} s: equation `{equation}` (residual \
-                 {residual:.3e}) leaves the algebraic unknowns undetermined"
+                 {residual:.3e}) leaves the algebraic unknowns undetermined{}",
+                With(at)
             ),
-            Self::NotConverged { t, iterations, equation, residual, unknown, correction } => {
+            Self::NotConverged { t, iterations, equation, residual, unknown, correction, at } => {
                 write!(
                     f,
                     "no consistent values at t = {t} s after {iterations} iterations: equation \
                      `{equation}` has residual {residual:.3e}, and `{unknown}` still moves by \
-                     {correction:.3e}"
+                     {correction:.3e}{}",
+                    With(at)
                 )
             }
         }

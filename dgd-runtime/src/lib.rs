@@ -20,6 +20,7 @@ pub mod math;
 mod measured_start;
 mod observe;
 mod problem;
+mod readings;
 mod signal;
 mod solution;
 mod state_selection;
@@ -33,6 +34,7 @@ pub use integrate::{simulate, simulate_with_sensitivities};
 pub use measured_start::{MeasuredStartError, start_from_outputs};
 pub use observe::{Observations, observe};
 pub use problem::{Options, Problem};
+pub use readings::Reading;
 pub use signal::{Column, Delayed, InputError, Inputs, Segment, Side};
 pub use solution::{
     Event, LateValues, Solution, Statistics, UndefinedCause, UndefinedSensitivity, side,

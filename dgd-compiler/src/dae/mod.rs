@@ -6,6 +6,7 @@
 mod assemble;
 mod counts;
 mod delays;
+mod dulmage_mendelsohn;
 mod dummy_derivatives;
 mod explicit;
 mod index_reduction;

@@ -358,7 +358,10 @@ impl<'a> Derivation<'a> {
         }
         let mut sums: BTreeMap<usize, ExprId> = own.into_iter().collect();
         let declared = self.dae.inputs.len();
-        let late = |symbol| input(symbol).and_then(|i| i.checked_sub(declared));
+        // Slopes stay behind, and are constant between kinks.
+        let n_late = self.dae.delayed_inputs.len();
+        let late =
+            |symbol| input(symbol)?.checked_sub(declared).filter(|position| *position < n_late);
         for (position, slope) in self.graph.gradient(expression, late) {
             let tau = self.dae.delays[self.dae.delayed_inputs[position].delay].tau;
             let rate = self.rate_symbol(position);

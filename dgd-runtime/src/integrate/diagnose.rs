@@ -4,7 +4,8 @@ use super::Simulation;
 use super::rosenbrock::{Base, Spoilt};
 use crate::error::{Evaluation, IntegrateError};
 use crate::problem::Problem;
-use crate::system::System;
+use crate::readings::readings;
+use crate::system::{Point, System};
 
 impl<S: System> Simulation<'_, S> {
     pub(super) fn singular_iteration(&self, h: f64, row: usize) -> IntegrateError {
@@ -60,6 +61,8 @@ impl<S: System> Simulation<'_, S> {
             Spoilt::Derivative(row) => (row, Evaluation::Derivative),
         };
         let equation = system.signature().equations[row].to_string();
-        IntegrateError::NotFinite { t, equation, what }
+        let u = self.drive.at(self.t);
+        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
+        IntegrateError::NotFinite { t, equation, what, before: readings(system, at, row) }
     }
 }
