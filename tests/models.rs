@@ -584,6 +584,8 @@ agreement! {
     mud_circulation_static: "models/mud_circulation.dgd", flow = static;
     oregonator: "models/test_set/oregonator.dgd";
     pendulum: "models/pendulum.dgd";
+    pendulum_cartesian: "models/pendulum_cartesian.dgd";
+    rigid_tanks: "models/rigid_tanks.dgd";
     pipe_flow: "models/pipe_flow.dgd";
     pollution: "models/test_set/pollution.dgd";
     predator_prey: "models/predator_prey.dgd";

@@ -114,6 +114,7 @@ fn automaton(automaton: &program::Automaton) -> Automaton {
             program::AutomatonKind::Modes => AutomatonKind::Modes,
             program::AutomatonKind::When => AutomatonKind::When,
             program::AutomatonKind::Saturation => AutomatonKind::Saturation,
+            program::AutomatonKind::States => AutomatonKind::States,
         },
         name: text(&automaton.name),
         modes: automaton.modes.iter().map(|mode| text(mode)).collect(),

@@ -2,9 +2,9 @@
 
 use std::fmt;
 
+use crate::readings::{Reading, With};
 use crate::signal::InputError;
 use crate::solution::Solution;
-use crate::system::Unit;
 
 /// A simulation that stopped early.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,7 +49,7 @@ pub enum IntegrateError {
         /// What is not finite about it.
         what: Evaluation,
         /// What it reads, with the values at the end of the last step that could be made.
-        values: Vec<ReadValue>,
+        values: Vec<Reading>,
     },
     /// Modes follow one another without end at one time, or ever faster towards one.
     EndlessEvents {
@@ -103,17 +103,6 @@ pub enum IntegrateError {
         /// The equation whose row vanishes or depends on others.
         equation: String,
     },
-}
-
-/// A number that an equation reads.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ReadValue {
-    /// The unknown or input; for one that is read late, as the model writes it.
-    pub name: String,
-    /// Its value in its declared unit.
-    pub value: f64,
-    /// That unit.
-    pub unit: String,
 }
 
 /// What was evaluated.
@@ -199,6 +188,8 @@ pub enum InitialError {
         equation: String,
         /// The time, s.
         t: f64,
+        /// What it reads; only what is to blame, where that is known.
+        at: Vec<Reading>,
     },
     /// The algebraic equations do not determine the algebraic unknowns.
     Singular {
@@ -208,6 +199,8 @@ pub enum InitialError {
         t: f64,
         /// What is left of the equation, in its own SI unit.
         residual: f64,
+        /// What it reads.
+        at: Vec<Reading>,
     },
     /// Newton's method does not converge.
     NotConverged {
@@ -223,6 +216,8 @@ pub enum InitialError {
         unknown: String,
         /// Its last correction, SI.
         correction: f64,
+        /// What the equation reads.
+        at: Vec<Reading>,
     },
 }
 
@@ -261,7 +256,7 @@ impl fmt::Display for IntegrateError {
                     Evaluation::Derivative => write!(f, "a derivative of equation `{equation}`")?,
                 }
                 write!(f, " is not finite at t = {t} s; it determines `{unknown}`")?;
-                write_values(f, values)
+                write!(f, "{}", With(values))
             }
             Self::EndlessEvents { t, automaton, transitions } => write!(
                 f,
@@ -296,44 +291,6 @@ impl fmt::Display for IntegrateError {
 }
 
 impl std::error::Error for IntegrateError {}
-
-impl ReadValue {
-    /// A value in SI, to be shown in a unit.
-    pub(crate) fn new(name: String, value: f64, unit: &Unit) -> Self {
-        let value = (value - unit.offset) / unit.factor;
-        Self { name, value, unit: unit.symbol.to_string() }
-    }
-}
-
-impl fmt::Display for ReadValue {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, value, unit } = self;
-        // Six digits say enough; what is very large or small is written with an exponent.
-        let rounded = format!("{value:.5e}").parse::<f64>().unwrap_or(*value);
-        match rounded.abs() {
-            0.0 | 1e-3..1e6 => write!(f, "`{name}` = {rounded}")?,
-            _ => write!(f, "`{name}` = {rounded:e}")?,
-        }
-        if unit == "1" { Ok(()) } else { write!(f, " {unit}") }
-    }
-}
-
-/// Most values that a message lists.
-const LISTED: usize = 6;
-
-/// Writes what an equation read: " and read `x` = 3 m and `q` = 2 lpm".
-fn write_values(f: &mut fmt::Formatter<'_>, values: &[ReadValue]) -> fmt::Result {
-    let (listed, more) = values.split_at(values.len().min(LISTED));
-    for (i, value) in listed.iter().enumerate() {
-        let before = match i {
-            0 => " and last read ",
-            _ if i + 1 == values.len() => " and ",
-            _ => ", ",
-        };
-        write!(f, "{before}{value}")?;
-    }
-    if more.is_empty() { Ok(()) } else { write!(f, " and {} more", more.len()) }
-}
 
 impl fmt::Display for BadRequest {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -377,22 +334,25 @@ impl fmt::Display for InitialError {
             Self::StartNotFinite { unknown, t } => {
                 write!(f, "the start value of `{unknown}` at t = {t} s is not finite")
             }
-            Self::NotFinite { equation, t } => write!(
+            Self::NotFinite { equation, t, at } => write!(
                 f,
                 "equation `{equation}` or its derivative is not finite at the start values, \
-                 t = {t} s"
+                 t = {t} s{}",
+                With(at)
             ),
-            Self::Singular { equation, t, residual } => write!(
+            Self::Singular { equation, t, residual, at } => write!(
                 f,
                 "no consistent values at t = {t} s: equation `{equation}` (residual \
-                 {residual:.3e}) leaves the algebraic unknowns undetermined"
+                 {residual:.3e}) leaves the algebraic unknowns undetermined{}",
+                With(at)
             ),
-            Self::NotConverged { t, iterations, equation, residual, unknown, correction } => {
+            Self::NotConverged { t, iterations, equation, residual, unknown, correction, at } => {
                 write!(
                     f,
                     "no consistent values at t = {t} s after {iterations} iterations: equation \
                      `{equation}` has residual {residual:.3e}, and `{unknown}` still moves by \
-                     {correction:.3e}"
+                     {correction:.3e}{}",
+                    With(at)
                 )
             }
         }

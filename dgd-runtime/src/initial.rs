@@ -15,7 +15,9 @@ use crate::error::{InitialError, IntegrateError};
 use crate::linalg::norm::Tolerances;
 use crate::linalg::{Factorisation, Pivot, Singular};
 use crate::problem::{Options, Problem, unknown_sizes};
+use crate::readings::readings;
 use crate::signal::Side;
+use crate::state_selection::select_states;
 use crate::system::{Pattern, Point, Storage, System};
 
 /// Corrections below this part of the tolerance end the iteration.
@@ -35,6 +37,8 @@ pub struct ConsistentStart {
     pub y: Vec<f64>,
     /// Their derivatives, those of algebraic unknowns included.
     pub ydot: Vec<f64>,
+    /// Discrete numbers.
+    pub z: Vec<f64>,
 }
 
 /// Start values at `t` that fulfil the algebraic equations, and the derivatives that go with them.
@@ -62,13 +66,20 @@ pub fn consistent_start<S: System>(
     let mut u = S::Inputs::zeros(segment.u.len());
     segment.value(t, u.as_mut());
     let mut y = S::Vector::zeros(n);
-    let z = discrete_numbers(system, problem.p, t);
+    let mut z = discrete_numbers(system, problem.p, t);
     let at = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
     start_values(problem, at, y.as_mut()).map_err(IntegrateError::Initial)?;
+    let mut e = vec![0.0; signature.discrete.transitions().count()];
+    let at = Point { t, y: y.as_ref(), u: u.as_ref(), p: problem.p, z: &[] };
+    select_states(system, at, &mut z, &mut e);
     let mut sizes = S::Vector::zeros(n);
     unknown_sizes(system, y.as_ref(), sizes.as_mut());
 
     let mut algebraic = Algebraic::new(system);
+    let mut mass = S::Vector::zeros(n);
+    let at = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
+    system.mass(at, mass.as_mut());
+    algebraic.enter_modes(mass.as_ref());
     let mut jacobian = S::Jacobian::zeros(signature.jacobian.len());
     let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
     let at = Place { t, u: u.as_ref(), p: problem.p, z: &z };
@@ -81,9 +92,9 @@ pub fn consistent_start<S: System>(
     system.linearize(at, segment.udot, f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
     algebraic
         .rates(&signature.jacobian, jacobian.as_ref(), f.as_mut(), dfdt.as_ref())
-        .map_err(|Singular { row }| singular(system, row, t, f.as_ref()))
+        .map_err(|Singular { row }| singular(system, at, row, f.as_ref()))
         .map_err(IntegrateError::Initial)?;
-    Ok(ConsistentStart { y: y.as_ref().to_vec(), ydot: f.as_ref().to_vec() })
+    Ok(ConsistentStart { y: y.as_ref().to_vec(), ydot: f.as_ref().to_vec(), z })
 }
 
 /// Writes the model's start values, with replacements, into `y`.
@@ -359,7 +370,8 @@ impl<S: System> Algebraic<S> {
                 entries.find(|(row, j)| mass[**row] == 0.0 && !j.is_finite()).map(|(row, _)| *row)
             });
             if let Some(row) = spoilt {
-                return Err(InitialError::NotFinite { equation: equation(row), t });
+                let at = readings(system, Point { t, y, u, p, z }, row);
+                return Err(InitialError::NotFinite { equation: equation(row), t, at });
             }
             if self.f.as_ref().iter().all(|f| *f == 0.0) {
                 return Ok(());
@@ -380,7 +392,7 @@ impl<S: System> Algebraic<S> {
                 }
                 if nudges == MOST_NUDGES {
                     let row = factorised.err().map_or(largest(self.f.as_ref()), |e| e.row);
-                    return Err(singular(system, row, t, self.f.as_ref()));
+                    return Err(singular(system, Point { t, y, u, p, z }, row, self.f.as_ref()));
                 }
                 nudges += 1;
                 self.nudge(y, sizes, nudges);
@@ -415,10 +427,12 @@ impl<S: System> Algebraic<S> {
                 nudges += 1;
                 self.nudge(y, sizes, nudges);
             } else {
-                return Err(self.not_converged(system, t, y, sizes, tolerances, iteration));
+                let at = Point { t, y, u, p, z };
+                return Err(self.not_converged(system, at, sizes, tolerances, iteration));
             }
         }
-        Err(self.not_converged(system, t, y, sizes, tolerances, MOST_ITERATIONS))
+        let at = Point { t, y, u, p, z };
+        Err(self.not_converged(system, at, sizes, tolerances, MOST_ITERATIONS))
     }
 
     /// Moves algebraic unknowns by their sizes: q|q| has no slope at a guess of zero, and hardly
@@ -463,13 +477,13 @@ impl<S: System> Algebraic<S> {
     fn not_converged(
         &self,
         system: &S,
-        t: f64,
-        y: &[f64],
+        at: Point<'_>,
         sizes: &[f64],
         tolerances: Tolerances,
         iterations: usize,
     ) -> InitialError {
         let signature = system.signature();
+        let Point { t, y, .. } = at;
         let row = largest(self.f.as_ref());
         let correction = self.correction.as_ref();
         let relative = |i: usize| correction[i].abs() / tolerances.weight(y[i], sizes[i]);
@@ -482,6 +496,7 @@ impl<S: System> Algebraic<S> {
             residual: self.f.as_ref()[row],
             unknown: signature.unknowns[unknown].name.to_string(),
             correction: correction[unknown],
+            at: readings(system, at, row),
         }
     }
 }
@@ -527,9 +542,9 @@ fn vanishing(atol: f64) -> f64 {
     (10.0 * CONVERGED * atol).max(1e-12)
 }
 
-fn singular<S: System>(system: &S, row: usize, t: f64, f: &[f64]) -> InitialError {
+fn singular<S: System>(system: &S, at: Point<'_>, row: usize, f: &[f64]) -> InitialError {
     let equation = system.signature().equations[row].to_string();
-    InitialError::Singular { equation, t, residual: f[row] }
+    InitialError::Singular { equation, t: at.t, residual: f[row], at: readings(system, at, row) }
 }
 
 fn is_rounding<V: Storage>(

@@ -20,12 +20,14 @@ pub mod math;
 mod measured_start;
 mod observe;
 mod problem;
+mod readings;
 mod signal;
 mod solution;
+mod state_selection;
 pub mod system;
 
 pub use discrete::discrete_numbers;
-pub use error::{BadRequest, Evaluation, Failure, InitialError, IntegrateError, ReadValue};
+pub use error::{BadRequest, Evaluation, Failure, InitialError, IntegrateError};
 pub use initial::{ConsistentStart, consistent_start};
 pub use integrate::catalogue::{
     METHODS, Method, MethodKind, UnknownMethod, automatic as automatic_method, find as find_method,
@@ -34,6 +36,7 @@ pub use integrate::{simulate, simulate_with_sensitivities};
 pub use measured_start::{MeasuredStartError, start_from_outputs};
 pub use observe::{Observations, observe};
 pub use problem::{Options, Problem};
+pub use readings::Reading;
 pub use signal::{Column, Delayed, InputError, Inputs, Segment, Side};
 pub use solution::{
     Event, LateValues, Solution, Statistics, UndefinedCause, UndefinedSensitivity, side,

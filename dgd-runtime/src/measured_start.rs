@@ -4,9 +4,8 @@ use std::fmt;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::discrete::discrete_numbers;
 use crate::error::IntegrateError;
-use crate::initial::consistent_start;
+use crate::initial::{ConsistentStart, consistent_start};
 use crate::problem::{Options, Problem, unknown_sizes};
 use crate::signal::Side;
 use crate::system::{Point, Storage, System};
@@ -43,22 +42,24 @@ pub fn start_from_outputs<S: System>(
     let system = problem.system;
     let signature = system.signature();
     let n = signature.unknowns.len();
-    let (differential, algebraic): (Vec<usize>, Vec<usize>) =
-        (0..n).partition(|i| signature.unknowns[*i].differential);
     let seen: Vec<usize> = (0..measured.len()).filter(|i| measured[*i].is_some()).collect();
 
-    let mut y = consistent_start(problem, t, options).map_err(MeasuredStartError::Start)?.y;
+    let mut found = consistent_start(problem, t, options).map_err(MeasuredStartError::Start)?;
     let mut sizes = vec![0.0; n];
-    unknown_sizes(system, &y, &mut sizes);
+    unknown_sizes(system, &found.y, &mut sizes);
     let inputs =
         problem.inputs_read().map_err(|e| MeasuredStartError::Start(IntegrateError::Inputs(e)))?;
     let mut u = S::Inputs::zeros(inputs.len());
     inputs.value(t, Side::Right, u.as_mut());
 
-    let z = discrete_numbers(system, problem.p, t);
     let mut w = vec![0.0; signature.outputs.len()];
     for _ in 0..MOST_ITERATIONS {
-        let at = Point { t, y: &y, u: u.as_ref(), p: problem.p, z: &z };
+        let ConsistentStart { y, z, .. } = &found;
+        let at = Point { t, y, u: u.as_ref(), p: problem.p, z };
+        let mut mass = vec![0.0; n];
+        system.mass(at, &mut mass);
+        let (differential, algebraic): (Vec<usize>, Vec<usize>) =
+            (0..n).partition(|i| mass[*i] != 0.0);
         system.outputs(at, &mut w);
         let slopes = output_slopes(system, at, &differential, &algebraic)
             .ok_or(MeasuredStartError::Undetermined { t })?;
@@ -89,7 +90,7 @@ pub fn start_from_outputs<S: System>(
         let guess = algebraic.iter().map(|i| (*i, y[*i]));
         let start: Vec<(usize, f64)> = start.into_iter().chain(guess).collect();
         let next = Problem { start: &start, ..*problem };
-        y = consistent_start(&next, t, options).map_err(MeasuredStartError::Start)?.y;
+        found = consistent_start(&next, t, options).map_err(MeasuredStartError::Start)?;
     }
     Err(MeasuredStartError::NotConverged { t, iterations: MOST_ITERATIONS })
 }

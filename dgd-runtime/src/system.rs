@@ -320,6 +320,10 @@ pub enum AutomatonKind {
     When,
     /// An unknown with bounds: free, or at one of them.
     Saturation,
+    /// Which unknowns are states, of those that constraints tie together. The solution is the same
+    /// in all of its modes, and each is left for the one in which the constraints determine the
+    /// others best.
+    States,
 }
 
 /// When a transition acts.

@@ -95,13 +95,15 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
 
 /// A name of the model as an identifier of Rust.
 pub fn identifier(name: &str) -> Ident {
+    let is_word = |c: char| c.is_alphanumeric() || c == '_';
     // What is a part's has a point in its name; two names that differ in it only are refused before.
-    if name.contains('.') {
+    if name.contains('.') && name.chars().all(|c| is_word(c) || c == '.') {
         return identifier(&name.replace('.', "_"));
     }
-    // `der(x)` is the other name that is not an identifier. No name of a model begins with `_`.
-    if let Some(of) = name.strip_prefix("der(").and_then(|rest| rest.strip_suffix(')')) {
-        return Ident::new(&format!("_der_{of}"), Span::call_site());
+    // Unknowns that were added, `der(x)` and `x - y`, have no identifiers for names. No name of a
+    // model begins with `_`.
+    if !name.chars().all(is_word) {
+        return Ident::new(&spelt_out(name), Span::call_site());
     }
     match name {
         // Not even raw identifiers, or constants where they are bound.
@@ -110,6 +112,26 @@ pub fn identifier(name: &str) -> Ident {
         _ if is_keyword(name) => Ident::new_raw(name, Span::call_site()),
         _ => Ident::new(name, Span::call_site()),
     }
+}
+
+/// `_der_x` for `der(x)`, `_x_minus_y` for `x - y`.
+fn spelt_out(name: &str) -> String {
+    let mut words = String::new();
+    for c in name.chars() {
+        words.push_str(match c {
+            '-' => "_minus_",
+            '+' => "_plus_",
+            '*' => "_times_",
+            '/' => "_over_",
+            c if c.is_alphanumeric() || c == '_' => {
+                words.push(c);
+                continue;
+            }
+            _ => "_",
+        });
+    }
+    let words: Vec<&str> = words.split('_').filter(|word| !word.is_empty()).collect();
+    format!("_{}", words.join("_"))
 }
 
 fn is_keyword(name: &str) -> bool {

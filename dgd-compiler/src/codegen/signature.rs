@@ -153,6 +153,7 @@ fn discrete(program: &Program) -> TokenStream {
             AutomatonKind::Saturation => {
                 quote!(::dgd::__runtime::system::AutomatonKind::Saturation)
             }
+            AutomatonKind::States => quote!(::dgd::__runtime::system::AutomatonKind::States),
         };
         quote! {
             ::dgd::__runtime::system::Automaton {

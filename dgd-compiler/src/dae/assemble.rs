@@ -1,20 +1,24 @@
 //! Model → Dae: constants become numbers, derivatives are solved for, rows find their unknowns.
 
-use std::collections::BTreeMap;
-
 use super::counts::verify_counts;
-use super::delays;
-use super::explicit::{Explicit, Rate, Row, rows_of, solve_for_derivatives};
+use super::delays::{self, Resolved};
+use super::dummy_derivatives::blocks_of;
+use super::explicit::{Explicit, Row, rows_of};
+use super::index_reduction::{Reduced, Slopes, reduce};
+use super::linear_derivatives::{Solved, solve_for_derivatives};
 use super::modes::{Combinations, in_modes};
 use super::rates::{Varying, take_slopes};
 use super::readers::{DerivativeReader, automaton_of};
+use super::refusal::{no_choice, refuse};
 use super::saturate::{self, saturate};
-use super::transfer::{Equation, transfer};
+use super::state_selection::Selections;
+use super::symbols::{Typical, settle};
+use super::transfer::{Equation, Transferred, transfer};
+use super::variables::Variables;
 use super::{Automaton, Dae, Output, Unknown};
 use crate::diagnostics::{Diagnostics, Reported};
-use crate::expr::{ExprId, Graph, Symbol};
+use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::model::Model;
-use crate::units::Unit;
 
 /// Brings a model to the form M ẏ = f.
 ///
@@ -22,68 +26,71 @@ use crate::units::Unit;
 ///
 /// # Errors
 ///
-/// [`Reported`] where equations and unknowns do not match, or the index is above 1.
+/// [`Reported`] where equations and unknowns do not match, or the index cannot be reduced to 1.
 pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Reported> {
-    let combinations = Combinations::of(model, diagnostics)?;
+    let declared = Combinations::of(model, diagnostics)?;
     let mut graph = Graph::default();
     let mut transferred = transfer(model, &mut graph);
     // First delays, as a condition on a time that is past switches at a time of its own.
     let delays = delays::resolve(model, &mut graph, &mut transferred, diagnostics)?;
-    let time_conditions = transferred.take_time_conditions(&mut graph, saturate::n_automata(model));
+    let first = saturate::n_automata(model);
+    let time_conditions = transferred.take_time_conditions(&mut graph, first);
+
+    let histories = std::mem::take(&mut transferred.histories);
+    let mut variables = Variables::declared(model, transferred.starts.clone(), histories);
+    let typical = Typical::of(model, &graph, &transferred.starts);
+    let mut systems = Vec::new();
+    for modes in declared.iter() {
+        let context = (&delays, &typical, &modes[..]);
+        systems.push(system_of(
+            model,
+            &mut graph,
+            &transferred,
+            context,
+            &mut variables,
+            diagnostics,
+        )?);
+    }
+    let selections = Selections::of(&systems);
+    settle(&mut graph, &mut systems, &mut transferred, &selections);
+
     let equations = &transferred.equations;
-
-    let mut systems: Vec<Explicit> = Vec::new();
+    let start_modes: Vec<usize> = model.automata.iter().map(|a| a.start).collect();
+    let selecting = selections.automata(
+        &mut graph,
+        equations,
+        &systems,
+        &declared,
+        (declared.position(&start_modes), &|symbol| typical.value(symbol)),
+        &variables,
+    );
+    let combinations = declared.and(selections.sizes(), model, diagnostics)?;
+    let mut rows: Vec<Vec<Row>> = vec![Vec::new(); variables.len()];
     for modes in combinations.iter() {
-        let system = Explicit {
-            context: in_modes(model, &modes),
-            equations: transferred.holding(&modes),
-            solved: BTreeMap::new(),
-            implicit: BTreeMap::new(),
-        };
-        verify_counts(model, &graph, equations, &system, diagnostics)?;
-        systems.push(solve_for_derivatives(&mut graph, equations, system));
-    }
-
-    // A derivative that no equation gives alone becomes an algebraic unknown z with ẋ = z.
-    let mut unknowns = declared_unknowns(model, transferred.starts, transferred.histories);
-    let mut rates: BTreeMap<u32, Rate> = BTreeMap::new();
-    for (&i, &equation) in systems.iter().flat_map(|system| &system.implicit) {
-        rates.entry(i).or_insert(Rate { index: 0, equation });
-    }
-    for (i, rate) in &mut rates {
-        rate.index = unknowns.len();
-        unknowns.push(rate_of(&unknowns[*i as usize], &mut graph));
-    }
-
-    let mut rows: Vec<Vec<Row>> = vec![Vec::new(); unknowns.len()];
-    for system in &systems {
-        let one = rows_of(&mut graph, equations, system, &rates, &unknowns, diagnostics)?;
+        let (modes, choices) = modes.split_at(model.automata.len());
+        let combination = declared.position(modes);
+        let system = &systems[combination];
+        let chosen = selections.chosen(combination, choices);
+        let one = rows_of(&mut graph, system, &chosen, &variables);
         for (all, row) in rows.iter_mut().zip(one) {
             all.push(row);
         }
     }
+    let modes: Vec<usize> =
+        start_modes.into_iter().chain(selecting.iter().map(|automaton| automaton.start)).collect();
+    let start = combinations.position(&modes);
+    let unknowns = variables.unknowns.into_iter().zip(rows);
+    let mut unknowns: Vec<Unknown> = unknowns
+        .map(|(unknown, rows)| {
+            complete(&mut graph, equations, &combinations, start, unknown, &rows)
+        })
+        .collect();
 
-    let start = combinations.start(model);
-    let mut slopes: Vec<Option<ExprId>> = Vec::new();
-    let mut complete = Vec::new();
-    for (unknown, rows) in unknowns.into_iter().zip(rows) {
-        let values = rows.iter().map(|row| row.rhs).collect();
-        let rhs = combinations.merge(&mut graph, values);
-        let masses = rows.iter().map(|row| f64::from(u8::from(row.differential)));
-        let masses = masses.map(|mass| graph.constant(mass)).collect();
-        slopes.push(rows.iter().all(|row| row.differential).then_some(rhs));
-        complete.push(Unknown {
-            mass: combinations.merge(&mut graph, masses),
-            differential: rows[start].differential,
-            rhs,
-            equation: labels(equations, &rows),
-            span: equations[rows[start].equation].span,
-            ..unknown
-        });
-    }
-
+    let rates: Vec<Option<ExprId>> = (0..unknowns.len())
+        .map(|i| rate_of(&mut graph, &declared, &systems, u32::try_from(i).unwrap_or(u32::MAX)))
+        .collect();
     let rate = |symbol| match symbol {
-        Symbol::Derivative(i) => slopes[i as usize],
+        Symbol::Derivative(i) => rates[i as usize],
         _ => None,
     };
     let mut reader = DerivativeReader { model, rate, graph: &mut graph, diagnostics };
@@ -95,20 +102,19 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         let value = reader.open(value, declared.span, &what);
         outputs.push(Output { declared, value, noise: output.noise, delay });
     }
-    let mut automata: Vec<Automaton> = model
-        .automata
-        .iter()
-        .zip(transferred.transitions)
+    let automata = model.automata.iter().zip(transferred.transitions);
+    let mut automata: Vec<Automaton> = automata
         .map(|(automaton, transitions)| automaton_of(automaton, transitions, &mut reader))
+        .chain(selecting)
         .collect();
     diagnostics.check()?;
     let varying = Varying { model, delayed: &delays.inputs };
-    saturate(&mut graph, varying, &transferred.bounds, &mut complete, &mut automata);
+    saturate(&mut graph, varying, &transferred.bounds, &mut unknowns, &mut automata);
     let mut dae = Dae {
         name: model.name.clone(),
         doc: model.doc.clone(),
         graph,
-        unknowns: complete,
+        unknowns,
         parameters: model.parameters.clone(),
         inputs: model.inputs.clone(),
         delays: delays.delays,
@@ -124,64 +130,95 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     Ok(dae)
 }
 
+/// The system of one combination of modes: counted, solved for derivatives, its index reduced, its
+/// states to be chosen.
+fn system_of(
+    model: &Model,
+    graph: &mut Graph,
+    transferred: &Transferred<'_>,
+    (delays, typical, modes): (&Resolved, &Typical, &[usize]),
+    variables: &mut Variables,
+    diagnostics: &mut Diagnostics,
+) -> Result<Explicit, Reported> {
+    let context = in_modes(model, modes);
+    let equations = &transferred.equations;
+    let holding = transferred.holding(modes);
+    verify_counts(model, graph, equations, (&holding, &context), diagnostics)?;
+    let solved = solve_for_derivatives(graph, equations, &holding, variables);
+    let in_use = in_use(graph, model.unknowns.len(), &solved);
+    let delayed = delays.inputs.iter().map(|delayed| delayed.input).collect();
+    let slopes = Slopes { inputs: &model.inputs, delayed };
+    let reduced: Reduced = reduce(graph, solved, &in_use, variables, &slopes)
+        .map_err(|refusal| refuse(model, equations, variables, &context, &refusal, diagnostics))?;
+    let blocks = blocks_of(graph, &reduced, variables, &|symbol| typical.value(symbol));
+    let blocks = blocks.map_err(|rows| {
+        let rows = rows.into_iter().map(|row| &reduced.constraints[row]);
+        no_choice(equations, rows, &context, diagnostics)
+    })?;
+    Ok(Explicit { reduced, blocks })
+}
+
+/// The unknowns of a combination of modes: those that are declared, and those that its equations
+/// have needed.
+fn in_use(graph: &Graph, declared: usize, solved: &Solved) -> Vec<u32> {
+    let rests = solved.algebraic.iter().map(|residual| residual.rest);
+    let read = graph.reachable(rests.chain(solved.rates.values().map(|rate| rate.value)));
+    let added = read.into_iter().filter_map(|id| match graph.node(id) {
+        Node::Symbol(Symbol::Unknown(i)) => Some(i),
+        _ => None,
+    });
+    let declared = 0..u32::try_from(declared).unwrap_or(u32::MAX);
+    let mut all: Vec<u32> = declared.chain(added).chain(solved.rates.keys().copied()).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+/// The unknown with its rows in all combinations; `start` is the one that it starts in.
+fn complete(
+    graph: &mut Graph,
+    equations: &[Equation<'_>],
+    combinations: &Combinations,
+    start: usize,
+    unknown: Unknown,
+    rows: &[Row],
+) -> Unknown {
+    let rhs = combinations.merge(graph, rows.iter().map(|row| row.rhs).collect());
+    let masses = rows.iter().map(|row| f64::from(u8::from(row.differential)));
+    let masses = masses.map(|mass| graph.constant(mass)).collect();
+    Unknown {
+        mass: combinations.merge(graph, masses),
+        differential: rows[start].differential,
+        rhs,
+        equation: labels(equations, rows),
+        span: equations[rows[start].equation].span,
+        ..unknown
+    }
+}
+
+/// ẋ, where it is given in all modes.
+fn rate_of(
+    graph: &mut Graph,
+    declared: &Combinations,
+    systems: &[Explicit],
+    i: u32,
+) -> Option<ExprId> {
+    let rates = systems.iter().map(|system| system.reduced.rates.get(&i).map(|rate| rate.value));
+    let rates = rates.collect::<Option<Vec<ExprId>>>()?;
+    Some(declared.merge(graph, rates))
+}
+
 /// Labels of the equations of an unknown's rows, each once.
 fn labels(equations: &[Equation<'_>], rows: &[Row]) -> String {
-    let mut labels: Vec<&str> = Vec::new();
+    let mut labels: Vec<String> = Vec::new();
     for row in rows {
-        let label = equations[row.equation].label;
+        let mut label = equations[row.equation].label.to_owned();
+        for _ in 0..row.order {
+            label = format!("der({label})");
+        }
         if !labels.contains(&label) {
             labels.push(label);
         }
     }
     labels.join(" / ")
-}
-
-/// The unknowns as declared, their rows still open.
-fn declared_unknowns(
-    model: &Model,
-    starts: Vec<ExprId>,
-    histories: Vec<Option<ExprId>>,
-) -> Vec<Unknown> {
-    let unknowns = model.unknowns.iter().zip(starts).zip(histories);
-    unknowns
-        .map(|((unknown, start), history)| Unknown {
-            name: unknown.declared.name.clone(),
-            unit: unknown.declared.unit.clone(),
-            doc: unknown.declared.doc.clone(),
-            nominal: unknown.nominal,
-            differential: false,
-            mass: start,
-            rhs: start,
-            start,
-            history,
-            fixed: unknown.fixed,
-            equation: String::new(),
-            span: unknown.declared.span,
-        })
-        .collect()
-}
-
-/// The unknown `der(x)` of an unknown x, its row still open.
-fn rate_of(of: &Unknown, graph: &mut Graph) -> Unknown {
-    let zero = graph.constant(0.0);
-    Unknown {
-        name: format!("der({})", of.name),
-        unit: Unit {
-            symbol: format!("{}/s", of.unit.symbol),
-            dimension: of.unit.dimension,
-            offset: 0.0,
-            datum: None,
-            ..of.unit
-        },
-        doc: Vec::new(),
-        nominal: None,
-        differential: false,
-        mass: zero,
-        rhs: zero,
-        start: zero,
-        history: None,
-        fixed: false,
-        equation: String::new(),
-        span: of.span,
-    }
 }

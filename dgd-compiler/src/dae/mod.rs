@@ -6,15 +6,23 @@
 mod assemble;
 mod counts;
 mod delays;
+mod dulmage_mendelsohn;
+mod dummy_derivatives;
 mod explicit;
+mod index_reduction;
+mod linear_derivatives;
 mod matching;
 mod modes;
 mod rates;
 mod readers;
+mod refusal;
 mod saturate;
+mod state_selection;
+mod symbols;
 pub mod text;
 mod time_conditions;
 mod transfer;
+mod variables;
 
 use std::collections::BTreeMap;
 
@@ -37,7 +45,10 @@ pub use assemble::assemble;
 ///   delay.
 ///
 /// A derivative that cannot be solved for row by row has become an algebraic unknown of its own,
-/// named `der(x)`.
+/// named `der(x)`; a combination of derivatives that can be, the derivative of an unknown named as
+/// the combination. Equations that only tied states together stand beside their derivatives, and
+/// as many of the states have become algebraic; where which of them can be changes along a
+/// solution, an automaton of kind [`AutomatonKind::States`] chooses.
 #[derive(Debug, Clone)]
 pub struct Dae {
     /// The model's name.
@@ -79,6 +90,9 @@ pub enum AutomatonKind {
     When,
     /// An unknown with bounds: free, or at one of them.
     Saturation,
+    /// Which unknowns are states, of those that constraints tie together: the solution is the same
+    /// in all of them.
+    States,
 }
 
 /// When a transition acts.
@@ -202,7 +216,7 @@ pub struct Unknown {
 }
 
 impl Dae {
-    /// What the i-th input is called, declared or delayed.
+    /// What the i-th input is called, declared, delayed or the slope of a delayed one.
     ///
     /// # Panics
     ///
@@ -211,6 +225,10 @@ impl Dae {
         let name = |i: usize| &self.inputs[i].declared.name;
         match i.checked_sub(self.inputs.len()) {
             None => name(i).clone(),
+            Some(late) if late >= self.delayed_inputs.len() => {
+                let of = self.inputs.len() + late - self.delayed_inputs.len();
+                format!("der({})", self.input_name(of))
+            }
             Some(late) => {
                 let DelayedInput { input, delay } = self.delayed_inputs[late];
                 format!("delay({}, {})", name(input), self.delays[delay].text)

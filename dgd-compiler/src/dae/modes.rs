@@ -17,20 +17,47 @@ pub(super) struct Combinations {
 }
 
 impl Combinations {
+    /// Those of the modes that the model declares.
     pub(super) fn of(model: &Model, diagnostics: &mut Diagnostics) -> Result<Self, Reported> {
-        let sizes: Vec<usize> = model.automata.iter().map(|a| a.modes.len()).collect();
+        let sizes = model.automata.iter().map(|a| a.modes.len()).collect();
+        Combinations::from_sizes(sizes, model, diagnostics)
+    }
+
+    /// These, and those of further automata behind.
+    pub(super) fn and(
+        &self,
+        further: impl Iterator<Item = usize>,
+        model: &Model,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Self, Reported> {
+        let sizes = self.sizes.iter().copied().chain(further).collect();
+        Combinations::from_sizes(sizes, model, diagnostics)
+    }
+
+    fn from_sizes(
+        sizes: Vec<usize>,
+        model: &Model,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Self, Reported> {
         let count = sizes.iter().try_fold(1_usize, |product, size| product.checked_mul(*size));
         if let Some(count) = count.filter(|count| *count <= MOST_COMBINATIONS) {
             return Ok(Combinations { sizes, count });
         }
-        let equations = model.automata.iter().flat_map(|a| &a.modes).flat_map(|m| &m.equations);
-        let span = equations.map(|equation| equation.span).next_back().unwrap_or_default();
+        let declared = sizes.len() == model.automata.len();
+        let equations = model.all_equations().map(|equation| equation.span);
+        let span = equations.last().unwrap_or_default();
         let message = format!("more than {MOST_COMBINATIONS} combinations of modes");
-        Err(diagnostics.error(
-            Diagnostic::new(Code::E409, span, message)
+        let diagnostic = Diagnostic::new(Code::E409, span, message);
+        Err(diagnostics.error(if declared {
+            diagnostic
                 .here("the last block")
-                .help("put modes that change together into one `modes` block"),
-        ))
+                .help("put modes that change together into one `modes` block")
+        } else {
+            diagnostic.help(
+                "constraints between states have too many ways to choose among them; describe \
+                 some of these parts by angles or lengths that are free",
+            )
+        }))
     }
 
     /// The combinations, each with the mode of every block.
@@ -46,10 +73,10 @@ impl Combinations {
         })
     }
 
-    /// The combination that the model starts in.
-    pub(super) fn start(&self, model: &Model) -> usize {
-        let automata = model.automata.iter().zip(&self.sizes);
-        automata.fold(0, |position, (automaton, size)| position * size + automaton.start)
+    /// The position of a combination, given the mode of every block.
+    pub(super) fn position(&self, modes: &[usize]) -> usize {
+        let modes = modes.iter().zip(&self.sizes);
+        modes.fold(0, |position, (mode, size)| position * size + mode)
     }
 
     /// One expression that is, in every combination, the one given for it.

@@ -109,7 +109,10 @@ fn symbol_name(dae: &Dae, symbol: Symbol) -> String {
         Symbol::Time => "time".to_owned(),
         Symbol::Parameter(i) => dae.parameters[i as usize].declared.name.clone(),
         Symbol::Input(i) => dae.input_name(i as usize),
-        Symbol::Unknown(i) => dae.unknowns[i as usize].name.clone(),
+        Symbol::Unknown(i) => {
+            let name = &dae.unknowns[i as usize].name;
+            if name.contains(' ') { format!("({name})") } else { name.clone() }
+        }
         Symbol::Discrete(i) => discrete_name(dae, i as usize),
         Symbol::DelayedUnknown(i) => dae.delayed_unknown_name(i as usize),
         Symbol::Constant(_)

@@ -64,7 +64,7 @@ impl Transferred<'_> {
     }
 
     /// Everything but the names.
-    fn expressions(&mut self) -> impl Iterator<Item = &mut ExprId> {
+    pub(super) fn expressions(&mut self) -> impl Iterator<Item = &mut ExprId> {
         let transitions = self.transitions.iter_mut().flatten();
         let equations = self.equations.iter_mut().map(|equation| &mut equation.rest);
         equations

@@ -734,24 +734,28 @@ Right:
     equation first:  a = 1
     equation second: a*b = 1
 "
-E404 "index above one" "
-An equation ties states to one another without their derivatives, so that their start values are not
-free and the equation would have to be differentiated before it can be solved. Differentiate the
-constraint by hand, or declare the tied state as an `unknown`.
+E404 "index that cannot be reduced" "
+An equation ties states to one another, so that something else follows from its derivative with
+respect to time only: a rod and its tension, a prescribed path and the force along it. The tool
+differentiates such equations itself. It cannot where the derivative does not exist: where the
+equation reads an input that is held, or the slope of a linear one, or a function that jumps. Nor
+where the derivatives say nothing new, because the equation only repeats or contradicts others.
 
 Wrong:
 
+    input position [m] hold
     state x [m] = 0
     state v [m/s] = 0
     equation motion: der(x) = v
-    equation track:  x = 1 [m] * sin(time / 1 [s])
+    equation track:  x = position
 
 Right:
 
-    unknown x [m] = 0
+    input position [m] linear
+    state x [m] = 0
     unknown v [m/s] = 0
-    equation motion: v = 1 [m/s] * cos(time / 1 [s])
-    equation track:  x = 1 [m] * sin(time / 1 [s])
+    equation motion: der(x) = v
+    equation track:  x = position
 "
 E405 "equation without an unknown" "
 The equation contains only constants, parameters and inputs, so that nothing can make it true. A

@@ -1,10 +1,11 @@
 //! What to say when no step is small enough.
 
-use super::read_values::read_values;
 use super::stepper::{Spoilt, Trial};
 use super::{Simulation, base};
 use crate::error::{Evaluation, IntegrateError};
-use crate::system::System;
+use crate::problem::Problem;
+use crate::readings::readings;
+use crate::system::{Point, System};
 
 impl<S: System> Simulation<'_, S> {
     pub(super) fn singular_iteration(&self, h: f64, row: usize) -> IntegrateError {
@@ -61,10 +62,13 @@ impl<S: System> Simulation<'_, S> {
             Spoilt::Equation(row) => (row, Evaluation::Equation),
             Spoilt::Derivative(row) => (row, Evaluation::Derivative),
         };
-        let signature = self.problem.system.signature();
+        let Problem { system, p, .. } = *self.problem;
+        let signature = system.signature();
         let equation = signature.equations[row].to_string();
         let unknown = signature.unknowns[row].name.to_string();
-        let values = read_values(signature, row, self.y.as_ref(), self.drive.at(self.t));
+        let u = self.drive.at(self.t);
+        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
+        let values = readings(system, at, row);
         IntegrateError::NotFinite { t, equation, unknown, what, values }
     }
 

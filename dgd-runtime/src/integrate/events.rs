@@ -9,12 +9,15 @@
 //! All that happens at one time is one instant ([`super::instant`]): one cause, and the transitions
 //! that follow from it one after another until nothing is due.
 
+use std::ops::Range;
+
 use super::Simulation;
 use super::watch::Samples;
 use crate::discrete::Schedule;
 use crate::error::IntegrateError;
 use crate::problem::Problem;
 use crate::solution::{Event, Solution};
+use crate::state_selection::selecting;
 use crate::system::{Point, System, Trigger};
 
 /// Transitions within this part of the simulated time happen at one time.
@@ -31,6 +34,8 @@ const SHRINKING: usize = 4;
 pub(super) struct Hybrid {
     pub(super) schedule: Schedule,
     n_automata: usize,
+    /// Automata that choose states.
+    selecting: Range<usize>,
     /// Whether the condition of a transition has been false since its mode was entered.
     armed: Vec<bool>,
     /// Event functions, and the same at the ends of the interval that holds an event.
@@ -66,6 +71,7 @@ impl Hybrid {
         Self {
             schedule,
             n_automata: discrete.automata.len(),
+            selecting: selecting(signature),
             armed: discrete.transitions().map(|(_, t)| t.trigger == Trigger::Level).collect(),
             e: vec![0.0; n_e],
             low: vec![0.0; n_e],
@@ -98,7 +104,18 @@ impl Hybrid {
 
     /// Whether a transition that leaves this mode can be due.
     pub(super) fn watches(&self, transition: usize, automaton: usize, from: usize) -> bool {
-        self.armed[transition] && self.is_active(automaton, from)
+        self.is_event(automaton) && self.armed[transition] && self.is_active(automaton, from)
+    }
+
+    /// Whether transitions of an automaton are events: those that choose states are not.
+    pub(super) fn is_event(&self, automaton: usize) -> bool {
+        !self.selecting.contains(&automaton)
+    }
+
+    /// Whether states are chosen on the way.
+    #[inline]
+    pub(super) fn selects_states(&self) -> bool {
+        !self.selecting.is_empty()
     }
 
     /// Whether the transition acts when its condition is true.

@@ -240,6 +240,7 @@ impl<S: System> Simulation<'_, S> {
     pub(super) fn take_over(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
         let Problem { system, p, .. } = *self.problem;
         if self.discrete.has_transitions() {
+            self.select_states();
             let mut mass = std::mem::take(&mut self.discrete.instant.mass);
             let u = self.drive.at(self.t);
             let at = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };

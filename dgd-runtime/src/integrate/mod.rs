@@ -36,8 +36,8 @@ mod locate;
 mod moving_jump;
 mod newton;
 mod order;
-mod read_values;
 mod record;
+mod reselect;
 mod rosenbrock;
 mod singular_point;
 mod stepper;
@@ -372,7 +372,9 @@ impl<'a, S: System> Simulation<'a, S> {
             }
         }
         solution.statistics.segments = 1;
+        self.select_first_states();
         self.make_consistent(solution)?;
+        self.reselect_states(solution)?;
         // What is beyond its bound at the start; other conditions that are true from the start act
         // once they have been false.
         self.begin_sample();
@@ -489,7 +491,7 @@ impl<'a, S: System> Simulation<'a, S> {
             } else {
                 controller.accept(h, error);
             }
-            return Ok(());
+            return self.reselect_states(solution);
         }
 
         solution.statistics.rejected += 1;

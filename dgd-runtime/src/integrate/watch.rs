@@ -65,7 +65,8 @@ impl<S: System> Simulation<'_, S> {
 
         let mut first = f64::INFINITY;
         for (k, (automaton, transition)) in system.signature().discrete.transitions().enumerate() {
-            if self.discrete.is_active(automaton, transition.from) {
+            let hybrid = &self.discrete;
+            if hybrid.is_event(automaton) && hybrid.is_active(automaton, transition.from) {
                 let found = if self.discrete.armed(k) {
                     self.first_past(k, transition.crossing, h)
                 } else {

@@ -1,0 +1,86 @@
+//! Words for equations that cannot be differentiated.
+
+use super::counts::{more_places, quoted};
+use super::index_reduction::{Obstacle, Refusal};
+use super::linear_derivatives::Residual;
+use super::transfer::Equation;
+use super::variables::Variables;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::model::Model;
+
+/// Reports an equation that index reduction cannot differentiate.
+pub(super) fn refuse(
+    model: &Model,
+    equations: &[Equation<'_>],
+    variables: &Variables,
+    context: &str,
+    refusal: &Refusal,
+    diagnostics: &mut Diagnostics,
+) -> Reported {
+    let Refusal { equation, obstacle, wanting } = refusal;
+    let Equation { label, span, .. } = &equations[*equation];
+    let loose = quoted(wanting.iter().map(|i| variables.unknowns[*i as usize].name.as_str()));
+    let input = |i: &usize| &model.inputs[*i].declared;
+    let why = match obstacle {
+        Obstacle::Held(i) => {
+            format!("it reads the input `{}`, which is held and jumps", input(i).name)
+        }
+        Obstacle::Slope(i) => {
+            format!(
+                "it reads the slope of the input `{}`, which jumps at every sample",
+                input(i).name
+            )
+        }
+        Obstacle::Jump(function) => format!("`{function}` in it jumps"),
+        Obstacle::Late => "it reads an unknown late".to_owned(),
+        Obstacle::NoUnknown => "its derivatives say nothing new".to_owned(),
+    };
+    let determines =
+        if wanting.is_empty() { String::new() } else { format!(" to determine {loose}") };
+    let message = format!(
+        "the index is above 1{context}: `{label}` would have to be differentiated{determines}, but {why}"
+    );
+    let diagnostic = Diagnostic::new(Code::E404, *span, message);
+    let (help, places) = match obstacle {
+        Obstacle::Held(i) => (
+            "declare the input as `linear`, or let it act through a lag",
+            Some((input(i).span, "declared here")),
+        ),
+        Obstacle::Slope(i) => (
+            "let the input act through a lag, so that its derivatives exist",
+            Some((input(i).span, "declared here")),
+        ),
+        Obstacle::Jump(_) => ("write the constraint as an expression that is smooth", None),
+        Obstacle::Late => ("let what arrives late act through a lag", None),
+        Obstacle::NoUnknown => {
+            ("leave out what other equations say already, or let it read another unknown", None)
+        }
+    };
+    let unknowns = wanting.iter().map(|i| variables.unknowns[*i as usize].span);
+    let diagnostic = more_places(diagnostic.help(help), unknowns, "not determined");
+    let places = places.into_iter();
+    diagnostics
+        .error(places.fold(diagnostic, |diagnostic, (span, text)| diagnostic.label(span, text)))
+}
+
+/// Reports constraints that no choice of states fulfils.
+pub(super) fn no_choice<'a>(
+    equations: &[Equation<'_>],
+    constraints: impl Iterator<Item = &'a Residual>,
+    context: &str,
+    diagnostics: &mut Diagnostics,
+) -> Reported {
+    let mut positions: Vec<usize> = constraints.map(|constraint| constraint.equation).collect();
+    positions.sort_unstable();
+    positions.dedup();
+    let names = quoted(positions.iter().map(|e| equations[*e].label));
+    let message = format!(
+        "the index is above 1{context}: {names} and what follows by differentiation tie the same \
+         states more than once"
+    );
+    let mut spans = positions.iter().map(|e| equations[*e].span);
+    let first = spans.next().unwrap_or_default();
+    let diagnostic = Diagnostic::new(Code::E404, first, message)
+        .help("leave out a constraint that others imply");
+    diagnostics.error(more_places(diagnostic, spans, "this one too"))
+}

@@ -1,0 +1,48 @@
+//! A change of the unknowns that are states, on the way.
+
+use super::Simulation;
+use crate::error::IntegrateError;
+use crate::problem::Problem;
+use crate::solution::Solution;
+use crate::state_selection::select_states;
+use crate::system::{Point, System};
+
+impl<S: System> Simulation<'_, S> {
+    /// Chooses the states that suit (t, y); whether others are chosen now. The mass matrix and what
+    /// follows from it are still those of before.
+    pub(super) fn select_states(&mut self) -> bool {
+        if !self.discrete.selects_states() {
+            return false;
+        }
+        let Problem { system, p, .. } = *self.problem;
+        let u = self.drive.at(self.t);
+        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &[] };
+        select_states(system, at, &mut self.discrete.schedule.z, &mut self.discrete.e)
+    }
+
+    /// Chooses the states for the first consistent values.
+    pub(super) fn select_first_states(&mut self) {
+        if self.select_states() {
+            let Problem { system, p, .. } = *self.problem;
+            let mut mass = self.algebraic.mass.clone();
+            let u = self.drive.at(self.t);
+            let at = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
+            system.mass(at, mass.as_mut());
+            self.algebraic.enter_modes(mass.as_ref());
+        }
+    }
+
+    /// Goes on with other states where the present ones have become a bad choice. The solution does
+    /// not change, so that the time at which that happens has no influence.
+    pub(super) fn reselect_states(
+        &mut self,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        if !self.select_states() {
+            return Ok(());
+        }
+        self.discrete.instant.tau.fill(0.0);
+        self.begin_instant(solution);
+        self.take_over(solution)
+    }
+}

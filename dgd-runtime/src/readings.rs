@@ -1,0 +1,94 @@
+//! What an equation reads, and with what values: for messages about equations that have none.
+
+use std::fmt;
+
+use crate::system::{Pattern, Point, Storage, System, Unit};
+
+/// Messages name at most this many values.
+const MOST_SHOWN: usize = 5;
+
+/// A number that an equation reads.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading {
+    /// What it is called.
+    pub name: String,
+    /// Its value, in its declared unit.
+    pub value: f64,
+    /// That unit.
+    pub unit: String,
+}
+
+impl Reading {
+    fn new(name: &str, si: f64, unit: &Unit) -> Self {
+        let value = (si - unit.offset) / unit.factor;
+        Reading { name: name.to_owned(), value, unit: unit.symbol.to_string() }
+    }
+}
+
+impl fmt::Display for Reading {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Reading { name, value, unit } = self;
+        let is_plain = *value == 0.0 || (1e-3..1e6).contains(&value.abs());
+        if is_plain {
+            write!(f, "`{name}` = {value}")?
+        } else {
+            write!(f, "`{name}` = {value:e}")?
+        }
+        if unit == "1" { Ok(()) } else { write!(f, " {unit}") }
+    }
+}
+
+/// `, with x = 1 m and y = 2 m`; nothing where nothing is read.
+pub(crate) struct With<'a>(pub(crate) &'a [Reading]);
+
+impl fmt::Display for With<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, reading) in self.0.iter().take(MOST_SHOWN).enumerate() {
+            write!(f, "{} {reading}", if k == 0 { ", with" } else { "," })?;
+        }
+        match self.0.len().checked_sub(MOST_SHOWN) {
+            None | Some(0) => Ok(()),
+            Some(more) => write!(f, " and {more} more"),
+        }
+    }
+}
+
+/// What row `row` of f reads at a point: unknowns, inputs and parameters. Where derivatives to some
+/// of them are not finite, it is these that are to blame, and only they are told.
+pub(crate) fn readings<S: System>(system: &S, at: Point<'_>, row: usize) -> Vec<Reading> {
+    let signature = system.signature();
+    let n = signature.unknowns.len();
+    let (mut f, mut dfdt) = (S::Vector::zeros(n), S::Vector::zeros(n));
+    let mut by_y = S::Jacobian::zeros(signature.jacobian.len());
+    let still = S::Inputs::zeros(signature.n_u());
+    system.linearize(at, still.as_ref(), f.as_mut(), by_y.as_mut(), dfdt.as_mut());
+    let mut by_u = vec![0.0; signature.input_jacobian.len()];
+    system.input_jacobian(at, &mut by_u);
+    let mut by_p = vec![0.0; signature.parameter_jacobian.len()];
+    system.parameter_jacobian(at, &mut by_p);
+
+    let in_row = |pattern: &Pattern, values: &[f64]| -> Vec<(usize, f64)> {
+        let entries = pattern.positions().zip(values);
+        entries.filter(|((r, _), _)| *r == row).map(|((_, c), value)| (c, *value)).collect()
+    };
+    let mut all: Vec<(Reading, bool)> = Vec::new();
+    for (i, slope) in in_row(&signature.jacobian, by_y.as_ref()) {
+        let unknown = &signature.unknowns[i];
+        all.push((Reading::new(&unknown.name, at.y[i], &unknown.unit), slope.is_finite()));
+    }
+    for (i, slope) in in_row(&signature.input_jacobian, &by_u) {
+        // Delayed inputs, and slopes of inputs, are known by the values of others.
+        if let Some(input) = signature.inputs.get(i) {
+            all.push((Reading::new(&input.name, at.u[i], &input.unit), slope.is_finite()));
+        }
+    }
+    for (i, slope) in in_row(&signature.parameter_jacobian, &by_p) {
+        let parameter = &signature.parameters[i];
+        all.push((Reading::new(&parameter.name, at.p[i], &parameter.unit), slope.is_finite()));
+    }
+    let has_culprit = all.iter().any(|(_, is_finite)| !is_finite);
+    all.into_iter()
+        .filter(|(_, is_finite)| !(has_culprit && *is_finite))
+        .map(|(reading, _)| reading)
+        .collect()
+}

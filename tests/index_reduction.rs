@@ -1,0 +1,350 @@
+//! Models of an index above 1, against formulations of the same without constraints.
+
+use dgd::{
+    Column, Inputs, Interpolation, Options, Problem, Solution, System, simulate,
+    simulate_with_sensitivities,
+};
+use dgd_compiler::diagnostics::{Diagnostics, render};
+use dgd_compiler::model::ModelOptions;
+use dgd_compiler::pipeline::{Directions, compile};
+use dgd_compiler::source::{Source, Sources};
+use dgd_execute::Interpreted;
+
+/// The relative tolerance of the runs, and how well two formulations agree: an error of up to the
+/// tolerance in each of some hundred steps, grown by what the sensitivities of these motions grow.
+const RTOL: f64 = 1e-10;
+const CLOSE: f64 = 3e-7;
+
+fn options() -> Options {
+    Options { rtol: RTOL, atol: RTOL, ..Options::default() }
+}
+
+fn model(text: &str) -> Interpreted {
+    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let main = Source { name: "model.dgd".to_owned(), text: format!("model m\n{text}") };
+    let mut read = |_: &str| Err("no imports".to_owned());
+    let options = ModelOptions::default();
+    let compiled =
+        compile(main, &options, &Directions::All, &mut read, &mut sources, &mut diagnostics);
+    let compiled = compiled.unwrap_or_else(|_| {
+        let shown = render::render(&diagnostics.sorted(), &sources, render::Style::Plain);
+        panic!("{shown}")
+    });
+    Interpreted::new(compiled.program)
+}
+
+fn parameters(system: &Interpreted) -> Vec<f64> {
+    system.signature().parameters.iter().map(|parameter| parameter.value).collect()
+}
+
+fn run(system: &Interpreted, times: &[f64]) -> Solution {
+    let (p, inputs) = (parameters(system), Inputs::none());
+    let problem = Problem { system, p: &p, inputs: &inputs, start: &[] };
+    let solution = simulate_with_sensitivities(&problem, times, &options()).expect("a solution");
+    assert!(solution.undefined.is_empty(), "{:?}", solution.undefined);
+    solution
+}
+
+fn position(system: &Interpreted, unknown: &str) -> usize {
+    let unknowns = &system.signature().unknowns;
+    unknowns.iter().position(|u| u.name == unknown).expect("an unknown")
+}
+
+fn values(system: &Interpreted, solution: &Solution, unknown: &str) -> Vec<f64> {
+    let i = position(system, unknown);
+    (0..solution.times.len()).map(|k| solution.y(k)[i]).collect()
+}
+
+/// Sensitivities of an unknown to the j-th parameter.
+fn slopes(system: &Interpreted, solution: &Solution, unknown: &str, j: usize) -> Vec<f64> {
+    let i = position(system, unknown);
+    (0..solution.times.len()).map(|k| solution.s(k)[j * solution.n + i]).collect()
+}
+
+#[track_caller]
+fn assert_close(found: &[f64], expected: &[f64]) {
+    let largest = expected.iter().fold(1.0_f64, |largest, x| largest.max(x.abs()));
+    for (k, (f, e)) in found.iter().zip(expected).enumerate() {
+        assert!((f - e).abs() <= CLOSE * largest, "number {k}: {f} is not {e}");
+    }
+}
+
+fn every(step: f64, until: f64) -> Vec<f64> {
+    let n = (until / step).round() as usize;
+    (0..=n).map(|k| until * k as f64 / n as f64).collect()
+}
+
+const ROD: &str = "
+parameter g [m/s^2] = 9.81
+parameter l [m] = 1.5
+parameter theta_0 [rad] = THETA
+parameter omega_0 [rad/s] = OMEGA
+";
+
+/// The rod in Cartesian coordinates and by its angle.
+fn rods(theta: f64, omega: f64) -> [Interpreted; 2] {
+    let head = ROD.replace("THETA", &theta.to_string()).replace("OMEGA", &omega.to_string());
+    let cartesian = model(&format!(
+        "{head}
+        state x [m] = l*sin(theta_0)
+        state y [m] = -l*cos(theta_0)
+        state v_x [m/s] = l*omega_0*cos(theta_0)
+        state v_y [m/s] = l*omega_0*sin(theta_0)
+        unknown tension [1/s^2] = 1
+        equation right: der(x) = v_x
+        equation up: der(y) = v_y
+        equation force_x: der(v_x) = -tension*x
+        equation force_y: der(v_y) = -tension*y - g
+        equation rod: x^2 + y^2 = l^2
+        "
+    ));
+    let angle = model(&format!(
+        "{head}
+        state theta [rad] = theta_0
+        state omega [rad/s] = omega_0
+        equation angle: der(theta) = omega
+        equation pivot: der(omega) = -g/l*sin(theta)
+        "
+    ));
+    [cartesian, angle]
+}
+
+/// Position and sensitivities of the Cartesian rod are those of the angle: x = l sin θ.
+fn check_rod(theta: f64, omega: f64, times: &[f64]) {
+    let [cartesian, angle] = rods(theta, omega);
+    let (found, expected) = (run(&cartesian, times), run(&angle, times));
+    let thetas = values(&angle, &expected, "theta");
+    let l = 1.5;
+    let x: Vec<f64> = thetas.iter().map(|theta| l * theta.sin()).collect();
+    let y: Vec<f64> = thetas.iter().map(|theta| -l * theta.cos()).collect();
+    assert_close(&values(&cartesian, &found, "x"), &x);
+    assert_close(&values(&cartesian, &found, "y"), &y);
+    // T = ω² + g cos θ/l
+    let omegas = values(&angle, &expected, "omega").into_iter().zip(&thetas);
+    let tension: Vec<f64> = omegas.map(|(omega, t)| omega * omega + 9.81 / l * t.cos()).collect();
+    assert_close(&values(&cartesian, &found, "tension"), &tension);
+    for j in 0..4 {
+        let dtheta = slopes(&angle, &expected, "theta", j);
+        let own = if j == 1 { 1.0 } else { 0.0 };
+        let along = thetas.iter().zip(&dtheta);
+        let dx: Vec<f64> = along.clone().map(|(t, d)| own * t.sin() + l * t.cos() * d).collect();
+        let dy: Vec<f64> = along.map(|(t, d)| -own * t.cos() + l * t.sin() * d).collect();
+        assert_close(&slopes(&cartesian, &found, "x", j), &dx);
+        assert_close(&slopes(&cartesian, &found, "y", j), &dy);
+    }
+}
+
+#[test]
+fn a_pendulum_swings_as_its_angle_says() {
+    check_rod(0.3, 0.0, &every(0.25, 10.0));
+    check_rod(2.5, 0.0, &every(0.25, 10.0));
+}
+
+#[test]
+fn a_pendulum_turns_over_as_its_angle_says() {
+    // With (l ω)²/2 = 91 m²/s² at the bottom, more than the 2 g l = 29 m²/s² of the top.
+    check_rod(0.1, 9.0, &every(0.25, 10.0));
+}
+
+#[test]
+fn two_rods_move_as_their_angles_say() {
+    let head = "
+        parameter g [m/s^2] = 9.81
+        parameter l [m] = 1.5
+        parameter k [m] = 0.8
+    ";
+    let cartesian = model(&format!(
+        "{head}
+        state x [m] = l
+        state y [m] = 0
+        state u [m/s] = 0
+        state v [m/s] = 0
+        state x2 [m] = l
+        state y2 [m] = k
+        state u2 [m/s] = 0
+        state v2 [m/s] = 0
+        unknown t1 [1/s^2] = 1
+        unknown t2 [1/s^2] = 1
+        equation a: der(x) = u
+        equation b: der(y) = v
+        equation c: der(x2) = u2
+        equation d: der(y2) = v2
+        equation e: der(u) = -t1*x + t2*(x2 - x)
+        equation f: der(v) = -t1*y + t2*(y2 - y) - g
+        equation h: der(u2) = -t2*(x2 - x)
+        equation i: der(v2) = -t2*(y2 - y) - g
+        equation upper: x^2 + y^2 = l^2
+        equation lower: (x2 - x)^2 + (y2 - y)^2 = k^2
+        "
+    ));
+    let names: Vec<&str> =
+        cartesian.signature().discrete.automata.iter().map(|a| &*a.name).collect();
+    assert_eq!(names, ["states of upper", "states of lower"]);
+    // Equal masses, from Lagrange's equations, with a and b the angles from the vertical.
+    let angles = model(&format!(
+        "{head}
+        state a [rad] = pi/2
+        state b [rad] = pi
+        state p [rad/s] = 0
+        state q [rad/s] = 0
+        equation turn_a: der(a) = p
+        equation turn_b: der(b) = q
+        equation upper: 2*l*der(p) + k*der(q)*cos(a - b) + k*q^2*sin(a - b) + 2*g*sin(a) = 0 [m/s^2]
+        equation lower: k*der(q) + l*der(p)*cos(a - b) - l*p^2*sin(a - b) + g*sin(b) = 0 [m/s^2]
+        "
+    ));
+    let times = every(0.1, 2.0);
+    let (found, expected) = (run(&cartesian, &times), run(&angles, &times));
+    let (a, b) = (values(&angles, &expected, "a"), values(&angles, &expected, "b"));
+    let both = a.iter().zip(&b);
+    let x2: Vec<f64> = both.clone().map(|(a, b)| 1.5 * a.sin() + 0.8 * b.sin()).collect();
+    let y2: Vec<f64> = both.map(|(a, b)| -1.5 * a.cos() - 0.8 * b.cos()).collect();
+    assert_close(&values(&cartesian, &found, "x2"), &x2);
+    assert_close(&values(&cartesian, &found, "y2"), &y2);
+    // ∂x₂/∂g and ∂x₂/∂k
+    for (j, own) in [(0, 0.0), (2, 1.0)] {
+        let (da, db) = (slopes(&angles, &expected, "a", j), slopes(&angles, &expected, "b", j));
+        let dx2: Vec<f64> = (0..times.len())
+            .map(|i| 1.5 * a[i].cos() * da[i] + 0.8 * b[i].cos() * db[i] + own * b[i].sin())
+            .collect();
+        assert_close(&slopes(&cartesian, &found, "x2", j), &dx2);
+    }
+}
+
+#[test]
+fn levels_of_tanks_in_rigid_connection_move_together() {
+    let system = model(
+        "
+        parameter A_1 [m^2] = 2
+        parameter A_2 [m^2] = 3
+        parameter q_in [m^3/s] = 0.1
+        state h_1 [m] = 1
+        state h_2 [m] = 4
+        unknown q [m^3/s] = 0
+        equation first: A_1*der(h_1) = q_in - q
+        equation second: A_2*der(h_2) = q
+        equation connection: h_1 = h_2
+        ",
+    );
+    assert!(system.signature().discrete.is_empty(), "one choice of states holds everywhere");
+    let times = every(1.0, 10.0);
+    let solution = run(&system, &times);
+    // The start value of h_2 is a guess: h = 1 + q_in t/(A₁ + A₂), q = A₂ q_in/(A₁ + A₂).
+    let h: Vec<f64> = times.iter().map(|t| 1.0 + 0.1 * t / 5.0).collect();
+    assert_close(&values(&system, &solution, "h_1"), &h);
+    assert_close(&values(&system, &solution, "h_2"), &h);
+    assert_close(&values(&system, &solution, "q"), &vec![0.06; times.len()]);
+    let by_area: Vec<f64> = times.iter().map(|t| -0.1 * t / 25.0).collect();
+    assert_close(&slopes(&system, &solution, "h_2", 0), &by_area);
+    let flow_by_area = vec![-0.3 / 25.0; times.len()];
+    assert_close(&slopes(&system, &solution, "q", 0), &flow_by_area);
+}
+
+#[test]
+fn capacitors_in_a_loop_share_their_charge() {
+    // A source drives C₁ in parallel with C₂ and C₃ in series.
+    let system = model(
+        "
+        parameter C_1 [F] = 1e-12
+        parameter C_2 [F] = 2e-12
+        parameter C_3 [F] = 6e-12
+        parameter i_s [A] = 1e-9
+        state v_1 [V] = 0 nominal 1
+        state v_2 [V] = 0 nominal 1
+        state v_3 [V] = 0 nominal 1
+        unknown i [A] = 0 nominal 1e-9
+        equation first: C_1*der(v_1) = i_s - i
+        equation second: C_2*der(v_2) = i
+        equation third: C_3*der(v_3) = i
+        equation loop: v_1 = v_2 + v_3
+        ",
+    );
+    assert!(system.signature().discrete.is_empty());
+    let times = every(1e-4, 1e-3);
+    let solution = run(&system, &times);
+    // C₂ and C₃ in series are 1.5 pF: dv₁/dt = i_s/(2.5 pF), i = 0.6 i_s.
+    let v: Vec<f64> = times.iter().map(|t| 400.0 * t).collect();
+    assert_close(&values(&system, &solution, "v_1"), &v);
+    let currents: Vec<f64> = values(&system, &solution, "i").into_iter().map(|i| i * 1e9).collect();
+    assert_close(&currents, &vec![0.6; times.len()]);
+}
+
+/// The transistor amplifier of the Test Set for IVP Solvers (F. Mazzia and C. Magherini, release
+/// 2.4, 2008), its eight rows as published; end values from there.
+const AMPLIFIER: &str = "
+constant U_b [V] = 6
+constant U_F [V] = 0.026
+constant alpha = 0.99
+constant beta [A] = 1e-6
+constant R_0 [ohm] = 1000
+constant R [ohm] = 9000
+constant C_1 [F] = 1e-6
+constant C_2 [F] = 2e-6
+constant C_3 [F] = 3e-6
+constant C_4 [F] = 4e-6
+constant C_5 [F] = 5e-6
+function g(v [V]) = beta*(exp(v/U_F) - 1)
+let U_e = 0.1 [V] * sin(200*pi*time/1 [s])
+state y1 [V] = 0
+state y2 [V] = 3
+state y3 [V] = 3
+state y4 [V] = 6
+state y5 [V] = 3
+state y6 [V] = 3
+state y7 [V] = 6
+state y8 [V] = 0
+equation e1: C_1*(der(y2) - der(y1)) = (y1 - U_e)/R_0
+equation e2: C_1*(der(y1) - der(y2)) = y2/R + (y2 - U_b)/R + (1 - alpha)*g(y2 - y3)
+equation e3: -C_2*der(y3) = y3/R - g(y2 - y3)
+equation e4: C_3*(der(y5) - der(y4)) = (y4 - U_b)/R + alpha*g(y2 - y3)
+equation e5: C_3*(der(y4) - der(y5)) = y5/R + (y5 - U_b)/R + (1 - alpha)*g(y5 - y6)
+equation e6: -C_4*der(y6) = y6/R - g(y5 - y6)
+equation e7: C_5*(der(y8) - der(y7)) = (y7 - U_b)/R + alpha*g(y5 - y6)
+equation e8: C_5*(der(y7) - der(y8)) = y8/R
+";
+
+const AMPLIFIER_END: [f64; 8] = [
+    -0.556_214_501_226_270_9e-2,
+    0.300_652_247_190_304_2e1,
+    0.284_995_878_860_812_8e1,
+    0.292_642_253_620_624_1e1,
+    0.270_461_786_501_055_4e1,
+    0.276_183_777_839_314_5e1,
+    0.477_092_763_161_677_2e1,
+    0.123_699_586_809_154_8e1,
+];
+
+#[test]
+fn the_transistor_amplifier_comes_to_its_end_values() {
+    let system = model(AMPLIFIER);
+    let (p, inputs) = (Vec::new(), Inputs::none());
+    let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+    for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
+        let options = Options { rtol: tolerance, atol: tolerance, ..Options::default() };
+        let solution = simulate(&problem, &[0.0, 0.2], &options).expect("a solution");
+        for (i, end) in AMPLIFIER_END.iter().enumerate() {
+            let error = (solution.y(1)[i] - end).abs();
+            assert!(error <= 10.0 * tolerance * (end.abs() + 1.0), "y{} at {tolerance}", i + 1);
+        }
+    }
+}
+
+#[test]
+fn a_prescribed_path_gives_its_own_slope() {
+    let system = model(
+        "
+        input path [m] linear
+        state x [m] = 0
+        unknown v [m/s] = 0
+        equation motion: der(x) = v
+        equation track: x = path
+        ",
+    );
+    let column =
+        Column { name: "path", interpolation: Interpolation::Linear, values: &[1.0, 4.0, 3.0] };
+    let inputs = Inputs::recorded(&[0.0, 2.0, 4.0], &[column]).expect("inputs");
+    let problem = Problem { system: &system, p: &[], inputs: &inputs, start: &[] };
+    let solution = simulate(&problem, &[0.0, 1.0, 3.0], &options()).expect("a solution");
+    assert_close(&values(&system, &solution, "x"), &[1.0, 2.5, 3.5]);
+    assert_close(&values(&system, &solution, "v"), &[1.5, 1.5, -0.5]);
+}
