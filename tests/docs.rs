@@ -173,13 +173,15 @@ fn declared_by(item: &Item) -> Option<(&'static str, &str)> {
         | ItemKind::Parameter { name, .. }
         | ItemKind::Input { name, .. }
         | ItemKind::Unknown { name, .. }
+        | ItemKind::Size { name, .. }
+        | ItemKind::Array { name, .. }
         | ItemKind::Let { name, .. }
         | ItemKind::Function { name, .. } => ("name", name),
         ItemKind::Output { name, .. } => ("output", name),
         ItemKind::Equation { label, .. } => ("equation", label),
         ItemKind::Variant { name, .. } => ("variant", name),
         ItemKind::Modes { name, .. } => ("modes", name),
-        ItemKind::Import { .. } => return None,
+        ItemKind::Import { .. } | ItemKind::For { .. } => return None,
     };
     Some((set, &name.text))
 }

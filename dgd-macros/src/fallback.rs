@@ -111,7 +111,10 @@ impl<'a> Still<'a> {
                 | ItemKind::Let { .. }
                 | ItemKind::Function { .. }
                 | ItemKind::Equation { .. }
-                | ItemKind::Modes { .. } => {}
+                | ItemKind::Modes { .. }
+                | ItemKind::Size { .. }
+                | ItemKind::Array { .. }
+                | ItemKind::For { .. } => {}
             }
         }
     }

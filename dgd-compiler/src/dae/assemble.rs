@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::counts::verify_counts;
 use super::delays;
+use super::families;
 use super::explicit::{Explicit, Rate, Row, rows_of, solve_for_derivatives};
 use super::modes::{Combinations, in_modes};
 use super::readers::{DerivativeReader, automaton_of};
@@ -28,13 +29,19 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     // First delays, as a condition on a time that is past switches at a time of its own.
     let delays = delays::resolve(model, &mut graph, &mut transferred, diagnostics)?;
     let time_conditions = transferred.take_time_conditions(&mut graph, model.automata.len());
+    let holding = transferred.holding(&combinations.start_modes(model));
+    let plan = families::plan(model, &mut graph, &transferred, &holding, diagnostics)?;
+    let origins = families::Origins::of(model, &transferred);
     let equations = &transferred.equations;
 
     let mut systems: Vec<Explicit> = Vec::new();
     for modes in combinations.iter() {
         let system = Explicit {
             context: in_modes(model, &modes),
-            equations: transferred.holding(&modes),
+            equations: {
+                let holding = transferred.holding(&modes).into_iter();
+                holding.filter(|equation| !plan.taken.contains(equation)).collect()
+            },
             solved: BTreeMap::new(),
             implicit: BTreeMap::new(),
         };
@@ -101,11 +108,13 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         .collect();
     diagnostics.check()?;
 
-    Ok(Dae {
+    let dae = Dae {
         name: model.name.clone(),
         doc: model.doc.clone(),
         graph,
         unknowns: complete,
+        arrays: Vec::new(),
+        families: Vec::new(),
         parameters: model.parameters.clone(),
         inputs: model.inputs.clone(),
         delays: delays.delays,
@@ -115,7 +124,8 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         variants: model.variants.clone(),
         automata,
         time_conditions,
-    })
+    };
+    families::place(dae, model, &plan, &origins, diagnostics)
 }
 
 /// Labels of the equations of an unknown's rows, each once.

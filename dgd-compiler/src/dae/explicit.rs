@@ -52,7 +52,7 @@ pub(super) fn solve_for_derivatives(
     for (i, users) in users {
         if let [e] = users[..]
             && equations[e].derivatives == [i]
-            && let Some(rhs) = solve_for_derivative(graph, equations[e].rest, i)
+            && let Some(rhs) = solve_for_derivative(graph, equations[e].rest, Symbol::Derivative(i))
         {
             system.solved.insert(i, (rhs, e));
         } else {
@@ -124,14 +124,21 @@ pub(super) fn rows_of(
 }
 
 /// f in ẋ = f, where 0 = r − l is a ẋ + b with a free of derivatives: f = −b/a.
-fn solve_for_derivative(graph: &mut Graph, rest: ExprId, i: u32) -> Option<ExprId> {
-    let gradient = graph.gradient(rest, |s| (s == Symbol::Derivative(i)).then_some(0));
+pub(super) fn solve_for_derivative(
+    graph: &mut Graph,
+    rest: ExprId,
+    rate: Symbol,
+) -> Option<ExprId> {
+    let gradient = graph.gradient(rest, |s| (s == rate).then_some(0));
     let [(_, a)] = gradient[..] else { return None };
-    if graph.symbols(a).iter().any(|s| matches!(s, Symbol::Derivative(_))) {
+    let is_rate = |s: &Symbol| {
+        matches!(s, Symbol::Derivative(_) | Symbol::ElementRate(_) | Symbol::SweptRate(_))
+    };
+    if graph.symbols(a).iter().any(is_rate) {
         return None;
     }
     let zero = graph.constant(0.0);
-    let b = graph.substitute(rest, |s| (s == Symbol::Derivative(i)).then_some(zero));
+    let b = graph.substitute(rest, |s| (s == rate).then_some(zero));
     let minus_a = graph.negate(a);
     Some(graph.divide(b, minus_a))
 }

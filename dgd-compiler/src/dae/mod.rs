@@ -7,6 +7,7 @@ mod assemble;
 mod counts;
 mod delays;
 mod explicit;
+mod families;
 mod matching;
 mod modes;
 mod readers;
@@ -45,6 +46,10 @@ pub struct Dae {
     pub graph: Graph,
     /// Unknowns and their rows, as declared, then those that were added.
     pub unknowns: Vec<Unknown>,
+    /// Arrays of unknowns, behind the single ones.
+    pub arrays: Vec<Array>,
+    /// Their rows, ascending; together they are one row for each element.
+    pub families: Vec<Family>,
     /// Parameters, as declared.
     pub parameters: Vec<Parameter>,
     /// Inputs, as declared.
@@ -160,7 +165,86 @@ pub struct Unknown {
     pub span: Span,
 }
 
+/// An array of unknowns.
+#[derive(Debug, Clone)]
+pub struct Array {
+    /// Its name.
+    pub name: String,
+    /// Unit of its elements.
+    pub unit: Unit,
+    /// Doc comment.
+    pub doc: Vec<String>,
+    /// Size for tolerances, SI.
+    pub nominal: Option<f64>,
+    /// Index of its first element.
+    pub lower: i64,
+    /// Position of its first element among all unknowns.
+    pub first: usize,
+    /// Number of elements.
+    pub count: u32,
+    /// Start value, swept over the elements.
+    pub start: ExprId,
+}
+
+/// Rows of consecutive elements with one expression: what moves from row to row are
+/// [`crate::expr::Symbol::Swept`] and [`crate::expr::Symbol::Counter`]. A family of one row holds
+/// neither.
+#[derive(Debug, Clone)]
+pub struct Family {
+    /// Position of the first element among all unknowns.
+    pub first: usize,
+    /// Number of rows.
+    pub count: u32,
+    /// Whether the rows are ẏ = f; otherwise 0 = f.
+    pub differential: bool,
+    /// Their number on the diagonal of M.
+    pub mass: ExprId,
+    /// f. No unknown is read both as one that moves and as one that does not.
+    pub rhs: ExprId,
+    /// Label of the equation that the rows come from.
+    pub equation: String,
+    /// First index of the equation's loop; none for an equation of its own.
+    pub lower: Option<i64>,
+    /// Where the equation stands.
+    pub span: Span,
+}
+
+impl Array {
+    /// What an element is called.
+    pub fn element_name(&self, offset: usize) -> String {
+        format!("{}[{}]", self.name, self.lower + offset as i64)
+    }
+}
+
+impl Family {
+    /// Label of the equation of one row.
+    pub fn label(&self, row: u32) -> String {
+        match self.lower {
+            Some(lower) => format!("{}[{}]", self.equation, lower + i64::from(row)),
+            None => self.equation.clone(),
+        }
+    }
+}
+
 impl Dae {
+    /// Number of unknowns, elements of arrays included.
+    pub fn n(&self) -> usize {
+        self.unknowns.len() + self.arrays.iter().map(|array| array.count as usize).sum::<usize>()
+    }
+
+    /// What the i-th unknown is called.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such unknown.
+    pub fn unknown_name(&self, i: usize) -> String {
+        let after = self.arrays.partition_point(|array| array.first <= i);
+        match after.checked_sub(1).map(|array| &self.arrays[array]) {
+            Some(array) => array.element_name(i - array.first),
+            None => self.unknowns[i].name.clone(),
+        }
+    }
+
     /// What the i-th input is called, declared or delayed.
     ///
     /// # Panics

@@ -52,6 +52,11 @@ impl Combinations {
         automata.fold(0, |position, (automaton, size)| position * size + automaton.start)
     }
 
+    /// The mode of each block that the model starts in.
+    pub(super) fn start_modes(&self, model: &Model) -> Vec<usize> {
+        model.automata.iter().map(|automaton| automaton.start).collect()
+    }
+
     /// One expression that is, in every combination, the one given for it.
     ///
     /// Blocks that make no difference do not occur in it.

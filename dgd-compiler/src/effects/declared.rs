@@ -30,7 +30,11 @@ impl Declarations {
         for ast in asts {
             visit::items(&ast.items, &mut |item| {
                 let (namespace, name, unit, kind) = match &item.kind {
-                    ItemKind::Import { .. } => return,
+                    ItemKind::Import { .. } | ItemKind::For { .. } => return,
+                    ItemKind::Size { name, .. } => (Namespace::Value, name, None, None),
+                    ItemKind::Array { name, unit, .. } => {
+                        (Namespace::Value, name, unit.clone(), None)
+                    }
                     ItemKind::Constant { name, unit, .. } | ItemKind::Let { name, unit, .. } => {
                         (Namespace::Value, name, unit.clone(), None)
                     }

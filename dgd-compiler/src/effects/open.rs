@@ -57,7 +57,10 @@ impl Definitions {
                 | ItemKind::Unknown { .. }
                 | ItemKind::Output { .. }
                 | ItemKind::Equation { .. }
-                | ItemKind::Modes { .. } => continue,
+                | ItemKind::Modes { .. }
+                | ItemKind::Size { .. }
+                | ItemKind::Array { .. }
+                | ItemKind::For { .. } => continue,
             };
             let definition = Definition {
                 path: path.clone(),

@@ -36,7 +36,14 @@ impl<'a> Lowering<'a> {
             ));
         }
         let varies = |symbol: &Symbol| match symbol {
-            Symbol::Time | Symbol::Input(_) | Symbol::Unknown(_) | Symbol::Derivative(_) => {
+            Symbol::Time
+            | Symbol::Input(_)
+            | Symbol::Unknown(_)
+            | Symbol::Derivative(_)
+            | Symbol::Element(_)
+            | Symbol::Swept(_)
+            | Symbol::ElementRate(_)
+            | Symbol::SweptRate(_) => {
                 // An argument of a function that is checked by itself has no name in the model.
                 self.scope.quoted_name(*symbol)
             }
@@ -44,6 +51,8 @@ impl<'a> Lowering<'a> {
             | Symbol::Parameter(_)
             | Symbol::InputSlope(_)
             | Symbol::Sensitivity(_)
+            | Symbol::SweptSensitivity(_)
+            | Symbol::Counter
             | Symbol::Discrete(_)
             | Symbol::Late(_) => None,
         };

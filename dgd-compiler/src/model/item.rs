@@ -130,8 +130,18 @@ impl<'a> Resolver<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Result<(), Reported> {
         let graph = &self.lowering.graph;
-        let depends =
-            |s: &Symbol| matches!(s, Symbol::Unknown(_) | Symbol::Derivative(_) | Symbol::Time);
+        let depends = |s: &Symbol| {
+            matches!(
+                s,
+                Symbol::Unknown(_)
+                    | Symbol::Derivative(_)
+                    | Symbol::Time
+                    | Symbol::Element(_)
+                    | Symbol::Swept(_)
+                    | Symbol::ElementRate(_)
+                    | Symbol::SweptRate(_)
+            )
+        };
         if let Some(symbol) = graph.symbols(start).into_iter().find(depends) {
             let culprit =
                 self.lowering.scope.quoted_name(symbol).unwrap_or_else(|| "an unknown".to_owned());

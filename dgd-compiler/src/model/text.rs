@@ -17,6 +17,9 @@ pub fn write(model: &Model) -> String {
     for variant in &model.variants {
         line("  ", format!("variant {} = {}", variant.name, variant.choices[variant.chosen]));
     }
+    for (name, size) in &model.sizes {
+        line("  ", format!("size {} = {size}", name.text));
+    }
     for constant in &model.constants {
         line("  ", format!("constant {} = {}", head(&constant.declared), number(constant.value)));
     }
@@ -67,6 +70,13 @@ pub fn write(model: &Model) -> String {
         let kind = if unknown.state { "state" } else { "unknown" };
         shown("  ", format!("{kind} {}", head(&unknown.declared)), unknown.start);
     }
+    for array in &model.arrays {
+        let kind = if array.unknown.state { "state" } else { "unknown" };
+        let upper = array.lower + i64::from(array.count) - 1;
+        let Declared { name, unit, .. } = &array.unknown.declared;
+        let range = format!("{name}[{}..{upper}] [{}]", array.lower, describe(unit.dimension));
+        shown("  ", format!("{kind} {range}"), array.unknown.start);
+    }
     let equation = |text: &mut String, indent: &str, equation: &Equation| {
         let ((longer_left, left), (longer_right, right)) =
             (show(equation.left), show(equation.right));
@@ -77,6 +87,11 @@ pub fn write(model: &Model) -> String {
     };
     for common in &model.equations {
         equation(&mut text, "  ", common);
+    }
+    for family in &model.families {
+        let upper = family.lower + i64::from(family.count) - 1;
+        let _ = writeln!(text, "  for {} in {}..{upper}", family.index, family.lower);
+        equation(&mut text, "    ", &family.equation);
     }
     for automaton in &model.automata {
         let start = &automaton.modes[automaton.start].name;
@@ -136,7 +151,17 @@ fn symbol_name(model: &Model, symbol: Symbol) -> String {
         Symbol::Input(i) => model.inputs[i as usize].declared.name.clone(),
         Symbol::Unknown(i) => unknown(i),
         Symbol::Derivative(i) => format!("der({})", unknown(i)),
-        Symbol::InputSlope(_) | Symbol::Sensitivity(_) | Symbol::Discrete(_) | Symbol::Late(_) => {
+        Symbol::Element(i) => model.element_name(i),
+        Symbol::ElementRate(i) => format!("der({})", model.element_name(i)),
+        // In the first passage; the next has the next.
+        Symbol::Swept(i) => format!("{}+k", model.element_name(i)),
+        Symbol::SweptRate(i) => format!("der({}+k)", model.element_name(i)),
+        Symbol::Counter => "k".to_owned(),
+        Symbol::InputSlope(_)
+        | Symbol::Sensitivity(_)
+        | Symbol::SweptSensitivity(_)
+        | Symbol::Discrete(_)
+        | Symbol::Late(_) => {
             unreachable!("only later stages read slopes, sensitivities, modes and late values")
         }
     }

@@ -1,6 +1,7 @@
 //! Functions in single assignment over f64, ready to run or to be written as code.
 
 mod functions;
+mod loops;
 mod lower;
 mod text;
 
@@ -30,6 +31,10 @@ pub struct Program {
     pub doc: Vec<String>,
     /// Unknowns y.
     pub unknowns: Vec<Unknown>,
+    /// Arrays of unknowns, which follow in y.
+    pub arrays: Vec<Array>,
+    /// Rows of the elements, ascending.
+    pub families: Vec<Family>,
     /// Parameters p.
     pub parameters: Vec<Parameter>,
     /// Declared inputs; u has them first, then the delayed ones, then the slopes of the delayed ones.
@@ -48,6 +53,9 @@ pub struct Program {
     pub n_time_conditions: usize,
     /// Where the matrices that are given by their non-zeros have them.
     pub patterns: BTreeMap<ResultKind, Pattern>,
+    /// Places of the same matrices that follow those of `patterns`, a run for each expression of a
+    /// family.
+    pub runs: BTreeMap<ResultKind, Vec<Run>>,
     /// One function for each row of [`FUNCTIONS`], in its order.
     pub functions: Vec<Function>,
 }
@@ -85,6 +93,55 @@ pub enum Direction {
     Parameter(usize),
     /// The start value of the unknown at this position.
     Start(usize),
+}
+
+/// An array of unknowns.
+#[derive(Debug, Clone)]
+pub struct Array {
+    /// Its name.
+    pub name: String,
+    /// Unit of its elements.
+    pub unit: Unit,
+    /// Doc comment.
+    pub doc: Vec<String>,
+    /// Size for tolerances, SI.
+    pub nominal: Option<f64>,
+    /// Index of its first element.
+    pub lower: i64,
+    /// Position of its first element in y.
+    pub first: usize,
+    /// Number of elements.
+    pub count: u32,
+}
+
+/// Rows of consecutive elements from one equation.
+#[derive(Debug, Clone)]
+pub struct Family {
+    /// Position of the first row.
+    pub first: usize,
+    /// Number of rows.
+    pub count: u32,
+    /// ẏ = f, or 0 = f.
+    pub differential: bool,
+    /// Label of the equation.
+    pub equation: String,
+    /// First index of the equation's loop; none for an equation of its own.
+    pub lower: Option<i64>,
+    /// Where the equation stands.
+    pub span: Span,
+}
+
+/// Places (row + k, column + k) or (row + k, column) for k from 0 to `count` − 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Run {
+    /// Row of the first place.
+    pub row: usize,
+    /// Column of the first place.
+    pub column: usize,
+    /// Whether the column moves with the row.
+    pub diagonal: bool,
+    /// Number of places.
+    pub count: u32,
 }
 
 /// Places that can be non-zero: (row, column), columns ascending, rows ascending within a column.
@@ -137,6 +194,34 @@ pub struct Function {
     pub names: Vec<(ValueId, String)>,
     /// For each result of the function, its numbers.
     pub results: Vec<Vec<ValueId>>,
+    /// For each result, where its numbers go; without places one after the other from the first.
+    pub places: Vec<Option<Vec<usize>>>,
+    /// Length of each result.
+    pub lengths: Vec<usize>,
+    /// What is computed once for each row of a family, behind the body.
+    pub loops: Vec<Loop>,
+}
+
+/// Operations for each k from 0 to `count` − 1.
+#[derive(Debug, Clone)]
+pub struct Loop {
+    /// Number of passages.
+    pub count: u32,
+    /// Operations in order; values go on counting behind those of the function's body.
+    pub body: Vec<Operation>,
+    /// What goes where.
+    pub stores: Vec<Store>,
+}
+
+/// A number of a result in each passage of a loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Store {
+    /// Which result of the function.
+    pub result: usize,
+    /// Its place in the first passage; in the next it is the next.
+    pub first: usize,
+    /// The number.
+    pub value: ValueId,
 }
 
 /// The value of an operation: its position in the body.
@@ -159,6 +244,11 @@ pub enum Operation {
     Time,
     /// One number of an argument.
     Load(Argument, u32),
+    /// In a loop, the number of an argument that is this one in the first passage and the next in
+    /// the next.
+    LoadSwept(Argument, u32),
+    /// In a loop, k.
+    Counter,
     /// −a
     Negate(ValueId),
     /// a + b
@@ -189,7 +279,11 @@ impl Operation {
     /// The values it reads, in order.
     pub fn operands(self) -> impl Iterator<Item = ValueId> {
         let [a, b, c] = match self {
-            Operation::Constant(_) | Operation::Time | Operation::Load(..) => [None; 3],
+            Operation::Constant(_)
+            | Operation::Time
+            | Operation::Load(..)
+            | Operation::LoadSwept(..)
+            | Operation::Counter => [None; 3],
             Operation::Negate(a) | Operation::Call1(_, a) | Operation::Not(a) => {
                 [Some(a), None, None]
             }
@@ -216,6 +310,18 @@ impl Operation {
 }
 
 impl Program {
+    /// Length of y.
+    pub fn n(&self) -> usize {
+        let elements = self.arrays.iter().map(|array| array.count as usize);
+        self.unknowns.len() + elements.sum::<usize>()
+    }
+
+    /// Number of places of a matrix that is given by its non-zeros.
+    pub fn n_places(&self, kind: ResultKind) -> usize {
+        let runs = self.runs.get(&kind).into_iter().flatten().map(|run| run.count as usize);
+        self.patterns.get(&kind).map_or(0, Vec::len) + runs.sum::<usize>()
+    }
+
     /// Length of u.
     pub fn n_u(&self) -> usize {
         self.inputs.len() + 2 * self.delayed_inputs.len()
@@ -252,6 +358,16 @@ impl Program {
             | FunctionKind::Start
             | FunctionKind::StartSensitivities => true,
         }
+    }
+
+    /// Every place of a matrix that is given by its non-zeros, in the order of its numbers.
+    pub fn places(&self, kind: ResultKind) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let single = self.patterns.get(&kind).into_iter().flatten().copied();
+        let runs = self.runs.get(&kind).into_iter().flatten();
+        single.chain(runs.flat_map(|run| {
+            let column = move |k| if run.diagonal { run.column + k } else { run.column };
+            (0..run.count as usize).map(move |k| (run.row + k, column(k)))
+        }))
     }
 
     /// The function of a kind.

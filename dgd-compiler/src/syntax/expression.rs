@@ -9,7 +9,8 @@
 //! product     = sign (("*" | "/") sign)*
 //! sign        = "-" sign | power
 //! power       = operand ("^" sign)?
-//! operand     = number unit? | name | name "(" list ")" | "(" expression ")"
+//! operand     = number unit? | name | name "(" list ")" | name "[" expression "]"
+//!             | "(" expression ")"
 //!             | "if" expression "then" expression "else" expression
 //! ```
 //!
@@ -17,6 +18,7 @@
 //! calls and `if`s call the parser again, so that nesting needs little of the machine's stack. The
 //! parser looks one token ahead, and nothing is read twice.
 
+use super::array;
 use super::ast::{Comparison, Expr, ExprKind, Factor, Name, Sign, Unit};
 use super::lexical::{RESERVED, TokenKind};
 use super::tokens::{CLOSE, Parsed, Tokens, name, word};
@@ -272,6 +274,7 @@ fn operand(input: Tokens<'_>) -> Parsed<'_, Expr> {
             ),
             word if RESERVED.contains(&word) => input.expected(OPERAND),
             _ if input.second() == Some(TokenKind::Open) => call(input),
+            _ if input.second() == Some(TokenKind::Index) => array::element(input),
             text => {
                 let kind = ExprKind::Name(text.to_owned());
                 Ok((input.behind_first(), Expr { span: input.span(), kind }))

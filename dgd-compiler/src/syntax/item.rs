@@ -6,6 +6,7 @@ use nom::multi::separated_list1;
 use nom::sequence::preceded;
 
 use super::ast::{Argument, Attribute, AttributeKind, Expr, ItemKind, Name, Unit, UnknownKind};
+use super::array;
 use super::effect;
 use super::expression::{close, expression, optional_unit};
 use super::lexical::TokenKind;
@@ -28,6 +29,7 @@ const SIMPLE: &[(&str, Rule)] = &[
     ("function", function),
     ("equation", equation),
     ("output", output),
+    ("size", size),
 ];
 
 /// Keywords of later versions, and what to say of them.
@@ -35,8 +37,6 @@ const LATER: &[(&str, &str)] = &[
     ("when", "events (`when`) are"),
     ("saturate", "saturations are"),
     ("part", "parts are"),
-    ("for", "loops over equations are"),
-    ("size", "sizes of arrays are"),
 ];
 
 /// Whether a word can begin an item, in this version or a later one.
@@ -47,7 +47,7 @@ pub(crate) fn is_keyword(word: &str) -> bool {
 }
 
 fn keywords() -> impl Iterator<Item = &'static str> {
-    SIMPLE.iter().map(|(keyword, _)| *keyword).chain(["model", "variant", "modes", "effect"])
+    SIMPLE.iter().map(|(keyword, _)| *keyword).chain(["model", "variant", "modes", "effect", "for"])
 }
 
 /// Reads an item without a block, from its keyword to its last token.
@@ -157,13 +157,29 @@ fn input(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 }
 
 fn unknown(declared_as: UnknownKind, input: Tokens<'_>) -> Parsed<'_, ItemKind> {
-    let (rest, ((name, unit), start)) = (declared, optional_value).parse(input)?;
     let what = match declared_as {
         UnknownKind::State => "a state",
         UnknownKind::Unknown => "an unknown",
     };
+    if input.second() == Some(TokenKind::Index) {
+        let (rest, (name, (index, range))) = (name, array::declared_range).parse(input)?;
+        let (rest, (unit, start)) = (optional_unit, optional_value).parse(rest)?;
+        let (rest, attributes) = attributes(&["fixed", "nominal"], what, rest)?;
+        let declared = declared_as;
+        return Ok((
+            rest,
+            ItemKind::Array { declared, name, index, range, unit, start, attributes },
+        ));
+    }
+    let (rest, ((name, unit), start)) = (declared, optional_value).parse(input)?;
     let (rest, attributes) = attributes(&["fixed", "nominal"], what, rest)?;
     Ok((rest, ItemKind::Unknown { declared: declared_as, name, unit, start, attributes }))
+}
+
+fn size(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let (rest, (name, value)) = (name, value("a size")).parse(input)?;
+    let rest = attributes(&[], "a size", rest)?.0;
+    Ok((rest, ItemKind::Size { name, value }))
 }
 
 fn definition(input: Tokens<'_>) -> Parsed<'_, ItemKind> {

@@ -219,7 +219,9 @@ fn in_columns(text: &str, code: &[Placed]) -> (Option<Group>, Vec<(Column, Strin
                 open = open.saturating_sub(1);
                 continue;
             }
-            TokenKind::Unit if i == 2 => (Column::Unit, i),
+            TokenKind::Unit if i == 2 || i == 3 && kind(2) == Some(TokenKind::Index) => {
+                (Column::Unit, i)
+            }
             kind if kind == separator && separator == TokenKind::Equal => (Column::Value, i),
             kind if kind == separator => (Column::Value, i + 1),
             TokenKind::Name
