@@ -203,6 +203,14 @@ pub static FUNCTIONS: &[FunctionSpec] = {
     ]
 };
 
+/// The matrices with rows of arrays that are given by their non-zeros.
+pub const RUNS: [ResultKind; 4] = [
+    ResultKind::Jacobian,
+    ResultKind::Dgdy,
+    ResultKind::ParameterJacobian,
+    ResultKind::InputJacobian,
+];
+
 impl FunctionKind {
     /// Its row of the table.
     pub fn spec(self) -> &'static FunctionSpec {

@@ -14,7 +14,7 @@ use crate::units::Unit;
 
 pub use crate::dae::DelayedInput;
 pub use crate::model::{Crossing, Input, Interpolation, Parameter};
-pub use functions::{Argument, FUNCTIONS, FunctionKind, FunctionSpec, ResultKind};
+pub use functions::{Argument, FUNCTIONS, FunctionKind, FunctionSpec, RUNS, ResultKind};
 pub use lower::lower;
 
 /// What `lower` promises:
