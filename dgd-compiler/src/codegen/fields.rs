@@ -5,7 +5,7 @@ use quote::quote;
 
 use super::{doc_attributes, identifier, index, number};
 use crate::model::Declared;
-use crate::program::Program;
+use crate::program::{Array, Program};
 use crate::units::{Unit, describe};
 
 /// One field.
@@ -40,7 +40,11 @@ pub(super) fn structs(program: &Program) -> TokenStream {
     let parameters =
         structure("Parameters", "Parameters p; the default is the model file's.", &parameters);
     let inputs = structure("Inputs", "Inputs u.", &inputs);
-    let unknowns = structure("Unknowns", "Unknowns y.", &unknowns);
+    let unknowns = if program.arrays.is_empty() {
+        structure("Unknowns", "Unknowns y.", &unknowns)
+    } else {
+        structure_with_arrays(program, &unknowns)
+    };
     let outputs = structure("Outputs", "Outputs w.", &outputs);
     let doc = format!(" The model `{}`.", program.name);
     quote! {
@@ -87,6 +91,58 @@ fn structure(name: &str, about: &str, fields: &[Field<'_>]) -> TokenStream {
         impl ::core::convert::From<[f64; #len]> for #name {
             fn from([#(#names,)*]: [f64; #len]) -> #name {
                 #name { #(#names,)* }
+            }
+        }
+    }
+}
+
+/// The unknowns of a model with arrays, which are fields that are arrays.
+fn structure_with_arrays(program: &Program, single: &[Field<'_>]) -> TokenStream {
+    let len = index(program.n());
+    let names: Vec<Ident> = single.iter().map(|field| identifier(field.name)).collect();
+    let docs = single.iter().map(field_doc);
+    let positions: Vec<_> = (0..single.len()).map(index).collect();
+    let arrays: Vec<Ident> = program.arrays.iter().map(|array| identifier(&array.name)).collect();
+    let array_docs = program.arrays.iter().map(|array| {
+        let Array { name, unit, doc, .. } = array;
+        field_doc(&Field { name, unit, doc, default: 0.0 })
+    });
+    let counts: Vec<_> = program.arrays.iter().map(|array| index(array.count as usize)).collect();
+    let begins: Vec<_> = program.arrays.iter().map(|array| index(array.first)).collect();
+    let ends: Vec<_> =
+        program.arrays.iter().map(|array| index(array.first + array.count as usize)).collect();
+    quote! {
+        #[doc = " Unknowns y. All in SI units."]
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub struct Unknowns {
+            #(#docs pub #names: f64,)*
+            #(#array_docs pub #arrays: [f64; #counts],)*
+        }
+
+        #[automatically_derived]
+        impl ::core::default::Default for Unknowns {
+            fn default() -> Self {
+                Unknowns { #(#names: 0.0,)* #(#arrays: [0.0; #counts],)* }
+            }
+        }
+
+        #[automatically_derived]
+        impl ::core::convert::From<Unknowns> for [f64; #len] {
+            fn from(named: Unknowns) -> [f64; #len] {
+                let mut all = [0.0; #len];
+                #(all[#positions] = named.#names;)*
+                #(all[#begins..#ends].copy_from_slice(&named.#arrays);)*
+                all
+            }
+        }
+
+        #[automatically_derived]
+        impl ::core::convert::From<[f64; #len]> for Unknowns {
+            fn from(all: [f64; #len]) -> Unknowns {
+                Unknowns {
+                    #(#names: all[#positions],)*
+                    #(#arrays: *::dgd::__runtime::codegen::fixed::<#counts>(&all[#begins..#ends]),)*
+                }
             }
         }
     }

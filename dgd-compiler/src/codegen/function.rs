@@ -293,8 +293,8 @@ pub(super) fn piece_of(operation: Operation, pieces: &BTreeMap<ValueId, Piece>) 
             atom(quote!(#array[#index]))
         }
         Operation::LoadSwept(argument, first) => {
-            let (array, first) = (array(argument), super::index(first as usize));
-            atom(quote!(#array[#first + _k]))
+            let (array, at) = (array(argument), loops::place(first as usize));
+            atom(quote!(#array[#at]))
         }
         Operation::Counter => atom(quote!((_k as f64))),
         Operation::Negate(a) => {

@@ -42,18 +42,27 @@ pub(super) fn writes(
         let statements = statements(part, function.body.len(), pieces);
         let count = index(part.count as usize);
         let stores = part.stores.iter().map(|Store { result, first, value }| {
-            let (name, at) = (&results[*result], index(*first));
+            let (name, at) = (&results[*result], place(*first));
             let value = &pieces[value].tokens;
             if is_rhs {
                 let doc = family_doc(program, *first, sources);
-                quote!(#[doc = #doc] let _row: f64 = #value; #name[#at + _k] = _row;)
+                quote!(#[doc = #doc] let _row: f64 = #value; #name[#at] = _row;)
             } else {
-                quote!(#name[#at + _k] = #value;)
+                quote!(#name[#at] = #value;)
             }
         });
         out.extend(quote!(for _k in 0..#count { #(#statements)* #(#stores)* }));
     }
     out
+}
+
+/// The place that is this one in the first passage and the next in the next.
+pub(super) fn place(first: usize) -> TokenStream {
+    if first == 0 {
+        return quote!(_k);
+    }
+    let first = index(first);
+    quote!(#first + _k)
 }
 
 /// The operations of a loop: what is used once is written where it is used.

@@ -90,7 +90,8 @@ pub fn write(model: &Model) -> String {
     }
     for family in &model.families {
         let upper = family.lower + i64::from(family.count) - 1;
-        let _ = writeln!(text, "  for {} in {}..{upper}", family.index, family.lower);
+        let (index, lower) = (&family.index, family.lower);
+        let _ = writeln!(text, "  for {index} in {lower}..{upper}, {index} = {lower} + k");
         equation(&mut text, "    ", &family.equation);
     }
     for automaton in &model.automata {
@@ -137,6 +138,11 @@ pub fn write(model: &Model) -> String {
     text
 }
 
+/// `p[3+k]` of `p[3]`
+fn moving(element: &str) -> String {
+    format!("{}+k]", element.trim_end_matches(']'))
+}
+
 /// Name and SI unit.
 fn head(declared: &Declared) -> String {
     format!("{} [{}]", declared.name, describe(declared.unit.dimension))
@@ -154,8 +160,8 @@ fn symbol_name(model: &Model, symbol: Symbol) -> String {
         Symbol::Element(i) => model.element_name(i),
         Symbol::ElementRate(i) => format!("der({})", model.element_name(i)),
         // In the first passage; the next has the next.
-        Symbol::Swept(i) => format!("{}+k", model.element_name(i)),
-        Symbol::SweptRate(i) => format!("der({}+k)", model.element_name(i)),
+        Symbol::Swept(i) => moving(&model.element_name(i)),
+        Symbol::SweptRate(i) => format!("der({})", moving(&model.element_name(i))),
         Symbol::Counter => "k".to_owned(),
         Symbol::InputSlope(_)
         | Symbol::Sensitivity(_)

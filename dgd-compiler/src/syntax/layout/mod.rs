@@ -407,7 +407,9 @@ impl Spacing<'_> {
             | (Before::Operand, TokenKind::Open) => false,
             (Before::Tight { spaced }, _) => spaced,
             (_, TokenKind::Star | TokenKind::Slash | TokenKind::Dot) => self.is_spaced(token),
-            (_, TokenKind::Range) if self.is_loop => self.is_spaced(token),
+            (_, TokenKind::Range | TokenKind::Plus | TokenKind::Minus) if self.is_loop => {
+                self.is_spaced(token)
+            }
             _ => true,
         }
     }
@@ -451,7 +453,9 @@ impl Spacing<'_> {
             | TokenKind::Close => Before::Operand,
             TokenKind::Minus if self.before != Before::Operand => Before::Sign,
             TokenKind::Star | TokenKind::Slash => Before::Tight { spaced: self.is_spaced(token) },
-            TokenKind::Range if self.is_loop => Before::Tight { spaced: self.is_spaced(token) },
+            TokenKind::Range | TokenKind::Plus | TokenKind::Minus if self.is_loop => {
+                Before::Tight { spaced: self.is_spaced(token) }
+            }
             kind => Before::Other(kind),
         }
     }
