@@ -55,6 +55,7 @@ equation first: 2 [s] * der(x[1]) = feed - x[1]*y[1]
 for i in 2..N { equation cell[i]: der(x[i])/k = step[i] + max(x[i], x[i-1]) + time/1 [s]*y[i-1] + on }
 output last = x[N]
 output rate [1/s] = der(x[2])
+output y
 ";
 
 /// The same for five cells, element by element.
@@ -74,6 +75,12 @@ equation first: 2 [s] * der(x_1) = feed - x_1*y_1
 unknown y_0 = 0.2
 output last = x_5
 output rate [1/s] = der(x_2)
+output y_0
+output y_1
+output y_2
+output y_3
+output y_4
+output y_5
 "
     .to_owned();
     for i in 1..=5 {
@@ -278,12 +285,10 @@ fn moved_places(system: &Interpreted, noise: &mut Noise) -> Vec<(usize, usize)> 
 #[test]
 fn the_pattern_is_where_the_rows_depend_on_unknowns() {
     let mut noise = Noise::new(11);
-    let files = ["models/transmission_line.dgd", "models/medical_akzo_nobel.dgd"];
-    let systems = files.map(|path| support::interpreted(path, &[]));
-    for system in systems.iter().chain([&interpreted(LINE)]) {
+    for system in [support::interpreted("models/transmission_line.dgd", &[]), interpreted(LINE)] {
         let mut pattern: Vec<(usize, usize)> = system.signature().jacobian.positions().collect();
         pattern.sort_unstable();
-        assert_eq!(pattern, moved_places(system, &mut noise), "{}", system.signature().name);
+        assert_eq!(pattern, moved_places(&system, &mut noise), "{}", system.signature().name);
     }
 }
 

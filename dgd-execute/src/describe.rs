@@ -2,7 +2,7 @@
 
 use dgd_compiler::program::{self, Program, RUNS, ResultKind};
 use dgd_compiler::units;
-use dgd_runtime::arrays::{Array, Arrays, Family, Run, with_arrays};
+use dgd_runtime::arrays::{Array, Arrays, Family, OutputArray, Run, with_arrays};
 use dgd_runtime::system::{
     Automaton, Crossing, DelayedInput, Direction, Discrete, Input, Interpolation, Output,
     Parameter, Pattern, Signature, Text, Transition, Unit, Unknown,
@@ -32,8 +32,21 @@ pub(crate) fn signature(program: &Program) -> Signature {
         diagonal: run.diagonal,
         count: run.count as usize,
     };
+    let outputs = program.output_arrays.iter().map(|array| OutputArray {
+        name: text(&array.name),
+        lower: array.lower,
+        count: array.count as usize,
+        unit: unit(&array.unit),
+        noise: array.noise,
+    });
     let runs = RUNS.map(|kind| program.runs.get(&kind).into_iter().flatten().map(run).collect());
-    with_arrays(single, &Arrays { arrays: arrays.collect(), families: families.collect(), runs })
+    let added = Arrays {
+        arrays: arrays.collect(),
+        families: families.collect(),
+        outputs: outputs.collect(),
+        runs,
+    };
+    with_arrays(single, &added)
 }
 
 /// The description without arrays.

@@ -1,6 +1,6 @@
 //! The description of a model with arrays, from one that does not grow with them.
 
-use crate::system::{List, Pattern, Signature, Text, Unit, Unknown};
+use crate::system::{List, Output, Pattern, Signature, Text, Unit, Unknown};
 
 /// An array of unknowns; in y its elements follow what is in front of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,6 +15,21 @@ pub struct Array {
     pub unit: Unit,
     /// Size for tolerances, SI.
     pub nominal: Option<f64>,
+}
+
+/// Outputs for each element of an array; in w they follow what is in front of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OutputArray {
+    /// Their common name.
+    pub name: Text,
+    /// Index of the first.
+    pub lower: i64,
+    /// Number of outputs.
+    pub count: usize,
+    /// Declared unit.
+    pub unit: Unit,
+    /// Standard deviation of the sensors' white error, SI.
+    pub noise: Option<f64>,
 }
 
 /// Rows of consecutive elements from one equation; families follow each other as the elements do.
@@ -50,8 +65,11 @@ pub struct Arrays {
     pub arrays: List<Array>,
     /// Their rows.
     pub families: List<Family>,
-    /// Non-zeros in their rows of ∂f/∂y, ∂g/∂y, ∂f/∂p and ∂f/∂u, which follow those of other rows.
-    pub runs: [List<Run>; 4],
+    /// Outputs for each element.
+    pub outputs: List<OutputArray>,
+    /// Non-zeros in the rows of families of ∂f/∂y, ∂g/∂y, ∂f/∂p, ∂f/∂u, ∂w/∂y, ∂w/∂u and ∂w/∂p,
+    /// which follow those of other rows.
+    pub runs: [List<Run>; 7],
 }
 
 /// The description of a whole model, given that of its single unknowns and what arrays add.
@@ -79,11 +97,24 @@ pub fn with_arrays(mut signature: Signature, added: &Arrays) -> Signature {
         });
     }
     signature.equations.to_mut().extend(rows.into_iter().map(|(_, label)| label));
+    let outputs = signature.outputs.to_mut();
+    for array in added.outputs.iter() {
+        outputs.extend((0..array.count).map(|i| Output {
+            name: element(&array.name, array.lower, i),
+            unit: array.unit.clone(),
+            noise: array.noise,
+            delay: None,
+        }));
+    }
+    let [dwdy, dwdu, dwdp] = &mut signature.output_jacobians;
     let patterns = [
         &mut signature.jacobian,
         &mut signature.sensitivity_jacobian,
         &mut signature.parameter_jacobian,
         &mut signature.input_jacobian,
+        dwdy,
+        dwdu,
+        dwdp,
     ];
     for (pattern, runs) in patterns.into_iter().zip(&added.runs) {
         extend(pattern, runs);
@@ -145,10 +176,26 @@ mod tests {
         let run = |row, column, diagonal| Run { row, column, diagonal, count: 2 };
         let empty = || List::Borrowed(&[][..]);
         let added = Arrays {
+            outputs: vec![OutputArray {
+                name: "p".into(),
+                lower: 3,
+                count: 3,
+                unit: unit.clone(),
+                noise: None,
+            }]
+            .into(),
             arrays: vec![Array { name: "p".into(), lower: 3, count: 3, unit, nominal: Some(2.0) }]
                 .into(),
             families: vec![family(1, false, None), family(2, true, Some(7))].into(),
-            runs: [vec![run(2, 1, true), run(2, 0, false)].into(), empty(), empty(), empty()],
+            runs: [
+                vec![run(2, 1, true), run(2, 0, false)].into(),
+                empty(),
+                empty(),
+                empty(),
+                vec![Run { count: 3, ..run(0, 1, true) }].into(),
+                empty(),
+                empty(),
+            ],
         };
         let whole = with_arrays(signature, &added);
         let names: Vec<&str> = whole.unknowns.iter().map(|unknown| &*unknown.name).collect();
@@ -158,5 +205,7 @@ mod tests {
         assert_eq!(differential, [false, false, true, true]);
         let places: Vec<_> = whole.jacobian.positions().collect();
         assert_eq!(places, [(0, 0), (2, 1), (3, 2), (2, 0), (3, 0)]);
+        let read: Vec<_> = whole.output_jacobians[0].positions().collect();
+        assert_eq!((read, &*whole.outputs[2].name), (vec![(0, 1), (1, 2), (2, 3)], "p[5]"));
     }
 }

@@ -177,6 +177,20 @@ fn arrays(program: &Program) -> TokenStream {
             }
         }
     });
+    let outputs = program.output_arrays.iter().map(|array| {
+        let (name, lower) = (&array.name, Literal::i64_unsuffixed(array.lower));
+        let (count, unit, noise) =
+            (index(array.count as usize), unit(&array.unit), optional(array.noise));
+        quote! {
+            ::dgd::__runtime::arrays::OutputArray {
+                name: Text::Borrowed(#name),
+                lower: #lower,
+                count: #count,
+                unit: #unit,
+                noise: #noise,
+            }
+        }
+    });
     let runs = RUNS.map(|kind| {
         let runs = program.runs.get(&kind).into_iter().flatten().map(|run| {
             let (row, column) = (index(run.row), index(run.column));
@@ -196,6 +210,7 @@ fn arrays(program: &Program) -> TokenStream {
         ::dgd::__runtime::arrays::Arrays {
             arrays: List::Borrowed(&[#(#arrays),*]),
             families: List::Borrowed(&[#(#families),*]),
+            outputs: List::Borrowed(&[#(#outputs),*]),
             runs: [#(#runs),*],
         }
     }

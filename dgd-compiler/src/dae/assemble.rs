@@ -120,6 +120,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         delays: delays.delays,
         delayed_inputs: delays.inputs,
         outputs,
+        output_arrays: Vec::new(),
         names: transferred.names,
         variants: model.variants.clone(),
         automata,

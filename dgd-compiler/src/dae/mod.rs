@@ -60,6 +60,8 @@ pub struct Dae {
     pub delayed_inputs: Vec<DelayedInput>,
     /// Outputs; their values are expressions of `graph`.
     pub outputs: Vec<Output>,
+    /// Outputs for each element of an array, behind the others.
+    pub output_arrays: Vec<OutputArray>,
     /// Names that the model gives to expressions.
     pub names: BTreeMap<ExprId, String>,
     /// What was chosen.
@@ -136,6 +138,29 @@ pub struct Output {
     pub noise: Option<f64>,
     /// Which delay is τ; none is zero.
     pub delay: Option<usize>,
+}
+
+/// Outputs wᵢ = y₍first + i₎.
+#[derive(Debug, Clone)]
+pub struct OutputArray {
+    /// Name, place, unit, doc of the whole.
+    pub declared: Declared,
+    /// Index of the first.
+    pub lower: i64,
+    /// Position of the first unknown.
+    pub first: usize,
+    /// Number of outputs.
+    pub count: u32,
+    /// Standard deviation of the sensors' white error, SI.
+    pub noise: Option<f64>,
+}
+
+impl OutputArray {
+    /// What the outputs are called.
+    pub fn names(&self) -> impl Iterator<Item = String> + '_ {
+        let index = |i: u32| self.lower + i64::from(i);
+        (0..self.count).map(move |i| format!("{}[{}]", self.declared.name, index(i)))
+    }
 }
 
 /// An unknown and its row.
@@ -230,6 +255,15 @@ impl Dae {
     /// Number of unknowns, elements of arrays included.
     pub fn n(&self) -> usize {
         self.unknowns.len() + self.arrays.iter().map(|array| array.count as usize).sum::<usize>()
+    }
+
+    /// For each array of outputs, the position of its first among all outputs.
+    pub fn first_of_output_arrays(&self) -> impl Iterator<Item = usize> + '_ {
+        self.output_arrays.iter().scan(self.outputs.len(), |next, array| {
+            let first = *next;
+            *next += array.count as usize;
+            Some(first)
+        })
     }
 
     /// What the i-th unknown is called.

@@ -50,6 +50,11 @@ pub fn write(dae: &Dae) -> String {
         });
         let _ = writeln!(text, "  output {} = {}{late}", output.declared.name, next());
     }
+    for output in &dae.output_arrays {
+        let (name, lower) = (&output.declared.name, output.lower);
+        let read = moving(dae.unknown_name(output.first));
+        let _ = writeln!(text, "  output {name}[{lower}+k] = {read}");
+    }
     for unknown in &dae.unknowns {
         let mass = next();
         if dae.graph.value(unknown.mass).is_none() {

@@ -3,18 +3,19 @@
 use std::collections::BTreeMap;
 
 use super::check_units::Dim;
-use super::define::{Definition, Scope};
+use super::define::{Definition, Entry, Scope};
 use super::expression::{Arguments, Lowering, Typed, unit_of};
+use super::item::unit_read;
 use super::resolve::{Reading, Resolver};
 use super::whole::{Extent, LoopIndex, Whole, extent, sizes_of, whole};
-use super::{Array, Family};
+use super::{Array, Declared, Family, OutputArray};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{Node, Symbol};
 use crate::source::Span;
 use crate::syntax::ast::{
     Attribute, Expr, ExprKind, Item, ItemKind, Name, Unit as WrittenUnit,
 };
-use crate::units::Dimension;
+use crate::units::{Dimension, Unit};
 
 /// All arrays together have at most this many elements.
 const MOST_ELEMENTS: u32 = 10_000_000;
@@ -307,6 +308,32 @@ impl<'a> Resolver<'a> {
         self.lowering.index = None;
         let unknown = unknown?;
         Ok(Array { unknown, lower: place.lower, first: place.first, count: place.count })
+    }
+
+    pub(super) fn is_array(&self, name: &Name) -> bool {
+        let entry = self.lowering.scope.names.get(name.text.as_str());
+        entry.is_some_and(|entry| matches!(entry.definition, Definition::Array { .. }))
+    }
+
+    /// `output p [bar]` of an array `p`
+    pub(super) fn output_array(
+        &mut self,
+        item: &Item,
+        (name, unit): (&'a Name, Option<&'a WrittenUnit>),
+        attributes: &'a [Attribute],
+        diagnostics: &mut Diagnostics,
+    ) -> Result<OutputArray, Reported> {
+        let own = unit.map(|unit| unit_of(Some(unit), diagnostics)).transpose()?;
+        let entry = self.lowering.scope.names.get(name.text.as_str()).cloned();
+        let Some(Entry { definition: Definition::Array { index, .. }, span, unit }) = entry else {
+            unreachable!("asked before");
+        };
+        let declared = unit.unwrap_or_else(|| Ok(Unit::one()))?;
+        let unit = unit_read(name, own, (&declared, span), diagnostics)?;
+        let noise = self.noise(attributes, &unit, diagnostics)?;
+        let declared =
+            Declared { name: name.text.clone(), span: name.span, unit, doc: item.doc.clone() };
+        Ok(OutputArray { declared, array: index, noise })
     }
 
     /// The equations of a loop.

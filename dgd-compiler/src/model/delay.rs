@@ -35,6 +35,13 @@ impl<'a> Lowering<'a> {
                     .help("give it in a unit of time: `delay(x, 3 [s])`"),
             ));
         }
+        if self.graph.symbols(tau.id).contains(&Symbol::Counter) {
+            let message = "this delay depends on the loop's index";
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E215, tau_expr.span, message)
+                    .help("use constants and parameters, which are the same for all rows"),
+            ));
+        }
         let varies = |symbol: &Symbol| match symbol {
             Symbol::Time
             | Symbol::Input(_)

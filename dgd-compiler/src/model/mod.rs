@@ -55,6 +55,8 @@ pub struct Model {
     pub lets: Vec<Let>,
     /// `output`s.
     pub outputs: Vec<Output>,
+    /// `output`s that read an array, element by element.
+    pub output_arrays: Vec<OutputArray>,
     /// `equation`s that hold in every mode.
     pub equations: Vec<Equation>,
     /// Equations of loops, which hold for each index.
@@ -187,6 +189,17 @@ pub struct Output {
     /// What it reads.
     pub value: ExprId,
     /// Standard deviation of the sensor's white error, SI.
+    pub noise: Option<f64>,
+}
+
+/// An `output` for each element of an array.
+#[derive(Debug, Clone)]
+pub struct OutputArray {
+    /// Name, place, unit, doc.
+    pub declared: Declared,
+    /// Position of the array.
+    pub array: usize,
+    /// Standard deviation of the sensors' white error, SI.
     pub noise: Option<f64>,
 }
 

@@ -212,6 +212,11 @@ impl<'a> Resolver<'a> {
                     self.unknown(item, name, state, start.as_ref(), attributes, diagnostics)?;
                 self.model.unknowns.push(unknown);
             }
+            ItemKind::Output { name, unit, value: None, attributes } if self.is_array(name) => {
+                let head = (name, unit.as_ref());
+                let output = self.output_array(item, head, attributes, diagnostics)?;
+                self.model.output_arrays.push(output);
+            }
             ItemKind::Output { name, unit, value, attributes } => {
                 let output = self.output(
                     item,

@@ -135,7 +135,21 @@ pub fn write(model: &Model) -> String {
             output.noise.map_or(String::new(), |noise| format!("  noise {}", number(noise)));
         let _ = writeln!(text, "  output {} = {value}{noise}", head(&output.declared));
     }
+    output_arrays(model, &mut text);
     text
+}
+
+/// Outputs for each element of an array.
+fn output_arrays(model: &Model, text: &mut String) {
+    for output in &model.output_arrays {
+        let array = &model.arrays[output.array];
+        let upper = array.lower + i64::from(array.count) - 1;
+        let Declared { name, unit, .. } = &output.declared;
+        let (lower, unit) = (array.lower, describe(unit.dimension));
+        let noise =
+            output.noise.map_or(String::new(), |noise| format!("  noise {}", number(noise)));
+        let _ = writeln!(text, "  output {name}[{lower}..{upper}] [{unit}]{noise}");
+    }
 }
 
 /// `p[3+k]` of `p[3]`

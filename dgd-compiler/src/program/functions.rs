@@ -203,12 +203,15 @@ pub static FUNCTIONS: &[FunctionSpec] = {
     ]
 };
 
-/// The matrices with rows of arrays that are given by their non-zeros.
-pub const RUNS: [ResultKind; 4] = [
+/// The matrices with rows of arrays that are given by their non-zeros, in the order of the signature.
+pub const RUNS: [ResultKind; 7] = [
     ResultKind::Jacobian,
     ResultKind::Dgdy,
     ResultKind::ParameterJacobian,
     ResultKind::InputJacobian,
+    ResultKind::Dwdy,
+    ResultKind::Dwdu,
+    ResultKind::Dwdp,
 ];
 
 impl FunctionKind {

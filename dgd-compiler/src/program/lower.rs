@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use super::functions::{Argument, FUNCTIONS, ResultKind};
 use super::loops::{Number, schedule};
 use super::{
-    Array, Automaton, Direction, Family, Operation, Output, Pattern, Program, Run, Transition,
-    Unknown, ValueId,
+    Array, Automaton, Direction, Family, Operation, Output, OutputArray, Pattern, Program, Run,
+    Transition, Unknown, ValueId,
 };
 use crate::dae::{self, Dae};
 use crate::expr::{ExprId, Graph, Node, Symbol};
@@ -65,6 +65,7 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
                 delay: output.delay,
             })
             .collect(),
+        output_arrays: output_arrays(dae),
         directions: directions.to_vec(),
         automata: dae.automata.iter().map(automaton).collect(),
         n_time_conditions: dae.time_conditions.len(),
@@ -84,6 +85,19 @@ fn array(array: &dae::Array) -> Array {
         first: array.first,
         count: array.count,
     }
+}
+
+fn output_arrays(dae: &Dae) -> Vec<OutputArray> {
+    let array = |(array, first): (&dae::OutputArray, usize)| OutputArray {
+        name: array.declared.name.clone(),
+        unit: array.declared.unit.clone(),
+        doc: array.declared.doc.clone(),
+        noise: array.noise,
+        lower: array.lower,
+        first,
+        count: array.count,
+    };
+    dae.output_arrays.iter().zip(dae.first_of_output_arrays()).map(array).collect()
 }
 
 fn family(family: &dae::Family) -> Family {
@@ -117,6 +131,8 @@ struct Derivation<'a> {
     dae: &'a Dae,
     directions: &'a [Direction],
     graph: Graph,
+    /// w of the single outputs, then of the arrays.
+    w: Vec<ExprId>,
     /// Results made so far.
     results: BTreeMap<ResultKind, Vec<ExprId>>,
     /// Where those that are given by their non-zeros have them.
@@ -130,10 +146,18 @@ type RowPlace = (usize, Option<u32>);
 
 impl<'a> Derivation<'a> {
     fn new(dae: &'a Dae, directions: &'a [Direction]) -> Self {
+        let mut graph = dae.graph.clone();
+        let arrays = dae.output_arrays.iter().map(|array| {
+            let first = u32::try_from(array.first).unwrap_or(u32::MAX);
+            let moves = array.count > 1;
+            graph.symbol(if moves { Symbol::Swept(first) } else { Symbol::Unknown(first) })
+        });
+        let w = dae.outputs.iter().map(|output| output.value).chain(arrays).collect();
         Derivation {
             dae,
             directions,
-            graph: dae.graph.clone(),
+            graph,
+            w,
             results: BTreeMap::new(),
             patterns: BTreeMap::new(),
             runs: BTreeMap::new(),
@@ -154,12 +178,7 @@ impl<'a> Derivation<'a> {
     /// Where the expressions of [`Derivation::f`] belong.
     fn rows_of_f(&self) -> Vec<RowPlace> {
         let families = self.dae.families.iter().map(|family| (family.first, family.count));
-        self.rows(families)
-    }
-
-    fn rows(&self, behind: impl Iterator<Item = (usize, u32)>) -> Vec<RowPlace> {
-        let single = (0..self.dae.unknowns.len()).map(|i| (i, None));
-        single.chain(behind.map(|(first, count)| (first, (count > 1).then_some(count)))).collect()
+        rows(self.dae.unknowns.len(), families)
     }
 
     /// The numbers of a result with their places.
@@ -177,29 +196,41 @@ impl<'a> Derivation<'a> {
             }
             return numbers;
         }
-        let rows = match result {
+        let (rows, stride) = match result {
             ResultKind::F
             | ResultKind::Dfdt
             | ResultKind::TimeDerivative
             | ResultKind::G
             | ResultKind::Dgdt
-            | ResultKind::Mass => self.rows_of_f(),
+            | ResultKind::Mass => (self.rows_of_f(), self.n()),
+            ResultKind::W | ResultKind::Dwdt | ResultKind::Dw => (self.rows_of_w(), self.n_w()),
             ResultKind::Y0 | ResultKind::S0 => {
                 let arrays = self.dae.arrays.iter().map(|array| (array.first, array.count));
-                self.rows(arrays)
+                (rows(self.dae.unknowns.len(), arrays), self.n())
             }
             _ => return values.into_iter().enumerate().map(single).collect(),
         };
-        let n = self.n();
         let in_row = |(i, value): (usize, ExprId)| {
             let (place, count) = rows[i % rows.len()];
-            Number { value, place: i / rows.len() * n + place, rows: count }
+            Number { value, place: i / rows.len() * stride + place, rows: count }
         };
         values.into_iter().enumerate().map(in_row).collect()
     }
 
     fn w(&self) -> Vec<ExprId> {
-        self.dae.outputs.iter().map(|output| output.value).collect()
+        self.w.clone()
+    }
+
+    /// Where the expressions of `w` belong.
+    fn rows_of_w(&self) -> Vec<RowPlace> {
+        let counts = self.dae.output_arrays.iter().map(|array| array.count);
+        rows(self.dae.outputs.len(), self.dae.first_of_output_arrays().zip(counts))
+    }
+
+    /// Length of w.
+    fn n_w(&self) -> usize {
+        let arrays = self.dae.output_arrays.iter().map(|array| array.count as usize);
+        self.dae.outputs.len() + arrays.sum::<usize>()
     }
 
     /// e, transition by transition.
@@ -321,6 +352,7 @@ impl<'a> Derivation<'a> {
             ResultKind::Jacobian | ResultKind::ParameterJacobian | ResultKind::InputJacobian => {
                 self.rows_of_f()
             }
+            ResultKind::Dwdy | ResultKind::Dwdu | ResultKind::Dwdp => self.rows_of_w(),
             _ => (0..expressions.len()).map(|row| (row, None)).collect(),
         };
         self.non_zeros(kind, rows, &places)
@@ -525,6 +557,12 @@ impl<'a> Derivation<'a> {
         }
         sum
     }
+}
+
+/// Places of single rows, then of families given by their first row and their length.
+fn rows(single: usize, behind: impl Iterator<Item = (usize, u32)>) -> Vec<RowPlace> {
+    let single = (0..single).map(|i| (i, None));
+    single.chain(behind.map(|(first, count)| (first, (count > 1).then_some(count)))).collect()
 }
 
 /// Marks the position of an unknown that moves with the row of a family.

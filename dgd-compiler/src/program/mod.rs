@@ -45,6 +45,8 @@ pub struct Program {
     pub delayed_inputs: Vec<DelayedInput>,
     /// Outputs w.
     pub outputs: Vec<Output>,
+    /// Outputs for each element of an array, which follow in w.
+    pub output_arrays: Vec<OutputArray>,
     /// Directions θ of the sensitivities.
     pub directions: Vec<Direction>,
     /// `modes` blocks. Event functions and resets stand transition by transition.
@@ -183,6 +185,25 @@ pub struct Output {
     pub delay: Option<usize>,
 }
 
+/// Outputs for each element of an array.
+#[derive(Debug, Clone)]
+pub struct OutputArray {
+    /// Their common name.
+    pub name: String,
+    /// Unit of each.
+    pub unit: Unit,
+    /// Doc comment.
+    pub doc: Vec<String>,
+    /// Standard deviation of the sensors' white error, SI.
+    pub noise: Option<f64>,
+    /// Index of the first.
+    pub lower: i64,
+    /// Position of the first in w.
+    pub first: usize,
+    /// Number of outputs.
+    pub count: u32,
+}
+
 /// A function of the program.
 #[derive(Debug, Clone)]
 pub struct Function {
@@ -316,6 +337,24 @@ impl Program {
         self.unknowns.len() + elements.sum::<usize>()
     }
 
+    /// Length of w.
+    pub fn n_w(&self) -> usize {
+        let of_arrays = self.output_arrays.iter().map(|array| array.count as usize);
+        self.outputs.len() + of_arrays.sum::<usize>()
+    }
+
+    /// What the unknowns are called, elements of arrays included.
+    pub fn unknown_names(&self) -> Vec<String> {
+        let elements = self.arrays.iter().flat_map(|a| elements(&a.name, a.lower, a.count));
+        self.unknowns.iter().map(|unknown| unknown.name.clone()).chain(elements).collect()
+    }
+
+    /// What the outputs are called, those of arrays included.
+    pub fn output_names(&self) -> Vec<String> {
+        let elements = self.output_arrays.iter().flat_map(|a| elements(&a.name, a.lower, a.count));
+        self.outputs.iter().map(|output| output.name.clone()).chain(elements).collect()
+    }
+
     /// Number of places of a matrix that is given by its non-zeros.
     pub fn n_places(&self, kind: ResultKind) -> usize {
         let runs = self.runs.get(&kind).into_iter().flatten().map(|run| run.count as usize);
@@ -375,4 +414,9 @@ impl Program {
         // Kinds, table and list have one order.
         &self.functions[kind as usize]
     }
+}
+
+/// `p[1]`, `p[2]` and so on.
+fn elements(name: &str, lower: i64, count: u32) -> impl Iterator<Item = String> + '_ {
+    (0..count).map(move |i| format!("{name}[{}]", lower + i64::from(i)))
 }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::{
-    Argument, Array, Direction, Family, Function, Loop, Operation, Program, ResultKind, Run, Store,
+    Argument, Array, Direction, Family, Function, Loop, Operation, OutputArray, Program, ResultKind, Run, Store,
     Transition, ValueId,
 };
 use crate::expr::display::number;
@@ -23,9 +23,7 @@ impl fmt::Display for Program {
         }
         for array in &self.arrays {
             let Array { name, unit, lower, first, count, .. } = array;
-            let last = *count as usize - 1;
-            let upper = lower + last as i64;
-            let end = first + last;
+            let (end, upper) = (first + *count as usize - 1, lower + i64::from(*count) - 1);
             writeln!(f, "  y[{first}..{end}] = {name}[{lower}..{upper}] [{}]", unit.symbol)?;
         }
         for family in &self.families {
@@ -43,6 +41,11 @@ impl fmt::Display for Program {
             for (i, (name, unit)) in list.iter().enumerate() {
                 writeln!(f, "  {array}[{i}] = {name} [{unit}]")?;
             }
+        }
+        for array in &self.output_arrays {
+            let OutputArray { name, unit, lower, first, count, .. } = array;
+            let (end, upper) = (first + *count as usize - 1, lower + i64::from(*count) - 1);
+            writeln!(f, "  w[{first}..{end}] = {name}[{lower}..{upper}] [{}]", unit.symbol)?;
         }
         for (i, delayed) in self.delayed_inputs.iter().enumerate() {
             let (name, tau) =

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Plan, PlannedRows, elements_name};
 use crate::dae::transfer::Transferred;
-use crate::dae::{Array, Dae, Family};
+use crate::dae::{Array, Dae, Family, OutputArray};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::Model;
@@ -91,6 +91,16 @@ pub(in crate::dae) fn place(
             first: (n_single + array.first) as usize,
             count: array.count,
             start: swept_from(&mut dae.graph, *start, 0, array.count),
+        });
+    }
+    for output in &model.output_arrays {
+        let array = &model.arrays[output.array];
+        dae.output_arrays.push(OutputArray {
+            declared: output.declared.clone(),
+            lower: array.lower,
+            first: (n_single + array.first) as usize,
+            count: array.count,
+            noise: output.noise,
         });
     }
     Ok(dae)
