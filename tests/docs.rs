@@ -173,6 +173,8 @@ fn declared_by(item: &Item) -> Option<(&'static str, &str)> {
         | ItemKind::Parameter { name, .. }
         | ItemKind::Input { name, .. }
         | ItemKind::Unknown { name, .. }
+        | ItemKind::Size { name, .. }
+        | ItemKind::Array { name, .. }
         | ItemKind::Let { name, .. }
         | ItemKind::Function { name, .. } => ("name", name),
         ItemKind::Output { name, .. } => ("output", name),
@@ -180,7 +182,11 @@ fn declared_by(item: &Item) -> Option<(&'static str, &str)> {
         ItemKind::Variant { name, .. } => ("variant", name),
         ItemKind::Modes { name, .. } => ("modes", name),
         ItemKind::Part { name, .. } => ("part", name),
-        ItemKind::Import { .. } | ItemKind::Binding { .. } => return None,
+        ItemKind::Import { .. }
+        | ItemKind::For { .. }
+        | ItemKind::Binding { .. }
+        | ItemKind::When(_)
+        | ItemKind::Saturate { .. } => return None,
     };
     Some((set, &name.text))
 }

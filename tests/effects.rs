@@ -83,8 +83,14 @@ fn values(model: &Model, n_equations: usize) -> Vec<f64> {
             Symbol::Input(i) => [0.8, 0.01, 0.005][i as usize],
             Symbol::Time => 1000.0,
             Symbol::Derivative(_) => 0.001,
+            Symbol::Element(_)
+            | Symbol::Swept(_)
+            | Symbol::ElementRate(_)
+            | Symbol::SweptRate(_)
+            | Symbol::Counter => unreachable!("this model has no arrays"),
             Symbol::InputSlope(_)
             | Symbol::Sensitivity(_)
+            | Symbol::SweptSensitivity(_)
             | Symbol::Late(_)
             | Symbol::DelayedUnknown(_)
             | Symbol::Past(..)

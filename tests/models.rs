@@ -580,6 +580,7 @@ agreement! {
     delayed_sensor: "models/delayed_sensor.dgd";
     every_intrinsic: "models/every_intrinsic.dgd";
     hires: "models/test_set/hires.dgd";
+    medical_akzo_nobel: "models/medical_akzo_nobel.dgd";
     mud_circulation: "models/mud_circulation.dgd";
     mud_circulation_static: "models/mud_circulation.dgd", flow = static;
     oregonator: "models/test_set/oregonator.dgd";
@@ -596,6 +597,7 @@ agreement! {
     robertson: "models/robertson.dgd";
     robertson_dae: "models/robertson.dgd", form = dae;
     tank_with_weir: "models/tank_with_weir.dgd";
+    transmission_line: "models/transmission_line.dgd";
     two_tanks: "models/two_tanks.dgd";
     van_der_pol: "models/van_der_pol.dgd";
 }

@@ -71,8 +71,11 @@ fn declared(compiled: &Compiled, name: &str) -> Option<Span> {
     let constants = model.constants.iter().map(|constant| &constant.declared);
     let parameters = model.parameters.iter().map(|parameter| &parameter.declared);
     let unknowns = model.unknowns.iter().map(|unknown| &unknown.declared);
-    let mut all = constants.chain(parameters).chain(unknowns);
-    all.find(|declared| declared.name == name).map(|declared| declared.span)
+    let arrays = model.arrays.iter().map(|array| &array.unknown.declared);
+    let mut all = constants.chain(parameters).chain(unknowns).chain(arrays);
+    let span = all.find(|declared| declared.name == name).map(|declared| declared.span);
+    let mut sizes = model.sizes.iter().map(|(size, _)| size);
+    span.or_else(|| sizes.find(|size| size.text == name).map(|size| size.span))
 }
 
 fn new_value(compiled: &Compiled, estimate: &Estimate) -> Option<NewValue> {

@@ -51,8 +51,16 @@ impl Recording {
         let table = data::read(path, sources, diagnostics).ok()?;
         let inputs: Vec<select::Declared<'_>> =
             dae.inputs.iter().map(|input| declared(&input.declared)).collect();
+        let elements: Vec<(String, &dgd_compiler::model::Declared)> = dae
+            .output_arrays
+            .iter()
+            .flat_map(|array| array.names().map(|name| (name, &array.declared)))
+            .collect();
+        let of_arrays = elements
+            .iter()
+            .map(|(name, whole)| select::Declared { name: name.as_str(), ..declared(whole) });
         let outputs: Vec<select::Declared<'_>> =
-            dae.outputs.iter().map(|output| declared(&output.declared)).collect();
+            dae.outputs.iter().map(|output| declared(&output.declared)).chain(of_arrays).collect();
         let times = table.recording(diagnostics);
         let input_columns = select::inputs(&table, &inputs, diagnostics);
         let output_columns = select::measured(&table, &outputs, diagnostics);
@@ -65,6 +73,7 @@ impl Recording {
             .map(|input| input.declared.name.as_str())
             .chain(dae.outputs.iter().map(|output| output.declared.name.as_str()))
             .chain(dae.unknowns.iter().map(|unknown| unknown.name.as_str()))
+            .chain(elements.iter().map(|(name, _)| name.as_str()))
             .collect();
         if let Some(note) = select::unknown_note(&table, &known) {
             console.note(&note, sources);

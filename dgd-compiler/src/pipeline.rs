@@ -172,7 +172,10 @@ fn verify_library(ast: &Ast, diagnostics: &mut Diagnostics) {
             | ItemKind::Constant { .. }
             | ItemKind::Let { .. }
             | ItemKind::Function { .. } => {}
-            ItemKind::Parameter { .. }
+            ItemKind::Size { .. }
+            | ItemKind::Array { .. }
+            | ItemKind::For { .. }
+            | ItemKind::Parameter { .. }
             | ItemKind::Input { .. }
             | ItemKind::Unknown { .. }
             | ItemKind::Output { .. }

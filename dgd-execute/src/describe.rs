@@ -1,13 +1,56 @@
 //! A program's lists as the runtime's signature.
 
-use dgd_compiler::program::{self, Program, ResultKind};
+use dgd_compiler::program::{self, Program, RUNS, ResultKind};
 use dgd_compiler::units;
+use dgd_runtime::arrays::{Array, Arrays, Family, OutputArray, Run, with_arrays};
 use dgd_runtime::system::{
     Automaton, AutomatonKind, Crossing, DelayedInput, DelayedUnknown, Direction, Discrete, Input,
     Interpolation, Output, Parameter, Pattern, Signature, Text, Transition, Trigger, Unit, Unknown,
 };
 
 pub(crate) fn signature(program: &Program) -> Signature {
+    let single = of_single(program);
+    if program.arrays.is_empty() {
+        return single;
+    }
+    let families = program.families.iter().map(|family| Family {
+        count: family.count as usize,
+        differential: family.differential,
+        equation: text(&family.equation),
+        lower: family.lower,
+    });
+    let arrays = program.arrays.iter().map(|array| Array {
+        name: text(&array.name),
+        lower: array.lower,
+        count: array.count as usize,
+        unit: unit(&array.unit),
+        nominal: array.nominal,
+    });
+    let run = |run: &program::Run| Run {
+        row: run.row,
+        column: run.column,
+        diagonal: run.diagonal,
+        count: run.count as usize,
+    };
+    let outputs = program.output_arrays.iter().map(|array| OutputArray {
+        name: text(&array.name),
+        lower: array.lower,
+        count: array.count as usize,
+        unit: unit(&array.unit),
+        noise: array.noise,
+    });
+    let runs = RUNS.map(|kind| program.runs.get(&kind).into_iter().flatten().map(run).collect());
+    let added = Arrays {
+        arrays: arrays.collect(),
+        families: families.collect(),
+        outputs: outputs.collect(),
+        runs,
+    };
+    with_arrays(single, &added)
+}
+
+/// The description without arrays.
+fn of_single(program: &Program) -> Signature {
     let pattern = |kind| pattern(program, kind);
     Signature {
         name: text(&program.name),

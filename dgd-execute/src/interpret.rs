@@ -25,7 +25,11 @@ pub struct Interpreted {
 impl Interpreted {
     /// Makes a system of a program.
     pub fn new(program: Program) -> Self {
-        let longest = program.functions.iter().map(|f| f.body.len()).max().unwrap_or(0);
+        let length = |function: &Function| {
+            let of_loops = function.loops.iter().map(|part| part.body.len()).max();
+            function.body.len() + of_loops.unwrap_or(0)
+        };
+        let longest = program.functions.iter().map(length).max().unwrap_or(0);
         Interpreted {
             signature: Arc::new(signature(&program)),
             program: Arc::new(program),
@@ -43,34 +47,66 @@ impl Interpreted {
     ) {
         let function = self.program.function(kind);
         let mut registers = self.registers.borrow_mut();
-        evaluate(function, at, udot, s, &mut registers);
-        for (values, result) in function.results.iter().zip(results) {
-            assert_eq!(values.len(), result.len(), "length of a result of {kind:?}");
-            for (number, value) in result.iter_mut().zip(values) {
-                *number = registers[value.index()];
+        let read = Read { at, udot, s };
+        evaluate(&function.body, 0, 0, &read, &mut registers);
+        let places = function.results.iter().zip(&function.places).zip(&function.lengths);
+        for (((values, places), length), result) in places.zip(results.iter_mut()) {
+            assert_eq!(*length, result.len(), "length of a result of {kind:?}");
+            match places {
+                None => {
+                    for (number, value) in result.iter_mut().zip(values) {
+                        *number = registers[value.index()];
+                    }
+                }
+                Some(places) => {
+                    for (place, value) in places.iter().zip(values) {
+                        result[*place] = registers[value.index()];
+                    }
+                }
+            }
+        }
+        for part in &function.loops {
+            for k in 0..part.count as usize {
+                evaluate(&part.body, function.body.len(), k, &read, &mut registers);
+                for store in &part.stores {
+                    results[store.result][store.first + k] = registers[store.value.index()];
+                }
             }
         }
     }
 }
 
-fn evaluate(function: &Function, at: Point<'_>, udot: &[f64], s: &[f64], registers: &mut [f64]) {
+/// What operations read.
+struct Read<'a> {
+    at: Point<'a>,
+    udot: &'a [f64],
+    s: &'a [f64],
+}
+
+impl Read<'_> {
+    fn array(&self, argument: Argument) -> &[f64] {
+        match argument {
+            Argument::Y => self.at.y,
+            Argument::U => self.at.u,
+            Argument::P => self.at.p,
+            Argument::Udot => self.udot,
+            Argument::S => self.s,
+            Argument::Z => self.at.z,
+        }
+    }
+}
+
+/// Performs operations whose values begin at `begin`, in the k-th passage of their loop.
+fn evaluate(body: &[Operation], begin: usize, k: usize, read: &Read<'_>, registers: &mut [f64]) {
     let truth = |condition: bool| f64::from(u8::from(condition));
-    for (i, operation) in function.body.iter().enumerate() {
-        let (done, rest) = registers.split_at_mut(i);
+    for (i, operation) in body.iter().enumerate() {
+        let (done, rest) = registers.split_at_mut(begin + i);
         rest[0] = match *operation {
             Operation::Constant(value) => value,
-            Operation::Time => at.t,
-            Operation::Load(argument, index) => {
-                let array = match argument {
-                    Argument::Y => at.y,
-                    Argument::U => at.u,
-                    Argument::P => at.p,
-                    Argument::Udot => udot,
-                    Argument::S => s,
-                    Argument::Z => at.z,
-                };
-                array[index as usize]
-            }
+            Operation::Time => read.at.t,
+            Operation::Load(argument, index) => read.array(argument)[index as usize],
+            Operation::LoadSwept(argument, first) => read.array(argument)[first as usize + k],
+            Operation::Counter => k as f64,
             Operation::Negate(a) => -done[a.index()],
             Operation::Add(a, b) => done[a.index()] + done[b.index()],
             Operation::Subtract(a, b) => done[a.index()] - done[b.index()],

@@ -121,7 +121,10 @@ impl<'a> Still<'a> {
                 | ItemKind::Part { .. }
                 | ItemKind::Binding { .. }
                 | ItemKind::When(_)
-                | ItemKind::Saturate { .. } => {}
+                | ItemKind::Saturate { .. }
+                | ItemKind::Size { .. }
+                | ItemKind::Array { .. }
+                | ItemKind::For { .. } => {}
             }
         }
     }

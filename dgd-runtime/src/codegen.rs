@@ -1,5 +1,8 @@
 //! What generated models call, besides the solvers' own types.
 
+/// What a model with arrays makes of its description at first use.
+pub type Lazy<T> = std::sync::LazyLock<T>;
+
 /// Numbers of a model too large for the stack.
 pub type HeapNumbers = Vec<f64>;
 

@@ -8,6 +8,7 @@
 //!   identify::fit(problem)                               → Fit: θ, its covariance, what is not determined
 //! ```
 
+pub mod arrays;
 pub mod codegen;
 mod delay;
 mod discrete;

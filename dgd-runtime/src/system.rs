@@ -611,7 +611,10 @@ pub struct Output {
     pub delay: Option<usize>,
 }
 
-/// Where a matrix is not zero: columns ascending, rows ascending within a column.
+/// Where a matrix is not zero, each place once.
+///
+/// Those of single rows stand first, columns ascending, rows ascending within a column; then those
+/// of arrays, expression by expression.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pattern {
     /// Row of each non-zero.

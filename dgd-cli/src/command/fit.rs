@@ -275,18 +275,18 @@ fn named(failed: &TrialFailed, paths: &[PathBuf]) -> String {
 
 /// Which outputs `--outputs` names; all where it names none.
 fn used_outputs(compilation: &mut Compilation, compiled: &Compiled, names: &[String]) -> Vec<bool> {
-    let outputs = &compiled.program.outputs;
+    let outputs = compiled.program.output_names();
     if names.is_empty() {
         return vec![true; outputs.len()];
     }
     let mut used = vec![false; outputs.len()];
     for name in names {
         let name = compilation.name("--outputs", name.trim());
-        if let Some(i) = outputs.iter().position(|output| output.name == name.text) {
+        if let Some(i) = outputs.iter().position(|output| *output == name.text) {
             used[i] = true;
             continue;
         }
-        let known: Vec<&str> = outputs.iter().map(|output| output.name.as_str()).collect();
+        let known: Vec<&str> = outputs.iter().map(String::as_str).collect();
         let help = match suggestion(&name.text, known.iter().copied()) {
             Some(near) => format!("did you mean `{near}`?"),
             None => format!("there is `{}`", known.join("`, `")),

@@ -91,8 +91,9 @@ fn load(args: &SensitivityArgs) -> Result<(Loaded, Vec<Of>), CommandError> {
         };
 
     let program = &compiled.program;
-    let unknown = |name: &str| program.unknowns.iter().position(|x| x.name == name);
-    let output = |name: &str| program.outputs.iter().position(|x| x.name == name);
+    let (unknowns, outputs) = (program.unknown_names(), program.output_names());
+    let unknown = |name: &str| unknowns.iter().position(|x| x == name);
+    let output = |name: &str| outputs.iter().position(|x| x == name);
     let mut of = Vec::new();
     for name in &args.of {
         let name = compilation.name("--of", name.trim());
@@ -102,11 +103,10 @@ fn load(args: &SensitivityArgs) -> Result<(Loaded, Vec<Of>), CommandError> {
             continue;
         }
         let message = format!("no state and no output is called `{}`", name.text);
-        let unknowns = program.unknowns.iter().map(|x| x.name.as_str());
+        let names = program.unknowns.iter().map(|x| x.name.as_str());
         // An output may bear the name of its unknown.
-        let others = program.outputs.iter().map(|x| x.name.as_str());
-        let known: Vec<&str> =
-            unknowns.chain(others.filter(|name| unknown(name).is_none())).collect();
+        let others = outputs.iter().map(String::as_str);
+        let known: Vec<&str> = names.chain(others.filter(|name| unknown(name).is_none())).collect();
         let help = match suggestion(&name.text, known.iter().copied()) {
             Some(near) => format!("did you mean `{near}`?"),
             None => format!("there is `{}`", known.join("`, `")),
@@ -120,8 +120,10 @@ fn load(args: &SensitivityArgs) -> Result<(Loaded, Vec<Of>), CommandError> {
     if of.is_empty() {
         of.extend((0..program.unknowns.len()).map(Of::Unknown));
         // An output that reads its unknown says the same in another unit.
-        let others = program.outputs.iter().enumerate();
-        of.extend(others.filter(|(_, x)| unknown(&x.name).is_none()).map(|(i, _)| Of::Output(i)));
+        let others = outputs.iter().enumerate();
+        let single = program.unknowns.len();
+        let is_new = |name: &str| unknown(name).is_none_or(|i| i >= single);
+        of.extend(others.filter(|(_, x)| is_new(x)).map(|(i, _)| Of::Output(i)));
     }
     Ok((Loaded { compiled, sources: compilation.sources, changed }, of))
 }

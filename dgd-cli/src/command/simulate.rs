@@ -54,8 +54,8 @@ fn columns(run: &Run, solution: &Solution, observations: &Observations) -> Vec<N
         columns.push(NamedColumn::new(&input.name, &input.unit, values));
     }
     for (i, unknown) in signature.unknowns.iter().enumerate() {
-        let shown_as_output = signature.outputs.iter().any(|output| output.name == unknown.name);
-        if !shown_as_output {
+        let shown_as_output = || signature.outputs.iter().any(|output| output.name == unknown.name);
+        if !is_element(&unknown.name) && !shown_as_output() {
             let values = (0..solution.len()).map(|k| solution.y(k)[i]).collect();
             columns.push(NamedColumn::new(&unknown.name, &unknown.unit, values));
         }
@@ -65,6 +65,12 @@ fn columns(run: &Run, solution: &Solution, observations: &Observations) -> Vec<N
         columns.push(NamedColumn::new(&output.name, &output.unit, values));
     }
     columns
+}
+
+/// Whether this is an element of an array, of which there may be many: outputs ask for those to be
+/// shown.
+fn is_element(unknown: &str) -> bool {
+    unknown.ends_with(']')
 }
 
 /// What the figure shows: the inputs, unit by unit; then each state and each output, with what was
@@ -93,7 +99,9 @@ fn subjects(run: &Run, solution: &Solution, observations: &Observations) -> Vec<
         }
     }
     for (i, unknown) in signature.unknowns.iter().enumerate() {
-        if signature.outputs.iter().any(|output| output.name == unknown.name) {
+        if is_element(&unknown.name)
+            || signature.outputs.iter().any(|output| output.name == unknown.name)
+        {
             continue;
         }
         let values: Vec<f64> = (0..solution.len()).map(|k| solution.y(k)[i]).collect();

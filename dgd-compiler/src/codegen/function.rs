@@ -5,14 +5,16 @@ use std::collections::BTreeMap;
 use proc_macro2::{Ident, Span, TokenStream};
 use quote::{format_ident, quote};
 
-use super::{identifier, index, number};
+use super::{identifier, index, loops, number};
 use crate::expr::graph::Comparison;
 use crate::expr::intrinsics::Definition;
-use crate::program::{Argument, Function, FunctionKind, Operation, Program, ResultKind, ValueId};
+use crate::program::{
+    Argument, Function, FunctionKind, Operation, Program, ResultKind, Unknown, ValueId,
+};
 use crate::source::Sources;
 
 /// An expression stays in one piece up to this many operations deep.
-const DEEPEST_PIECE: usize = 8;
+pub(super) const DEEPEST_PIECE: usize = 8;
 
 /// How tightly a piece of code binds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -26,14 +28,14 @@ enum Tightness {
 
 /// Code for a value, not yet bound to a name.
 #[derive(Clone)]
-struct Piece {
-    tokens: TokenStream,
+pub(super) struct Piece {
+    pub(super) tokens: TokenStream,
     tightness: Tightness,
-    depth: usize,
+    pub(super) depth: usize,
 }
 
 impl Piece {
-    fn atom(tokens: TokenStream) -> Piece {
+    pub(super) fn atom(tokens: TokenStream) -> Piece {
         Piece { tokens, tightness: Tightness::Atom, depth: 0 }
     }
 
@@ -52,8 +54,19 @@ pub(super) fn method(program: &Program, function: &Function, sources: &Sources) 
     });
     let results: Vec<Ident> = spec.results.iter().map(|kind| result_name(*kind)).collect();
     let bound_arrays = bind_arrays(program, function);
-    let body = Body::new(program, function).statements();
-    let body_statements = body.statements;
+    let mut body = Body::new(program, function).statements();
+    let body_statements = std::mem::take(&mut body.statements);
+    if !function.loops.is_empty() || function.places.iter().any(Option::is_some) {
+        let writes = loops::writes(program, function, &results, &mut body.pieces, sources);
+        return quote! {
+            #[inline]
+            fn #name(&self, _at: ::dgd::__runtime::Point<'_>, #(#extra)* #(#results: &mut [f64]),*) {
+                #(#bound_arrays)*
+                #(#body_statements)*
+                #writes
+            }
+        };
+    }
     let writes = function.results.iter().zip(&results).map(|(values, name)| {
         let n = values.len();
         let len = index(n);
@@ -61,14 +74,7 @@ pub(super) fn method(program: &Program, function: &Function, sources: &Sources) 
             // One statement for each equation, with its place.
             let rows = values.iter().zip(&program.unknowns).enumerate().map(
                 |(i, (value, unknown))| {
-                    let (line, _) = sources.line_column(unknown.span);
-                    let left = match (unknown.by_mode, unknown.differential) {
-                        (true, _) => format!("0 or der({})", unknown.name),
-                        (false, true) => format!("der({})", unknown.name),
-                        (false, false) => "0".to_owned(),
-                    };
-                    let file = &sources.get(unknown.span.source).name;
-                    let doc = format!(" `{}` ({file}:{line}): {left} =", unknown.equation);
+                    let doc = row_doc(unknown, sources);
                     let row = format_ident!("_row_{}", i);
                     let value = &body.pieces[value].tokens;
                     quote!(#[doc = #doc] let #row: f64 = #value;)
@@ -91,12 +97,27 @@ pub(super) fn method(program: &Program, function: &Function, sources: &Sources) 
     }
 }
 
+/// What stands above a row: its equation, where that is, and the left side.
+pub(super) fn row_doc(unknown: &Unknown, sources: &Sources) -> String {
+    let (line, _) = sources.line_column(unknown.span);
+    let left = match (unknown.by_mode, unknown.differential) {
+        (true, _) => format!("0 or der({})", unknown.name),
+        (false, true) => format!("der({})", unknown.name),
+        (false, false) => "0".to_owned(),
+    };
+    let file = &sources.get(unknown.span.source).name;
+    format!(" `{}` ({file}:{line}): {left} =", unknown.equation)
+}
+
 /// `let _y: &[f64; 2] = fixed(_at.y);` for each array that is read.
 fn bind_arrays(program: &Program, function: &Function) -> Vec<TokenStream> {
     let read = |argument: Argument| {
-        function.body.iter().any(|op| matches!(op, Operation::Load(a, _) if *a == argument))
+        let of_loops = function.loops.iter().flat_map(|l| &l.body);
+        function.body.iter().chain(of_loops).any(
+            |op| matches!(op, Operation::Load(a, _) | Operation::LoadSwept(a, _) if *a == argument),
+        )
     };
-    let n = program.unknowns.len();
+    let n = program.n();
     [
         (Argument::Y, quote!(_at.y), n),
         (Argument::U, quote!(_at.u), program.n_u()),
@@ -184,6 +205,15 @@ impl<'a> Body<'a> {
         for value in function.results.iter().flatten() {
             uses[value.index()] += 1;
         }
+        // What a loop reads is computed once, before it.
+        for part in &function.loops {
+            let read = part.body.iter().flat_map(|operation| operation.operands());
+            for value in read.chain(part.stores.iter().map(|store| store.value)) {
+                if let Some(uses) = uses.get_mut(value.index()) {
+                    *uses += 2;
+                }
+            }
+        }
         let names = function.names.iter().map(|(value, name)| (*value, name.as_str())).collect();
         Body { program, function, uses, names }
     }
@@ -195,7 +225,10 @@ impl<'a> Body<'a> {
             let value = ValueId(i as u32);
             let piece = piece_of(*operation, &pieces);
             let name = match operation {
-                Operation::Constant(_) | Operation::Time => None,
+                Operation::Constant(_)
+                | Operation::Time
+                | Operation::LoadSwept(..)
+                | Operation::Counter => None,
                 Operation::Load(argument, index) => self.load_name(*argument, *index as usize),
                 _ => match self.names.get(&value) {
                     Some(name) => Some(identifier(name)),
@@ -238,7 +271,9 @@ impl<'a> Body<'a> {
     /// What a number of an argument is called.
     fn load_name(&self, argument: Argument, index: usize) -> Option<Ident> {
         match argument {
-            Argument::Y => Some(identifier(&self.program.unknowns[index].name)),
+            Argument::Y => {
+                self.program.unknowns.get(index).map(|unknown| identifier(&unknown.name))
+            }
             Argument::U => Some(self.input_name(index)),
             Argument::P => Some(identifier(&self.program.parameters[index].declared.name)),
             Argument::Udot | Argument::S | Argument::Z => None,
@@ -247,7 +282,7 @@ impl<'a> Body<'a> {
 }
 
 /// Code for an operation on pieces.
-fn piece_of(operation: Operation, pieces: &BTreeMap<ValueId, Piece>) -> Piece {
+pub(super) fn piece_of(operation: Operation, pieces: &BTreeMap<ValueId, Piece>) -> Piece {
     let depth = operation.operands().map(|v| pieces[&v].depth + 1).max().unwrap_or(0);
     let infix = |a: ValueId, operator: TokenStream, b: ValueId, own, right| {
         let (a, b) = (pieces[&a].at_least(own), pieces[&b].at_least(right));
@@ -266,6 +301,11 @@ fn piece_of(operation: Operation, pieces: &BTreeMap<ValueId, Piece>) -> Piece {
             let (array, index) = (array(argument), super::index(index as usize));
             atom(quote!(#array[#index]))
         }
+        Operation::LoadSwept(argument, first) => {
+            let (array, at) = (array(argument), loops::place(first as usize));
+            atom(quote!(#array[#at]))
+        }
+        Operation::Counter => atom(quote!((_k as f64))),
         Operation::Negate(a) => {
             let a = pieces[&a].at_least(Tightness::Atom);
             Piece { tokens: quote!(-#a), tightness: Tightness::Unary, depth }

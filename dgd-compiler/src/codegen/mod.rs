@@ -6,6 +6,7 @@
 
 mod fields;
 mod function;
+mod loops;
 mod signature;
 
 use proc_macro2::{Ident, Span, TokenStream};
@@ -45,7 +46,7 @@ pub fn generate(program: &Program, module: &str, sources: &Sources) -> TokenStre
 }
 
 fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
-    let n = program.unknowns.len();
+    let n = program.n();
     let n_s = program.directions.len();
     let on_stack = n <= MOST_UNKNOWNS_ON_STACK && n * n_s <= MOST_SENSITIVITIES_ON_STACK;
     let storage = |len: usize| {
@@ -56,7 +57,7 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
             quote!(::dgd::__runtime::codegen::HeapNumbers)
         }
     };
-    let nonzeros = |kind| program.patterns.get(&kind).map_or(0, Vec::len);
+    let nonzeros = |kind| program.n_places(kind);
     let vector = storage(n);
     let sensitivity = storage(n * n_s);
     let inputs = storage(program.n_u());

@@ -1,11 +1,12 @@
 //! The static description of a generated model.
 
-use proc_macro2::TokenStream;
+use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
 use super::{index, number};
 use crate::program::{
-    AutomatonKind, Crossing, Direction, Interpolation, Program, ResultKind, Transition, Trigger,
+    AutomatonKind, Crossing, Direction, Interpolation, Program, RUNS, ResultKind, Transition,
+    Trigger,
 };
 use crate::units::Unit;
 
@@ -116,10 +117,8 @@ pub(super) fn signature(program: &Program) -> TokenStream {
     let input_jacobian = pattern(ResultKind::InputJacobian);
     let output_jacobians = [ResultKind::Dwdy, ResultKind::Dwdu, ResultKind::Dwdp].map(pattern);
     let discrete = discrete(program);
-    quote! {
-        use ::dgd::__runtime::system::{List, Text};
-
-        static SIGNATURE: ::dgd::__runtime::Signature = ::dgd::__runtime::Signature {
+    let signature = quote! {
+        ::dgd::__runtime::Signature {
             name: Text::Borrowed(#name),
             unknowns: List::Borrowed(&[#(#unknowns),*]),
             equations: List::Borrowed(&[#(#equations),*]),
@@ -136,7 +135,97 @@ pub(super) fn signature(program: &Program) -> TokenStream {
             input_jacobian: #input_jacobian,
             output_jacobians: [#(#output_jacobians),*],
             discrete: #discrete,
+        }
+    };
+    let (of, value) = if program.arrays.is_empty() {
+        (quote!(::dgd::__runtime::Signature), signature)
+    } else {
+        let added = arrays(program);
+        (
+            quote!(::dgd::__runtime::codegen::Lazy<::dgd::__runtime::Signature>),
+            quote!(::dgd::__runtime::codegen::Lazy::new(|| {
+                ::dgd::__runtime::arrays::with_arrays(#signature, &#added)
+            })),
+        )
+    };
+    quote! {
+        use ::dgd::__runtime::system::{List, Text};
+
+        static SIGNATURE: #of = #value;
+    }
+}
+
+/// What arrays add to the description.
+fn arrays(program: &Program) -> TokenStream {
+    let arrays = program.arrays.iter().map(|array| {
+        let (name, lower) = (&array.name, Literal::i64_unsuffixed(array.lower));
+        let (count, unit) = (index(array.count as usize), unit(&array.unit));
+        let nominal = optional(array.nominal);
+        quote! {
+            ::dgd::__runtime::arrays::Array {
+                name: Text::Borrowed(#name),
+                lower: #lower,
+                count: #count,
+                unit: #unit,
+                nominal: #nominal,
+            }
+        }
+    });
+    let families = program.families.iter().map(|family| {
+        let (count, differential) = (index(family.count as usize), family.differential);
+        let equation = &family.equation;
+        let lower = match family.lower {
+            None => quote!(::core::option::Option::None),
+            Some(lower) => {
+                let lower = Literal::i64_unsuffixed(lower);
+                quote!(::core::option::Option::Some(#lower))
+            }
         };
+        quote! {
+            ::dgd::__runtime::arrays::Family {
+                count: #count,
+                differential: #differential,
+                equation: Text::Borrowed(#equation),
+                lower: #lower,
+            }
+        }
+    });
+    let outputs = program.output_arrays.iter().map(|array| {
+        let (name, lower) = (&array.name, Literal::i64_unsuffixed(array.lower));
+        let (count, unit, noise) =
+            (index(array.count as usize), unit(&array.unit), optional(array.noise));
+        quote! {
+            ::dgd::__runtime::arrays::OutputArray {
+                name: Text::Borrowed(#name),
+                lower: #lower,
+                count: #count,
+                unit: #unit,
+                noise: #noise,
+            }
+        }
+    });
+    let runs = RUNS.map(|kind| {
+        let runs = program.runs.get(&kind).into_iter().flatten().map(|run| {
+            let (row, column) = (index(run.row), index(run.column));
+            let (diagonal, count) = (run.diagonal, index(run.count as usize));
+            quote! {
+                ::dgd::__runtime::arrays::Run {
+                    row: #row,
+                    column: #column,
+                    diagonal: #diagonal,
+                    count: #count,
+                }
+            }
+        });
+        quote!(List::Borrowed(&[#(#runs),*]))
+    });
+    quote! {
+        ::dgd::__runtime::arrays::Arrays {
+            arrays: List::Borrowed(&[#(#arrays),*]),
+            families: List::Borrowed(&[#(#families),*]),
+            outputs: List::Borrowed(&[#(#outputs),*]),
+            runs: [#(#runs),*],
+        }
     }
 }
 

@@ -4,6 +4,7 @@ use super::counts::verify_counts;
 use super::delays::{self, Resolved};
 use super::dummy_derivatives::blocks_of;
 use super::explicit::{Explicit, Row, rows_of};
+use super::families;
 use super::index_reduction::{Reduced, Slopes, reduce};
 use super::linear_derivatives::{Solved, solve_for_derivatives};
 use super::modes::{Combinations, in_modes};
@@ -35,13 +36,19 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     let delays = delays::resolve(model, &mut graph, &mut transferred, diagnostics)?;
     let first = saturate::n_automata(model);
     let time_conditions = transferred.take_time_conditions(&mut graph, first);
+    let start_modes = declared.start_modes(model);
+    let holding = transferred.holding(&start_modes);
+    let plan = families::plan(model, &mut graph, &transferred, &holding, diagnostics)?;
+    let origins = families::Origins::of(model, &transferred);
 
     let histories = std::mem::take(&mut transferred.histories);
     let mut variables = Variables::declared(model, transferred.starts.clone(), histories);
     let typical = Typical::of(model, &graph, &transferred.starts);
     let mut systems = Vec::new();
     for modes in declared.iter() {
-        let context = (&delays, &typical, &modes[..]);
+        let holding = transferred.holding(&modes).into_iter();
+        let holding: Vec<usize> = holding.filter(|e| !plan.taken.contains(e)).collect();
+        let context = (&delays, &typical, (&modes[..], &holding[..]));
         systems.push(system_of(
             model,
             &mut graph,
@@ -55,7 +62,6 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     settle(&mut graph, &mut systems, &mut transferred, &selections);
 
     let equations = &transferred.equations;
-    let start_modes: Vec<usize> = model.automata.iter().map(|a| a.start).collect();
     let selecting = selections.automata(
         &mut graph,
         equations,
@@ -115,19 +121,22 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         doc: model.doc.clone(),
         graph,
         unknowns,
+        arrays: Vec::new(),
+        families: Vec::new(),
         parameters: model.parameters.clone(),
         inputs: model.inputs.clone(),
         delays: delays.delays,
         delayed_inputs: delays.inputs,
         delayed_unknowns: delays.unknowns,
         outputs,
+        output_arrays: Vec::new(),
         names: transferred.names,
         variants: model.variants.clone(),
         automata,
         time_conditions,
     };
     take_slopes(&mut dae);
-    Ok(dae)
+    families::place(dae, model, &plan, &origins, diagnostics)
 }
 
 /// The system of one combination of modes: counted, solved for derivatives, its index reduced, its
@@ -136,15 +145,14 @@ fn system_of(
     model: &Model,
     graph: &mut Graph,
     transferred: &Transferred<'_>,
-    (delays, typical, modes): (&Resolved, &Typical, &[usize]),
+    (delays, typical, (modes, holding)): (&Resolved, &Typical, (&[usize], &[usize])),
     variables: &mut Variables,
     diagnostics: &mut Diagnostics,
 ) -> Result<Explicit, Reported> {
     let context = in_modes(model, modes);
     let equations = &transferred.equations;
-    let holding = transferred.holding(modes);
-    verify_counts(model, graph, equations, (&holding, &context), diagnostics)?;
-    let solved = solve_for_derivatives(graph, equations, &holding, variables);
+    verify_counts(model, graph, equations, (holding, &context), diagnostics)?;
+    let solved = solve_for_derivatives(graph, equations, holding, variables);
     let in_use = in_use(graph, model.unknowns.len(), &solved);
     let delayed = delays.inputs.iter().map(|delayed| delayed.input).collect();
     let slopes = Slopes { inputs: &model.inputs, delayed };

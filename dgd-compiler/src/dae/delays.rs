@@ -216,10 +216,17 @@ impl<'a> Resolver<'a> {
     fn source(&self, symbol: Symbol) -> Option<(Symbol, Summands)> {
         match symbol {
             Symbol::Late(k) => Some(self.late[k as usize].clone()),
-            Symbol::Time | Symbol::Input(_) | Symbol::Unknown(_) | Symbol::Derivative(_) => {
-                Some((symbol, Summands::new()))
-            }
-            Symbol::Constant(_)
+            Symbol::Time
+            | Symbol::Input(_)
+            | Symbol::Unknown(_)
+            | Symbol::Derivative(_)
+            | Symbol::Element(_)
+            | Symbol::Swept(_)
+            | Symbol::ElementRate(_)
+            | Symbol::SweptRate(_) => Some((symbol, Summands::new())),
+            Symbol::SweptSensitivity(_)
+            | Symbol::Counter
+            | Symbol::Constant(_)
             | Symbol::Parameter(_)
             | Symbol::InputSlope(_)
             | Symbol::Sensitivity(_)
@@ -271,8 +278,15 @@ impl<'a> Resolver<'a> {
             .into_iter()
             .filter_map(|symbol| self.source(symbol).map(|(source, late)| (symbol, source, late)))
             .collect();
-        let is_unknown =
-            |source: Symbol| matches!(source, Symbol::Unknown(_) | Symbol::Derivative(_));
+        let is_unknown = |source: Symbol| {
+            matches!(
+                source,
+                Symbol::Unknown(_)
+                    | Symbol::Derivative(_)
+                    | Symbol::Element(_)
+                    | Symbol::ElementRate(_)
+            )
+        };
         let mut unknowns = read.iter().filter(|(_, source, _)| is_unknown(*source));
         let whole = if let Some((_, first, late)) = unknowns.next() {
             if let Some((_, other, _)) = unknowns.find(|(_, _, other)| other != late) {
@@ -411,7 +425,13 @@ impl<'a> Resolver<'a> {
                 format!("`der({})`", self.model.unknowns[i as usize].declared.name)
             }
             Symbol::Input(i) => format!("`{}`", self.model.inputs[i as usize].declared.name),
+            Symbol::Element(i) | Symbol::Swept(i) => format!("`{}`", self.model.element_name(i)),
+            Symbol::ElementRate(i) | Symbol::SweptRate(i) => {
+                format!("`der({})`", self.model.element_name(i))
+            }
             Symbol::Time
+            | Symbol::SweptSensitivity(_)
+            | Symbol::Counter
             | Symbol::Constant(_)
             | Symbol::Parameter(_)
             | Symbol::InputSlope(_)

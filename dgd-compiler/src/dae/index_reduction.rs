@@ -51,6 +51,8 @@ pub(super) enum Obstacle {
     Jump(&'static str),
     /// It reads an unknown late, whose derivative may jump.
     Late,
+    /// It reads an element of an array.
+    Element,
     /// Its derivatives never have an unknown that it could determine.
     NoUnknown,
 }
@@ -275,6 +277,7 @@ impl Reduction<'_> {
                     return Err(Obstacle::Slope(self.slopes.declared(i)));
                 }
                 Node::Symbol(Symbol::DelayedUnknown(_)) => return Err(Obstacle::Late),
+                Node::Symbol(Symbol::Element(_)) => return Err(Obstacle::Element),
                 Node::Select(condition, ..) if !is_constant(self.graph, condition) => {
                     return Err(Obstacle::Jump("if"));
                 }

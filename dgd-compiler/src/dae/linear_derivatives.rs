@@ -67,7 +67,7 @@ pub(super) fn solve_for_derivatives(
             }
             [e] if all[e].derivatives.len() == 1 => {
                 let i = all[e].derivatives[0];
-                let rate = solve_for_derivative(graph, all[e].rest, i);
+                let rate = solve_for_derivative(graph, all[e].rest, Symbol::Derivative(i));
                 let rate = rate.map(|value| Rate { value, equation: e });
                 rate.is_some_and(|rate| solved.rates.insert(i, rate).is_none())
             }
@@ -129,13 +129,21 @@ fn together(all: &[Equation<'_>], holding: &[usize]) -> Vec<Vec<usize>> {
 }
 
 /// f in ẋ = f, where 0 = r − l is a ẋ + b with a free of derivatives: f = −b/a.
-fn solve_for_derivative(graph: &mut Graph, rest: ExprId, i: u32) -> Option<ExprId> {
-    let gradient = graph.gradient(rest, |s| (s == Symbol::Derivative(i)).then_some(0));
+pub(super) fn solve_for_derivative(
+    graph: &mut Graph,
+    rest: ExprId,
+    rate: Symbol,
+) -> Option<ExprId> {
+    let gradient = graph.gradient(rest, |s| (s == rate).then_some(0));
     let [(_, a)] = gradient[..] else { return None };
-    if graph.symbols(a).iter().any(|s| matches!(s, Symbol::Derivative(_))) {
+    let is_rate = |s: &Symbol| {
+        matches!(s, Symbol::Derivative(_) | Symbol::ElementRate(_) | Symbol::SweptRate(_))
+    };
+    if graph.symbols(a).iter().any(is_rate) {
         return None;
     }
-    let b = without_derivatives(graph, rest);
+    let zero = graph.constant(0.0);
+    let b = graph.substitute(rest, |s| (s == rate).then_some(zero));
     let minus_a = graph.negate(a);
     Some(graph.divide(b, minus_a))
 }
@@ -327,6 +335,12 @@ fn sample_of(symbol: Symbol, sample: f64) -> f64 {
         Symbol::Late(i) => (9, i),
         Symbol::Discrete(i) => (10, i),
         Symbol::DelayedUnknown(i) | Symbol::Past(_, i) => (11, i),
+        Symbol::Element(i) => (12, i),
+        Symbol::Swept(i) => (13, i),
+        Symbol::ElementRate(i) => (14, i),
+        Symbol::SweptRate(i) => (15, i),
+        Symbol::SweptSensitivity(i) => (16, i),
+        Symbol::Counter => (17, 0),
     };
     0.5 + (sample * f64::from(position * 11 + kind)).fract()
 }

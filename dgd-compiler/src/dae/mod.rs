@@ -9,6 +9,7 @@ mod delays;
 mod dulmage_mendelsohn;
 mod dummy_derivatives;
 mod explicit;
+mod families;
 mod index_reduction;
 mod linear_derivatives;
 mod matching;
@@ -59,6 +60,10 @@ pub struct Dae {
     pub graph: Graph,
     /// Unknowns and their rows, as declared, then those that were added.
     pub unknowns: Vec<Unknown>,
+    /// Arrays of unknowns, behind the single ones.
+    pub arrays: Vec<Array>,
+    /// Their rows, ascending; together they are one row for each element.
+    pub families: Vec<Family>,
     /// Parameters, as declared.
     pub parameters: Vec<Parameter>,
     /// Inputs, as declared.
@@ -71,6 +76,8 @@ pub struct Dae {
     pub delayed_unknowns: Vec<DelayedUnknown>,
     /// Outputs; their values are expressions of `graph`.
     pub outputs: Vec<Output>,
+    /// Outputs for each element of an array, behind the others.
+    pub output_arrays: Vec<OutputArray>,
     /// Names that the model gives to expressions.
     pub names: BTreeMap<ExprId, String>,
     /// What was chosen.
@@ -186,6 +193,29 @@ pub struct Output {
     pub delay: Option<usize>,
 }
 
+/// Outputs wᵢ = y₍first + i₎.
+#[derive(Debug, Clone)]
+pub struct OutputArray {
+    /// Name, place, unit, doc of the whole.
+    pub declared: Declared,
+    /// Index of the first.
+    pub lower: i64,
+    /// Position of the first unknown.
+    pub first: usize,
+    /// Number of outputs.
+    pub count: u32,
+    /// Standard deviation of the sensors' white error, SI.
+    pub noise: Option<f64>,
+}
+
+impl OutputArray {
+    /// What the outputs are called.
+    pub fn names(&self) -> impl Iterator<Item = String> + '_ {
+        let index = |i: u32| self.lower + i64::from(i);
+        (0..self.count).map(move |i| format!("{}[{}]", self.declared.name, index(i)))
+    }
+}
+
 /// An unknown and its row.
 #[derive(Debug, Clone)]
 pub struct Unknown {
@@ -215,7 +245,95 @@ pub struct Unknown {
     pub span: Span,
 }
 
+/// An array of unknowns.
+#[derive(Debug, Clone)]
+pub struct Array {
+    /// Its name.
+    pub name: String,
+    /// Unit of its elements.
+    pub unit: Unit,
+    /// Doc comment.
+    pub doc: Vec<String>,
+    /// Size for tolerances, SI.
+    pub nominal: Option<f64>,
+    /// Index of its first element.
+    pub lower: i64,
+    /// Position of its first element among all unknowns.
+    pub first: usize,
+    /// Number of elements.
+    pub count: u32,
+    /// Start value, swept over the elements.
+    pub start: ExprId,
+}
+
+/// Rows of consecutive elements with one expression: what moves from row to row are
+/// [`crate::expr::Symbol::Swept`] and [`crate::expr::Symbol::Counter`]. A family of one row holds
+/// neither.
+#[derive(Debug, Clone)]
+pub struct Family {
+    /// Position of the first element among all unknowns.
+    pub first: usize,
+    /// Number of rows.
+    pub count: u32,
+    /// Whether the rows are ẏ = f; otherwise 0 = f.
+    pub differential: bool,
+    /// Their number on the diagonal of M.
+    pub mass: ExprId,
+    /// f. No unknown is read both as one that moves and as one that does not.
+    pub rhs: ExprId,
+    /// Label of the equation that the rows come from.
+    pub equation: String,
+    /// First index of the equation's loop; none for an equation of its own.
+    pub lower: Option<i64>,
+    /// Where the equation stands.
+    pub span: Span,
+}
+
+impl Array {
+    /// What an element is called.
+    pub fn element_name(&self, offset: usize) -> String {
+        format!("{}[{}]", self.name, self.lower + offset as i64)
+    }
+}
+
+impl Family {
+    /// Label of the equation of one row.
+    pub fn label(&self, row: u32) -> String {
+        match self.lower {
+            Some(lower) => format!("{}[{}]", self.equation, lower + i64::from(row)),
+            None => self.equation.clone(),
+        }
+    }
+}
+
 impl Dae {
+    /// Number of unknowns, elements of arrays included.
+    pub fn n(&self) -> usize {
+        self.unknowns.len() + self.arrays.iter().map(|array| array.count as usize).sum::<usize>()
+    }
+
+    /// For each array of outputs, the position of its first among all outputs.
+    pub fn first_of_output_arrays(&self) -> impl Iterator<Item = usize> + '_ {
+        self.output_arrays.iter().scan(self.outputs.len(), |next, array| {
+            let first = *next;
+            *next += array.count as usize;
+            Some(first)
+        })
+    }
+
+    /// What the i-th unknown is called.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such unknown.
+    pub fn unknown_name(&self, i: usize) -> String {
+        let after = self.arrays.partition_point(|array| array.first <= i);
+        match after.checked_sub(1).map(|array| &self.arrays[array]) {
+            Some(array) => array.element_name(i - array.first),
+            None => self.unknowns[i].name.clone(),
+        }
+    }
+
     /// What the i-th input is called, declared, delayed or the slope of a delayed one.
     ///
     /// # Panics

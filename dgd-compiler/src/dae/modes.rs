@@ -79,6 +79,11 @@ impl Combinations {
         modes.fold(0, |position, (mode, size)| position * size + mode)
     }
 
+    /// The mode of each block that the model starts in.
+    pub(super) fn start_modes(&self, model: &Model) -> Vec<usize> {
+        model.automata.iter().map(|automaton| automaton.start).collect()
+    }
+
     /// One expression that is, in every combination, the one given for it.
     ///
     /// Blocks that make no difference do not occur in it.

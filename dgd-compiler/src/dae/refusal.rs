@@ -32,6 +32,7 @@ pub(super) fn refuse(
             )
         }
         Obstacle::Jump(function) => format!("`{function}` in it jumps"),
+        Obstacle::Element => "it reads an element of an array".to_owned(),
         Obstacle::Late => "it reads an unknown late".to_owned(),
         Obstacle::NoUnknown => "its derivatives say nothing new".to_owned(),
     };
@@ -51,6 +52,7 @@ pub(super) fn refuse(
             Some((input(i).span, "declared here")),
         ),
         Obstacle::Jump(_) => ("write the constraint as an expression that is smooth", None),
+        Obstacle::Element => ("give the element an unknown of its own in the constraint", None),
         Obstacle::Late => ("let what arrives late act through a lag", None),
         Obstacle::NoUnknown => {
             ("leave out what other equations say already, or let it read another unknown", None)

@@ -36,6 +36,12 @@ impl Typical {
             | Symbol::Sensitivity(_)
             | Symbol::Late(_)
             | Symbol::DelayedUnknown(_)
+            | Symbol::Element(_)
+            | Symbol::Swept(_)
+            | Symbol::ElementRate(_)
+            | Symbol::SweptRate(_)
+            | Symbol::SweptSensitivity(_)
+            | Symbol::Counter
             | Symbol::Past(..)
             | Symbol::Discrete(_) => None,
         };

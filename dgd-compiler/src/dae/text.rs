@@ -47,11 +47,17 @@ pub fn write(dae: &Dae) -> String {
     for unknown in dae.unknowns.iter().filter(|unknown| unknown.history.is_some()) {
         let _ = writeln!(text, "  history {} = {}", unknown.name, next());
     }
+    families(dae, &mut text);
     for output in &dae.outputs {
         let late = output.delay.map_or(String::new(), |delay| {
             format!("  read at time - {}", bracketed(&dae.delays[delay].text))
         });
         let _ = writeln!(text, "  output {} = {}{late}", output.declared.name, next());
+    }
+    for output in &dae.output_arrays {
+        let (name, lower) = (&output.declared.name, output.lower);
+        let read = moving(dae.unknown_name(output.first));
+        let _ = writeln!(text, "  output {name}[{lower}+k] = {read}");
     }
     for unknown in &dae.unknowns {
         let mass = next();
@@ -90,6 +96,43 @@ pub fn write(dae: &Dae) -> String {
     text
 }
 
+/// Rows and start values of arrays, k counting from zero.
+fn families(dae: &Dae, text: &mut String) {
+    let show = |text: &mut String, id: ExprId| {
+        let listing = listing(&dae.graph, &[id], &dae.names, &|symbol| match symbol {
+            Symbol::Swept(i) => moving(dae.unknown_name(i as usize)),
+            Symbol::Counter => "k".to_owned(),
+            other => symbol_name(dae, other),
+        });
+        for (name, value) in &listing.lines {
+            let _ = writeln!(text, "    {name} = {value}");
+        }
+        listing.roots[0].clone()
+    };
+    for family in &dae.families {
+        let (mut label, mut name) = (family.label(0), dae.unknown_name(family.first));
+        if family.count > 1 {
+            let _ = writeln!(text, "  for k in 0..{}", family.count - 1);
+            (label, name) = (moving(label), moving(name));
+        }
+        let value = show(text, family.rhs);
+        let left = if family.differential { format!("der({name})") } else { "0".to_owned() };
+        let _ = writeln!(text, "  {label}: {left} = {value}");
+    }
+    for array in &dae.arrays {
+        let value = show(text, array.start);
+        let _ = writeln!(text, "  start {} = {value}", moving(array.element_name(0)));
+    }
+}
+
+/// `p[3+k]` of `p[3]`
+fn moving(name: String) -> String {
+    match name.strip_suffix(']') {
+        Some(open) => format!("{open}+k]"),
+        None => name,
+    }
+}
+
 /// What is subtracted, in brackets where it is more than a name or a number.
 fn bracketed(text: &str) -> String {
     let is_atom = text.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '.'));
@@ -110,13 +153,19 @@ fn symbol_name(dae: &Dae, symbol: Symbol) -> String {
         Symbol::Parameter(i) => dae.parameters[i as usize].declared.name.clone(),
         Symbol::Input(i) => dae.input_name(i as usize),
         Symbol::Unknown(i) => {
-            let name = &dae.unknowns[i as usize].name;
-            if name.contains(' ') { format!("({name})") } else { name.clone() }
+            let name = dae.unknown_name(i as usize);
+            if name.contains(' ') { format!("({name})") } else { name }
         }
         Symbol::Discrete(i) => discrete_name(dae, i as usize),
         Symbol::DelayedUnknown(i) => dae.delayed_unknown_name(i as usize),
         Symbol::Constant(_)
         | Symbol::Derivative(_)
+        | Symbol::Element(_)
+        | Symbol::Swept(_)
+        | Symbol::Counter
+        | Symbol::ElementRate(_)
+        | Symbol::SweptRate(_)
+        | Symbol::SweptSensitivity(_)
         | Symbol::InputSlope(_)
         | Symbol::Sensitivity(_)
         | Symbol::Late(_)

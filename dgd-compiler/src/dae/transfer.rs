@@ -20,11 +20,12 @@ pub(super) struct Equation<'a> {
 
 /// A model's expressions in the graph of its `Dae`.
 pub(super) struct Transferred<'a> {
-    /// Those that always hold, then those of the modes, block by block.
+    /// Those that always hold, then those of the modes, block by block, then those of loops.
     pub(super) equations: Vec<Equation<'a>>,
     pub(super) common: usize,
     /// For each block and mode, where its equations begin and end.
     pub(super) of_modes: Vec<Vec<(usize, usize)>>,
+    /// Of single unknowns, then of arrays.
     pub(super) starts: Vec<ExprId>,
     /// What unknowns were before the start, of time; conditions on it stay as they are.
     pub(super) histories: Vec<Option<ExprId>>,
@@ -78,9 +79,17 @@ impl Transferred<'_> {
 /// Everything into one simplified graph.
 pub(super) fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'a> {
     let transitions = || model.automata.iter().flat_map(|automaton| &automaton.transitions);
-    let sides = model.all_equations().flat_map(|e| [e.left, e.right]);
-    let roots = sides
-        .chain(model.unknowns.iter().map(|u| u.start))
+    let equations = || {
+        let families = model.families.iter().map(|family| &family.equation);
+        model.all_equations().chain(families)
+    };
+    let starts = || {
+        let arrays = model.arrays.iter().map(|array| array.unknown.start);
+        model.unknowns.iter().map(|u| u.start).chain(arrays)
+    };
+    let roots = equations()
+        .flat_map(|e| [e.left, e.right])
+        .chain(starts())
         .chain(model.unknowns.iter().filter_map(|u| u.history))
         .chain(model.outputs.iter().map(|o| o.value))
         .chain(transitions().flat_map(|t| [t.left, t.right]))
@@ -91,8 +100,7 @@ pub(super) fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'
         Symbol::Constant(i) => graph.constant(model.constants[i as usize].value),
         other => graph.symbol(other),
     });
-    let equations = model
-        .all_equations()
+    let equations = equations()
         .map(|equation| {
             let rest = graph.subtract(built[&equation.right], built[&equation.left]);
             let derivatives = graph
@@ -134,7 +142,7 @@ pub(super) fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'
         equations,
         common,
         of_modes,
-        starts: model.unknowns.iter().map(|u| built[&u.start]).collect(),
+        starts: starts().map(|start| built[&start]).collect(),
         histories: model.unknowns.iter().map(|u| u.history.map(|id| built[&id])).collect(),
         outputs: model.outputs.iter().map(|o| built[&o.value]).collect(),
         transitions,

@@ -169,18 +169,6 @@ Right:
 
     let inside = if 0 < x and x < 1 then 1 else 0
 "
-E110 "not part of the language yet" "
-The construct is planned, but this version does not read it: parts and arrays (`for`, `size`, indices).
-
-Wrong:
-
-    state level[1..2] [m] = 1
-
-Right:
-
-    state level_1 [m] = 1
-    state level_2 [m] = 1
-"
 E111 "missing value" "
 A constant, a parameter, a `let` and a function need a value behind `=`. For an unknown or an input,
 which the equations or the data determine, none is needed.
@@ -338,6 +326,24 @@ Right:
       empty    { equation level: h = 0 [m] }
       draining -> empty when h falls below 0 [m]
     }
+"
+E131 "item that a loop cannot hold" "
+A loop holds equations and `let`s, whose names end in the loop's index between brackets. Arrays and
+everything else are declared in front of it.
+
+Wrong:
+
+    size N = 10
+    for i in 1..N {
+      state x = 0
+      equation decay: der(x) = -x / 1 [s]
+    }
+
+Right:
+
+    size N = 10
+    state x[1..N] = 0
+    for i in 1..N { equation decay[i]: der(x[i]) = -x[i] / 1 [s] }
 "
 E201 "unknown name" "
 The name is not declared in the model, in what it imports, or in the variant's chosen branch. Names
@@ -610,6 +616,57 @@ Right:
     part north: well
     part south: well
 "
+E230 "not a whole number that is known beforehand" "
+Sizes, the ends of ranges and indices are whole numbers that are known before a run: numbers, sizes,
+and within a loop its index, to which numbers are added. A range runs from the smaller end to the
+larger.
+
+Wrong:
+
+    size N = 10
+    parameter k = 2
+    state x[1..N] = 0
+    for i in 1..N { equation decay[i]: der(x[i]) = -x[k*i] / 1 [s] }
+
+Right:
+
+    size N = 10
+    parameter k = 2
+    state x[1..N] = 0
+    for i in 1..N { equation decay[i]: der(x[i]) = -k*x[i] / 1 [s] }
+"
+E231 "index out of range" "
+An element is read that the array does not have. Neighbours of the first and the last element need
+equations of their own, or a loop that begins later or ends earlier.
+
+Wrong:
+
+    size N = 10
+    state x[1..N] = 0
+    for i in 1..N { equation chain[i]: der(x[i]) = (x[i-1] - x[i]) / 1 [s] }
+
+Right:
+
+    size N = 10
+    state x[1..N] = 0
+    equation inlet: der(x[1]) = -x[1] / 1 [s]
+    for i in 2..N { equation chain[i]: der(x[i]) = (x[i-1] - x[i]) / 1 [s] }
+"
+E232 "array and single value confused" "
+An array is read element by element, and only an array has elements.
+
+Wrong:
+
+    size N = 10
+    state x[1..N] = 1
+    for i in 1..N { equation decay[i]: der(x[i]) = -x / 1 [s] }
+
+Right:
+
+    size N = 10
+    state x[1..N] = 1
+    for i in 1..N { equation decay[i]: der(x[i]) = -x[i] / 1 [s] }
+"
 E301 "units that cannot be added or compared" "
 Terms of a sum, sides of a comparison, and branches of an `if` must measure the same kind of quantity.
 Their scales may differ: bar and psi can be added. Zero goes with every unit.
@@ -839,6 +896,59 @@ Right:
     input on_1
     equation flow_1: q_1 = if on_1 > 0.5 then q_max else 0
     # … and so on, up to on_11
+"
+E430 "derivative of an element that cannot be solved for" "
+The derivative of an element stands in one equation, linearly, and without other derivatives. An
+equation that needs it besides reads an `unknown` instead. The same is said where so many equations of
+loops and elements are left that they cannot be matched.
+
+Wrong:
+
+    size N = 10
+    state x[1..N] = 1
+    equation first: der(x[1]) = -x[1] / 1 [s]
+    for i in 2..N { equation next[i]: der(x[i]) + der(x[i-1]) = -x[i] / 1 [s] }
+
+Right:
+
+    size N = 10
+    state x[1..N] = 1
+    unknown rate[1..N] [1/s] = 0
+    equation first: rate[1] = -x[1] / 1 [s]
+    for i in 2..N { equation next[i]: rate[i] + rate[i-1] = -x[i] / 1 [s] }
+    for i in 1..N { equation state_of[i]: der(x[i]) = rate[i] }
+"
+E431 "mode that determines an element" "
+Elements of arrays are determined by the same equations in all modes. A mode determines an `unknown`
+that an equation of all modes reads.
+
+Wrong:
+
+    size N = 10
+    state x[1..N] = 1
+    unknown y = 1
+    modes end {
+      open   { equation last: x[N] = 0 }
+      closed { equation last: x[N] = x[N-1] }
+      open -> closed when y rises above 2
+    }
+    equation sum: y = x[1] + x[2]
+    for i in 1..N-1 { equation decay[i]: der(x[i]) = (x[i+1] - x[i]) / 1 [s] }
+
+Right:
+
+    size N = 10
+    state x[1..N] = 1
+    unknown y = 1
+    unknown at_end = 0
+    modes end {
+      open   { equation last: at_end = 0 }
+      closed { equation last: at_end = x[N-1] }
+      open -> closed when y rises above 2
+    }
+    equation sum: y = x[1] + x[2]
+    equation last_cell: x[N] = at_end
+    for i in 1..N-1 { equation decay[i]: der(x[i]) = (x[i+1] - x[i]) / 1 [s] }
 "
 E501 "value outside its bounds" "
 The value of a parameter does not lie within the bounds behind `in`.

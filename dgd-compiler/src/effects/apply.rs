@@ -419,11 +419,14 @@ fn equations_mut(
                     equations_mut(&mut mode.items, path, visit);
                 }
             }
+            ItemKind::For { items, .. } => equations_mut(items, path, visit),
             ItemKind::Import { .. }
             | ItemKind::Constant { .. }
             | ItemKind::Parameter { .. }
             | ItemKind::Input { .. }
             | ItemKind::Unknown { .. }
+            | ItemKind::Size { .. }
+            | ItemKind::Array { .. }
             | ItemKind::Let { .. }
             | ItemKind::Function { .. }
             | ItemKind::Output { .. }

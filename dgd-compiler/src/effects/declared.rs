@@ -31,11 +31,14 @@ impl Declarations {
             visit::items(&ast.items, &mut |item| {
                 let (namespace, name, unit, kind) = match &item.kind {
                     ItemKind::Import { .. }
+                    | ItemKind::For { .. }
                     | ItemKind::Part { .. }
                     | ItemKind::Binding { .. }
                     | ItemKind::When(_)
-                    | ItemKind::Saturate { .. } => {
-                        return;
+                    | ItemKind::Saturate { .. } => return,
+                    ItemKind::Size { name, .. } => (Namespace::Value, name, None, None),
+                    ItemKind::Array { name, unit, .. } => {
+                        (Namespace::Value, name, unit.clone(), None)
                     }
                     ItemKind::Constant { name, unit, .. } | ItemKind::Let { name, unit, .. } => {
                         (Namespace::Value, name, unit.clone(), None)

@@ -61,7 +61,10 @@ impl Definitions {
                 | ItemKind::Part { .. }
                 | ItemKind::Binding { .. }
                 | ItemKind::When(_)
-                | ItemKind::Saturate { .. } => continue,
+                | ItemKind::Saturate { .. }
+                | ItemKind::Size { .. }
+                | ItemKind::Array { .. }
+                | ItemKind::For { .. } => continue,
             };
             let definition = Definition {
                 path: path.clone(),

@@ -143,9 +143,9 @@ fn verify_items(ast: &Ast, diagnostics: &mut Diagnostics) {
             );
         }
         if matches!(item.kind, ItemKind::Part { .. } | ItemKind::Binding { .. }) {
-            let message = "parts within effects are not part of the language yet";
+            let message = "an effect has no parts";
             diagnostics.error(
-                Diagnostic::new(Code::E110, item.span, message)
+                Diagnostic::new(Code::E208, item.span, message)
                     .help("write what the part would do into the effect"),
             );
         }

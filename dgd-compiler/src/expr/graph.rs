@@ -45,6 +45,20 @@ pub enum Symbol {
     DelayedUnknown(u32),
     /// What a program knows of a delayed unknown; there is none before `lower`.
     Past(Past, u32),
+    /// An element of an array, counted through all arrays; only until `assemble`, which makes it an
+    /// unknown.
+    Element(u32),
+    /// In a family of rows, the element that is this one in the first row and the next in the next.
+    /// Positions among all elements until `assemble`, among all unknowns from there on.
+    Swept(u32),
+    /// The derivative of an element; gone after `assemble`.
+    ElementRate(u32),
+    /// The derivative of the element that [`Symbol::Swept`] is; gone after `assemble`.
+    SweptRate(u32),
+    /// ∂yᵢ/∂θⱼ of the first row at position j n + i, of the next row at the next.
+    SweptSensitivity(u32),
+    /// The number of the row within its family, from zero.
+    Counter,
     /// A number that changes at events only: the mode of a `modes` block, or whether a condition on
     /// time holds, 1 or 0. There is none before `assemble`.
     Discrete(u32),

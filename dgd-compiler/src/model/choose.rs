@@ -98,7 +98,11 @@ pub(super) fn check_settings<'a>(
         let entry = scope.names.get(name.text.as_str()).map(|entry| entry.definition);
         match entry {
             Some(
-                Definition::Constant(_) | Definition::Parameter(_) | Definition::Unknown { .. },
+                Definition::Constant(_)
+                | Definition::Parameter(_)
+                | Definition::Unknown { .. }
+                | Definition::Size
+                | Definition::Array { .. },
             ) => {
                 checked.insert(name.text.as_str(), value);
             }

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use super::array::{ArrayPlace, LetArray};
 use super::expression::unit_of;
+use super::whole::{Extent, Sizes};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::Symbol;
 use crate::expr::intrinsics::IntrinsicId;
@@ -18,7 +20,19 @@ pub(super) enum Definition {
     Constant(u32),
     Parameter(u32),
     Input(u32),
-    Unknown { index: u32, state: bool },
+    Unknown {
+        index: u32,
+        state: bool,
+    },
+    /// A size; its value is in [`Scope::sizes`].
+    Size,
+    /// An array of unknowns; where its elements are is in [`Scope::arrays`].
+    Array {
+        index: usize,
+        state: bool,
+    },
+    /// A `let` of a loop, in [`Scope::let_arrays`].
+    LetArray(usize),
     Let(usize),
     Function(usize),
 }
@@ -34,6 +48,8 @@ impl Definition {
             Definition::Input(_) => "an input",
             Definition::Unknown { state: true, .. } => "a state",
             Definition::Unknown { state: false, .. } => "an `unknown`",
+            Definition::Size => "a size",
+            Definition::Array { .. } | Definition::LetArray(_) => "an array",
             Definition::Let(_) => "a `let`",
             Definition::Function(_) => "a function",
         }
@@ -62,6 +78,11 @@ pub(super) struct Function<'a> {
 pub(super) struct Scope<'a> {
     pub(super) names: BTreeMap<&'a str, Entry>,
     pub(super) functions: Vec<Function<'a>>,
+    /// Filled in once it is known what is set from outside, and so are the lists below.
+    pub(super) sizes: Sizes<'a>,
+    pub(super) arrays: Vec<Result<ArrayPlace<'a>, Reported>>,
+    pub(super) loops: Vec<Result<Extent, Reported>>,
+    pub(super) let_arrays: Vec<LetArray<'a>>,
     /// Outputs have names of their own: one may bear the name of its unknown.
     pub(super) outputs: BTreeMap<&'a str, Span>,
     /// The dimension of time.
@@ -84,6 +105,11 @@ impl<'a> Scope<'a> {
 
     /// What a symbol is called; nothing for a constant, of which others are named first.
     pub(super) fn quoted_name(&self, symbol: Symbol) -> Option<String> {
+        let element = self.quoted_element(symbol);
+        element.or_else(|| self.quoted_scalar(symbol))
+    }
+
+    fn quoted_scalar(&self, symbol: Symbol) -> Option<String> {
         self.names.iter().find_map(|(name, entry)| {
             let same = match (entry.definition, symbol) {
                 (Definition::Time, Symbol::Time) => true,
@@ -103,6 +129,10 @@ impl<'a> Scope<'a> {
         let mut scope = Scope {
             names: BTreeMap::new(),
             functions: Vec::new(),
+            sizes: Sizes::new(),
+            arrays: Vec::new(),
+            loops: Vec::new(),
+            let_arrays: Vec::new(),
             outputs: BTreeMap::new(),
             second: Dimension::of([0, 0, 1, 0, 0, 0, 0]),
         };
@@ -118,6 +148,7 @@ impl<'a> Scope<'a> {
             counts[kind] - 1
         };
         let mut lets = 0;
+        let (mut arrays, mut let_arrays) = (0, 0);
         for item in items {
             let (name, definition, unit) = match &item.kind {
                 ItemKind::Constant { name, unit, .. } => {
@@ -136,6 +167,29 @@ impl<'a> Scope<'a> {
                 ItemKind::Let { name, .. } => {
                     lets += 1;
                     (name, Definition::Let(lets - 1), None)
+                }
+                ItemKind::Size { name, .. } => (name, Definition::Size, None),
+                ItemKind::Array { declared, name, unit, .. } => {
+                    arrays += 1;
+                    let state = *declared == UnknownKind::State;
+                    (name, Definition::Array { index: arrays - 1, state }, Some(unit))
+                }
+                ItemKind::For { items, .. } => {
+                    for item in items {
+                        match &item.kind {
+                            ItemKind::Equation { label, .. } => {
+                                unique(&mut labels, label, "equation", diagnostics);
+                            }
+                            ItemKind::Let { name, .. } => {
+                                let_arrays += 1;
+                                let definition = Definition::LetArray(let_arrays - 1);
+                                let entry = Entry { definition, span: name.span, unit: None };
+                                scope.insert(name, entry, diagnostics);
+                            }
+                            _ => unreachable!("a loop holds equations and `let`s"),
+                        }
+                    }
+                    continue;
                 }
                 ItemKind::Function { name, arguments, body } => {
                     scope.functions.push(Function { name: &name.text, arguments, body });
@@ -300,6 +354,12 @@ pub(super) fn in_order<'a>(
             names.retain(|n| !function.arguments.iter().any(|a| a.name.text == *n));
             (function.name, names)
         })
+        .chain(scope.let_arrays.iter().map(|array| {
+            let mut names = Vec::new();
+            names_in(array.value, &mut names);
+            names.retain(|n| *n != array.index);
+            (array.name, names)
+        }))
         .collect();
 
     // What each value needs, through the functions that it calls.
@@ -401,7 +461,7 @@ fn report_cycle(
 }
 
 /// Every name read or called in an expression.
-fn names_in<'a>(expr: &'a Expr, names: &mut Vec<&'a str>) {
+pub(super) fn names_in<'a>(expr: &'a Expr, names: &mut Vec<&'a str>) {
     match &expr.kind {
         ExprKind::Number { .. } => {}
         ExprKind::Name(name) => names.push(name),
@@ -414,7 +474,7 @@ fn names_in<'a>(expr: &'a Expr, names: &mut Vec<&'a str>) {
         ExprKind::Group(a) | ExprKind::Negate(a) | ExprKind::Not(a) => names_in(a, names),
         ExprKind::Sum(terms) => terms.iter().for_each(|(_, term)| names_in(term, names)),
         ExprKind::Product(factors) => factors.iter().for_each(|(_, f)| names_in(f, names)),
-        ExprKind::Power(a, b) | ExprKind::Compare(_, a, b) => {
+        ExprKind::Element(a, b) | ExprKind::Power(a, b) | ExprKind::Compare(_, a, b) => {
             names_in(a, names);
             names_in(b, names);
         }

@@ -35,8 +35,22 @@ impl<'a> Lowering<'a> {
                     .help("give it in a unit of time: `delay(x, 3 [s])`"),
             ));
         }
+        if self.graph.symbols(tau.id).contains(&Symbol::Counter) {
+            let message = "this delay depends on the loop's index";
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E215, tau_expr.span, message)
+                    .help("use constants and parameters, which are the same for all rows"),
+            ));
+        }
         let varies = |symbol: &Symbol| match symbol {
-            Symbol::Time | Symbol::Input(_) | Symbol::Unknown(_) | Symbol::Derivative(_) => {
+            Symbol::Time
+            | Symbol::Input(_)
+            | Symbol::Unknown(_)
+            | Symbol::Derivative(_)
+            | Symbol::Element(_)
+            | Symbol::Swept(_)
+            | Symbol::ElementRate(_)
+            | Symbol::SweptRate(_) => {
                 // An argument of a function that is checked by itself has no name in the model.
                 self.scope.quoted_name(*symbol)
             }
@@ -44,6 +58,8 @@ impl<'a> Lowering<'a> {
             | Symbol::Parameter(_)
             | Symbol::InputSlope(_)
             | Symbol::Sensitivity(_)
+            | Symbol::SweptSensitivity(_)
+            | Symbol::Counter
             | Symbol::Discrete(_)
             | Symbol::Late(_)
             | Symbol::DelayedUnknown(_)

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::check_units::{self, Dim, being, this_is};
 use super::define::{Definition, Function, Scope};
+use super::whole::LoopIndex;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::expr::intrinsics::{INTRINSICS, IntrinsicId};
 use crate::expr::{ExprId, Graph, Node, Symbol};
@@ -38,10 +39,14 @@ pub(super) struct Lowering<'a> {
     /// Results of calls, so that the same call is opened once.
     calls: BTreeMap<(&'a str, Vec<Typed>), Result<Typed, Reported>>,
     /// Functions being opened, innermost last.
-    open: Vec<&'a str>,
+    pub(super) open: Vec<&'a str>,
     /// That too many calls have been opened, which is said once.
     exhausted: Option<Reported>,
     depth: usize,
+    /// The index of the loop that is open.
+    pub(super) index: Option<LoopIndex<'a>>,
+    /// `let`s of loops, by name and index.
+    pub(super) opened_lets: BTreeMap<(&'a str, LoopIndex<'a>), Result<Typed, Reported>>,
 }
 
 impl<'a> Lowering<'a> {
@@ -55,6 +60,8 @@ impl<'a> Lowering<'a> {
             open: Vec::new(),
             exhausted: None,
             depth: 0,
+            index: None,
+            opened_lets: BTreeMap::new(),
         }
     }
 
@@ -111,6 +118,9 @@ impl<'a> Lowering<'a> {
             ExprKind::Name(name) => self.name(name, span, arguments, diagnostics),
             ExprKind::Call { function, arguments: list } => {
                 self.call(function, list, span, arguments, diagnostics)
+            }
+            ExprKind::Element(array, index) => {
+                self.element((array, index), false, arguments, diagnostics)
             }
             ExprKind::Group(inner) => self.lower(inner, arguments, diagnostics),
             ExprKind::Negate(inner) => {
@@ -270,6 +280,7 @@ impl<'a> Lowering<'a> {
             ExprKind::Number { .. }
             | ExprKind::Name(_)
             | ExprKind::Call { .. }
+            | ExprKind::Element(..)
             | ExprKind::Negate(_)
             | ExprKind::Sum(_)
             | ExprKind::Product(_)
@@ -291,6 +302,9 @@ impl<'a> Lowering<'a> {
         if let Some(typed) = arguments.get(name) {
             return Ok(*typed);
         }
+        if let Some(index) = self.index.filter(|index| index.name == name) {
+            return Ok(self.index_value(index));
+        }
         let Some(entry) = self.scope.names.get(name) else {
             return Err(self.unknown_name(name, span, arguments, diagnostics));
         };
@@ -311,6 +325,18 @@ impl<'a> Lowering<'a> {
                         .help(format!("call it: `{name}(…)`")),
                 ));
             }
+            Definition::Size => {
+                let size = self.scope.sizes.get(name).copied();
+                let size = size.unwrap_or_else(|| unreachable!("sizes are worked out first"))?;
+                return Ok(Typed { id: self.graph.constant(size as f64), dim: Dim::ONE });
+            }
+            Definition::Array { .. } | Definition::LetArray(_) => {
+                return Err(diagnostics.error(
+                    Diagnostic::new(Code::E232, span, format!("`{name}` is an array"))
+                        .label(entry.span, "declared here")
+                        .help(format!("say which element: `{name}[…]`")),
+                ));
+            }
             Definition::Constant(i) => (Symbol::Constant(i), self.scope.dimension(name)?),
             Definition::Parameter(i) => (Symbol::Parameter(i), self.scope.dimension(name)?),
             Definition::Input(i) => (Symbol::Input(i), self.scope.dimension(name)?),
@@ -321,7 +347,7 @@ impl<'a> Lowering<'a> {
         Ok(Typed { id: self.graph.symbol(symbol), dim: Dim::Of(unit) })
     }
 
-    fn unknown_name(
+    pub(super) fn unknown_name(
         &self,
         name: &str,
         span: Span,
@@ -490,7 +516,10 @@ impl<'a> Lowering<'a> {
             return Err(*reported);
         }
         self.open.push(name);
+        // A function knows of no loop.
+        let outer = self.index.take();
         let result = self.lower(body, &bound, diagnostics);
+        self.index = outer;
         self.open.pop();
         self.calls.insert(key, result);
         result
@@ -527,6 +556,9 @@ impl<'a> Lowering<'a> {
         };
         while let Some(Expr { kind: ExprKind::Group(inner), .. }) = only {
             only = Some(inner);
+        }
+        if let Some(Expr { kind: ExprKind::Element(array, index), .. }) = only {
+            return self.element((array, index), true, &Arguments::new(), diagnostics);
         }
         let Some(Expr { kind: ExprKind::Name(name), span: name_span }) = only else {
             return Err(diagnostics.error(
@@ -592,6 +624,7 @@ pub(super) fn is_plain(expr: &Expr) -> bool {
         ExprKind::Product(factors) => factors.iter().all(|(_, factor)| is_plain(factor)),
         ExprKind::Power(base, exponent) => is_plain(base) && is_plain(exponent),
         ExprKind::If(..)
+        | ExprKind::Element(..)
         | ExprKind::Compare(..)
         | ExprKind::And(_)
         | ExprKind::Or(_)

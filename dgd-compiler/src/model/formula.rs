@@ -10,7 +10,7 @@ use crate::diagnostics::Diagnostics;
 use crate::expr::display::number;
 use crate::parts;
 use crate::syntax::ast::{
-    self, Argument, Ast, Comparison, Crossing, Expr, ExprKind, Factor, Item, ItemKind, Sign,
+    self, Argument, Ast, Comparison, Crossing, Expr, ExprKind, Factor, Item, ItemKind, Name, Sign,
 };
 
 /// What stands on a line of its own.
@@ -83,6 +83,8 @@ pub enum Formula {
     Fenced(Fence, Box<Formula>),
     /// A derivative to time.
     Dot(Symbol),
+    /// An element of an array, or its derivative, with its index as a subscript.
+    Indexed(Box<Formula>, Box<Formula>),
     /// The name of a well-known function, upright, with what its foot says.
     Function(&'static str, Option<&'static str>),
     /// One value where a condition holds, else another.
@@ -202,6 +204,7 @@ fn collect(items: &[Item], model: &Model, lines: &mut Vec<Line>) {
                 let left = Formula::Symbol(Symbol::of(&name.text));
                 lines.push(Line::Bound { left, side: *side, right: expression(bound) });
             }
+            ItemKind::For { index, items, .. } => collect_loop(index, items, lines),
             ItemKind::Import { .. }
             | ItemKind::Constant { .. }
             | ItemKind::Parameter { .. }
@@ -209,7 +212,29 @@ fn collect(items: &[Item], model: &Model, lines: &mut Vec<Line>) {
             | ItemKind::Unknown { .. }
             | ItemKind::Output { .. }
             | ItemKind::Part { .. }
-            | ItemKind::Binding { .. } => {}
+            | ItemKind::Binding { .. }
+            | ItemKind::Size { .. }
+            | ItemKind::Array { .. } => {}
+        }
+    }
+}
+
+/// The items of a loop, once, with the loop's index.
+fn collect_loop(index: &Name, items: &[Item], lines: &mut Vec<Line>) {
+    for item in items {
+        match &item.kind {
+            ItemKind::Let { name, value, .. } => {
+                let name = Formula::Symbol(Symbol::of(&name.text));
+                let at = Formula::Symbol(Symbol::of(&index.text));
+                let left = Formula::Indexed(Box::new(name), Box::new(at));
+                lines.push(Line::Equation { left, right: expression(value), label: None });
+            }
+            ItemKind::Equation { label, left, right } => {
+                let (left, right) = (expression(left), expression(right));
+                let label = Some(format!("{}[{}]", label.text, index.text));
+                lines.push(Line::Equation { left, right, label });
+            }
+            _ => unreachable!("a loop holds equations and `let`s"),
         }
     }
 }
@@ -308,6 +333,9 @@ fn expression(expr: &Expr) -> Formula {
         ExprKind::Name(name) if name == "time" => Formula::Symbol(Symbol::of("t")),
         ExprKind::Name(name) => Formula::Symbol(Symbol::of(name)),
         ExprKind::Call { function, arguments } => call(&function.text, arguments),
+        ExprKind::Element(array, index) => {
+            Formula::Indexed(Box::new(expression(array)), Box::new(expression(index)))
+        }
         ExprKind::Group(inner) => round(expression(inner)),
         ExprKind::Negate(inner) if is_sum(inner) => {
             before(Operator::Negative, round(expression(inner)))
@@ -407,6 +435,13 @@ fn call(function: &str, arguments: &[Expr]) -> Formula {
     let name = match (function, arguments) {
         ("der", [Expr { kind: ExprKind::Name(name), .. }]) => {
             return Formula::Dot(Symbol::of(name));
+        }
+        ("der", [Expr { kind: ExprKind::Element(array, index), .. }])
+            if matches!(array.kind, ExprKind::Name(_)) =>
+        {
+            let ExprKind::Name(name) = &array.kind else { unreachable!("asked above") };
+            let rate = Formula::Dot(Symbol::of(name));
+            return Formula::Indexed(Box::new(rate), Box::new(expression(index)));
         }
         ("delay", [x, tau]) => return late(x, tau),
         ("sqrt", _) => return Formula::Root(Box::new(list)),

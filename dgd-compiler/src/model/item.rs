@@ -160,8 +160,18 @@ impl<'a> Resolver<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Result<(), Reported> {
         let graph = &self.lowering.graph;
-        let depends =
-            |s: &Symbol| matches!(s, Symbol::Unknown(_) | Symbol::Derivative(_) | Symbol::Time);
+        let depends = |s: &Symbol| {
+            matches!(
+                s,
+                Symbol::Unknown(_)
+                    | Symbol::Derivative(_)
+                    | Symbol::Time
+                    | Symbol::Element(_)
+                    | Symbol::Swept(_)
+                    | Symbol::ElementRate(_)
+                    | Symbol::SweptRate(_)
+            )
+        };
         if let Some(symbol) = graph.symbols(start).into_iter().find(depends) {
             let culprit =
                 self.lowering.scope.quoted_name(symbol).unwrap_or_else(|| "an unknown".to_owned());
@@ -200,15 +210,25 @@ impl<'a> Resolver<'a> {
             }
             None => self.unknown_read(name, own_unit, diagnostics)?,
         };
-        let mut noise = None;
-        for attribute in attributes {
-            if let AttributeKind::Noise(expr) = &attribute.kind {
-                noise = Some(self.positive(expr, &unit, "noise", diagnostics)?);
-            }
-        }
+        let noise = self.noise(attributes, &unit, diagnostics)?;
         let declared =
             Declared { name: name.text.clone(), span: name.span, unit, doc: item.doc.clone() };
         Ok(Output { declared, value, noise })
+    }
+
+    pub(super) fn noise(
+        &mut self,
+        attributes: &'a [Attribute],
+        unit: &Unit,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Option<f64>, Reported> {
+        let mut noise = None;
+        for attribute in attributes {
+            if let AttributeKind::Noise(expr) = &attribute.kind {
+                noise = Some(self.positive(expr, unit, "noise", diagnostics)?);
+            }
+        }
+        Ok(noise)
     }
 
     /// What an output without `=` reads: the unknown of its name.
@@ -246,20 +266,7 @@ impl<'a> Resolver<'a> {
             ));
         };
         let declared = entry.unit.unwrap_or_else(|| Ok(Unit::one()))?;
-        let unit = own_unit.unwrap_or_else(|| declared.clone());
-        if unit.dimension != declared.dimension {
-            return Err(diagnostics.error(
-                Diagnostic::new(
-                    Code::E302,
-                    name.span,
-                    format!(
-                        "output `{}` is declared in `{}`, but the unknown is in `{}`",
-                        name.text, unit.symbol, declared.symbol
-                    ),
-                )
-                .label(entry.span, "the unknown is declared here"),
-            ));
-        }
+        let unit = unit_read(name, own_unit, (&declared, entry.span), diagnostics)?;
         Ok((self.lowering.graph.symbol(Symbol::Unknown(index)), unit))
     }
 
@@ -299,6 +306,27 @@ impl<'a> Resolver<'a> {
             dimension: dim.dimension(),
         })
     }
+}
+
+/// The unit of an output that reads an unknown: its own, or the unknown's.
+pub(super) fn unit_read(
+    name: &Name,
+    own: Option<Unit>,
+    (declared, place): (&Unit, Span),
+    diagnostics: &mut Diagnostics,
+) -> Result<Unit, Reported> {
+    let unit = own.unwrap_or_else(|| declared.clone());
+    if unit.dimension == declared.dimension {
+        return Ok(unit);
+    }
+    let message = format!(
+        "output `{}` is declared in `{}`, but the unknown is in `{}`",
+        name.text, unit.symbol, declared.symbol
+    );
+    Err(diagnostics.error(
+        Diagnostic::new(Code::E302, name.span, message)
+            .label(place, "the unknown is declared here"),
+    ))
 }
 
 fn check_bounds(

@@ -65,6 +65,13 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
             write_letters(text, letters)?;
             write!(text, "<mo>˙</mo></mover>")
         }),
+        Formula::Indexed(of, index) => {
+            text.push_str("<msub>");
+            write_formula(text, of)?;
+            text.push_str("<mrow>");
+            write_formula(text, index)?;
+            write!(text, "</mrow></msub>")
+        }
         Formula::Number { digits, exponent, unit } => {
             text.push_str("<mrow>");
             write!(text, "<mn>{digits}</mn>")?;

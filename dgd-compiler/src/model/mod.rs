@@ -1,5 +1,6 @@
 //! A model whose names are looked up, whose units are checked and whose values are in SI.
 
+mod array;
 mod check_units;
 mod choose;
 mod define;
@@ -12,6 +13,7 @@ pub mod mathml;
 mod modes;
 mod resolve;
 pub mod text;
+mod whole;
 
 use std::collections::BTreeMap;
 
@@ -19,7 +21,7 @@ use crate::expr::{ExprId, Graph};
 use crate::source::Span;
 use crate::units::{Dimension, Unit};
 
-pub use crate::syntax::ast::{Bound, Crossing};
+pub use crate::syntax::ast::{Bound, Crossing, Name};
 
 pub use crate::parts::InnerModel;
 pub use resolve::{ModelOptions, Setting, resolve};
@@ -46,12 +48,20 @@ pub struct Model {
     pub inputs: Vec<Input>,
     /// `state`s and `unknown`s.
     pub unknowns: Vec<Unknown>,
+    /// Arrays of `state`s and `unknown`s.
+    pub arrays: Vec<Array>,
+    /// `size`s and their values.
+    pub sizes: Vec<(Name, i64)>,
     /// `let`s, in an order in which each needs earlier ones only.
     pub lets: Vec<Let>,
     /// `output`s.
     pub outputs: Vec<Output>,
+    /// `output`s that read an array, element by element.
+    pub output_arrays: Vec<OutputArray>,
     /// `equation`s that hold in every mode.
     pub equations: Vec<Equation>,
+    /// Equations of loops, which hold for each index.
+    pub families: Vec<Family>,
     /// `modes` and `when`s.
     pub automata: Vec<Automaton>,
     /// `saturate`.
@@ -140,6 +150,33 @@ pub struct Unknown {
     pub history: Option<ExprId>,
 }
 
+/// An array of `state`s or `unknown`s. Its start value holds for each element: in it,
+/// [`crate::expr::Symbol::Counter`] is the element's distance from the first.
+#[derive(Debug, Clone)]
+pub struct Array {
+    /// What its elements have in common.
+    pub unknown: Unknown,
+    /// Index of its first element.
+    pub lower: i64,
+    /// Position of its first element among those of all arrays.
+    pub first: u32,
+    /// Number of elements.
+    pub count: u32,
+}
+
+/// An equation for each index of a loop.
+#[derive(Debug, Clone)]
+pub struct Family {
+    /// The equation; what moves with the index are swept elements and the counter.
+    pub equation: Equation,
+    /// What the index is called.
+    pub index: String,
+    /// First index.
+    pub lower: i64,
+    /// Number of equations, two at least.
+    pub count: u32,
+}
+
 /// A `let`.
 #[derive(Debug, Clone)]
 pub struct Let {
@@ -159,6 +196,17 @@ pub struct Output {
     /// What it reads.
     pub value: ExprId,
     /// Standard deviation of the sensor's white error, SI.
+    pub noise: Option<f64>,
+}
+
+/// An `output` for each element of an array.
+#[derive(Debug, Clone)]
+pub struct OutputArray {
+    /// Name, place, unit, doc.
+    pub declared: Declared,
+    /// Position of the array.
+    pub array: usize,
+    /// Standard deviation of the sensors' white error, SI.
     pub noise: Option<f64>,
 }
 
@@ -275,6 +323,18 @@ impl Model {
     pub fn all_equations(&self) -> impl Iterator<Item = &Equation> {
         let modes = self.automata.iter().flat_map(|automaton| &automaton.modes);
         self.equations.iter().chain(modes.flat_map(|mode| &mode.equations))
+    }
+
+    /// What the element at this position among those of all arrays is called.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such element.
+    pub fn element_name(&self, position: u32) -> String {
+        let after = self.arrays.partition_point(|array| array.first <= position);
+        let array = &self.arrays[after - 1];
+        let index = array.lower + i64::from(position - array.first);
+        format!("{}[{index}]", array.unknown.declared.name)
     }
 
     /// Names that the model gives to expressions: its `let`s.

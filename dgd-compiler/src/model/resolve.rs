@@ -79,12 +79,14 @@ pub fn resolve(
         }
     }
 
-    let scope = Scope::collect(&items, diagnostics);
+    let mut scope = Scope::collect(&items, diagnostics);
     let settings = check_settings(&options.settings, &scope, diagnostics);
+    scope.place_arrays(&items, &settings, diagnostics);
     let order = in_order(&items, &scope, &settings, diagnostics);
     let mut resolver = Resolver {
         lowering: Lowering::new(scope),
         settings,
+        next_loop: 0,
         model: Model {
             name: header.name.text.clone(),
             doc: header.doc.clone(),
@@ -98,9 +100,15 @@ pub fn resolve(
         let _: Result<(), Reported> = resolver.item(item, diagnostics);
     }
     resolver.unused_functions(diagnostics);
+    resolver.unused_lets(diagnostics);
     diagnostics.check()?;
 
     let mut model = resolver.model;
+    for (name, size) in &resolver.lowering.scope.sizes {
+        let span = resolver.lowering.scope.names.get(name).map(|entry| entry.span);
+        let name = Name { text: (*name).to_owned(), span: span.unwrap_or_default() };
+        model.sizes.push((name, (*size)?));
+    }
     model.graph = resolver.lowering.graph;
     model.variants = variants;
     Ok(model)
@@ -118,6 +126,8 @@ pub(super) enum Reading {
 pub(super) struct Resolver<'a> {
     pub(super) lowering: Lowering<'a>,
     pub(super) settings: BTreeMap<&'a str, &'a Expr>,
+    /// Which of the loops comes next.
+    pub(super) next_loop: usize,
     pub(super) model: Model,
 }
 
@@ -206,6 +216,11 @@ impl<'a> Resolver<'a> {
                     self.unknown(item, name, state, start.as_ref(), attributes, diagnostics)?;
                 self.model.unknowns.push(unknown);
             }
+            ItemKind::Output { name, unit, value: None, attributes } if self.is_array(name) => {
+                let head = (name, unit.as_ref());
+                let output = self.output_array(item, head, attributes, diagnostics)?;
+                self.model.output_arrays.push(output);
+            }
             ItemKind::Output { name, unit, value, attributes } => {
                 let output = self.output(
                     item,
@@ -233,7 +248,14 @@ impl<'a> Resolver<'a> {
                 let saturation = self.saturation(item, (name, *side, bound), diagnostics)?;
                 self.model.saturations.push(saturation);
             }
+            ItemKind::Array { declared, name, index, start, attributes, .. } => {
+                let head = (name, index.as_ref(), *declared == UnknownKind::State);
+                let array = self.array(item, head, start.as_ref(), attributes, diagnostics)?;
+                self.model.arrays.push(array);
+            }
+            ItemKind::For { index, items, .. } => self.loop_(index, items, diagnostics)?,
             ItemKind::Constant { .. }
+            | ItemKind::Size { .. }
             | ItemKind::Let { .. }
             | ItemKind::Function { .. }
             | ItemKind::Import { .. }
@@ -264,38 +286,7 @@ impl<'a> Resolver<'a> {
         reading: Reading,
         diagnostics: &mut Diagnostics,
     ) -> Result<Typed, Reported> {
-        let typed = self.lowering.value(expr, diagnostics)?;
-        let number = self.lowering.number(typed.id);
-        if let (true, Some(number)) = (is_plain(expr), number) {
-            let si = match reading {
-                Reading::Value => unit.to_si(number),
-                Reading::Size => number * unit.factor,
-            };
-            let id = self.lowering.graph.constant(si);
-            return Ok(Typed { id, dim: Dim::Of(unit.dimension) });
-        }
-        if typed.dim.with(Dim::Of(unit.dimension)).is_none() {
-            let found = typed.dim.dimension();
-            return Err(diagnostics.error(
-                Diagnostic::new(
-                    Code::E302,
-                    expr.span,
-                    format!("declared in `{}`, but the value is {}", unit.symbol, being(found)),
-                )
-                .here(this_is(found)),
-            ));
-        }
-        // A size given with a unit of its own: 0.5 °C is half a kelvin.
-        if let (
-            Reading::Size,
-            crate::syntax::ast::ExprKind::Number { value, unit: Some(own), .. },
-        ) = (reading, &expr.kind)
-        {
-            let own = unit_of(Some(own), diagnostics)?;
-            let id = self.lowering.graph.constant(value * own.factor);
-            return Ok(Typed { id, dim: typed.dim });
-        }
-        Ok(typed)
+        self.lowering.in_unit(expr, unit, reading, diagnostics)
     }
 
     /// A number that must be known before anything runs.
@@ -344,5 +335,49 @@ impl<'a> Resolver<'a> {
                 let _: Result<(), Reported> = self.lowering.check_function(function, diagnostics);
             }
         }
+    }
+}
+
+impl<'a> Lowering<'a> {
+    /// A declared value: plain numbers are in the declared unit, anything else must have it.
+    pub(super) fn in_unit(
+        &mut self,
+        expr: &'a Expr,
+        unit: &Unit,
+        reading: Reading,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Typed, Reported> {
+        let typed = self.value(expr, diagnostics)?;
+        let number = self.number(typed.id);
+        if let (true, Some(number)) = (is_plain(expr), number) {
+            let si = match reading {
+                Reading::Value => unit.to_si(number),
+                Reading::Size => number * unit.factor,
+            };
+            let id = self.graph.constant(si);
+            return Ok(Typed { id, dim: Dim::Of(unit.dimension) });
+        }
+        if typed.dim.with(Dim::Of(unit.dimension)).is_none() {
+            let found = typed.dim.dimension();
+            return Err(diagnostics.error(
+                Diagnostic::new(
+                    Code::E302,
+                    expr.span,
+                    format!("declared in `{}`, but the value is {}", unit.symbol, being(found)),
+                )
+                .here(this_is(found)),
+            ));
+        }
+        // A size given with a unit of its own: 0.5 °C is half a kelvin.
+        if let (
+            Reading::Size,
+            crate::syntax::ast::ExprKind::Number { value, unit: Some(own), .. },
+        ) = (reading, &expr.kind)
+        {
+            let own = unit_of(Some(own), diagnostics)?;
+            let id = self.graph.constant(value * own.factor);
+            return Ok(Typed { id, dim: typed.dim });
+        }
+        Ok(typed)
     }
 }

@@ -20,6 +20,9 @@ pub fn write(model: &Model) -> String {
     for variant in &model.variants {
         line("  ", format!("variant {} = {}", variant.name, variant.choices[variant.chosen]));
     }
+    for (name, size) in &model.sizes {
+        line("  ", format!("size {} = {size}", name.text));
+    }
     for constant in &model.constants {
         line("  ", format!("constant {} = {}", head(&constant.declared), number(constant.value)));
     }
@@ -73,6 +76,13 @@ pub fn write(model: &Model) -> String {
             shown("    ", "history".to_owned(), history);
         }
     }
+    for array in &model.arrays {
+        let kind = if array.unknown.state { "state" } else { "unknown" };
+        let upper = array.lower + i64::from(array.count) - 1;
+        let Declared { name, unit, .. } = &array.unknown.declared;
+        let range = format!("{name}[{}..{upper}] [{}]", array.lower, describe(unit.dimension));
+        shown("  ", format!("{kind} {range}"), array.unknown.start);
+    }
     let equation = |text: &mut String, indent: &str, equation: &Equation| {
         let ((longer_left, left), (longer_right, right)) =
             (show(equation.left), show(equation.right));
@@ -83,6 +93,12 @@ pub fn write(model: &Model) -> String {
     };
     for common in &model.equations {
         equation(&mut text, "  ", common);
+    }
+    for family in &model.families {
+        let upper = family.lower + i64::from(family.count) - 1;
+        let (index, lower) = (&family.index, family.lower);
+        let _ = writeln!(text, "  for {index} in {lower}..{upper}, {index} = {lower} + k");
+        equation(&mut text, "    ", &family.equation);
     }
     for saturation in &model.saturations {
         let (longer, bound) = show(saturation.bound);
@@ -144,7 +160,26 @@ pub fn write(model: &Model) -> String {
             output.noise.map_or(String::new(), |noise| format!("  noise {}", number(noise)));
         let _ = writeln!(text, "  output {} = {value}{noise}", head(&output.declared));
     }
+    output_arrays(model, &mut text);
     text
+}
+
+/// Outputs for each element of an array.
+fn output_arrays(model: &Model, text: &mut String) {
+    for output in &model.output_arrays {
+        let array = &model.arrays[output.array];
+        let upper = array.lower + i64::from(array.count) - 1;
+        let Declared { name, unit, .. } = &output.declared;
+        let (lower, unit) = (array.lower, describe(unit.dimension));
+        let noise =
+            output.noise.map_or(String::new(), |noise| format!("  noise {}", number(noise)));
+        let _ = writeln!(text, "  output {name}[{lower}..{upper}] [{unit}]{noise}");
+    }
+}
+
+/// `p[3+k]` of `p[3]`
+fn moving(element: &str) -> String {
+    format!("{}+k]", element.trim_end_matches(']'))
 }
 
 /// Name and SI unit.
@@ -161,8 +196,15 @@ fn symbol_name(model: &Model, symbol: Symbol) -> String {
         Symbol::Input(i) => model.inputs[i as usize].declared.name.clone(),
         Symbol::Unknown(i) => unknown(i),
         Symbol::Derivative(i) => format!("der({})", unknown(i)),
+        Symbol::Element(i) => model.element_name(i),
+        Symbol::ElementRate(i) => format!("der({})", model.element_name(i)),
+        // In the first passage; the next has the next.
+        Symbol::Swept(i) => moving(&model.element_name(i)),
+        Symbol::SweptRate(i) => format!("der({})", moving(&model.element_name(i))),
+        Symbol::Counter => "k".to_owned(),
         Symbol::InputSlope(_)
         | Symbol::Sensitivity(_)
+        | Symbol::SweptSensitivity(_)
         | Symbol::Discrete(_)
         | Symbol::Late(_)
         | Symbol::DelayedUnknown(_)

@@ -224,6 +224,17 @@ pub static FUNCTIONS: &[FunctionSpec] = {
     ]
 };
 
+/// The matrices with rows of arrays that are given by their non-zeros, in the order of the signature.
+pub const RUNS: [ResultKind; 7] = [
+    ResultKind::Jacobian,
+    ResultKind::Dgdy,
+    ResultKind::ParameterJacobian,
+    ResultKind::InputJacobian,
+    ResultKind::Dwdy,
+    ResultKind::Dwdu,
+    ResultKind::Dwdp,
+];
+
 impl FunctionKind {
     /// Its row of the table.
     pub fn spec(self) -> &'static FunctionSpec {

@@ -1,12 +1,13 @@
 //! Dae → Program: derivatives are taken, patterns found, expressions put in execution order.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
-use super::functions::{Argument, FUNCTIONS, FunctionKind, ResultKind};
+use super::functions::{Argument, FUNCTIONS, ResultKind};
+use super::loops::{Number, schedule};
 use super::past::{PastLayout, opened};
 use super::{
-    Automaton, DelayedUnknown, Direction, Function, Operation, Output, Pattern, Program,
-    Transition, Unknown, ValueId,
+    Array, Automaton, DelayedUnknown, Direction, Family, Operation, Output, OutputArray, Pattern,
+    Program, Run, Transition, Unknown, ValueId,
 };
 use crate::dae::{self, Dae};
 use crate::expr::{ExprId, Graph, Node, Past, Symbol};
@@ -32,9 +33,9 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
     let functions = FUNCTIONS
         .iter()
         .map(|spec| {
-            let roots: Vec<Vec<ExprId>> =
-                spec.results.iter().map(|result| derivation.result(*result)).collect();
-            schedule(&derivation.graph, dae, past, spec.kind, &roots)
+            let results: Vec<Vec<Number>> =
+                spec.results.iter().map(|result| derivation.numbers(*result)).collect();
+            schedule(&derivation.graph, dae, past, spec.kind, &results)
         })
         .collect();
     Program {
@@ -54,6 +55,8 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
                 span: unknown.span,
             })
             .collect(),
+        arrays: dae.arrays.iter().map(array).collect(),
+        families: dae.families.iter().map(family).collect(),
         parameters: dae.parameters.clone(),
         inputs: dae.inputs.clone(),
         delays: dae.delays.iter().map(|delay| delay.text.clone()).collect(),
@@ -78,11 +81,49 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
                 delay: output.delay,
             })
             .collect(),
+        output_arrays: output_arrays(dae),
         directions: directions.to_vec(),
         automata: dae.automata.iter().map(automaton).collect(),
         n_time_conditions: dae.time_conditions.len(),
         patterns: derivation.patterns,
+        runs: derivation.runs,
         functions,
+    }
+}
+
+fn array(array: &dae::Array) -> Array {
+    Array {
+        name: array.name.clone(),
+        unit: array.unit.clone(),
+        doc: array.doc.clone(),
+        nominal: array.nominal,
+        lower: array.lower,
+        first: array.first,
+        count: array.count,
+    }
+}
+
+fn output_arrays(dae: &Dae) -> Vec<OutputArray> {
+    let array = |(array, first): (&dae::OutputArray, usize)| OutputArray {
+        name: array.declared.name.clone(),
+        unit: array.declared.unit.clone(),
+        doc: array.declared.doc.clone(),
+        noise: array.noise,
+        lower: array.lower,
+        first,
+        count: array.count,
+    };
+    dae.output_arrays.iter().zip(dae.first_of_output_arrays()).map(array).collect()
+}
+
+fn family(family: &dae::Family) -> Family {
+    Family {
+        first: family.first,
+        count: family.count,
+        differential: family.differential,
+        equation: family.equation.clone(),
+        lower: family.lower,
+        span: family.span,
     }
 }
 
@@ -109,34 +150,107 @@ pub(super) struct Derivation<'a> {
     pub(super) directions: &'a [Direction],
     past: PastLayout,
     pub(super) graph: Graph,
+    /// w of the single outputs, then of the arrays.
+    w: Vec<ExprId>,
     /// Results made so far.
     results: BTreeMap<ResultKind, Vec<ExprId>>,
     /// Where those that are given by their non-zeros have them.
     patterns: BTreeMap<ResultKind, Pattern>,
+    /// Those of families, behind them.
+    runs: BTreeMap<ResultKind, Vec<Run>>,
 }
+
+/// Where an expression of a list belongs: a single row, or the first of a family with its length.
+type RowPlace = (usize, Option<u32>);
 
 impl<'a> Derivation<'a> {
     fn new(dae: &'a Dae, directions: &'a [Direction], past: PastLayout) -> Self {
+        let mut graph = dae.graph.clone();
+        let arrays = dae.output_arrays.iter().map(|array| {
+            let first = u32::try_from(array.first).unwrap_or(u32::MAX);
+            let moves = array.count > 1;
+            graph.symbol(if moves { Symbol::Swept(first) } else { Symbol::Unknown(first) })
+        });
+        let w = dae.outputs.iter().map(|output| output.value).chain(arrays).collect();
         Derivation {
             dae,
             directions,
             past,
-            graph: dae.graph.clone(),
+            graph,
+            w,
             results: BTreeMap::new(),
             patterns: BTreeMap::new(),
+            runs: BTreeMap::new(),
         }
     }
 
+    /// Length of y.
     fn n(&self) -> usize {
-        self.dae.unknowns.len()
+        self.dae.n()
     }
 
+    /// f of the single unknowns, then of the families.
     fn f(&self) -> Vec<ExprId> {
-        self.dae.unknowns.iter().map(|unknown| unknown.rhs).collect()
+        let families = self.dae.families.iter().map(|family| family.rhs);
+        self.dae.unknowns.iter().map(|unknown| unknown.rhs).chain(families).collect()
+    }
+
+    /// Where the expressions of [`Derivation::f`] belong.
+    fn rows_of_f(&self) -> Vec<RowPlace> {
+        let families = self.dae.families.iter().map(|family| (family.first, family.count));
+        rows(self.dae.unknowns.len(), families)
+    }
+
+    /// The numbers of a result with their places.
+    fn numbers(&mut self, result: ResultKind) -> Vec<Number> {
+        let values = self.result(result);
+        let single = |(place, value)| Number { value, place, rows: None };
+        if let Some(runs) = self.runs.get(&result) {
+            let n_single = values.len() - runs.len();
+            let mut numbers: Vec<Number> =
+                values[..n_single].iter().copied().enumerate().map(single).collect();
+            let mut place = n_single;
+            for (value, run) in values[n_single..].iter().zip(runs) {
+                numbers.push(Number { value: *value, place, rows: Some(run.count) });
+                place += run.count as usize;
+            }
+            return numbers;
+        }
+        let (rows, stride) = match result {
+            ResultKind::F
+            | ResultKind::Dfdt
+            | ResultKind::TimeDerivative
+            | ResultKind::G
+            | ResultKind::Dgdt
+            | ResultKind::Mass => (self.rows_of_f(), self.n()),
+            ResultKind::W | ResultKind::Dwdt | ResultKind::Dw => (self.rows_of_w(), self.n_w()),
+            ResultKind::Y0 | ResultKind::S0 => {
+                let arrays = self.dae.arrays.iter().map(|array| (array.first, array.count));
+                (rows(self.dae.unknowns.len(), arrays), self.n())
+            }
+            _ => return values.into_iter().enumerate().map(single).collect(),
+        };
+        let in_row = |(i, value): (usize, ExprId)| {
+            let (place, count) = rows[i % rows.len()];
+            Number { value, place: i / rows.len() * stride + place, rows: count }
+        };
+        values.into_iter().enumerate().map(in_row).collect()
     }
 
     fn w(&self) -> Vec<ExprId> {
-        self.dae.outputs.iter().map(|output| output.value).collect()
+        self.w.clone()
+    }
+
+    /// Where the expressions of `w` belong.
+    fn rows_of_w(&self) -> Vec<RowPlace> {
+        let counts = self.dae.output_arrays.iter().map(|array| array.count);
+        rows(self.dae.outputs.len(), self.dae.first_of_output_arrays().zip(counts))
+    }
+
+    /// Length of w.
+    fn n_w(&self) -> usize {
+        let arrays = self.dae.output_arrays.iter().map(|array| array.count as usize);
+        self.dae.outputs.len() + arrays.sum::<usize>()
     }
 
     /// φ of each delayed unknown, zero where the model gives none.
@@ -175,7 +289,10 @@ impl<'a> Derivation<'a> {
         match result {
             ResultKind::F => f,
             ResultKind::W => w,
-            ResultKind::Y0 => self.dae.unknowns.iter().map(|unknown| unknown.start).collect(),
+            ResultKind::Y0 => {
+                let arrays = self.dae.arrays.iter().map(|array| array.start);
+                self.dae.unknowns.iter().map(|unknown| unknown.start).chain(arrays).collect()
+            }
             ResultKind::G => self.sensitivities_of(&f),
             ResultKind::Dfdt => f.iter().map(|f| self.along_time(*f)).collect(),
             ResultKind::Dgdt => {
@@ -207,7 +324,10 @@ impl<'a> Derivation<'a> {
                 self.along_directions(&tau)
             }
             ResultKind::Mass if self.dae.automata.is_empty() => Vec::new(),
-            ResultKind::Mass => self.dae.unknowns.iter().map(|unknown| unknown.mass).collect(),
+            ResultKind::Mass => {
+                let families = self.dae.families.iter().map(|family| family.mass);
+                self.dae.unknowns.iter().map(|unknown| unknown.mass).chain(families).collect()
+            }
             ResultKind::ConditionTimes => self.dae.time_conditions.iter().map(|c| c.at).collect(),
             ResultKind::ConditionAfter => {
                 self.dae.time_conditions.iter().map(|condition| condition.after).collect()
@@ -253,7 +373,12 @@ impl<'a> Derivation<'a> {
             ResultKind::Dwdp => self.partials(result, &w, parameter),
             ResultKind::Dgdy => {
                 let rows = self.derivatives_of_g(|derivation, e| derivation.gradient(e, &unknown));
-                self.non_zeros(result, rows)
+                let (own, n) = (self.rows_of_f(), self.n());
+                let of_direction =
+                    |j| own.iter().map(move |(first, count)| (j * n + first, *count));
+                let places: Vec<RowPlace> =
+                    (0..self.directions.len()).flat_map(of_direction).collect();
+                self.non_zeros(result, rows, &places)
             }
         }
     }
@@ -266,7 +391,8 @@ impl<'a> Derivation<'a> {
         wanted: impl Fn(Symbol) -> Option<usize>,
     ) -> Vec<ExprId> {
         let rows = expressions.iter().map(|e| self.gradient(*e, &wanted)).collect();
-        self.non_zeros(kind, rows)
+        let places = self.places_of(kind, expressions.len());
+        self.non_zeros(kind, rows, &places)
     }
 
     /// The same where all that is read late, an input, is fixed.
@@ -277,7 +403,19 @@ impl<'a> Derivation<'a> {
         wanted: impl Fn(Symbol) -> Option<usize>,
     ) -> Vec<ExprId> {
         let rows = expressions.iter().map(|e| self.graph.gradient(*e, &wanted)).collect();
-        self.non_zeros(kind, rows)
+        let places = self.places_of(kind, expressions.len());
+        self.non_zeros(kind, rows, &places)
+    }
+
+    /// Where the rows of a matrix of so many expressions belong.
+    fn places_of(&self, kind: ResultKind, n: usize) -> Vec<RowPlace> {
+        match kind {
+            ResultKind::Jacobian | ResultKind::ParameterJacobian | ResultKind::InputJacobian => {
+                self.rows_of_f()
+            }
+            ResultKind::Dwdy | ResultKind::Dwdu | ResultKind::Dwdp => self.rows_of_w(),
+            _ => (0..n).map(|row| (row, None)).collect(),
+        }
     }
 
     /// ∂expressions/∂t where all that is read late is fixed.
@@ -298,17 +436,32 @@ impl<'a> Derivation<'a> {
         }
     }
 
-    /// The non-zeros by columns of a matrix given by rows of (column, value); notes its pattern.
-    fn non_zeros(&mut self, kind: ResultKind, rows: Vec<Vec<(usize, ExprId)>>) -> Vec<ExprId> {
-        let mut matrix: Vec<(usize, usize, ExprId)> = rows
-            .into_iter()
-            .enumerate()
-            .flat_map(|(row, gradient)| gradient.into_iter().map(move |(c, value)| (row, c, value)))
-            .collect();
+    /// The non-zeros of a matrix given by rows of (column, value): those of single rows by columns,
+    /// then those of families; notes its pattern.
+    fn non_zeros(
+        &mut self,
+        kind: ResultKind,
+        rows: Vec<Vec<(usize, ExprId)>>,
+        places: &[RowPlace],
+    ) -> Vec<ExprId> {
+        let mut matrix: Vec<(usize, usize, ExprId)> = Vec::new();
+        let (mut runs, mut of_runs) = (Vec::new(), Vec::new());
+        for (gradient, (row, count)) in rows.into_iter().zip(places) {
+            for (column, value) in gradient {
+                let Some(count) = *count else {
+                    matrix.push((*row, column, value));
+                    continue;
+                };
+                let (column, diagonal) = (column & !MOVING, column & MOVING != 0);
+                runs.push(Run { row: *row, column, diagonal, count });
+                of_runs.push(value);
+            }
+        }
         matrix.sort_unstable_by_key(|(row, column, _)| (*column, *row));
         let pattern = matrix.iter().map(|(row, column, _)| (*row, *column)).collect();
         self.patterns.insert(kind, pattern);
-        matrix.into_iter().map(|(_, _, value)| value).collect()
+        self.runs.insert(kind, runs);
+        matrix.into_iter().map(|(_, _, value)| value).chain(of_runs).collect()
     }
 
     /// Derivatives D of g, for each row j n + i: D gᵢⱼ = Σₖ D(∂fᵢ/∂yₖ) Sₖⱼ + D(∂fᵢ/∂θⱼ).
@@ -318,13 +471,14 @@ impl<'a> Derivation<'a> {
         &mut self,
         derive: impl Fn(&mut Self, ExprId) -> Vec<(usize, ExprId)>,
     ) -> Vec<Vec<(usize, ExprId)>> {
-        let n = self.n();
         let directions = self.directions;
+        let all = self.f();
+        let n = all.len();
         let mut rows = vec![Vec::new(); n * directions.len()];
         if directions.is_empty() {
             return rows;
         }
-        for (i, f) in self.f().into_iter().enumerate() {
+        for (i, f) in all.into_iter().enumerate() {
             let mut by_unknown = Vec::new();
             for (k, slope) in self.gradient(f, &unknown) {
                 by_unknown.push((k, derive(self, slope)));
@@ -367,8 +521,14 @@ impl<'a> Derivation<'a> {
 
     /// ∂yₖ/∂θⱼ as a symbol.
     fn sensitivity(&mut self, k: usize, j: usize) -> ExprId {
-        let position = j * self.n() + k;
-        self.graph.symbol(Symbol::Sensitivity(u32::try_from(position).unwrap_or(u32::MAX)))
+        let position = j * self.n() + (k & !MOVING);
+        let position = u32::try_from(position).unwrap_or(u32::MAX);
+        let moves = k & MOVING != 0;
+        self.graph.symbol(if moves {
+            Symbol::SweptSensitivity(position)
+        } else {
+            Symbol::Sensitivity(position)
+        })
     }
 
     /// ∂expressions/∂(what `wanted` numbers): dense by columns.
@@ -487,9 +647,19 @@ impl<'a> Derivation<'a> {
     }
 }
 
+/// Places of single rows, then of families given by their first row and their length.
+fn rows(single: usize, behind: impl Iterator<Item = (usize, u32)>) -> Vec<RowPlace> {
+    let single = (0..single).map(|i| (i, None));
+    single.chain(behind.map(|(first, count)| (first, (count > 1).then_some(count)))).collect()
+}
+
+/// Marks the position of an unknown that moves with the row of a family.
+const MOVING: usize = 1 << (usize::BITS - 1);
+
 fn unknown(symbol: Symbol) -> Option<usize> {
     match symbol {
         Symbol::Unknown(i) => Some(i as usize),
+        Symbol::Swept(i) => Some(i as usize | MOVING),
         _ => None,
     }
 }
@@ -519,32 +689,8 @@ fn direction(directions: &[Direction]) -> impl Fn(Symbol) -> Option<usize> + '_ 
     }
 }
 
-/// Puts expressions into execution order: operands first, in the order they were built.
-fn schedule(
-    graph: &Graph,
-    dae: &Dae,
-    past: PastLayout,
-    kind: FunctionKind,
-    roots: &[Vec<ExprId>],
-) -> Function {
-    let order = graph.reachable(roots.iter().flatten().copied());
-    let mut values: HashMap<ExprId, ValueId> = HashMap::with_capacity(order.len());
-    let mut body = Vec::with_capacity(order.len());
-    let mut names = Vec::new();
-    for id in order {
-        let value = ValueId(u32::try_from(body.len()).unwrap_or(u32::MAX));
-        body.push(operation(graph.node(id), dae, past, |operand| values[&operand]));
-        values.insert(id, value);
-        if let Some(name) = dae.names.get(&id) {
-            names.push((value, name.clone()));
-        }
-    }
-    let results =
-        roots.iter().map(|roots| roots.iter().map(|root| values[root]).collect()).collect();
-    Function { kind, body, names, results }
-}
-
-fn operation(
+/// The operation of a node on values.
+pub(super) fn operation(
     node: Node,
     dae: &Dae,
     layout: PastLayout,
@@ -566,8 +712,14 @@ fn operation(
                 Operation::Load(Argument::Y, position(unknown))
             }
             Symbol::Past(past, k) => Operation::Load(Argument::U, position(layout.begin(past)) + k),
+            Symbol::Swept(i) => Operation::LoadSwept(Argument::Y, i),
+            Symbol::SweptSensitivity(i) => Operation::LoadSwept(Argument::S, i),
+            Symbol::Counter => Operation::Counter,
             Symbol::Constant(_)
             | Symbol::Derivative(_)
+            | Symbol::Element(_)
+            | Symbol::ElementRate(_)
+            | Symbol::SweptRate(_)
             | Symbol::Late(_)
             | Symbol::DelayedUnknown(_) => {
                 unreachable!("a Dae holds no constants, no derivatives and nothing late")

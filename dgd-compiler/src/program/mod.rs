@@ -1,6 +1,7 @@
 //! Functions in single assignment over f64, ready to run or to be written as code.
 
 mod functions;
+mod loops;
 mod lower;
 mod past;
 mod text;
@@ -14,7 +15,7 @@ use crate::units::Unit;
 
 pub use crate::dae::{AutomatonKind, DelayedInput, Trigger};
 pub use crate::model::{Crossing, Input, Interpolation, Parameter};
-pub use functions::{Argument, FUNCTIONS, FunctionKind, FunctionSpec, ResultKind};
+pub use functions::{Argument, FUNCTIONS, FunctionKind, FunctionSpec, RUNS, ResultKind};
 pub use lower::lower;
 pub use past::PastLayout;
 
@@ -32,6 +33,10 @@ pub struct Program {
     pub doc: Vec<String>,
     /// Unknowns y.
     pub unknowns: Vec<Unknown>,
+    /// Arrays of unknowns, which follow in y.
+    pub arrays: Vec<Array>,
+    /// Rows of the elements, ascending.
+    pub families: Vec<Family>,
     /// Parameters p.
     pub parameters: Vec<Parameter>,
     /// Declared inputs; u has them first, then the delayed ones, then the slopes of the delayed ones,
@@ -45,6 +50,8 @@ pub struct Program {
     pub delayed_unknowns: Vec<DelayedUnknown>,
     /// Outputs w.
     pub outputs: Vec<Output>,
+    /// Outputs for each element of an array, which follow in w.
+    pub output_arrays: Vec<OutputArray>,
     /// Directions θ of the sensitivities.
     pub directions: Vec<Direction>,
     /// `modes` blocks. Event functions and resets stand transition by transition.
@@ -53,6 +60,9 @@ pub struct Program {
     pub n_time_conditions: usize,
     /// Where the matrices that are given by their non-zeros have them.
     pub patterns: BTreeMap<ResultKind, Pattern>,
+    /// Places of the same matrices that follow those of `patterns`, a run for each expression of a
+    /// family.
+    pub runs: BTreeMap<ResultKind, Vec<Run>>,
     /// One function for each row of [`FUNCTIONS`], in its order.
     pub functions: Vec<Function>,
 }
@@ -107,6 +117,55 @@ pub struct DelayedUnknown {
     pub has_history: bool,
 }
 
+/// An array of unknowns.
+#[derive(Debug, Clone)]
+pub struct Array {
+    /// Its name.
+    pub name: String,
+    /// Unit of its elements.
+    pub unit: Unit,
+    /// Doc comment.
+    pub doc: Vec<String>,
+    /// Size for tolerances, SI.
+    pub nominal: Option<f64>,
+    /// Index of its first element.
+    pub lower: i64,
+    /// Position of its first element in y.
+    pub first: usize,
+    /// Number of elements.
+    pub count: u32,
+}
+
+/// Rows of consecutive elements from one equation.
+#[derive(Debug, Clone)]
+pub struct Family {
+    /// Position of the first row.
+    pub first: usize,
+    /// Number of rows.
+    pub count: u32,
+    /// ẏ = f, or 0 = f.
+    pub differential: bool,
+    /// Label of the equation.
+    pub equation: String,
+    /// First index of the equation's loop; none for an equation of its own.
+    pub lower: Option<i64>,
+    /// Where the equation stands.
+    pub span: Span,
+}
+
+/// Places (row + k, column + k) or (row + k, column) for k from 0 to `count` − 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Run {
+    /// Row of the first place.
+    pub row: usize,
+    /// Column of the first place.
+    pub column: usize,
+    /// Whether the column moves with the row.
+    pub diagonal: bool,
+    /// Number of places.
+    pub count: u32,
+}
+
 /// Places that can be non-zero: (row, column), columns ascending, rows ascending within a column.
 pub type Pattern = Vec<(usize, usize)>;
 
@@ -146,6 +205,25 @@ pub struct Output {
     pub delay: Option<usize>,
 }
 
+/// Outputs for each element of an array.
+#[derive(Debug, Clone)]
+pub struct OutputArray {
+    /// Their common name.
+    pub name: String,
+    /// Unit of each.
+    pub unit: Unit,
+    /// Doc comment.
+    pub doc: Vec<String>,
+    /// Standard deviation of the sensors' white error, SI.
+    pub noise: Option<f64>,
+    /// Index of the first.
+    pub lower: i64,
+    /// Position of the first in w.
+    pub first: usize,
+    /// Number of outputs.
+    pub count: u32,
+}
+
 /// A function of the program.
 #[derive(Debug, Clone)]
 pub struct Function {
@@ -157,6 +235,34 @@ pub struct Function {
     pub names: Vec<(ValueId, String)>,
     /// For each result of the function, its numbers.
     pub results: Vec<Vec<ValueId>>,
+    /// For each result, where its numbers go; without places one after the other from the first.
+    pub places: Vec<Option<Vec<usize>>>,
+    /// Length of each result.
+    pub lengths: Vec<usize>,
+    /// What is computed once for each row of a family, behind the body.
+    pub loops: Vec<Loop>,
+}
+
+/// Operations for each k from 0 to `count` − 1.
+#[derive(Debug, Clone)]
+pub struct Loop {
+    /// Number of passages.
+    pub count: u32,
+    /// Operations in order; values go on counting behind those of the function's body.
+    pub body: Vec<Operation>,
+    /// What goes where.
+    pub stores: Vec<Store>,
+}
+
+/// A number of a result in each passage of a loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Store {
+    /// Which result of the function.
+    pub result: usize,
+    /// Its place in the first passage; in the next it is the next.
+    pub first: usize,
+    /// The number.
+    pub value: ValueId,
 }
 
 /// The value of an operation: its position in the body.
@@ -179,6 +285,11 @@ pub enum Operation {
     Time,
     /// One number of an argument.
     Load(Argument, u32),
+    /// In a loop, the number of an argument that is this one in the first passage and the next in
+    /// the next.
+    LoadSwept(Argument, u32),
+    /// In a loop, k.
+    Counter,
     /// −a
     Negate(ValueId),
     /// a + b
@@ -209,7 +320,11 @@ impl Operation {
     /// The values it reads, in order.
     pub fn operands(self) -> impl Iterator<Item = ValueId> {
         let [a, b, c] = match self {
-            Operation::Constant(_) | Operation::Time | Operation::Load(..) => [None; 3],
+            Operation::Constant(_)
+            | Operation::Time
+            | Operation::Load(..)
+            | Operation::LoadSwept(..)
+            | Operation::Counter => [None; 3],
             Operation::Negate(a) | Operation::Call1(_, a) | Operation::Not(a) => {
                 [Some(a), None, None]
             }
@@ -236,6 +351,36 @@ impl Operation {
 }
 
 impl Program {
+    /// Length of y.
+    pub fn n(&self) -> usize {
+        let elements = self.arrays.iter().map(|array| array.count as usize);
+        self.unknowns.len() + elements.sum::<usize>()
+    }
+
+    /// Length of w.
+    pub fn n_w(&self) -> usize {
+        let of_arrays = self.output_arrays.iter().map(|array| array.count as usize);
+        self.outputs.len() + of_arrays.sum::<usize>()
+    }
+
+    /// What the unknowns are called, elements of arrays included.
+    pub fn unknown_names(&self) -> Vec<String> {
+        let elements = self.arrays.iter().flat_map(|a| elements(&a.name, a.lower, a.count));
+        self.unknowns.iter().map(|unknown| unknown.name.clone()).chain(elements).collect()
+    }
+
+    /// What the outputs are called, those of arrays included.
+    pub fn output_names(&self) -> Vec<String> {
+        let elements = self.output_arrays.iter().flat_map(|a| elements(&a.name, a.lower, a.count));
+        self.outputs.iter().map(|output| output.name.clone()).chain(elements).collect()
+    }
+
+    /// Number of places of a matrix that is given by its non-zeros.
+    pub fn n_places(&self, kind: ResultKind) -> usize {
+        let runs = self.runs.get(&kind).into_iter().flatten().map(|run| run.count as usize);
+        self.patterns.get(&kind).map_or(0, Vec::len) + runs.sum::<usize>()
+    }
+
     /// Length of u.
     pub fn n_u(&self) -> usize {
         let past = self.past();
@@ -287,9 +432,24 @@ impl Program {
         }
     }
 
+    /// Every place of a matrix that is given by its non-zeros, in the order of its numbers.
+    pub fn places(&self, kind: ResultKind) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let single = self.patterns.get(&kind).into_iter().flatten().copied();
+        let runs = self.runs.get(&kind).into_iter().flatten();
+        single.chain(runs.flat_map(|run| {
+            let column = move |k| if run.diagonal { run.column + k } else { run.column };
+            (0..run.count as usize).map(move |k| (run.row + k, column(k)))
+        }))
+    }
+
     /// The function of a kind.
     pub fn function(&self, kind: FunctionKind) -> &Function {
         // Kinds, table and list have one order.
         &self.functions[kind as usize]
     }
+}
+
+/// `p[1]`, `p[2]` and so on.
+fn elements(name: &str, lower: i64, count: u32) -> impl Iterator<Item = String> + '_ {
+    (0..count).map(move |i| format!("{name}[{}]", lower + i64::from(i)))
 }

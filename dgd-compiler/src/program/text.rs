@@ -3,7 +3,8 @@
 use std::fmt;
 
 use super::{
-    Argument, Direction, Function, Operation, Program, ResultKind, Transition, Trigger, ValueId,
+    Argument, Array, Direction, Family, Function, Loop, Operation, OutputArray, Program,
+    ResultKind, Run, Store, Transition, Trigger, ValueId,
 };
 use crate::expr::Past;
 use crate::expr::display::number;
@@ -21,6 +22,17 @@ impl fmt::Display for Program {
             let (name, unit) = (&unknown.name, &unknown.unit.symbol);
             writeln!(f, "  y[{i}] = {name} [{unit}]: {row} = f[{i}] by `{}`", unknown.equation)?;
         }
+        for array in &self.arrays {
+            let Array { name, unit, lower, first, count, .. } = array;
+            let (end, upper) = (first + *count as usize - 1, lower + i64::from(*count) - 1);
+            writeln!(f, "  y[{first}..{end}] = {name}[{lower}..{upper}] [{}]", unit.symbol)?;
+        }
+        for family in &self.families {
+            let Family { first, count, differential, equation, .. } = family;
+            let end = first + *count as usize - 1;
+            let row = if *differential { "der(y)" } else { "0" };
+            writeln!(f, "  y[{first}..{end}]: {row} = f[{first}..{end}] by `{equation}`")?;
+        }
         let lists: [(&str, Vec<(&str, &str)>); 3] = [
             ("u", self.inputs.iter().map(|x| head(&x.declared)).collect()),
             ("p", self.parameters.iter().map(|x| head(&x.declared)).collect()),
@@ -30,6 +42,11 @@ impl fmt::Display for Program {
             for (i, (name, unit)) in list.iter().enumerate() {
                 writeln!(f, "  {array}[{i}] = {name} [{unit}]")?;
             }
+        }
+        for array in &self.output_arrays {
+            let OutputArray { name, unit, lower, first, count, .. } = array;
+            let (end, upper) = (first + *count as usize - 1, lower + i64::from(*count) - 1);
+            writeln!(f, "  w[{first}..{end}] = {name}[{lower}..{upper}] [{}]", unit.symbol)?;
         }
         for (i, delayed) in self.delayed_inputs.iter().enumerate() {
             let (name, tau) =
@@ -75,7 +92,12 @@ impl fmt::Display for Program {
         }
         let shown = |kind: &ResultKind| !self.automata.is_empty() || !kind.is_of_modes();
         for (kind, pattern) in self.patterns.iter().filter(|(kind, _)| shown(kind)) {
-            let places: Vec<String> = pattern.iter().map(|(r, c)| format!("({r},{c})")).collect();
+            let mut places: Vec<String> =
+                pattern.iter().map(|(r, c)| format!("({r},{c})")).collect();
+            for Run { row, column, diagonal, count } in self.runs.get(kind).into_iter().flatten() {
+                let moves = if *diagonal { "+k" } else { "" };
+                places.push(format!("({row}+k,{column}{moves}) for k < {count}"));
+            }
             writeln!(f, "pattern {kind:?}: {}", places.join(" "))?;
         }
         let mut functions = self.functions.iter().filter(|function| self.computes(function.kind));
@@ -100,9 +122,22 @@ impl fmt::Display for Function {
             }
             writeln!(f)?;
         }
-        for (result, values) in spec.results.iter().zip(&self.results) {
-            let values: Vec<String> = values.iter().map(ToString::to_string).collect();
+        for ((result, values), places) in spec.results.iter().zip(&self.results).zip(&self.places) {
+            let values = values.iter().enumerate().map(|(i, value)| match places {
+                None => value.to_string(),
+                Some(places) => format!("[{}] = {value}", places[i]),
+            });
+            let values: Vec<String> = values.collect();
             writeln!(f, "  {result:?} = [{}]", values.join(", "))?;
+        }
+        for Loop { count, body, stores } in &self.loops {
+            writeln!(f, "  for k in 0..{}", count - 1)?;
+            for (i, operation) in body.iter().enumerate() {
+                writeln!(f, "    %{} = {operation}", self.body.len() + i)?;
+            }
+            for Store { result, first, value } in stores {
+                writeln!(f, "    {:?}[{first}+k] = {value}", spec.results[*result])?;
+            }
         }
         Ok(())
     }
@@ -119,6 +154,8 @@ impl fmt::Display for Operation {
         match *self {
             Operation::Constant(value) => write!(f, "{}", number(value)),
             Operation::Time => write!(f, "t"),
+            Operation::LoadSwept(argument, i) => write!(f, "{}[{i}+k]", argument.symbol()),
+            Operation::Counter => write!(f, "k"),
             Operation::Load(argument, i) => write!(f, "{}[{i}]", argument.symbol()),
             Operation::Negate(a) => write!(f, "-{a}"),
             Operation::Add(a, b) => write!(f, "{a} + {b}"),

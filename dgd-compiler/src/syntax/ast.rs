@@ -244,6 +244,40 @@ pub enum ItemKind {
         /// Attributes in the order written.
         attributes: Vec<Attribute>,
     },
+    /// `size N = 100`: a whole number that ranges are made of.
+    Size {
+        /// Name.
+        name: Name,
+        /// Value.
+        value: Expr,
+    },
+    /// `state p[1..N] [bar] = 60` or `unknown v[i in 1..N] = 2*i`: an array of unknowns.
+    Array {
+        /// Whether it was declared `state` or `unknown`.
+        declared: UnknownKind,
+        /// Name.
+        name: Name,
+        /// What the index is called in the start value.
+        index: Option<Name>,
+        /// Indices of its elements.
+        range: Range,
+        /// Unit in brackets.
+        unit: Option<Unit>,
+        /// Start value or guess of each element; without one it is zero.
+        start: Option<Expr>,
+        /// Attributes in the order written.
+        attributes: Vec<Attribute>,
+    },
+    /// `for i in 1..N { equation mass[i]: … }`: items once for each index. Their own index, which
+    /// is the loop's, is not kept.
+    For {
+        /// What the index is called.
+        index: Name,
+        /// Its values.
+        range: Range,
+        /// Equations and `let`s.
+        items: Vec<Item>,
+    },
     /// `let net = …`; a unit, if given, is checked.
     Let {
         /// Name.
@@ -358,6 +392,17 @@ pub enum Bound {
     Lower,
     /// `x <= e`
     Upper,
+}
+
+/// `a..b`: all whole numbers from one to the other, both included.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Range {
+    /// Its place.
+    pub span: Span,
+    /// The first.
+    pub lower: Expr,
+    /// The last.
+    pub upper: Expr,
 }
 
 /// How an unknown was declared.
@@ -504,6 +549,8 @@ pub enum ExprKind {
     },
     /// A name.
     Name(String),
+    /// `p[i - 1]`: the array, a name, and the index.
+    Element(Box<Expr>, Box<Expr>),
     /// `f(a, b)`, `der(x)` included.
     Call {
         /// The function's name.

@@ -56,6 +56,16 @@ fn collect(
             ItemKind::Parameter { name, value, .. } | ItemKind::Constant { name, value, .. } => {
                 edits.extend(value_of(name).map(|new| over(value.span, new.text.clone())));
             }
+            ItemKind::Size { name, value } => {
+                edits.extend(value_of(name).map(|new| over(value.span, new.text.clone())));
+            }
+            ItemKind::Array { name, range, unit, start, .. } => {
+                let Some(new) = value_of(name) else { continue };
+                let end = unit.as_ref().map_or(range.span, |unit| unit.span).end as usize;
+                let added = || (end, end, format!(" = {}", new.text));
+                let written = start.as_ref().map(|start| over(start.span, new.text.clone()));
+                edits.push(written.unwrap_or_else(added));
+            }
             ItemKind::Unknown { name, unit, start, .. } => {
                 let Some(new) = value_of(name) else { continue };
                 // A start value that is not written comes behind the unit.
@@ -77,6 +87,7 @@ fn collect(
                 }
             }
             ItemKind::Input { .. }
+            | ItemKind::For { .. }
             | ItemKind::Let { .. }
             | ItemKind::Function { .. }
             | ItemKind::Output { .. }

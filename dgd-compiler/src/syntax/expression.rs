@@ -9,7 +9,8 @@
 //! product     = sign (("*" | "/") sign)*
 //! sign        = "-" sign | power
 //! power       = operand ("^" sign)?
-//! operand     = number unit? | name | name "(" list ")" | "(" expression ")"
+//! operand     = number unit? | name | name "(" list ")" | name "[" expression "]"
+//!             | "(" expression ")"
 //!             | "if" expression "then" expression "else" expression
 //! ```
 //!
@@ -17,6 +18,7 @@
 //! calls and `if`s call the parser again, so that nesting needs little of the machine's stack. The
 //! parser looks one token ahead, and nothing is read twice.
 
+use super::array;
 use super::ast::{Comparison, Expr, ExprKind, Factor, Name, Sign, Unit};
 use super::lexical::{RESERVED, TokenKind};
 use super::tokens::{CLOSE, Parsed, Tokens, members, word};
@@ -273,10 +275,11 @@ fn operand(input: Tokens<'_>) -> Parsed<'_, Expr> {
             word if RESERVED.contains(&word) => input.expected(OPERAND),
             _ => {
                 let (rest, name) = members(input)?;
-                if rest.first() == Some(TokenKind::Open) {
-                    return call(input, rest, name);
+                match rest.first() {
+                    Some(TokenKind::Open) => call(input, rest, name),
+                    Some(TokenKind::Index) => array::element(input, rest, name),
+                    _ => Ok((rest, Expr { span: name.span, kind: ExprKind::Name(name.text) })),
                 }
-                Ok((rest, Expr { span: name.span, kind: ExprKind::Name(name.text) }))
             }
         },
         Some(_) | None => input.expected(OPERAND),

@@ -5,6 +5,7 @@ use nom::combinator::{cut, map, opt};
 use nom::multi::separated_list1;
 use nom::sequence::preceded;
 
+use super::array;
 use super::ast::{
     Argument, Attribute, AttributeKind, Bound, Expr, ItemKind, Name, Unit, UnknownKind,
 };
@@ -12,7 +13,7 @@ use super::effect;
 use super::expression::{close, expression, optional_unit};
 use super::lexical::TokenKind;
 use super::part::{self, is_binding};
-use super::tokens::{DECIMAL_POINT, OPERATOR, Parsed, Tokens, dotted, name, not_yet, token, word};
+use super::tokens::{DECIMAL_POINT, OPERATOR, Parsed, Tokens, dotted, name, token, word};
 use crate::diagnostics::{Code, Diagnostic, suggestion};
 use crate::units::parse_unit;
 
@@ -33,24 +34,19 @@ const SIMPLE: &[(&str, Rule)] = &[
     ("output", output),
     ("part", part::part),
     ("saturate", saturate),
+    ("size", size),
 ];
 
-/// Keywords of later versions, and what to say of them.
-const LATER: &[(&str, &str)] =
-    &[("for", "loops over equations are"), ("size", "sizes of arrays are")];
-
-/// Whether a word can begin an item, in this version or a later one.
+/// Whether a word can begin an item.
 pub(crate) fn is_keyword(word: &str) -> bool {
-    keywords().any(|keyword| keyword == word)
-        || effect::CLAUSES.contains(&word)
-        || LATER.iter().any(|(later, _)| *later == word)
+    keywords().any(|keyword| keyword == word) || effect::CLAUSES.contains(&word)
 }
 
 fn keywords() -> impl Iterator<Item = &'static str> {
     SIMPLE
         .iter()
         .map(|(keyword, _)| *keyword)
-        .chain(["model", "variant", "modes", "when", "effect"])
+        .chain(["model", "variant", "modes", "when", "effect", "for"])
 }
 
 /// Reads an item without a block, from its keyword to its last token.
@@ -68,9 +64,6 @@ pub(crate) fn item(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
             return rest.expected(OPERATOR);
         }
         return Ok((rest, kind));
-    }
-    if let Some((_, what)) = LATER.iter().find(|(later, _)| *later == keyword) {
-        return input.wrong(not_yet(input.span(), what));
     }
     input.wrong(no_item(input))
 }
@@ -163,13 +156,29 @@ fn input(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 }
 
 fn unknown(declared_as: UnknownKind, input: Tokens<'_>) -> Parsed<'_, ItemKind> {
-    let (rest, ((name, unit), start)) = (declared, optional_value).parse(input)?;
     let what = match declared_as {
         UnknownKind::State => "a state",
         UnknownKind::Unknown => "an unknown",
     };
+    if input.second() == Some(TokenKind::Index) {
+        let (rest, (name, (index, range))) = (name, array::declared_range).parse(input)?;
+        let (rest, (unit, start)) = (optional_unit, optional_value).parse(rest)?;
+        let (rest, attributes) = attributes(&["fixed", "nominal"], what, rest)?;
+        let declared = declared_as;
+        return Ok((
+            rest,
+            ItemKind::Array { declared, name, index, range, unit, start, attributes },
+        ));
+    }
+    let (rest, ((name, unit), start)) = (declared, optional_value).parse(input)?;
     let (rest, attributes) = attributes(&["fixed", "nominal", "history"], what, rest)?;
     Ok((rest, ItemKind::Unknown { declared: declared_as, name, unit, start, attributes }))
+}
+
+fn size(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let (rest, (name, value)) = (name, value("a size")).parse(input)?;
+    let rest = attributes(&[], "a size", rest)?.0;
+    Ok((rest, ItemKind::Size { name, value }))
 }
 
 fn definition(input: Tokens<'_>) -> Parsed<'_, ItemKind> {

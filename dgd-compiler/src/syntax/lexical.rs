@@ -87,19 +87,35 @@ pub(crate) fn tokens(
     diagnostics: &mut Diagnostics,
 ) -> Vec<Token> {
     let text = sources.get(source).text.as_str();
-    let mut tokens: Vec<Token> = Vec::new();
     if i32::try_from(text.len()).is_err() {
         let span = Span { source, start: 0, end: 0 };
         diagnostics.error(Diagnostic::new(Code::E112, span, "the file is larger than 2 GiB"));
-        return tokens;
+        return Vec::new();
     }
-    let mut rest = text.strip_prefix('\u{feff}').unwrap_or(text);
+    cut(source, text.strip_prefix('\u{feff}').unwrap_or(text), text.len(), &mut |mistake| {
+        diagnostics.error(mistake);
+    })
+}
+
+/// Cuts what stands between the brackets of an index into tokens.
+pub(crate) fn tokens_within(brackets: Span, text: &str) -> (Vec<Token>, Vec<Diagnostic>) {
+    let mut mistakes = Vec::new();
+    let inside = text.get(1..text.len().saturating_sub(1)).unwrap_or_default();
+    let end = brackets.end as usize - 1;
+    let tokens = cut(brackets.source, inside, end, &mut |mistake| mistakes.push(mistake));
+    (tokens, mistakes)
+}
+
+/// Cuts a text that ends at `end` of its source.
+fn cut(source: SourceId, text: &str, end: usize, report: &mut dyn FnMut(Diagnostic)) -> Vec<Token> {
+    let mut tokens: Vec<Token> = Vec::new();
+    let mut rest = text;
     loop {
         rest = rest.trim_start_matches([' ', '\t']);
         if rest.is_empty() {
             return tokens;
         }
-        let start = (text.len() - rest.len()) as u32;
+        let start = (end - rest.len()) as u32;
         let behind_name = tokens
             .last()
             .is_some_and(|last| last.end == start && matches!(last.kind, TokenKind::Name));
@@ -108,12 +124,13 @@ pub(crate) fn tokens(
             Ok((after, kind)) => (after, Ok(kind)),
             Err(_) => unsound(rest),
         };
-        let end = (text.len() - after.len()) as u32;
-        let token = Token { kind: *kind.as_ref().unwrap_or(&TokenKind::Invalid), start, end };
+        let token_end = (end - after.len()) as u32;
+        let kind_or_invalid = *kind.as_ref().unwrap_or(&TokenKind::Invalid);
+        let token = Token { kind: kind_or_invalid, start, end: token_end };
         if let Err(mistake) = kind {
             let mut diagnostic = Diagnostic::new(mistake.code, token.span(source), mistake.message);
             diagnostic.help = mistake.help.map(str::to_owned);
-            diagnostics.error(diagnostic);
+            report(diagnostic);
         }
         tokens.push(token);
         rest = after;

@@ -4,6 +4,7 @@
 //! wrong with one item therefore says nothing about the next, and all mistakes of a file are
 //! reported in one go.
 
+mod array;
 pub mod ast;
 pub mod edit;
 mod effect;
@@ -148,6 +149,7 @@ impl<'a, 'd> Reader<'a, 'd> {
             (TokenKind::Name, "variant") => self.variant(statement, &mut docs, nesting),
             (TokenKind::Name, "modes") => self.modes(statement, &mut docs, nesting),
             (TokenKind::Name, "when") => self.when(statement, &mut docs).map(ItemKind::When),
+            (TokenKind::Name, "for") => self.loop_(statement, &mut docs, nesting),
             _ => {
                 docs.extend(statement.iter().filter(|token| token.kind == TokenKind::Doc));
                 self.plain_item(statement, &docs, is_first && nesting == 0, nesting)

@@ -8,9 +8,10 @@ use std::fmt::Write as _;
 
 use super::ast::{
     Argument, Ast, Attribute, AttributeKind, Bound, Choice, Clause, ClauseKind, Comparison,
-    EffectHeader, Expr, ExprKind, Factor, Header, Item, ItemKind, Name, PartArgument, Reaction,
-    Reset, Sign, Slot, SlotKind, Target, Transition, Unit, UnknownKind,
+    EffectHeader, Expr, ExprKind, Factor, Header, Item, ItemKind, Name, PartArgument, Range,
+    Reaction, Reset, Sign, Slot, SlotKind, Target, Transition, Unit, UnknownKind,
 };
+use super::lexical::RESERVED;
 use crate::source::{SourceId, Span};
 
 /// The text of a file.
@@ -61,6 +62,7 @@ fn parenthesise_at(expr: &mut Expr, least: Binding, position: Position) {
     match &mut expr.kind {
         ExprKind::Number { .. } | ExprKind::Name(_) => {}
         ExprKind::Call { arguments, .. } => arguments.iter_mut().for_each(parenthesise),
+        ExprKind::Element(_, index) => parenthesise(index),
         ExprKind::Group(inner) => parenthesise(inner),
         ExprKind::Negate(operand) => parenthesise_at(operand, Binding::Sign, position),
         ExprKind::Not(operand) => parenthesise_at(operand, Binding::Not, position),
@@ -135,6 +137,7 @@ fn binding(kind: &ExprKind) -> Binding {
         ExprKind::Number { .. }
         | ExprKind::Name(_)
         | ExprKind::Call { .. }
+        | ExprKind::Element(..)
         | ExprKind::Group(_)
         | ExprKind::If(..) => Binding::Operand,
         ExprKind::Negate(_) => Binding::Sign,
@@ -173,6 +176,10 @@ fn expression(out: &mut String, expr: &Expr, least: Binding, position: Position)
                 expression(out, argument, Binding::Or, Position::Last);
             }
             out.push(')');
+        }
+        ExprKind::Element(array, index) => {
+            expression(out, array, Binding::Operand, Position::Inner);
+            let _ = write!(out, "[{}]", print_index(index));
         }
         ExprKind::Group(inner) => {
             out.push('(');
@@ -277,6 +284,20 @@ impl Printer {
         }
     }
 
+    /// The items of a loop, each with the loop's index behind its name.
+    fn items_of_loop(&mut self, index: &Name, items: &[Item]) {
+        for item in items {
+            let mut indexed = item.kind.clone();
+            if let ItemKind::Equation { label: name, .. } | ItemKind::Let { name, .. } =
+                &mut indexed
+            {
+                let _ = write!(name.text, "[{}]", index.text);
+            }
+            self.doc(&item.doc);
+            self.item(&indexed);
+        }
+    }
+
     /// An effect as people write one: what it is, what it brings, what it changes.
     fn effect(&mut self, effect: &EffectHeader, items: &[Item]) {
         self.doc(&effect.doc);
@@ -350,6 +371,27 @@ impl Printer {
                     UnknownKind::Unknown => "unknown",
                 };
                 self.declaration(keyword, name, unit.as_ref(), start.as_ref(), attributes);
+            }
+            ItemKind::Size { name, value } => {
+                self.declaration("size", name, None, Some(value), &[]);
+            }
+            ItemKind::Array { declared, name, index, range, unit, start, attributes } => {
+                let keyword = match declared {
+                    UnknownKind::State => "state",
+                    UnknownKind::Unknown => "unknown",
+                };
+                let index =
+                    index.as_ref().map_or_else(String::new, |index| format!("{} in ", index.text));
+                let text = format!("{}[{index}{}]", name.text, print_range(range));
+                let name = Name { text, span: name.span };
+                self.declaration(keyword, &name, unit.as_ref(), start.as_ref(), attributes);
+            }
+            ItemKind::For { index, range, items } => {
+                self.line(&format!("for {} in {} {{", index.text, print_range(range)));
+                self.depth += 1;
+                self.items_of_loop(index, items);
+                self.depth -= 1;
+                self.line("}");
             }
             ItemKind::Let { name, unit, value } => {
                 self.declaration("let", name, unit.as_ref(), Some(value), &[]);
@@ -476,6 +518,20 @@ impl Printer {
 pub(crate) fn print_condition(reaction: &Reaction) -> String {
     let Reaction { left, crossing, right, .. } = reaction;
     format!("{} {} {}", print_expression(left), crossing.words(), print_expression(right))
+}
+
+/// An index as it stands between brackets, without blanks where it needs none.
+fn print_index(index: &Expr) -> String {
+    let text = print_expression(index);
+    if text.split(' ').any(|piece| RESERVED.contains(&piece)) {
+        text
+    } else {
+        text.replace(' ', "")
+    }
+}
+
+fn print_range(range: &Range) -> String {
+    format!("{}..{}", print_index(&range.lower), print_index(&range.upper))
 }
 
 fn brackets(unit: Option<&Unit>) -> String {
@@ -623,6 +679,25 @@ fn placeless_item(item: &Item) -> Item {
             start: start.as_ref().map(placeless),
             attributes: attributes(all),
         },
+        ItemKind::Size { name, value } => {
+            ItemKind::Size { name: placeless_name(name), value: placeless(value) }
+        }
+        ItemKind::Array { declared, name, index, range, unit, start, attributes: all } => {
+            ItemKind::Array {
+                declared: *declared,
+                name: placeless_name(name),
+                index: index.as_ref().map(placeless_name),
+                range: placeless_range(range),
+                unit: placeless_unit(unit.as_ref()),
+                start: start.as_ref().map(placeless),
+                attributes: attributes(all),
+            }
+        }
+        ItemKind::For { index, range, items } => ItemKind::For {
+            index: placeless_name(index),
+            range: placeless_range(range),
+            items: items.iter().map(placeless_item).collect(),
+        },
         ItemKind::Let { name, unit, value } => ItemKind::Let {
             name: placeless_name(name),
             unit: placeless_unit(unit.as_ref()),
@@ -687,6 +762,11 @@ fn placeless_item(item: &Item) -> Item {
     Item { span: Span::default(), doc: item.doc.clone(), kind }
 }
 
+fn placeless_range(range: &Range) -> Range {
+    let (lower, upper) = (placeless(&range.lower), placeless(&range.upper));
+    Range { span: Span::default(), lower, upper }
+}
+
 fn placeless_choice(choice: &Choice) -> Choice {
     Choice {
         doc: choice.doc.clone(),
@@ -729,6 +809,7 @@ fn placeless(expr: &Expr) -> Expr {
             function: placeless_name(function),
             arguments: arguments.iter().map(placeless).collect(),
         },
+        ExprKind::Element(array, index) => ExprKind::Element(boxed(array), boxed(index)),
         ExprKind::Group(inner) => ExprKind::Group(boxed(inner)),
         ExprKind::Negate(operand) => ExprKind::Negate(boxed(operand)),
         ExprKind::Sum(terms) => {

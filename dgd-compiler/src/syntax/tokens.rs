@@ -47,6 +47,16 @@ impl<'a> Tokens<'a> {
         Tokens { left: tokens, text, source, before, nesting: 0 }
     }
 
+    /// Tokens that the first one was cut into, which nest as deep as it does.
+    pub(crate) fn within<'b>(&self, tokens: &'b [Token]) -> Tokens<'b>
+    where
+        'a: 'b,
+    {
+        let end = self.span().end.saturating_sub(1);
+        let before = tokens.first().map_or(end, |token| token.start);
+        Tokens { left: tokens, text: self.text, source: self.source, before, nesting: self.nesting }
+    }
+
     pub(crate) fn first(&self) -> Option<TokenKind> {
         self.left.first().map(|token| token.kind)
     }
@@ -205,7 +215,9 @@ impl Stop<'_> {
                 .help("in an expression a unit follows a number, such as `3 [m]`");
             }
             Some(TokenKind::Index) => {
-                return not_yet(span, "arrays and their indices are")
+                let message = format!("no index can stand here: {text}");
+                return Diagnostic::new(Code::E105, span, message)
+                    .here(format!("expected {expected}"))
                     .help("if this is a unit, leave a blank before it");
             }
             Some(TokenKind::Close | TokenKind::CloseBrace) => {
@@ -248,11 +260,6 @@ pub(crate) const DECIMAL_POINT: &str = "decimals are written with a point, such 
 
 /// What may follow a whole expression inside brackets.
 pub(crate) const CLOSE: &str = "`)` or an operator";
-
-/// The diagnostic for a construct of a later version.
-pub(crate) fn not_yet(span: Span, what: &str) -> Diagnostic {
-    Diagnostic::new(Code::E110, span, format!("{what} not part of the language yet"))
-}
 
 /// A token of this kind.
 pub(crate) fn token<'a>(

@@ -105,6 +105,29 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
                 attribute(&mut a.kind, visit);
             }
         }
+        ItemKind::Size { name, value } => {
+            visit(Part::Declares(Namespace::Value, name));
+            visit(Part::Expr(Place::Declaration, value));
+        }
+        ItemKind::Array { name, range, unit, start, attributes, .. } => {
+            visit(Part::Declares(Namespace::Value, name));
+            visit(Part::Expr(Place::Declaration, &mut range.lower));
+            visit(Part::Expr(Place::Declaration, &mut range.upper));
+            visit(Part::Unit(unit));
+            if let Some(start) = start {
+                visit(Part::Expr(Place::Start, start));
+            }
+            for a in attributes {
+                attribute(&mut a.kind, visit);
+            }
+        }
+        ItemKind::For { range, items, .. } => {
+            visit(Part::Expr(Place::Declaration, &mut range.lower));
+            visit(Part::Expr(Place::Declaration, &mut range.upper));
+            for item in items {
+                parts_mut(item, visit);
+            }
+        }
         ItemKind::Let { name, unit, value } => {
             visit(Part::Declares(Namespace::Value, name));
             visit(Part::Unit(unit));
@@ -185,6 +208,9 @@ pub fn items_mut(items: &mut [Item], visit: &mut dyn FnMut(&mut Item)) {
                 items_mut(&mut choice.items, visit);
             }
         }
+        if let ItemKind::For { items, .. } = &mut item.kind {
+            items_mut(items, visit);
+        }
     }
 }
 
@@ -199,6 +225,9 @@ pub fn items<'a>(all: &'a [Item], visit: &mut dyn FnMut(&'a Item)) {
                 items(&choice.items, visit);
             }
         }
+        if let ItemKind::For { items: held, .. } = &item.kind {
+            items(held, visit);
+        }
     }
 }
 
@@ -212,7 +241,7 @@ pub fn operands(expr: &Expr) -> Vec<&Expr> {
         ExprKind::Group(a) | ExprKind::Negate(a) | ExprKind::Not(a) => vec![a],
         ExprKind::Sum(terms) => terms.iter().map(|(_, term)| term).collect(),
         ExprKind::Product(factors) => factors.iter().map(|(_, factor)| factor).collect(),
-        ExprKind::Power(a, b) | ExprKind::Compare(_, a, b) => vec![a, b],
+        ExprKind::Element(a, b) | ExprKind::Power(a, b) | ExprKind::Compare(_, a, b) => vec![a, b],
         ExprKind::If(a, b, c) => vec![a, b, c],
     }
 }
@@ -227,7 +256,7 @@ pub fn operands_mut(expr: &mut Expr) -> Vec<&mut Expr> {
         ExprKind::Group(a) | ExprKind::Negate(a) | ExprKind::Not(a) => vec![a],
         ExprKind::Sum(terms) => terms.iter_mut().map(|(_, term)| term).collect(),
         ExprKind::Product(factors) => factors.iter_mut().map(|(_, factor)| factor).collect(),
-        ExprKind::Power(a, b) | ExprKind::Compare(_, a, b) => vec![a, b],
+        ExprKind::Element(a, b) | ExprKind::Power(a, b) | ExprKind::Compare(_, a, b) => vec![a, b],
         ExprKind::If(a, b, c) => vec![a, b, c],
     }
 }

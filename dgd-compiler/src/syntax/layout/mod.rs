@@ -236,7 +236,12 @@ fn in_columns(text: &str, code: &[Placed]) -> (Option<Group>, Vec<(Column, Strin
                 open = open.saturating_sub(1);
                 continue;
             }
-            TokenKind::Unit if i == declared => (Column::Unit, i),
+            TokenKind::Unit
+                if i == declared
+                    || i == declared + 1 && kind(declared) == Some(TokenKind::Index) =>
+            {
+                (Column::Unit, i)
+            }
             kind if kind == separator && separator == TokenKind::Equal => (Column::Value, i),
             kind if kind == separator => (Column::Value, i + 1),
             TokenKind::Name
@@ -422,7 +427,9 @@ impl Spacing<'_> {
             | (Before::Operand, TokenKind::Open) => false,
             (Before::Tight { spaced }, _) => spaced,
             (_, TokenKind::Star | TokenKind::Slash | TokenKind::Dot) => self.is_spaced(token),
-            (_, TokenKind::Range) if self.is_loop => self.is_spaced(token),
+            (_, TokenKind::Range | TokenKind::Plus | TokenKind::Minus) if self.is_loop => {
+                self.is_spaced(token)
+            }
             _ => true,
         }
     }
@@ -466,7 +473,9 @@ impl Spacing<'_> {
             | TokenKind::Close => Before::Operand,
             TokenKind::Minus if self.before != Before::Operand => Before::Sign,
             TokenKind::Star | TokenKind::Slash => Before::Tight { spaced: self.is_spaced(token) },
-            TokenKind::Range if self.is_loop => Before::Tight { spaced: self.is_spaced(token) },
+            TokenKind::Range | TokenKind::Plus | TokenKind::Minus if self.is_loop => {
+                Before::Tight { spaced: self.is_spaced(token) }
+            }
             kind => Before::Other(kind),
         }
     }

@@ -1,0 +1,106 @@
+//! What a function writes where it has rows of arrays: single numbers one by one, families in loops.
+
+use std::collections::BTreeMap;
+
+use proc_macro2::{Ident, TokenStream};
+use quote::{format_ident, quote};
+
+use super::function::{DEEPEST_PIECE, Piece, piece_of, row_doc};
+use super::index;
+use crate::program::{Family, Function, FunctionKind, Loop, Operation, Program, Store, ValueId};
+use crate::source::Sources;
+
+/// Writes all results; `pieces` are those of the function's body.
+pub(super) fn writes(
+    program: &Program,
+    function: &Function,
+    results: &[Ident],
+    pieces: &mut BTreeMap<ValueId, Piece>,
+    sources: &Sources,
+) -> TokenStream {
+    let is_rhs = function.kind == FunctionKind::Rhs;
+    let mut out = TokenStream::new();
+    for (r, (values, name)) in function.results.iter().zip(results).enumerate() {
+        let len = index(function.lengths[r]);
+        out.extend(quote!(let #name = ::dgd::__runtime::codegen::fixed_mut::<#len>(#name);));
+        for (i, value) in values.iter().enumerate() {
+            let place = function.places[r].as_ref().map_or(i, |places| places[i]);
+            let value = &pieces[value].tokens;
+            let at = index(place);
+            out.extend(if is_rhs {
+                let doc = match program.unknowns.get(place) {
+                    Some(unknown) => row_doc(unknown, sources),
+                    None => family_doc(program, place, sources),
+                };
+                quote!(#[doc = #doc] let _row: f64 = #value; #name[#at] = _row;)
+            } else {
+                quote!(#name[#at] = #value;)
+            });
+        }
+    }
+    for part in &function.loops {
+        let statements = statements(part, function.body.len(), pieces);
+        let count = index(part.count as usize);
+        let stores = part.stores.iter().map(|Store { result, first, value }| {
+            let (name, at) = (&results[*result], place(*first));
+            let value = &pieces[value].tokens;
+            if is_rhs {
+                let doc = family_doc(program, *first, sources);
+                quote!(#[doc = #doc] let _row: f64 = #value; #name[#at] = _row;)
+            } else {
+                quote!(#name[#at] = #value;)
+            }
+        });
+        out.extend(quote!(for _k in 0..#count { #(#statements)* #(#stores)* }));
+    }
+    out
+}
+
+/// The place that is this one in the first passage and the next in the next.
+pub(super) fn place(first: usize) -> TokenStream {
+    if first == 0 {
+        return quote!(_k);
+    }
+    let first = index(first);
+    quote!(#first + _k)
+}
+
+/// The operations of a loop: what is used once is written where it is used.
+fn statements(
+    part: &Loop,
+    begin: usize,
+    pieces: &mut BTreeMap<ValueId, Piece>,
+) -> Vec<TokenStream> {
+    let mut uses = vec![0_u32; part.body.len()];
+    let read = part.body.iter().flat_map(|operation| operation.operands());
+    for value in read.chain(part.stores.iter().map(|store| store.value)) {
+        if let Some(own) = value.index().checked_sub(begin) {
+            uses[own] += 1;
+        }
+    }
+    let mut statements = Vec::new();
+    for (i, operation) in part.body.iter().enumerate() {
+        let value = ValueId((begin + i) as u32);
+        let mut piece = piece_of(*operation, pieces);
+        let is_leaf = matches!(operation, Operation::Counter);
+        if !is_leaf && (uses[i] > 1 || piece.depth > DEEPEST_PIECE) {
+            let (name, tokens) = (format_ident!("_v{}", value.0), piece.tokens);
+            statements.push(quote!(let #name = #tokens;));
+            piece = Piece::atom(quote!(#name));
+        }
+        pieces.insert(value, piece);
+    }
+    statements
+}
+
+/// What stands above the rows of elements.
+fn family_doc(program: &Program, row: usize, sources: &Sources) -> String {
+    let after = program.families.partition_point(|family| family.first <= row);
+    let Family { equation, span, differential, .. } = &program.families[after - 1];
+    let after = program.arrays.partition_point(|array| array.first <= row);
+    let name = &program.arrays[after - 1].name;
+    let (line, _) = sources.line_column(*span);
+    let file = &sources.get(span.source).name;
+    let left = if *differential { format!("der({name})") } else { "0".to_owned() };
+    format!(" `{equation}` ({file}:{line}): {left} =")
+}

@@ -1,0 +1,253 @@
+//! Elements matched one by one: for what cannot be matched as wholes, and to say what is wrong.
+
+use super::{Assigned, Candidate, Columns, PlannedRows, elements_name};
+use crate::dae::counts::{more_places, quoted};
+use crate::dae::matching::maximum_matching;
+use crate::dae::transfer::Transferred;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::expr::{Graph, Symbol};
+use crate::model::Model;
+
+/// More rows are not matched one by one.
+const MOST_ROWS: usize = 200_000;
+
+/// Matches every passage of every equation by itself; what follows each other becomes one again.
+pub(super) fn assign(
+    model: &Model,
+    graph: &Graph,
+    transferred: &Transferred<'_>,
+    (all, left): (&[usize], &[Candidate]),
+    columns: Columns,
+    solved: &[PlannedRows],
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<Assigned>, Reported> {
+    let names = Names { model, transferred };
+    let n_rows: usize = left.iter().map(|row| row.count as usize).sum();
+    let determined: usize = solved.iter().map(|row| row.count as usize).sum();
+    if n_rows.max(columns.len() - determined) > MOST_ROWS {
+        return Err(names.too_many(left, diagnostics));
+    }
+    let mut is_solved = vec![false; columns.len()];
+    for row in solved {
+        let first = columns.element(row.first);
+        is_solved[first..first + row.count as usize].fill(true);
+    }
+    let passages: Vec<(usize, u32)> = left
+        .iter()
+        .enumerate()
+        .flat_map(|(row, candidate)| (0..candidate.count).map(move |passage| (row, passage)))
+        .collect();
+    let incidence: Vec<Vec<usize>> = passages
+        .iter()
+        .map(|&(row, passage)| {
+            let candidate = &left[row];
+            let moved = candidate.columns.iter().map(|c| c + passage as usize);
+            moved.filter(|column| !is_solved[*column]).collect()
+        })
+        .collect();
+    let matching = maximum_matching(&incidence, columns.len());
+    let free_rows: Vec<(usize, u32)> = matching.free_rows().map(|row| passages[row]).collect();
+    let free_columns: Vec<usize> =
+        matching.free_columns().filter(|column| !is_solved[*column]).collect();
+    if free_rows.is_empty() && free_columns.is_empty() {
+        let pairs = passages.iter().zip(&matching.of_row);
+        let found = pairs.map(|(&(row, passage), column)| {
+            let column = column.unwrap_or_else(|| unreachable!("no row is free"));
+            Assigned { equation: left[row].equation, from: passage, count: 1, column }
+        });
+        return Ok(joined(found).into_iter().filter(|a| a.column >= columns.n_single).collect());
+    }
+    let rows: Vec<(usize, u32)> =
+        free_rows.iter().map(|(row, passage)| (left[*row].equation, *passage)).collect();
+    let ties_states = free_rows.len() == free_columns.len()
+        && could_be_matched(model, graph, transferred, all, columns);
+    Err(names.report(
+        (&rows, n_rows),
+        (&free_columns, columns.len() - determined),
+        ties_states,
+        diagnostics,
+    ))
+}
+
+/// Joins passages that follow each other and determine columns that do.
+fn joined(all: impl Iterator<Item = Assigned>) -> Vec<Assigned> {
+    let mut joined: Vec<Assigned> = Vec::new();
+    for next in all {
+        match joined.last_mut() {
+            Some(last)
+                if last.equation == next.equation
+                    && last.from + last.count == next.from
+                    && last.column + last.count as usize == next.column =>
+            {
+                last.count += 1;
+            }
+            _ => joined.push(next),
+        }
+    }
+    joined
+}
+
+/// Whether all equations could be matched if derivatives counted as their unknowns: then what is
+/// wrong is the index, not the number of equations.
+fn could_be_matched(
+    model: &Model,
+    graph: &Graph,
+    transferred: &Transferred<'_>,
+    all: &[usize],
+    columns: Columns,
+) -> bool {
+    let families = transferred.equations.len() - model.families.len();
+    let mut incidence = Vec::new();
+    for &e in all {
+        let count = e.checked_sub(families).map_or(1, |f| model.families[f].count);
+        if incidence.len() + count as usize > MOST_ROWS {
+            return false;
+        }
+        let symbols = graph.symbols(transferred.equations[e].rest);
+        for passage in 0..count {
+            let column = |symbol: &Symbol| match *symbol {
+                Symbol::Unknown(i) | Symbol::Derivative(i) => Some(i as usize),
+                Symbol::Element(i) | Symbol::ElementRate(i) => Some(columns.element(i)),
+                Symbol::Swept(i) | Symbol::SweptRate(i) => Some(columns.element(i + passage)),
+                _ => None,
+            };
+            let mut row: Vec<usize> = symbols.iter().filter_map(column).collect();
+            row.sort_unstable();
+            row.dedup();
+            incidence.push(row);
+        }
+    }
+    let matching = maximum_matching(&incidence, columns.len());
+    matching.free_rows().next().is_none() && matching.free_columns().next().is_none()
+}
+
+/// What is said of equations and unknowns that are left over.
+struct Names<'a> {
+    model: &'a Model,
+    transferred: &'a Transferred<'a>,
+}
+
+impl Names<'_> {
+    /// Single unknowns by name, elements by runs.
+    fn columns(&self, columns: &[usize]) -> String {
+        let n_single = self.model.unknowns.len();
+        let mut names = Vec::new();
+        let mut run: Option<(u32, u32)> = None;
+        let flush = |run: &mut Option<(u32, u32)>, names: &mut Vec<String>| {
+            names.extend(run.take().map(|(first, count)| elements_name(self.model, first, count)));
+        };
+        for &column in columns {
+            let Some(position) = column.checked_sub(n_single) else {
+                names.push(self.model.unknowns[column].declared.name.clone());
+                continue;
+            };
+            let position = u32::try_from(position).unwrap_or(u32::MAX);
+            let begins_array = self.model.arrays.iter().any(|array| array.first == position);
+            run = match run {
+                Some((first, count)) if first + count == position && !begins_array => {
+                    Some((first, count + 1))
+                }
+                _ => {
+                    flush(&mut run, &mut names);
+                    Some((position, 1))
+                }
+            };
+        }
+        flush(&mut run, &mut names);
+        quoted(names.iter().map(String::as_str))
+    }
+
+    /// Equations by label, passages of loops by runs.
+    fn rows(&self, rows: &[(usize, u32)]) -> String {
+        let families = self.transferred.equations.len() - self.model.families.len();
+        let mut names: Vec<String> = Vec::new();
+        let mut rest = rows;
+        while let Some(&(e, from)) = rest.first() {
+            let runs = rest.iter().zip(from..).take_while(|(row, passage)| **row == (e, *passage));
+            let length = runs.count();
+            rest = &rest[length..];
+            let label = self.transferred.equations[e].label;
+            names.push(match e.checked_sub(families).map(|f| &self.model.families[f]) {
+                None => label.to_owned(),
+                Some(family) => {
+                    let first = family.lower + i64::from(from);
+                    let last = first + length as i64 - 1;
+                    if length == 1 {
+                        format!("{label}[{first}]")
+                    } else {
+                        format!("{label}[{first}..{last}]")
+                    }
+                }
+            });
+        }
+        quoted(names.iter().map(String::as_str))
+    }
+
+    fn report(
+        &self,
+        (rows, n_rows): (&[(usize, u32)], usize),
+        (columns, n_columns): (&[usize], usize),
+        ties_states: bool,
+        diagnostics: &mut Diagnostics,
+    ) -> Reported {
+        let n_single = self.model.unknowns.len();
+        let of_column = |column: usize| match column.checked_sub(n_single) {
+            None => self.model.unknowns[column].declared.span,
+            Some(position) => {
+                let is_it = |first: u32| first as usize <= position;
+                let after = self.model.arrays.partition_point(|array| is_it(array.first));
+                self.model.arrays[after - 1].unknown.declared.span
+            }
+        };
+        let (row_names, column_names) = (self.rows(rows), self.columns(columns));
+        let row_spans: Vec<_> = {
+            let mut equations: Vec<usize> = rows.iter().map(|(e, _)| *e).collect();
+            equations.dedup();
+            equations.iter().map(|e| self.transferred.equations[*e].span).collect()
+        };
+        let others = row_spans.iter().skip(1).copied();
+        let diagnostic = if ties_states {
+            let message = format!(
+                "the index is above 1: {row_names} only ties states together, and {column_names} \
+                 follows from no equation without differentiating it"
+            );
+            let diagnostic = Diagnostic::new(Code::E404, row_spans[0], message)
+                .help("replace the equation by its derivative with respect to time");
+            more_places(diagnostic, others, "this one too")
+        } else if n_rows > n_columns {
+            let message = format!("too many equations: no unknown is left for {row_names}");
+            let diagnostic = Diagnostic::new(Code::E401, row_spans[0], message).help(
+                "leave out what has been said already, or declare the unknown that is missing",
+            );
+            more_places(diagnostic, others, "this one too")
+        } else if n_rows < n_columns {
+            let message = format!("too few equations: nothing determines {column_names}");
+            Diagnostic::new(Code::E402, of_column(columns[0]), message).help(
+                "add an equation that determines it, or let a loop begin earlier or end later",
+            )
+        } else {
+            let message = format!(
+                "nothing determines {column_names}, and no unknown is left for {row_names}"
+            );
+            let diagnostic = Diagnostic::new(Code::E403, of_column(columns[0]), message)
+                .help("the counts match, but several equations determine the same unknowns");
+            let spare = row_spans.iter().copied();
+            more_places(diagnostic, spare, "one too many for the unknowns in it")
+        };
+        diagnostics.error(diagnostic)
+    }
+
+    /// Too long to be matched one by one.
+    fn too_many(&self, left: &[Candidate], diagnostics: &mut Diagnostics) -> Reported {
+        let longest = left.iter().max_by_key(|row| row.count);
+        let equation = longest.map(|row| &self.transferred.equations[row.equation]);
+        let array = self.model.arrays.first().map(|array| array.unknown.declared.span);
+        let span = equation.map(|equation| equation.span).or(array).unwrap_or_default();
+        let message = "equations and elements of arrays cannot be matched as wholes, and there are too \
+             many to match them one by one";
+        diagnostics.error(
+            Diagnostic::new(Code::E430, span, message)
+                .help("with a smaller size the message names what is left over"),
+        )
+    }
+}

@@ -1,0 +1,290 @@
+//! Equations of loops and elements of arrays: which equation determines which elements.
+//!
+//! A loop's equation is one row expression for all its indices, a family. It is solved, matched and
+//! kept as a whole, so that nothing here grows with the length of an array.
+
+mod elementwise;
+mod intervals;
+mod place;
+mod wholesale;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use self::intervals::Intervals;
+use super::linear_derivatives::solve_for_derivative;
+use super::transfer::{Equation, Transferred};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::expr::{ExprId, Graph, Symbol};
+use crate::model::Model;
+
+pub(super) use place::{Origins, place};
+
+/// Which equations determine elements of arrays.
+#[derive(Debug, Default)]
+pub(super) struct Plan {
+    /// Positions of the equations that do, among all.
+    pub(super) taken: BTreeSet<usize>,
+    /// The rows that come of them.
+    rows: Vec<PlannedRows>,
+}
+
+/// Consecutive elements with one row expression.
+#[derive(Debug, Clone, Copy)]
+struct PlannedRows {
+    /// Position of the first among the elements of all arrays.
+    first: u32,
+    count: u32,
+    /// Position of the equation among all.
+    equation: usize,
+    /// Which of the equation's passages the first row is.
+    from: u32,
+    /// f, swept from the equation's first passage on.
+    rhs: ExprId,
+    /// ẏ = f, else 0 = f.
+    differential: bool,
+}
+
+/// What an equation, or a family of them, could determine.
+#[derive(Debug)]
+struct Candidate {
+    /// Position among all equations.
+    equation: usize,
+    /// Number of passages.
+    count: u32,
+    /// First columns: of what moves with the loop, as many columns as passages.
+    columns: Vec<usize>,
+}
+
+/// Single unknowns are the first columns, elements of arrays follow.
+#[derive(Debug, Clone, Copy)]
+struct Columns {
+    n_single: usize,
+    n_elements: usize,
+}
+
+impl Columns {
+    fn element(self, position: u32) -> usize {
+        self.n_single + position as usize
+    }
+
+    fn len(self) -> usize {
+        self.n_single + self.n_elements
+    }
+}
+
+/// Finds an equation for each element.
+///
+/// `holding` are the equations of the modes that the model starts in. Those of modes determine
+/// single unknowns only, so that the rows of arrays are the same in all modes.
+pub(super) fn plan(
+    model: &Model,
+    graph: &mut Graph,
+    transferred: &Transferred<'_>,
+    holding: &[usize],
+    diagnostics: &mut Diagnostics,
+) -> Result<Plan, Reported> {
+    if model.arrays.is_empty() && model.families.is_empty() {
+        return Ok(Plan::default());
+    }
+    let equations = &transferred.equations;
+    let families = equations.len() - model.families.len();
+    let count = |e: usize| e.checked_sub(families).map_or(1, |f| model.families[f].count);
+    let all: Vec<usize> = holding.iter().copied().chain(families..equations.len()).collect();
+    let n_elements = model.arrays.iter().map(|array| array.count as usize).sum();
+    let columns = Columns { n_single: model.unknowns.len(), n_elements };
+
+    let mut rows = Vec::new();
+    for (e, equation) in equations.iter().enumerate() {
+        let count = count(e);
+        rows.extend(solved(model, graph, (e, equation), count, diagnostics)?);
+    }
+    verify_once(model, equations, &mut rows, diagnostics)?;
+    let mut taken: BTreeSet<usize> = rows.iter().map(|row| row.equation).collect();
+
+    let mut free = Intervals::new(0, columns.len());
+    for row in &rows {
+        free.remove(columns.element(row.first), row.count as usize);
+    }
+    let mut users: BTreeMap<u32, usize> = BTreeMap::new();
+    for derivative in equations.iter().flat_map(|equation| &equation.derivatives) {
+        *users.entry(*derivative).or_default() += 1;
+    }
+    let left: Vec<Candidate> = all
+        .iter()
+        .filter(|e| !taken.contains(e))
+        .map(|&e| candidate(graph, (e, &equations[e]), count(e), &users, columns))
+        .collect();
+    let nothing_left = free.len() == columns.n_single && left.iter().all(|row| row.count == 1);
+    // Single equations and unknowns are counted and matched with all others of their kind.
+    if !nothing_left {
+        let found = match wholesale::assign(&left, free, columns.n_single) {
+            Some(found) => found,
+            None => elementwise::assign(
+                model,
+                graph,
+                transferred,
+                (&all, &left),
+                columns,
+                &rows,
+                diagnostics,
+            )?,
+        };
+        for assigned in found {
+            let equation = &equations[assigned.equation];
+            let Some(first) = assigned.column.checked_sub(columns.n_single) else { continue };
+            let first = u32::try_from(first).unwrap_or(u32::MAX);
+            if (transferred.common..families).contains(&assigned.equation) {
+                let message = format!(
+                    "equation `{}` of a mode would determine `{}`, an element of an array",
+                    equation.label,
+                    model.element_name(first)
+                );
+                return Err(diagnostics
+                    .error(Diagnostic::new(Code::E431, equation.span, message).help(
+                    "let the mode determine an `unknown`, and an equation of all modes the element",
+                )));
+            }
+            taken.insert(assigned.equation);
+            rows.push(PlannedRows {
+                first,
+                count: assigned.count,
+                equation: assigned.equation,
+                from: assigned.from,
+                rhs: equation.rest,
+                differential: false,
+            });
+        }
+    }
+    rows.sort_unstable_by_key(|row| row.first);
+    Ok(Plan { taken, rows })
+}
+
+/// Passages of an equation and the columns that they determine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Assigned {
+    equation: usize,
+    from: u32,
+    count: u32,
+    column: usize,
+}
+
+/// The rows ẏ = f of an equation that has derivatives of elements.
+fn solved(
+    model: &Model,
+    graph: &mut Graph,
+    (position, equation): (usize, &Equation<'_>),
+    count: u32,
+    diagnostics: &mut Diagnostics,
+) -> Result<Option<PlannedRows>, Reported> {
+    let symbols = graph.symbols(equation.rest);
+    let rates: Vec<Symbol> = symbols.iter().copied().filter(|symbol| is_rate(*symbol)).collect();
+    let of_elements =
+        |symbol: &Symbol| matches!(symbol, Symbol::ElementRate(_) | Symbol::SweptRate(_));
+    let Some(&of_element) = rates.iter().find(|symbol| of_elements(symbol)) else {
+        return Ok(None);
+    };
+    let name = rate_name(model, of_element, count);
+    let (first, sweeps) = match of_element {
+        Symbol::SweptRate(first) => (first, true),
+        Symbol::ElementRate(first) => (first, false),
+        _ => unreachable!("asked above"),
+    };
+    let refuse = |diagnostics: &mut Diagnostics, why: &str| {
+        let message = format!("equation `{}` cannot be solved for {name}: {why}", equation.label);
+        Err(diagnostics.error(Diagnostic::new(Code::E430, equation.span, message).help(
+            "each derivative of an element stands in one equation, alone and linearly; give what \
+             else needs it an `unknown`",
+        )))
+    };
+    if rates.len() > 1 {
+        return refuse(diagnostics, "it holds other derivatives, too");
+    }
+    if !sweeps && count > 1 {
+        return refuse(diagnostics, "it holds for several indices");
+    }
+    let Some(rhs) = solve_for_derivative(graph, equation.rest, of_element) else {
+        return refuse(diagnostics, "the derivative is not linear in it");
+    };
+    Ok(Some(PlannedRows { first, count, equation: position, from: 0, rhs, differential: true }))
+}
+
+fn is_rate(symbol: Symbol) -> bool {
+    matches!(symbol, Symbol::Derivative(_) | Symbol::ElementRate(_) | Symbol::SweptRate(_))
+}
+
+fn rate_name(model: &Model, rate: Symbol, count: u32) -> String {
+    match rate {
+        Symbol::SweptRate(first) => format!("`der({})`", elements_name(model, first, count)),
+        Symbol::ElementRate(first) => format!("`der({})`", model.element_name(first)),
+        _ => unreachable!("a derivative of an element"),
+    }
+}
+
+/// `p[3]` or `p[3..7]`.
+fn elements_name(model: &Model, first: u32, count: u32) -> String {
+    let name = model.element_name(first);
+    if count == 1 {
+        return name;
+    }
+    let last = model.element_name(first + count - 1);
+    let upper = last.rsplit_once('[').map_or("", |(_, upper)| upper);
+    format!("{}..{upper}", name.trim_end_matches(']'))
+}
+
+/// No derivative is determined twice.
+fn verify_once(
+    model: &Model,
+    equations: &[Equation<'_>],
+    rows: &mut [PlannedRows],
+    diagnostics: &mut Diagnostics,
+) -> Result<(), Reported> {
+    rows.sort_unstable_by_key(|row| row.first);
+    for pair in rows.windows(2) {
+        let [a, b] = pair else { unreachable!("windows of two") };
+        if b.first < a.first + a.count {
+            let end = (a.first + a.count).min(b.first + b.count);
+            let elements = elements_name(model, b.first, end - b.first);
+            let [a, b] = [&equations[a.equation], &equations[b.equation]];
+            let message = format!(
+                "equations `{}` and `{}` both determine `der({elements})`",
+                a.label, b.label
+            );
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E401, b.span, message)
+                    .label(a.span, "the other one")
+                    .help("leave out what has been said already, or let the loops not overlap"),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// What an equation without derivatives of elements could determine.
+fn candidate(
+    graph: &Graph,
+    (e, equation): (usize, &Equation<'_>),
+    count: u32,
+    users: &BTreeMap<u32, usize>,
+    columns: Columns,
+) -> Candidate {
+    let column = match equation.derivatives[..] {
+        // It gives this derivative.
+        [i] if users.get(&i) == Some(&1) => vec![i as usize],
+        _ => graph
+            .symbols(equation.rest)
+            .into_iter()
+            .filter_map(|symbol| match symbol {
+                Symbol::Unknown(i) | Symbol::Derivative(i) if count == 1 => Some(i as usize),
+                Symbol::Element(i) if count == 1 && equation.derivatives.is_empty() => {
+                    Some(columns.element(i))
+                }
+                Symbol::Swept(i) => Some(columns.element(i)),
+                _ => None,
+            })
+            .collect(),
+    };
+    let mut candidate = Candidate { equation: e, count, columns: column };
+    candidate.columns.sort_unstable();
+    candidate.columns.dedup();
+    candidate
+}

@@ -1,0 +1,255 @@
+//! Arrays put behind the single unknowns: elements become unknowns, planned rows families.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{Plan, PlannedRows, elements_name};
+use crate::dae::transfer::Transferred;
+use crate::dae::{Array, Dae, Family, OutputArray};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::expr::{ExprId, Graph, Symbol};
+use crate::model::Model;
+use crate::source::Span;
+
+/// What is known of the equations once they are transferred.
+pub(in crate::dae) struct Origins {
+    /// Label, place and first index of each equation.
+    equations: Vec<(String, Span, Option<i64>)>,
+    /// Start values of arrays.
+    starts: Vec<ExprId>,
+}
+
+impl Origins {
+    pub(in crate::dae) fn of(model: &Model, transferred: &Transferred<'_>) -> Origins {
+        let single = transferred.equations.len() - model.families.len();
+        let equations = transferred.equations.iter().enumerate().map(|(e, equation)| {
+            let lower = e.checked_sub(single).map(|f| model.families[f].lower);
+            (equation.label.to_owned(), equation.span, lower)
+        });
+        let starts = transferred.starts.get(model.unknowns.len()..).unwrap_or_default();
+        Origins { equations: equations.collect(), starts: starts.to_vec() }
+    }
+}
+
+/// Completes a system whose single unknowns are complete.
+pub(in crate::dae) fn place(
+    mut dae: Dae,
+    model: &Model,
+    plan: &Plan,
+    origins: &Origins,
+    diagnostics: &mut Diagnostics,
+) -> Result<Dae, Reported> {
+    if model.arrays.is_empty() {
+        return Ok(dae);
+    }
+    let n_single = u32::try_from(dae.unknowns.len()).unwrap_or(u32::MAX);
+    let n_elements: u32 = model.arrays.iter().map(|array| array.count).sum();
+    if n_single.checked_add(n_elements).is_none() {
+        let span = model.arrays[0].unknown.declared.span;
+        let message = "the model has too many unknowns";
+        return Err(diagnostics.error(Diagnostic::new(Code::E230, span, message)));
+    }
+    let mut rates = Rates { model, plan, opened: BTreeMap::new() };
+    rates.open(&mut dae, diagnostics);
+    diagnostics.check()?;
+
+    let place = |graph: &mut Graph, id: ExprId| {
+        graph.substitute(id, |symbol| match symbol {
+            Symbol::ElementRate(i) => rates.opened.get(&i).copied(),
+            _ => None,
+        })
+    };
+    each_expression(&mut dae, &mut |graph, id| {
+        let opened = place(graph, id);
+        behind(graph, opened, n_single)
+    });
+
+    for row in &plan.rows {
+        let rhs = behind(&mut dae.graph, row.rhs, n_single);
+        let rhs = swept_from(&mut dae.graph, rhs, row.from, row.count);
+        let mass = dae.graph.constant(f64::from(u8::from(row.differential)));
+        let (label, span, lower) = &origins.equations[row.equation];
+        let whole = Family {
+            first: (n_single + row.first) as usize,
+            count: row.count,
+            differential: row.differential,
+            mass,
+            rhs,
+            equation: label.clone(),
+            lower: lower.map(|lower| lower + i64::from(row.from)),
+            span: *span,
+        };
+        dae.families.extend(disjoint(&mut dae.graph, whole));
+    }
+    for (array, start) in model.arrays.iter().zip(&origins.starts) {
+        let declared = &array.unknown.declared;
+        dae.arrays.push(Array {
+            name: declared.name.clone(),
+            unit: declared.unit.clone(),
+            doc: declared.doc.clone(),
+            nominal: array.unknown.nominal,
+            lower: array.lower,
+            first: (n_single + array.first) as usize,
+            count: array.count,
+            start: swept_from(&mut dae.graph, *start, 0, array.count),
+        });
+    }
+    for output in &model.output_arrays {
+        let array = &model.arrays[output.array];
+        dae.output_arrays.push(OutputArray {
+            declared: output.declared.clone(),
+            lower: array.lower,
+            first: (n_single + array.first) as usize,
+            count: array.count,
+            noise: output.noise,
+        });
+    }
+    Ok(dae)
+}
+
+/// Every expression of the single rows and of what is read.
+fn each_expression(dae: &mut Dae, change: &mut dyn FnMut(&mut Graph, ExprId) -> ExprId) {
+    let graph = &mut dae.graph;
+    for unknown in &mut dae.unknowns {
+        unknown.rhs = change(graph, unknown.rhs);
+        unknown.mass = change(graph, unknown.mass);
+        unknown.start = change(graph, unknown.start);
+    }
+    for output in &mut dae.outputs {
+        output.value = change(graph, output.value);
+    }
+    for transition in dae.automata.iter_mut().flat_map(|automaton| &mut automaton.transitions) {
+        transition.event = change(graph, transition.event);
+        for (_, value) in &mut transition.resets {
+            *value = change(graph, *value);
+        }
+    }
+    let names = std::mem::take(&mut dae.names);
+    dae.names = names.into_iter().map(|(id, name)| (change(graph, id), name)).collect();
+}
+
+/// Elements as unknowns behind `n_single` others.
+fn behind(graph: &mut Graph, id: ExprId, n_single: u32) -> ExprId {
+    let symbols = graph.symbols(id);
+    let mut replaced = BTreeMap::new();
+    for symbol in symbols {
+        let placed = match symbol {
+            Symbol::Element(i) => Symbol::Unknown(n_single + i),
+            Symbol::Swept(i) => Symbol::Swept(n_single + i),
+            _ => continue,
+        };
+        replaced.insert(symbol, graph.symbol(placed));
+    }
+    graph.substitute(id, |symbol| replaced.get(&symbol).copied())
+}
+
+/// The same expression from a later passage on; where one passage is left, with nothing that moves.
+fn swept_from(graph: &mut Graph, id: ExprId, from: u32, count: u32) -> ExprId {
+    if from == 0 && count > 1 {
+        return id;
+    }
+    let mut replaced = BTreeMap::new();
+    for symbol in graph.symbols(id) {
+        let later = match symbol {
+            Symbol::Swept(i) if count == 1 => graph.symbol(Symbol::Unknown(i + from)),
+            Symbol::Swept(i) => graph.symbol(Symbol::Swept(i + from)),
+            Symbol::Counter => {
+                let passed = graph.constant(f64::from(from));
+                if count == 1 {
+                    passed
+                } else {
+                    let counter = graph.symbol(Symbol::Counter);
+                    graph.add(counter, passed)
+                }
+            }
+            _ => continue,
+        };
+        replaced.insert(symbol, later);
+    }
+    graph.substitute(id, |symbol| replaced.get(&symbol).copied())
+}
+
+/// A family cut where an unknown that it reads in every row is the one that moves with the row.
+///
+/// After this every unknown that a row reads is one symbol in it, so that each derivative is one
+/// expression at one place.
+fn disjoint(graph: &mut Graph, family: Family) -> Vec<Family> {
+    let symbols = graph.symbols(family.rhs);
+    let mut cuts = BTreeSet::from([0, family.count]);
+    for moving in &symbols {
+        let Symbol::Swept(first) = moving else { continue };
+        for still in &symbols {
+            if let Symbol::Unknown(i) = still
+                && let Some(passage) = i.checked_sub(*first).filter(|k| *k < family.count)
+            {
+                cuts.extend([passage, passage + 1]);
+            }
+        }
+    }
+    let cuts: Vec<u32> = cuts.into_iter().collect();
+    cuts.windows(2)
+        .map(|ends| {
+            let (from, count) = (ends[0], ends[1] - ends[0]);
+            Family {
+                first: family.first + from as usize,
+                count,
+                rhs: swept_from(graph, family.rhs, from, count),
+                lower: family.lower.map(|lower| lower + i64::from(from)),
+                equation: family.equation.clone(),
+                ..family
+            }
+        })
+        .collect()
+}
+
+/// Derivatives of elements that outputs and transitions read: the rows' right-hand sides.
+struct Rates<'a> {
+    model: &'a Model,
+    plan: &'a Plan,
+    opened: BTreeMap<u32, ExprId>,
+}
+
+impl Rates<'_> {
+    fn open(&mut self, dae: &mut Dae, diagnostics: &mut Diagnostics) {
+        let outputs = dae.outputs.iter().map(|output| (output.value, output.declared.span));
+        let transitions = dae.automata.iter().flat_map(|automaton| &automaton.transitions);
+        let transitions = transitions.flat_map(|transition| {
+            let resets = transition.resets.iter().map(|(_, value)| *value);
+            [transition.event].into_iter().chain(resets)
+        });
+        let read: Vec<(ExprId, Span)> =
+            outputs.chain(transitions.map(|id| (id, Span::default()))).collect();
+        for (value, span) in read {
+            for symbol in dae.graph.symbols(value) {
+                let Symbol::ElementRate(i) = symbol else { continue };
+                if self.opened.contains_key(&i) {
+                    continue;
+                }
+                let is_it = |row: &&PlannedRows| {
+                    row.differential && (row.first..row.first + row.count).contains(&i)
+                };
+                let Some(row) = self.plan.rows.iter().find(is_it) else {
+                    let name = elements_name(self.model, i, 1);
+                    let message = format!("no equation gives der({name})");
+                    diagnostics.error(Diagnostic::new(Code::E406, span, message));
+                    continue;
+                };
+                let rhs = at_passage(&mut dae.graph, row.rhs, row.from + i - row.first);
+                self.opened.insert(i, rhs);
+            }
+        }
+    }
+}
+
+/// The expression of one passage, elements still by their positions among those of all arrays.
+fn at_passage(graph: &mut Graph, id: ExprId, passage: u32) -> ExprId {
+    let mut replaced = BTreeMap::new();
+    for symbol in graph.symbols(id) {
+        let now = match symbol {
+            Symbol::Swept(i) => graph.symbol(Symbol::Element(i + passage)),
+            Symbol::Counter => graph.constant(f64::from(passage)),
+            _ => continue,
+        };
+        replaced.insert(symbol, now);
+    }
+    graph.substitute(id, |symbol| replaced.get(&symbol).copied())
+}

@@ -1,0 +1,85 @@
+//! Families matched as wholes: each loop's equation determines one run of elements.
+//!
+//! What has one candidate left takes it. Where nothing is forced, a loop takes the elements that it
+//! names first. This finds what people write; what it does not find is left to [`super::elementwise`].
+
+use super::intervals::Intervals;
+use super::{Assigned, Candidate};
+use crate::dae::matching::maximum_matching;
+
+/// An assignment of all equations to the free columns, if one is found.
+pub(super) fn assign(
+    rows: &[Candidate],
+    mut free: Intervals,
+    n_single: usize,
+) -> Option<Vec<Assigned>> {
+    let needed: usize = rows.iter().map(|row| row.count as usize).sum();
+    if needed != free.len() {
+        return None;
+    }
+    let mut found = Vec::with_capacity(rows.len());
+    let mut open: Vec<&Candidate> = rows.iter().collect();
+    loop {
+        let before = open.len();
+        let mut stuck = false;
+        open.retain(|row| {
+            let mut possible =
+                row.columns.iter().filter(|column| free.contains(**column, row.count as usize));
+            match (possible.next(), possible.next()) {
+                (Some(&column), None) => {
+                    free.remove(column, row.count as usize);
+                    found.push(Assigned {
+                        equation: row.equation,
+                        from: 0,
+                        count: row.count,
+                        column,
+                    });
+                    false
+                }
+                (None, _) => {
+                    stuck = true;
+                    true
+                }
+                (Some(_), Some(_)) => true,
+            }
+        });
+        if stuck {
+            return None;
+        }
+        if open.len() < before {
+            continue;
+        }
+        let Some(at) = open.iter().position(|row| row.count > 1) else { break };
+        let row = open.remove(at);
+        let column = middle(row, &free)?;
+        free.remove(column, row.count as usize);
+        found.push(Assigned { equation: row.equation, from: 0, count: row.count, column });
+    }
+
+    // What is left are single equations.
+    let columns: Vec<usize> = free.iter().collect();
+    debug_assert!(columns.len() == open.len(), "as many columns as rows are left");
+    let incidence: Vec<Vec<usize>> = open
+        .iter()
+        .map(|row| row.columns.iter().filter_map(|c| columns.binary_search(c).ok()).collect())
+        .collect();
+    let matching = maximum_matching(&incidence, columns.len());
+    for (row, column) in open.iter().zip(matching.of_row) {
+        let column = columns[column?];
+        found.push(Assigned { equation: row.equation, from: 0, count: 1, column });
+    }
+    found.retain(|assigned| assigned.column >= n_single);
+    Some(found)
+}
+
+/// Of the runs of elements that a loop could determine, the one in the middle: that of `x[i]` where
+/// `x[i - 1]` and `x[i + 1]` stand beside it.
+fn middle(row: &Candidate, free: &Intervals) -> Option<usize> {
+    let possible: Vec<usize> = row
+        .columns
+        .iter()
+        .copied()
+        .filter(|column| free.contains(*column, row.count as usize))
+        .collect();
+    possible.get((possible.len().max(1) - 1) / 2).copied()
+}

@@ -1,0 +1,209 @@
+//! Whole numbers that are known before a run: sizes, the ends of ranges, and indices.
+
+use std::collections::BTreeMap;
+
+use super::define::names_in;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::source::Span;
+use crate::syntax::ast::{Expr, ExprKind, Factor, Item, ItemKind, Name, Range, Sign};
+
+/// Sizes and indices stay below this, so that they are exact as numbers and fit into memory.
+const LARGEST: i64 = 10_000_000;
+
+/// The index of the loop that is open.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct LoopIndex<'a> {
+    /// What it is called.
+    pub(super) name: &'a str,
+    /// Its value at the first passage.
+    pub(super) first: i64,
+    /// How many passages there are.
+    pub(super) count: u32,
+}
+
+/// A whole number that may move with the loop: `at` + `slope` k at passage k.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Whole {
+    pub(super) at: i64,
+    pub(super) slope: i64,
+}
+
+/// First index and number of elements.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Extent {
+    pub(super) lower: i64,
+    pub(super) count: u32,
+}
+
+/// Sizes by name; those that failed carry the proof.
+pub(super) type Sizes<'a> = BTreeMap<&'a str, Result<i64, Reported>>;
+
+/// The number that an expression of sizes and the loop's index comes to.
+pub(super) fn whole(
+    expr: &Expr,
+    sizes: &Sizes<'_>,
+    index: Option<LoopIndex<'_>>,
+    diagnostics: &mut Diagnostics,
+) -> Result<Whole, Reported> {
+    let refuse = |diagnostics: &mut Diagnostics, what: String| {
+        Err(diagnostics.error(
+            Diagnostic::new(Code::E230, expr.span, what)
+                .help("use whole numbers, sizes and the loop's index, as in `N + 1` or `i - 1`"),
+        ))
+    };
+    let result = match &expr.kind {
+        ExprKind::Number { value, unit: None, .. }
+            if value.fract() == 0.0 && value.abs() <= LARGEST as f64 =>
+        {
+            Some(Whole { at: *value as i64, slope: 0 })
+        }
+        ExprKind::Number { text, .. } => {
+            return refuse(diagnostics, format!("`{text}` is no whole number that can count"));
+        }
+        ExprKind::Name(name) => match (index, sizes.get(name.as_str())) {
+            (Some(index), _) if index.name == name => {
+                let slope = i64::from(index.count > 1);
+                Some(Whole { at: index.first, slope })
+            }
+            (_, Some(size)) => Some(Whole { at: (*size)?, slope: 0 }),
+            (_, None) => {
+                let what = format!("`{name}` is neither a size nor the index of a loop here");
+                return refuse(diagnostics, what);
+            }
+        },
+        ExprKind::Group(inner) => Some(whole(inner, sizes, index, diagnostics)?),
+        ExprKind::Negate(inner) => {
+            let Whole { at, slope } = whole(inner, sizes, index, diagnostics)?;
+            Some(Whole { at: -at, slope: -slope })
+        }
+        ExprKind::Sum(terms) => {
+            let mut sum = Whole { at: 0, slope: 0 };
+            for (sign, term) in terms {
+                let term = whole(term, sizes, index, diagnostics)?;
+                let sign = if *sign == Sign::Plus { 1 } else { -1 };
+                sum = Whole { at: sum.at + sign * term.at, slope: sum.slope + sign * term.slope };
+            }
+            Some(sum)
+        }
+        ExprKind::Product(factors) => {
+            let mut product = Some(Whole { at: 1, slope: 0 });
+            for (factor, operand) in factors {
+                let operand = whole(operand, sizes, index, diagnostics)?;
+                product = product.and_then(|product| match factor {
+                    Factor::Times => product.times(operand),
+                    Factor::Over => product.over(operand),
+                });
+            }
+            product
+        }
+        ExprKind::Element(..)
+        | ExprKind::Call { .. }
+        | ExprKind::Power(..)
+        | ExprKind::If(..)
+        | ExprKind::Compare(..)
+        | ExprKind::And(_)
+        | ExprKind::Or(_)
+        | ExprKind::Not(_) => None,
+    };
+    match result {
+        Some(result) if result.at.abs() <= LARGEST && result.slope.abs() <= LARGEST => Ok(result),
+        Some(_) => refuse(diagnostics, format!("this is beyond {LARGEST}")),
+        None => refuse(diagnostics, "this does not come to a whole number".to_owned()),
+    }
+}
+
+impl Whole {
+    fn times(self, other: Whole) -> Option<Whole> {
+        let (moving, still) = if self.slope == 0 { (other, self) } else { (self, other) };
+        (still.slope == 0)
+            .then_some(())
+            .and_then(|()| Some((moving.at.checked_mul(still.at)?, moving.slope * still.at)))
+            .map(|(at, slope)| Whole { at, slope })
+    }
+
+    fn over(self, other: Whole) -> Option<Whole> {
+        let exact = other.slope == 0
+            && other.at != 0
+            && self.at % other.at == 0
+            && self.slope % other.at == 0;
+        exact.then(|| Whole { at: self.at / other.at, slope: self.slope / other.at })
+    }
+}
+
+/// The indices of a range of whole numbers; none where it ends just before it begins.
+pub(super) fn extent(
+    range: &Range,
+    sizes: &Sizes<'_>,
+    diagnostics: &mut Diagnostics,
+) -> Result<Extent, Reported> {
+    let lower = whole(&range.lower, sizes, None, diagnostics);
+    let upper = whole(&range.upper, sizes, None, diagnostics);
+    let (lower, upper) = (lower?.at, upper?.at);
+    match u32::try_from(upper - lower + 1) {
+        Ok(count) => Ok(Extent { lower, count }),
+        Err(_) => Err(diagnostics.error(
+            Diagnostic::new(
+                Code::E230,
+                range.span,
+                format!("no index runs from {lower} to {upper}"),
+            )
+            .help("write the smaller end first"),
+        )),
+    }
+}
+
+/// Works out the sizes, each after those that it is made of.
+pub(super) fn sizes_of<'a>(
+    items: &[&'a Item],
+    settings: &BTreeMap<&str, &'a Expr>,
+    diagnostics: &mut Diagnostics,
+) -> Sizes<'a> {
+    let mut open: Vec<(&'a Name, &'a Expr)> = Vec::new();
+    for item in items {
+        if let ItemKind::Size { name, value } = &item.kind {
+            open.push((name, settings.get(name.text.as_str()).copied().unwrap_or(value)));
+        }
+    }
+    let position: BTreeMap<&str, usize> =
+        open.iter().enumerate().map(|(i, (name, _))| (name.text.as_str(), i)).collect();
+    let mut users = vec![Vec::new(); open.len()];
+    let mut missing = vec![0_usize; open.len()];
+    for (user, (_, value)) in open.iter().enumerate() {
+        let mut names = Vec::new();
+        names_in(value, &mut names);
+        for needed in names.iter().filter_map(|name| position.get(name)) {
+            users[*needed].push(user);
+            missing[user] += 1;
+        }
+    }
+    let mut sizes = Sizes::new();
+    let mut ready: Vec<usize> = (0..open.len()).filter(|i| missing[*i] == 0).collect();
+    while let Some(i) = ready.pop() {
+        let (name, value) = open[i];
+        let size = whole(value, &sizes, None, diagnostics).and_then(|size| {
+            if size.at >= 0 {
+                return Ok(size.at);
+            }
+            let message = format!("the size `{}` comes to {}", name.text, size.at);
+            Err(diagnostics.error(Diagnostic::new(Code::E230, value.span, message)))
+        });
+        sizes.insert(&name.text, size);
+        for user in std::mem::take(&mut users[i]) {
+            missing[user] -= 1;
+            if missing[user] == 0 {
+                ready.push(user);
+            }
+        }
+    }
+    for (i, (name, value)) in open.iter().enumerate() {
+        if missing[i] > 0 && !sizes.contains_key(name.text.as_str()) {
+            sizes.insert(&name.text, Err(depends_on_itself(name, value.span, diagnostics)));
+        }
+    }
+    sizes
+}
+
+fn depends_on_itself(name: &Name, value: Span, diagnostics: &mut Diagnostics) -> Reported {
+    let message = format!("the size `{}` depends on itself", name.text);
+    diagnostics.error(Diagnostic::new(Code::E206, name.span, message).label(value, "through this"))
+}
