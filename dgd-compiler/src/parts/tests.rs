@@ -203,7 +203,7 @@ fn mistakes_are_named() {
         (&format!("part one: tank{bound}\none.q = 2"), "E201: part `one` has no input `one.q`"),
         (&format!("part one: tank{bound}\ntwo.q = 2"), "E201: there is no part `two`"),
         (&format!("part one: tank{bound}\npart one: tank"), "E202: `one` is declared twice"),
-        (&format!("part c: tank\nc.q_in = 1"), "E202: `c` is declared twice"),
+        ("part c: tank\nc.q_in = 1", "E202: `c` is declared twice"),
         (
             &format!("part one: tank{bound} [s]"),
             "E302: declared in `m^3/s`, but the value is in `s`",
