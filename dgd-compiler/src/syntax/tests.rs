@@ -265,7 +265,7 @@ fn mistakes_have_their_codes() {
         ("pump.q + 1", "E105"),
         ("let a = pump.", "E101"),
         ("part pump", "E105"),
-        ("part pump: subsea_pump(c0)", "E105"),
+        ("part pump: subsea_pump(c0)", "E115"),
         ("part pump: subsea_pump(c0 = 1", "E115"),
         ("parameter a = 1 in 0 .. 1 log", "E105"),
         ("parameter a = 1 lgo", "E107"),
