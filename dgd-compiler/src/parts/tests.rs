@@ -374,3 +374,40 @@ fn what_only_parts_see_is_written_out_with_them() {
     let text = written(&files, effect);
     assert!(!text.contains("\npart") && !text.contains("import"), "{text}");
 }
+
+#[test]
+fn modes_functions_and_delays_of_a_part_are_its_own() {
+    let valve = "model valve\ninput u\nparameter tau [s] = 2\nparameter k = 1\nstate x = 1\n\
+                 function gain(k) = 2*k\n\
+                 modes side {\nopen { equation e: der(x) = -gain(k)*x/1 [s] }\n\
+                 shut { equation e: der(x) = 0 }\n\
+                 open -> shut when x falls below delay(u, tau) { reset x = k }\nstart shut\n}\n";
+    let main = "model whole\nimport \"valve.dgd\"\ninput w\npart one: valve\none.u = w\n\
+                modes side {\na { equation f: y = one.x }\nb { equation f: y = 0 }\n\
+                a -> b when y rises above 2 { reset one.x = 3 }\n}\nunknown y\n";
+    let mut run = Run::new(&[("w.dgd", main), ("valve.dgd", valve)]);
+    let text = print(&run.expanded().asts[0]);
+    let expected = "\
+parameter one.tau [s] = 2
+parameter one.k = 1
+state one.x = 1
+function one.gain(k) = 2*k
+modes one.side {
+  open {
+    equation one.e: der(one.x) = -one.gain(one.k)*one.x/1 [s]
+  }
+  shut {
+    equation one.e: der(one.x) = 0
+  }
+  open -> shut when one.x falls below delay(one.u, one.tau) {
+    reset one.x = one.k
+  }
+  start shut
+}
+let one.u [1] = w
+";
+    assert!(text.contains(expected), "{text}");
+    let model = run.model();
+    assert_eq!(model.automata.len(), 2);
+    assert_eq!(model.automata[0].start, 1);
+}
