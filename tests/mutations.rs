@@ -65,10 +65,18 @@ fn mutant(own: &[&str], foreign: &[&str], noise: &mut Noise) -> String {
 }
 
 fn texts() -> Vec<(PathBuf, String)> {
-    let folders = ["models", "models/lib", "tests/golden/fail", "tests/golden/data", "tests/ui"];
+    let folders = [
+        "models",
+        "models/lib",
+        "models/parts",
+        "tests/parts",
+        "tests/golden/fail",
+        "tests/golden/data",
+        "tests/ui",
+    ];
     let mut paths: Vec<PathBuf> =
         folders.iter().flat_map(|folder| files(&root().join(folder), "dgd")).collect();
-    for case in ["ode", "dae_with_variant", "functions_and_import"] {
+    for case in ["ode", "dae_with_variant", "functions_and_import", "parts"] {
         paths.extend(files(&root().join("tests/golden/pass").join(case), "dgd"));
     }
     let read = |path: PathBuf| {

@@ -31,7 +31,9 @@ fn evaluated(system: &Interpreted, seed: u64, p: &dyn Fn(&str) -> f64) -> Evalua
     let mut y = vec![0.0; signature.unknowns.len()];
     system.start(Point { t: 0.0, y: &[], u: &u, p: &p, z: &z }, &mut y);
     let start = y.clone();
-    y.iter_mut().for_each(|y| *y *= 1.0 + 0.3 * noise.next());
+    for y in &mut y {
+        *y *= 1.0 + 0.3 * noise.next();
+    }
     let at = Point { t: 0.0, y: &y, u: &u, p: &p, z: &z };
     let (mut f, mut w) = (vec![0.0; y.len()], vec![0.0; signature.outputs.len()]);
     system.rhs(at, &mut f);

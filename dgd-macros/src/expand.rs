@@ -87,7 +87,7 @@ fn failure(
 ) -> TokenStream {
     let span = input.path.span();
     let error = quote_spanned!(span=> ::core::compile_error!(#message););
-    let stub = fallback::stub(input, text);
+    let stub = fallback::stub(input, text, &mut |path| read(folder, path));
     let tracked = track(folder, sources);
     quote!(#error #stub #tracked)
 }

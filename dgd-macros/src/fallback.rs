@@ -7,6 +7,8 @@ use dgd_compiler::codegen;
 use dgd_compiler::dae::assemble;
 use dgd_compiler::diagnostics::{Diagnostics, Reported};
 use dgd_compiler::model::{ModelOptions, resolve};
+use dgd_compiler::parts;
+use dgd_compiler::pipeline::{Read, load};
 use dgd_compiler::program::{Direction, lower};
 use dgd_compiler::source::{Source, SourceId, Sources, Span};
 use dgd_compiler::syntax::ast::{Ast, Expr, ExprKind, Header, Item, ItemKind, Name, UnknownKind};
@@ -20,10 +22,13 @@ use crate::input::Input;
 ///
 /// It is generated from a sound model of the same names, whose unknowns stand still, and so has
 /// every type and function of the real one.
-pub(crate) fn stub(input: &Input, text: &str) -> TokenStream {
+pub(crate) fn stub(input: &Input, text: &str, read: &mut Read<'_>) -> TokenStream {
     let mut sources = Sources::default();
-    let source = sources.add(Source { name: input.path.value(), text: text.to_owned() });
-    let ast = parse_what_is_sound(source, &sources);
+    let main = Source { name: input.path.value(), text: text.to_owned() };
+    let ast = with_parts(main.clone(), read, &mut sources).unwrap_or_else(|| {
+        let source = sources.add(main);
+        parse_what_is_sound(source, &sources)
+    });
     let module = match (&input.module, &ast.model) {
         (Some(module), _) => module.to_string(),
         (None, Some(header)) => header.name.text.clone(),
@@ -34,6 +39,14 @@ pub(crate) fn stub(input: &Input, text: &str) -> TokenStream {
         // There is an error already.
         Err(_) => TokenStream::new(),
     }
+}
+
+/// The model with what its parts hold, where the files can be read.
+fn with_parts(main: Source, read: &mut Read<'_>, sources: &mut Sources) -> Option<Ast> {
+    let mut diagnostics = Diagnostics::default();
+    let asts = load(main, read, sources, &mut diagnostics).ok()?;
+    let expanded = parts::expand(&asts, &mut diagnostics).ok()?;
+    expanded.asts.first().cloned()
 }
 
 /// What the model of a file without a `model` line was probably called.
@@ -170,12 +183,27 @@ fn zero() -> Expr {
 mod tests {
     use super::*;
 
+    fn nothing(_: &str) -> Result<String, String> {
+        Err("not found".to_owned())
+    }
+
+    #[test]
+    fn a_stub_has_the_fields_of_parts() {
+        let input = syn::parse_str("\"pond.dgd\"").expect("arguments of the macro");
+        let text = "model pond\nimport \"tank.dgd\"\npart one: tank\nlet x = 3 [m] + 2 [s]\n";
+        let tank = "model tank\nparameter k = 1\nstate h [m] = 1\n";
+        let stub = stub(&input, text, &mut |_| Ok(tank.to_owned())).to_string();
+        for field in ["pub one_k : f64", "pub one_h : f64", "pub mod pond"] {
+            assert!(stub.contains(field), "no {field} in {stub}");
+        }
+    }
+
     #[test]
     fn a_stub_has_the_fields_that_can_be_read() {
         let input = syn::parse_str("\"tank.dgd\"").expect("arguments of the macro");
         let text = "model tank\nparameter A [ft2\nparameter k [furlong] = 1\ninput q\n\
                     variant v { a { state h = 1 } b { unknown h } }\noutput h = nothing\n";
-        let stub = stub(&input, text).to_string();
+        let stub = stub(&input, text, &mut nothing).to_string();
         for field in ["pub k : f64", "pub q : f64", "pub h : f64", "pub mod tank"] {
             assert!(stub.contains(field), "no {field} in {stub}");
         }
@@ -185,6 +213,6 @@ mod tests {
     #[test]
     fn no_text_leaves_a_model_without_fields() {
         let input = syn::parse_str("\"a b.dgd\"").expect("arguments of the macro");
-        assert!(stub(&input, "").to_string().contains("pub mod model"));
+        assert!(stub(&input, "", &mut nothing).to_string().contains("pub mod model"));
     }
 }

@@ -39,13 +39,14 @@ pub fn write(before: &Ast, after: &Ast, brought: &[Brought], sources: &Sources) 
             next = at + 1;
             continue;
         }
-        match brought.iter().position(|brought| is_of(item, brought)) {
-            Some(index) => behind.item(item, index),
-            None => {
-                if let Some(place) = gone[next..].iter_mut().flatten().next() {
-                    place.push_str(&print_item(item));
-                }
-            }
+        if let Some(index) = brought.iter().position(|brought| is_of(item, brought)) {
+            behind.item(item, index);
+            continue;
+        }
+        let own = (next..before.items.len()).find(|&at| holds(&before.items[at], item));
+        let any = (next..gone.len()).find(|&at| gone[at].is_some());
+        if let Some(place) = own.or(any).and_then(|at| gone[at].as_mut().inspect(|_| next = at)) {
+            place.push_str(&print_item(item));
         }
     }
     let places = before.items.iter().map(|item| range(item.span));
@@ -107,15 +108,28 @@ fn as_remark(item: &Item, text: &str, edits: &mut Vec<(Range<usize>, String)>) -
     format!("# {}", print_item(&Item { doc: Vec::new(), ..item.clone() }))
 }
 
-/// Whether an application has brought an item.
-fn is_of(item: &Item, brought: &Brought) -> bool {
+/// Whether this is the part that held an item.
+fn holds(part: &Item, item: &Item) -> bool {
+    let ItemKind::Part { name, .. } = &part.kind else { return false };
+    declared(item).is_some_and(|of| {
+        of.strip_prefix(name.text.as_str()).is_some_and(|rest| rest.starts_with('.'))
+    })
+}
+
+/// The first name that an item declares.
+fn declared(item: &Item) -> Option<String> {
     let mut name = None;
     visit::parts_mut(&mut item.clone(), &mut |part| {
         if let Part::Declares(_, declared) = part {
             name.get_or_insert_with(|| declared.text.clone());
         }
     });
-    name.is_some_and(|name| {
+    name
+}
+
+/// Whether an application has brought an item.
+fn is_of(item: &Item, brought: &Brought) -> bool {
+    declared(item).is_some_and(|name| {
         brought.blend.as_ref() == Some(&name) || brought.names.iter().any(|(_, new)| *new == name)
     })
 }

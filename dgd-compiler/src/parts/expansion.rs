@@ -102,7 +102,9 @@ impl<'a, 'd> Expansion<'a, 'd> {
                 let visible = self.files.visible(library, self.diagnostics);
                 let mut names = self.foreign_names(&visible);
                 self.library_names_of(library, &mut names);
-                items.iter_mut().for_each(|item| names.rename_item(item));
+                for item in &mut items {
+                    names.rename_item(item);
+                }
                 verify_names(&mut items, library, &visible, &self.library_names, self.diagnostics);
             }
             asts.push(Ast { items, ..library.clone() });
@@ -133,7 +135,9 @@ impl<'a, 'd> Expansion<'a, 'd> {
             for (namespace, name) in declared(&mut own) {
                 names.insert(namespace, name.clone(), name);
             }
-            own.iter_mut().for_each(|item| names.rename_item(item));
+            for item in &mut own {
+                names.rename_item(item);
+            }
         }
         let mut whole = Whole {
             libraries: visible.libraries.iter().map(|library| library.source).collect(),
@@ -181,15 +185,12 @@ impl<'a, 'd> Expansion<'a, 'd> {
                 .error(Diagnostic::new(Code::E201, model.span, message).help(help)));
         };
         self.verify_nesting(ast, model)?;
-        let inner = match self.done.get(&ast.source) {
-            Some(done) => done.clone()?,
-            None => {
-                let visible = self.files.visible(ast, self.diagnostics);
-                let inner = self.model(ast, &visible);
-                self.done.insert(ast.source, inner.clone());
-                inner?
-            }
-        };
+        if !self.done.contains_key(&ast.source) {
+            let visible = self.files.visible(ast, self.diagnostics);
+            let inner = self.model(ast, &visible);
+            self.done.insert(ast.source, inner);
+        }
+        let inner = self.done[&ast.source].clone()?;
         self.size += inner.size;
         if self.size > LARGEST {
             let message = "the parts of this model come to more text than can be compiled";

@@ -7,7 +7,7 @@ use super::expansion::{Whole, declared};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::effects::Names;
 use crate::source::Span;
-use crate::syntax::ast::{ExprKind, Item, ItemKind, Name, PartArgument, Unit};
+use crate::syntax::ast::{Choice, Expr, ExprKind, Item, ItemKind, Name, PartArgument, Unit};
 use crate::syntax::visit::{self, Namespace};
 
 /// A part's items under the names of the model that it is in.
@@ -43,7 +43,9 @@ pub(super) fn instance(
         let new = format!("{}.{name}", part.text);
         names.insert(namespace, name, new);
     }
-    items.iter_mut().for_each(|item| names.rename_item(item));
+    for item in &mut items {
+        names.rename_item(item);
+    }
     set.extend(inner_set.iter().map(|name| format!("{}.{name}", part.text)));
 
     let mut inputs = BTreeMap::new();
@@ -90,7 +92,9 @@ fn take_inputs(items: &mut Vec<Item>, inputs: &mut BTreeMap<String, Input>) {
             false
         }
         ItemKind::Variant { choices, .. } => {
-            choices.iter_mut().for_each(|choice| take_inputs(&mut choice.items, inputs));
+            for choice in choices {
+                take_inputs(&mut choice.items, inputs);
+            }
             true
         }
         _ => true,
@@ -107,7 +111,9 @@ fn outputs_as_values(items: &mut Vec<Item>, values: &BTreeSet<String>) {
         }
         ItemKind::Output { .. } => false,
         ItemKind::Variant { choices, .. } => {
-            choices.iter_mut().for_each(|choice| outputs_as_values(&mut choice.items, values));
+            for choice in choices {
+                outputs_as_values(&mut choice.items, values);
+            }
             true
         }
         _ => true,
@@ -151,44 +157,22 @@ fn give(
             settable.push(own.text.clone());
             // A value of the name goes before.
             if own.text == name && given.is_none() {
-                let wanted = match &argument.value.kind {
-                    ExprKind::Name(wanted) => wanted.as_str(),
-                    _ => "",
-                };
-                let position = choices.iter().position(|choice| choice.name.text == wanted);
-                // The first choice is the default.
-                given = Some(match position {
-                    Some(position) => {
-                        choices[..=position].rotate_right(1);
-                        Ok(())
-                    }
-                    None => {
-                        let known: Vec<&str> =
-                            choices.iter().map(|choice| choice.name.text.as_str()).collect();
-                        Err(Diagnostic::new(
-                            Code::E207,
-                            argument.value.span,
-                            format!("variant `{name}` has no such choice"),
-                        )
-                        .help(
-                            match suggestion(wanted, known.iter().copied()) {
-                                Some(near) => format!("did you mean `{near}`?"),
-                                None => format!("there is `{}`", known.join("`, `")),
-                            },
-                        ))
-                    }
-                });
+                given = Some(choose(choices, name, &argument.value));
             }
         }
         ItemKind::Let { name: own, .. } | ItemKind::Function { name: own, .. } => {
-            if own.text == name {
-                other = Some(own.span);
-            }
+            other = other.or((own.text == name).then_some(own.span));
         }
-        _ => {}
+        ItemKind::Import { .. }
+        | ItemKind::Input { .. }
+        | ItemKind::Output { .. }
+        | ItemKind::Equation { .. }
+        | ItemKind::Modes { .. }
+        | ItemKind::Part { .. }
+        | ItemKind::Binding { .. } => {}
     });
     if let Some(given) = given {
-        return given.map_err(Box::new);
+        return given;
     }
     let own = &argument.name;
     if let Some(place) = other {
@@ -204,4 +188,23 @@ fn give(
     let known = settable.iter().map(|name| &name[prefix..]);
     let near = suggestion(&own.text, known).map(|near| format!("did you mean `{near}`?"));
     Err(Box::new(Diagnostic::new(Code::E201, own.span, message).maybe_help(near)))
+}
+
+/// Makes a choice the first, which is the default.
+fn choose(choices: &mut [Choice], variant: &str, wanted: &Expr) -> Result<(), Box<Diagnostic>> {
+    let name = match &wanted.kind {
+        ExprKind::Name(name) => name.as_str(),
+        _ => "",
+    };
+    if let Some(position) = choices.iter().position(|choice| choice.name.text == name) {
+        choices[..=position].rotate_right(1);
+        return Ok(());
+    }
+    let known: Vec<&str> = choices.iter().map(|choice| choice.name.text.as_str()).collect();
+    let message = format!("variant `{variant}` has no such choice");
+    let help = match suggestion(name, known.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("there is `{}`", known.join("`, `")),
+    };
+    Err(Box::new(Diagnostic::new(Code::E207, wanted.span, message).help(help)))
 }

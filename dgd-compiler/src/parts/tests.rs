@@ -203,7 +203,7 @@ fn mistakes_are_named() {
         (&format!("part one: tank{bound}\none.q = 2"), "E201: part `one` has no input `one.q`"),
         (&format!("part one: tank{bound}\ntwo.q = 2"), "E201: there is no part `two`"),
         (&format!("part one: tank{bound}\npart one: tank"), "E202: `one` is declared twice"),
-        (&format!("part c: tank\nc.q_in = 1"), "E202: `c` is declared twice"),
+        ("part c: tank\nc.q_in = 1", "E202: `c` is declared twice"),
         (
             &format!("part one: tank{bound} [s]"),
             "E302: declared in `m^3/s`, but the value is in `s`",
@@ -373,4 +373,41 @@ fn what_only_parts_see_is_written_out_with_them() {
     let effect = "effect more on pond\nkind plant\nadd 1 [1/s] to one.e\n";
     let text = written(&files, effect);
     assert!(!text.contains("\npart") && !text.contains("import"), "{text}");
+}
+
+#[test]
+fn modes_functions_and_delays_of_a_part_are_its_own() {
+    let valve = "model valve\ninput u\nparameter tau [s] = 2\nparameter k = 1\nstate x = 1\n\
+                 function gain(k) = 2*k\n\
+                 modes side {\nopen { equation e: der(x) = -gain(k)*x/1 [s] }\n\
+                 shut { equation e: der(x) = 0 }\n\
+                 open -> shut when x falls below delay(u, tau) { reset x = k }\nstart shut\n}\n";
+    let main = "model whole\nimport \"valve.dgd\"\ninput w\npart one: valve\none.u = w\n\
+                modes side {\na { equation f: y = one.x }\nb { equation f: y = 0 }\n\
+                a -> b when y rises above 2 { reset one.x = 3 }\n}\nunknown y\n";
+    let mut run = Run::new(&[("w.dgd", main), ("valve.dgd", valve)]);
+    let text = print(&run.expanded().asts[0]);
+    let expected = "\
+parameter one.tau [s] = 2
+parameter one.k = 1
+state one.x = 1
+function one.gain(k) = 2*k
+modes one.side {
+  open {
+    equation one.e: der(one.x) = -one.gain(one.k)*one.x/1 [s]
+  }
+  shut {
+    equation one.e: der(one.x) = 0
+  }
+  open -> shut when one.x falls below delay(one.u, one.tau) {
+    reset one.x = one.k
+  }
+  start shut
+}
+let one.u [1] = w
+";
+    assert!(text.contains(expected), "{text}");
+    let model = run.model();
+    assert_eq!(model.automata.len(), 2);
+    assert_eq!(model.automata[0].start, 1);
 }

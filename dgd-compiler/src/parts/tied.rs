@@ -47,7 +47,13 @@ pub(super) fn tie(whole: &mut Whole) {
                 varying.push(name.text.clone());
                 return;
             }
-            _ => return,
+            ItemKind::Import { .. }
+            | ItemKind::Output { .. }
+            | ItemKind::Equation { .. }
+            | ItemKind::Variant { .. }
+            | ItemKind::Modes { .. }
+            | ItemKind::Part { .. }
+            | ItemKind::Binding { .. } => return,
         };
         let mut reads = BTreeSet::new();
         names_in(value, &mut reads);

@@ -265,7 +265,7 @@ fn mistakes_have_their_codes() {
         ("pump.q + 1", "E105"),
         ("let a = pump.", "E101"),
         ("part pump", "E105"),
-        ("part pump: subsea_pump(c0)", "E105"),
+        ("part pump: subsea_pump(c0)", "E115"),
         ("part pump: subsea_pump(c0 = 1", "E115"),
         ("state p[1..N [bar] = 1", "E104"),
         ("state p[1..] = 1", "E105"),

@@ -1,0 +1,505 @@
+/// Two tanks, one below the other.
+#[allow(
+    non_snake_case,
+    unused_variables,
+    unused_doc_comments,
+    dead_code,
+    clippy::all,
+    clippy::pedantic
+)]
+pub mod cascade {
+    /// The model `cascade`.
+    #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+    pub struct Model;
+    /// Parameters p; the default is the model file's. All in SI units.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Parameters {
+        /// [m^(5/2)/s]
+        pub k: f64,
+        /// [1]
+        pub clog: f64,
+    }
+    #[automatically_derived]
+    impl ::core::default::Default for Parameters {
+        fn default() -> Self {
+            Parameters { k: 0.1, clog: 0.1 }
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<Parameters> for [f64; 2] {
+        fn from(named: Parameters) -> [f64; 2] {
+            [named.k, named.clog]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<[f64; 2]> for Parameters {
+        fn from([k, clog]: [f64; 2]) -> Parameters {
+            Parameters { k, clog }
+        }
+    }
+    /// Inputs u. All in SI units.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Inputs {
+        /// [m^3/s]
+        pub rain: f64,
+    }
+    #[automatically_derived]
+    impl ::core::default::Default for Inputs {
+        fn default() -> Self {
+            Inputs { rain: 0.0 }
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<Inputs> for [f64; 1] {
+        fn from(named: Inputs) -> [f64; 1] {
+            [named.rain]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<[f64; 1]> for Inputs {
+        fn from([rain]: [f64; 1]) -> Inputs {
+            Inputs { rain }
+        }
+    }
+    /// Unknowns y. All in SI units.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Unknowns {
+        /// [m]
+        pub upper_h: f64,
+        /// [m]
+        pub lower_h: f64,
+    }
+    #[automatically_derived]
+    impl ::core::default::Default for Unknowns {
+        fn default() -> Self {
+            Unknowns {
+                upper_h: 0.0,
+                lower_h: 0.0,
+            }
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<Unknowns> for [f64; 2] {
+        fn from(named: Unknowns) -> [f64; 2] {
+            [named.upper_h, named.lower_h]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<[f64; 2]> for Unknowns {
+        fn from([upper_h, lower_h]: [f64; 2]) -> Unknowns {
+            Unknowns { upper_h, lower_h }
+        }
+    }
+    /// Outputs w. All in SI units.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Outputs {
+        /// [m], declared in cm
+        pub upper_h: f64,
+        /// [m^3/s]
+        pub run_off: f64,
+    }
+    #[automatically_derived]
+    impl ::core::default::Default for Outputs {
+        fn default() -> Self {
+            Outputs {
+                upper_h: 0.0,
+                run_off: 0.0,
+            }
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<Outputs> for [f64; 2] {
+        fn from(named: Outputs) -> [f64; 2] {
+            [named.upper_h, named.run_off]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<[f64; 2]> for Outputs {
+        fn from([upper_h, run_off]: [f64; 2]) -> Outputs {
+            Outputs { upper_h, run_off }
+        }
+    }
+    use ::dgd::__runtime::system::{List, Text};
+    static SIGNATURE: ::dgd::__runtime::Signature = ::dgd::__runtime::Signature {
+        name: Text::Borrowed("cascade"),
+        unknowns: List::Borrowed(
+            &[
+                ::dgd::__runtime::system::Unknown {
+                    name: Text::Borrowed("upper.h"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("m"),
+                        factor: 1.0,
+                        offset: 0.0,
+                    },
+                    nominal: ::core::option::Option::None,
+                    differential: true,
+                },
+                ::dgd::__runtime::system::Unknown {
+                    name: Text::Borrowed("lower.h"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("m"),
+                        factor: 1.0,
+                        offset: 0.0,
+                    },
+                    nominal: ::core::option::Option::None,
+                    differential: true,
+                },
+            ],
+        ),
+        equations: List::Borrowed(
+            &[Text::Borrowed("upper.level"), Text::Borrowed("lower.level")],
+        ),
+        parameters: List::Borrowed(
+            &[
+                ::dgd::__runtime::system::Parameter {
+                    name: Text::Borrowed("k"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("m^(5/2)/s"),
+                        factor: 1.0,
+                        offset: 0.0,
+                    },
+                    value: 0.1,
+                    lower: 0.0,
+                    upper: 1.0,
+                    nominal: ::core::option::Option::None,
+                    log: false,
+                    fixed: false,
+                },
+                ::dgd::__runtime::system::Parameter {
+                    name: Text::Borrowed("clog"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("1"),
+                        factor: 1.0,
+                        offset: 0.0,
+                    },
+                    value: 0.1,
+                    lower: 0.0,
+                    upper: 1.0,
+                    nominal: ::core::option::Option::None,
+                    log: false,
+                    fixed: false,
+                },
+            ],
+        ),
+        inputs: List::Borrowed(
+            &[
+                ::dgd::__runtime::system::Input {
+                    name: Text::Borrowed("rain"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("m^3/s"),
+                        factor: 1.0,
+                        offset: 0.0,
+                    },
+                    interpolation: ::dgd::__runtime::system::Interpolation::Linear,
+                },
+            ],
+        ),
+        delays: List::Borrowed(&[]),
+        delayed_inputs: List::Borrowed(&[]),
+        outputs: List::Borrowed(
+            &[
+                ::dgd::__runtime::system::Output {
+                    name: Text::Borrowed("upper.h"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("cm"),
+                        factor: 0.01,
+                        offset: 0.0,
+                    },
+                    noise: ::core::option::Option::None,
+                    delay: ::core::option::Option::None,
+                },
+                ::dgd::__runtime::system::Output {
+                    name: Text::Borrowed("run_off"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("m^3/s"),
+                        factor: 1.0,
+                        offset: 0.0,
+                    },
+                    noise: ::core::option::Option::None,
+                    delay: ::core::option::Option::None,
+                },
+            ],
+        ),
+        directions: List::Borrowed(&[::dgd::__runtime::system::Direction::Parameter(0)]),
+        jacobian: ::dgd::__runtime::system::Pattern {
+            rows: List::Borrowed(&[0, 1, 1]),
+            columns: List::Borrowed(&[0, 0, 1]),
+        },
+        sensitivity_jacobian: ::dgd::__runtime::system::Pattern {
+            rows: List::Borrowed(&[0, 1, 1]),
+            columns: List::Borrowed(&[0, 0, 1]),
+        },
+        parameter_jacobian: ::dgd::__runtime::system::Pattern {
+            rows: List::Borrowed(&[0, 1, 1]),
+            columns: List::Borrowed(&[0, 0, 1]),
+        },
+        input_jacobian: ::dgd::__runtime::system::Pattern {
+            rows: List::Borrowed(&[0]),
+            columns: List::Borrowed(&[0]),
+        },
+        output_jacobians: [
+            ::dgd::__runtime::system::Pattern {
+                rows: List::Borrowed(&[0, 1]),
+                columns: List::Borrowed(&[0, 1]),
+            },
+            ::dgd::__runtime::system::Pattern {
+                rows: List::Borrowed(&[]),
+                columns: List::Borrowed(&[]),
+            },
+            ::dgd::__runtime::system::Pattern {
+                rows: List::Borrowed(&[1]),
+                columns: List::Borrowed(&[0]),
+            },
+        ],
+        discrete: ::dgd::__runtime::system::Discrete::NONE,
+    };
+    #[automatically_derived]
+    impl ::dgd::__runtime::System for Model {
+        type Vector = [f64; 2];
+        type Sensitivity = [f64; 2];
+        type Inputs = [f64; 1];
+        type Jacobian = [f64; 3];
+        type SensitivityJacobian = [f64; 3];
+        type Factorisation = ::dgd::__runtime::linalg::FixedLu<2>;
+        #[inline]
+        fn signature(&self) -> &::dgd::__runtime::Signature {
+            &SIGNATURE
+        }
+        #[inline]
+        fn rhs(&self, _at: ::dgd::__runtime::Point<'_>, _f: &mut [f64]) {
+            let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let k = _p[0];
+            let upper_h = _y[0];
+            let lower_q_in = k * ::core::primitive::f64::sqrt(upper_h);
+            let lower_k = 0.5 * k;
+            let lower_h = _y[1];
+            let lower_q_out = lower_k * lower_h;
+            let rain = _u[0];
+            let clog = _p[1];
+            /// `upper.level` (tank.dgd:19): der(upper.h) =
+            let _row_0: f64 = 0.5 * (rain - lower_q_in);
+            /// `lower.level` (tank.dgd:19): der(lower.h) =
+            let _row_1: f64 = 0.5 * (lower_q_in - (1.0 - clog) * lower_q_out);
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_f) = [_row_0, _row_1];
+        }
+        #[inline]
+        fn linearize(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _udot: &[f64],
+            _f: &mut [f64],
+            _jacobian: &mut [f64],
+            _dfdt: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let _udot = ::dgd::__runtime::codegen::fixed::<1>(_udot);
+            let k = _p[0];
+            let upper_h = _y[0];
+            let _v4 = ::core::primitive::f64::sqrt(upper_h);
+            let lower_q_in = k * _v4;
+            let lower_k = 0.5 * k;
+            let lower_h = _y[1];
+            let lower_q_out = lower_k * lower_h;
+            let rain = _u[0];
+            let clog = _p[1];
+            let _v13 = 1.0 - clog;
+            let _v20 = 0.5 / _v4;
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_f) = [
+                0.5 * (rain - lower_q_in),
+                0.5 * (lower_q_in - _v13 * lower_q_out),
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_jacobian) = [
+                -0.5 * k * _v20,
+                lower_k * _v20,
+                -0.5 * _v13 * lower_k,
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_dfdt) = [0.5 * _udot[0], 0.0];
+        }
+        #[inline]
+        fn sensitivity_rhs(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _s: &[f64],
+            _f: &mut [f64],
+            _g: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let _s = ::dgd::__runtime::codegen::fixed::<2>(_s);
+            let k = _p[0];
+            let upper_h = _y[0];
+            let _v3 = ::core::primitive::f64::sqrt(upper_h);
+            let lower_q_in = k * _v3;
+            let lower_k = 0.5 * k;
+            let lower_h = _y[1];
+            let lower_q_out = lower_k * lower_h;
+            let rain = _u[0];
+            let clog = _p[1];
+            let _v12 = 1.0 - clog;
+            let _v19 = 0.5 / _v3;
+            let _v21 = -0.5 * _v12;
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_f) = [
+                0.5 * (rain - lower_q_in),
+                0.5 * (lower_q_in - _v12 * lower_q_out),
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_g) = [
+                -0.5 * k * _v19 * _s[0] + -0.5 * _v3,
+                lower_k * _v19 * _s[0] + _v21 * lower_k * _s[1]
+                    + (0.5 * (_v21 * lower_h) + 0.5 * _v3),
+            ];
+        }
+        #[inline]
+        fn sensitivity_linearize(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _udot: &[f64],
+            _s: &[f64],
+            _f: &mut [f64],
+            _jacobian: &mut [f64],
+            _dfdt: &mut [f64],
+            _g: &mut [f64],
+            _dgdy: &mut [f64],
+            _dgdt: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let _udot = ::dgd::__runtime::codegen::fixed::<1>(_udot);
+            let _s = ::dgd::__runtime::codegen::fixed::<2>(_s);
+            let k = _p[0];
+            let upper_h = _y[0];
+            let _v4 = ::core::primitive::f64::sqrt(upper_h);
+            let lower_q_in = k * _v4;
+            let lower_k = 0.5 * k;
+            let lower_h = _y[1];
+            let lower_q_out = lower_k * lower_h;
+            let rain = _u[0];
+            let clog = _p[1];
+            let _v13 = 1.0 - clog;
+            let _v19 = -0.5 * k;
+            let _v20 = 0.5 / _v4;
+            let _v21 = _v19 * _v20;
+            let _v22 = -0.5 * _v13;
+            let _v23 = _v22 * lower_k;
+            let _v24 = lower_k * _v20;
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_f) = [
+                0.5 * (rain - lower_q_in),
+                0.5 * (lower_q_in - _v13 * lower_q_out),
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_jacobian) = [_v21, _v24, _v23];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_dfdt) = [0.5 * _udot[0], 0.0];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_g) = [
+                _v21 * _s[0] + -0.5 * _v4,
+                _v24 * _s[0] + _v23 * _s[1] + (0.5 * (_v22 * lower_h) + 0.5 * _v4),
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_dgdy) = [
+                -0.25 / _v4 - _v19 / _v4 * _v20 * _v20 * _s[0],
+                0.25 / _v4 - lower_k / _v4 * _v20 * _v20 * _s[0],
+                -0.25 * _v13,
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_dgdt) = [0.0, 0.0];
+        }
+        #[inline]
+        fn parameter_jacobian(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _values: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let k = _p[0];
+            let upper_h = _y[0];
+            let _v3 = ::core::primitive::f64::sqrt(upper_h);
+            let lower_k = 0.5 * k;
+            let lower_h = _y[1];
+            let lower_q_out = lower_k * lower_h;
+            let clog = _p[1];
+            *::dgd::__runtime::codegen::fixed_mut::<3>(_values) = [
+                -0.5 * _v3,
+                0.5 * (-0.5 * (1.0 - clog) * lower_h) + 0.5 * _v3,
+                0.5 * lower_q_out,
+            ];
+        }
+        #[inline]
+        fn input_jacobian(&self, _at: ::dgd::__runtime::Point<'_>, _values: &mut [f64]) {
+            *::dgd::__runtime::codegen::fixed_mut::<1>(_values) = [0.5];
+        }
+        #[inline]
+        fn time_derivative(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _values: &mut [f64],
+        ) {
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_values) = [0.0, 0.0];
+        }
+        #[inline]
+        fn outputs(&self, _at: ::dgd::__runtime::Point<'_>, _w: &mut [f64]) {
+            let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let k = _p[0];
+            let upper_h = _y[0];
+            let lower_k = 0.5 * k;
+            let lower_h = _y[1];
+            let lower_q_out = lower_k * lower_h;
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_w) = [upper_h, lower_q_out];
+        }
+        #[inline]
+        fn output_jacobians(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _dwdy: &mut [f64],
+            _dwdu: &mut [f64],
+            _dwdp: &mut [f64],
+            _dwdt: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let k = _p[0];
+            let lower_k = 0.5 * k;
+            let lower_h = _y[1];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_dwdy) = [1.0, lower_k];
+            *::dgd::__runtime::codegen::fixed_mut::<0>(_dwdu) = [];
+            *::dgd::__runtime::codegen::fixed_mut::<1>(_dwdp) = [0.5 * lower_h];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_dwdt) = [0.0, 0.0];
+        }
+        #[inline]
+        fn output_sensitivities(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _s: &[f64],
+            _w: &mut [f64],
+            _dw: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let _s = ::dgd::__runtime::codegen::fixed::<2>(_s);
+            let k = _p[0];
+            let upper_h = _y[0];
+            let lower_k = 0.5 * k;
+            let lower_h = _y[1];
+            let lower_q_out = lower_k * lower_h;
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_w) = [upper_h, lower_q_out];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_dw) = [
+                _s[0],
+                lower_k * _s[1] + 0.5 * lower_h,
+            ];
+        }
+        #[inline]
+        fn start(&self, _at: ::dgd::__runtime::Point<'_>, _y0: &mut [f64]) {
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_y0) = [2.0, 1.0];
+        }
+        #[inline]
+        fn start_sensitivities(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _s0: &mut [f64],
+        ) {
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_s0) = [0.0, 0.0];
+        }
+    }
+}
