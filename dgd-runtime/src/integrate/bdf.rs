@@ -282,9 +282,9 @@ mod tests {
             let differences = |h: f64| {
                 let mut table: Vec<f64> = (0..=order).map(|k| value(k, h)).collect();
                 let mut k: [Vec<f64>; MAX_STAGES] = std::array::from_fn(|_| vec![0.0]);
-                for j in 1..=order {
+                for k in &mut k[1..=order] {
                     table = table.windows(2).map(|pair| pair[0] - pair[1]).collect();
-                    k[j][0] = table[0];
+                    k[0] = table[0];
                 }
                 k
             };
