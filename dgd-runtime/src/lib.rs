@@ -8,6 +8,10 @@
 //!   identify::fit(problem)                               → Fit: θ, its covariance, what is not determined
 //! ```
 
+// Test problems name the crate as its users do.
+#[cfg(test)]
+extern crate self as dgd_runtime;
+
 pub mod arrays;
 pub mod codegen;
 mod delay;

@@ -3,7 +3,8 @@
 mod support;
 
 use dgd_runtime::{
-    Column, Inputs, Interpolation, Options, Problem, System, simulate, simulate_with_sensitivities,
+    Column, Inputs, Interpolation, METHODS, Method, MethodKind, Options, Problem, System, simulate,
+    simulate_with_sensitivities,
 };
 use support::problems::{
     Algebraic, AlgebraicStacked, Logistic, LogisticStacked, Relaxation, RelaxationStacked,
@@ -14,6 +15,16 @@ use support::{Equations, Heaped, parameters};
 /// Local errors are kept below the tolerance; on these problems, which forget or shrink errors, the
 /// global error is a small multiple of it.
 const GLOBAL: f64 = 20.0;
+
+/// The methods, and what the multiple is for each: errors of several steps of one sign add up with
+/// backward differentiation.
+fn methods(algebraic: bool) -> impl Iterator<Item = (&'static Method, f64)> {
+    METHODS.iter().filter_map(move |method| match method.kind {
+        MethodKind::Rosenbrock(_) | MethodKind::Esdirk(_) => Some((method, GLOBAL)),
+        MethodKind::Bdf(_) => Some((method, 5.0 * GLOBAL)),
+        MethodKind::Explicit(_) => (!algebraic).then_some((method, GLOBAL)),
+    })
+}
 
 fn times(until: f64, count: u32) -> Vec<f64> {
     (0..=count).map(|k| until * f64::from(k) / f64::from(count)).collect()
@@ -30,8 +41,10 @@ fn errors_follow_the_tolerance() {
     let inputs = Inputs::constant(&[0.0]);
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
     let times = times(8.0, 160);
-    for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
-        let solution = simulate_with_sensitivities(&problem, &times, &options(tolerance)).unwrap();
+    let cases = methods(false).flat_map(|m| [1e-4, 1e-6, 1e-8, 1e-10].map(|tol| (m, tol)));
+    for ((method, most), tolerance) in cases {
+        let options = Options { method, ..options(tolerance) };
+        let solution = simulate_with_sensitivities(&problem, &times, &options).unwrap();
         let (mut worst, mut worst_s) = (0.0_f64, 0.0_f64);
         for (k, &t) in times.iter().enumerate() {
             let [x, dx @ ..] = Logistic::solution(t, &p);
@@ -41,8 +54,9 @@ fn errors_follow_the_tolerance() {
                 worst_s = worst_s.max((solution.s(k)[j] - dx[j]).abs() * p[j]);
             }
         }
-        assert!(worst <= GLOBAL * tolerance, "{worst:e} at {tolerance:e}");
-        assert!(worst_s <= GLOBAL * tolerance, "{worst_s:e} at {tolerance:e}");
+        let name = method.name;
+        assert!(worst <= most * tolerance, "{name}: {worst:e} at {tolerance:e}");
+        assert!(worst_s <= most * tolerance, "{name}: {worst_s:e} at {tolerance:e}");
     }
 }
 
@@ -53,14 +67,20 @@ fn algebraic_unknowns_are_as_good_as_differential_ones() {
     let inputs = Inputs::constant(&[0.0]);
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
     let times = times(3.0, 60);
-    for tolerance in [1e-4, 1e-6, 1e-8] {
-        let solution = simulate_with_sensitivities(&problem, &times, &options(tolerance)).unwrap();
+    let cases = methods(true).flat_map(|m| [1e-4, 1e-6, 1e-8].map(|tol| (m, tol)));
+    for ((method, most), tolerance) in cases {
+        let options = Options { method, ..options(tolerance) };
+        let solution = simulate_with_sensitivities(&problem, &times, &options).unwrap();
         for (k, &t) in times.iter().enumerate() {
             let (y, s) = Algebraic::solution(t, &p);
             let pairs = solution.y(k).iter().zip(&y).chain(solution.s(k).iter().zip(&s));
             for (i, (computed, exact)) in pairs.enumerate() {
                 let error = (computed - exact).abs();
-                assert!(error <= GLOBAL * tolerance, "{i}: {error:e} at {tolerance:e}, t = {t}");
+                let name = method.name;
+                assert!(
+                    error <= most * tolerance,
+                    "{name}, {i}: {error:e} at {tolerance:e}, t = {t}"
+                );
             }
         }
     }
@@ -103,11 +123,13 @@ fn held_and_linear_inputs() {
     let times = times(3.0, 30);
     let tolerance = 1e-8;
 
-    for interpolation in [Interpolation::Hold, Interpolation::Linear] {
+    let kinds = [Interpolation::Hold, Interpolation::Linear];
+    for ((method, most), interpolation) in methods(false).flat_map(|m| kinds.map(|k| (m, k))) {
         let column = Column { name: "u", interpolation, values: &values };
         let inputs = Inputs::recorded(&sampled, &[column]).unwrap();
         let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
-        let solution = simulate_with_sensitivities(&problem, &times, &options(tolerance)).unwrap();
+        let options = Options { method, ..options(tolerance) };
+        let solution = simulate_with_sensitivities(&problem, &times, &options).unwrap();
 
         // On a segment u = c + m τ: x = α + β τ + (x(0) − α) e^(−kτ), β = m/k, α = (c − β)/k.
         let (mut start, mut s0, mut s1) = (x0, 0.0, 1.0);
@@ -136,7 +158,8 @@ fn held_and_linear_inputs() {
             let computed = [solution.y(index)[0], solution.s(index)[0], solution.s(index)[1]];
             for (computed, exact) in computed.iter().zip([x, dk, dx0]) {
                 let error = (computed - exact).abs();
-                assert!(error <= GLOBAL * tolerance, "{interpolation:?} {t}: {error:e}");
+                let name = method.name;
+                assert!(error <= most * tolerance, "{name} {interpolation:?} {t}: {error:e}");
             }
         }
         // Three between four samples, and what goes on from the last.

@@ -268,3 +268,32 @@ fn change_differences<V: Storage>(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn differences_change_with_the_step_as_those_of_a_polynomial() {
+        // t^q for q up to the order, at distances of 1 and 0.7 back from t = 2.
+        let order = MAX_ORDER;
+        for degree in 1..=5 {
+            let value = |k: usize, h: f64| (2.0 - h * k as f64).powi(degree);
+            let differences = |h: f64| {
+                let mut table: Vec<f64> = (0..=order).map(|k| value(k, h)).collect();
+                let mut k: [Vec<f64>; MAX_STAGES] = std::array::from_fn(|_| vec![0.0]);
+                for k in &mut k[1..=order] {
+                    table = table.windows(2).map(|pair| pair[0] - pair[1]).collect();
+                    k[0] = table[0];
+                }
+                k
+            };
+            let (mut k, expected) = (differences(1.0), differences(0.7));
+            change_differences(&change_of_step(order, 0.7), order, &mut k);
+            for j in 1..=order {
+                // Values up to 3⁵ in sums of 2⁵ of them.
+                assert!((k[j][0] - expected[j][0]).abs() < 1e-11, "{degree} {j}");
+            }
+        }
+    }
+}

@@ -90,14 +90,14 @@ impl<S: System> Stepper<S> {
         &self,
         tableau: &RungeKuttaTableau,
         trial: Trial<'_, S>,
-        directions: Option<&mut Directions<S>>,
+        directions: Option<&Directions<S>>,
     ) -> Option<(f64, Spoilt)> {
         let n = trial.y.len();
         let bad = |values: &[f64]| values.iter().position(|value| !value.is_finite());
         (0..tableau.stages()).find_map(|i| {
             let of_f = bad(self.k[i].as_ref()).map(Spoilt::Equation);
             let of_g = || {
-                let row = directions.as_ref().and_then(|d| bad(d.v[i].as_ref()));
+                let row = directions.and_then(|d| bad(d.v[i].as_ref()));
                 row.map(|row| Spoilt::Derivative(row % n))
             };
             let spoilt = of_f.or_else(of_g)?;

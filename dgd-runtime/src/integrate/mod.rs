@@ -597,7 +597,7 @@ impl<'a, S: System> Simulation<'a, S> {
         if let MethodKind::Explicit(tableau) = self.method.kind {
             self.stepper.note_stiffness(tableau, t_new - self.t);
         }
-        self.stepper.advance(self.directions.as_mut());
+        self.stepper.advance(&self.algebraic.mass, self.directions.as_mut());
         std::mem::swap(&mut self.y, &mut self.stepper.y_new);
         if let Some(d) = &mut self.directions {
             std::mem::swap(&mut d.s, &mut d.s_new);

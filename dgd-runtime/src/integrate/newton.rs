@@ -26,12 +26,17 @@ use crate::system::{Point, System};
 /// For equations that are linear, and a matrix that may be from an earlier step.
 const MOST_LINEAR_ITERATIONS: i32 = 10;
 
+/// The most that may be left, in units of the tolerance, and the most that rounding may: corrections
+/// that are smaller than this and do not shrink are rounding of the equations.
+const MOST_LEFT: f64 = 0.03;
+const ROUNDING: f64 = 0.03;
+/// Convergence is not expected to be faster than this at first.
+const LEAST_EXPECTED: f64 = 0.1;
+
 /// Follows the corrections of one iteration.
 struct Convergence {
     /// What may be left, in units of the tolerance.
     target: f64,
-    /// What rounding may leave.
-    rounding: f64,
     previous: f64,
     left: i32,
     /// ρ/(1 − ρ)
@@ -51,33 +56,30 @@ impl Convergence {
     fn new(tolerances: Tolerances, eta: f64, most: i32) -> Self {
         let rounding = f64::EPSILON / tolerances.rtol;
         Self {
-            target: tolerances.rtol.sqrt().min(0.03).max(10.0 * rounding),
-            rounding: 10.0 * rounding,
+            target: tolerances.rtol.sqrt().min(MOST_LEFT).max(10.0 * rounding),
             previous: f64::INFINITY,
             left: most,
-            eta: eta.max(f64::EPSILON).powf(0.8).max(0.1),
+            eta: eta.powf(0.8).max(LEAST_EXPECTED),
         }
     }
 
     /// Judges a correction of this size, in units of the tolerance.
     fn judge(&mut self, norm: f64) -> Verdict {
         self.left -= 1;
+        let mut shrinks = true;
         if self.previous.is_finite() {
             let rate = norm / self.previous;
-            if rate >= 1.0 {
-                return if norm <= self.rounding { Verdict::Converged } else { Verdict::Diverges };
-            }
-            self.eta = rate / (1.0 - rate);
-            if self.eta * norm > self.target && rate.powi(self.left) * self.eta * norm > self.target
-            {
-                return Verdict::Diverges;
-            }
+            self.eta = if rate < 1.0 { rate / (1.0 - rate) } else { f64::INFINITY };
+            // What is to be left after the iterations that may follow
+            shrinks = rate.powi(self.left) * self.eta * norm <= self.target;
         }
         self.previous = norm;
         if norm == 0.0 || self.eta * norm <= self.target {
             Verdict::Converged
-        } else if self.left > 0 && norm.is_finite() {
+        } else if norm.is_finite() && shrinks && self.left > 0 {
             Verdict::GoOn
+        } else if norm <= ROUNDING {
+            Verdict::Converged
         } else {
             Verdict::Diverges
         }

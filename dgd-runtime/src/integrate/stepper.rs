@@ -326,13 +326,13 @@ impl<S: System> Stepper<S> {
 
     /// Takes note that the step tried last is accepted.
     #[inline]
-    pub(crate) fn advance(&mut self, directions: Option<&mut Directions<S>>) {
+    pub(crate) fn advance(&mut self, mass: &S::Vector, directions: Option<&mut Directions<S>>) {
         match self.kind {
             MethodKind::Rosenbrock(_) => {}
             MethodKind::Explicit(tableau) | MethodKind::Esdirk(tableau) => {
-                self.k.swap(0, tableau.stages() - 1);
+                tableau.advance(mass.as_ref(), &mut self.k);
                 if let Some(d) = directions {
-                    d.v.swap(0, tableau.stages() - 1);
+                    tableau.advance(mass.as_ref(), &mut d.v);
                 }
             }
             MethodKind::Bdf(_) => self.advance_differences(directions),
@@ -368,7 +368,7 @@ impl<S: System> Stepper<S> {
             MethodKind::Rosenbrock(tableau) => {
                 self.spoilt_rosenbrock(tableau, trial, drive, directions)
             }
-            MethodKind::Explicit(tableau) => self.spoilt_slope(tableau, trial, directions),
+            MethodKind::Explicit(tableau) => self.spoilt_slope(tableau, trial, directions.as_deref()),
             // They say so themselves.
             MethodKind::Esdirk(_) | MethodKind::Bdf(_) => None,
         }
@@ -425,3 +425,6 @@ impl<S: System> Stepper<S> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -51,6 +51,36 @@ impl Logistic {
     }
 }
 
+/// The same with its rate as an algebraic unknown: ẋ = r z, 0 = x (1 − x/K) − z.
+pub struct LogisticDae;
+
+impl Equations for LogisticDae {
+    const UNKNOWNS: &'static [(&'static str, f64, bool)] = &[("x", 1.0, true), ("z", 1.0, false)];
+    const PARAMETERS: &'static [(&'static str, f64)] = Logistic::PARAMETERS;
+    const INPUTS: &'static [&'static str] = &["clock"];
+
+    fn f<T: Number>(_: T, y: &[T], _: &[T], p: &[T], f: &mut [T]) {
+        f[0] = p[0] * y[1];
+        f[1] = y[0] * (T::from(1.0) - y[0] / p[1]) - y[1];
+    }
+
+    fn start<T: Number>(_: &[T], p: &[T], y: &mut [T]) {
+        y[0] = p[2];
+        y[1] = T::from(0.0);
+    }
+}
+
+impl LogisticDae {
+    /// x, z, and (∂x, ∂z) to r, K and x₀.
+    pub fn solution(t: f64, p: &[f64]) -> ([f64; 2], [f64; 6]) {
+        let [x, xr, xk, x0] = Logistic::solution(t, p);
+        let k = p[1];
+        let slope = 1.0 - 2.0 * x / k;
+        let z = x * (1.0 - x / k);
+        ([x, z], [xr, slope * xr, xk, slope * xk + x * x / (k * k), x0, slope * x0])
+    }
+}
+
 /// Index 1: ẋ = −a z² / x, 0 = b² x² − z², with x = x₀ e^(−a b² t) and z = b x. The
 /// clock is not read.
 pub struct Algebraic;

@@ -16,6 +16,15 @@ use crate::integrate::tableau::triangle;
 /// 2, the last is order 3 of algebraic unknowns at index 1; so every error between step ends is one of
 /// h⁴ at most, as is the global error. b(1) is the method's own.
 ///
+/// The slopes of algebraic unknowns at the end of a step are derived, too: s = Aᵀ W, with the weights W of
+/// the stages Y₂ … Y₆ in the derivative at θ = 1 of the interpolant that fulfils
+///
+/// ```text
+///   W·c = θ,  W·c² = θ²,  W·c³ = θ³,  W·A c² = θ³/3,  W·A c³ = θ⁴/4
+/// ```
+///
+/// Stages fulfil the equations, so that no error of k₁ enters, as it would by k₆.
+///
 /// # Source
 ///
 /// Kennedy and Carpenter, Additive Runge–Kutta schemes for convection–diffusion–reaction equations,
@@ -77,6 +86,14 @@ pub static KENCARP4: RungeKuttaTableau = RungeKuttaTableau {
             957_191_129_480.0 / 428_595_207_957.0,
         ],
         [0.0, 3_919_521.0 / 23_198_972.0, 60_658.0 / 17_399_229.0, 2_699_017.0 / 34_798_458.0],
+    ],
+    end_slope: &[
+        -1_128_019_409.0 / 11_950_566_092.0,
+        -5_852_635.0 / 8_606_178.0,
+        11_014_109_375.0 / 17_143_506_576.0,
+        -5_552_727_875.0 / 21_038_416_848.0,
+        131_538_780.0 / 186_945_311.0,
+        189_141.0 / 273_212.0,
     ],
     order: 4,
     estimate_order: 3,

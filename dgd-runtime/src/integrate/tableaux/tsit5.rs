@@ -58,6 +58,7 @@ pub static TSIT5: RungeKuttaTableau = RungeKuttaTableau {
         [0.0, -27.896_526_289_197_286, 65.091_894_674_793_66, -34.870_657_861_496_61],
         [0.0, 1.5, -4.0, 2.5],
     ],
+    end_slope: &[],
     order: 5,
     estimate_order: 4,
     stability: 3.5,

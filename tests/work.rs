@@ -1,0 +1,243 @@
+//! Every method on models of the repository: what it costs, that it comes to the same, and that it
+//! does not allocate as it steps.
+//!
+//! `tests/work.txt` holds the work: `UPDATE_GOLDEN=1 cargo test --test work` writes it anew.
+#![allow(unsafe_code)]
+
+#[path = "support/golden.rs"]
+mod golden;
+mod support;
+
+use std::alloc::{GlobalAlloc, Layout, System as Allocator};
+use std::cell::Cell;
+use std::fmt::Write;
+
+use dgd::{
+    Column, Inputs, METHODS, Method, MethodKind, Options, Problem, Solution, System, simulate,
+    simulate_with_sensitivities,
+};
+use dgd_execute::Interpreted;
+use golden::Goldens;
+use support::{interpreted, root};
+
+/// Counts the allocations of each thread.
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: everything is handed on to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.set(COUNT.get() + 1);
+        unsafe { Allocator.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { Allocator.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// A run of a model.
+struct Case {
+    model: &'static str,
+    variants: &'static [(&'static str, &'static str)],
+    /// Samples of the inputs, SI, the same times for all.
+    samples: &'static [f64],
+    inputs: &'static [&'static [f64]],
+    times: &'static [f64],
+}
+
+const CASES: &[Case] = &[
+    Case {
+        model: "predator_prey",
+        variants: &[],
+        samples: &[],
+        inputs: &[],
+        times: &[0.0, 2e6, 1e7],
+    },
+    Case {
+        model: "robertson",
+        variants: &[("form", "dae")],
+        samples: &[],
+        inputs: &[],
+        times: &[0.0, 4.0, 400.0],
+    },
+    // Held inputs that jump, without and with an algebraic unknown.
+    Case {
+        model: "pump_speed_step",
+        variants: &[],
+        samples: &[0.0, 300.0, 900.0, 1500.0],
+        inputs: &[&[9.09, 10.0, 10.0, 9.5], &[0.02, 0.02, 0.025, 0.025]],
+        times: &[0.0, 310.0, 1500.0],
+    },
+    Case {
+        model: "pump_speed_step",
+        variants: &[("flow", "static")],
+        samples: &[0.0, 300.0, 900.0, 1500.0],
+        inputs: &[&[9.09, 10.0, 10.0, 9.5], &[0.02, 0.02, 0.025, 0.025]],
+        times: &[0.0, 310.0, 1500.0],
+    },
+    // Modes of which unknowns are algebraic or not, a reset, and a condition on time.
+    Case {
+        model: "tank_with_weir",
+        variants: &[],
+        samples: &[0.0, 900.0, 1800.0, 7200.0],
+        inputs: &[&[0.0012, 0.0018, 0.0, 0.0]],
+        times: &[0.0, 800.0, 1700.0, 3000.0, 7200.0],
+    },
+];
+
+/// A case made ready.
+struct Ready {
+    name: String,
+    system: Interpreted,
+    p: Vec<f64>,
+    inputs: Inputs,
+    times: &'static [f64],
+}
+
+impl Ready {
+    fn new(case: &Case) -> Self {
+        let system = interpreted(&format!("models/{}.dgd", case.model), case.variants);
+        let signature = system.signature();
+        let columns: Vec<Column<'_>> = signature
+            .inputs
+            .iter()
+            .zip(case.inputs)
+            .map(|(input, values)| Column {
+                name: &input.name,
+                interpolation: input.interpolation,
+                values,
+            })
+            .collect();
+        let inputs = if columns.is_empty() {
+            Inputs::none()
+        } else {
+            Inputs::recorded(case.samples, &columns).expect("sound inputs")
+        };
+        let p = signature.parameters.iter().map(|parameter| parameter.value).collect();
+        let mut name = case.model.to_owned();
+        for (_, choice) in case.variants {
+            let _ = write!(name, " {choice}");
+        }
+        Self { name, system, p, inputs, times: case.times }
+    }
+
+    fn run(&self, method: &'static Method, tolerance: f64) -> Solution {
+        let problem =
+            Problem { system: &self.system, p: &self.p, inputs: &self.inputs, start: &[] };
+        let options = Options { rtol: tolerance, atol: tolerance, method, ..Options::default() };
+        let solution = simulate_with_sensitivities(&problem, self.times, &options);
+        solution.unwrap_or_else(|failure| panic!("{}, {}: {failure}", self.name, method.name))
+    }
+
+    fn run_without_sensitivities(&self, method: &'static Method, tolerance: f64) -> Solution {
+        let problem =
+            Problem { system: &self.system, p: &self.p, inputs: &self.inputs, start: &[] };
+        let options = Options { rtol: tolerance, atol: tolerance, method, ..Options::default() };
+        let solution = simulate(&problem, self.times, &options);
+        solution.unwrap_or_else(|failure| panic!("{}, {}: {failure}", self.name, method.name))
+    }
+
+    /// Explicit methods are for models without algebraic unknowns that are not stiff.
+    fn suits(&self, method: &Method) -> bool {
+        let is_explicit = matches!(method.kind, MethodKind::Explicit(_));
+        !is_explicit || self.system.signature().unknowns.iter().all(|unknown| unknown.differential)
+    }
+}
+
+fn cases() -> impl Iterator<Item = (Ready, &'static Method)> {
+    CASES.iter().flat_map(|case| {
+        METHODS.iter().filter_map(move |method| {
+            let ready = Ready::new(case);
+            ready.suits(method).then_some((ready, method))
+        })
+    })
+}
+
+#[test]
+fn the_work_is_what_it_was() {
+    let mut text = format!(
+        "{:<24} {:<9} {:>6} {:>6} {:>8} {:>7} {:>7} {:>6} {:>6}\n",
+        "model", "method", "rtol", "steps", "rejected", "f", "J", "LU", "events"
+    );
+    for (ready, method) in cases() {
+        for tolerance in [1e-4, 1e-8] {
+            let solution = ready.run(method, tolerance);
+            let s = solution.statistics;
+            let _ = writeln!(
+                text,
+                "{:<24} {:<9} {tolerance:>6.0e} {:>6} {:>8} {:>7} {:>7} {:>6} {:>6}",
+                ready.name,
+                method.name,
+                s.steps,
+                s.rejected,
+                s.evaluations,
+                s.linearizations,
+                s.factorisations,
+                solution.events.len()
+            );
+        }
+    }
+    let mut goldens = Goldens::default();
+    goldens.compare(&root().join("tests/work.txt"), &text);
+    goldens.finish();
+}
+
+/// All methods come to what Rodas5P gives with a tolerance of 1e-11, whose own error is below it.
+#[test]
+fn all_methods_come_to_the_same() {
+    let tolerance = 1e-8;
+    // Errors that add up over some hundred steps; see `dgd-runtime/tests/stiff.rs`.
+    let most = 300.0 * tolerance;
+    for (ready, method) in cases() {
+        let expected = ready.run(&METHODS[0], 1e-11);
+        let found = ready.run(method, tolerance);
+        let unknowns = &ready.system.signature().unknowns;
+        let n = unknowns.len();
+        // In units of the largest number of each unknown, and of each of its sensitivities.
+        let scale = |values: &[f64], len: usize, i: usize| {
+            values.iter().skip(i).step_by(len).fold(0.0_f64, |most, v| most.max(v.abs()))
+        };
+        let verify = |what: &str, found: &[f64], expected: &[f64], len: usize| {
+            for (k, (f, e)) in found.iter().zip(expected).enumerate() {
+                let size = scale(expected, len, k % len);
+                let unknown = &unknowns[k % len % n].name;
+                let error = (f - e).abs();
+                assert!(
+                    error <= most * size,
+                    "{}, {}: {what} {unknown} errs by {error:e} of {size:e}",
+                    ready.name,
+                    method.name
+                );
+            }
+        };
+        assert_eq!(found.events.len(), expected.events.len(), "{}", ready.name);
+        verify("y", &found.y, &expected.y, n);
+        verify("S", &found.s, &expected.s, n * expected.n_s);
+    }
+}
+
+#[test]
+fn the_number_of_allocations_does_not_depend_on_the_number_of_steps() {
+    let count = |run: &dyn Fn() -> Solution| {
+        let before = COUNT.get();
+        let solution = run();
+        (COUNT.get() - before, solution.statistics.steps)
+    };
+    for (ready, method) in cases() {
+        let name = format!("{}, {}", ready.name, method.name);
+        let (few, some_steps) = count(&|| ready.run(method, 1e-4));
+        let (many, more_steps) = count(&|| ready.run(method, 1e-8));
+        assert!(more_steps > some_steps, "{name}");
+        assert_eq!(few, many, "{name}");
+        let (few, _) = count(&|| ready.run_without_sensitivities(method, 1e-4));
+        let (many, _) = count(&|| ready.run_without_sensitivities(method, 1e-8));
+        assert_eq!(few, many, "{name}, without sensitivities");
+    }
+}
