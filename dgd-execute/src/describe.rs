@@ -3,8 +3,8 @@
 use dgd_compiler::program::{self, Program, ResultKind};
 use dgd_compiler::units;
 use dgd_runtime::system::{
-    Automaton, AutomatonKind, Crossing, DelayedInput, Direction, Discrete, Input, Interpolation,
-    Output, Parameter, Pattern, Signature, Text, Transition, Unit, Unknown,
+    Automaton, AutomatonKind, Crossing, DelayedInput, DifferentiatedInput, Direction, Discrete,
+    Input, Interpolation, Output, Parameter, Pattern, Signature, Text, Transition, Unit, Unknown,
 };
 
 pub(crate) fn signature(program: &Program) -> Signature {
@@ -54,6 +54,14 @@ pub(crate) fn signature(program: &Program) -> Signature {
             .iter()
             .map(|delayed| DelayedInput { input: delayed.input, delay: delayed.delay })
             .collect(),
+        differentiated_inputs: program
+            .differentiated_inputs
+            .iter()
+            .map(|differentiated| DifferentiatedInput {
+                input: differentiated.input,
+                equation: text(&differentiated.equation),
+            })
+            .collect(),
         outputs: program
             .outputs
             .iter()
@@ -99,7 +107,7 @@ fn automaton(automaton: &program::Automaton) -> Automaton {
     Automaton {
         name: text(&automaton.name),
         kind: match automaton.kind {
-            program::AutomatonKind::Declared => AutomatonKind::Declared,
+            program::AutomatonKind::Modes => AutomatonKind::Modes,
             program::AutomatonKind::States => AutomatonKind::States,
         },
         modes: automaton.modes.iter().map(|mode| text(mode)).collect(),

@@ -259,6 +259,8 @@ pub struct Signature {
     pub delays: List<Text>,
     /// Inputs that the equations read late: u has them, and then their slopes, behind `inputs`.
     pub delayed_inputs: List<DelayedInput>,
+    /// Inputs that equations are differentiated through to bring the index to 1.
+    pub differentiated_inputs: List<DifferentiatedInput>,
     /// Outputs w.
     pub outputs: List<Output>,
     /// Chosen directions θ.
@@ -309,7 +311,7 @@ pub struct Automaton {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AutomatonKind {
     /// Those of a `modes` block.
-    Declared,
+    Modes,
     /// Which unknowns are states, of those that constraints tie together. The solution is the same
     /// in all of them, and each is left for the one in which the constraints determine the others
     /// best.
@@ -506,6 +508,15 @@ pub struct DelayedInput {
     pub input: usize,
     /// Position of the delay τ.
     pub delay: usize,
+}
+
+/// An input that an equation is differentiated through: where it jumps, states would have to.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DifferentiatedInput {
+    /// Position of the input.
+    pub input: usize,
+    /// Label of the equation.
+    pub equation: Text,
 }
 
 /// An output.

@@ -64,6 +64,7 @@ impl Diffusion {
                 inputs: Vec::new().into(),
                 delays: Vec::new().into(),
                 delayed_inputs: Vec::new().into(),
+                differentiated_inputs: Vec::new().into(),
                 outputs: Vec::new().into(),
                 directions: vec![Direction::Parameter(0)].into(),
                 sensitivity_jacobian: pattern(&jacobian),

@@ -105,6 +105,15 @@ pub(super) fn signature(program: &Program) -> TokenStream {
     let input_jacobian = pattern(ResultKind::InputJacobian);
     let output_jacobians = [ResultKind::Dwdy, ResultKind::Dwdu, ResultKind::Dwdp].map(pattern);
     let discrete = discrete(program);
+    let differentiated = program.differentiated_inputs.iter().map(|differentiated| {
+        let (input, equation) = (index(differentiated.input), &differentiated.equation);
+        quote! {
+            ::dgd::__runtime::system::DifferentiatedInput {
+                input: #input,
+                equation: Text::Borrowed(#equation),
+            }
+        }
+    });
     quote! {
         use ::dgd::__runtime::system::{List, Text};
 
@@ -116,6 +125,7 @@ pub(super) fn signature(program: &Program) -> TokenStream {
             inputs: List::Borrowed(&[#(#inputs),*]),
             delays: List::Borrowed(&[#(#delays),*]),
             delayed_inputs: List::Borrowed(&[#(#delayed_inputs),*]),
+            differentiated_inputs: List::Borrowed(&[#(#differentiated),*]),
             outputs: List::Borrowed(&[#(#outputs),*]),
             directions: List::Borrowed(&[#(#directions),*]),
             jacobian: #jacobian,
@@ -135,7 +145,7 @@ fn discrete(program: &Program) -> TokenStream {
     let automata = program.automata.iter().map(|automaton| {
         let (name, modes, start) = (&automaton.name, &automaton.modes, index(automaton.start));
         let kind = match automaton.kind {
-            AutomatonKind::Declared => quote!(Declared),
+            AutomatonKind::Modes => quote!(Modes),
             AutomatonKind::States => quote!(States),
         };
         let transitions = automaton.transitions.iter().map(transition);

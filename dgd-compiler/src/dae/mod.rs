@@ -64,6 +64,8 @@ pub struct Dae {
     pub delays: Vec<Delay>,
     /// Inputs u behind the declared ones: declared inputs that arrive late.
     pub delayed_inputs: Vec<DelayedInput>,
+    /// Inputs that equations are differentiated through: they must not jump.
+    pub differentiated_inputs: Vec<DifferentiatedInput>,
     /// Outputs; their values are expressions of `graph`.
     pub outputs: Vec<Output>,
     /// Names that the model gives to expressions.
@@ -95,7 +97,7 @@ pub struct Automaton {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AutomatonKind {
     /// Those of a `modes` block.
-    Declared,
+    Modes,
     /// Which unknowns are states, of those that constraints tie together: the solution is the same
     /// in all of them.
     States,
@@ -141,6 +143,15 @@ pub struct DelayedInput {
     pub input: usize,
     /// Which delay.
     pub delay: usize,
+}
+
+/// An input that an equation is differentiated through.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DifferentiatedInput {
+    /// Which of the declared inputs.
+    pub input: usize,
+    /// Label of the equation.
+    pub equation: String,
 }
 
 /// An output w(t) = E(t − τ).

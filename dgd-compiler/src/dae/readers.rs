@@ -59,7 +59,7 @@ pub(super) fn automaton_of<F: Fn(Symbol) -> Option<ExprId>>(
     let transitions = transitions.collect();
     Automaton {
         name: automaton.name.clone(),
-        kind: AutomatonKind::Declared,
+        kind: AutomatonKind::Modes,
         modes: automaton.modes.iter().map(|mode| mode.name.clone()).collect(),
         start: automaton.start,
         transitions,

@@ -51,6 +51,7 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
         inputs: dae.inputs.clone(),
         delays: dae.delays.iter().map(|delay| delay.text.clone()).collect(),
         delayed_inputs: dae.delayed_inputs.clone(),
+        differentiated_inputs: dae.differentiated_inputs.clone(),
         outputs: dae
             .outputs
             .iter()

@@ -11,7 +11,7 @@ use crate::expr::intrinsics::IntrinsicId;
 use crate::source::Span;
 use crate::units::Unit;
 
-pub use crate::dae::{AutomatonKind, DelayedInput};
+pub use crate::dae::{AutomatonKind, DelayedInput, DifferentiatedInput};
 pub use crate::model::{Crossing, Input, Interpolation, Parameter};
 pub use functions::{Argument, FUNCTIONS, FunctionKind, FunctionSpec, ResultKind};
 pub use lower::lower;
@@ -38,6 +38,8 @@ pub struct Program {
     pub delays: Vec<String>,
     /// Declared inputs that arrive late.
     pub delayed_inputs: Vec<DelayedInput>,
+    /// Inputs that equations are differentiated through: they must not jump.
+    pub differentiated_inputs: Vec<DifferentiatedInput>,
     /// Outputs w.
     pub outputs: Vec<Output>,
     /// Directions θ of the sensitivities.

@@ -14,7 +14,7 @@ use crate::discrete::Schedule;
 use crate::error::IntegrateError;
 use crate::problem::Problem;
 use crate::solution::{Event, Solution};
-use crate::state_selection::first_selecting;
+use crate::state_selection::selecting;
 use crate::system::{Point, System};
 
 /// Transitions within this part of the simulated time happen at one time.
@@ -29,8 +29,8 @@ const MORE_FOR_EACH: usize = 10;
 pub(super) struct Hybrid {
     pub(super) schedule: Schedule,
     n_automata: usize,
-    /// Automata from this one on choose states, and their transitions are no events.
-    first_selecting: usize,
+    /// Whether each automaton chooses states, so that its transitions are no events.
+    selecting: Vec<bool>,
     /// Whether the condition of a transition has been false since its mode was entered.
     armed: Vec<bool>,
     /// Event functions, and the same at the ends of the interval that holds an event.
@@ -59,7 +59,7 @@ impl Hybrid {
         Self {
             schedule,
             n_automata: discrete.automata.len(),
-            first_selecting: first_selecting(signature),
+            selecting: selecting(signature).collect(),
             armed: vec![false; n_e],
             e: vec![0.0; n_e],
             low: vec![0.0; n_e],
@@ -89,15 +89,13 @@ impl Hybrid {
 
     /// Whether a transition that leaves this mode can be due.
     pub(super) fn watches(&self, transition: usize, automaton: usize, from: usize) -> bool {
-        automaton < self.first_selecting
-            && self.armed[transition]
-            && self.is_active(automaton, from)
+        !self.selecting[automaton] && self.armed[transition] && self.is_active(automaton, from)
     }
 
     /// Whether states are chosen on the way.
     #[inline]
     pub(super) fn selects_states(&self) -> bool {
-        self.first_selecting < self.n_automata
+        self.selecting.contains(&true)
     }
 
     /// Whether the transition leaves the mode that its automaton is in.

@@ -76,6 +76,7 @@ fn signature<E: Equations>() -> Signature {
             .collect(),
         delays: Vec::new().into(),
         delayed_inputs: Vec::new().into(),
+        differentiated_inputs: Vec::new().into(),
         outputs: E::UNKNOWNS
             .iter()
             .map(|&(name, ..)| Output { name: name.into(), unit: unit(), noise: None, delay: None })

@@ -262,7 +262,7 @@ pub mod tank {
                 &[
                     ::dgd::__runtime::system::Automaton {
                         name: Text::Borrowed("tank"),
-                        kind: ::dgd::__runtime::system::AutomatonKind::Declared,
+                        kind: ::dgd::__runtime::system::AutomatonKind::Modes,
                         modes: List::Borrowed(
                             &[Text::Borrowed("filling"), Text::Borrowed("full")],
                         ),
