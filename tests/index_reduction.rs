@@ -1,7 +1,7 @@
 //! Models of an index above 1, against formulations of the same without constraints.
 
 use dgd::{
-    Column, Inputs, Interpolation, Options, Problem, Solution, System, simulate,
+    Column, Inputs, Interpolation, Options, Problem, Solution, System, consistent_start, simulate,
     simulate_with_sensitivities,
 };
 use dgd_compiler::diagnostics::{Diagnostics, render};
@@ -347,4 +347,79 @@ fn a_prescribed_path_gives_its_own_slope() {
     let solution = simulate(&problem, &[0.0, 1.0, 3.0], &options()).expect("a solution");
     assert_close(&values(&system, &solution, "x"), &[1.0, 2.5, 3.5]);
     assert_close(&values(&system, &solution, "v"), &[1.5, 1.5, -0.5]);
+
+    // A path that jumps would need an infinite speed.
+    let column = Column {
+        name: "path",
+        interpolation: Interpolation::Linear,
+        values: &[1.0, 4.0, 3.0, 0.0],
+    };
+    let inputs = Inputs::recorded(&[0.0, 2.0, 2.0, 4.0], &[column]).expect("inputs");
+    let problem = Problem { system: &system, p: &[], inputs: &inputs, start: &[] };
+    let failure = simulate(&problem, &[0.0, 1.0, 3.0], &options()).expect_err("a jump");
+    let expected = "input `path` jumps at t = 2 s, but `track` ties states to it, which cannot \
+                    follow at once";
+    assert_eq!(failure.to_string(), expected);
+}
+
+fn start_of(system: &Interpreted, start: &[(usize, f64)]) -> Result<Vec<f64>, String> {
+    let (p, inputs) = (parameters(system), Inputs::none());
+    let problem = Problem { system, p: &p, inputs: &inputs, start };
+    let found = consistent_start(&problem, 0.0, &options()).map_err(|error| error.to_string())?;
+    Ok(found.y)
+}
+
+#[test]
+fn start_values_that_are_not_free_are_guesses() {
+    let [system, _] = rods(0.3, 0.0);
+    let [x, y, v_x, v_y] = ["x", "y", "v_x", "v_y"].map(|name| position(&system, name));
+    // Hanging, x is free: y and v_y follow on the side of their guesses.
+    let found = start_of(&system, &[(x, 0.9), (y, -2.0), (v_x, 0.4), (v_y, 7.0)]).expect("a start");
+    assert_close(&[found[x], found[y], found[v_x], found[v_y]], &[0.9, -1.2, 0.4, 0.3]);
+    // Held out sideways, y is the better one, though the model as declared starts with x.
+    let found = start_of(&system, &[(x, 2.0), (y, 0.9), (v_y, 0.4)]).expect("a start");
+    assert_close(&[found[x], found[y], found[v_x], found[v_y]], &[1.2, 0.9, -0.3, 0.4]);
+    // No rod of 1.5 m reaches 2 m.
+    let failure = start_of(&system, &[(x, 2.0), (y, -2.0)]).expect_err("no start");
+    assert!(failure.contains("`rod`") && failure.contains("`x` = 2 m"), "{failure}");
+}
+
+#[test]
+fn a_start_value_that_follows_has_the_derivative_that_follows() {
+    // x(0) = x_0 is free and y(0) is not: y = −√(l² − x²).
+    let text = ROD.replace("THETA", "0.3").replace("OMEGA", "0.2");
+    let system = model(&format!(
+        "{text}
+        parameter x_0 [m] = 0.9
+        state x [m] = x_0
+        state y [m] = -l
+        state v_x [m/s] = l*omega_0*cos(theta_0)
+        state v_y [m/s] = 0
+        unknown tension [1/s^2] = 1
+        equation right: der(x) = v_x
+        equation up: der(y) = v_y
+        equation force_x: der(v_x) = -tension*x
+        equation force_y: der(v_y) = -tension*y - g
+        equation rod: x^2 + y^2 = l^2
+        "
+    ));
+    let times = every(0.2, 3.0);
+    let solution = run(&system, &times);
+    // ∂y/∂x_0 = −x/y, ∂y/∂l = l/y
+    assert_close(&slopes(&system, &solution, "y", 4)[..1], &[0.9 / 1.2]);
+    assert_close(&slopes(&system, &solution, "y", 1)[..1], &[-1.5 / 1.2]);
+    let at = |x_0: f64| {
+        let mut p = parameters(&system);
+        p[4] = x_0;
+        let inputs = Inputs::none();
+        let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+        values(&system, &simulate(&problem, &times, &options()).expect("a solution"), "y")
+    };
+    // Runs to 1e-10 leave 1e-6 of a difference over 2e-4, and the third derivative 1e-8 times itself.
+    let differences = at(0.9 + 1e-4).into_iter().zip(at(0.9 - 1e-4));
+    let found = slopes(&system, &solution, "y", 4).into_iter();
+    for (found, (above, below)) in found.zip(differences) {
+        let difference = (above - below) / 2e-4;
+        assert!((found - difference).abs() <= 1e-5, "{found} is not {difference}");
+    }
 }

@@ -4,8 +4,9 @@ use dgd_compiler::program::{self, Program, RUNS, ResultKind};
 use dgd_compiler::units;
 use dgd_runtime::arrays::{Array, Arrays, Family, OutputArray, Run, with_arrays};
 use dgd_runtime::system::{
-    Automaton, AutomatonKind, Crossing, DelayedInput, DelayedUnknown, Direction, Discrete, Input,
-    Interpolation, Output, Parameter, Pattern, Signature, Text, Transition, Trigger, Unit, Unknown,
+    Automaton, AutomatonKind, Crossing, DelayedInput, DelayedUnknown, DifferentiatedInput,
+    Direction, Discrete, Input, Interpolation, Output, Parameter, Pattern, Signature, Text,
+    Transition, Trigger, Unit, Unknown,
 };
 
 pub(crate) fn signature(program: &Program) -> Signature {
@@ -104,6 +105,14 @@ fn of_single(program: &Program) -> Signature {
                 unknown: delayed.unknown,
                 delay: delayed.delay,
                 has_history: delayed.has_history,
+            })
+            .collect(),
+        differentiated_inputs: program
+            .differentiated_inputs
+            .iter()
+            .map(|differentiated| DifferentiatedInput {
+                input: differentiated.input,
+                equation: text(&differentiated.equation),
             })
             .collect(),
         outputs: program

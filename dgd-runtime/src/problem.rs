@@ -62,6 +62,26 @@ impl<S: System> Problem<'_, S> {
         let inputs = self.inputs.with_delayed(&delayed);
         Ok(Cow::Owned(if past == 0 { inputs } else { inputs.widened(past) }))
     }
+
+    /// Inputs that equations are differentiated through do not jump.
+    pub(crate) fn verify_smooth(&self, from: f64, until: f64) -> Result<(), InputError> {
+        let signature = self.system.signature();
+        if signature.differentiated_inputs.is_empty() {
+            return Ok(());
+        }
+        let earliest = from - delays(self).into_iter().fold(0.0, f64::max);
+        for differentiated in signature.differentiated_inputs.iter() {
+            let input = differentiated.input;
+            if let Some(at) = self.inputs.first_jump(input, earliest, until) {
+                return Err(InputError::Jump {
+                    input: signature.inputs[input].name.to_string(),
+                    at,
+                    equation: differentiated.equation.to_string(),
+                });
+            }
+        }
+        Ok(())
+    }
 }
 
 /// How to integrate.

@@ -117,6 +117,15 @@ pub(super) fn signature(program: &Program) -> TokenStream {
     let input_jacobian = pattern(ResultKind::InputJacobian);
     let output_jacobians = [ResultKind::Dwdy, ResultKind::Dwdu, ResultKind::Dwdp].map(pattern);
     let discrete = discrete(program);
+    let differentiated = program.differentiated_inputs.iter().map(|differentiated| {
+        let (input, equation) = (index(differentiated.input), &differentiated.equation);
+        quote! {
+            ::dgd::__runtime::system::DifferentiatedInput {
+                input: #input,
+                equation: Text::Borrowed(#equation),
+            }
+        }
+    });
     let signature = quote! {
         ::dgd::__runtime::Signature {
             name: Text::Borrowed(#name),
@@ -127,6 +136,7 @@ pub(super) fn signature(program: &Program) -> TokenStream {
             delays: List::Borrowed(&[#(#delays),*]),
             delayed_inputs: List::Borrowed(&[#(#delayed_inputs),*]),
             delayed_unknowns: List::Borrowed(&[#(#delayed_unknowns),*]),
+            differentiated_inputs: List::Borrowed(&[#(#differentiated),*]),
             outputs: List::Borrowed(&[#(#outputs),*]),
             directions: List::Borrowed(&[#(#directions),*]),
             jacobian: #jacobian,

@@ -16,7 +16,7 @@ use super::state_selection::Selections;
 use super::symbols::{Typical, settle};
 use super::transfer::{Equation, Transferred, transfer};
 use super::variables::Variables;
-use super::{Automaton, Dae, Output, Unknown};
+use super::{Automaton, Dae, DifferentiatedInput, Output, Unknown};
 use crate::diagnostics::{Diagnostics, Reported};
 use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::model::Model;
@@ -58,6 +58,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
             diagnostics,
         )?);
     }
+    let differentiated_inputs = differentiated(&transferred.equations, &systems);
     let selections = Selections::of(&systems);
     settle(&mut graph, &mut systems, &mut transferred, &selections);
 
@@ -128,6 +129,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         delays: delays.delays,
         delayed_inputs: delays.inputs,
         delayed_unknowns: delays.unknowns,
+        differentiated_inputs,
         outputs,
         output_arrays: Vec::new(),
         names: transferred.names,
@@ -202,6 +204,17 @@ fn complete(
         span: equations[rows[start].equation].span,
         ..unknown
     }
+}
+
+/// The inputs that equations have been differentiated through, each once.
+fn differentiated(equations: &[Equation<'_>], systems: &[Explicit]) -> Vec<DifferentiatedInput> {
+    let mut all: Vec<DifferentiatedInput> = Vec::new();
+    for (&input, &equation) in systems.iter().flat_map(|system| &system.reduced.differentiated) {
+        if all.iter().all(|other| other.input != input) {
+            all.push(DifferentiatedInput { input, equation: equations[equation].label.to_owned() });
+        }
+    }
+    all
 }
 
 /// ẋ, where it is given in all modes.

@@ -35,6 +35,8 @@ pub(super) struct Reduced {
     /// Unknowns without a derivative, and as many equations that determine them.
     pub(super) unknowns: Vec<u32>,
     pub(super) algebraic: Vec<Residual>,
+    /// Declared inputs that equations were differentiated through, each with one of these.
+    pub(super) differentiated: BTreeMap<usize, usize>,
     /// Equations between the unknowns with a derivative, those that follow from one another
     /// ascending.
     pub(super) constraints: Vec<Residual>,
@@ -209,7 +211,7 @@ impl Reduction<'_> {
         self.columns.retain(|i| !met.unknowns.contains(i));
         for row in met.rows {
             let Residual { rest, equation, order } = self.reduced.algebraic[row];
-            let derivative = self.along_time(rest);
+            let derivative = self.along_time(rest, equation);
             let derivative = derivative.map_err(|obstacle| self.refusal(equation, obstacle))?;
             let reads_unknowns =
                 self.graph.symbols(derivative).iter().any(|s| matches!(s, Symbol::Unknown(_)));
@@ -230,8 +232,12 @@ impl Reduction<'_> {
     }
 
     /// D e.
-    fn along_time(&mut self, e: ExprId) -> Result<ExprId, Obstacle> {
+    fn along_time(&mut self, e: ExprId, equation: usize) -> Result<ExprId, Obstacle> {
         let moving = self.moving_inputs(e)?;
+        for i in &moving {
+            let declared = self.slopes.declared(*i);
+            self.reduced.differentiated.entry(declared).or_insert(equation);
+        }
         let n = self.variables.len();
         let gradient = self.graph.gradient(e, |symbol| match symbol {
             Symbol::Unknown(i) => Some(i as usize + 1),

@@ -74,6 +74,8 @@ pub struct Dae {
     pub delayed_inputs: Vec<DelayedInput>,
     /// Unknowns that equations read late.
     pub delayed_unknowns: Vec<DelayedUnknown>,
+    /// Inputs that equations are differentiated through: they must not jump.
+    pub differentiated_inputs: Vec<DifferentiatedInput>,
     /// Outputs; their values are expressions of `graph`.
     pub outputs: Vec<Output>,
     /// Outputs for each element of an array, behind the others.
@@ -178,6 +180,15 @@ pub struct DelayedUnknown {
     pub unknown: usize,
     /// Which delay.
     pub delay: usize,
+}
+
+/// An input that an equation is differentiated through.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DifferentiatedInput {
+    /// Which of the declared inputs.
+    pub input: usize,
+    /// Label of the equation.
+    pub equation: String,
 }
 
 /// An output w(t) = E(t − τ).

@@ -70,6 +70,7 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
                 has_history: dae.unknowns[unknown].history.is_some(),
             })
             .collect(),
+        differentiated_inputs: dae.differentiated_inputs.clone(),
         outputs: dae
             .outputs
             .iter()

@@ -13,7 +13,7 @@ use crate::expr::intrinsics::IntrinsicId;
 use crate::source::Span;
 use crate::units::Unit;
 
-pub use crate::dae::{AutomatonKind, DelayedInput, Trigger};
+pub use crate::dae::{AutomatonKind, DelayedInput, DifferentiatedInput, Trigger};
 pub use crate::model::{Crossing, Input, Interpolation, Parameter};
 pub use functions::{Argument, FUNCTIONS, FunctionKind, FunctionSpec, RUNS, ResultKind};
 pub use lower::lower;
@@ -48,6 +48,8 @@ pub struct Program {
     pub delayed_inputs: Vec<DelayedInput>,
     /// Unknowns that are read late.
     pub delayed_unknowns: Vec<DelayedUnknown>,
+    /// Inputs that equations are differentiated through: they must not jump.
+    pub differentiated_inputs: Vec<DifferentiatedInput>,
     /// Outputs w.
     pub outputs: Vec<Output>,
     /// Outputs for each element of an array, which follow in w.

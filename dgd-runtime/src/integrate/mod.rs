@@ -188,7 +188,9 @@ fn verify<S: System>(
     options.verify().and_then(|()| verify_times(times)).map_err(IntegrateError::BadRequest)?;
     match (times.first(), times.last()) {
         (Some(&from), Some(&until)) => {
-            problem.inputs.cover(from, until).map_err(IntegrateError::Inputs)
+            let covered = problem.inputs.cover(from, until);
+            let smooth = covered.and_then(|()| problem.verify_smooth(from, until));
+            smooth.map_err(IntegrateError::Inputs)
         }
         _ => Ok(()),
     }

@@ -130,11 +130,22 @@ pub enum InputError {
         /// Value of the delay, s.
         value: f64,
     },
+    /// An input jumps that an equation is differentiated through.
+    Jump {
+        /// The input.
+        input: String,
+        /// When, s.
+        at: f64,
+        /// The equation.
+        equation: String,
+    },
 }
 
 /// How far a sample may lie from the line through its predecessors and still be on it, relative to
 /// its size: the rounding of a slope, a product and a sum.
 const ON_LINE: f64 = 8.0 * f64::EPSILON;
+/// Steps of an input up to this, relative to its size, are what lines through samples leave.
+const ROUNDING: f64 = 1e-12;
 
 impl Inputs {
     /// Inputs of a model that has none.
@@ -274,6 +285,19 @@ impl Inputs {
         Ok(())
     }
 
+    /// The first time in (from, until] at which an input jumps, if it does.
+    pub(crate) fn first_jump(&self, input: usize, from: f64, until: f64) -> Option<f64> {
+        let begin = self.starts.partition_point(|&start| start <= from).max(1);
+        let end = self.starts.partition_point(|&start| start <= until);
+        let jumps = |k: &usize| {
+            let (before, after) = (self.segment(k - 1), self.segment(*k));
+            let left = before.u[input] + before.udot[input] * (after.t0 - before.t0);
+            let right = after.u[input];
+            (right - left).abs() > ROUNDING * (left.abs() + right.abs() + before.u[input].abs())
+        };
+        (begin..end.max(begin)).find(jumps).map(|k| self.starts[k])
+    }
+
     /// The last time at which all inputs are known; infinity where all of them are held.
     pub fn last_known(&self) -> f64 {
         self.last_linear.as_ref().map_or(f64::INFINITY, |edge| edge.t)
@@ -390,6 +414,11 @@ impl fmt::Display for InputError {
                 f,
                 "`delay({input}, {delay})` would be {value} s late; the delay of an input is a \
                  finite time and not below zero"
+            ),
+            Self::Jump { input, at, equation } => write!(
+                f,
+                "input `{input}` jumps at t = {at} s, but `{equation}` ties states to it, which \
+                 cannot follow at once"
             ),
         }
     }
