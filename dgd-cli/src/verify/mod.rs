@@ -137,9 +137,10 @@ fn direction_size(run: &Run, given: &Trajectory, j: usize, direction: Direction)
 fn compare(run: &Run, given: &Trajectory, moved: &Moved, of: Of, j: usize) -> Row {
     let signature = run.signature();
     let times = &given.solution.times;
+    let noise = TIGHT * of.size(signature, given);
     let found: Vec<(f64, Option<Difference>)> = (0..times.len())
         .map(|k| {
-            let quotients = moved.quotients(k, |trajectory| of.value(trajectory, k));
+            let quotients = moved.quotients(k, noise, |trajectory| of.value(trajectory, k));
             (of.derivative(given, j, k), extrapolated(&quotients, moved.order))
         })
         .collect();

@@ -3,6 +3,7 @@
 use dgd_runtime::{Direction, Failure, Interpolation, Options, Problem, observe, simulate};
 
 use super::Trajectory;
+use super::extrapolate::Quotient;
 use crate::failure::CommandError;
 use crate::run::Run;
 
@@ -32,10 +33,22 @@ struct Rung {
 impl Moved {
     /// Difference quotients of what `value` reads at the k-th sample, at those of the smaller changes
     /// that no event or jump comes between.
-    pub(super) fn quotients(&self, k: usize, value: impl Fn(&Trajectory) -> f64) -> Vec<f64> {
+    ///
+    /// `noise` is what a simulation can be wrong by.
+    pub(super) fn quotients(
+        &self,
+        k: usize,
+        noise: f64,
+        value: impl Fn(&Trajectory) -> f64,
+    ) -> Vec<Quotient> {
         let is_alike = |rung: &Rung| rung.alike.get(k) == Some(&true);
         let alike = self.rungs.iter().skip_while(|rung| !is_alike(rung));
-        let quotient = |rung: &Rung| (value(&rung.second) - value(&rung.first)) / rung.change;
+        let quotient = |rung: &Rung| {
+            let difference = value(&rung.second) - value(&rung.first);
+            // What does not depend on the parameter at all is the same to the last bit.
+            let noise = if difference == 0.0 { 0.0 } else { noise };
+            Quotient { value: difference / rung.change, noise: noise / rung.change }
+        };
         alike.map(quotient).collect()
     }
 }

@@ -75,14 +75,14 @@ impl Graph {
             | Node::Or(..)
             | Node::Not(_) => {}
             Node::Negate(a) => {
-                let part = self.in_its_branch(adjoint, |g, adjoint| g.negate(adjoint));
+                let part = self.in_its_branch(adjoint, Graph::negate);
                 parts.push((a, part));
             }
             Node::Add(a, b) => parts.extend([(a, adjoint), (b, adjoint)]),
             Node::Subtract(a, b) => {
                 parts.push((a, adjoint));
                 if depends(b) {
-                    let part = self.in_its_branch(adjoint, |g, adjoint| g.negate(adjoint));
+                    let part = self.in_its_branch(adjoint, Graph::negate);
                     parts.push((b, part));
                 }
             }
