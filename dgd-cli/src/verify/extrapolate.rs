@@ -8,6 +8,14 @@ pub(super) struct Difference {
     pub(super) error: f64,
 }
 
+/// A difference quotient.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Quotient {
+    pub(super) value: f64,
+    /// What errors of the simulations can do to it.
+    pub(super) noise: f64,
+}
+
 /// The limit of difference quotients D(h), D(h/2), D(h/4), … whose error is a series in hᵏ, where k is
 /// the `order`; none for fewer than two.
 ///
@@ -15,23 +23,24 @@ pub(super) struct Difference {
 ///   T(i, j) = T(i, j−1) + (T(i, j−1) − T(i−1, j−1)) / (2^(k j) − 1)
 /// ```
 ///
-/// The entry that differs least from its two predecessors is taken, and what it differs by is its
-/// error, so that smaller steps do no harm where rounding takes over.
+/// The error of an entry is what it differs by from its two predecessors, and the noise of the latest
+/// quotient in it, lest noisy entries that happen to be alike be trusted. The entry with the least is
+/// taken, so that smaller steps do no harm where noise takes over.
 ///
 /// # Source
 ///
 /// Ridders, Accurate computation of F′(x) and F′(x) F″(x), Adv. Eng. Softw. 4 (1982) 75–76.
-pub(super) fn extrapolated(quotients: &[f64], order: i32) -> Option<Difference> {
+pub(super) fn extrapolated(quotients: &[Quotient], order: i32) -> Option<Difference> {
     let mut best: Option<Difference> = None;
     let mut previous: Vec<f64> = Vec::new();
-    for &quotient in quotients {
-        let mut row = vec![quotient];
+    for quotient in quotients {
+        let mut row = vec![quotient.value];
         let mut factor = 1.0;
         for (j, &above) in previous.iter().enumerate() {
             let left = row[j];
             factor *= 2f64.powi(order);
             let value = left + (left - above) / (factor - 1.0);
-            let error = (value - left).abs().max((value - above).abs());
+            let error = (value - left).abs().max((value - above).abs()) + quotient.noise;
             if best.is_none_or(|best| error < best.error) {
                 best = Some(Difference { value, error });
             }
@@ -49,7 +58,7 @@ mod tests {
     fn central(f: impl Fn(f64) -> f64, x: f64) -> Difference {
         let quotient = |k: i32| {
             let h = 0.1 * 0.5f64.powi(k);
-            (f(x + h) - f(x - h)) / (2.0 * h)
+            Quotient { value: (f(x + h) - f(x - h)) / (2.0 * h), noise: f64::EPSILON / h }
         };
         extrapolated(&[0, 1, 2, 3].map(quotient), 2).expect("four quotients")
     }
@@ -70,8 +79,15 @@ mod tests {
     }
 
     #[test]
+    fn noisy_quotients_that_happen_to_be_alike_are_not_trusted() {
+        let quotients = [1.0, 1.0, 3.0].map(|value| Quotient { value, noise: 0.5 });
+        assert_eq!(extrapolated(&quotients, 2).map(|difference| difference.error), Some(0.5));
+    }
+
+    #[test]
     fn one_quotient_is_no_difference() {
-        assert_eq!(extrapolated(&[1.0], 2), None);
+        let quotient = Quotient { value: 1.0, noise: 0.0 };
+        assert_eq!(extrapolated(&[quotient], 2), None);
         assert_eq!(extrapolated(&[], 2), None);
     }
 }

@@ -5,7 +5,7 @@
 //! their own error (`extrapolate.rs`). Each sensitivity is then compared with its difference in units of
 //!
 //! ```text
-//!   max(rtol · its largest value + atol · its size, error of the difference)
+//!   max((rtol + atol) · its largest value, error of the difference)
 //! ```
 //!
 //! A sample that a moved event or jump passes has no difference, and is left out and counted; so is one
@@ -104,33 +104,43 @@ pub(crate) fn against_differences(
     let given = Trajectory { solution: solution.clone(), observations: observations.clone() };
     let mut rows = Vec::new();
     for (j, direction) in signature.directions.iter().enumerate() {
-        let size = direction_size(run, &given.solution, j, *direction);
+        let size = direction_size(run, &given, j, *direction);
         let moved = moved(run, &given, *direction, size, &options)?;
         for of in Of::all(signature) {
-            rows.push(compare(run, &given, &moved, of, (j, size)));
+            rows.push(compare(run, &given, &moved, of, j));
         }
     }
     Ok(Report { rows, allowed: ALLOWED })
 }
 
-/// How large the j-th parameter or start value is.
-fn direction_size(run: &Run, solution: &Solution, j: usize, direction: Direction) -> f64 {
+/// How large the j-th parameter or start value is; for one that is zero and declares no size, as large
+/// as it takes to change something by its own size.
+fn direction_size(run: &Run, given: &Trajectory, j: usize, direction: Direction) -> f64 {
     let signature = run.signature();
     let (value, nominal) = match direction {
         Direction::Parameter(i) => (run.p[i], signature.parameters[i].nominal),
-        Direction::Start(i) => (solution.y(0)[i], signature.unknowns[i].nominal),
+        Direction::Start(i) => (given.solution.y(0)[i], signature.unknowns[i].nominal),
     };
     let size = if value == 0.0 { nominal.unwrap_or(0.0) } else { value };
-    if size == 0.0 { signature.direction_unit(j).factor.abs() } else { size.abs() }
+    if size != 0.0 {
+        return size.abs();
+    }
+    let sizes = Of::all(signature).into_iter().map(|of| {
+        let slope = |k| of.derivative(given, j, k).abs();
+        of.size(signature, given) / (0..given.solution.len()).map(slope).fold(0.0, f64::max)
+    });
+    let least = sizes.fold(f64::INFINITY, f64::min);
+    if least.is_finite() { least } else { signature.direction_unit(j).factor.abs() }
 }
 
 /// Compares one thing's sensitivity to one parameter at all times.
-fn compare(run: &Run, given: &Trajectory, moved: &Moved, of: Of, (j, size): (usize, f64)) -> Row {
+fn compare(run: &Run, given: &Trajectory, moved: &Moved, of: Of, j: usize) -> Row {
     let signature = run.signature();
     let times = &given.solution.times;
+    let noise = TIGHT * of.size(signature, given);
     let found: Vec<(f64, Option<Difference>)> = (0..times.len())
         .map(|k| {
-            let quotients = moved.quotients(k, |trajectory| of.value(trajectory, k));
+            let quotients = moved.quotients(k, noise, |trajectory| of.value(trajectory, k));
             (of.derivative(given, j, k), extrapolated(&quotients, moved.order))
         })
         .collect();
@@ -138,8 +148,7 @@ fn compare(run: &Run, given: &Trajectory, moved: &Moved, of: Of, (j, size): (usi
         // NaN is no maximum.
         largest.max(s.abs()).max(difference.map_or(0.0, |difference| difference.value.abs()))
     });
-    let Options { rtol, atol, .. } = run.options;
-    let tolerance = rtol * largest + atol * of.size(signature, given) / size;
+    let tolerance = (run.options.rtol + run.options.atol) * largest;
 
     let mut row = Row {
         of: of.name(signature),
@@ -163,7 +172,7 @@ fn compare(run: &Run, given: &Trajectory, moved: &Moved, of: Of, (j, size): (usi
             continue;
         };
         let apart = (s - value).abs();
-        let ratio = apart / tolerance.max(error);
+        let ratio = if apart == 0.0 { 0.0 } else { apart / tolerance.max(error) };
         // One that is wrong beyond its uncertainty is wrong, however uncertain.
         if error > UNCERTAIN * largest + tolerance && ratio <= ALLOWED || error.is_nan() {
             row.uncertain += 1;

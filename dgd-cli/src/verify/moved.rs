@@ -3,6 +3,7 @@
 use dgd_runtime::{Direction, Failure, Interpolation, Options, Problem, observe, simulate};
 
 use super::Trajectory;
+use super::extrapolate::Quotient;
 use crate::failure::CommandError;
 use crate::run::Run;
 
@@ -32,11 +33,32 @@ struct Rung {
 impl Moved {
     /// Difference quotients of what `value` reads at the k-th sample, at those of the smaller changes
     /// that no event or jump comes between.
-    pub(super) fn quotients(&self, k: usize, value: impl Fn(&Trajectory) -> f64) -> Vec<f64> {
-        let alike = self.rungs.iter().skip_while(|rung| !rung.alike[k]);
-        let quotient = |rung: &Rung| (value(&rung.second) - value(&rung.first)) / rung.change;
+    ///
+    /// `noise` is what a simulation can be wrong by.
+    pub(super) fn quotients(
+        &self,
+        k: usize,
+        noise: f64,
+        value: impl Fn(&Trajectory) -> f64,
+    ) -> Vec<Quotient> {
+        let is_alike = |rung: &Rung| rung.alike.get(k) == Some(&true);
+        let alike = self.rungs.iter().skip_while(|rung| !is_alike(rung));
+        let quotient = |rung: &Rung| {
+            let difference = value(&rung.second) - value(&rung.first);
+            // What does not depend on the parameter at all is the same to the last bit.
+            let noise = if difference == 0.0 { 0.0 } else { noise };
+            Quotient { value: difference / rung.change, noise: noise / rung.change }
+        };
         alike.map(quotient).collect()
     }
+}
+
+/// Samples before sensitivities become undefined for good. A run that is a little different may stop
+/// there, and nothing is compared behind.
+fn defined(given: &Trajectory) -> usize {
+    let solution = &given.solution;
+    let is_known = |k: &usize| !solution.s(*k).iter().any(|s| s.is_nan());
+    (0..solution.len()).take_while(is_known).count()
 }
 
 /// Repeats the run with the parameter lower and higher; where lower is not possible, with higher alone.
@@ -47,6 +69,10 @@ pub(super) fn moved(
     size: f64,
     options: &Options,
 ) -> Result<Moved, CommandError> {
+    let times = &run.times[..defined(given)];
+    if times.is_empty() {
+        return Ok(Moved { rungs: Vec::new(), order: 1 });
+    }
     let lowest = match direction {
         Direction::Parameter(i) => run.signature().parameters[i].lower,
         Direction::Start(_) => f64::NEG_INFINITY,
@@ -57,7 +83,7 @@ pub(super) fn moved(
     };
     let changes = [1.0, 0.5, 0.25, 0.125].map(|part| CHANGE * size * part);
     let expected = Branches::of(run, &run.p, given)?;
-    let trajectory = |change: f64| trajectory(run, direction, value + change, options);
+    let trajectory = |change: f64| trajectory(run, times, direction, value + change, options);
 
     if value - CHANGE * size >= lowest
         && let Ok(rungs) = changes
@@ -79,9 +105,8 @@ type WithBranches = (Trajectory, Branches);
 
 fn compared(rungs: Vec<(f64, WithBranches, WithBranches)>, expected: &Branches) -> Vec<Rung> {
     let rung = |(change, (first, a), (second, b)): (f64, WithBranches, WithBranches)| {
-        let alike = (0..expected.0.len())
-            .map(|k| expected.0[k] == a.0[k] && expected.0[k] == b.0[k])
-            .collect();
+        let branches = expected.0.iter().zip(&a.0).zip(&b.0);
+        let alike = branches.map(|((expected, a), b)| expected == a && expected == b).collect();
         Rung { change, first, second, alike }
     };
     rungs.into_iter().map(rung).collect()
@@ -90,6 +115,7 @@ fn compared(rungs: Vec<(f64, WithBranches, WithBranches)>, expected: &Branches) 
 /// The run with another value of one parameter or start value.
 fn trajectory(
     run: &Run,
+    times: &[f64],
     direction: Direction,
     value: f64,
     options: &Options,
@@ -107,7 +133,7 @@ fn trajectory(
         }
     };
     let problem = Problem { p: &p, start: &start, ..run.problem() };
-    let solution = simulate(&problem, &run.times, options).map_err(|Failure { error, .. }| {
+    let solution = simulate(&problem, times, options).map_err(|Failure { error, .. }| {
         CommandError::Computation(format!(
             "the sensitivities to `{name}` cannot be verified, for with `{name}` = {value} (SI) the \
              run fails: {error}"

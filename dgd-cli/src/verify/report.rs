@@ -144,3 +144,49 @@ impl Report {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::Cli;
+    use clap::Parser;
+
+    fn row(ratio: f64) -> Row {
+        let worst = Some(Worst { ratio, apart: 2.0, at: 3.0 });
+        let (of, to) = ("h".to_owned(), "k".to_owned());
+        let uncertainty = 0.1;
+        Row {
+            of,
+            to,
+            largest: 4.0,
+            worst,
+            uncertainty,
+            compared: 5,
+            undefined: 6,
+            passed: 7,
+            uncertain: 0,
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_an_error_that_names_it() {
+        let cli = Cli::try_parse_from(["dgd", "--quiet", "methods"]).expect("a command line");
+        let console = Console::new(&cli.global);
+        let conclude = |ratio: f64| {
+            Report { rows: vec![row(1.0), row(ratio)], allowed: 100.0 }.conclude(console)
+        };
+        assert!(conclude(99.0).is_ok());
+        for ratio in [101.0, f64::INFINITY, f64::NAN] {
+            let error = conclude(ratio).expect_err("it is wrong").to_string();
+            assert!(error.contains("d(h)/d(k)") && error.contains("at 3 s"), "{error}");
+        }
+    }
+
+    #[test]
+    fn what_was_not_compared_is_counted() {
+        assert_eq!(row(1.0).left_out(), ", 6 undefined, 7 passed by an event or jump");
+        let none = Row { worst: None, ..row(1.0) }.to_json(100.0);
+        assert!(none["agrees"].is_null() && none["samples"]["undefined"] == 6, "{none}");
+        assert_eq!(row(200.0).to_json(100.0)["agrees"], false);
+    }
+}

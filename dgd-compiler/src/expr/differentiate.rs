@@ -74,43 +74,50 @@ impl Graph {
             | Node::And(..)
             | Node::Or(..)
             | Node::Not(_) => {}
-            Node::Negate(a) => parts.push((a, self.negate(adjoint))),
+            Node::Negate(a) => {
+                let part = self.in_its_branch(adjoint, Graph::negate);
+                parts.push((a, part));
+            }
             Node::Add(a, b) => parts.extend([(a, adjoint), (b, adjoint)]),
             Node::Subtract(a, b) => {
                 parts.push((a, adjoint));
                 if depends(b) {
-                    parts.push((b, self.negate(adjoint)));
+                    let part = self.in_its_branch(adjoint, Graph::negate);
+                    parts.push((b, part));
                 }
             }
             // d(x |x|)/dx = 2 |x|
             Node::Multiply(x, abs) | Node::Multiply(abs, x) if self.is_call_of("abs", abs, x) => {
                 let two = self.constant(2.0);
                 let slope = self.multiply(two, abs);
-                parts.push((x, self.multiply(adjoint, slope)));
+                parts.push((x, self.chained(adjoint, slope)));
             }
             Node::Multiply(a, b) => {
                 if depends(a) {
-                    parts.push((a, self.multiply(adjoint, b)));
+                    parts.push((a, self.chained(adjoint, b)));
                 }
                 if depends(b) {
-                    parts.push((b, self.multiply(adjoint, a)));
+                    parts.push((b, self.chained(adjoint, a)));
                 }
             }
             // ∂(a/b)/∂a = 1/b, ∂(a/b)/∂b = −(a/b)/b
             Node::Divide(a, b) => {
-                let over_b = self.divide(adjoint, b);
+                let over_b = self.in_its_branch(adjoint, |g, adjoint| g.divide(adjoint, b));
                 if depends(a) {
                     parts.push((a, over_b));
                 }
                 if depends(b) {
-                    let part = self.multiply(over_b, id);
-                    parts.push((b, self.negate(part)));
+                    let part = self.in_its_branch(over_b, |g, over_b| {
+                        let part = g.multiply(over_b, id);
+                        g.negate(part)
+                    });
+                    parts.push((b, part));
                 }
             }
             Node::Call1(function, a) => {
                 if let Definition::One { derivative, .. } = &function.get().definition {
                     let slope = derivative(self, a);
-                    parts.push((a, self.multiply(adjoint, slope)));
+                    parts.push((a, self.chained(adjoint, slope)));
                 }
             }
             Node::Call2(function, a, b) => {
@@ -118,7 +125,7 @@ impl Graph {
                     let slopes = derivative(self, a, b);
                     for (operand, slope) in [a, b].into_iter().zip(slopes) {
                         if depends(operand) {
-                            parts.push((operand, self.multiply(adjoint, slope)));
+                            parts.push((operand, self.chained(adjoint, slope)));
                         }
                     }
                 }
@@ -136,5 +143,39 @@ impl Graph {
         }
         parts.retain(|(operand, _)| depends(*operand));
         parts
+    }
+
+    /// An operand's part: the adjoint times the slope.
+    fn chained(&mut self, adjoint: ExprId, slope: ExprId) -> ExprId {
+        self.in_its_branch(adjoint, |g, adjoint| g.multiply(adjoint, slope))
+    }
+
+    /// What `act` makes of an adjoint, zero where the adjoint is zero for being in a branch that was
+    /// not chosen: there slopes need not be numbers, and zero times an infinite one is not zero.
+    fn in_its_branch(
+        &mut self,
+        adjoint: ExprId,
+        act: impl FnOnce(&mut Graph, ExprId) -> ExprId,
+    ) -> ExprId {
+        let mut choices = Vec::new();
+        let mut inner = adjoint;
+        while let Node::Select(condition, a, b) = self.node(inner) {
+            if self.value(b) == Some(0.0) {
+                choices.push((condition, true));
+                inner = a;
+            } else if self.value(a) == Some(0.0) {
+                choices.push((condition, false));
+                inner = b;
+            } else {
+                break;
+            }
+        }
+        let mut part = act(self, inner);
+        for (condition, if_true) in choices.into_iter().rev() {
+            let zero = self.constant(0.0);
+            let (a, b) = if if_true { (part, zero) } else { (zero, part) };
+            part = self.select(condition, a, b);
+        }
+        part
     }
 }

@@ -324,16 +324,17 @@ pub mod basins {
                 0.316 * ::dgd::__runtime::math::power(_v15, -0.25)
             };
             let _v29 = v * _v13;
-            let _v45 = -12.5 * _v29;
-            let _v61 = -12.5 * _v26 * (2.0 * _v13)
-                + 40000.0
-                    * (0.316 * (if _v17 { 0.0 } else { _v45 })
-                        * (-0.25 * ::dgd::__runtime::math::power(_v15, -1.25))
-                        + (if _v19 {
-                            -((if _v17 { _v45 } else { 0.0 }) / _v20 * _v21)
-                        } else {
-                            0.0
-                        })) * ::dgd::__runtime::math::sign(v);
+            let _v61 = 40000.0
+                * ((if _v17 {
+                    0.0
+                } else {
+                    -3.95 * _v29 * (-0.25 * ::dgd::__runtime::math::power(_v15, -1.25))
+                })
+                    + (if _v19 {
+                        if _v17 { -(-12.5 * _v29 / _v20 * _v21) } else { 0.0 }
+                    } else {
+                        0.0
+                    })) * ::dgd::__runtime::math::sign(v);
             *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
                 -0.0012566370614359172 * v / A_1,
                 0.0012566370614359172 * v / A_2,
@@ -344,7 +345,7 @@ pub mod basins {
                 -0.3924,
                 -0.0012566370614359172 / A_1,
                 0.0012566370614359172 / A_2,
-                _v61,
+                -12.5 * _v26 * (2.0 * _v13) + _v61,
             ];
             *::dgd::__runtime::codegen::fixed_mut::<3>(_dfdt) = [0.0, 0.0, 0.0];
         }
@@ -380,16 +381,18 @@ pub mod basins {
             let _v35 = 0.0012566370614359172 * v / A_2;
             let _v39 = -0.0012566370614359172 / A_1;
             let _v41 = 0.0012566370614359172 / A_2;
-            let _v47 = -12.5 * _v29;
-            let _v63 = -12.5 * _v26 * (2.0 * _v13)
-                + 40000.0
-                    * (0.316 * (if _v17 { 0.0 } else { _v47 })
-                        * (-0.25 * ::dgd::__runtime::math::power(_v15, -1.25))
-                        + (if _v19 {
-                            -((if _v17 { _v47 } else { 0.0 }) / _v20 * _v21)
-                        } else {
-                            0.0
-                        })) * ::dgd::__runtime::math::sign(v);
+            let _v63 = 40000.0
+                * ((if _v17 {
+                    0.0
+                } else {
+                    -3.95 * _v29 * (-0.25 * ::dgd::__runtime::math::power(_v15, -1.25))
+                })
+                    + (if _v19 {
+                        if _v17 { -(-12.5 * _v29 / _v20 * _v21) } else { 0.0 }
+                    } else {
+                        0.0
+                    })) * ::dgd::__runtime::math::sign(v);
+            let _v64 = -12.5 * _v26 * (2.0 * _v13) + _v63;
             *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
                 _v34,
                 _v35,
@@ -398,10 +401,10 @@ pub mod basins {
             *::dgd::__runtime::codegen::fixed_mut::<6>(_g) = [
                 _v39 * _s[2] - 1.0 / A_1 * _v34,
                 _v41 * _s[2],
-                0.3924 * _s[0] + -0.3924 * _s[1] + _v63 * _s[2],
+                0.3924 * _s[0] + -0.3924 * _s[1] + _v64 * _s[2],
                 _v39 * _s[5],
                 _v41 * _s[5] - 1.0 / A_2 * _v35,
-                0.3924 * _s[3] + -0.3924 * _s[4] + _v63 * _s[5],
+                0.3924 * _s[3] + -0.3924 * _s[4] + _v64 * _s[5],
             ];
         }
         #[inline]
@@ -444,33 +447,40 @@ pub mod basins {
             let _v40 = 1.0 / A_2;
             let _v41 = 0.0012566370614359172 / A_2;
             let _v45 = 2.0 * _v13;
-            let _v47 = -12.5 * _v29;
-            let _v50 = 0.316 * (if _v17 { 0.0 } else { _v47 });
-            let _v53 = -0.25 * ::dgd::__runtime::math::power(_v15, -1.25);
-            let _v55 = (if _v17 { _v47 } else { 0.0 }) / _v20;
-            let _v61 = ::dgd::__runtime::math::sign(v);
-            let _v63 = -12.5 * _v26 * _v45
-                + 40000.0 * (_v50 * _v53 + (if _v19 { -(_v55 * _v21) } else { 0.0 }))
-                    * _v61;
-            let _v92 = 40000.0 * _v61;
-            let _v93 = if _v19 { _v92 } else { 0.0 };
-            let _v96 = _v93 * _v21 / _v20;
-            let _v113 = -25.0 * _v13;
-            let _v127 = -25.0 * _v26
+            let _v49 = -3.95 * _v29;
+            let _v52 = -0.25 * ::dgd::__runtime::math::power(_v15, -1.25);
+            let _v55 = -12.5 * _v29 / _v20;
+            let _v62 = ::dgd::__runtime::math::sign(v);
+            let _v64 = -12.5 * _v26 * _v45
                 + 40000.0
-                    * (-0.25 * (_v92 * _v50)
-                        * (-1.25 * ::dgd::__runtime::math::power(_v15, -2.25))
-                        + 0.316 * (if _v17 { 0.0 } else { _v113 }) * _v53
+                    * ((if _v17 { 0.0 } else { _v49 * _v52 })
                         + (if _v19 {
-                            _v96 * _v55
-                                - ((if _v17 { _v113 } else { 0.0 }) - _v93 * _v55) / _v20
-                                    * _v21
+                            if _v17 { -(_v55 * _v21) } else { 0.0 }
                         } else {
                             0.0
-                        }));
-            let _v129 = -12.5
-                * ((if _v17 { 0.0 } else { 0.316 * (_v92 * _v53) })
-                    + (if _v17 { -_v96 } else { 0.0 })) * _v45 + _v127 * _v61;
+                        })) * _v62;
+            let _v93 = 40000.0 * _v62;
+            let _v95 = -40000.0 * _v62;
+            let _v100 = _v95 * _v21 / _v20;
+            let _v134 = (if _v17 {
+                0.0
+            } else {
+                -0.25 * (_v93 * _v49)
+                    * (-1.25 * ::dgd::__runtime::math::power(_v15, -2.25))
+            }) + (if _v17 { 0.0 } else { -7.9 * _v13 * _v52 })
+                + (if _v19 {
+                    (if _v17 { if _v19 { -(_v100 * _v55) } else { 0.0 } } else { 0.0 })
+                        - ((if _v17 {
+                            if _v19 { _v95 * _v55 } else { 0.0 }
+                        } else {
+                            0.0
+                        }) + (if _v17 { -25.0 * _v13 } else { 0.0 })) / _v20 * _v21
+                } else {
+                    0.0
+                });
+            let _v138 = ((if _v17 { 0.0 } else { -3.95 * (_v93 * _v52) })
+                + (if _v17 { if _v19 { -12.5 * _v100 } else { 0.0 } } else { 0.0 }))
+                * _v45 + (-25.0 * _v26 + 40000.0 * _v134) * _v62;
             *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
                 _v34,
                 _v35,
@@ -481,22 +491,22 @@ pub mod basins {
                 -0.3924,
                 _v39,
                 _v41,
-                _v63,
+                _v64,
             ];
             *::dgd::__runtime::codegen::fixed_mut::<3>(_dfdt) = [0.0, 0.0, 0.0];
             *::dgd::__runtime::codegen::fixed_mut::<6>(_g) = [
                 _v39 * _s[2] - _v38 * _v34,
                 _v41 * _s[2],
-                0.3924 * _s[0] + -0.3924 * _s[1] + _v63 * _s[2],
+                0.3924 * _s[0] + -0.3924 * _s[1] + _v64 * _s[2],
                 _v39 * _s[5],
                 _v41 * _s[5] - _v40 * _v35,
-                0.3924 * _s[3] + -0.3924 * _s[4] + _v63 * _s[5],
+                0.3924 * _s[3] + -0.3924 * _s[4] + _v64 * _s[5],
             ];
             *::dgd::__runtime::codegen::fixed_mut::<4>(_dgdy) = [
                 0.0012566370614359172 * (_v38 / A_1),
-                _v129 * _s[2],
+                _v138 * _s[2],
                 -0.0012566370614359172 * (_v40 / A_2),
-                _v129 * _s[5],
+                _v138 * _s[5],
             ];
             *::dgd::__runtime::codegen::fixed_mut::<6>(_dgdt) = [
                 0.0,
@@ -559,10 +569,10 @@ pub mod basins {
             let v = _y[2];
             let h_1 = _y[0];
             let h_2 = _y[1];
-            let _v10 = if ((h_1 > h_2) && !(v < 0.0)) { 1.0 } else { 0.0 };
+            let _v10 = ((h_1 > h_2) && !(v < 0.0));
             *::dgd::__runtime::codegen::fixed_mut::<3>(_dwdy) = [
-                _v10,
-                -_v10,
+                if _v10 { 1.0 } else { 0.0 },
+                if _v10 { -1.0 } else { 0.0 },
                 0.0012566370614359172,
             ];
             *::dgd::__runtime::codegen::fixed_mut::<0>(_dwdu) = [];
@@ -582,17 +592,18 @@ pub mod basins {
             let v = _y[2];
             let h_1 = _y[0];
             let h_2 = _y[1];
-            let _v11 = ((h_1 > h_2) && !(v < 0.0));
-            let _v19 = if _v11 { 1.0 } else { 0.0 };
+            let _v12 = ((h_1 > h_2) && !(v < 0.0));
+            let _v20 = if _v12 { 1.0 } else { 0.0 };
+            let _v21 = if _v12 { -1.0 } else { 0.0 };
             *::dgd::__runtime::codegen::fixed_mut::<2>(_w) = [
                 0.0012566370614359172 * v,
-                if _v11 { h_1 - h_2 } else { 0.0 },
+                if _v12 { h_1 - h_2 } else { 0.0 },
             ];
             *::dgd::__runtime::codegen::fixed_mut::<4>(_dw) = [
                 0.0012566370614359172 * _s[2],
-                _v19 * _s[0] - _v19 * _s[1],
+                _v20 * _s[0] + _v21 * _s[1],
                 0.0012566370614359172 * _s[5],
-                _v19 * _s[3] - _v19 * _s[4],
+                _v20 * _s[3] + _v21 * _s[4],
             ];
         }
         #[inline]

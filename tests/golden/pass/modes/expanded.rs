@@ -352,18 +352,19 @@ pub mod tank {
             let crest = _p[0];
             let drain = if (_z[1] > 0.5) { 0.1 } else { 0.0 };
             let _v13 = q_in - drain;
-            let _v16 = (_z[0] < 0.5);
-            let _v18 = if _v16 { 1.0 } else { 0.0 };
-            let _v20 = if _v16 { 0.0 } else { 1.0 };
-            let _v21 = -_v20;
+            let _v17 = (_z[0] < 0.5);
+            let _v22 = if _v17 { 0.0 } else { -1.0 };
             *::dgd::__runtime::codegen::fixed_mut::<2>(_f) = [
-                if _v16 { _v13 } else { crest - h },
-                if _v16 { -q } else { _v13 - q },
+                if _v17 { _v13 } else { crest - h },
+                if _v17 { -q } else { _v13 - q },
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<2>(_jacobian) = [_v21, _v21 - _v18];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_jacobian) = [
+                _v22,
+                _v22 + (if _v17 { -1.0 } else { 0.0 }),
+            ];
             *::dgd::__runtime::codegen::fixed_mut::<2>(_dfdt) = [
-                _v18 * _udot[0],
-                _v20 * _udot[0],
+                (if _v17 { 1.0 } else { 0.0 }) * _udot[0],
+                (if _v17 { 0.0 } else { 1.0 }) * _udot[0],
             ];
         }
         #[inline]
@@ -385,20 +386,20 @@ pub mod tank {
             let crest = _p[0];
             let drain = if (_z[1] > 0.5) { 0.1 } else { 0.0 };
             let _v13 = q_in - drain;
-            let _v16 = (_z[0] < 0.5);
-            let _v20 = if _v16 { 0.0 } else { 1.0 };
-            let _v22 = -_v20 - (if _v16 { 1.0 } else { 0.0 });
+            let _v17 = (_z[0] < 0.5);
+            let _v21 = if _v17 { 0.0 } else { -1.0 };
+            let _v23 = _v21 + (if _v17 { -1.0 } else { 0.0 });
             *::dgd::__runtime::codegen::fixed_mut::<2>(_f) = [
-                if _v16 { _v13 } else { crest - h },
-                if _v16 { -q } else { _v13 - q },
+                if _v17 { _v13 } else { crest - h },
+                if _v17 { -q } else { _v13 - q },
             ];
             *::dgd::__runtime::codegen::fixed_mut::<6>(_g) = [
-                _v20 - _v20 * _s[0],
-                _v22 * _s[1],
-                -(_v20 * _s[2]),
-                _v22 * _s[3],
-                -(_v20 * _s[4]),
-                _v22 * _s[5],
+                _v21 * _s[0] + (if _v17 { 0.0 } else { 1.0 }),
+                _v23 * _s[1],
+                _v21 * _s[2],
+                _v23 * _s[3],
+                _v21 * _s[4],
+                _v23 * _s[5],
             ];
         }
         #[inline]
@@ -426,27 +427,26 @@ pub mod tank {
             let crest = _p[0];
             let drain = if (_z[1] > 0.5) { 0.1 } else { 0.0 };
             let _v13 = q_in - drain;
-            let _v16 = (_z[0] < 0.5);
-            let _v18 = if _v16 { 1.0 } else { 0.0 };
-            let _v20 = if _v16 { 0.0 } else { 1.0 };
-            let _v21 = -_v20;
-            let _v22 = _v21 - _v18;
+            let _v17 = (_z[0] < 0.5);
+            let _v21 = if _v17 { 0.0 } else { 1.0 };
+            let _v22 = if _v17 { 0.0 } else { -1.0 };
+            let _v24 = _v22 + (if _v17 { -1.0 } else { 0.0 });
             *::dgd::__runtime::codegen::fixed_mut::<2>(_f) = [
-                if _v16 { _v13 } else { crest - h },
-                if _v16 { -q } else { _v13 - q },
+                if _v17 { _v13 } else { crest - h },
+                if _v17 { -q } else { _v13 - q },
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<2>(_jacobian) = [_v21, _v22];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_jacobian) = [_v22, _v24];
             *::dgd::__runtime::codegen::fixed_mut::<2>(_dfdt) = [
-                _v18 * _udot[0],
-                _v20 * _udot[0],
+                (if _v17 { 1.0 } else { 0.0 }) * _udot[0],
+                _v21 * _udot[0],
             ];
             *::dgd::__runtime::codegen::fixed_mut::<6>(_g) = [
-                _v20 - _v20 * _s[0],
-                _v22 * _s[1],
-                -(_v20 * _s[2]),
-                _v22 * _s[3],
-                -(_v20 * _s[4]),
-                _v22 * _s[5],
+                _v22 * _s[0] + _v21,
+                _v24 * _s[1],
+                _v22 * _s[2],
+                _v24 * _s[3],
+                _v22 * _s[4],
+                _v24 * _s[5],
             ];
             *::dgd::__runtime::codegen::fixed_mut::<0>(_dgdy) = [];
             *::dgd::__runtime::codegen::fixed_mut::<6>(_dgdt) = [
