@@ -144,12 +144,8 @@ mod tests {
     fn elements_and_places_follow_those_of_single_unknowns() {
         let unit = Unit { symbol: "m".into(), factor: 1.0, offset: 0.0 };
         let none = || Pattern { rows: List::Borrowed(&[]), columns: List::Borrowed(&[]) };
-        let single = Unknown {
-            name: "x".into(),
-            unit: unit.clone(),
-            nominal: None,
-            differential: false,
-        };
+        let single =
+            Unknown { name: "x".into(), unit: unit.clone(), nominal: None, differential: false };
         let signature = Signature {
             name: "test".into(),
             unknowns: vec![single].into(),

@@ -103,8 +103,7 @@ fn load(args: &SensitivityArgs) -> Result<(Loaded, Vec<Of>), CommandError> {
         let names = program.unknowns.iter().map(|x| x.name.as_str());
         // An output may bear the name of its unknown.
         let others = outputs.iter().map(String::as_str);
-        let known: Vec<&str> =
-            names.chain(others.filter(|name| unknown(name).is_none())).collect();
+        let known: Vec<&str> = names.chain(others.filter(|name| unknown(name).is_none())).collect();
         let help = match suggestion(&name.text, known.iter().copied()) {
             Some(near) => format!("did you mean `{near}`?"),
             None => format!("there is `{}`", known.join("`, `")),

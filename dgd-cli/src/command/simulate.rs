@@ -95,7 +95,9 @@ fn subjects(run: &Run, solution: &Solution, observations: &Observations) -> Vec<
         }
     }
     for (i, unknown) in signature.unknowns.iter().enumerate() {
-        if is_element(&unknown.name) || signature.outputs.iter().any(|output| output.name == unknown.name) {
+        if is_element(&unknown.name)
+            || signature.outputs.iter().any(|output| output.name == unknown.name)
+        {
             continue;
         }
         let values: Vec<f64> = (0..solution.len()).map(|k| solution.y(k)[i]).collect();

@@ -113,9 +113,9 @@ pub(super) fn row_doc(unknown: &Unknown, sources: &Sources) -> String {
 fn bind_arrays(program: &Program, function: &Function) -> Vec<TokenStream> {
     let read = |argument: Argument| {
         let of_loops = function.loops.iter().flat_map(|l| &l.body);
-        function.body.iter().chain(of_loops).any(|op| {
-            matches!(op, Operation::Load(a, _) | Operation::LoadSwept(a, _) if *a == argument)
-        })
+        function.body.iter().chain(of_loops).any(
+            |op| matches!(op, Operation::Load(a, _) | Operation::LoadSwept(a, _) if *a == argument),
+        )
     };
     let n = program.n();
     [

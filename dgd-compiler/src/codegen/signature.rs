@@ -4,9 +4,7 @@ use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
 use super::{index, number};
-use crate::program::{
-    Crossing, Direction, Interpolation, Program, RUNS, ResultKind, Transition,
-};
+use crate::program::{Crossing, Direction, Interpolation, Program, RUNS, ResultKind, Transition};
 use crate::units::Unit;
 
 pub(super) fn signature(program: &Program) -> TokenStream {

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::counts::verify_counts;
 use super::delays;
-use super::families;
 use super::explicit::{Explicit, Rate, Row, rows_of, solve_for_derivatives};
+use super::families;
 use super::modes::{Combinations, in_modes};
 use super::readers::{DerivativeReader, automaton_of};
 use super::transfer::{Equation, transfer};

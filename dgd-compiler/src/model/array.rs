@@ -12,9 +12,7 @@ use super::{Array, Declared, Family, OutputArray};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{Node, Symbol};
 use crate::source::Span;
-use crate::syntax::ast::{
-    Attribute, Expr, ExprKind, Item, ItemKind, Name, Unit as WrittenUnit,
-};
+use crate::syntax::ast::{Attribute, Expr, ExprKind, Item, ItemKind, Name, Unit as WrittenUnit};
 use crate::units::{Dimension, Unit};
 
 /// All arrays together have at most this many elements.
@@ -72,7 +70,12 @@ impl<'a> Scope<'a> {
                             None => format!("the arrays have more than {MOST_ELEMENTS} elements"),
                             Some(end) => {
                                 let begin = std::mem::replace(&mut first, end);
-                                return Ok(ArrayPlace { name: &name.text, first: begin, lower, count });
+                                return Ok(ArrayPlace {
+                                    name: &name.text,
+                                    first: begin,
+                                    lower,
+                                    count,
+                                });
                             }
                         };
                         Err(diagnostics.error(Diagnostic::new(Code::E230, range.span, message)))
@@ -103,7 +106,8 @@ impl<'a> Scope<'a> {
     /// An index has a name of its own.
     fn verify_index(&self, index: &Name, diagnostics: &mut Diagnostics) {
         let Some(earlier) = self.names.get(index.text.as_str()) else { return };
-        let message = format!("the index `{}` has the name of {}", index.text, earlier.definition.noun());
+        let message =
+            format!("the index `{}` has the name of {}", index.text, earlier.definition.noun());
         let diagnostic = Diagnostic::new(Code::E202, index.span, message);
         let is_built_in = matches!(earlier.definition, Definition::Time | Definition::Pi);
         diagnostics.error(if is_built_in {
@@ -115,10 +119,8 @@ impl<'a> Scope<'a> {
 
     /// What an element is called, in quotes; of one that moves with a loop, the first.
     pub(super) fn quoted_element(&self, symbol: Symbol) -> Option<String> {
-        let (Symbol::Element(i)
-        | Symbol::Swept(i)
-        | Symbol::ElementRate(i)
-        | Symbol::SweptRate(i)) = symbol
+        let (Symbol::Element(i) | Symbol::Swept(i) | Symbol::ElementRate(i) | Symbol::SweptRate(i)) =
+            symbol
         else {
             return None;
         };
@@ -165,7 +167,8 @@ impl<'a> Lowering<'a> {
             Some((Definition::Array { index: position, state }, place)) => {
                 let array = self.scope.arrays[position]?;
                 let extent = Extent { lower: array.lower, count: array.count };
-                let (offset, sweeps) = self.within(at, extent, (name, index, place), diagnostics)?;
+                let (offset, sweeps) =
+                    self.within(at, extent, (name, index, place), diagnostics)?;
                 let unit = self.scope.dimension(name)?;
                 if is_rate && !state {
                     let message = format!("`{name}` is an array of `unknown`s, not of states");
@@ -195,7 +198,8 @@ impl<'a> Lowering<'a> {
             }
             Some((Definition::LetArray(position), place)) => {
                 let array = self.scope.let_arrays[position];
-                let (_, sweeps) = self.within(at, array.extent?, (name, index, place), diagnostics)?;
+                let (_, sweeps) =
+                    self.within(at, array.extent?, (name, index, place), diagnostics)?;
                 let count = if sweeps { self.index.map_or(1, |index| index.count) } else { 1 };
                 let at = LoopIndex { name: array.index, first: at.at, count };
                 self.open_let(array, at, index.span, diagnostics)
@@ -264,7 +268,8 @@ impl<'a> Lowering<'a> {
             // The loop is empty: nothing is read.
             return Ok((0, false));
         }
-        let outside = [at.at, at.at + last_passage].into_iter().find(|element| !is_within(*element));
+        let outside =
+            [at.at, at.at + last_passage].into_iter().find(|element| !is_within(*element));
         let Some(element) = outside else {
             let offset = u32::try_from(at.at - lower).unwrap_or(u32::MAX);
             return Ok((offset, sweeps));
@@ -275,7 +280,8 @@ impl<'a> Lowering<'a> {
             }
             _ => String::new(),
         };
-        let message = format!("`{name}` has no element {element}{when}: it runs from {lower} to {upper}");
+        let message =
+            format!("`{name}` has no element {element}{when}: it runs from {lower} to {upper}");
         Err(diagnostics.error(
             Diagnostic::new(Code::E231, index.span, message).label(declared, "declared here"),
         ))

@@ -20,11 +20,17 @@ pub(super) enum Definition {
     Constant(u32),
     Parameter(u32),
     Input(u32),
-    Unknown { index: u32, state: bool },
+    Unknown {
+        index: u32,
+        state: bool,
+    },
     /// A size; its value is in [`Scope::sizes`].
     Size,
     /// An array of unknowns; where its elements are is in [`Scope::arrays`].
-    Array { index: usize, state: bool },
+    Array {
+        index: usize,
+        state: bool,
+    },
     /// A `let` of a loop, in [`Scope::let_arrays`].
     LetArray(usize),
     Let(usize),

@@ -294,7 +294,8 @@ pub(super) fn unit_read(
         name.text, unit.symbol, declared.symbol
     );
     Err(diagnostics.error(
-        Diagnostic::new(Code::E302, name.span, message).label(place, "the unknown is declared here"),
+        Diagnostic::new(Code::E302, name.span, message)
+            .label(place, "the unknown is declared here"),
     ))
 }
 

@@ -97,9 +97,7 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
             text.push('}');
             Ok(())
         }
-        Formula::Indexed(of, index) => {
-            write_parts(text, &["{", "}_{", "}"], &[of, index])
-        }
+        Formula::Indexed(of, index) => write_parts(text, &["{", "}_{", "}"], &[of, index]),
         Formula::Function(name, foot) => {
             if KNOWN.contains(name) {
                 write!(text, "\\{name}")?;

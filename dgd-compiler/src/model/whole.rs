@@ -142,8 +142,12 @@ pub(super) fn extent(
     match u32::try_from(upper - lower + 1) {
         Ok(count) => Ok(Extent { lower, count }),
         Err(_) => Err(diagnostics.error(
-            Diagnostic::new(Code::E230, range.span, format!("no index runs from {lower} to {upper}"))
-                .help("write the smaller end first"),
+            Diagnostic::new(
+                Code::E230,
+                range.span,
+                format!("no index runs from {lower} to {upper}"),
+            )
+            .help("write the smaller end first"),
         )),
     }
 }

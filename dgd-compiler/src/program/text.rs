@@ -3,8 +3,8 @@
 use std::fmt;
 
 use super::{
-    Argument, Array, Direction, Family, Function, Loop, Operation, OutputArray, Program, ResultKind, Run, Store,
-    Transition, ValueId,
+    Argument, Array, Direction, Family, Function, Loop, Operation, OutputArray, Program,
+    ResultKind, Run, Store, Transition, ValueId,
 };
 use crate::expr::display::number;
 use crate::model::Declared;

@@ -122,7 +122,8 @@ impl<'a> Reader<'a, '_> {
             let own = own.and_then(|text| text.strip_prefix('[')?.strip_suffix(']'));
             (own.map(str::trim) != Some(index.text.as_str())).then(|| {
                 let at = line.get(2).or(line.get(1)).unwrap_or(first);
-                let message = format!("what stands in a loop over `{0}` ends in `[{0}]`", index.text);
+                let message =
+                    format!("what stands in a loop over `{0}` ends in `[{0}]`", index.text);
                 Diagnostic::new(Code::E131, self.span(*at), message)
                     .label(index.span, "the loop's index")
                     .help(format!("write `{keyword} NAME[{}]`", index.text))

@@ -5,8 +5,8 @@ use nom::combinator::{cut, map, opt};
 use nom::multi::separated_list1;
 use nom::sequence::preceded;
 
-use super::ast::{Argument, Attribute, AttributeKind, Expr, ItemKind, Name, Unit, UnknownKind};
 use super::array;
+use super::ast::{Argument, Attribute, AttributeKind, Expr, ItemKind, Name, Unit, UnknownKind};
 use super::effect;
 use super::expression::{close, expression, optional_unit};
 use super::lexical::TokenKind;
@@ -33,11 +33,8 @@ const SIMPLE: &[(&str, Rule)] = &[
 ];
 
 /// Keywords of later versions, and what to say of them.
-const LATER: &[(&str, &str)] = &[
-    ("when", "events (`when`) are"),
-    ("saturate", "saturations are"),
-    ("part", "parts are"),
-];
+const LATER: &[(&str, &str)] =
+    &[("when", "events (`when`) are"), ("saturate", "saturations are"), ("part", "parts are")];
 
 /// Whether a word can begin an item, in this version or a later one.
 pub(crate) fn is_keyword(word: &str) -> bool {

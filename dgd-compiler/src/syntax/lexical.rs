@@ -107,12 +107,7 @@ pub(crate) fn tokens_within(brackets: Span, text: &str) -> (Vec<Token>, Vec<Diag
 }
 
 /// Cuts a text that ends at `end` of its source.
-fn cut(
-    source: SourceId,
-    text: &str,
-    end: usize,
-    report: &mut dyn FnMut(Diagnostic),
-) -> Vec<Token> {
+fn cut(source: SourceId, text: &str, end: usize, report: &mut dyn FnMut(Diagnostic)) -> Vec<Token> {
     let mut tokens: Vec<Token> = Vec::new();
     let mut rest = text;
     loop {

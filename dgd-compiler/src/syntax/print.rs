@@ -491,7 +491,11 @@ impl Printer {
 /// An index as it stands between brackets, without blanks where it needs none.
 fn print_index(index: &Expr) -> String {
     let text = print_expression(index);
-    if text.split(' ').any(|piece| RESERVED.contains(&piece)) { text } else { text.replace(' ', "") }
+    if text.split(' ').any(|piece| RESERVED.contains(&piece)) {
+        text
+    } else {
+        text.replace(' ', "")
+    }
 }
 
 fn print_range(range: &Range) -> String {

@@ -61,7 +61,12 @@ pub(super) fn assign(
         free_rows.iter().map(|(row, passage)| (left[*row].equation, *passage)).collect();
     let ties_states = free_rows.len() == free_columns.len()
         && could_be_matched(model, graph, transferred, all, columns);
-    Err(names.report((&rows, n_rows), (&free_columns, columns.len() - determined), ties_states, diagnostics))
+    Err(names.report(
+        (&rows, n_rows),
+        (&free_columns, columns.len() - determined),
+        ties_states,
+        diagnostics,
+    ))
 }
 
 /// Joins passages that follow each other and determine columns that do.
@@ -211,13 +216,15 @@ impl Names<'_> {
             more_places(diagnostic, others, "this one too")
         } else if n_rows > n_columns {
             let message = format!("too many equations: no unknown is left for {row_names}");
-            let diagnostic = Diagnostic::new(Code::E401, row_spans[0], message)
-                .help("leave out what has been said already, or declare the unknown that is missing");
+            let diagnostic = Diagnostic::new(Code::E401, row_spans[0], message).help(
+                "leave out what has been said already, or declare the unknown that is missing",
+            );
             more_places(diagnostic, others, "this one too")
         } else if n_rows < n_columns {
             let message = format!("too few equations: nothing determines {column_names}");
-            Diagnostic::new(Code::E402, of_column(columns[0]), message)
-                .help("add an equation that determines it, or let a loop begin earlier or end later")
+            Diagnostic::new(Code::E402, of_column(columns[0]), message).help(
+                "add an equation that determines it, or let a loop begin earlier or end later",
+            )
         } else {
             let message = format!(
                 "nothing determines {column_names}, and no unknown is left for {row_names}"

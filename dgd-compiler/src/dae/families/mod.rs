@@ -119,7 +119,15 @@ pub(super) fn plan(
     if !nothing_left {
         let found = match wholesale::assign(&left, free, columns.n_single) {
             Some(found) => found,
-            None => elementwise::assign(model, graph, transferred, (&all, &left), columns, &rows, diagnostics)?,
+            None => elementwise::assign(
+                model,
+                graph,
+                transferred,
+                (&all, &left),
+                columns,
+                &rows,
+                diagnostics,
+            )?,
         };
         for assigned in found {
             let equation = &equations[assigned.equation];
@@ -131,10 +139,10 @@ pub(super) fn plan(
                     equation.label,
                     model.element_name(first)
                 );
-                return Err(diagnostics.error(
-                    Diagnostic::new(Code::E431, equation.span, message)
-                        .help("let the mode determine an `unknown`, and an equation of all modes the element"),
-                ));
+                return Err(diagnostics
+                    .error(Diagnostic::new(Code::E431, equation.span, message).help(
+                    "let the mode determine an `unknown`, and an equation of all modes the element",
+                )));
             }
             taken.insert(assigned.equation);
             rows.push(PlannedRows {
@@ -170,7 +178,8 @@ fn solved(
 ) -> Result<Option<PlannedRows>, Reported> {
     let symbols = graph.symbols(equation.rest);
     let rates: Vec<Symbol> = symbols.iter().copied().filter(|symbol| is_rate(*symbol)).collect();
-    let of_elements = |symbol: &Symbol| matches!(symbol, Symbol::ElementRate(_) | Symbol::SweptRate(_));
+    let of_elements =
+        |symbol: &Symbol| matches!(symbol, Symbol::ElementRate(_) | Symbol::SweptRate(_));
     let Some(&of_element) = rates.iter().find(|symbol| of_elements(symbol)) else {
         return Ok(None);
     };

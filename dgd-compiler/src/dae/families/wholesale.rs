@@ -28,7 +28,12 @@ pub(super) fn assign(
             match (possible.next(), possible.next()) {
                 (Some(&column), None) => {
                     free.remove(column, row.count as usize);
-                    found.push(Assigned { equation: row.equation, from: 0, count: row.count, column });
+                    found.push(Assigned {
+                        equation: row.equation,
+                        from: 0,
+                        count: row.count,
+                        column,
+                    });
                     false
                 }
                 (None, _) => {
