@@ -29,7 +29,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     // First delays, as a condition on a time that is past switches at a time of its own.
     let delays = delays::resolve(model, &mut graph, &mut transferred, diagnostics)?;
     let time_conditions = transferred.take_time_conditions(&mut graph, model.automata.len());
-    let holding = transferred.holding(&combinations.start_modes(model));
+    let holding = transferred.holding(&Combinations::start_modes(model));
     let plan = families::plan(model, &mut graph, &transferred, &holding, diagnostics)?;
     let origins = families::Origins::of(model, &transferred);
     let equations = &transferred.equations;

@@ -31,14 +31,14 @@ impl Declarations {
             visit::items(&ast.items, &mut |item| {
                 let (namespace, name, unit, kind) = match &item.kind {
                     ItemKind::Import { .. } | ItemKind::For { .. } => return,
-                    ItemKind::Size { name, .. } => (Namespace::Value, name, None, None),
-                    ItemKind::Array { name, unit, .. } => {
+                    ItemKind::Constant { name, unit, .. }
+                    | ItemKind::Let { name, unit, .. }
+                    | ItemKind::Array { name, unit, .. } => {
                         (Namespace::Value, name, unit.clone(), None)
                     }
-                    ItemKind::Constant { name, unit, .. } | ItemKind::Let { name, unit, .. } => {
-                        (Namespace::Value, name, unit.clone(), None)
+                    ItemKind::Function { name, .. } | ItemKind::Size { name, .. } => {
+                        (Namespace::Value, name, None, None)
                     }
-                    ItemKind::Function { name, .. } => (Namespace::Value, name, None, None),
                     ItemKind::Parameter { name, unit, .. } => {
                         (Namespace::Value, name, unit.clone(), Some(SlotKind::Parameter))
                     }
