@@ -77,20 +77,23 @@ pub fn with_arrays(mut signature: Signature, added: &Arrays) -> Signature {
     let families = added.families.iter();
     let rows: Vec<(bool, Text)> = families
         .flat_map(|family| {
-            (0..family.count).map(|row| {
+            let indices = family.lower.unwrap_or_default()..;
+            indices.take(family.count).map(|index| {
                 let label = match family.lower {
-                    Some(lower) => element(&family.equation, lower, row),
+                    Some(_) => element(&family.equation, index),
                     None => family.equation.clone(),
                 };
                 (family.differential, label)
             })
         })
         .collect();
-    let elements = added.arrays.iter().flat_map(|array| (0..array.count).map(move |i| (array, i)));
+    let elements = added.arrays.iter();
+    let elements =
+        elements.flat_map(|array| (array.lower..).take(array.count).map(move |i| (array, i)));
     let unknowns = signature.unknowns.to_mut();
     for ((array, i), (differential, _)) in elements.zip(&rows) {
         unknowns.push(Unknown {
-            name: element(&array.name, array.lower, i),
+            name: element(&array.name, i),
             unit: array.unit.clone(),
             nominal: array.nominal,
             differential: *differential,
@@ -99,8 +102,8 @@ pub fn with_arrays(mut signature: Signature, added: &Arrays) -> Signature {
     signature.equations.to_mut().extend(rows.into_iter().map(|(_, label)| label));
     let outputs = signature.outputs.to_mut();
     for array in added.outputs.iter() {
-        outputs.extend((0..array.count).map(|i| Output {
-            name: element(&array.name, array.lower, i),
+        outputs.extend((array.lower..).take(array.count).map(|i| Output {
+            name: element(&array.name, i),
             unit: array.unit.clone(),
             noise: array.noise,
             delay: None,
@@ -123,8 +126,8 @@ pub fn with_arrays(mut signature: Signature, added: &Arrays) -> Signature {
 }
 
 /// `p[3]`
-fn element(name: &str, lower: i64, offset: usize) -> Text {
-    format!("{name}[{}]", lower + offset as i64).into()
+fn element(name: &str, index: i64) -> Text {
+    format!("{name}[{index}]").into()
 }
 
 fn extend(pattern: &mut Pattern, runs: &[Run]) {

@@ -277,14 +277,11 @@ pub struct Signature {
     pub delays: List<Text>,
     /// Inputs that the equations read late: u has them, and then their slopes, behind `inputs`.
     pub delayed_inputs: List<DelayedInput>,
-<<<<<<< HEAD
     /// Unknowns that the equations read late: u has what is known of them ([`PastLayout`]) behind the
     /// inputs.
     pub delayed_unknowns: List<DelayedUnknown>,
-=======
     /// Inputs that equations are differentiated through to bring the index to 1.
     pub differentiated_inputs: List<DifferentiatedInput>,
->>>>>>> index
     /// Outputs w.
     pub outputs: List<Output>,
     /// Chosen directions θ.
@@ -355,20 +352,6 @@ pub struct Automaton {
     pub transitions: List<Transition>,
 }
 
-<<<<<<< HEAD
-=======
-/// What the modes of an automaton are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum AutomatonKind {
-    /// Those of a `modes` block.
-    Modes,
-    /// Which unknowns are states, of those that constraints tie together. The solution is the same
-    /// in all of them, and each is left for the one in which the constraints determine the others
-    /// best.
-    States,
-}
-
->>>>>>> index
 /// A transition between modes, when its event function passes zero.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Transition {
@@ -573,7 +556,6 @@ pub struct DelayedInput {
     pub delay: usize,
 }
 
-<<<<<<< HEAD
 /// An unknown read late, x(t − τ).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DelayedUnknown {
@@ -616,7 +598,8 @@ impl PastLayout {
     pub fn is_empty(self) -> bool {
         self.n_v == 0
     }
-=======
+}
+
 /// An input that an equation is differentiated through: where it jumps, states would have to.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DifferentiatedInput {
@@ -624,7 +607,6 @@ pub struct DifferentiatedInput {
     pub input: usize,
     /// Label of the equation.
     pub equation: Text,
->>>>>>> index
 }
 
 /// An output.

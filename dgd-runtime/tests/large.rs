@@ -64,11 +64,8 @@ impl Diffusion {
                 inputs: Vec::new().into(),
                 delays: Vec::new().into(),
                 delayed_inputs: Vec::new().into(),
-<<<<<<< HEAD
                 delayed_unknowns: Vec::new().into(),
-=======
                 differentiated_inputs: Vec::new().into(),
->>>>>>> index
                 outputs: Vec::new().into(),
                 directions: vec![Direction::Parameter(0)].into(),
                 sensitivity_jacobian: pattern(&jacobian),

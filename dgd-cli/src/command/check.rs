@@ -91,13 +91,16 @@ fn check(path: &Path, choices: &Choices, console: Console<'_>) -> Result<(), Com
 
 /// One line for people: what is in the model.
 fn summary(path: &str, model: &Model, dae: &Dae) -> String {
-    let differential = dae.unknowns.iter().filter(|unknown| unknown.differential).count();
+    let of_families = dae.families.iter().filter(|family| family.differential);
+    let differential = dae.unknowns.iter().filter(|unknown| unknown.differential).count()
+        + of_families.map(|family| family.count as usize).sum::<usize>();
+    let of_arrays = dae.output_arrays.iter().map(|array| array.count as usize);
     let counts = [
         (differential, "state"),
-        (dae.unknowns.len() - differential, "algebraic unknown"),
+        (dae.n() - differential, "algebraic unknown"),
         (model.inputs.len(), "input"),
         (model.parameters.len(), "parameter"),
-        (model.outputs.len(), "output"),
+        (model.outputs.len() + of_arrays.sum::<usize>(), "output"),
     ];
     let mut text = format!("{path}: model `{}` is sound: ", model.name);
     let parts: Vec<String> = counts
@@ -166,6 +169,26 @@ fn describe(model: &Model, dae: &Dae) -> Value {
             })
         })
         .collect();
+    let arrays: Vec<Value> = dae
+        .arrays
+        .iter()
+        .map(|array| {
+            let start = dae.graph.value(array.start).map(|si| array.unit.from_si(si));
+            let upper = array.lower + i64::from(array.count) - 1;
+            json!({
+                "name": array.name,
+                "unit": array.unit.symbol,
+                "doc": array.doc.join("\n"),
+                "range": [array.lower, upper],
+                "start": start,
+            })
+        })
+        .collect();
+    let sizes: Vec<Value> = model
+        .sizes
+        .iter()
+        .map(|(name, value)| json!({ "name": name.text, "value": value }))
+        .collect();
     let parameters: Vec<Value> = model
         .parameters
         .iter()
@@ -197,11 +220,22 @@ fn describe(model: &Model, dae: &Dae) -> Value {
             let noise = output.noise.map(|si| si / output.declared.unit.factor);
             with(head(&output.declared), json!({ "noise": noise }))
         })
+        .chain(dae.output_arrays.iter().map(|array| {
+            let noise = array.noise.map(|si| si / array.declared.unit.factor);
+            let upper = array.lower + i64::from(array.count) - 1;
+            let range = [array.lower, upper];
+            with(head(&array.declared), json!({ "noise": noise, "range": range }))
+        }))
         .collect();
     let equations: Vec<Value> = model
         .equations
         .iter()
         .map(|equation| json!({ "label": equation.label, "doc": equation.doc.join("\n") }))
+        .chain(model.families.iter().map(|family| {
+            let upper = family.lower + i64::from(family.count) - 1;
+            let doc = family.equation.doc.join("\n");
+            json!({ "label": family.equation.label, "doc": doc, "range": [family.lower, upper] })
+        }))
         .collect();
     let variants: Vec<Value> = model
         .variants
@@ -232,7 +266,9 @@ fn describe(model: &Model, dae: &Dae) -> Value {
         "doc": model.doc.join("\n"),
         "constants": constants,
         "inputs": inputs,
+        "sizes": sizes,
         "states": states,
+        "arrays": arrays,
         "parameters": parameters,
         "outputs": outputs,
         "equations": equations,

@@ -36,7 +36,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     let delays = delays::resolve(model, &mut graph, &mut transferred, diagnostics)?;
     let first = saturate::n_automata(model);
     let time_conditions = transferred.take_time_conditions(&mut graph, first);
-    let start_modes = declared.start_modes(model);
+    let start_modes = Combinations::start_modes(model);
     let holding = transferred.holding(&start_modes);
     let plan = families::plan(model, &mut graph, &transferred, &holding, diagnostics)?;
     let origins = families::Origins::of(model, &transferred);

@@ -302,8 +302,8 @@ pub struct Family {
 
 impl Array {
     /// What an element is called.
-    pub fn element_name(&self, offset: usize) -> String {
-        format!("{}[{}]", self.name, self.lower + offset as i64)
+    pub fn element_name(&self, offset: u32) -> String {
+        format!("{}[{}]", self.name, self.lower + i64::from(offset))
     }
 }
 
@@ -340,7 +340,7 @@ impl Dae {
     pub fn unknown_name(&self, i: usize) -> String {
         let after = self.arrays.partition_point(|array| array.first <= i);
         match after.checked_sub(1).map(|array| &self.arrays[array]) {
-            Some(array) => array.element_name(i - array.first),
+            Some(array) => array.element_name(u32::try_from(i - array.first).unwrap_or(u32::MAX)),
             None => self.unknowns[i].name.clone(),
         }
     }

@@ -80,7 +80,7 @@ impl Combinations {
     }
 
     /// The mode of each block that the model starts in.
-    pub(super) fn start_modes(&self, model: &Model) -> Vec<usize> {
+    pub(super) fn start_modes(model: &Model) -> Vec<usize> {
         model.automata.iter().map(|automaton| automaton.start).collect()
     }
 

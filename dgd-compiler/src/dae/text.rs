@@ -57,7 +57,7 @@ pub fn write(dae: &Dae) -> String {
     for output in &dae.output_arrays {
         let (name, lower) = (&output.declared.name, output.lower);
         let read = moving(dae.unknown_name(output.first));
-        let _ = writeln!(text, "  output {name}[{lower}+k] = {read}");
+        let _ = writeln!(text, "  output {name}[{lower}+_k] = {read}");
     }
     for unknown in &dae.unknowns {
         let mass = next();
@@ -101,7 +101,7 @@ fn families(dae: &Dae, text: &mut String) {
     let show = |text: &mut String, id: ExprId| {
         let listing = listing(&dae.graph, &[id], &dae.names, &|symbol| match symbol {
             Symbol::Swept(i) => moving(dae.unknown_name(i as usize)),
-            Symbol::Counter => "k".to_owned(),
+            Symbol::Counter => "_k".to_owned(),
             other => symbol_name(dae, other),
         });
         for (name, value) in &listing.lines {
@@ -112,7 +112,7 @@ fn families(dae: &Dae, text: &mut String) {
     for family in &dae.families {
         let (mut label, mut name) = (family.label(0), dae.unknown_name(family.first));
         if family.count > 1 {
-            let _ = writeln!(text, "  for k in 0..{}", family.count - 1);
+            let _ = writeln!(text, "  for _k in 0..{}", family.count - 1);
             (label, name) = (moving(label), moving(name));
         }
         let value = show(text, family.rhs);
@@ -125,10 +125,10 @@ fn families(dae: &Dae, text: &mut String) {
     }
 }
 
-/// `p[3+k]` of `p[3]`
+/// `p[3+_k]` of `p[3]`; no name of a model begins like that.
 fn moving(name: String) -> String {
     match name.strip_suffix(']') {
-        Some(open) => format!("{open}+k]"),
+        Some(open) => format!("{open}+_k]"),
         None => name,
     }
 }

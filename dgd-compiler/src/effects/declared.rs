@@ -36,14 +36,14 @@ impl Declarations {
                     | ItemKind::Binding { .. }
                     | ItemKind::When(_)
                     | ItemKind::Saturate { .. } => return,
-                    ItemKind::Size { name, .. } => (Namespace::Value, name, None, None),
-                    ItemKind::Array { name, unit, .. } => {
+                    ItemKind::Constant { name, unit, .. }
+                    | ItemKind::Let { name, unit, .. }
+                    | ItemKind::Array { name, unit, .. } => {
                         (Namespace::Value, name, unit.clone(), None)
                     }
-                    ItemKind::Constant { name, unit, .. } | ItemKind::Let { name, unit, .. } => {
-                        (Namespace::Value, name, unit.clone(), None)
+                    ItemKind::Function { name, .. } | ItemKind::Size { name, .. } => {
+                        (Namespace::Value, name, None, None)
                     }
-                    ItemKind::Function { name, .. } => (Namespace::Value, name, None, None),
                     ItemKind::Parameter { name, unit, .. } => {
                         (Namespace::Value, name, unit.clone(), Some(SlotKind::Parameter))
                     }

@@ -302,7 +302,7 @@ impl<'a> Resolver<'a> {
             self.lowering.scope.names.get(name.text.as_str()).map(|entry| entry.definition)
         else {
             // A second declaration of a name has been reported.
-            return diagnostics.check().and_then(|()| unreachable!("arrays are collected"));
+            return diagnostics.check().map(|()| unreachable!("arrays are collected"));
         };
         let place = self.lowering.scope.arrays[position]?;
         self.lowering.index = index.map(|index| LoopIndex {

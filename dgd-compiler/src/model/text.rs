@@ -97,7 +97,7 @@ pub fn write(model: &Model) -> String {
     for family in &model.families {
         let upper = family.lower + i64::from(family.count) - 1;
         let (index, lower) = (&family.index, family.lower);
-        let _ = writeln!(text, "  for {index} in {lower}..{upper}, {index} = {lower} + k");
+        let _ = writeln!(text, "  for {index} in {lower}..{upper}, {index} = {lower} + _k");
         equation(&mut text, "    ", &family.equation);
     }
     for saturation in &model.saturations {
@@ -177,9 +177,9 @@ fn output_arrays(model: &Model, text: &mut String) {
     }
 }
 
-/// `p[3+k]` of `p[3]`
+/// `p[3+_k]` of `p[3]`; no name of a model begins like that.
 fn moving(element: &str) -> String {
-    format!("{}+k]", element.trim_end_matches(']'))
+    format!("{}+_k]", element.trim_end_matches(']'))
 }
 
 /// Name and SI unit.
@@ -201,7 +201,7 @@ fn symbol_name(model: &Model, symbol: Symbol) -> String {
         // In the first passage; the next has the next.
         Symbol::Swept(i) => moving(&model.element_name(i)),
         Symbol::SweptRate(i) => format!("der({})", moving(&model.element_name(i))),
-        Symbol::Counter => "k".to_owned(),
+        Symbol::Counter => "_k".to_owned(),
         Symbol::InputSlope(_)
         | Symbol::Sensitivity(_)
         | Symbol::SweptSensitivity(_)

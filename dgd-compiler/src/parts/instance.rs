@@ -138,7 +138,8 @@ fn give(
     let mut given = None;
     visit::items_mut(items, &mut |item| match &mut item.kind {
         ItemKind::Constant { name: own, value, .. }
-        | ItemKind::Parameter { name: own, value, .. } => {
+        | ItemKind::Parameter { name: own, value, .. }
+        | ItemKind::Size { name: own, value } => {
             settable.push(own.text.clone());
             if own.text == name {
                 *value = argument.value.clone();
@@ -146,7 +147,7 @@ fn give(
                 given = Some(Ok(()));
             }
         }
-        ItemKind::Unknown { name: own, start, .. } => {
+        ItemKind::Unknown { name: own, start, .. } | ItemKind::Array { name: own, start, .. } => {
             settable.push(own.text.clone());
             if own.text == name {
                 *start = Some(argument.value.clone());
@@ -168,6 +169,9 @@ fn give(
         | ItemKind::Output { .. }
         | ItemKind::Equation { .. }
         | ItemKind::Modes { .. }
+        | ItemKind::For { .. }
+        | ItemKind::When(_)
+        | ItemKind::Saturate { .. }
         | ItemKind::Part { .. }
         | ItemKind::Binding { .. } => {}
     });

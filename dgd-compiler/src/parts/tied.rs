@@ -34,7 +34,9 @@ pub(super) fn tie(whole: &mut Whole) {
     let mut varying: Vec<String> = vec!["time".to_owned()];
     visit::items(&whole.items, &mut |item| {
         let (name, kind, value, hidden) = match &item.kind {
-            ItemKind::Constant { name, value, .. } => (name, Kind::Constant, value, &[][..]),
+            ItemKind::Constant { name, value, .. } | ItemKind::Size { name, value } => {
+                (name, Kind::Constant, value, &[][..])
+            }
             ItemKind::Parameter { name, value, .. } => {
                 varying.push(name.text.clone());
                 (name, Kind::Parameter, value, &[][..])
@@ -43,7 +45,9 @@ pub(super) fn tie(whole: &mut Whole) {
             ItemKind::Function { name, arguments, body } => {
                 (name, Kind::Definition, body, arguments.as_slice())
             }
-            ItemKind::Input { name, .. } | ItemKind::Unknown { name, .. } => {
+            ItemKind::Input { name, .. }
+            | ItemKind::Unknown { name, .. }
+            | ItemKind::Array { name, .. } => {
                 varying.push(name.text.clone());
                 return;
             }
@@ -52,6 +56,9 @@ pub(super) fn tie(whole: &mut Whole) {
             | ItemKind::Equation { .. }
             | ItemKind::Variant { .. }
             | ItemKind::Modes { .. }
+            | ItemKind::For { .. }
+            | ItemKind::When(_)
+            | ItemKind::Saturate { .. }
             | ItemKind::Part { .. }
             | ItemKind::Binding { .. } => return,
         };

@@ -9,8 +9,6 @@
 //! All that happens at one time is one instant ([`super::instant`]): one cause, and the transitions
 //! that follow from it one after another until nothing is due.
 
-use std::ops::Range;
-
 use super::Simulation;
 use super::watch::Samples;
 use crate::discrete::Schedule;
@@ -18,11 +16,7 @@ use crate::error::IntegrateError;
 use crate::problem::Problem;
 use crate::solution::{Event, Solution};
 use crate::state_selection::selecting;
-<<<<<<< HEAD
 use crate::system::{Point, System, Trigger};
-=======
-use crate::system::{Point, System};
->>>>>>> index
 
 /// Transitions within this part of the simulated time happen at one time.
 const ONE_TIME: f64 = 1e-9;
@@ -38,13 +32,8 @@ const SHRINKING: usize = 4;
 pub(super) struct Hybrid {
     pub(super) schedule: Schedule,
     n_automata: usize,
-<<<<<<< HEAD
-    /// Automata that choose states.
-    selecting: Range<usize>,
-=======
     /// Whether each automaton chooses states, so that its transitions are no events.
     selecting: Vec<bool>,
->>>>>>> index
     /// Whether the condition of a transition has been false since its mode was entered.
     armed: Vec<bool>,
     /// Event functions, and the same at the ends of the interval that holds an event.
@@ -80,13 +69,8 @@ impl Hybrid {
         Self {
             schedule,
             n_automata: discrete.automata.len(),
-<<<<<<< HEAD
-            selecting: selecting(signature),
-            armed: discrete.transitions().map(|(_, t)| t.trigger == Trigger::Level).collect(),
-=======
             selecting: selecting(signature).collect(),
-            armed: vec![false; n_e],
->>>>>>> index
+            armed: discrete.transitions().map(|(_, t)| t.trigger == Trigger::Level).collect(),
             e: vec![0.0; n_e],
             low: vec![0.0; n_e],
             high: vec![0.0; n_e],
@@ -118,23 +102,18 @@ impl Hybrid {
 
     /// Whether a transition that leaves this mode can be due.
     pub(super) fn watches(&self, transition: usize, automaton: usize, from: usize) -> bool {
-<<<<<<< HEAD
         self.is_event(automaton) && self.armed[transition] && self.is_active(automaton, from)
     }
 
     /// Whether transitions of an automaton are events: those that choose states are not.
     pub(super) fn is_event(&self, automaton: usize) -> bool {
-        !self.selecting.contains(&automaton)
-=======
-        !self.selecting[automaton] && self.armed[transition] && self.is_active(automaton, from)
->>>>>>> index
+        !self.selecting[automaton]
     }
 
     /// Whether states are chosen on the way.
     #[inline]
     pub(super) fn selects_states(&self) -> bool {
-<<<<<<< HEAD
-        !self.selecting.is_empty()
+        self.selecting.contains(&true)
     }
 
     /// Whether the transition acts when its condition is true.
@@ -145,9 +124,6 @@ impl Hybrid {
     /// How long the transition was made after the time before; infinity where it was not.
     pub(super) fn last_interval(&self, transition: usize) -> f64 {
         self.pasts[transition].interval
-=======
-        self.selecting.contains(&true)
->>>>>>> index
     }
 
     /// Whether the transition leaves the mode that its automaton is in.

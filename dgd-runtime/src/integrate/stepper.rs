@@ -368,7 +368,9 @@ impl<S: System> Stepper<S> {
             MethodKind::Rosenbrock(tableau) => {
                 self.spoilt_rosenbrock(tableau, trial, drive, directions)
             }
-            MethodKind::Explicit(tableau) => self.spoilt_slope(tableau, trial, directions.as_deref()),
+            MethodKind::Explicit(tableau) => {
+                self.spoilt_slope(tableau, trial, directions.as_deref())
+            }
             // They say so themselves.
             MethodKind::Esdirk(_) | MethodKind::Bdf(_) => None,
         }

@@ -76,11 +76,8 @@ fn signature<E: Equations>() -> Signature {
             .collect(),
         delays: Vec::new().into(),
         delayed_inputs: Vec::new().into(),
-<<<<<<< HEAD
         delayed_unknowns: Vec::new().into(),
-=======
         differentiated_inputs: Vec::new().into(),
->>>>>>> index
         outputs: E::UNKNOWNS
             .iter()
             .map(|&(name, ..)| Output { name: name.into(), unit: unit(), noise: None, delay: None })

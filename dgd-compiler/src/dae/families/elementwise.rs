@@ -165,13 +165,14 @@ impl Names<'_> {
         while let Some(&(e, from)) = rest.first() {
             let runs = rest.iter().zip(from..).take_while(|(row, passage)| **row == (e, *passage));
             let length = runs.count();
+            let to = rest[length - 1].1;
             rest = &rest[length..];
             let label = self.transferred.equations[e].label;
             names.push(match e.checked_sub(families).map(|f| &self.model.families[f]) {
                 None => label.to_owned(),
                 Some(family) => {
                     let first = family.lower + i64::from(from);
-                    let last = first + length as i64 - 1;
+                    let last = family.lower + i64::from(to);
                     if length == 1 {
                         format!("{label}[{first}]")
                     } else {

@@ -78,7 +78,7 @@ pub(in crate::dae) fn place(
             lower: lower.map(|lower| lower + i64::from(row.from)),
             span: *span,
         };
-        dae.families.extend(disjoint(&mut dae.graph, whole));
+        dae.families.extend(disjoint(&mut dae.graph, &whole));
     }
     for (array, start) in model.arrays.iter().zip(&origins.starts) {
         let declared = &array.unknown.declared;
@@ -172,7 +172,7 @@ fn swept_from(graph: &mut Graph, id: ExprId, from: u32, count: u32) -> ExprId {
 ///
 /// After this every unknown that a row reads is one symbol in it, so that each derivative is one
 /// expression at one place.
-fn disjoint(graph: &mut Graph, family: Family) -> Vec<Family> {
+fn disjoint(graph: &mut Graph, family: &Family) -> Vec<Family> {
     let symbols = graph.symbols(family.rhs);
     let mut cuts = BTreeSet::from([0, family.count]);
     for moving in &symbols {
@@ -195,7 +195,7 @@ fn disjoint(graph: &mut Graph, family: Family) -> Vec<Family> {
                 rhs: swept_from(graph, family.rhs, from, count),
                 lower: family.lower.map(|lower| lower + i64::from(from)),
                 equation: family.equation.clone(),
-                ..family
+                ..*family
             }
         })
         .collect()
