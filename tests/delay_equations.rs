@@ -417,3 +417,86 @@ equation y: 1 [s] * der(y) = delay(x, tau) - y
         }
     }
 }
+
+/// DDETST B1: u̇ = 1 − u(e^(1 − 1/t)), u = ln t; at t = 1 the delay is nothing.
+#[test]
+fn a_delay_that_vanishes_on_the_way() {
+    let system = system(
+        "
+model b1
+parameter scale [1] = 1
+state u [1] = log(0.1)  history log(time / 1 [s])
+equation u: 1 [s] * der(u) = 1 - delay(u, time - exp(1 - 1 [s] / time) * 1 [s])*scale
+",
+    );
+    let times: Vec<f64> = (1..=100).map(|k| 0.1 * f64::from(k)).collect();
+    let (solution, _) = run(&system, &[1.0], &Inputs::none(), &times);
+    for (k, &t) in times.iter().enumerate() {
+        close("u", t, solution.y(k)[0], t.ln());
+    }
+}
+
+/// DDETST B2: u̇ = 1 − u where u(t/2) < 0, otherwise −1 − u.
+#[test]
+fn a_threshold_at_half_the_time() {
+    let system = system(
+        "
+model b2
+parameter u_0 [1] = 1
+state u [1] = u_0
+modes half {
+  above { equation u: 1 [s] * der(u) = -1 - u }
+  below { equation u: 1 [s] * der(u) = 1 - u }
+  above -> below when delay(u, time/2) falls below 0
+  below -> above when delay(u, time/2) rises above 0
+}
+",
+    );
+    // u = (1 + u₀) e^−t − 1 is zero at ln(1 + u₀) = a; u = 1 + (u(2a) − 1) e^(2a−t) at b.
+    let solution_at = |t: f64, u0: f64| {
+        let a = (1.0 + u0).ln();
+        let first = |t: f64| (1.0 + u0) * (-t).exp() - 1.0;
+        let second = |t: f64| 1.0 + (first(2.0 * a) - 1.0) * (2.0 * a - t).exp();
+        let b = 2.0 * a + (1.0 - first(2.0 * a)).ln();
+        if t < 2.0 * a {
+            first(t)
+        } else if t < 2.0 * b {
+            second(t)
+        } else {
+            (1.0 + second(2.0 * b)) * (2.0 * b - t).exp() - 1.0
+        }
+    };
+    let times: Vec<f64> = (0..=50).map(|k| 0.1 * f64::from(k)).collect();
+    let (solution, _) = run(&system, &[1.0], &Inputs::none(), &times);
+    assert_eq!(solution.events.len(), 2);
+    for (event, expected) in solution.events.iter().zip([2.0, 6.0]) {
+        close("event", expected, event.t, 2.0 * f64::ln(expected));
+    }
+    for (k, &t) in times.iter().enumerate() {
+        close("u", t, solution.y(k)[0], solution_at(t, 1.0));
+        let slope = |h: f64| (solution_at(t, 1.0 + h) - solution_at(t, 1.0 - h)) / (2.0 * h);
+        close("du/du_0", t, solution.s(k)[0], (4.0 * slope(5e-4) - slope(1e-3)) / 3.0);
+    }
+}
+
+/// DDETST D1: a delay that the solution itself makes, u₁ = ln t, u₂ = 1/t.
+#[test]
+fn a_delay_that_depends_on_the_solution() {
+    let system = system(
+        "
+model d1
+parameter scale [1] = 1
+state u1 [1] = log(0.1)  history log(time / 1 [s])
+state u2 [1] = 10        history 1 [s] / time
+let tau = time - exp(1 - u2) * 1 [s]
+equation u1: 1 [s] * der(u1) = scale*u2
+equation u2: 1 [s] * der(u2) = -delay(u2, tau)*u2^2*exp(1 - u2)
+",
+    );
+    let times: Vec<f64> = (1..=50).map(|k| 0.1 * f64::from(k)).collect();
+    let (solution, _) = run(&system, &[1.0], &Inputs::none(), &times);
+    for (k, &t) in times.iter().enumerate() {
+        close("u1", t, solution.y(k)[0], t.ln());
+        close("u2", t, solution.y(k)[1], 1.0 / t);
+    }
+}

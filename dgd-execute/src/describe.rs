@@ -49,6 +49,7 @@ pub(crate) fn signature(program: &Program) -> Signature {
             })
             .collect(),
         delays: program.delays.iter().map(|delay| text(delay)).collect(),
+        varying_delays: program.varying_delays.iter().map(|delay| text(delay)).collect(),
         delayed_inputs: program
             .delayed_inputs
             .iter()
@@ -60,6 +61,7 @@ pub(crate) fn signature(program: &Program) -> Signature {
             .map(|delayed| DelayedUnknown {
                 unknown: delayed.unknown,
                 delay: delayed.delay,
+                varies: delayed.varies,
                 has_history: delayed.has_history,
             })
             .collect(),

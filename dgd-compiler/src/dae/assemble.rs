@@ -8,8 +8,8 @@ use super::explicit::{Explicit, Rate, Row, rows_of, solve_for_derivatives};
 use super::modes::{Combinations, in_modes};
 use super::readers::{DerivativeReader, automaton_of};
 use super::transfer::{Equation, transfer};
-use super::{Dae, Output, Unknown};
-use crate::diagnostics::{Diagnostics, Reported};
+use super::{Dae, Delay, Output, Unknown};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::Model;
 use crate::units::Unit;
@@ -99,6 +99,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         .zip(transferred.transitions)
         .map(|(automaton, transitions)| automaton_of(automaton, transitions, &mut reader))
         .collect();
+    verify_varying_delays(model, &graph, &delays.varying, &complete, diagnostics);
     diagnostics.check()?;
 
     Ok(Dae {
@@ -109,6 +110,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         parameters: model.parameters.clone(),
         inputs: model.inputs.clone(),
         delays: delays.delays,
+        varying_delays: delays.varying,
         delayed_inputs: delays.inputs,
         delayed_unknowns: delays.unknowns,
         outputs,
@@ -117,6 +119,31 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         automata,
         time_conditions,
     })
+}
+
+/// Delays vary with what is known before equations are solved.
+fn verify_varying_delays(
+    model: &Model,
+    graph: &Graph,
+    delays: &[Delay],
+    unknowns: &[Unknown],
+    diagnostics: &mut Diagnostics,
+) {
+    for delay in delays {
+        let solved_for = graph.symbols(delay.tau).into_iter().find_map(|symbol| match symbol {
+            Symbol::Unknown(i) if graph.value(unknowns[i as usize].mass) != Some(1.0) => Some(i),
+            _ => None,
+        });
+        if let Some(i) = solved_for {
+            let declared = &model.unknowns[i as usize].declared;
+            let message =
+                format!("the delay `{}` depends on `{}`, which is algebraic", delay.text, declared.name);
+            diagnostics.error(
+                Diagnostic::new(Code::E215, declared.span, message)
+                    .help("use states that have a derivative, inputs, time and parameters"),
+            );
+        }
+    }
 }
 
 /// Labels of the equations of an unknown's rows, each once.

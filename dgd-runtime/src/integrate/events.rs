@@ -135,7 +135,7 @@ impl<S: System> Simulation<'_, S> {
     /// e at (t, y).
     fn evaluate_events(&mut self) {
         let Problem { system, p, .. } = *self.problem;
-        let u = self.drive.at(self.t);
+        let u = self.drive.at(self.t, self.y.as_ref());
         let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
         system.event_functions(at, &mut self.discrete.e);
     }
@@ -168,7 +168,7 @@ impl<S: System> Simulation<'_, S> {
     #[inline]
     pub(super) fn passes_threshold(&mut self, t_new: f64) -> bool {
         let Problem { system, p, .. } = *self.problem;
-        let u = self.drive.at(t_new);
+        let u = self.drive.at(t_new, self.stepper.y_new.as_ref());
         let y = self.stepper.y_new.as_ref();
         let at = Point { t: t_new, y, u, p, z: &self.discrete.schedule.z };
         system.event_functions(at, &mut self.discrete.e);

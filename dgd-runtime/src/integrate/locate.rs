@@ -62,7 +62,7 @@ impl<S: System> Simulation<'_, S> {
         let (mut low, mut high) = (0.0, h);
         self.discrete.high.copy_from_slice(&self.discrete.e);
         {
-            let u = self.drive.at(self.t);
+            let u = self.drive.at(self.t, self.y.as_ref());
             let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
             system.event_functions(at, &mut self.discrete.low);
         }
@@ -95,10 +95,12 @@ impl<S: System> Simulation<'_, S> {
                 }
             }
         }
+        self.forget_trial();
         let directions = self.directions.as_mut();
         let (mass, z) = (&self.algebraic.mass, self.discrete.z());
         let base = Base { system, p, z, mass, t: self.t };
         self.stepper.attempt(base, &mut self.drive, self.y.as_ref(), high, directions)?;
+        self.close_step(high, solution)?;
         solution.statistics.factorisations += 1;
         solution.statistics.evaluations += self.further_stages;
         self.evaluate_at_end(high);
@@ -108,9 +110,11 @@ impl<S: System> Simulation<'_, S> {
     /// Tries a step without sensitivities, and evaluates the event functions at its end.
     fn try_to(&mut self, h: f64, solution: &mut Solution) -> Result<(), Singular> {
         let Problem { system, p, .. } = *self.problem;
+        self.forget_trial();
         let (mass, z) = (&self.algebraic.mass, self.discrete.z());
         let base = Base { system, p, z, mass, t: self.t };
         self.stepper.attempt(base, &mut self.drive, self.y.as_ref(), h, None)?;
+        self.close_step(h, solution)?;
         solution.statistics.factorisations += 1;
         solution.statistics.evaluations += self.further_stages;
         self.evaluate_at_end(h);
@@ -120,7 +124,7 @@ impl<S: System> Simulation<'_, S> {
     fn evaluate_at_end(&mut self, h: f64) {
         let Problem { system, p, .. } = *self.problem;
         let t = self.t + h;
-        let u = self.drive.at(t);
+        let u = self.drive.at(t, self.stepper.y_new.as_ref());
         let at = Point { t, y: self.stepper.y_new.as_ref(), u, p, z: &self.discrete.schedule.z };
         system.event_functions(at, &mut self.discrete.e);
     }

@@ -276,7 +276,7 @@ impl<'a, S: System> Simulation<'a, S> {
             algebraic: Algebraic::new(system),
             segment,
             segment_end: problem.inputs.segment(segment).t1,
-            breaks: drive.history.is_some().then(|| Breaks::new(n)),
+            breaks: drive.history.is_some().then(|| Breaks::new(n, sensitivity_row.clone())),
             drive,
             discrete,
             moving: moving.flatten(),
@@ -333,7 +333,7 @@ impl<'a, S: System> Simulation<'a, S> {
     fn start(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
         let Problem { system, p, start, .. } = *self.problem;
         let n = self.y.as_ref().len();
-        let u = self.drive.at(self.t);
+        let u = self.drive.at(self.t, self.y.as_ref());
         let at = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
         start_values(self.problem, at, self.y.as_mut()).map_err(IntegrateError::Initial)?;
         unknown_sizes(system, self.y.as_ref(), self.sizes.as_mut());
@@ -383,7 +383,7 @@ impl<'a, S: System> Simulation<'a, S> {
             return Ok(());
         }
         let Problem { system, p, .. } = *self.problem;
-        let at = Place { t: self.t, u: self.drive.at(self.t), p, z: self.discrete.z() };
+        let at = Place { t: self.t, u: self.drive.at(self.t, self.y.as_ref()), p, z: self.discrete.z() };
         self.algebraic
             .make_consistent(
                 system,
@@ -421,7 +421,7 @@ impl<'a, S: System> Simulation<'a, S> {
         if let Some(row) = singular {
             self.end_sensitivities(self.t, row, solution);
         } else {
-            let u = self.drive.at(self.t);
+            let u = self.drive.at(self.t, self.y.as_ref());
             let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
             let (s, g) = (d.s.as_mut(), d.g.as_mut());
             self.algebraic.make_sensitivities_consistent(system, at, s, g);
@@ -442,6 +442,7 @@ impl<'a, S: System> Simulation<'a, S> {
             return Err(IntegrateError::TooManySteps { t: self.t, steps: tried });
         }
         let Problem { system, p, .. } = *self.problem;
+        self.forget_trial();
         let (mass, z) = (&self.algebraic.mass, self.discrete.z());
         let base = Base { system, p, z, mass, t: self.t };
         let y = self.y.as_ref();
@@ -459,14 +460,21 @@ impl<'a, S: System> Simulation<'a, S> {
         solution.statistics.factorisations += 1;
         solution.statistics.evaluations += usize::from(outcome.is_ok()) * self.further_stages;
 
+        let outcome = outcome.and_then(|()| self.close_step(h, solution));
         let error = match outcome {
-            Ok(()) => self.error(),
-            Err(_) => f64::NAN,
+            Ok(true) => self.error(),
+            Ok(false) | Err(_) => f64::NAN,
         };
         let error = if error > 1.0 { self.error_beyond_rounding(h, error) } else { error };
         // NaN compares false: what could not be evaluated is not accepted.
         if error <= 1.0 {
             let t_new = if h < remaining { self.t + h } else { end };
+            if let Some(error) = self.reads_ahead(h) {
+                return Err(error);
+            }
+            if self.reaches_mark(t_new) {
+                return Ok(());
+            }
             if self.discrete.has_transitions() && self.passes_threshold(t_new) {
                 return self.step_to_event(controller, h, t_new, times, solution);
             }
@@ -501,8 +509,8 @@ impl<'a, S: System> Simulation<'a, S> {
         }
         Err(match outcome {
             Err(Singular { row }) => self.singular_iteration(h, row),
-            Ok(()) if error.is_finite() => self.step_size_too_small(h),
-            Ok(()) => self.not_finite(h),
+            Ok(_) if error.is_finite() => self.step_size_too_small(h),
+            Ok(_) => self.not_finite(h),
         })
     }
 
@@ -536,8 +544,8 @@ impl<'a, S: System> Simulation<'a, S> {
         if !self.algebraic.is_empty() && self.directions.is_some() {
             self.look_for_singular_point(t_new, solution);
         }
-        self.record_step(t_new, stop, times, solution);
         self.remember_step(t_new);
+        self.record_step(t_new, stop, times, solution);
         std::mem::swap(&mut self.y, &mut self.stepper.y_new);
         if let Some(d) = &mut self.directions {
             std::mem::swap(&mut d.s, &mut d.s_new);
@@ -610,7 +618,7 @@ impl<'a, S: System> Simulation<'a, S> {
         let (t, y, z) = (self.t, self.y.as_ref(), self.discrete.z());
         let (before, after) = (&mut self.stepper.f, &mut self.stepper.y_new);
         let mut evaluate = |drive: &mut Drive<S>, f: &mut S::Vector, place: At| {
-            let at = Point { t, y, u: drive.at(t), p, z };
+            let at = Point { t, y, u: drive.at(t, y), p, z };
             match (&mut self.directions, place) {
                 (None, _) => system.rhs(at, f.as_mut()),
                 (Some(Directions { s, g, .. }), At::Start) => {

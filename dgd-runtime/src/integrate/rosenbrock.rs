@@ -133,7 +133,7 @@ impl<S: System> Rosenbrock<S> {
         y: &[f64],
         directions: Option<(&mut Directions<S>, At)>,
     ) {
-        let (u, udot) = drive.with_slope(base.t);
+        let (u, udot) = drive.with_slope(base.t, y);
         let at = Point { t: base.t, y, u, p: base.p, z: base.z };
         let (f, jacobian, dfdt) = (self.f.as_mut(), self.jacobian.as_mut(), self.dfdt.as_mut());
         match directions {
@@ -197,7 +197,8 @@ impl<S: System> Rosenbrock<S> {
 
             // The first stage stands where the step starts.
             let stage_t = t + tableau.alpha[i] * h;
-            let at = Point { t: stage_t, y: self.stage.as_ref(), u: drive.at(stage_t), p, z };
+            let u = drive.at(stage_t, self.stage.as_ref());
+            let at = Point { t: stage_t, y: self.stage.as_ref(), u, p, z };
             let f = self.rhs.as_mut();
             match &mut directions {
                 _ if i == 0 => f.copy_from_slice(self.f.as_ref()),
@@ -280,7 +281,8 @@ impl<S: System> Rosenbrock<S> {
             let (a, c) = (&self.tableau.a[i], &self.tableau.c[i]);
             let stage_t = t + self.tableau.alpha[i] * h;
             combine(y, &self.u[..i], a, c, self.stage.as_mut(), self.rhs.as_mut());
-            let at = Point { t: stage_t, y: self.stage.as_ref(), u: drive.at(stage_t), p, z };
+            let u = drive.at(stage_t, self.stage.as_ref());
+            let at = Point { t: stage_t, y: self.stage.as_ref(), u, p, z };
             let row = match &mut directions {
                 None => {
                     system.rhs(at, self.rhs.as_mut());

@@ -61,13 +61,22 @@ pub(super) struct History {
     /// Where the solution is not smooth, ascending. The first one kept has this number.
     first_mark: usize,
     marks: Vec<Mark>,
-    /// The shortest delay that is not zero.
+    /// The shortest delay that is not zero and does not vary.
     shortest: f64,
+    /// Delays that vary, at the place looked at last.
+    varying: Vec<f64>,
+    /// Whether something was read of what the solution has not reached yet.
+    reads_beyond: bool,
+    /// Whether the last piece is that of a step that is only tried.
+    is_trial: bool,
+    /// A delay that varies reaches a mark within the step: which, when, and whether from behind.
+    crossing: Option<(usize, f64, bool)>,
 }
 
 /// A delay, and what it reads.
 struct Lag {
-    tau: f64,
+    /// Its value, or its position among those that vary.
+    tau: Tau,
     /// ∂τ/∂θ.
     dtau: Vec<f64>,
     reads: Vec<Read>,
@@ -75,6 +84,13 @@ struct Lag {
     mark: usize,
     /// The piece that it read last.
     piece: usize,
+}
+
+/// A delay.
+#[derive(Clone, Copy)]
+enum Tau {
+    Constant(f64),
+    Varying(usize),
 }
 
 /// A delayed unknown.
@@ -111,9 +127,13 @@ struct Mark {
 /// A delay has reached a mark.
 pub(super) struct Break {
     lag: usize,
+    /// Whether the delay goes back behind the mark.
+    back: bool,
     pub(super) level: u32,
-    /// Derivatives of its time.
+    /// Derivatives of its time; those of the mark for a delay that varies.
     pub(super) dt: Vec<f64>,
+    /// Which delay that varies.
+    pub(super) varying: Option<usize>,
 }
 
 /// Whether delays of unknowns can be followed.
@@ -126,7 +146,7 @@ pub(super) fn verify<S: System>(
         return Ok(());
     }
     let (tau, dtau) = (delays(problem), delay_sensitivities(problem));
-    for delayed in signature.delayed_unknowns.iter() {
+    for delayed in signature.delayed_unknowns.iter().filter(|delayed| !delayed.varies) {
         let unknown = &signature.unknowns[delayed.unknown];
         let value = tau[delayed.delay];
         let moves =
@@ -148,6 +168,15 @@ pub(super) fn verify<S: System>(
     Ok(())
 }
 
+impl Lag {
+    fn constant(&self) -> Option<f64> {
+        match self.tau {
+            Tau::Constant(tau) => Some(tau),
+            Tau::Varying(_) => None,
+        }
+    }
+}
+
 impl History {
     /// `None` where no unknown is read late, with delays that are not zero.
     pub(super) fn new<S: System>(
@@ -165,25 +194,37 @@ impl History {
             signature.delayed_unknowns.iter().map(|delayed| delayed.unknown).collect();
         watched.sort_unstable();
         watched.dedup();
-        let lag = |delay: usize| {
-            let reads = signature.delayed_unknowns.iter().enumerate();
-            let reads = reads.filter(|(_, read)| read.delay == delay).map(|(k, read)| Read {
+        let reads = |varies: bool, delay: usize| {
+            let delayed = signature.delayed_unknowns.iter().enumerate();
+            let these = delayed.filter(|(_, read)| read.varies == varies && read.delay == delay);
+            let reads = these.map(|(k, read)| Read {
                 delayed: k,
                 watched: watched.partition_point(|unknown| *unknown < read.unknown),
                 has_history: read.has_history,
             });
-            let column = |j: usize| dtau[j * tau.len() + delay];
-            Lag {
-                tau: tau[delay],
-                dtau: (0..n_s).map(column).collect(),
-                reads: reads.collect(),
-                mark: 0,
-                piece: 0,
-            }
+            reads.collect::<Vec<_>>()
         };
+        let constant = (0..tau.len()).map(|delay| Lag {
+            tau: Tau::Constant(tau[delay]),
+            dtau: (0..n_s).map(|j| dtau[j * tau.len() + delay]).collect(),
+            reads: reads(false, delay),
+            mark: 0,
+            piece: 0,
+        });
+        let n_varying = signature.varying_delays.len();
+        let varying = (0..n_varying).map(|delay| Lag {
+            tau: Tau::Varying(delay),
+            dtau: Vec::new(),
+            reads: reads(true, delay),
+            mark: 0,
+            piece: 0,
+        });
         // What is not late, and will not be for other parameters, is what it is.
-        let is_late = |lag: &Lag| lag.tau > 0.0 || lag.dtau.iter().any(|dtau| *dtau != 0.0);
-        let lags = (0..tau.len()).map(lag).filter(|lag| !lag.reads.is_empty() && is_late(lag));
+        let is_late = |lag: &Lag| match lag.tau {
+            Tau::Constant(tau) => tau > 0.0 || lag.dtau.iter().any(|dtau| *dtau != 0.0),
+            Tau::Varying(_) => true,
+        };
+        let lags = constant.chain(varying).filter(|lag| !lag.reads.is_empty() && is_late(lag));
         let lags: Vec<Lag> = lags.collect();
         if lags.is_empty() {
             return None;
@@ -203,9 +244,13 @@ impl History {
             marks: Vec::new(),
             shortest: lags
                 .iter()
-                .map(|lag| lag.tau)
+                .filter_map(|lag| lag.constant())
                 .filter(|tau| *tau > 0.0)
                 .fold(f64::INFINITY, f64::min),
+            varying: vec![0.0; n_varying],
+            reads_beyond: false,
+            is_trial: false,
+            crossing: None,
             before: Before {
                 values: vec![0.0; layout.n_v],
                 rates: vec![0.0; layout.n_v],
@@ -223,17 +268,41 @@ impl History {
         self.shortest
     }
 
-    /// Writes what is known of delayed unknowns at `t` behind the inputs.
-    pub(super) fn write<S: System>(&mut self, problem: &Problem<'_, S>, t: f64, u: &mut [f64]) {
+    /// Writes what is known of delayed unknowns at (t, y) behind the inputs.
+    pub(super) fn write<S: System>(
+        &mut self,
+        problem: &Problem<'_, S>,
+        t: f64,
+        y: &[f64],
+        u: &mut [f64],
+    ) {
+        self.look_up(problem, t, y, u);
         let mut past = Channels::of(self.layout, u);
         for lag in 0..self.lags.len() {
+            let alpha = t - self.tau(lag);
             if self.lags[lag].mark == 0 {
-                self.write_origin(problem, lag, t, &mut past);
-            } else if self.lags[lag].tau > 0.0 {
-                self.write_piece(lag, t, &mut past);
-            } else {
+                self.write_origin(problem, lag, alpha, &mut past);
+            } else if self.lags[lag].constant() == Some(0.0) {
                 self.write_present(lag, &mut past);
+            } else {
+                self.write_piece(lag, alpha, &mut past);
             }
+        }
+    }
+
+    /// The delays that vary at (t, y).
+    fn look_up<S: System>(&mut self, problem: &Problem<'_, S>, t: f64, y: &[f64], u: &[f64]) {
+        if !self.varying.is_empty() {
+            // They depend on no discrete number.
+            let at = Point { t, y, u, p: problem.p, z: &[] };
+            problem.system.varying_delays(at, &mut self.varying);
+        }
+    }
+
+    fn tau(&self, lag: usize) -> f64 {
+        match self.lags[lag].tau {
+            Tau::Constant(tau) => tau,
+            Tau::Varying(delay) => self.varying[delay],
         }
     }
 
@@ -242,11 +311,11 @@ impl History {
         &mut self,
         problem: &Problem<'_, S>,
         lag: usize,
-        t: f64,
+        alpha: f64,
         past: &mut Channels<'_>,
     ) {
         let lag = &self.lags[lag];
-        let alpha = (t - lag.tau).min(self.from);
+        let alpha = alpha.min(self.from);
         if lag.reads.iter().any(|read| read.has_history) {
             let at = Point { t: alpha, y: &[], u: &[], p: problem.p, z: &[] };
             let Before { values, rates, curvatures, s, s_rates } = &mut self.before;
@@ -286,13 +355,26 @@ impl History {
     }
 
     /// Between two marks.
-    fn write_piece(&mut self, lag: usize, t: f64, past: &mut Channels<'_>) {
+    fn write_piece(&mut self, lag: usize, alpha: f64, past: &mut Channels<'_>) {
         let (n, n_v, n_w) = (self.now.len(), self.layout.n_v, self.watched.len());
         let lag = &mut self.lags[lag];
-        let alpha = t - lag.tau;
         let begin = self.marks[lag.mark - 1 - self.first_mark].piece;
         let behind = self.marks.get(lag.mark - self.first_mark).map(|mark| mark.piece);
         let end = behind.unwrap_or(self.first + self.ends.len());
+        let ahead = |last: &[f64; 2]| alpha > last[1] + ONE_TIME * last[1].abs().max(self.from.abs());
+        self.reads_beyond |= behind.is_none() && self.ends.last().is_none_or(ahead);
+        if begin >= end {
+            // The first step behind the mark is under way.
+            for &Read { delayed: k, watched, .. } in &lag.reads {
+                past.held[k] = 1.0;
+                past.set(k, [self.now[watched], 0.0, 0.0]);
+                for j in 0..self.n_s {
+                    past.s[j * n_v + k] = self.now[(j + 1) * n_w + watched];
+                    past.s_rate[j * n_v + k] = 0.0;
+                }
+            }
+            return;
+        }
         let mut piece = lag.piece.clamp(begin, end.max(begin + 1) - 1);
         while piece > begin && alpha < self.ends[piece - self.first][0] {
             piece -= 1;
@@ -322,8 +404,8 @@ impl History {
     pub(super) fn begin<S: System>(
         &mut self,
         problem: &Problem<'_, S>,
-        y: &[f64],
-        s: Option<&[f64]>,
+        (y, s): (&[f64], Option<&[f64]>),
+        u: &[f64],
     ) {
         gather(&self.watched, self.n_s, y, s, &mut self.origin);
         // What was just before is in the place of what is now.
@@ -336,10 +418,104 @@ impl History {
         }
         self.has_begun = true;
         self.mark(self.from, 1, &[], y, s);
+        // A delay that is zero at the start reads what follows.
+        self.look_up(problem, self.from, y, u);
+        for lag in 0..self.lags.len() {
+            if self.lags[lag].constant().is_none() && self.tau(lag) <= self.rounding(self.from) {
+                self.lags[lag].mark = 1;
+            }
+        }
     }
 
-    /// Makes room for a step from `t0` to `t1`; its values at the nodes follow.
-    pub(super) fn begin_piece(&mut self, t0: f64, t1: f64) {
+    /// Of α near `t`.
+    fn rounding(&self, t: f64) -> f64 {
+        ONE_TIME * t.abs().max(self.from.abs())
+    }
+
+    /// Whether something was read of what the solution has not reached yet, in this trial.
+    pub(super) fn has_read_beyond(&self) -> bool {
+        self.reads_beyond
+    }
+
+    /// Whether there are delays that vary.
+    pub(super) fn varies(&self) -> bool {
+        !self.varying.is_empty()
+    }
+
+    /// Before a step is tried: what another one left is gone.
+    pub(super) fn forget_trial(&mut self) {
+        self.remove_trial();
+        self.reads_beyond = false;
+    }
+
+    fn remove_trial(&mut self) {
+        if std::mem::take(&mut self.is_trial) && self.ends.pop().is_some() {
+            self.differences.truncate(self.ends.len() * self.now.len() * NODES.len());
+        }
+    }
+
+    /// The first delay that varies and has passed a mark at (t, y), and whether backwards.
+    pub(super) fn passed<S: System>(
+        &mut self,
+        problem: &Problem<'_, S>,
+        (t, y): (f64, &[f64]),
+        u: &[f64],
+    ) -> Option<(usize, bool)> {
+        self.look_up(problem, t, y, u);
+        (0..self.lags.len()).find_map(|i| {
+            let (lag, alpha) = (&self.lags[i], t - self.tau(i));
+            if lag.constant().is_some() {
+                return None;
+            }
+            let rounding = self.rounding(t);
+            let next = self.marks.get(lag.mark - self.first_mark);
+            let last = lag.mark.checked_sub(1 + self.first_mark).map(|mark| &self.marks[mark]);
+            if next.is_some_and(|mark| alpha > mark.t + rounding) {
+                Some((i, false))
+            } else if last.is_some_and(|mark| alpha < mark.t - rounding) {
+                Some((i, true))
+            } else {
+                None
+            }
+        })
+    }
+
+    /// Whether this delay is beyond the mark that it passes at (t, y).
+    pub(super) fn is_past<S: System>(
+        &mut self,
+        problem: &Problem<'_, S>,
+        (t, y): (f64, &[f64]),
+        u: &[f64],
+        (lag, back): (usize, bool),
+    ) -> bool {
+        self.look_up(problem, t, y, u);
+        let alpha = t - self.tau(lag);
+        let mark = self.lags[lag].mark - usize::from(back) - self.first_mark;
+        let mark = self.marks[mark].t;
+        if back { alpha < mark } else { alpha > mark }
+    }
+
+    /// A step is to end at `t`, where a delay that varies reaches a mark.
+    pub(super) fn stop_at(&mut self, t: f64, (lag, back): (usize, bool)) {
+        self.crossing = Some((lag, t, back));
+    }
+
+    /// The delay that varies and would be furthest below zero, and its value.
+    pub(super) fn earliest<S: System>(
+        &mut self,
+        problem: &Problem<'_, S>,
+        (t, y): (f64, &[f64]),
+        u: &[f64],
+    ) -> Option<(usize, f64)> {
+        self.look_up(problem, t, y, u);
+        let values = self.varying.iter().copied().enumerate();
+        values.min_by(|(_, a), (_, b)| a.total_cmp(b))
+    }
+
+    /// Makes room for a step from `t0` to `t1`, perhaps for now; its values at the nodes follow.
+    pub(super) fn begin_piece(&mut self, t0: f64, t1: f64, for_now: bool) {
+        self.remove_trial();
+        self.is_trial = for_now;
         self.drop_passed();
         self.ends.push([t0, t1]);
         let n = self.now.len();
@@ -351,7 +527,7 @@ impl History {
         let n = self.now.len();
         let at = ((self.ends.len() - 1) * NODES.len() + node) * n;
         gather(&self.watched, self.n_s, y, s, &mut self.differences[at..at + n]);
-        if node == 1 {
+        if node == 1 && !self.is_trial {
             self.now.copy_from_slice(&self.differences[at..at + n]);
         }
     }
@@ -365,6 +541,7 @@ impl History {
 
     /// Marks `t`, where the solution goes on with these values. The level is 0 where they jump.
     pub(super) fn mark(&mut self, t: f64, level: u32, dt: &[f64], y: &[f64], s: Option<&[f64]>) {
+        self.crossing = None;
         let jumps = self.watched.iter().zip(&self.now).any(|(unknown, before)| {
             let after = y[*unknown];
             (after - before).abs() > NO_JUMP * after.abs().max(before.abs())
@@ -404,34 +581,50 @@ impl History {
     /// When the next break is; infinity where none is known yet.
     pub(super) fn next_break(&self) -> f64 {
         let times = self.lags.iter().filter_map(|lag| self.break_of(lag));
-        times.fold(f64::INFINITY, f64::min)
+        let crossing = self.crossing.map_or(f64::INFINITY, |(_, t, _)| t);
+        times.fold(crossing, f64::min)
     }
 
     fn break_of(&self, lag: &Lag) -> Option<f64> {
         let mark = self.marks.get(lag.mark - self.first_mark)?;
-        Some(mark.t + lag.tau)
+        Some(mark.t + lag.constant()?)
     }
 
     /// A break at `t`, to rounding.
     pub(super) fn break_at(&self, t: f64) -> Option<Break> {
+        if let Some((lag, time, back)) = self.crossing
+            && time <= t
+        {
+            let mark = self.lags[lag].mark - usize::from(back) - self.first_mark;
+            let Mark { level, dt, .. } = &self.marks[mark];
+            let varying = match self.lags[lag].tau {
+                Tau::Constant(_) => None,
+                Tau::Varying(delay) => Some(delay),
+            };
+            return Some(Break { lag, back, level: *level, dt: dt.clone(), varying });
+        }
         let due = |lag: &Lag| {
-            self.break_of(lag).is_some_and(|time| time <= t + ONE_TIME * t.abs().max(lag.tau))
+            let tau = lag.constant().unwrap_or(0.0);
+            self.break_of(lag).is_some_and(|time| time <= t + ONE_TIME * t.abs().max(tau))
         };
         let lag = self.lags.iter().position(due)?;
         let Lag { dtau, mark, .. } = &self.lags[lag];
         let mark = &self.marks[mark - self.first_mark];
         let dt = mark.dt.iter().zip(dtau).map(|(dt, dtau)| dt + dtau).collect();
-        Some(Break { lag, level: mark.level, dt })
+        Some(Break { lag, back: false, level: mark.level, dt, varying: None })
     }
 
     /// What is read late goes on behind the mark.
     pub(super) fn pass(&mut self, at: &Break) {
-        self.lags[at.lag].mark += 1;
+        let mark = &mut self.lags[at.lag].mark;
+        *mark = if at.back { *mark - 1 } else { *mark + 1 };
+        self.crossing = None;
     }
 
     /// Forgets what no delay reaches any more, now and then.
     fn drop_passed(&mut self) {
-        if self.ends.len() < 2 * MANY_PASSED {
+        // A delay that varies may grow without bound.
+        if self.ends.len() < 2 * MANY_PASSED || self.varies() {
             return;
         }
         // A delay that is still before the start will read the first piece of all.
