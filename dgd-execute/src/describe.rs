@@ -3,8 +3,8 @@
 use dgd_compiler::program::{self, Program, ResultKind};
 use dgd_compiler::units;
 use dgd_runtime::system::{
-    Automaton, Crossing, DelayedInput, DelayedUnknown, Direction, Discrete, Input, Interpolation, Output,
-    Parameter, Pattern, Signature, Text, Transition, Unit, Unknown,
+    Automaton, Crossing, DelayedInput, DelayedUnknown, Direction, Discrete, Input, Interpolation,
+    Output, Parameter, Pattern, Signature, Text, Transition, Unit, Unknown,
 };
 
 pub(crate) fn signature(program: &Program) -> Signature {

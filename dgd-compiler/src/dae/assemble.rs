@@ -136,8 +136,10 @@ fn verify_varying_delays(
         });
         if let Some(i) = solved_for {
             let declared = &model.unknowns[i as usize].declared;
-            let message =
-                format!("the delay `{}` depends on `{}`, which is algebraic", delay.text, declared.name);
+            let message = format!(
+                "the delay `{}` depends on `{}`, which is algebraic",
+                delay.text, declared.name
+            );
             diagnostics.error(
                 Diagnostic::new(Code::E215, declared.span, message)
                     .help("use states that have a derivative, inputs, time and parameters"),

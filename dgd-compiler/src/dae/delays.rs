@@ -123,9 +123,10 @@ pub(super) fn resolve(
                 let (a, b) = (resolver.name(a), resolver.name(b));
                 let read = if a == b { a } else { format!("{a} and {b}") };
                 let message = format!("output `{}` reads {read} at different times", declared.name);
-                diagnostics.error(Diagnostic::new(Code::E408, declared.span, message).help(
-                    "declare an `unknown` that equals the derivative, and delay that",
-                ));
+                diagnostics.error(
+                    Diagnostic::new(Code::E408, declared.span, message)
+                        .help("declare an `unknown` that equals the derivative, and delay that"),
+                );
             }
         }
         of_outputs.push(delay);

@@ -46,7 +46,8 @@ impl<'a> Lowering<'a> {
     /// Why a delay that varies, or that reaches into one, cannot be followed, and what to do.
     fn cannot_be_followed(&self, x: ExprId, tau: ExprId) -> Option<(String, &'static str)> {
         let varies = |id: ExprId| {
-            let moves = |s: &Symbol| matches!(s, Symbol::Time | Symbol::Input(_) | Symbol::Unknown(_));
+            let moves =
+                |s: &Symbol| matches!(s, Symbol::Time | Symbol::Input(_) | Symbol::Unknown(_));
             self.graph.symbols(id).iter().any(moves)
         };
         let delays = |id: ExprId| {
@@ -65,7 +66,7 @@ impl<'a> Lowering<'a> {
         if let Some(culprit) = symbols.into_iter().find(reads) {
             // An argument of a function that is checked by itself has no name in the model.
             let culprit = self.scope.quoted_name(culprit)?;
-            let what = format!("this delay depends on der({culprit})");
+            let what = format!("this delay depends on the derivative of {culprit}");
             return Some((what, "use states, inputs, time, parameters and constants"));
         }
         if !varies(tau) {
@@ -82,6 +83,9 @@ impl<'a> Lowering<'a> {
         let input = self.graph.symbols(x).into_iter().find(|s| matches!(s, Symbol::Input(_)))?;
         let input = self.scope.quoted_name(input)?;
         let what = format!("this delay varies during a run, but {input} is an input");
-        Some((what, "delay an input by constants and parameters, or declare an `unknown` that equals it"))
+        Some((
+            what,
+            "delay an input by constants and parameters, or declare an `unknown` that equals it",
+        ))
     }
 }

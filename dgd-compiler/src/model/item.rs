@@ -139,14 +139,14 @@ impl<'a> Resolver<'a> {
         expr: &Expr,
         diagnostics: &mut Diagnostics,
     ) -> Result<(), Reported> {
-        let depends = |s: &Symbol| {
-            matches!(s, Symbol::Unknown(_) | Symbol::Derivative(_) | Symbol::Input(_))
-        };
+        let depends =
+            |s: &Symbol| matches!(s, Symbol::Unknown(_) | Symbol::Derivative(_) | Symbol::Input(_));
         let symbols = self.lowering.graph.symbols(history);
         let Some(symbol) = symbols.into_iter().find(depends) else { return Ok(()) };
         let culprit = self.lowering.scope.quoted_name(symbol);
         let culprit = culprit.unwrap_or_else(|| "an unknown".to_owned());
-        let message = format!("this history depends on {culprit}, of which nothing earlier is known");
+        let message =
+            format!("this history depends on {culprit}, of which nothing earlier is known");
         Err(diagnostics.error(
             Diagnostic::new(Code::E503, expr.span, message)
                 .help("use `time`, parameters and constants"),

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, HashMap};
 use super::functions::{Argument, FUNCTIONS, FunctionKind, ResultKind};
 use super::past::{PastLayout, opened};
 use super::{
-    Automaton, DelayedUnknown, Direction, Function, Operation, Output, Pattern, Program, Transition, Unknown,
-    ValueId,
+    Automaton, DelayedUnknown, Direction, Function, Operation, Output, Pattern, Program,
+    Transition, Unknown, ValueId,
 };
 use crate::dae::{self, Dae};
 use crate::expr::{ExprId, Graph, Node, Past, Symbol};
@@ -258,8 +258,7 @@ impl<'a> Derivation<'a> {
             ResultKind::Dwdu => self.partials(result, &w, self.any_input()),
             ResultKind::Dwdp => self.partials(result, &w, parameter),
             ResultKind::Dgdy => {
-                let rows =
-                    self.derivatives_of_g(|derivation, e| derivation.gradient(e, &unknown));
+                let rows = self.derivatives_of_g(|derivation, e| derivation.gradient(e, &unknown));
                 self.non_zeros(result, rows)
             }
         }
@@ -290,9 +289,8 @@ impl<'a> Derivation<'a> {
     /// ∂expressions/∂t where all that is read late is fixed.
     fn by_time(&mut self, expressions: &[ExprId]) -> Vec<ExprId> {
         let zero = self.graph.constant(0.0);
-        let slope = |e: &ExprId| {
-            self.graph.gradient(*e, time).first().map_or(zero, |(_, slope)| *slope)
-        };
+        let slope =
+            |e: &ExprId| self.graph.gradient(*e, time).first().map_or(zero, |(_, slope)| *slope);
         expressions.iter().map(slope).collect()
     }
 
@@ -360,7 +358,12 @@ impl<'a> Derivation<'a> {
         rows
     }
 
-    pub(super) fn accumulate(&mut self, sums: &mut BTreeMap<usize, ExprId>, position: usize, term: ExprId) {
+    pub(super) fn accumulate(
+        &mut self,
+        sums: &mut BTreeMap<usize, ExprId>,
+        position: usize,
+        term: ExprId,
+    ) {
         let sum = match sums.get(&position) {
             Some(earlier) => self.graph.add(*earlier, term),
             None => term,
@@ -570,9 +573,7 @@ fn operation(
                 let unknown = dae.delayed_unknowns[k as usize].unknown;
                 Operation::Load(Argument::Y, position(unknown))
             }
-            Symbol::Past(past, k) => {
-                Operation::Load(Argument::U, position(layout.begin(past)) + k)
-            }
+            Symbol::Past(past, k) => Operation::Load(Argument::U, position(layout.begin(past)) + k),
             Symbol::Constant(_)
             | Symbol::Derivative(_)
             | Symbol::Late(_)

@@ -40,8 +40,7 @@ impl fmt::Display for Program {
             let name = &self.unknowns[delayed.unknown].name;
             let list = if delayed.varies { &self.varying_delays } else { &self.delays };
             let tau = &list[delayed.delay];
-            let [held, value] =
-                [Past::Held, Past::Value].map(|past| self.past().begin(past) + k);
+            let [held, value] = [Past::Held, Past::Value].map(|past| self.past().begin(past) + k);
             writeln!(f, "  u[{value}] = delay({name}, {tau}) where u[{held}] is 1")?;
         }
         for (i, tau) in self.delays.iter().enumerate() {

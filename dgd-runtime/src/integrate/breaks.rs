@@ -227,16 +227,14 @@ impl<S: System> Simulation<'_, S> {
             *before -= after;
         }
         let tolerances = self.tolerances;
-        let mut moved =
-            tolerances.mean_square(work.before.as_ref(), y, y_new, self.sizes.as_ref());
+        let mut moved = tolerances.mean_square(work.before.as_ref(), y, y_new, self.sizes.as_ref());
         if let (Some(d), Some(s)) = (&self.directions, &mut work.s) {
             for (before, after) in s.as_mut().iter_mut().zip(d.s_new.as_ref()) {
                 *before -= after;
             }
             let (s_old, s_new) = (d.s.as_ref(), d.s_new.as_ref());
             let n = y.len().max(1);
-            let moved_s =
-                largest_block(tolerances, n, s.as_ref(), s_old, s_new, d.sizes.as_ref());
+            let moved_s = largest_block(tolerances, n, s.as_ref(), s_old, s_new, d.sizes.as_ref());
             moved = larger(moved, moved_s);
         }
         moved <= SETTLED * SETTLED
@@ -268,9 +266,10 @@ impl<S: System> Simulation<'_, S> {
         }
         let n = self.problem.system.signature().past().first;
         let before = &self.drive.at(self.t, self.y.as_ref())[..n];
-        let jumps = before.iter().zip(segment.u).any(|(left, right)| {
-            (right - left).abs() > NO_JUMP * left.abs().max(right.abs())
-        });
+        let jumps = before
+            .iter()
+            .zip(segment.u)
+            .any(|(left, right)| (right - left).abs() > NO_JUMP * left.abs().max(right.abs()));
         if jumps { 1 } else { 2 }
     }
 

@@ -383,7 +383,8 @@ impl<'a, S: System> Simulation<'a, S> {
             return Ok(());
         }
         let Problem { system, p, .. } = *self.problem;
-        let at = Place { t: self.t, u: self.drive.at(self.t, self.y.as_ref()), p, z: self.discrete.z() };
+        let at =
+            Place { t: self.t, u: self.drive.at(self.t, self.y.as_ref()), p, z: self.discrete.z() };
         self.algebraic
             .make_consistent(
                 system,

@@ -73,12 +73,7 @@ impl<S: System> Simulation<'_, S> {
 }
 
 /// Records what is known of delayed unknowns at `t`, where outputs read it.
-fn record_past<S: System>(
-    drive: &mut Drive<'_, S>,
-    t: f64,
-    y: &[f64],
-    solution: &mut Solution,
-) {
+fn record_past<S: System>(drive: &mut Drive<'_, S>, t: f64, y: &[f64], solution: &mut Solution) {
     if solution.n_past > 0 {
         let u = drive.at(t, y);
         solution.past.extend_from_slice(&u[u.len() - solution.n_past..]);

@@ -14,13 +14,15 @@
 //! on their way, as with recordings of every second and a long delay, only those are followed up that
 //! values or sensitivities jump at: levels 0 and 1.
 
+mod look_up;
+mod passing;
 mod polynomial;
 
 use crate::delay::{delay_sensitivities, delays};
 use crate::error::{BadRequest, IntegrateError};
 use crate::problem::Problem;
 use crate::system::{PastLayout, Point, System};
-use polynomial::{Basis, divide};
+use polynomial::divide;
 
 pub(super) use polynomial::NODES;
 
@@ -149,8 +151,7 @@ pub(super) fn verify<S: System>(
     for delayed in signature.delayed_unknowns.iter().filter(|delayed| !delayed.varies) {
         let unknown = &signature.unknowns[delayed.unknown];
         let value = tau[delayed.delay];
-        let moves =
-            || dtau.chunks_exact(tau.len()).any(|column| column[delayed.delay] != 0.0);
+        let moves = || dtau.chunks_exact(tau.len()).any(|column| column[delayed.delay] != 0.0);
         let is_known = value.is_finite() && value >= 0.0;
         // The derivative to a delay of zero is −ẋ, which only an equation of x itself gives.
         let has_rate = unknown.differential && signature.discrete.automata.is_empty();
@@ -268,138 +269,6 @@ impl History {
         self.shortest
     }
 
-    /// Writes what is known of delayed unknowns at (t, y) behind the inputs.
-    pub(super) fn write<S: System>(
-        &mut self,
-        problem: &Problem<'_, S>,
-        t: f64,
-        y: &[f64],
-        u: &mut [f64],
-    ) {
-        self.look_up(problem, t, y, u);
-        let mut past = Channels::of(self.layout, u);
-        for lag in 0..self.lags.len() {
-            let alpha = t - self.tau(lag);
-            if self.lags[lag].mark == 0 {
-                self.write_origin(problem, lag, alpha, &mut past);
-            } else if self.lags[lag].constant() == Some(0.0) {
-                self.write_present(lag, &mut past);
-            } else {
-                self.write_piece(lag, alpha, &mut past);
-            }
-        }
-    }
-
-    /// The delays that vary at (t, y).
-    fn look_up<S: System>(&mut self, problem: &Problem<'_, S>, t: f64, y: &[f64], u: &[f64]) {
-        if !self.varying.is_empty() {
-            // They depend on no discrete number.
-            let at = Point { t, y, u, p: problem.p, z: &[] };
-            problem.system.varying_delays(at, &mut self.varying);
-        }
-    }
-
-    fn tau(&self, lag: usize) -> f64 {
-        match self.lags[lag].tau {
-            Tau::Constant(tau) => tau,
-            Tau::Varying(delay) => self.varying[delay],
-        }
-    }
-
-    /// Before the start.
-    fn write_origin<S: System>(
-        &mut self,
-        problem: &Problem<'_, S>,
-        lag: usize,
-        alpha: f64,
-        past: &mut Channels<'_>,
-    ) {
-        let lag = &self.lags[lag];
-        let alpha = alpha.min(self.from);
-        if lag.reads.iter().any(|read| read.has_history) {
-            let at = Point { t: alpha, y: &[], u: &[], p: problem.p, z: &[] };
-            let Before { values, rates, curvatures, s, s_rates } = &mut self.before;
-            problem.system.histories(at, values, rates, curvatures);
-            if self.n_s > 0 {
-                problem.system.history_sensitivities(at, s, s_rates);
-            }
-        }
-        let (n_v, n_w) = (self.layout.n_v, self.watched.len());
-        for &Read { delayed: k, watched, has_history } in &lag.reads {
-            past.held[k] = f64::from(u8::from(has_history || self.has_begun));
-            if has_history {
-                let Before { values, rates, curvatures, s, s_rates } = &self.before;
-                past.set(k, [values[k], rates[k], curvatures[k]]);
-                for j in (0..self.n_s).map(|j| j * n_v + k) {
-                    (past.s[j], past.s_rate[j]) = (s[j], s_rates[j]);
-                }
-            } else {
-                past.set(k, [self.origin[watched], 0.0, 0.0]);
-                for j in 0..self.n_s {
-                    past.s[j * n_v + k] = self.origin[(j + 1) * n_w + watched];
-                    past.s_rate[j * n_v + k] = 0.0;
-                }
-            }
-        }
-    }
-
-    /// A delay of zero, which matters where values jump: with any delay it would read the left one.
-    fn write_present(&mut self, lag: usize, past: &mut Channels<'_>) {
-        let lag = &self.lags[lag];
-        let mark = self.marks.get(lag.mark - self.first_mark);
-        for &Read { delayed: k, watched, .. } in &lag.reads {
-            let left = mark.and_then(|mark| mark.left.get(watched));
-            past.held[k] = f64::from(u8::from(left.is_some()));
-            past.set(k, [left.copied().unwrap_or(0.0), 0.0, 0.0]);
-        }
-    }
-
-    /// Between two marks.
-    fn write_piece(&mut self, lag: usize, alpha: f64, past: &mut Channels<'_>) {
-        let (n, n_v, n_w) = (self.now.len(), self.layout.n_v, self.watched.len());
-        let lag = &mut self.lags[lag];
-        let begin = self.marks[lag.mark - 1 - self.first_mark].piece;
-        let behind = self.marks.get(lag.mark - self.first_mark).map(|mark| mark.piece);
-        let end = behind.unwrap_or(self.first + self.ends.len());
-        let ahead = |last: &[f64; 2]| alpha > last[1] + ONE_TIME * last[1].abs().max(self.from.abs());
-        self.reads_beyond |= behind.is_none() && self.ends.last().is_none_or(ahead);
-        if begin >= end {
-            // The first step behind the mark is under way.
-            for &Read { delayed: k, watched, .. } in &lag.reads {
-                past.held[k] = 1.0;
-                past.set(k, [self.now[watched], 0.0, 0.0]);
-                for j in 0..self.n_s {
-                    past.s[j * n_v + k] = self.now[(j + 1) * n_w + watched];
-                    past.s_rate[j * n_v + k] = 0.0;
-                }
-            }
-            return;
-        }
-        let mut piece = lag.piece.clamp(begin, end.max(begin + 1) - 1);
-        while piece > begin && alpha < self.ends[piece - self.first][0] {
-            piece -= 1;
-        }
-        while piece + 1 < end && alpha > self.ends[piece - self.first][1] {
-            piece += 1;
-        }
-        lag.piece = piece;
-
-        let at = piece - self.first;
-        let [t0, t1] = self.ends[at];
-        let per_h = if t1 > t0 { 1.0 / (t1 - t0) } else { 0.0 };
-        let basis = Basis::at((alpha - t0) * per_h);
-        let differences = &self.differences[at * n * NODES.len()..(at + 1) * n * NODES.len()];
-        for &Read { delayed: k, watched, .. } in &lag.reads {
-            let [x, slope, bend] = basis.read(differences, n, watched);
-            past.held[k] = 1.0;
-            past.set(k, [x, slope * per_h, bend * per_h * per_h]);
-            for j in 0..self.n_s {
-                let [x, slope, _] = basis.read(differences, n, (j + 1) * n_w + watched);
-                (past.s[j * n_v + k], past.s_rate[j * n_v + k]) = (x, slope * per_h);
-            }
-        }
-    }
-
     /// Begins with consistent start values.
     pub(super) fn begin<S: System>(
         &mut self,
@@ -427,19 +296,9 @@ impl History {
         }
     }
 
-    /// Of α near `t`.
-    fn rounding(&self, t: f64) -> f64 {
-        ONE_TIME * t.abs().max(self.from.abs())
-    }
-
     /// Whether something was read of what the solution has not reached yet, in this trial.
     pub(super) fn has_read_beyond(&self) -> bool {
         self.reads_beyond
-    }
-
-    /// Whether there are delays that vary.
-    pub(super) fn varies(&self) -> bool {
-        !self.varying.is_empty()
     }
 
     /// Before a step is tried: what another one left is gone.
@@ -452,64 +311,6 @@ impl History {
         if std::mem::take(&mut self.is_trial) && self.ends.pop().is_some() {
             self.differences.truncate(self.ends.len() * self.now.len() * NODES.len());
         }
-    }
-
-    /// The first delay that varies and has passed a mark at (t, y), and whether backwards.
-    pub(super) fn passed<S: System>(
-        &mut self,
-        problem: &Problem<'_, S>,
-        (t, y): (f64, &[f64]),
-        u: &[f64],
-    ) -> Option<(usize, bool)> {
-        self.look_up(problem, t, y, u);
-        (0..self.lags.len()).find_map(|i| {
-            let (lag, alpha) = (&self.lags[i], t - self.tau(i));
-            if lag.constant().is_some() {
-                return None;
-            }
-            let rounding = self.rounding(t);
-            let next = self.marks.get(lag.mark - self.first_mark);
-            let last = lag.mark.checked_sub(1 + self.first_mark).map(|mark| &self.marks[mark]);
-            if next.is_some_and(|mark| alpha > mark.t + rounding) {
-                Some((i, false))
-            } else if last.is_some_and(|mark| alpha < mark.t - rounding) {
-                Some((i, true))
-            } else {
-                None
-            }
-        })
-    }
-
-    /// Whether this delay is beyond the mark that it passes at (t, y).
-    pub(super) fn is_past<S: System>(
-        &mut self,
-        problem: &Problem<'_, S>,
-        (t, y): (f64, &[f64]),
-        u: &[f64],
-        (lag, back): (usize, bool),
-    ) -> bool {
-        self.look_up(problem, t, y, u);
-        let alpha = t - self.tau(lag);
-        let mark = self.lags[lag].mark - usize::from(back) - self.first_mark;
-        let mark = self.marks[mark].t;
-        if back { alpha < mark } else { alpha > mark }
-    }
-
-    /// A step is to end at `t`, where a delay that varies reaches a mark.
-    pub(super) fn stop_at(&mut self, t: f64, (lag, back): (usize, bool)) {
-        self.crossing = Some((lag, t, back));
-    }
-
-    /// The delay that varies and would be furthest below zero, and its value.
-    pub(super) fn earliest<S: System>(
-        &mut self,
-        problem: &Problem<'_, S>,
-        (t, y): (f64, &[f64]),
-        u: &[f64],
-    ) -> Option<(usize, f64)> {
-        self.look_up(problem, t, y, u);
-        let values = self.varying.iter().copied().enumerate();
-        values.min_by(|(_, a), (_, b)| a.total_cmp(b))
     }
 
     /// Makes room for a step from `t0` to `t1`, perhaps for now; its values at the nodes follow.
@@ -578,49 +379,6 @@ impl History {
         self.marks.push(Mark { t, piece, level, dt, left });
     }
 
-    /// When the next break is; infinity where none is known yet.
-    pub(super) fn next_break(&self) -> f64 {
-        let times = self.lags.iter().filter_map(|lag| self.break_of(lag));
-        let crossing = self.crossing.map_or(f64::INFINITY, |(_, t, _)| t);
-        times.fold(crossing, f64::min)
-    }
-
-    fn break_of(&self, lag: &Lag) -> Option<f64> {
-        let mark = self.marks.get(lag.mark - self.first_mark)?;
-        Some(mark.t + lag.constant()?)
-    }
-
-    /// A break at `t`, to rounding.
-    pub(super) fn break_at(&self, t: f64) -> Option<Break> {
-        if let Some((lag, time, back)) = self.crossing
-            && time <= t
-        {
-            let mark = self.lags[lag].mark - usize::from(back) - self.first_mark;
-            let Mark { level, dt, .. } = &self.marks[mark];
-            let varying = match self.lags[lag].tau {
-                Tau::Constant(_) => None,
-                Tau::Varying(delay) => Some(delay),
-            };
-            return Some(Break { lag, back, level: *level, dt: dt.clone(), varying });
-        }
-        let due = |lag: &Lag| {
-            let tau = lag.constant().unwrap_or(0.0);
-            self.break_of(lag).is_some_and(|time| time <= t + ONE_TIME * t.abs().max(tau))
-        };
-        let lag = self.lags.iter().position(due)?;
-        let Lag { dtau, mark, .. } = &self.lags[lag];
-        let mark = &self.marks[mark - self.first_mark];
-        let dt = mark.dt.iter().zip(dtau).map(|(dt, dtau)| dt + dtau).collect();
-        Some(Break { lag, back: false, level: mark.level, dt, varying: None })
-    }
-
-    /// What is read late goes on behind the mark.
-    pub(super) fn pass(&mut self, at: &Break) {
-        let mark = &mut self.lags[at.lag].mark;
-        *mark = if at.back { *mark - 1 } else { *mark + 1 };
-        self.crossing = None;
-    }
-
     /// Forgets what no delay reaches any more, now and then.
     fn drop_passed(&mut self) {
         // A delay that varies may grow without bound.
@@ -640,31 +398,6 @@ impl History {
         let mark = behind.unwrap_or(self.first_mark);
         self.marks.drain(..mark - self.first_mark);
         self.first_mark = mark;
-    }
-}
-
-/// What u has of delayed unknowns.
-struct Channels<'a> {
-    held: &'a mut [f64],
-    value: &'a mut [f64],
-    rate: &'a mut [f64],
-    curvature: &'a mut [f64],
-    s: &'a mut [f64],
-    s_rate: &'a mut [f64],
-}
-
-impl<'a> Channels<'a> {
-    fn of(PastLayout { first, n_v, n_s }: PastLayout, u: &'a mut [f64]) -> Self {
-        let (held, u) = u[first..].split_at_mut(n_v);
-        let (value, u) = u.split_at_mut(n_v);
-        let (rate, u) = u.split_at_mut(n_v);
-        let (curvature, u) = u.split_at_mut(n_v);
-        let (s, s_rate) = u.split_at_mut(n_v * n_s);
-        Self { held, value, rate, curvature, s, s_rate }
-    }
-
-    fn set(&mut self, k: usize, [value, rate, curvature]: [f64; 3]) {
-        (self.value[k], self.rate[k], self.curvature[k]) = (value, rate, curvature);
     }
 }
 
