@@ -327,6 +327,7 @@ fn sensitivities_to_delays_agree_with_differences() {
 
 mod generated {
     dgd::model!("models/delayed_sensor.dgd");
+    dgd::model!("models/remote_level.dgd");
 }
 
 #[test]
@@ -341,4 +342,19 @@ fn generated_and_interpreted_runs_give_the_same_bits() {
     let of_interpreted = run(&interpreted, &p, &inputs, &times);
     let of_generated = run(&generated::delayed_sensor::Model, &p, &inputs, &times);
     assert_eq!(of_interpreted, of_generated);
+}
+
+/// The same of unknowns that act late: what a run keeps of its past is one routine over both.
+#[test]
+fn generated_and_interpreted_runs_with_a_past_give_the_same_bits() {
+    let interpreted = Interpreted::new(compiled(Path::new("models/remote_level.dgd"), &[]).program);
+    let p: Vec<f64> = interpreted.signature().parameters.iter().map(|x| x.value).collect();
+    let lpm = interpreted.signature().inputs[0].unit.factor;
+    let inputs =
+        recorded(&interpreted, &[0.0, 30.0, 60.0], &[&[300.0, 420.0, 360.0].map(|q| q * lpm)]);
+    let times: Vec<f64> = (0..60).map(f64::from).collect();
+    let of_interpreted = run(&interpreted, &p, &inputs, &times);
+    let of_generated = run(&generated::remote_level::Model, &p, &inputs, &times);
+    assert_eq!(of_interpreted, of_generated);
+    assert!(of_interpreted.0.undefined.is_empty(), "{:?}", of_interpreted.0.undefined);
 }

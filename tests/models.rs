@@ -6,6 +6,7 @@ mod support;
 use std::cell::RefCell;
 use std::path::Path;
 
+use dgd::system::{DelayedUnknown, PastLayout};
 use dgd::{Direction, Pattern, Point, System, discrete_numbers};
 use dgd_execute::Interpreted;
 use support::{Noise, compiled, every_variant, input_values, interpreted, model_files, move_past};
@@ -50,6 +51,36 @@ impl At {
     fn point(&self) -> Point<'_> {
         Point { t: self.t, y: &self.y, u: &self.u, p: &self.p, z: &self.z }
     }
+}
+
+/// When each delayed unknown is looked up.
+fn looked_up(system: &impl System, at: &At) -> Vec<f64> {
+    let signature = system.signature();
+    let mut tau = vec![0.0; signature.delays.len()];
+    let mut varying = vec![0.0; signature.varying_delays.len()];
+    system.delays(at.point(), &mut tau);
+    system.varying_delays(at.point(), &mut varying);
+    let tau =
+        |read: &DelayedUnknown| if read.varies { varying[read.delay] } else { tau[read.delay] };
+    signature.delayed_unknowns.iter().map(|read| at.t - tau(read)).collect()
+}
+
+/// A place that was moved, with what is known of delayed unknowns moved to where they are looked up
+/// there.
+fn followed(system: &impl System, from: &At, mut moved: At) -> At {
+    let PastLayout { first, n_v, n_s } = system.signature().past();
+    let times = looked_up(system, from).into_iter().zip(looked_up(system, &moved));
+    let u = &mut moved.u[first..];
+    for (k, (before, after)) in times.enumerate() {
+        let dt = after - before;
+        let [value, rate, curvature] = [1, 2, 3].map(|row| row * n_v + k);
+        u[value] += (u[rate] + 0.5 * u[curvature] * dt) * dt;
+        u[rate] += u[curvature] * dt;
+        for j in 0..n_s {
+            u[(4 + j) * n_v + k] += u[(4 + n_s + j) * n_v + k] * dt;
+        }
+    }
+    moved
 }
 
 /// A derivative found by differences.
@@ -193,9 +224,10 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
         for column in 0..moved(&mut at.clone()).len() {
             let x = moved(&mut at.clone())[column];
             let shifted = |x: f64| {
-                let mut at = at.clone();
-                moved(&mut at)[column] = x;
-                at
+                let mut shifted = at.clone();
+                moved(&mut shifted)[column] = x;
+                // Derivatives to y are those of the whole, to u and p those where u is fixed.
+                if array == "y" { followed(system, at, shifted) } else { shifted }
             };
             let what = |of: &str| format!("{label}: d{of}/d{array}[{column}]");
             let found = difference(&|x| f(&shifted(x)), x, size(x));
@@ -213,9 +245,8 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
         at
     };
     let moving_on = |dt: f64| {
-        let mut at = moving(dt, &udot);
-        move_past(&signature, &mut at.u, dt);
-        at
+        let moved = moving(dt, &udot);
+        followed(system, at, moved)
     };
     let still = vec![0.0; n_u];
     let mut time_derivative = vec![0.0; n];
@@ -246,23 +277,23 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
             let slope = at.u[late + n_late + position];
             at.u[late + position] -= slope * dtau[j * n_tau + input.delay] * step;
         }
-        for (k, delayed) in signature.delayed_unknowns.iter().enumerate() {
+        for k in 0..past.n_v {
             let number = |row: usize| past.first + row * past.n_v + k;
-            let moved = at.u[number(4 + j)] - at.u[number(2)] * dtau[j * n_tau + delayed.delay];
-            at.u[number(1)] += moved * step;
+            at.u[number(1)] += at.u[number(4 + j)] * step;
         }
     };
 
     // g = df/dy S + df/dθ is the derivative of f along (S_j, e_j); the same of w.
     let s: Vec<f64> = (0..n * n_s).map(|k| size(at.y[k % n]) * noise.next()).collect();
     let along = |j: usize, dx: f64| {
-        let mut at = at.clone();
+        let mut moved = at.clone();
         let parameter = moved_parameter(j);
         let step = size(at.p[parameter]);
-        at.p[parameter] += step * dx;
-        move_inputs(&mut at, j, step * dx);
-        at.y.iter_mut().zip(&s[j * n..]).for_each(|(y, s)| *y += s * dx);
-        at
+        moved.p[parameter] += step * dx;
+        moved.y.iter_mut().zip(&s[j * n..]).for_each(|(y, s)| *y += s * dx);
+        let mut moved = followed(system, at, moved);
+        move_inputs(&mut moved, j, step * dx);
+        moved
     };
     // Sensitivities are per unit of θ; here θ moves by its size, so S is S θ.
     let unscaled: Vec<f64> =
@@ -304,9 +335,9 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
     assert_eq!((&f2, &j2, &dfdt2, &g2), (&f(at), &jacobian, &dfdt, &g), "{label}: fused");
     for column in 0..n {
         let shifted = |x: f64| {
-            let mut at = at.clone();
-            at.y[column] = x;
-            at
+            let mut shifted = at.clone();
+            shifted.y[column] = x;
+            followed(system, at, shifted)
         };
         let found = difference(&|x| g_at(&shifted(x)), at.y[column], size(at.y[column]));
         let derivative = dense(&signature.sensitivity_jacobian, &dgdy, n * n_s, column);
@@ -410,10 +441,10 @@ fn check_event_derivatives(system: &Interpreted, at: &At, label: &str) {
     for j in 0..n_s {
         let Direction::Parameter(p) = signature.directions[j] else { continue };
         let moved = |step: f64| {
-            let mut at = at.clone();
-            at.p[p] += step;
-            at.y.iter_mut().zip(&s[j * n..]).for_each(|(y, s)| *y += s * step);
-            values(&at)
+            let mut moved = at.clone();
+            moved.p[p] += step;
+            moved.y.iter_mut().zip(&s[j * n..]).for_each(|(y, s)| *y += s * step);
+            values(&followed(system, at, moved))
         };
         let found = difference(&moved, 0.0, 0.01 * size(at.p[p]));
         let column = |matrix: &[f64], rows: usize| matrix[j * rows..(j + 1) * rows].to_vec();
@@ -422,9 +453,9 @@ fn check_event_derivatives(system: &Interpreted, at: &At, label: &str) {
     }
     for i in 0..n {
         let moved = |step: f64| {
-            let mut at = at.clone();
-            at.y[i] += step;
-            values(&at)
+            let mut moved = at.clone();
+            moved.y[i] += step;
+            values(&followed(system, at, moved))
         };
         let columns = [
             dense(&discrete.event_jacobian, &dedy, n_e, i),
@@ -435,11 +466,10 @@ fn check_event_derivatives(system: &Interpreted, at: &At, label: &str) {
         compare(&format!("{label}: events, y[{i}]"), &columns.concat(), &found);
     }
     let moved = |step: f64| {
-        let mut at = at.clone();
-        at.t += step;
-        at.u.iter_mut().zip(&udot).for_each(|(u, udot)| *u += udot * step);
-        move_past(&signature, &mut at.u, step);
-        values(&at)
+        let mut moved = at.clone();
+        moved.t += step;
+        moved.u.iter_mut().zip(&udot).for_each(|(u, udot)| *u += udot * step);
+        values(&followed(system, at, moved))
     };
     let found = difference(&moved, 0.0, 1.0);
     compare(&format!("{label}: events, t"), &[dedt, drdt, vec![0.0; n_c]].concat(), &found);
@@ -510,6 +540,12 @@ fn bits(system: &impl System, at: &At) -> Vec<Vec<u64>> {
     let (mut past_s, mut s_rate) = (numbers(n_v * n_s), numbers(n_v * n_s));
     system.history_sensitivities(point, &mut past_s, &mut s_rate);
     all.extend([x, rate, curvature, past_s, s_rate]);
+    let n_tau = signature.varying_delays.len();
+    let (mut tau, mut dtau) = (numbers(n_tau), numbers(n_tau * n_s));
+    let (mut dtaudy, mut dtaudt) = (numbers(n_tau * n), numbers(n_tau));
+    system.varying_delays(point, &mut tau);
+    system.varying_delay_sensitivities(point, &udot, &s, &mut dtau, &mut dtaudy, &mut dtaudt);
+    all.extend([tau, dtau, dtaudy, dtaudt]);
 
     let discrete = &signature.discrete;
     let (n_e, n_c) = (discrete.transitions().count(), discrete.n_time_conditions);

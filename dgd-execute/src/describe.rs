@@ -93,6 +93,7 @@ fn of_single(program: &Program) -> Signature {
             })
             .collect(),
         delays: program.delays.iter().map(|delay| text(delay)).collect(),
+        varying_delays: program.varying_delays.iter().map(|delay| text(delay)).collect(),
         delayed_inputs: program
             .delayed_inputs
             .iter()
@@ -104,6 +105,7 @@ fn of_single(program: &Program) -> Signature {
             .map(|delayed| DelayedUnknown {
                 unknown: delayed.unknown,
                 delay: delayed.delay,
+                varies: delayed.varies,
                 has_history: delayed.has_history,
             })
             .collect(),

@@ -249,6 +249,23 @@ impl System for Interpreted {
         self.run(FunctionKind::HistorySensitivities, at, &[], &[], &mut [s, rates]);
     }
 
+    fn varying_delays(&self, at: Point<'_>, tau: &mut [f64]) {
+        self.run(FunctionKind::VaryingDelays, at, &[], &[], &mut [tau]);
+    }
+
+    fn varying_delay_sensitivities(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        s: &[f64],
+        dtau: &mut [f64],
+        dtaudy: &mut [f64],
+        dtaudt: &mut [f64],
+    ) {
+        let results = &mut [dtau, dtaudy, dtaudt];
+        self.run(FunctionKind::VaryingDelaySensitivities, at, udot, s, results);
+    }
+
     fn mass(&self, at: Point<'_>, mass: &mut [f64]) {
         if self.program.computes(FunctionKind::Mass) {
             self.run(FunctionKind::Mass, at, &[], &[], &mut [mass]);

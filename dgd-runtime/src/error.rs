@@ -60,6 +60,15 @@ pub enum IntegrateError {
         /// Number of transitions at this time, or on the way to it.
         transitions: usize,
     },
+    /// A delay that varies comes out below zero: something would be read before it is.
+    DelayBelowZero {
+        /// The time, s.
+        t: f64,
+        /// The delay, as the model writes it.
+        delay: String,
+        /// Its value, s.
+        value: f64,
+    },
     /// More steps than allowed.
     TooManySteps {
         /// Time reached, s.
@@ -261,6 +270,10 @@ impl fmt::Display for IntegrateError {
             Self::EndlessEvents { t, automaton, transitions } => write!(
                 f,
                 "`{automaton}` goes on without end at t = {t} s, after {transitions} transitions"
+            ),
+            Self::DelayBelowZero { t, delay, value } => write!(
+                f,
+                "the delay `{delay}` is {value} s at t = {t} s; what will be is not known before"
             ),
             Self::TooManySteps { t, steps } => {
                 write!(f, "{steps} steps were not enough, the solution stopped at t = {t} s")

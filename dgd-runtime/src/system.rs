@@ -177,6 +177,27 @@ pub trait System {
         dtau.fill(0.0);
     }
 
+    /// The delays that vary.
+    fn varying_delays(&self, at: Point<'_>, tau: &mut [f64]) {
+        let _ = at;
+        tau.fill(0.0);
+    }
+
+    /// dτ/dθ = ∂τ/∂y S + ∂τ/∂θ of the delays that vary, and ∂τ/∂y, both dense by columns, and
+    /// ∂τ/∂t + ∂τ/∂u u̇.
+    #[allow(clippy::too_many_arguments)]
+    fn varying_delay_sensitivities(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        s: &[f64],
+        dtau: &mut [f64],
+        dtaudy: &mut [f64],
+        dtaudt: &mut [f64],
+    ) {
+        let _ = (at, udot, s, dtau, dtaudy, dtaudt);
+    }
+
     /// What each delayed unknown was at a time before the start, 0 where the model does not say, with
     /// two derivatives to t. `at.y` and `at.u` are not read.
     fn histories(
@@ -275,6 +296,8 @@ pub struct Signature {
     pub inputs: List<Input>,
     /// Distinct delays τ, as formulas write them.
     pub delays: List<Text>,
+    /// Distinct delays that vary, as formulas write them: of time, inputs and differential unknowns.
+    pub varying_delays: List<Text>,
     /// Inputs that the equations read late: u has them, and then their slopes, behind `inputs`.
     pub delayed_inputs: List<DelayedInput>,
     /// Unknowns that the equations read late: u has what is known of them ([`PastLayout`]) behind the
@@ -561,8 +584,10 @@ pub struct DelayedInput {
 pub struct DelayedUnknown {
     /// Position of the unknown.
     pub unknown: usize,
-    /// Position of the delay τ.
+    /// Position of the delay τ, or among those that vary.
     pub delay: usize,
+    /// Whether its delay varies.
+    pub varies: bool,
     /// Whether the model says what it was before the start ([`System::histories`]); otherwise that is
     /// what it starts with.
     pub has_history: bool,

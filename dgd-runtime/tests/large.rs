@@ -63,6 +63,7 @@ impl Diffusion {
                 .into(),
                 inputs: Vec::new().into(),
                 delays: Vec::new().into(),
+                varying_delays: Vec::new().into(),
                 delayed_inputs: Vec::new().into(),
                 delayed_unknowns: Vec::new().into(),
                 differentiated_inputs: Vec::new().into(),

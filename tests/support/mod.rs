@@ -4,7 +4,6 @@
 
 use std::path::{Path, PathBuf};
 
-use dgd::system::PastLayout;
 use dgd::{DelayedInput, Input, Interpolation, Signature};
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
@@ -108,7 +107,8 @@ pub(crate) fn input_values(
     let past: Vec<(String, Input)> = (signature.delayed_unknowns.iter())
         .map(|delayed| {
             let unknown = &signature.unknowns[delayed.unknown];
-            let name = format!("{} late by {}", unknown.name, signature.delays[delayed.delay]);
+            let list = if delayed.varies { &signature.varying_delays } else { &signature.delays };
+            let name = format!("{} late by {}", unknown.name, list[delayed.delay]);
             let (unit, interpolation) = (unknown.unit.clone(), Interpolation::Linear);
             (name, Input { name: unknown.name.clone(), unit, interpolation })
         })
@@ -120,20 +120,6 @@ pub(crate) fn input_values(
         u.extend(past.iter().map(|(name, input)| slope(&format!("{name}, {number}"), input)));
     }
     u
-}
-
-/// What is known of delayed unknowns after `dt` more, their delays being what they are.
-pub(crate) fn move_past(signature: &Signature, u: &mut [f64], dt: f64) {
-    let PastLayout { first, n_v, n_s } = signature.past();
-    let u = &mut u[first..];
-    for k in 0..n_v {
-        let [value, rate, curvature] = [1, 2, 3].map(|row| row * n_v + k);
-        u[value] += u[rate] * dt;
-        u[rate] += u[curvature] * dt;
-        for j in 0..n_s {
-            u[(4 + j) * n_v + k] += u[(4 + n_s + j) * n_v + k] * dt;
-        }
-    }
 }
 
 /// Numbers in (-1, 1) that are the same in every run: SplitMix64 (Steele, Lea, Flood 2014).

@@ -85,17 +85,19 @@ pub(super) fn signature(program: &Program) -> TokenStream {
         }
     });
     let delays = program.delays.iter().map(|text| quote!(Text::Borrowed(#text)));
+    let varying_delays = program.varying_delays.iter().map(|text| quote!(Text::Borrowed(#text)));
     let delayed_inputs = program.delayed_inputs.iter().map(|delayed| {
         let (input, delay) = (index(delayed.input), index(delayed.delay));
         quote!(::dgd::__runtime::system::DelayedInput { input: #input, delay: #delay })
     });
     let delayed_unknowns = program.delayed_unknowns.iter().map(|delayed| {
         let (unknown, delay) = (index(delayed.unknown), index(delayed.delay));
-        let has_history = delayed.has_history;
+        let (varies, has_history) = (delayed.varies, delayed.has_history);
         quote! {
             ::dgd::__runtime::system::DelayedUnknown {
                 unknown: #unknown,
                 delay: #delay,
+                varies: #varies,
                 has_history: #has_history,
             }
         }
@@ -134,6 +136,7 @@ pub(super) fn signature(program: &Program) -> TokenStream {
             parameters: List::Borrowed(&[#(#parameters),*]),
             inputs: List::Borrowed(&[#(#inputs),*]),
             delays: List::Borrowed(&[#(#delays),*]),
+            varying_delays: List::Borrowed(&[#(#varying_delays),*]),
             delayed_inputs: List::Borrowed(&[#(#delayed_inputs),*]),
             delayed_unknowns: List::Borrowed(&[#(#delayed_unknowns),*]),
             differentiated_inputs: List::Borrowed(&[#(#differentiated),*]),

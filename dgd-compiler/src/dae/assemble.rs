@@ -16,8 +16,8 @@ use super::state_selection::Selections;
 use super::symbols::{Typical, settle};
 use super::transfer::{Equation, Transferred, transfer};
 use super::variables::Variables;
-use super::{Automaton, Dae, DifferentiatedInput, Output, Unknown};
-use crate::diagnostics::{Diagnostics, Reported};
+use super::{Automaton, Dae, Delay, DifferentiatedInput, Output, Unknown};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::model::Model;
 
@@ -114,6 +114,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         .map(|(automaton, transitions)| automaton_of(automaton, transitions, &mut reader))
         .chain(selecting)
         .collect();
+    verify_varying_delays(model, &graph, &delays.varying, &unknowns, diagnostics);
     diagnostics.check()?;
     let varying = Varying { model, delayed: &delays.inputs };
     saturate(&mut graph, varying, &transferred.bounds, &mut unknowns, &mut automata);
@@ -127,6 +128,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         parameters: model.parameters.clone(),
         inputs: model.inputs.clone(),
         delays: delays.delays,
+        varying_delays: delays.varying,
         delayed_inputs: delays.inputs,
         delayed_unknowns: delays.unknowns,
         differentiated_inputs,
@@ -227,6 +229,33 @@ fn rate_of(
     let rates = systems.iter().map(|system| system.reduced.rates.get(&i).map(|rate| rate.value));
     let rates = rates.collect::<Option<Vec<ExprId>>>()?;
     Some(declared.merge(graph, rates))
+}
+
+/// Delays vary with what is known before equations are solved.
+fn verify_varying_delays(
+    model: &Model,
+    graph: &Graph,
+    delays: &[Delay],
+    unknowns: &[Unknown],
+    diagnostics: &mut Diagnostics,
+) {
+    for delay in delays {
+        let solved_for = graph.symbols(delay.tau).into_iter().find_map(|symbol| match symbol {
+            Symbol::Unknown(i) if graph.value(unknowns[i as usize].mass) != Some(1.0) => Some(i),
+            _ => None,
+        });
+        if let Some(i) = solved_for {
+            let declared = &model.unknowns[i as usize].declared;
+            let message = format!(
+                "the delay `{}` depends on `{}`, which is algebraic",
+                delay.text, declared.name
+            );
+            diagnostics.error(
+                Diagnostic::new(Code::E215, declared.span, message)
+                    .help("use states that have a derivative, inputs, time and parameters"),
+            );
+        }
+    }
 }
 
 /// Labels of the equations of an unknown's rows, each once.

@@ -28,6 +28,7 @@ type Summands = Vec<ExprId>;
 #[derive(Debug, Default)]
 pub(super) struct Resolved {
     pub(super) delays: Vec<Delay>,
+    pub(super) varying: Vec<Delay>,
     pub(super) inputs: Vec<DelayedInput>,
     pub(super) unknowns: Vec<DelayedUnknown>,
     /// For each output, how late it is read as a whole.
@@ -150,8 +151,8 @@ pub(super) fn resolve(
         }
     }
     *names = kept;
-    let Resolver { delays, inputs, unknowns, .. } = resolver;
-    Ok(Resolved { delays, inputs, unknowns, of_outputs })
+    let Resolver { delays, varying, inputs, unknowns, .. } = resolver;
+    Ok(Resolved { delays, varying, inputs, unknowns, of_outputs })
 }
 
 struct Resolver<'a> {
@@ -161,6 +162,7 @@ struct Resolver<'a> {
     numbers: BTreeMap<(Symbol, Summands), u32>,
     work: usize,
     delays: Vec<Delay>,
+    varying: Vec<Delay>,
     inputs: Vec<DelayedInput>,
     unknowns: Vec<DelayedUnknown>,
 }
@@ -173,6 +175,7 @@ impl<'a> Resolver<'a> {
             numbers: BTreeMap::new(),
             work: 0,
             delays: Vec::new(),
+            varying: Vec::new(),
             inputs: Vec::new(),
             unknowns: Vec::new(),
         }
@@ -278,6 +281,10 @@ impl<'a> Resolver<'a> {
             .into_iter()
             .filter_map(|symbol| self.source(symbol).map(|(source, late)| (symbol, source, late)))
             .collect();
+        // What varies is not the same for the whole of an output.
+        if let Some((_, source, _)) = read.iter().find(|(_, _, late)| varies(graph, late)) {
+            return Err([*source, *source]);
+        }
         let is_unknown = |source: Symbol| {
             matches!(
                 source,
@@ -338,14 +345,16 @@ impl<'a> Resolver<'a> {
             let Symbol::Late(k) = symbol else { continue };
             let (source, summands) = &self.late[k as usize];
             let tau = sum(graph, summands);
-            let delay = self.delays.iter().position(|delay| delay.tau == tau)?;
+            let varies = varies(graph, summands);
+            let list = if varies { &self.varying } else { &self.delays };
+            let delay = list.iter().position(|delay| delay.tau == tau)?;
             let now = match *source {
                 Symbol::Input(i) => {
                     let wanted = DelayedInput { input: i as usize, delay };
                     self.input_symbol(self.inputs.iter().position(|x| *x == wanted)?)
                 }
                 Symbol::Unknown(i) => {
-                    let wanted = DelayedUnknown { unknown: i as usize, delay };
+                    let wanted = DelayedUnknown { unknown: i as usize, delay, varies };
                     delayed_unknown_symbol(self.unknowns.iter().position(|x| *x == wanted)?)
                 }
                 _ => return None,
@@ -377,7 +386,8 @@ impl<'a> Resolver<'a> {
         if summands.is_empty() {
             return graph.symbol(Symbol::Unknown(i));
         }
-        let wanted = DelayedUnknown { unknown: i as usize, delay: self.delay(graph, summands) };
+        let (delay, varies) = (self.delay(graph, summands), varies(graph, summands));
+        let wanted = DelayedUnknown { unknown: i as usize, delay, varies };
         let found = self.unknowns.iter().position(|x| *x == wanted);
         let position = found.unwrap_or_else(|| {
             self.unknowns.push(wanted);
@@ -388,16 +398,21 @@ impl<'a> Resolver<'a> {
 
     fn delay(&mut self, graph: &mut Graph, summands: &[ExprId]) -> usize {
         let tau = sum(graph, summands);
-        if let Some(position) = self.delays.iter().position(|delay| delay.tau == tau) {
+        let list = if varies(graph, summands) { &mut self.varying } else { &mut self.delays };
+        if let Some(position) = list.iter().position(|delay| delay.tau == tau) {
             return position;
         }
+        let model = self.model;
         let text = listing(graph, &[tau], &BTreeMap::new(), &|symbol| match symbol {
-            Symbol::Parameter(i) => self.model.parameters[i as usize].declared.name.clone(),
-            _ => unreachable!("a delay is made of parameters"),
+            Symbol::Parameter(i) => model.parameters[i as usize].declared.name.clone(),
+            Symbol::Time => "time".to_owned(),
+            Symbol::Input(i) => model.inputs[i as usize].declared.name.clone(),
+            Symbol::Unknown(i) => model.unknowns[i as usize].declared.name.clone(),
+            _ => unreachable!("a delay is made of parameters, time, inputs and unknowns"),
         });
         let text = if text.lines.is_empty() { text.roots[0].clone() } else { "…".to_owned() };
-        self.delays.push(Delay { tau, text });
-        self.delays.len() - 1
+        list.push(Delay { tau, text });
+        list.len() - 1
     }
 
     /// A late derivative where it acts on the model.
@@ -446,6 +461,12 @@ impl<'a> Resolver<'a> {
 
 fn delayed_unknown_symbol(position: usize) -> Symbol {
     Symbol::DelayedUnknown(u32::try_from(position).unwrap_or(u32::MAX))
+}
+
+/// Whether a delay is not the same at all times.
+fn varies(graph: &Graph, summands: &[ExprId]) -> bool {
+    let moves = |s: &Symbol| matches!(s, Symbol::Time | Symbol::Input(_) | Symbol::Unknown(_));
+    summands.iter().any(|summand| graph.symbols(*summand).iter().any(moves))
 }
 
 /// Adds a summand to a delay.

@@ -70,6 +70,8 @@ pub struct Dae {
     pub inputs: Vec<Input>,
     /// Distinct delays.
     pub delays: Vec<Delay>,
+    /// Distinct delays that vary: of time, inputs and unknowns that are differential in every mode.
+    pub varying_delays: Vec<Delay>,
     /// Inputs u behind the declared ones: declared inputs that arrive late.
     pub delayed_inputs: Vec<DelayedInput>,
     /// Unknowns that equations read late.
@@ -158,7 +160,7 @@ pub struct TimeCondition {
 /// How late something is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Delay {
-    /// τ, of parameters only, s.
+    /// τ, s; of parameters only, unless it varies.
     pub tau: ExprId,
     /// As formulas write it.
     pub text: String,
@@ -178,8 +180,10 @@ pub struct DelayedInput {
 pub struct DelayedUnknown {
     /// Which of the unknowns.
     pub unknown: usize,
-    /// Which delay.
+    /// Which delay, or which of those that vary.
     pub delay: usize,
+    /// Whether its delay varies.
+    pub varies: bool,
 }
 
 /// An input that an equation is differentiated through.
@@ -371,7 +375,13 @@ impl Dae {
     ///
     /// If there is no such delayed unknown.
     pub fn delayed_unknown_name(&self, i: usize) -> String {
-        let DelayedUnknown { unknown, delay } = self.delayed_unknowns[i];
-        format!("delay({}, {})", self.unknowns[unknown].name, self.delays[delay].text)
+        let delayed = self.delayed_unknowns[i];
+        format!("delay({}, {})", self.unknowns[delayed.unknown].name, self.delay_of(delayed).text)
+    }
+
+    /// The delay of a delayed unknown.
+    pub fn delay_of(&self, delayed: DelayedUnknown) -> &Delay {
+        let list = if delayed.varies { &self.varying_delays } else { &self.delays };
+        &list[delayed.delay]
     }
 }

@@ -548,7 +548,8 @@ Right:
     --apply pump_wear
 "
 E215 "delay that varies" "
-How late something is read must be known before a run: it is made of constants and parameters.
+How late an input arrives is made of constants and parameters. The delay of a state or unknown may
+vary, with time, inputs and states that have a derivative; then neither is late itself.
 
 Wrong:
 
@@ -558,8 +559,9 @@ Wrong:
 Right:
 
     input flow [m^3/s]
-    parameter transport_time [s] = 40
-    let late = delay(flow, transport_time)
+    unknown inflow [m^3/s]
+    equation inflow: inflow = flow
+    let late = delay(inflow, 2 [m^3] / flow)
 "
 E216 "unknown mode" "
 A transition leads from a mode of its `modes` block to another or to the same, and `start` names one

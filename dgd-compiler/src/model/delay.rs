@@ -3,7 +3,7 @@
 use super::check_units::{Dim, being, this_is};
 use super::expression::{Arguments, Lowering, Typed};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use crate::expr::{Node, Symbol};
+use crate::expr::{ExprId, Node, Symbol};
 use crate::source::Span;
 use crate::syntax::ast::Expr;
 
@@ -42,36 +42,57 @@ impl<'a> Lowering<'a> {
                     .help("use constants and parameters, which are the same for all rows"),
             ));
         }
-        let varies = |symbol: &Symbol| match symbol {
-            Symbol::Time
-            | Symbol::Input(_)
-            | Symbol::Unknown(_)
-            | Symbol::Derivative(_)
-            | Symbol::Element(_)
-            | Symbol::Swept(_)
-            | Symbol::ElementRate(_)
-            | Symbol::SweptRate(_) => {
-                // An argument of a function that is checked by itself has no name in the model.
-                self.scope.quoted_name(*symbol)
-            }
-            Symbol::Constant(_)
-            | Symbol::Parameter(_)
-            | Symbol::InputSlope(_)
-            | Symbol::Sensitivity(_)
-            | Symbol::SweptSensitivity(_)
-            | Symbol::Counter
-            | Symbol::Discrete(_)
-            | Symbol::Late(_)
-            | Symbol::DelayedUnknown(_)
-            | Symbol::Past(..) => None,
-        };
-        if let Some(culprit) = self.graph.symbols(tau.id).iter().find_map(varies) {
-            let message = format!("this delay depends on {culprit}, so it varies during a run");
-            return Err(diagnostics.error(
-                Diagnostic::new(Code::E215, tau_expr.span, message)
-                    .help("use constants and parameters, which are the same at all times"),
-            ));
+        if let Some((what, help)) = self.cannot_be_followed(x.id, tau.id) {
+            return Err(
+                diagnostics.error(Diagnostic::new(Code::E215, tau_expr.span, what).help(help))
+            );
         }
         Ok(Typed { id: self.graph.intern(Node::Delay(x.id, tau.id)), dim: x.dim })
+    }
+
+    /// Why a delay that varies, or that reaches into one, cannot be followed, and what to do.
+    fn cannot_be_followed(&self, x: ExprId, tau: ExprId) -> Option<(String, &'static str)> {
+        let varies = |id: ExprId| {
+            let moves =
+                |s: &Symbol| matches!(s, Symbol::Time | Symbol::Input(_) | Symbol::Unknown(_));
+            self.graph.symbols(id).iter().any(moves)
+        };
+        let delays = |id: ExprId| {
+            let nodes = self.graph.listed([id]).into_iter();
+            nodes.filter_map(|(_, node)| match node {
+                Node::Delay(_, tau) => Some(tau),
+                _ => None,
+            })
+        };
+        if delays(x).any(varies) {
+            let what = "this delays what is late by a time that varies".to_owned();
+            return Some((what, "declare an `unknown` that equals what is late, and delay that"));
+        }
+        let reads = |symbol: &Symbol| matches!(symbol, Symbol::Derivative(_));
+        let symbols = self.graph.symbols(tau);
+        if let Some(culprit) = symbols.into_iter().find(reads) {
+            // An argument of a function that is checked by itself has no name in the model.
+            let culprit = self.scope.quoted_name(culprit)?;
+            let what = format!("this delay depends on the derivative of {culprit}");
+            return Some((what, "use states, inputs, time, parameters and constants"));
+        }
+        if !varies(tau) {
+            return None;
+        }
+        if delays(tau).next().is_some() {
+            let what = "this delay depends on something that is late itself".to_owned();
+            return Some((what, "use states, inputs, time, parameters and constants"));
+        }
+        if delays(x).next().is_some() {
+            let what = "this delay varies, and what it delays is late already".to_owned();
+            return Some((what, "declare an `unknown` that equals what is late, and delay that"));
+        }
+        let input = self.graph.symbols(x).into_iter().find(|s| matches!(s, Symbol::Input(_)))?;
+        let input = self.scope.quoted_name(input)?;
+        let what = format!("this delay varies during a run, but {input} is an input");
+        Some((
+            what,
+            "delay an input by constants and parameters, or declare an `unknown` that equals it",
+        ))
     }
 }

@@ -49,6 +49,10 @@ pub enum FunctionKind {
     Histories,
     /// ∂/∂θ of that, and its slope.
     HistorySensitivities,
+    /// τ of the delays that vary.
+    VaryingDelays,
+    /// dτ/dθ, ∂τ/∂y and ∂τ/∂t + ∂τ/∂u u̇ of them.
+    VaryingDelaySensitivities,
 }
 
 /// An array that a function reads.
@@ -143,6 +147,14 @@ pub enum ResultKind {
     HistorySensitivities,
     /// ∂²φ/∂t∂θ, n_v × n_s.
     HistorySensitivityRates,
+    /// τ of the delays that vary.
+    VaryingTau,
+    /// dτ/dθ = ∂τ/∂y S + ∂τ/∂θ of them, by columns.
+    VaryingDtau,
+    /// ∂τ/∂y of them, dense by columns.
+    VaryingTauJacobian,
+    /// ∂τ/∂t + ∂τ/∂u u̇ of them.
+    VaryingTauSlopes,
 }
 
 /// A row of [`FUNCTIONS`].
@@ -220,6 +232,13 @@ pub static FUNCTIONS: &[FunctionSpec] = {
             "history_sensitivities",
             &[],
             &[R::HistorySensitivities, R::HistorySensitivityRates],
+        ),
+        row(K::VaryingDelays, "varying_delays", &[], &[R::VaryingTau]),
+        row(
+            K::VaryingDelaySensitivities,
+            "varying_delay_sensitivities",
+            &[Udot, S],
+            &[R::VaryingDtau, R::VaryingTauJacobian, R::VaryingTauSlopes],
         ),
     ]
 };

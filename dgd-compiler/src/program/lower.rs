@@ -60,13 +60,15 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
         parameters: dae.parameters.clone(),
         inputs: dae.inputs.clone(),
         delays: dae.delays.iter().map(|delay| delay.text.clone()).collect(),
+        varying_delays: dae.varying_delays.iter().map(|delay| delay.text.clone()).collect(),
         delayed_inputs: dae.delayed_inputs.clone(),
         delayed_unknowns: dae
             .delayed_unknowns
             .iter()
-            .map(|&dae::DelayedUnknown { unknown, delay }| DelayedUnknown {
+            .map(|&dae::DelayedUnknown { unknown, delay, varies }| DelayedUnknown {
                 unknown,
                 delay,
+                varies,
                 has_history: dae.unknowns[unknown].history.is_some(),
             })
             .collect(),
@@ -349,6 +351,12 @@ impl<'a> Derivation<'a> {
             ResultKind::ResetSlopes => {
                 self.resets().iter().map(|reset| self.along_time(*reset)).collect()
             }
+            ResultKind::VaryingTau => self.varying_tau(),
+            ResultKind::VaryingDtau => self.sensitivities_of(&self.varying_tau()),
+            ResultKind::VaryingTauJacobian => self.dense(&self.varying_tau(), self.n(), unknown),
+            ResultKind::VaryingTauSlopes => {
+                self.varying_tau().iter().map(|tau| self.along_time(*tau)).collect()
+            }
             ResultKind::History => self.histories(),
             ResultKind::HistoryRate => {
                 let histories = self.histories();
@@ -623,6 +631,10 @@ impl<'a> Derivation<'a> {
 
     fn tau(&self) -> Vec<ExprId> {
         self.dae.delays.iter().map(|delay| delay.tau).collect()
+    }
+
+    fn varying_tau(&self) -> Vec<ExprId> {
+        self.dae.varying_delays.iter().map(|delay| delay.tau).collect()
     }
 
     /// de/dt at fixed unknowns: ∂e/∂t + ∂e/∂u u̇.

@@ -44,6 +44,8 @@ pub struct Program {
     pub inputs: Vec<Input>,
     /// Distinct delays τ, as formulas write them.
     pub delays: Vec<String>,
+    /// Distinct delays that vary, as formulas write them.
+    pub varying_delays: Vec<String>,
     /// Declared inputs that arrive late.
     pub delayed_inputs: Vec<DelayedInput>,
     /// Unknowns that are read late.
@@ -113,8 +115,10 @@ pub enum Direction {
 pub struct DelayedUnknown {
     /// Which of the unknowns.
     pub unknown: usize,
-    /// Which delay.
+    /// Which delay, or which of those that vary.
     pub delay: usize,
+    /// Whether its delay varies.
+    pub varies: bool,
     /// Whether the model says what it was before the start; otherwise that is what it starts with.
     pub has_history: bool,
 }
@@ -416,6 +420,9 @@ impl Program {
                 self.n_time_conditions > 0
             }
             FunctionKind::Delays | FunctionKind::DelaySensitivities => !self.delays.is_empty(),
+            FunctionKind::VaryingDelays | FunctionKind::VaryingDelaySensitivities => {
+                !self.varying_delays.is_empty()
+            }
             FunctionKind::Histories | FunctionKind::HistorySensitivities => {
                 self.delayed_unknowns.iter().any(|delayed| delayed.has_history)
             }

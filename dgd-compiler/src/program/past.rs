@@ -92,7 +92,7 @@ fn expressions(dae: &mut Dae) -> impl Iterator<Item = &mut ExprId> {
     unknowns
         .flat_map(|x| [&mut x.rhs, &mut x.mass, &mut x.start].into_iter().chain(&mut x.history))
         .chain(dae.outputs.iter_mut().map(|output| &mut output.value))
-        .chain(dae.delays.iter_mut().map(|delay| &mut delay.tau))
+        .chain(dae.delays.iter_mut().chain(&mut dae.varying_delays).map(|delay| &mut delay.tau))
         .chain(dae.time_conditions.iter_mut().flat_map(|c| [&mut c.at, &mut c.after]))
         .chain(transitions.flat_map(|transition| {
             let resets = transition.resets.iter_mut().map(|(_, value)| value);
@@ -148,7 +148,7 @@ impl Derivation<'_> {
     ) -> Vec<(usize, ExprId)> {
         let n_v = self.dae.delayed_unknowns.len();
         let delayed = self.dae.delayed_unknowns[k as usize % n_v];
-        let tau = self.dae.delays[delayed.delay].tau;
+        let tau = self.dae.delay_of(delayed).tau;
         let mut sums = std::collections::BTreeMap::new();
         let rate = match kind {
             Past::Value => self.graph.symbol(Symbol::Past(Past::Rate, k)),

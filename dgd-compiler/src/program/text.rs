@@ -56,7 +56,9 @@ impl fmt::Display for Program {
             writeln!(f, "  u[{value}] = delay({name}, {tau}), u[{slope}] its slope")?;
         }
         for (k, delayed) in self.delayed_unknowns.iter().enumerate() {
-            let (name, tau) = (&self.unknowns[delayed.unknown].name, &self.delays[delayed.delay]);
+            let name = &self.unknowns[delayed.unknown].name;
+            let list = if delayed.varies { &self.varying_delays } else { &self.delays };
+            let tau = &list[delayed.delay];
             let [held, value] = [Past::Held, Past::Value].map(|past| self.past().begin(past) + k);
             writeln!(f, "  u[{value}] = delay({name}, {tau}) where u[{held}] is 1")?;
         }

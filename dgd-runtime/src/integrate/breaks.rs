@@ -4,35 +4,49 @@
 //! through as jumps of inputs that move ([`super::moving_jump`]), and whatever triggers a mark of the
 //! history ([`super::history`]) marks it again, one level smoother.
 
-use super::Simulation;
+use super::drive::Drive;
 use super::history::{Break, NODES};
 use super::moving_jump::NO_JUMP;
+use super::stepper::Failed;
+use super::{Simulation, Variables, larger, largest_block};
 use crate::error::IntegrateError;
+use crate::problem::Problem;
 use crate::signal::Segment;
-use crate::solution::Solution;
-use crate::system::{Storage, System};
+use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
+use crate::system::{Point, Storage, System};
 
 /// Marks from this level on leave the slope of what is read late as it was.
 const SMOOTH: u32 = 2;
+
+/// Where a mark is reached is known to this part of the step.
+const NARROW: f64 = 1e-13;
+/// So often a step is made again that reads itself.
+const MOST_PASSES: usize = 12;
+/// A step that reads itself may still move by this part of the tolerance.
+const SETTLED: f64 = 1e-2;
+/// A delay may fall below zero by this part of a step: the error of the solution that it depends on.
+const AHEAD: f64 = 1e-2;
 
 /// Work space at breaks.
 pub(super) struct Breaks<S: System> {
     before: S::Vector,
     after: S::Vector,
+    /// Of steps that read themselves; `None` without sensitivities.
+    s: Option<S::Sensitivity>,
 }
 
 impl<S: System> Breaks<S> {
-    pub(super) fn new(n: usize) -> Self {
-        Self { before: S::Vector::zeros(n), after: S::Vector::zeros(n) }
+    pub(super) fn new(n: usize, s: Option<S::Sensitivity>) -> Self {
+        Self { before: S::Vector::zeros(n), after: S::Vector::zeros(n), s }
     }
 }
 
 impl<S: System> Simulation<'_, S> {
     /// What is read late is known from now on.
     pub(super) fn begin_history(&mut self) {
-        let s = self.directions.as_ref().map(|d| d.s.as_ref());
-        if let Some(history) = &mut self.drive.history {
-            history.begin(self.problem, self.y.as_ref(), s);
+        if self.breaks.is_some() {
+            let s = self.directions.as_ref().map(|d| d.s.as_ref());
+            self.drive.begin_history(self.t, self.y.as_ref(), s);
             self.linearized = false;
         }
     }
@@ -56,7 +70,6 @@ impl<S: System> Simulation<'_, S> {
             let passed = self.pass(&at, &mut work, solution);
             self.breaks = Some(work);
             passed?;
-            self.mark(at.level + 1, &at.dt);
         }
         Ok(())
     }
@@ -68,22 +81,168 @@ impl<S: System> Simulation<'_, S> {
         solution: &mut Solution,
     ) -> Result<(), IntegrateError> {
         self.linearized = false;
-        if at.level >= SMOOTH {
-            if let Some(history) = &mut self.drive.history {
-                history.pass(at);
-            }
-            return Ok(());
-        }
-        self.begin_moving_jump(&at.dt, solution);
-        self.rates(&mut work.before);
-        self.change_inputs(solution, |drive| {
+        let pass = |drive: &mut Drive<'_, S>| {
             if let Some(history) = &mut drive.history {
                 history.pass(at);
             }
-        })?;
+        };
+        if at.level >= SMOOTH {
+            pass(&mut self.drive);
+            self.mark(at.level + 1, &at.dt);
+            return Ok(());
+        }
+        self.rates(&mut work.before);
+        let mut dt = at.dt.clone();
+        if let Some(delay) = at.varying {
+            self.move_with_delay(delay, &work.before, &mut dt, solution);
+        }
+        self.begin_moving_jump(&dt, solution);
+        self.change_inputs(solution, pass)?;
         self.rates(&mut work.after);
-        self.move_sensitivities(&work.before, &work.after, &at.dt, solution)?;
-        self.settle(solution)
+        self.move_sensitivities(&work.before, &work.after, &dt, solution)?;
+        self.settle(solution)?;
+        self.mark(at.level + 1, &dt);
+        Ok(())
+    }
+
+    /// From the derivatives of the time of a mark to those of the time at which a delay that varies
+    /// reaches it, with α = t − τ and ẏ = f:
+    ///
+    /// ```text
+    ///   α(t_b, y(t_b)) = s:   dt_b/dθ = (ds/dθ + dτ/dθ) / (1 − τ̇),   τ̇ = ∂τ/∂y ẏ + ∂τ/∂t + ∂τ/∂u u̇
+    /// ```
+    fn move_with_delay(
+        &mut self,
+        delay: usize,
+        f: &S::Vector,
+        dt: &mut [f64],
+        solution: &mut Solution,
+    ) {
+        let Problem { system, p, .. } = *self.problem;
+        let Some(d) = &self.directions else { return };
+        let signature = system.signature();
+        let (n, n_tau) = (signature.unknowns.len(), signature.varying_delays.len());
+        let (mut dtau, mut by_y) = (vec![0.0; n_tau * dt.len()], vec![0.0; n_tau * n]);
+        let mut by_t = vec![0.0; n_tau];
+        let (u, udot) = self.drive.with_slope(self.t, self.y.as_ref());
+        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
+        let s = d.s.as_ref();
+        system.varying_delay_sensitivities(at, udot, s, &mut dtau, &mut by_y, &mut by_t);
+        let along_y = f.as_ref().iter().enumerate().map(|(i, f)| by_y[i * n_tau + delay] * f);
+        let rate = 1.0 - by_t[delay] - along_y.sum::<f64>();
+        if rate == 0.0 || !rate.is_finite() {
+            // It touches the mark: a disturbed solution may not reach it.
+            let (from, until) = (self.t, self.t);
+            let equation = format!("delay by {}", signature.varying_delays[delay]);
+            let cause = UndefinedCause::Grazing;
+            solution.undefined.push(UndefinedSensitivity { from, until, equation, cause });
+            self.directions = None;
+            return;
+        }
+        for (dt, column) in dt.iter_mut().zip(dtau.chunks_exact(n_tau)) {
+            *dt = (*dt + column[delay]) / rate;
+        }
+    }
+
+    /// Where in the step to `t_new` that was tried last a delay that varies reaches a mark, if it does
+    /// before the end; the next step ends there.
+    pub(super) fn reaches_mark(&mut self, t_new: f64) -> bool {
+        let varies = self.drive.history.as_ref().is_some_and(|history| history.varies());
+        if !varies || t_new >= self.next_break() {
+            return false;
+        }
+        let Some(crossing) = self.drive.passed_mark(t_new, self.stepper.y_new.as_ref()) else {
+            return false;
+        };
+        self.stepper.prepare_dense(None);
+        let (mut low, mut high) = (0.0, 1.0);
+        let h = t_new - self.t;
+        while high - low > NARROW {
+            let middle = 0.5 * (low + high);
+            self.stepper.interpolate(middle, h, self.y.as_ref(), self.row.as_mut());
+            let t = self.t + middle * h;
+            if self.drive.is_past_mark(t, self.row.as_ref(), crossing) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        if let Some(history) = &mut self.drive.history {
+            history.stop_at((self.t + high * h).min(t_new), crossing);
+        }
+        true
+    }
+
+    /// Makes a step that reads what it is about to make consistent with itself: the step is made
+    /// again with its own polynomial as history until it does not change any more.
+    pub(super) fn close_step(
+        &mut self,
+        h: f64,
+        variables: Variables,
+        solution: &mut Solution,
+    ) -> Result<(), Failed> {
+        let history = self.drive.history.as_ref();
+        if !history.is_some_and(|history| history.has_read_beyond()) {
+            return Ok(());
+        }
+        let Some(mut work) = self.breaks.take() else { return Ok(()) };
+        let mut closed = Err(Failed::Unsettled);
+        for _ in 0..MOST_PASSES {
+            self.remember(self.t + h, true);
+            work.before.as_mut().copy_from_slice(self.stepper.y_new.as_ref());
+            if let (Some(d), Some(s)) = (&self.directions, &mut work.s) {
+                s.as_mut().copy_from_slice(d.s_new.as_ref());
+            }
+            if let Err(failed) = self.attempt(h, variables, solution) {
+                closed = Err(failed);
+                break;
+            }
+            if self.has_settled(&mut work) {
+                self.remember(self.t + h, true);
+                closed = Ok(());
+                break;
+            }
+        }
+        self.breaks = Some(work);
+        closed
+    }
+
+    /// Before a step is tried: what another one left is gone.
+    #[inline]
+    pub(super) fn forget_trial(&mut self) {
+        if let Some(history) = &mut self.drive.history {
+            history.forget_trial();
+        }
+    }
+
+    /// Whether the step tried last is the one before it, to a part of the tolerance.
+    fn has_settled(&self, work: &mut Breaks<S>) -> bool {
+        let (y, y_new) = (self.y.as_ref(), self.stepper.y_new.as_ref());
+        for (before, after) in work.before.as_mut().iter_mut().zip(y_new) {
+            *before -= after;
+        }
+        let tolerances = self.tolerances;
+        let mut moved = tolerances.mean_square(work.before.as_ref(), y, y_new, self.sizes.as_ref());
+        if let (Some(d), Some(s)) = (&self.directions, &mut work.s) {
+            for (before, after) in s.as_mut().iter_mut().zip(d.s_new.as_ref()) {
+                *before -= after;
+            }
+            let (s_old, s_new) = (d.s.as_ref(), d.s_new.as_ref());
+            let n = y.len().max(1);
+            let moved_s = largest_block(tolerances, n, s.as_ref(), s_old, s_new, d.sizes.as_ref());
+            moved = larger(moved, moved_s);
+        }
+        moved <= SETTLED * SETTLED
+    }
+
+    /// The delay that varies and has come out below zero at the end of the step tried last.
+    pub(super) fn reads_ahead(&mut self, h: f64) -> Option<IntegrateError> {
+        let t = self.t + h;
+        let (delay, value) = self.drive.earliest(t, self.stepper.y_new.as_ref())?;
+        (value < -AHEAD * h).then(|| {
+            let delay = self.problem.system.signature().varying_delays[delay].to_string();
+            IntegrateError::DelayBelowZero { t, delay, value }
+        })
     }
 
     /// Marks the present as a point at which a derivative of the solution jumps.
@@ -101,7 +260,7 @@ impl<S: System> Simulation<'_, S> {
             return 0;
         }
         let n = self.problem.system.signature().past().first;
-        let before = &self.drive.at(self.t)[..n];
+        let before = &self.drive.at(self.t, self.y.as_ref())[..n];
         let jumps = before
             .iter()
             .zip(segment.u)
@@ -119,9 +278,13 @@ impl<S: System> Simulation<'_, S> {
 
     /// Keeps the step to `t_new` that was tried last in the history.
     pub(super) fn remember_step(&mut self, t_new: f64) {
+        self.remember(t_new, false);
+    }
+
+    fn remember(&mut self, t_new: f64, for_now: bool) {
         let Some(history) = &mut self.drive.history else { return };
         self.stepper.prepare_dense(self.directions.as_mut());
-        history.begin_piece(self.t, t_new);
+        history.begin_piece(self.t, t_new, for_now);
         let (y, h) = (self.y.as_ref(), t_new - self.t);
         for (node, theta) in NODES.iter().enumerate() {
             self.stepper.interpolate(*theta, h, y, self.row.as_mut());

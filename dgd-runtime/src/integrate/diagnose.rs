@@ -66,7 +66,7 @@ impl<S: System> Simulation<'_, S> {
         let signature = system.signature();
         let equation = signature.equations[row].to_string();
         let unknown = signature.unknowns[row].name.to_string();
-        let u = self.drive.at(self.t);
+        let u = self.drive.at(self.t, self.y.as_ref());
         let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
         let values = readings(system, at, row);
         IntegrateError::NotFinite { t, equation, unknown, what, values }

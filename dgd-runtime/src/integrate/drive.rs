@@ -47,9 +47,9 @@ impl<'a, S: System> Drive<'a, S> {
         self.constant = segment.is_constant();
     }
 
-    /// u(t).
+    /// u(t); what is read late may depend on y(t).
     #[inline]
-    pub(crate) fn at(&mut self, t: f64) -> &[f64] {
+    pub(crate) fn at(&mut self, t: f64, y: &[f64]) -> &[f64] {
         if !self.constant {
             let segment = Segment {
                 t0: self.t0,
@@ -60,15 +60,50 @@ impl<'a, S: System> Drive<'a, S> {
             segment.value(t, self.now.as_mut());
         }
         if let Some(history) = &mut self.history {
-            history.write(self.problem, t, self.now.as_mut());
+            history.write(self.problem, t, y, self.now.as_mut());
         }
         self.now.as_ref()
     }
 
     /// u(t) and u̇; what was is known with its own slopes.
     #[inline]
-    pub(crate) fn with_slope(&mut self, t: f64) -> (&[f64], &[f64]) {
-        self.at(t);
+    pub(crate) fn with_slope(&mut self, t: f64, y: &[f64]) -> (&[f64], &[f64]) {
+        self.at(t, y);
         (self.now.as_ref(), self.slope.as_ref())
+    }
+
+    /// Begins the history with consistent values at `t`.
+    pub(super) fn begin_history(&mut self, t: f64, y: &[f64], s: Option<&[f64]>) {
+        self.at(t, y);
+        if let Some(history) = &mut self.history {
+            history.begin(self.problem, (y, s), self.now.as_ref());
+        }
+    }
+
+    /// The first delay that varies and has passed a mark at (t, y), and whether backwards.
+    pub(super) fn passed_mark(&mut self, t: f64, y: &[f64]) -> Option<(usize, bool)> {
+        if !self.history.as_ref()?.varies() {
+            return None;
+        }
+        self.at(t, y);
+        self.history.as_mut()?.passed(self.problem, (t, y), self.now.as_ref())
+    }
+
+    /// Whether that delay is beyond that mark at (t, y).
+    pub(super) fn is_past_mark(&mut self, t: f64, y: &[f64], crossing: (usize, bool)) -> bool {
+        self.at(t, y);
+        let u = self.now.as_ref();
+        let history = self.history.as_mut();
+        history.is_some_and(|history| history.is_past(self.problem, (t, y), u, crossing))
+    }
+
+    /// The smallest of the delays that vary, and its value.
+    #[inline]
+    pub(super) fn earliest(&mut self, t: f64, y: &[f64]) -> Option<(usize, f64)> {
+        if !self.history.as_ref()?.varies() {
+            return None;
+        }
+        self.at(t, y);
+        self.history.as_mut()?.earliest(self.problem, (t, y), self.now.as_ref())
     }
 }

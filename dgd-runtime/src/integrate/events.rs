@@ -203,7 +203,7 @@ impl<S: System> Simulation<'_, S> {
     /// e at (t, y).
     fn evaluate_events(&mut self) {
         let Problem { system, p, .. } = *self.problem;
-        let u = self.drive.at(self.t);
+        let u = self.drive.at(self.t, self.y.as_ref());
         let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
         system.event_functions(at, &mut self.discrete.e);
     }

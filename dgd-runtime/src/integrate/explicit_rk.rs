@@ -43,7 +43,7 @@ impl<S: System> Stepper<S> {
             let stage = if i == last { &mut self.y_new } else { &mut self.stage };
             extrapolate(y, h, earlier, &tableau.a[i], stage.as_mut());
             let t = t + tableau.c[i] * h;
-            let at = Point { t, y: stage.as_ref(), u: drive.at(t), p, z };
+            let at = Point { t, y: stage.as_ref(), u: drive.at(t, stage.as_ref()), p, z };
             match &mut directions {
                 None => system.rhs(at, rest[0].as_mut()),
                 Some(d) => {

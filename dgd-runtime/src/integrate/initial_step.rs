@@ -26,7 +26,7 @@ impl<S: System> Simulation<'_, S> {
 
         let slope = &mut self.stepper.f;
         let slope_new = &mut self.stepper.y_new;
-        let u = self.drive.at(self.t);
+        let u = self.drive.at(self.t, y);
         let z = self.discrete.z();
         let at = Point { t: self.t, y, u, p, z };
         let (mut d0, mut d1) = (size(y), 0.0_f64);
@@ -54,7 +54,8 @@ impl<S: System> Simulation<'_, S> {
         for ((euler, y), slope) in euler.iter_mut().zip(y).zip(slope.as_ref()) {
             *euler = y + h0 * slope;
         }
-        let at = Point { t: self.t + h0, y: euler, u: self.drive.at(self.t + h0), p, z };
+        let u = self.drive.at(self.t + h0, euler);
+        let at = Point { t: self.t + h0, y: euler, u, p, z };
         let mut change = 0.0_f64;
         if let Some(d) = &mut self.directions {
             for ((euler, s), g) in d.s_new.as_mut().iter_mut().zip(d.s.as_ref()).zip(d.g.as_ref()) {

@@ -110,7 +110,7 @@ impl<S: System> Simulation<'_, S> {
         if self.directions.is_some() && self.take_slopes(solution) {
             let Problem { system, p, .. } = *self.problem;
             let Some(d) = &self.directions else { return };
-            let (u, udot) = self.drive.with_slope(self.t);
+            let (u, udot) = self.drive.with_slope(self.t, self.y.as_ref());
             let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
             let instant = &mut self.discrete.instant;
             let (de, dedy) = (&mut instant.de, &mut instant.dedy);
@@ -202,7 +202,7 @@ impl<S: System> Simulation<'_, S> {
         if transition.resets.is_empty() {
             return;
         }
-        let (u, udot) = self.drive.with_slope(self.t);
+        let (u, udot) = self.drive.with_slope(self.t, self.y.as_ref());
         let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
         let instant = &mut self.discrete.instant;
         system.resets(at, &mut instant.r);
@@ -242,7 +242,7 @@ impl<S: System> Simulation<'_, S> {
         if self.discrete.has_transitions() {
             self.select_states();
             let mut mass = std::mem::take(&mut self.discrete.instant.mass);
-            let u = self.drive.at(self.t);
+            let u = self.drive.at(self.t, self.y.as_ref());
             let at = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
             system.mass(at, &mut mass);
             self.keep_what_becomes_differential(&mass);

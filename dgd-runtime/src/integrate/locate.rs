@@ -66,7 +66,7 @@ impl<S: System> Simulation<'_, S> {
         let (mut low, mut high) = (0.0, h);
         self.discrete.high.copy_from_slice(&self.discrete.e);
         {
-            let u = self.drive.at(self.t);
+            let u = self.drive.at(self.t, self.y.as_ref());
             let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
             system.event_functions(at, &mut self.discrete.low);
         }
@@ -132,7 +132,7 @@ impl<S: System> Simulation<'_, S> {
     pub(super) fn evaluate_at_end(&mut self, h: f64) {
         let Problem { system, p, .. } = *self.problem;
         let t = self.t + h;
-        let u = self.drive.at(t);
+        let u = self.drive.at(t, self.stepper.y_new.as_ref());
         let at = Point { t, y: self.stepper.y_new.as_ref(), u, p, z: &self.discrete.schedule.z };
         system.event_functions(at, &mut self.discrete.e);
     }

@@ -290,7 +290,7 @@ impl<'a, S: System> Simulation<'a, S> {
             algebraic: Algebraic::new(system),
             segment,
             segment_end: problem.inputs.segment(segment).t1,
-            breaks: drive.history.is_some().then(|| Breaks::new(n)),
+            breaks: drive.history.is_some().then(|| Breaks::new(n, sensitivity_row.clone())),
             drive,
             discrete,
             moving: moving.flatten(),
@@ -348,7 +348,7 @@ impl<'a, S: System> Simulation<'a, S> {
     fn start(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
         let Problem { system, p, start, .. } = *self.problem;
         let n = self.y.as_ref().len();
-        let u = self.drive.at(self.t);
+        let u = self.drive.at(self.t, self.y.as_ref());
         let at = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
         start_values(self.problem, at, self.y.as_mut()).map_err(IntegrateError::Initial)?;
         unknown_sizes(system, self.y.as_ref(), self.sizes.as_mut());
@@ -403,7 +403,8 @@ impl<'a, S: System> Simulation<'a, S> {
             return Ok(());
         }
         let Problem { system, p, .. } = *self.problem;
-        let at = Place { t: self.t, u: self.drive.at(self.t), p, z: self.discrete.z() };
+        let at =
+            Place { t: self.t, u: self.drive.at(self.t, self.y.as_ref()), p, z: self.discrete.z() };
         self.algebraic
             .make_consistent(
                 system,
@@ -441,7 +442,7 @@ impl<'a, S: System> Simulation<'a, S> {
         if let Some(row) = singular {
             self.end_sensitivities(self.t, row, solution);
         } else {
-            let u = self.drive.at(self.t);
+            let u = self.drive.at(self.t, self.y.as_ref());
             let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
             let (s, g) = (d.s.as_mut(), d.g.as_mut());
             self.algebraic.make_sensitivities_consistent(system, at, s, g);
@@ -481,6 +482,12 @@ impl<'a, S: System> Simulation<'a, S> {
         // NaN compares false: what could not be evaluated is not accepted.
         if error <= 1.0 {
             let t_new = if h < remaining { self.t + h } else { end };
+            if let Some(error) = self.reads_ahead(h) {
+                return Err(error);
+            }
+            if self.reaches_mark(t_new) {
+                return Ok(());
+            }
             if self.discrete.has_transitions()
                 && let Some(part) = self.watch(h, t_new)
             {
@@ -529,6 +536,7 @@ impl<'a, S: System> Simulation<'a, S> {
             Err(Failed::Singular { row }) => self.singular_iteration(h, row),
             Err(Failed::NotConverged { unknown }) => self.newton_diverged(h, unknown),
             Err(Failed::NotFinite { t, spoilt }) => self.spoilt(t, spoilt),
+            Err(Failed::Unsettled) => self.step_size_too_small(h),
             Ok(()) if error.is_finite() => self.step_size_too_small(h),
             Ok(()) => self.not_finite(h),
         })
@@ -546,9 +554,22 @@ impl<'a, S: System> Simulation<'a, S> {
         self.linearized = true;
     }
 
-    /// Tries a step of size h.
+    /// Tries a step of size h; one that reads itself is made consistent with itself.
     #[inline]
     fn try_step(
+        &mut self,
+        h: f64,
+        variables: Variables,
+        solution: &mut Solution,
+    ) -> Result<(), Failed> {
+        self.forget_trial();
+        self.attempt(h, variables, solution)?;
+        self.close_step(h, variables, solution)
+    }
+
+    /// Makes one attempt at a step of size h.
+    #[inline]
+    fn attempt(
         &mut self,
         h: f64,
         variables: Variables,
@@ -594,8 +615,8 @@ impl<'a, S: System> Simulation<'a, S> {
         if !self.algebraic.is_empty() && self.directions.is_some() {
             self.look_for_singular_point(t_new, solution);
         }
-        self.record_step(t_new, stop, times, solution);
         self.remember_step(t_new);
+        self.record_step(t_new, stop, times, solution);
         if let MethodKind::Explicit(tableau) = self.method.kind {
             self.stepper.note_stiffness(tableau, t_new - self.t);
         }
@@ -673,7 +694,7 @@ impl<'a, S: System> Simulation<'a, S> {
         let (t, y, z) = (self.t, self.y.as_ref(), self.discrete.z());
         let (before, after) = (&mut self.stepper.f, &mut self.stepper.y_new);
         let mut evaluate = |drive: &mut Drive<S>, f: &mut S::Vector, place: At| {
-            let at = Point { t, y, u: drive.at(t), p, z };
+            let at = Point { t, y, u: drive.at(t, y), p, z };
             match (&mut self.directions, place) {
                 (None, _) => system.rhs(at, f.as_mut()),
                 (Some(Directions { s, g, .. }), At::Start) => {

@@ -74,8 +74,10 @@ impl<S: System> Simulation<'_, S> {
         u.copy_from_slice(segment.u);
         let mut jumping: Vec<usize> = Vec::new();
         for (position, late) in signature.delayed_inputs.iter().enumerate() {
-            let (left, right) =
-                (self.drive.at(self.t)[declared + position], u[declared + position]);
+            let (left, right) = (
+                self.drive.at(self.t, self.y.as_ref())[declared + position],
+                u[declared + position],
+            );
             if (right - left).abs() > NO_JUMP * left.abs().max(right.abs()) {
                 u[declared + position] = left;
                 jumping.push(late.delay);
@@ -133,7 +135,7 @@ impl<S: System> Simulation<'_, S> {
             return;
         }
         let Problem { system, p, .. } = *self.problem;
-        let (u, z) = (self.drive.at(self.t), self.discrete.z());
+        let (u, z) = (self.drive.at(self.t, self.y.as_ref()), self.discrete.z());
         let at = Point { t: self.t, y: self.y.as_ref(), u, p, z };
         system.rhs(at, f.as_mut());
     }

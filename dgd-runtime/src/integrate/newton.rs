@@ -109,7 +109,7 @@ impl<S: System> Stepper<S> {
         t: f64,
         statistics: &mut Statistics,
     ) {
-        let (u, udot) = drive.with_slope(t);
+        let (u, udot) = drive.with_slope(t, self.y_new.as_ref());
         let at = Point { t, y: self.y_new.as_ref(), u, p: trial.base.p, z: trial.base.z };
         let (f, jacobian, dfdt) = (self.f.as_mut(), self.jacobian.as_mut(), self.dfdt.as_mut());
         trial.base.system.linearize(at, udot, f, jacobian, dfdt);
@@ -130,7 +130,13 @@ impl<S: System> Stepper<S> {
         let Trial { base, y, sizes, tolerances, .. } = *trial;
         let mut convergence = Convergence::new(tolerances, self.eta, most);
         loop {
-            let at = Point { t, y: self.y_new.as_ref(), u: drive.at(t), p: base.p, z: base.z };
+            let at = Point {
+                t,
+                y: self.y_new.as_ref(),
+                u: drive.at(t, self.y_new.as_ref()),
+                p: base.p,
+                z: base.z,
+            };
             let r = self.rhs.as_mut();
             base.system.rhs(at, r);
             statistics.evaluations += 1;
@@ -189,7 +195,13 @@ impl<S: System> Stepper<S> {
         let n = y.len().max(1);
         let mut convergence = Convergence::new(tolerances, 1.0, MOST_LINEAR_ITERATIONS);
         loop {
-            let at = Point { t, y: self.y_new.as_ref(), u: drive.at(t), p: base.p, z: base.z };
+            let at = Point {
+                t,
+                y: self.y_new.as_ref(),
+                u: drive.at(t, self.y_new.as_ref()),
+                p: base.p,
+                z: base.z,
+            };
             let r = d.rhs.as_mut();
             base.system.sensitivity_rhs(at, d.s_new.as_ref(), self.rhs.as_mut(), r);
             statistics.evaluations += 1;

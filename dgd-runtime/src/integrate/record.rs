@@ -36,6 +36,7 @@ impl<S: System> Simulation<'_, S> {
             for asked in &asked[..inside] {
                 let theta = (asked - t) * per_h;
                 self.stepper.interpolate(theta, h, y, self.row.as_mut());
+                record_past(&mut self.drive, *asked, self.row.as_ref(), solution);
                 solution.y.extend_from_slice(self.row.as_ref());
                 if let (Some(d), Some(row)) = (&self.directions, &mut self.sensitivity_row) {
                     self.stepper.interpolate_sensitivities(theta, h, d, row.as_mut());
@@ -44,6 +45,7 @@ impl<S: System> Simulation<'_, S> {
             }
         }
         for _ in 0..at_end {
+            record_past(&mut self.drive, t_new, self.stepper.y_new.as_ref(), solution);
             solution.y.extend_from_slice(self.stepper.y_new.as_ref());
             if let Some(d) = &self.directions {
                 solution.s.extend_from_slice(d.s_new.as_ref());
@@ -51,9 +53,6 @@ impl<S: System> Simulation<'_, S> {
         }
         for _ in 0..inside + at_end {
             solution.z.extend_from_slice(self.discrete.z());
-        }
-        for asked in &asked[..inside + at_end] {
-            record_past(&mut self.drive, *asked, solution);
         }
         solution.times.extend_from_slice(&asked[..inside + at_end]);
         fill_undefined(solution);
@@ -64,7 +63,7 @@ impl<S: System> Simulation<'_, S> {
         while times.get(solution.times.len()) == Some(&self.t) {
             solution.times.push(self.t);
             solution.z.extend_from_slice(self.discrete.z());
-            record_past(&mut self.drive, self.t, solution);
+            record_past(&mut self.drive, self.t, self.y.as_ref(), solution);
             solution.y.extend_from_slice(self.y.as_ref());
             if let Some(d) = &self.directions {
                 solution.s.extend_from_slice(d.s.as_ref());
@@ -75,9 +74,9 @@ impl<S: System> Simulation<'_, S> {
 }
 
 /// Records what is known of delayed unknowns at `t`, where outputs read it.
-fn record_past<S: System>(drive: &mut Drive<'_, S>, t: f64, solution: &mut Solution) {
+fn record_past<S: System>(drive: &mut Drive<'_, S>, t: f64, y: &[f64], solution: &mut Solution) {
     if solution.n_past > 0 {
-        let u = drive.at(t);
+        let u = drive.at(t, y);
         solution.past.extend_from_slice(&u[u.len() - solution.n_past..]);
     }
 }

@@ -15,7 +15,7 @@ impl<S: System> Simulation<'_, S> {
             return false;
         }
         let Problem { system, p, .. } = *self.problem;
-        let u = self.drive.at(self.t);
+        let u = self.drive.at(self.t, self.y.as_ref());
         let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &[] };
         select_states(system, at, &mut self.discrete.schedule.z, &mut self.discrete.e)
     }
@@ -25,7 +25,7 @@ impl<S: System> Simulation<'_, S> {
         if self.select_states() {
             let Problem { system, p, .. } = *self.problem;
             let mut mass = self.algebraic.mass.clone();
-            let u = self.drive.at(self.t);
+            let u = self.drive.at(self.t, self.y.as_ref());
             let at = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
             system.mass(at, mass.as_mut());
             self.algebraic.enter_modes(mass.as_ref());

@@ -57,7 +57,8 @@ impl<S: System> Stepper<S> {
 
             // The first stage stands where the step starts.
             let stage_t = t + tableau.alpha[i] * h;
-            let at = Point { t: stage_t, y: self.stage.as_ref(), u: drive.at(stage_t), p, z };
+            let u = drive.at(stage_t, self.stage.as_ref());
+            let at = Point { t: stage_t, y: self.stage.as_ref(), u, p, z };
             let f = self.rhs.as_mut();
             match &mut directions {
                 _ if i == 0 => f.copy_from_slice(self.f.as_ref()),
@@ -127,7 +128,8 @@ impl<S: System> Stepper<S> {
             let (a, c) = (&tableau.a[i], &tableau.c[i]);
             let stage_t = t + tableau.alpha[i] * h;
             combine(y, &self.k[..i], a, c, self.stage.as_mut(), self.rhs.as_mut());
-            let at = Point { t: stage_t, y: self.stage.as_ref(), u: drive.at(stage_t), p, z };
+            let u = drive.at(stage_t, self.stage.as_ref());
+            let at = Point { t: stage_t, y: self.stage.as_ref(), u, p, z };
             let row = match &mut directions {
                 None => {
                     system.rhs(at, self.rhs.as_mut());

@@ -37,7 +37,8 @@ impl<S: System> Simulation<'_, S> {
         self.corrected = true;
         self.linearized = false;
         let Problem { system, p, .. } = *self.problem;
-        let at = Place { t: self.t, u: self.drive.at(self.t), p, z: self.discrete.z() };
+        let at =
+            Place { t: self.t, u: self.drive.at(self.t, self.y.as_ref()), p, z: self.discrete.z() };
         let y = self.row.as_mut();
         y.copy_from_slice(self.y.as_ref());
         let jacobian = self.stepper.jacobian.as_mut();
@@ -93,7 +94,7 @@ impl<S: System> Simulation<'_, S> {
             for ((new, y), slope) in y_new.iter_mut().zip(y).zip(slope) {
                 *new = y + h * slope;
             }
-            let (u, udot) = self.drive.with_slope(t_new);
+            let (u, udot) = self.drive.with_slope(t_new, y_new);
             let at = Place { t: t_new, u, p, z: self.discrete.z() };
             let jacobian = self.stepper.jacobian.as_mut();
             let consistent =
@@ -137,7 +138,7 @@ impl<S: System> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let (y, y_new) = (self.y.as_ref(), self.stepper.y_new.as_ref());
         let t_new = self.t + h;
-        let u = self.drive.at(t_new);
+        let u = self.drive.at(t_new, self.stepper.y_new.as_ref());
         let at = Point { t: t_new, y: y_new, u, p, z: self.discrete.z() };
         system.rhs(at, self.row.as_mut());
         let pattern = &system.signature().jacobian;

@@ -146,6 +146,8 @@ pub(crate) enum Failed {
     NotConverged { unknown: usize },
     /// An equation that is not finite, and the time of that.
     NotFinite { t: f64, spoilt: Spoilt },
+    /// A step that reads itself does not become consistent with itself.
+    Unsettled,
 }
 
 impl From<Singular> for Failed {
@@ -243,7 +245,7 @@ impl<S: System> Stepper<S> {
         y: &[f64],
         directions: Option<(&mut Directions<S>, At)>,
     ) {
-        let (u, udot) = drive.with_slope(base.t);
+        let (u, udot) = drive.with_slope(base.t, y);
         let at = Point { t: base.t, y, u, p: base.p, z: base.z };
         let (f, jacobian, dfdt) = (self.f.as_mut(), self.jacobian.as_mut(), self.dfdt.as_mut());
         match directions {

@@ -57,7 +57,7 @@ impl<S: System> Simulation<'_, S> {
                     (self.t + part * h, self.row.as_ref())
                 }
             };
-            let at = Point { t, y, u: self.drive.at(t), p, z };
+            let at = Point { t, y, u: self.drive.at(t, y), p, z };
             system.event_functions(at, e);
         }
         hybrid.e.copy_from_slice(&hybrid.samples.e[INTERVALS]);
@@ -140,7 +140,13 @@ impl<S: System> Simulation<'_, S> {
         let t = self.t + part * h;
         self.stepper.interpolate(part, h, self.y.as_ref(), self.row.as_mut());
         let hybrid = &mut self.discrete;
-        let at = Point { t, y: self.row.as_ref(), u: self.drive.at(t), p, z: &hybrid.schedule.z };
+        let at = Point {
+            t,
+            y: self.row.as_ref(),
+            u: self.drive.at(t, self.row.as_ref()),
+            p,
+            z: &hybrid.schedule.z,
+        };
         system.event_functions(at, &mut hybrid.samples.turn);
         (crossing.is_past(hybrid.samples.turn[k]) == beyond).then_some(part)
     }

@@ -75,6 +75,7 @@ fn signature<E: Equations>() -> Signature {
             })
             .collect(),
         delays: Vec::new().into(),
+        varying_delays: Vec::new().into(),
         delayed_inputs: Vec::new().into(),
         delayed_unknowns: Vec::new().into(),
         differentiated_inputs: Vec::new().into(),

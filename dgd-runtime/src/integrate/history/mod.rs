@@ -14,13 +14,15 @@
 //! on their way, as with recordings of every second and a long delay, only those are followed up that
 //! values or sensitivities jump at: levels 0 and 1.
 
+mod look_up;
+mod passing;
 mod polynomial;
 
 use crate::delay::{delay_sensitivities, delays};
 use crate::error::{BadRequest, IntegrateError};
 use crate::problem::Problem;
 use crate::system::{PastLayout, Point, System};
-use polynomial::{Basis, divide};
+use polynomial::divide;
 
 pub(super) use polynomial::NODES;
 
@@ -61,13 +63,22 @@ pub(super) struct History {
     /// Where the solution is not smooth, ascending. The first one kept has this number.
     first_mark: usize,
     marks: Vec<Mark>,
-    /// The shortest delay that is not zero.
+    /// The shortest delay that is not zero and does not vary.
     shortest: f64,
+    /// Delays that vary, at the place looked at last.
+    varying: Vec<f64>,
+    /// Whether something was read of what the solution has not reached yet.
+    reads_beyond: bool,
+    /// Whether the last piece is that of a step that is only tried.
+    is_trial: bool,
+    /// A delay that varies reaches a mark within the step: which, when, and whether from behind.
+    crossing: Option<(usize, f64, bool)>,
 }
 
 /// A delay, and what it reads.
 struct Lag {
-    tau: f64,
+    /// Its value, or its position among those that vary.
+    tau: Tau,
     /// ∂τ/∂θ.
     dtau: Vec<f64>,
     reads: Vec<Read>,
@@ -75,6 +86,13 @@ struct Lag {
     mark: usize,
     /// The piece that it read last.
     piece: usize,
+}
+
+/// A delay.
+#[derive(Clone, Copy)]
+enum Tau {
+    Constant(f64),
+    Varying(usize),
 }
 
 /// A delayed unknown.
@@ -111,9 +129,13 @@ struct Mark {
 /// A delay has reached a mark.
 pub(super) struct Break {
     lag: usize,
+    /// Whether the delay goes back behind the mark.
+    back: bool,
     pub(super) level: u32,
-    /// Derivatives of its time.
+    /// Derivatives of its time; those of the mark for a delay that varies.
     pub(super) dt: Vec<f64>,
+    /// Which delay that varies.
+    pub(super) varying: Option<usize>,
 }
 
 /// Whether delays of unknowns can be followed.
@@ -126,7 +148,7 @@ pub(super) fn verify<S: System>(
         return Ok(());
     }
     let (tau, dtau) = (delays(problem), delay_sensitivities(problem));
-    for delayed in signature.delayed_unknowns.iter() {
+    for delayed in signature.delayed_unknowns.iter().filter(|delayed| !delayed.varies) {
         let unknown = &signature.unknowns[delayed.unknown];
         let value = tau[delayed.delay];
         let moves = || dtau.chunks_exact(tau.len()).any(|column| column[delayed.delay] != 0.0);
@@ -147,6 +169,15 @@ pub(super) fn verify<S: System>(
     Ok(())
 }
 
+impl Lag {
+    fn constant(&self) -> Option<f64> {
+        match self.tau {
+            Tau::Constant(tau) => Some(tau),
+            Tau::Varying(_) => None,
+        }
+    }
+}
+
 impl History {
     /// `None` where no unknown is read late, with delays that are not zero.
     pub(super) fn new<S: System>(
@@ -164,25 +195,37 @@ impl History {
             signature.delayed_unknowns.iter().map(|delayed| delayed.unknown).collect();
         watched.sort_unstable();
         watched.dedup();
-        let lag = |delay: usize| {
-            let reads = signature.delayed_unknowns.iter().enumerate();
-            let reads = reads.filter(|(_, read)| read.delay == delay).map(|(k, read)| Read {
+        let reads = |varies: bool, delay: usize| {
+            let delayed = signature.delayed_unknowns.iter().enumerate();
+            let these = delayed.filter(|(_, read)| read.varies == varies && read.delay == delay);
+            let reads = these.map(|(k, read)| Read {
                 delayed: k,
                 watched: watched.partition_point(|unknown| *unknown < read.unknown),
                 has_history: read.has_history,
             });
-            let column = |j: usize| dtau[j * tau.len() + delay];
-            Lag {
-                tau: tau[delay],
-                dtau: (0..n_s).map(column).collect(),
-                reads: reads.collect(),
-                mark: 0,
-                piece: 0,
-            }
+            reads.collect::<Vec<_>>()
         };
+        let constant = (0..tau.len()).map(|delay| Lag {
+            tau: Tau::Constant(tau[delay]),
+            dtau: (0..n_s).map(|j| dtau[j * tau.len() + delay]).collect(),
+            reads: reads(false, delay),
+            mark: 0,
+            piece: 0,
+        });
+        let n_varying = signature.varying_delays.len();
+        let varying = (0..n_varying).map(|delay| Lag {
+            tau: Tau::Varying(delay),
+            dtau: Vec::new(),
+            reads: reads(true, delay),
+            mark: 0,
+            piece: 0,
+        });
         // What is not late, and will not be for other parameters, is what it is.
-        let is_late = |lag: &Lag| lag.tau > 0.0 || lag.dtau.iter().any(|dtau| *dtau != 0.0);
-        let lags = (0..tau.len()).map(lag).filter(|lag| !lag.reads.is_empty() && is_late(lag));
+        let is_late = |lag: &Lag| match lag.tau {
+            Tau::Constant(tau) => tau > 0.0 || lag.dtau.iter().any(|dtau| *dtau != 0.0),
+            Tau::Varying(_) => true,
+        };
+        let lags = constant.chain(varying).filter(|lag| !lag.reads.is_empty() && is_late(lag));
         let lags: Vec<Lag> = lags.collect();
         if lags.is_empty() {
             return None;
@@ -202,9 +245,13 @@ impl History {
             marks: Vec::new(),
             shortest: lags
                 .iter()
-                .map(|lag| lag.tau)
+                .filter_map(|lag| lag.constant())
                 .filter(|tau| *tau > 0.0)
                 .fold(f64::INFINITY, f64::min),
+            varying: vec![0.0; n_varying],
+            reads_beyond: false,
+            is_trial: false,
+            crossing: None,
             before: Before {
                 values: vec![0.0; layout.n_v],
                 rates: vec![0.0; layout.n_v],
@@ -222,107 +269,12 @@ impl History {
         self.shortest
     }
 
-    /// Writes what is known of delayed unknowns at `t` behind the inputs.
-    pub(super) fn write<S: System>(&mut self, problem: &Problem<'_, S>, t: f64, u: &mut [f64]) {
-        let mut past = Channels::of(self.layout, u);
-        for lag in 0..self.lags.len() {
-            if self.lags[lag].mark == 0 {
-                self.write_origin(problem, lag, t, &mut past);
-            } else if self.lags[lag].tau > 0.0 {
-                self.write_piece(lag, t, &mut past);
-            } else {
-                self.write_present(lag, &mut past);
-            }
-        }
-    }
-
-    /// Before the start.
-    fn write_origin<S: System>(
-        &mut self,
-        problem: &Problem<'_, S>,
-        lag: usize,
-        t: f64,
-        past: &mut Channels<'_>,
-    ) {
-        let lag = &self.lags[lag];
-        let alpha = (t - lag.tau).min(self.from);
-        if lag.reads.iter().any(|read| read.has_history) {
-            let at = Point { t: alpha, y: &[], u: &[], p: problem.p, z: &[] };
-            let Before { values, rates, curvatures, s, s_rates } = &mut self.before;
-            problem.system.histories(at, values, rates, curvatures);
-            if self.n_s > 0 {
-                problem.system.history_sensitivities(at, s, s_rates);
-            }
-        }
-        let (n_v, n_w) = (self.layout.n_v, self.watched.len());
-        for &Read { delayed: k, watched, has_history } in &lag.reads {
-            past.held[k] = f64::from(u8::from(has_history || self.has_begun));
-            if has_history {
-                let Before { values, rates, curvatures, s, s_rates } = &self.before;
-                past.set(k, [values[k], rates[k], curvatures[k]]);
-                for j in (0..self.n_s).map(|j| j * n_v + k) {
-                    (past.s[j], past.s_rate[j]) = (s[j], s_rates[j]);
-                }
-            } else {
-                past.set(k, [self.origin[watched], 0.0, 0.0]);
-                for j in 0..self.n_s {
-                    past.s[j * n_v + k] = self.origin[(j + 1) * n_w + watched];
-                    past.s_rate[j * n_v + k] = 0.0;
-                }
-            }
-        }
-    }
-
-    /// A delay of zero, which matters where values jump: with any delay it would read the left one.
-    fn write_present(&mut self, lag: usize, past: &mut Channels<'_>) {
-        let lag = &self.lags[lag];
-        let mark = self.marks.get(lag.mark - self.first_mark);
-        for &Read { delayed: k, watched, .. } in &lag.reads {
-            let left = mark.and_then(|mark| mark.left.get(watched));
-            past.held[k] = f64::from(u8::from(left.is_some()));
-            past.set(k, [left.copied().unwrap_or(0.0), 0.0, 0.0]);
-        }
-    }
-
-    /// Between two marks.
-    fn write_piece(&mut self, lag: usize, t: f64, past: &mut Channels<'_>) {
-        let (n, n_v, n_w) = (self.now.len(), self.layout.n_v, self.watched.len());
-        let lag = &mut self.lags[lag];
-        let alpha = t - lag.tau;
-        let begin = self.marks[lag.mark - 1 - self.first_mark].piece;
-        let behind = self.marks.get(lag.mark - self.first_mark).map(|mark| mark.piece);
-        let end = behind.unwrap_or(self.first + self.ends.len());
-        let mut piece = lag.piece.clamp(begin, end.max(begin + 1) - 1);
-        while piece > begin && alpha < self.ends[piece - self.first][0] {
-            piece -= 1;
-        }
-        while piece + 1 < end && alpha > self.ends[piece - self.first][1] {
-            piece += 1;
-        }
-        lag.piece = piece;
-
-        let at = piece - self.first;
-        let [t0, t1] = self.ends[at];
-        let per_h = if t1 > t0 { 1.0 / (t1 - t0) } else { 0.0 };
-        let basis = Basis::at((alpha - t0) * per_h);
-        let differences = &self.differences[at * n * NODES.len()..(at + 1) * n * NODES.len()];
-        for &Read { delayed: k, watched, .. } in &lag.reads {
-            let [x, slope, bend] = basis.read(differences, n, watched);
-            past.held[k] = 1.0;
-            past.set(k, [x, slope * per_h, bend * per_h * per_h]);
-            for j in 0..self.n_s {
-                let [x, slope, _] = basis.read(differences, n, (j + 1) * n_w + watched);
-                (past.s[j * n_v + k], past.s_rate[j * n_v + k]) = (x, slope * per_h);
-            }
-        }
-    }
-
     /// Begins with consistent start values.
     pub(super) fn begin<S: System>(
         &mut self,
         problem: &Problem<'_, S>,
-        y: &[f64],
-        s: Option<&[f64]>,
+        (y, s): (&[f64], Option<&[f64]>),
+        u: &[f64],
     ) {
         gather(&self.watched, self.n_s, y, s, &mut self.origin);
         // What was just before is in the place of what is now.
@@ -335,10 +287,36 @@ impl History {
         }
         self.has_begun = true;
         self.mark(self.from, 1, &[], y, s);
+        // A delay that is zero at the start reads what follows.
+        self.look_up(problem, self.from, y, u);
+        for lag in 0..self.lags.len() {
+            if self.lags[lag].constant().is_none() && self.tau(lag) <= self.rounding(self.from) {
+                self.lags[lag].mark = 1;
+            }
+        }
     }
 
-    /// Makes room for a step from `t0` to `t1`; its values at the nodes follow.
-    pub(super) fn begin_piece(&mut self, t0: f64, t1: f64) {
+    /// Whether something was read of what the solution has not reached yet, in this trial.
+    pub(super) fn has_read_beyond(&self) -> bool {
+        self.reads_beyond
+    }
+
+    /// Before a step is tried: what another one left is gone.
+    pub(super) fn forget_trial(&mut self) {
+        self.remove_trial();
+        self.reads_beyond = false;
+    }
+
+    fn remove_trial(&mut self) {
+        if std::mem::take(&mut self.is_trial) && self.ends.pop().is_some() {
+            self.differences.truncate(self.ends.len() * self.now.len() * NODES.len());
+        }
+    }
+
+    /// Makes room for a step from `t0` to `t1`, perhaps for now; its values at the nodes follow.
+    pub(super) fn begin_piece(&mut self, t0: f64, t1: f64, for_now: bool) {
+        self.remove_trial();
+        self.is_trial = for_now;
         self.drop_passed();
         self.ends.push([t0, t1]);
         let n = self.now.len();
@@ -350,7 +328,7 @@ impl History {
         let n = self.now.len();
         let at = ((self.ends.len() - 1) * NODES.len() + node) * n;
         gather(&self.watched, self.n_s, y, s, &mut self.differences[at..at + n]);
-        if node == 1 {
+        if node == 1 && !self.is_trial {
             self.now.copy_from_slice(&self.differences[at..at + n]);
         }
     }
@@ -364,6 +342,7 @@ impl History {
 
     /// Marks `t`, where the solution goes on with these values. The level is 0 where they jump.
     pub(super) fn mark(&mut self, t: f64, level: u32, dt: &[f64], y: &[f64], s: Option<&[f64]>) {
+        self.crossing = None;
         let jumps = self.watched.iter().zip(&self.now).any(|(unknown, before)| {
             let after = y[*unknown];
             (after - before).abs() > NO_JUMP * after.abs().max(before.abs())
@@ -400,37 +379,10 @@ impl History {
         self.marks.push(Mark { t, piece, level, dt, left });
     }
 
-    /// When the next break is; infinity where none is known yet.
-    pub(super) fn next_break(&self) -> f64 {
-        let times = self.lags.iter().filter_map(|lag| self.break_of(lag));
-        times.fold(f64::INFINITY, f64::min)
-    }
-
-    fn break_of(&self, lag: &Lag) -> Option<f64> {
-        let mark = self.marks.get(lag.mark - self.first_mark)?;
-        Some(mark.t + lag.tau)
-    }
-
-    /// A break at `t`, to rounding.
-    pub(super) fn break_at(&self, t: f64) -> Option<Break> {
-        let due = |lag: &Lag| {
-            self.break_of(lag).is_some_and(|time| time <= t + ONE_TIME * t.abs().max(lag.tau))
-        };
-        let lag = self.lags.iter().position(due)?;
-        let Lag { dtau, mark, .. } = &self.lags[lag];
-        let mark = &self.marks[mark - self.first_mark];
-        let dt = mark.dt.iter().zip(dtau).map(|(dt, dtau)| dt + dtau).collect();
-        Some(Break { lag, level: mark.level, dt })
-    }
-
-    /// What is read late goes on behind the mark.
-    pub(super) fn pass(&mut self, at: &Break) {
-        self.lags[at.lag].mark += 1;
-    }
-
     /// Forgets what no delay reaches any more, now and then.
     fn drop_passed(&mut self) {
-        if self.ends.len() < 2 * MANY_PASSED {
+        // A delay that varies may grow without bound.
+        if self.ends.len() < 2 * MANY_PASSED || self.varies() {
             return;
         }
         // A delay that is still before the start will read the first piece of all.
@@ -446,31 +398,6 @@ impl History {
         let mark = behind.unwrap_or(self.first_mark);
         self.marks.drain(..mark - self.first_mark);
         self.first_mark = mark;
-    }
-}
-
-/// What u has of delayed unknowns.
-struct Channels<'a> {
-    held: &'a mut [f64],
-    value: &'a mut [f64],
-    rate: &'a mut [f64],
-    curvature: &'a mut [f64],
-    s: &'a mut [f64],
-    s_rate: &'a mut [f64],
-}
-
-impl<'a> Channels<'a> {
-    fn of(PastLayout { first, n_v, n_s }: PastLayout, u: &'a mut [f64]) -> Self {
-        let (held, u) = u[first..].split_at_mut(n_v);
-        let (value, u) = u.split_at_mut(n_v);
-        let (rate, u) = u.split_at_mut(n_v);
-        let (curvature, u) = u.split_at_mut(n_v);
-        let (s, s_rate) = u.split_at_mut(n_v * n_s);
-        Self { held, value, rate, curvature, s, s_rate }
-    }
-
-    fn set(&mut self, k: usize, [value, rate, curvature]: [f64; 3]) {
-        (self.value[k], self.rate[k], self.curvature[k]) = (value, rate, curvature);
     }
 }
 

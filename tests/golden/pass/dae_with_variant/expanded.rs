@@ -221,6 +221,7 @@ pub mod vessel {
             ],
         ),
         delays: List::Borrowed(&[]),
+        varying_delays: List::Borrowed(&[]),
         delayed_inputs: List::Borrowed(&[]),
         delayed_unknowns: List::Borrowed(&[]),
         outputs: List::Borrowed(

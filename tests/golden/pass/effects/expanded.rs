@@ -251,6 +251,7 @@ pub mod filled_tank {
             ],
         ),
         delays: List::Borrowed(&[]),
+        varying_delays: List::Borrowed(&[]),
         delayed_inputs: List::Borrowed(&[]),
         delayed_unknowns: List::Borrowed(&[]),
         outputs: List::Borrowed(

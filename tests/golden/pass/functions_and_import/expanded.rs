@@ -192,6 +192,7 @@ pub mod basins {
         ),
         inputs: List::Borrowed(&[]),
         delays: List::Borrowed(&[]),
+        varying_delays: List::Borrowed(&[]),
         delayed_inputs: List::Borrowed(&[]),
         delayed_unknowns: List::Borrowed(&[]),
         outputs: List::Borrowed(

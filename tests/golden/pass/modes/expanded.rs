@@ -205,6 +205,7 @@ pub mod tank {
             ],
         ),
         delays: List::Borrowed(&[]),
+        varying_delays: List::Borrowed(&[]),
         delayed_inputs: List::Borrowed(&[]),
         delayed_unknowns: List::Borrowed(&[]),
         outputs: List::Borrowed(

@@ -193,6 +193,7 @@ pub mod spring {
             ],
         ),
         delays: List::Borrowed(&[]),
+        varying_delays: List::Borrowed(&[]),
         delayed_inputs: List::Borrowed(&[]),
         delayed_unknowns: List::Borrowed(&[]),
         outputs: List::Borrowed(

@@ -1,0 +1,172 @@
+//! What is read late at a time, in the inputs' places for it.
+
+use super::polynomial::Basis;
+use super::{Before, History, NODES, ONE_TIME, Read, Tau};
+use crate::problem::Problem;
+use crate::system::{PastLayout, Point, System};
+
+impl History {
+    /// Writes what is known of delayed unknowns at (t, y) behind the inputs.
+    pub(in crate::integrate) fn write<S: System>(
+        &mut self,
+        problem: &Problem<'_, S>,
+        t: f64,
+        y: &[f64],
+        u: &mut [f64],
+    ) {
+        self.look_up(problem, t, y, u);
+        let mut past = Channels::of(self.layout, u);
+        for lag in 0..self.lags.len() {
+            let alpha = t - self.tau(lag);
+            if self.lags[lag].mark == 0 {
+                self.write_origin(problem, lag, alpha, &mut past);
+            } else if self.lags[lag].constant() == Some(0.0) {
+                self.write_present(lag, &mut past);
+            } else {
+                self.write_piece(lag, alpha, &mut past);
+            }
+        }
+    }
+
+    /// The delays that vary at (t, y).
+    pub(super) fn look_up<S: System>(
+        &mut self,
+        problem: &Problem<'_, S>,
+        t: f64,
+        y: &[f64],
+        u: &[f64],
+    ) {
+        if !self.varying.is_empty() {
+            // They depend on no discrete number.
+            let at = Point { t, y, u, p: problem.p, z: &[] };
+            problem.system.varying_delays(at, &mut self.varying);
+        }
+    }
+
+    pub(super) fn tau(&self, lag: usize) -> f64 {
+        match self.lags[lag].tau {
+            Tau::Constant(tau) => tau,
+            Tau::Varying(delay) => self.varying[delay],
+        }
+    }
+
+    /// Before the start.
+    fn write_origin<S: System>(
+        &mut self,
+        problem: &Problem<'_, S>,
+        lag: usize,
+        alpha: f64,
+        past: &mut Channels<'_>,
+    ) {
+        let lag = &self.lags[lag];
+        let alpha = alpha.min(self.from);
+        if lag.reads.iter().any(|read| read.has_history) {
+            let at = Point { t: alpha, y: &[], u: &[], p: problem.p, z: &[] };
+            let Before { values, rates, curvatures, s, s_rates } = &mut self.before;
+            problem.system.histories(at, values, rates, curvatures);
+            if self.n_s > 0 {
+                problem.system.history_sensitivities(at, s, s_rates);
+            }
+        }
+        let (n_v, n_w) = (self.layout.n_v, self.watched.len());
+        for &Read { delayed: k, watched, has_history } in &lag.reads {
+            past.held[k] = f64::from(u8::from(has_history || self.has_begun));
+            if has_history {
+                let Before { values, rates, curvatures, s, s_rates } = &self.before;
+                past.set(k, [values[k], rates[k], curvatures[k]]);
+                for j in (0..self.n_s).map(|j| j * n_v + k) {
+                    (past.s[j], past.s_rate[j]) = (s[j], s_rates[j]);
+                }
+            } else {
+                past.set(k, [self.origin[watched], 0.0, 0.0]);
+                for j in 0..self.n_s {
+                    past.s[j * n_v + k] = self.origin[(j + 1) * n_w + watched];
+                    past.s_rate[j * n_v + k] = 0.0;
+                }
+            }
+        }
+    }
+
+    /// A delay of zero, which matters where values jump: with any delay it would read the left one.
+    fn write_present(&mut self, lag: usize, past: &mut Channels<'_>) {
+        let lag = &self.lags[lag];
+        let mark = self.marks.get(lag.mark - self.first_mark);
+        for &Read { delayed: k, watched, .. } in &lag.reads {
+            let left = mark.and_then(|mark| mark.left.get(watched));
+            past.held[k] = f64::from(u8::from(left.is_some()));
+            past.set(k, [left.copied().unwrap_or(0.0), 0.0, 0.0]);
+        }
+    }
+
+    /// Between two marks.
+    fn write_piece(&mut self, lag: usize, alpha: f64, past: &mut Channels<'_>) {
+        let (n, n_v, n_w) = (self.now.len(), self.layout.n_v, self.watched.len());
+        let lag = &mut self.lags[lag];
+        let begin = self.marks[lag.mark - 1 - self.first_mark].piece;
+        let behind = self.marks.get(lag.mark - self.first_mark).map(|mark| mark.piece);
+        let end = behind.unwrap_or(self.first + self.ends.len());
+        let ahead =
+            |last: &[f64; 2]| alpha > last[1] + ONE_TIME * last[1].abs().max(self.from.abs());
+        self.reads_beyond |= behind.is_none() && self.ends.last().is_none_or(ahead);
+        if begin >= end {
+            // The first step behind the mark is under way.
+            for &Read { delayed: k, watched, .. } in &lag.reads {
+                past.held[k] = 1.0;
+                past.set(k, [self.now[watched], 0.0, 0.0]);
+                for j in 0..self.n_s {
+                    past.s[j * n_v + k] = self.now[(j + 1) * n_w + watched];
+                    past.s_rate[j * n_v + k] = 0.0;
+                }
+            }
+            return;
+        }
+        let mut piece = lag.piece.clamp(begin, end.max(begin + 1) - 1);
+        while piece > begin && alpha < self.ends[piece - self.first][0] {
+            piece -= 1;
+        }
+        while piece + 1 < end && alpha > self.ends[piece - self.first][1] {
+            piece += 1;
+        }
+        lag.piece = piece;
+
+        let at = piece - self.first;
+        let [t0, t1] = self.ends[at];
+        let per_h = if t1 > t0 { 1.0 / (t1 - t0) } else { 0.0 };
+        let basis = Basis::at((alpha - t0) * per_h);
+        let differences = &self.differences[at * n * NODES.len()..(at + 1) * n * NODES.len()];
+        for &Read { delayed: k, watched, .. } in &lag.reads {
+            let [x, slope, bend] = basis.read(differences, n, watched);
+            past.held[k] = 1.0;
+            past.set(k, [x, slope * per_h, bend * per_h * per_h]);
+            for j in 0..self.n_s {
+                let [x, slope, _] = basis.read(differences, n, (j + 1) * n_w + watched);
+                (past.s[j * n_v + k], past.s_rate[j * n_v + k]) = (x, slope * per_h);
+            }
+        }
+    }
+}
+
+/// What u has of delayed unknowns.
+struct Channels<'a> {
+    held: &'a mut [f64],
+    value: &'a mut [f64],
+    rate: &'a mut [f64],
+    curvature: &'a mut [f64],
+    s: &'a mut [f64],
+    s_rate: &'a mut [f64],
+}
+
+impl<'a> Channels<'a> {
+    fn of(PastLayout { first, n_v, n_s }: PastLayout, u: &'a mut [f64]) -> Self {
+        let (held, u) = u[first..].split_at_mut(n_v);
+        let (value, u) = u.split_at_mut(n_v);
+        let (rate, u) = u.split_at_mut(n_v);
+        let (curvature, u) = u.split_at_mut(n_v);
+        let (s, s_rate) = u.split_at_mut(n_v * n_s);
+        Self { held, value, rate, curvature, s, s_rate }
+    }
+
+    fn set(&mut self, k: usize, [value, rate, curvature]: [f64; 3]) {
+        (self.value[k], self.rate[k], self.curvature[k]) = (value, rate, curvature);
+    }
+}

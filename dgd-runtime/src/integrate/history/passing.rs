@@ -1,0 +1,121 @@
+//! When delays reach marks: breaks of the run.
+//!
+//! Of a constant delay that is known beforehand. A delay that varies is watched: where it has passed a
+//! mark at the end of a step, the step is to end there.
+
+use super::{Break, History, Lag, Mark, ONE_TIME, Tau};
+use crate::problem::Problem;
+use crate::system::System;
+
+impl History {
+    /// When the next break is; infinity where none is known yet.
+    pub(in crate::integrate) fn next_break(&self) -> f64 {
+        let times = self.lags.iter().filter_map(|lag| self.break_of(lag));
+        let crossing = self.crossing.map_or(f64::INFINITY, |(_, t, _)| t);
+        times.fold(crossing, f64::min)
+    }
+
+    fn break_of(&self, lag: &Lag) -> Option<f64> {
+        let mark = self.marks.get(lag.mark - self.first_mark)?;
+        Some(mark.t + lag.constant()?)
+    }
+
+    /// A break at `t`, to rounding.
+    pub(in crate::integrate) fn break_at(&self, t: f64) -> Option<Break> {
+        if let Some((lag, time, back)) = self.crossing
+            && time <= t
+        {
+            let mark = self.lags[lag].mark - usize::from(back) - self.first_mark;
+            let Mark { level, dt, .. } = &self.marks[mark];
+            let varying = match self.lags[lag].tau {
+                Tau::Constant(_) => None,
+                Tau::Varying(delay) => Some(delay),
+            };
+            return Some(Break { lag, back, level: *level, dt: dt.clone(), varying });
+        }
+        let due = |lag: &Lag| {
+            let tau = lag.constant().unwrap_or(0.0);
+            self.break_of(lag).is_some_and(|time| time <= t + ONE_TIME * t.abs().max(tau))
+        };
+        let lag = self.lags.iter().position(due)?;
+        let Lag { dtau, mark, .. } = &self.lags[lag];
+        let mark = &self.marks[mark - self.first_mark];
+        let dt = mark.dt.iter().zip(dtau).map(|(dt, dtau)| dt + dtau).collect();
+        Some(Break { lag, back: false, level: mark.level, dt, varying: None })
+    }
+
+    /// What is read late goes on behind the mark.
+    pub(in crate::integrate) fn pass(&mut self, at: &Break) {
+        let mark = &mut self.lags[at.lag].mark;
+        *mark = if at.back { *mark - 1 } else { *mark + 1 };
+        self.crossing = None;
+    }
+
+    /// The first delay that varies and has passed a mark at (t, y), and whether backwards.
+    pub(in crate::integrate) fn passed<S: System>(
+        &mut self,
+        problem: &Problem<'_, S>,
+        (t, y): (f64, &[f64]),
+        u: &[f64],
+    ) -> Option<(usize, bool)> {
+        self.look_up(problem, t, y, u);
+        (0..self.lags.len()).find_map(|i| {
+            let (lag, alpha) = (&self.lags[i], t - self.tau(i));
+            if lag.constant().is_some() {
+                return None;
+            }
+            let rounding = self.rounding(t);
+            let next = self.marks.get(lag.mark - self.first_mark);
+            let last = lag.mark.checked_sub(1 + self.first_mark).map(|mark| &self.marks[mark]);
+            if next.is_some_and(|mark| alpha > mark.t + rounding) {
+                Some((i, false))
+            } else if last.is_some_and(|mark| alpha < mark.t - rounding) {
+                Some((i, true))
+            } else {
+                None
+            }
+        })
+    }
+
+    /// Whether this delay is beyond the mark that it passes at (t, y).
+    pub(in crate::integrate) fn is_past<S: System>(
+        &mut self,
+        problem: &Problem<'_, S>,
+        (t, y): (f64, &[f64]),
+        u: &[f64],
+        (lag, back): (usize, bool),
+    ) -> bool {
+        self.look_up(problem, t, y, u);
+        let alpha = t - self.tau(lag);
+        let mark = self.lags[lag].mark - usize::from(back) - self.first_mark;
+        let mark = self.marks[mark].t;
+        if back { alpha < mark } else { alpha > mark }
+    }
+
+    /// A step is to end at `t`, where a delay that varies reaches a mark.
+    pub(in crate::integrate) fn stop_at(&mut self, t: f64, (lag, back): (usize, bool)) {
+        self.crossing = Some((lag, t, back));
+    }
+
+    /// The delay that varies and would be furthest below zero, and its value.
+    pub(in crate::integrate) fn earliest<S: System>(
+        &mut self,
+        problem: &Problem<'_, S>,
+        (t, y): (f64, &[f64]),
+        u: &[f64],
+    ) -> Option<(usize, f64)> {
+        self.look_up(problem, t, y, u);
+        let values = self.varying.iter().copied().enumerate();
+        values.min_by(|(_, a), (_, b)| a.total_cmp(b))
+    }
+
+    /// Of α near `t`.
+    pub(super) fn rounding(&self, t: f64) -> f64 {
+        ONE_TIME * t.abs().max(self.from.abs())
+    }
+
+    /// Whether there are delays that vary.
+    pub(in crate::integrate) fn varies(&self) -> bool {
+        !self.varying.is_empty()
+    }
+}
