@@ -97,6 +97,7 @@ fn automaton(automaton: &program::Automaton) -> Automaton {
         trigger: match transition.trigger {
             program::Trigger::Edge => Trigger::Edge,
             program::Trigger::Level => Trigger::Level,
+            program::Trigger::Entry => Trigger::Entry,
         },
         resets: transition.resets.clone().into(),
     };
@@ -105,6 +106,8 @@ fn automaton(automaton: &program::Automaton) -> Automaton {
             program::AutomatonKind::Modes => AutomatonKind::Modes,
             program::AutomatonKind::When => AutomatonKind::When,
             program::AutomatonKind::Saturation => AutomatonKind::Saturation,
+            program::AutomatonKind::Switch => AutomatonKind::Switch,
+            program::AutomatonKind::Corner => AutomatonKind::Corner,
         },
         name: text(&automaton.name),
         modes: automaton.modes.iter().map(|mode| text(mode)).collect(),

@@ -299,6 +299,11 @@ pub enum AutomatonKind {
     When,
     /// An unknown with bounds: free, or at one of them.
     Saturation,
+    /// A switch whose value jumps: below its surface (0), above it (1), or sliding along it (2). Its
+    /// first transition leads from below to above.
+    Switch,
+    /// A switch whose slope jumps: steps end at its surface, and nothing else happens there.
+    Corner,
 }
 
 /// When a transition acts.
@@ -308,6 +313,8 @@ pub enum Trigger {
     Edge,
     /// Whenever its condition is true.
     Level,
+    /// If its condition is true at once in the mode that the solution enters at a surface.
+    Entry,
 }
 
 /// A `modes` block of the model, or what else changes at events.

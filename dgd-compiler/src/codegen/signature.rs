@@ -141,6 +141,8 @@ fn discrete(program: &Program) -> TokenStream {
             AutomatonKind::Saturation => {
                 quote!(::dgd::__runtime::system::AutomatonKind::Saturation)
             }
+            AutomatonKind::Switch => quote!(::dgd::__runtime::system::AutomatonKind::Switch),
+            AutomatonKind::Corner => quote!(::dgd::__runtime::system::AutomatonKind::Corner),
         };
         quote! {
             ::dgd::__runtime::system::Automaton {
@@ -174,6 +176,7 @@ fn transition(transition: &Transition) -> TokenStream {
     let trigger = match transition.trigger {
         Trigger::Edge => quote!(::dgd::__runtime::system::Trigger::Edge),
         Trigger::Level => quote!(::dgd::__runtime::system::Trigger::Level),
+        Trigger::Entry => quote!(::dgd::__runtime::system::Trigger::Entry),
     };
     let resets = transition.resets.iter().map(|unknown| index(*unknown));
     quote! {

@@ -10,7 +10,7 @@ use super::rates::{Varying, take_slopes};
 use super::readers::{DerivativeReader, automaton_of};
 use super::saturate::{self, saturate};
 use super::transfer::{Equation, transfer};
-use super::{Automaton, Dae, Output, Unknown};
+use super::{Automaton, Dae, Output, Unknown, switches};
 use crate::diagnostics::{Diagnostics, Reported};
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::Model;
@@ -119,6 +119,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         automata,
         time_conditions,
     };
+    switches::locate(&mut dae, model);
     take_slopes(&mut dae);
     Ok(dae)
 }

@@ -12,6 +12,8 @@ mod modes;
 mod rates;
 mod readers;
 mod saturate;
+mod smoothness;
+mod switches;
 pub mod text;
 mod time_conditions;
 mod transfer;
@@ -76,6 +78,10 @@ pub enum AutomatonKind {
     When,
     /// An unknown with bounds: free, or at one of them.
     Saturation,
+    /// A switch whose value jumps: below its surface, above it, or sliding along it.
+    Switch,
+    /// A switch whose slope jumps: steps end at its surface, and nothing else happens there.
+    Corner,
 }
 
 /// When a transition acts.
@@ -85,6 +91,8 @@ pub enum Trigger {
     Edge,
     /// Whenever its condition is true.
     Level,
+    /// If its condition is true at once in the mode that the solution enters at a surface.
+    Entry,
 }
 
 /// A `modes` block, or what else changes at events: the equations are in the rows, what is left are
@@ -188,6 +196,25 @@ pub struct Unknown {
 }
 
 impl Dae {
+    /// Visits all expressions that may depend on more than parameters.
+    fn each_expression(&mut self, visit: &mut dyn FnMut(&mut Graph, &mut ExprId)) {
+        let graph = &mut self.graph;
+        for unknown in &mut self.unknowns {
+            visit(graph, &mut unknown.mass);
+            visit(graph, &mut unknown.rhs);
+            visit(graph, &mut unknown.start);
+        }
+        for output in &mut self.outputs {
+            visit(graph, &mut output.value);
+        }
+        for transition in self.automata.iter_mut().flat_map(|a| &mut a.transitions) {
+            visit(graph, &mut transition.event);
+            for (_, value) in &mut transition.resets {
+                visit(graph, value);
+            }
+        }
+    }
+
     /// What the i-th input is called, declared or delayed.
     ///
     /// # Panics

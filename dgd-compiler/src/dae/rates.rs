@@ -113,36 +113,16 @@ fn zero_delay(dae: &mut Dae) -> usize {
 /// All expressions that change along a solution.
 fn expressions(dae: &mut Dae) -> Vec<ExprId> {
     let mut all = Vec::new();
-    each(dae, &mut |_, id| {
-        all.push(*id);
-    });
+    dae.each_expression(&mut |_, id| all.push(*id));
     all
 }
 
 /// Replaces symbols in everything that changes along a solution.
-pub(super) fn replace(dae: &mut Dae, replacement: impl Fn(Symbol) -> Option<ExprId>) {
-    each(dae, &mut |graph, id| *id = graph.substitute(*id, &replacement));
+fn replace(dae: &mut Dae, replacement: impl Fn(Symbol) -> Option<ExprId>) {
+    dae.each_expression(&mut |graph, id| *id = graph.substitute(*id, &replacement));
     let names = std::mem::take(&mut dae.names);
     for (id, name) in names {
         let id = dae.graph.substitute(id, &replacement);
         dae.names.insert(id, name);
-    }
-}
-
-fn each(dae: &mut Dae, visit: &mut dyn FnMut(&mut Graph, &mut ExprId)) {
-    let graph = &mut dae.graph;
-    for unknown in &mut dae.unknowns {
-        visit(graph, &mut unknown.mass);
-        visit(graph, &mut unknown.rhs);
-        visit(graph, &mut unknown.start);
-    }
-    for output in &mut dae.outputs {
-        visit(graph, &mut output.value);
-    }
-    for transition in dae.automata.iter_mut().flat_map(|automaton| &mut automaton.transitions) {
-        visit(graph, &mut transition.event);
-        for (_, value) in &mut transition.resets {
-            visit(graph, value);
-        }
     }
 }

@@ -25,11 +25,12 @@
 //! systems, Applied Numerical Mathematics 31 (1999) 17–47.
 
 use super::Simulation;
+use super::events::SLIDING;
 use crate::error::IntegrateError;
 use crate::linalg::{Factorisation, Singular};
 use crate::problem::Problem;
 use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
-use crate::system::{Point, Signature, System};
+use crate::system::{AutomatonKind, Point, Signature, System};
 
 /// Work space of an instant; matrices by columns, one for each direction.
 pub(super) struct Instant {
@@ -107,7 +108,9 @@ impl<S: System> Simulation<'_, S> {
 
     /// Begins the instant at which the event function of a transition passes zero.
     pub(super) fn begin_event(&mut self, k: usize, solution: &mut Solution) {
-        if self.directions.is_some() && self.take_slopes(solution) {
+        if self.is_continuous(k) {
+            self.discrete.instant.tau.fill(0.0);
+        } else if self.directions.is_some() && self.take_slopes(solution) {
             let Problem { system, p, .. } = *self.problem;
             let Some(d) = &self.directions else { return };
             let (u, udot) = self.drive.with_slope(self.t);
@@ -140,6 +143,19 @@ impl<S: System> Simulation<'_, S> {
             }
         }
         self.begin_instant(solution);
+    }
+
+    /// Whether ẏ is the same on both sides of a transition without resets: at corners, and where a
+    /// solution stops sliding along a surface. Then S is the same too, whatever τ is.
+    fn is_continuous(&self, k: usize) -> bool {
+        let discrete = &self.problem.system.signature().discrete;
+        discrete.transitions().nth(k).is_some_and(|(automaton, transition)| {
+            match discrete.automata[automaton].kind {
+                AutomatonKind::Corner => true,
+                AutomatonKind::Switch => transition.from == SLIDING,
+                AutomatonKind::Modes | AutomatonKind::When | AutomatonKind::Saturation => false,
+            }
+        })
     }
 
     /// ẏ of all unknowns, where sensitivities are wanted and the algebraic ones have one; whether

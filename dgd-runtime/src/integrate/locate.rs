@@ -46,7 +46,9 @@ impl<S: System> Simulation<'_, S> {
         if let Some(due) = due {
             self.begin_event(due, solution);
         }
+        self.discrete.located = due;
         self.settle(solution)?;
+        self.discrete.located = None;
         if let Some(due) = due {
             // It may happen again as soon as the last time, whatever the error allows.
             controller.h = controller.h.min(self.discrete.last_interval(due));

@@ -340,6 +340,7 @@ impl<'a, S: System> Simulation<'a, S> {
             }
         }
         solution.statistics.segments = 1;
+        self.begin_switches();
         self.make_consistent(solution)?;
         // What is beyond its bound at the start; other conditions that are true from the start act
         // once they have been false.
