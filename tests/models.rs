@@ -556,6 +556,7 @@ agreement! {
     bench_two_state_static: "models/bench_two_state.dgd", flow = static;
     cstr: "models/cstr.dgd";
     delayed_sensor: "models/delayed_sensor.dgd";
+    dragged_load: "models/dragged_load.dgd";
     every_intrinsic: "models/every_intrinsic.dgd";
     mud_circulation: "models/mud_circulation.dgd";
     mud_circulation_static: "models/mud_circulation.dgd", flow = static;

@@ -95,9 +95,10 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
 
 /// A name of the model as an identifier of Rust.
 pub fn identifier(name: &str) -> Ident {
-    // `der(x)` is the one name that is not an identifier. No name of a model begins with `_`.
-    if let Some(of) = name.strip_prefix("der(").and_then(|rest| rest.strip_suffix(')')) {
-        return Ident::new(&format!("_der_{of}"), Span::call_site());
+    // `der(x)` and `share(1)` are the names that are not identifiers. No name of a model begins
+    // with `_`.
+    if let Some((what, of)) = name.strip_suffix(')').and_then(|name| name.split_once('(')) {
+        return Ident::new(&format!("_{what}_{of}"), Span::call_site());
     }
     match name {
         // Not even raw identifiers, or constants where they are bound.

@@ -101,25 +101,27 @@ pub(super) fn passage(
         place.values.insert(v, at - rising * distance);
         let before = place.evaluate(graph, roots);
 
-        let differs = |a: usize, b: usize| {
+        let differs = |a: usize, b: usize, unbounded: Option<bool>| {
             // Both sides at one point, where both can be continued to it.
             let sides = [(beyond[a], beyond[b]), (before[a], before[b]), (beyond[a], before[b])];
-            let (a_here, b_here) =
-                sides.into_iter().find(|(a, b)| a.is_finite() && b.is_finite())?;
+            let finite = sides.into_iter().find(|(a, b)| a.is_finite() && b.is_finite());
+            let Some((a_here, b_here)) = finite else { return unbounded };
             let elsewhere = match off[a] - off[b] {
                 difference if difference.is_finite() => difference.abs(),
-                _ if off[a].is_finite() => off[a].abs(),
-                _ => off[b].abs(),
+                // One side only has a value there, which says nothing where it is zero.
+                _ if off[a].is_finite() && off[a] != 0.0 => off[a].abs(),
+                _ if off[b].is_finite() && off[b] != 0.0 => off[b].abs(),
+                _ => return None,
             };
             let negligible = NONE * elsewhere + ROUNDING * (a_here.abs() + b_here.abs());
             Some((a_here - b_here).abs() > negligible)
         };
-        let found = match (differs(2, 3), differs(4, 5)) {
-            (None, _) => continue,
+        // A slope that is infinite on one side is not that of the other.
+        let found = match (differs(2, 3, None), differs(4, 5, Some(true))) {
             (Some(true), _) => Passage::Jump,
+            (Some(false), Some(true)) => Passage::Corner,
             (Some(false), Some(false)) => Passage::Smooth,
-            // A slope that is infinite on one side is not that of the other.
-            (Some(false), Some(true) | None) => Passage::Corner,
+            (None, _) | (_, None) => continue,
         };
         compared += 1;
         worst = worst.max(found);

@@ -138,13 +138,15 @@ fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
     let before = dae.automata.len();
     let after = before + surfaces.len();
     let jumping = surfaces.iter_mut().filter(|surface| surface.passage == Passage::Jump);
+    let mut n_shares = 0;
     for (k, surface) in jumping.enumerate() {
         let position = u32::try_from(before + k).unwrap_or(u32::MAX);
         surface.z = Some(dae.graph.symbol(Symbol::Discrete(position)));
         if can_slide(dae, model, surface) {
             let index = u32::try_from(dae.unknowns.len()).unwrap_or(u32::MAX);
             surface.share = Some((index, dae.graph.symbol(Symbol::Unknown(index))));
-            let share = share_of(dae, surface);
+            n_shares += 1;
+            let share = share_of(dae, surface, n_shares);
             dae.unknowns.push(share);
         }
     }
@@ -189,15 +191,15 @@ fn can_slide(dae: &mut Dae, model: &Model, surface: &Surface) -> bool {
 }
 
 /// The unknown α, its row still open.
-fn share_of(dae: &mut Dae, surface: &Surface) -> Unknown {
+fn share_of(dae: &mut Dae, surface: &Surface, number: usize) -> Unknown {
     let (zero, half) = (dae.graph.constant(0.0), dae.graph.constant(0.5));
-    let name = surface.name.trim_start_matches("switch ").trim_end_matches(" at 0");
     Unknown {
-        name: format!("share({name})"),
+        name: format!("share({number})"),
         unit: Unit::one(),
-        doc: vec![
-            "How much of the side above acts while the solution slides along a switch.".into(),
-        ],
+        doc: vec![format!(
+            "How much of the side above acts, while it slides, of {}.",
+            surface.name
+        )],
         nominal: Some(1.0),
         differential: false,
         mass: zero,

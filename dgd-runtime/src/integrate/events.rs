@@ -10,6 +10,7 @@
 //! that follow from it one after another until nothing is due.
 
 use super::Simulation;
+use super::simultaneous::Together;
 use super::watch::Samples;
 use crate::discrete::Schedule;
 use crate::error::IntegrateError;
@@ -34,10 +35,10 @@ pub(super) struct Hybrid {
     pub(super) schedule: Schedule,
     n_automata: usize,
     /// Whether the condition of a transition has been false since its mode was entered.
-    armed: Vec<bool>,
+    pub(super) armed: Vec<bool>,
     /// How far beyond its threshold an event function may be without consequences: as far as it was
     /// when the solution came back from sliding along it, and infinity until that is known.
-    slack: Vec<f64>,
+    pub(super) slack: Vec<f64>,
     /// The transition that the last step was cut at.
     pub(super) located: Option<usize>,
     /// Whether nothing but corners is watched.
@@ -52,9 +53,11 @@ pub(super) struct Hybrid {
     /// event function turns.
     pub(super) turned: Option<(usize, f64)>,
     /// Transitions at one time: since when, and how many.
-    crowd: (f64, usize),
+    pub(super) crowd: (f64, usize),
     /// When each transition was made.
-    pasts: Vec<Past>,
+    pub(super) pasts: Vec<Past>,
+    /// Transitions at one time.
+    pub(super) together: Together,
     /// ∂t/∂θ of the times of conditions.
     dtimes: Vec<f64>,
     pub(super) instant: super::instant::Instant,
@@ -86,6 +89,7 @@ impl Hybrid {
             turned: None,
             crowd: (from, 0),
             pasts: vec![Past::NONE; n_e],
+            together: Together::new(signature, n_s),
             dtimes,
             instant: super::instant::Instant::new(signature, n_s),
         }
@@ -155,7 +159,7 @@ impl Hybrid {
 /// When a transition was made: the last time, how long that was after the time before, and for how
 /// many times in sequence that has become less.
 #[derive(Debug, Clone, Copy)]
-struct Past {
+pub(super) struct Past {
     last: f64,
     interval: f64,
     shrinking: usize,
@@ -163,7 +167,7 @@ struct Past {
 }
 
 impl Past {
-    const NONE: Self =
+    pub(super) const NONE: Self =
         Self { last: f64::NEG_INFINITY, interval: f64::INFINITY, shrinking: 0, count: 0 };
 
     /// Takes in the transition at `t`; how often it has been made, where it will be made infinitely
@@ -232,7 +236,7 @@ impl<S: System> Simulation<'_, S> {
     }
 
     /// e at (t, y).
-    fn evaluate_events(&mut self) {
+    pub(super) fn evaluate_events(&mut self) {
         let Problem { system, p, .. } = *self.problem;
         let u = self.drive.at(self.t);
         let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
@@ -248,6 +252,16 @@ impl<S: System> Simulation<'_, S> {
                 && hybrid.is_past(*k, transition.crossing, hybrid.e[*k])
         });
         due.map(|(k, _)| k)
+    }
+
+    /// Whether the k-th transition is due by the event functions as they are in `e`.
+    pub(super) fn is_due(&self, k: usize) -> bool {
+        let hybrid = &self.discrete;
+        let mut transitions = self.problem.system.signature().discrete.transitions();
+        transitions.nth(k).is_some_and(|(automaton, transition)| {
+            hybrid.watches(k, automaton, transition.from)
+                && hybrid.is_past(k, transition.crossing, hybrid.e[k])
+        })
     }
 
     /// Arms the transitions whose condition is false by the event functions as they are in `e`.
@@ -286,7 +300,11 @@ impl<S: System> Simulation<'_, S> {
     }
 
     /// Makes a transition: resets, the new mode, consistent values.
-    fn make_transition(&mut self, k: usize, solution: &mut Solution) -> Result<(), IntegrateError> {
+    pub(super) fn make_transition(
+        &mut self,
+        k: usize,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
         let discrete = &self.problem.system.signature().discrete;
         let Some((position, transition)) = discrete.transitions().nth(k) else {
             unreachable!("there are as many event functions as transitions")

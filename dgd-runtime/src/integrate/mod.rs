@@ -30,6 +30,7 @@ mod locate;
 mod moving_jump;
 mod record;
 mod rosenbrock;
+mod simultaneous;
 mod singular_point;
 pub mod tableau;
 pub mod tableaux;
