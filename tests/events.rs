@@ -7,8 +7,10 @@ mod inline;
 
 use std::path::Path;
 
-use dgd::{Column, Inputs, IntegrateError, Interpolation};
-use exact::{assert_close, event_times, run, run_with, slopes, value};
+use dgd::{Column, Inputs, IntegrateError, Interpolation, System, UndefinedCause};
+use exact::{
+    assert_close, assert_slopes_are_differences, event_times, run, run_with, slopes, value,
+};
 use inline::system;
 
 /// Rodas5P's error after the few hundred steps of these cases stays within a factor of a hundred of
@@ -240,4 +242,115 @@ fn a_bound_can_be_a_linear_input() {
     assert_close(&solution.y, &[0.0, 3.5, 6.0], CLOSE);
     assert_close(&slopes(&gate, &solution, "h", 1)[..1], &[0.0], CLOSE);
     assert_close(&slopes(&gate, &solution, "h", 2)[..1], &[1.0], CLOSE);
+}
+
+#[test]
+fn events_at_one_time_that_do_not_meet_have_their_sensitivities() {
+    let balls = system(
+        "model balls
+         parameter h_1 [m] = 5
+         parameter h_2 [m] = 5
+         parameter e = 0.8
+         state x_1 [m] = h_1
+         state v_1 [m/s] = 0
+         state x_2 [m] = h_2
+         state v_2 [m/s] = 0
+         equation height_1: der(x_1) = v_1
+         equation speed_1: der(v_1) = -10 [m/s^2]
+         equation height_2: der(x_2) = v_2
+         equation speed_2: der(v_2) = -10 [m/s^2]
+         when x_1 falls below 0 [m] { reset v_1 = -e*v_1 }
+         when x_2 falls below 0 [m] { reset v_2 = -e*v_2 }",
+    );
+    let solution = run(&balls, &[0.0, 2.0]);
+    let at = |h: f64| flight(2.0, [10.0, h, 0.8]);
+    let slope = [0, 1].map(|i| {
+        let central = |d: f64| (at(5.0 + d)[i] - at(5.0 - d)[i]) / (2.0 * d);
+        (4.0 * central(5e-3) - central(1e-2)) / 3.0
+    });
+    let [x, v] = at(5.0);
+    assert_close(solution.y(1), &[x, v, x, v], CLOSE);
+    assert!(solution.undefined.is_empty(), "{:?}", solution.undefined);
+    assert_close(
+        &solution.s(1)[..8],
+        &[slope[0], slope[1], 0.0, 0.0, 0.0, 0.0, slope[0], slope[1]],
+        1e-7,
+    );
+}
+
+#[test]
+fn events_at_one_time_whose_order_matters_end_sensitivities() {
+    let clocks = system(
+        "model clocks
+         parameter a = 0
+         parameter b = 0
+         state x = a
+         state y = b
+         state z = 1
+         equation one: der(x) = 1 [1/s]
+         equation two: der(y) = 1 [1/s]
+         equation three: der(z) = 0
+         when x rises above 1 { reset z = 2*z }
+         when y rises above 1 { reset z = z + 1 }",
+    );
+    let solution = run(&clocks, &[0.0, 0.5, 2.0]);
+    // In the order of the file.
+    assert_close(&[value(&clocks, &solution, "z", 2)], &[3.0], CLOSE);
+    let [undefined] = &solution.undefined[..] else { panic!("{:?}", solution.undefined) };
+    assert_eq!(undefined.cause, UndefinedCause::Simultaneous);
+    assert_eq!(undefined.equation, "x rises above 1` and `y rises above 1");
+    assert_close(&[undefined.from], &[1.0], CLOSE);
+    assert!(solution.s(1).iter().all(|s| s.is_finite()));
+    assert!(solution.s(2).iter().all(|s| s.is_nan()));
+    // With another start of one of them the order is clear.
+    let solution = run_with(&clocks, &[0.0, 0.5], &Inputs::none(), &[0.0, 2.0]);
+    let solution = solution.expect("a solution");
+    assert_close(&[value(&clocks, &solution, "z", 1)], &[4.0], CLOSE);
+    assert!(solution.undefined.is_empty());
+}
+
+/// The mud circulation with a non-return valve in its return line.
+fn with_valve(variant: &str) -> String {
+    let text = include_str!("../models/mud_circulation.dgd");
+    let text = text.replace("variant flow {", "saturate q_ssp >= 0 [m^3/s]\nvariant flow {");
+    if variant == "dynamic" {
+        return text;
+    }
+    let dynamic = "  dynamic { equation return_line: M_ssp * der(q_ssp) = net }\n";
+    assert!(text.contains(dynamic));
+    text.replace(dynamic, "")
+}
+
+#[test]
+fn a_valve_keeps_the_return_line_from_flowing_back() {
+    // The pump stops at 100 s, the riser fills, and at 300 s the pump starts again.
+    let times = [0.0, 100.0, 300.0, 600.0];
+    let (w, q_b, q_t) = ([0.9, 0.0, 0.9, 0.9], [0.02; 4], [0.002; 4]);
+    let column = |name, interpolation, values| Column { name, interpolation, values };
+    let inputs = Inputs::recorded(
+        &times,
+        &[
+            column("w_ssp", Interpolation::Hold, &w),
+            column("q_boost", Interpolation::Linear, &q_b),
+            column("q_tf", Interpolation::Hold, &q_t),
+        ],
+    )
+    .expect("inputs");
+    for variant in ["dynamic", "static"] {
+        let circulation = system(&with_valve(variant));
+        let p: Vec<f64> = circulation.signature().parameters.iter().map(|p| p.value).collect();
+        let asked = [0.0, 99.0, 180.0, 280.0, 310.0, 600.0];
+        let solution = run_with(&circulation, &p, &inputs, &asked).expect("a solution");
+        let h: Vec<f64> = (0..6).map(|k| value(&circulation, &solution, "h_r", k)).collect();
+        let q: Vec<f64> = (0..6).map(|k| value(&circulation, &solution, "q_ssp", k)).collect();
+        assert_eq!(q[2..4], [0.0, 0.0], "{variant}");
+        assert!(q[1] > 0.01 && q[4] > 0.01, "{variant}: {q:?}");
+        // With the valve shut the riser fills at a constant rate.
+        let area = std::f64::consts::FRAC_PI_4 * (19.75_f64 * 0.0254).powi(2);
+        assert_close(&[h[2] - h[3]], &[100.0 * 0.022 / area], CLOSE);
+        assert_eq!(solution.events.len(), 2, "{variant}: {:?}", solution.events);
+        assert_close(&event_times(&solution)[1..], &[300.0], CLOSE);
+        assert!(solution.undefined.is_empty(), "{variant}: {:?}", solution.undefined);
+        assert_slopes_are_differences(&circulation, &inputs, &asked, 1e-5);
+    }
 }

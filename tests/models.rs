@@ -614,6 +614,7 @@ agreement! {
     controlled_level: "models/controlled_level.dgd";
     cstr: "models/cstr.dgd";
     delayed_sensor: "models/delayed_sensor.dgd";
+    dragged_load: "models/dragged_load.dgd";
     every_intrinsic: "models/every_intrinsic.dgd";
     hires: "models/test_set/hires.dgd";
     medical_akzo_nobel: "models/medical_akzo_nobel.dgd";

@@ -160,6 +160,7 @@ fn automaton(automaton: &program::Automaton) -> Automaton {
         trigger: match transition.trigger {
             program::Trigger::Edge => Trigger::Edge,
             program::Trigger::Level => Trigger::Level,
+            program::Trigger::Entry => Trigger::Entry,
         },
         resets: transition.resets.clone().into(),
     };
@@ -169,6 +170,8 @@ fn automaton(automaton: &program::Automaton) -> Automaton {
             program::AutomatonKind::When => AutomatonKind::When,
             program::AutomatonKind::Saturation => AutomatonKind::Saturation,
             program::AutomatonKind::States => AutomatonKind::States,
+            program::AutomatonKind::Switch => AutomatonKind::Switch,
+            program::AutomatonKind::Corner => AutomatonKind::Corner,
         },
         name: text(&automaton.name),
         modes: automaton.modes.iter().map(|mode| text(mode)).collect(),

@@ -68,9 +68,9 @@ pub struct UndefinedSensitivity {
     /// Its end, s.
     pub until: f64,
     /// The equation whose derivative to the algebraic unknowns vanishes, or depends on others'; or
-    /// the automaton whose threshold is only touched.
+    /// the automaton whose threshold is only touched, or all that changed at one time.
     pub equation: String,
-    /// Which of the two.
+    /// Which of them.
     pub cause: UndefinedCause,
 }
 
@@ -81,6 +81,8 @@ pub enum UndefinedCause {
     Singular,
     /// A threshold is touched and hardly passed: a disturbed solution may miss it.
     Grazing,
+    /// Events that need not be at one time are, and their order would make a difference.
+    Simultaneous,
 }
 
 /// A transition between modes.
@@ -103,6 +105,9 @@ impl fmt::Display for UndefinedSensitivity {
         match cause {
             UndefinedCause::Singular => {
                 write!(f, "equation `{equation}` no longer determines an algebraic unknown")
+            }
+            UndefinedCause::Simultaneous => {
+                write!(f, "`{equation}` happen at one time, in an order that matters")
             }
             UndefinedCause::Grazing => {
                 write!(f, "`{equation}` changes its mode at a threshold that is only touched")

@@ -349,6 +349,11 @@ pub enum AutomatonKind {
     /// in all of its modes, and each is left for the one in which the constraints determine the
     /// others best.
     States,
+    /// A switch whose value jumps: below its surface (0), above it (1), or sliding along it (2). Its
+    /// first transition leads from below to above.
+    Switch,
+    /// A switch whose slope jumps: steps end at its surface, and nothing else happens there.
+    Corner,
 }
 
 /// When a transition acts.
@@ -358,6 +363,8 @@ pub enum Trigger {
     Edge,
     /// Whenever its condition is true.
     Level,
+    /// If its condition is true at once in the mode that the solution enters at a surface.
+    Entry,
 }
 
 /// A `modes` block of the model, or what else changes at events.

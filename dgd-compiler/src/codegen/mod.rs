@@ -101,7 +101,7 @@ pub fn identifier(name: &str) -> Ident {
     if name.contains('.') && name.chars().all(|c| is_word(c) || c == '.') {
         return identifier(&name.replace('.', "_"));
     }
-    // Unknowns that were added, `der(x)` and `x - y`, have no identifiers for names. No name of a
+    // Unknowns that were added, `der(x)`, `share(1)` and `x - y`, have no identifiers for names. No name of a
     // model begins with `_`.
     if !name.chars().all(is_word) {
         return Ident::new(&spelt_out(name), Span::call_site());

@@ -256,6 +256,8 @@ fn discrete(program: &Program) -> TokenStream {
                 quote!(::dgd::__runtime::system::AutomatonKind::Saturation)
             }
             AutomatonKind::States => quote!(::dgd::__runtime::system::AutomatonKind::States),
+            AutomatonKind::Switch => quote!(::dgd::__runtime::system::AutomatonKind::Switch),
+            AutomatonKind::Corner => quote!(::dgd::__runtime::system::AutomatonKind::Corner),
         };
         quote! {
             ::dgd::__runtime::system::Automaton {
@@ -289,6 +291,7 @@ fn transition(transition: &Transition) -> TokenStream {
     let trigger = match transition.trigger {
         Trigger::Edge => quote!(::dgd::__runtime::system::Trigger::Edge),
         Trigger::Level => quote!(::dgd::__runtime::system::Trigger::Level),
+        Trigger::Entry => quote!(::dgd::__runtime::system::Trigger::Entry),
     };
     let resets = transition.resets.iter().map(|unknown| index(*unknown));
     quote! {

@@ -16,7 +16,7 @@ use super::state_selection::Selections;
 use super::symbols::{Typical, settle};
 use super::transfer::{Equation, Transferred, transfer};
 use super::variables::Variables;
-use super::{Automaton, Dae, Delay, DifferentiatedInput, Output, Unknown};
+use super::{Automaton, Dae, Delay, DifferentiatedInput, Output, Unknown, switches};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::model::Model;
@@ -139,6 +139,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         automata,
         time_conditions,
     };
+    switches::locate(&mut dae, model);
     take_slopes(&mut dae);
     families::place(dae, model, &plan, &origins, diagnostics)
 }

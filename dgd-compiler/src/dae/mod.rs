@@ -18,7 +18,9 @@ mod rates;
 mod readers;
 mod refusal;
 mod saturate;
+mod smoothness;
 mod state_selection;
+mod switches;
 mod symbols;
 pub mod text;
 mod time_conditions;
@@ -104,6 +106,10 @@ pub enum AutomatonKind {
     /// Which unknowns are states, of those that constraints tie together: the solution is the same
     /// in all of them.
     States,
+    /// A switch whose value jumps: below its surface, above it, or sliding along it.
+    Switch,
+    /// A switch whose slope jumps: steps end at its surface, and nothing else happens there.
+    Corner,
 }
 
 /// When a transition acts.
@@ -113,6 +119,8 @@ pub enum Trigger {
     Edge,
     /// Whenever its condition is true.
     Level,
+    /// If its condition is true at once in the mode that the solution enters at a surface.
+    Entry,
 }
 
 /// A `modes` block, or what else changes at events: the equations are in the rows, what is left are
@@ -322,6 +330,25 @@ impl Family {
 }
 
 impl Dae {
+    /// Visits all expressions that may depend on more than parameters.
+    fn each_expression(&mut self, visit: &mut dyn FnMut(&mut Graph, &mut ExprId)) {
+        let graph = &mut self.graph;
+        for unknown in &mut self.unknowns {
+            visit(graph, &mut unknown.mass);
+            visit(graph, &mut unknown.rhs);
+            visit(graph, &mut unknown.start);
+        }
+        for output in &mut self.outputs {
+            visit(graph, &mut output.value);
+        }
+        for transition in self.automata.iter_mut().flat_map(|a| &mut a.transitions) {
+            visit(graph, &mut transition.event);
+            for (_, value) in &mut transition.resets {
+                visit(graph, value);
+            }
+        }
+    }
+
     /// Number of unknowns, elements of arrays included.
     pub fn n(&self) -> usize {
         self.unknowns.len() + self.arrays.iter().map(|array| array.count as usize).sum::<usize>()

@@ -32,8 +32,14 @@ impl Varying<'_> {
         self.model.inputs[of].interpolation == Interpolation::Linear
     }
 
-    /// ė; nothing where e reads an unknown that has no derivative in some mode.
+    /// ė; nothing where e reads an unknown that has no derivative in some mode, an element of an
+    /// array, or something late.
     pub(super) fn rate(self, graph: &mut Graph, e: ExprId, unknowns: &[Unknown]) -> Option<ExprId> {
+        let is_unknown =
+            |symbol: &Symbol| matches!(symbol, Symbol::Element(_) | Symbol::DelayedUnknown(_));
+        if graph.symbols(e).iter().any(is_unknown) {
+            return None;
+        }
         let varies: Vec<Symbol> = graph
             .symbols(e)
             .into_iter()
@@ -113,36 +119,16 @@ fn zero_delay(dae: &mut Dae) -> usize {
 /// All expressions that change along a solution.
 fn expressions(dae: &mut Dae) -> Vec<ExprId> {
     let mut all = Vec::new();
-    each(dae, &mut |_, id| {
-        all.push(*id);
-    });
+    dae.each_expression(&mut |_, id| all.push(*id));
     all
 }
 
 /// Replaces symbols in everything that changes along a solution.
-pub(super) fn replace(dae: &mut Dae, replacement: impl Fn(Symbol) -> Option<ExprId>) {
-    each(dae, &mut |graph, id| *id = graph.substitute(*id, &replacement));
+fn replace(dae: &mut Dae, replacement: impl Fn(Symbol) -> Option<ExprId>) {
+    dae.each_expression(&mut |graph, id| *id = graph.substitute(*id, &replacement));
     let names = std::mem::take(&mut dae.names);
     for (id, name) in names {
         let id = dae.graph.substitute(id, &replacement);
         dae.names.insert(id, name);
-    }
-}
-
-fn each(dae: &mut Dae, visit: &mut dyn FnMut(&mut Graph, &mut ExprId)) {
-    let graph = &mut dae.graph;
-    for unknown in &mut dae.unknowns {
-        visit(graph, &mut unknown.mass);
-        visit(graph, &mut unknown.rhs);
-        visit(graph, &mut unknown.start);
-    }
-    for output in &mut dae.outputs {
-        visit(graph, &mut output.value);
-    }
-    for transition in dae.automata.iter_mut().flat_map(|automaton| &mut automaton.transitions) {
-        visit(graph, &mut transition.event);
-        for (_, value) in &mut transition.resets {
-            visit(graph, value);
-        }
     }
 }

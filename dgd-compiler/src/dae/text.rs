@@ -71,9 +71,14 @@ pub fn write(dae: &Dae) -> String {
         let _ = writeln!(text, "  {name} = {after} from time {at} on");
     }
     for automaton in &dae.automata {
-        let is_when = automaton.kind == AutomatonKind::When;
-        if is_when {
-            let _ = writeln!(text, "  when {}", automaton.name);
+        let is_when = matches!(automaton.kind, AutomatonKind::When | AutomatonKind::Corner);
+        match automaton.kind {
+            AutomatonKind::When => drop(writeln!(text, "  when {}", automaton.name)),
+            AutomatonKind::Corner => drop(writeln!(text, "  {}", automaton.name)),
+            AutomatonKind::Modes
+            | AutomatonKind::Saturation
+            | AutomatonKind::Switch
+            | AutomatonKind::States => {}
         }
         let (name, modes) = (&automaton.name, automaton.modes.join(", "));
         let start = &automaton.modes[automaton.start];
@@ -147,7 +152,7 @@ fn discrete_name(dae: &Dae, position: usize) -> String {
     }
 }
 
-fn symbol_name(dae: &Dae, symbol: Symbol) -> String {
+pub(super) fn symbol_name(dae: &Dae, symbol: Symbol) -> String {
     match symbol {
         Symbol::Time => "time".to_owned(),
         Symbol::Parameter(i) => dae.parameters[i as usize].declared.name.clone(),

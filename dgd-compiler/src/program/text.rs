@@ -85,8 +85,12 @@ impl fmt::Display for Program {
             writeln!(f, "  z[{k}] = {name}: {modes}; starts in {}", automaton.start)?;
             for transition in &automaton.transitions {
                 let Transition { from, to, crossing, trigger, resets } = transition;
-                let level = if *trigger == Trigger::Level { ", at any time" } else { "" };
-                writeln!(f, "    {from} -> {to}, {crossing:?}{level}, resets {resets:?}")?;
+                let acts = match trigger {
+                    Trigger::Edge => "",
+                    Trigger::Level => ", at any time",
+                    Trigger::Entry => ", on entry",
+                };
+                writeln!(f, "    {from} -> {to}, {crossing:?}{acts}, resets {resets:?}")?;
             }
         }
         for k in self.automata.len()..self.n_discrete() {

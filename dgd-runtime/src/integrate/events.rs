@@ -10,13 +10,14 @@
 //! that follow from it one after another until nothing is due.
 
 use super::Simulation;
+use super::simultaneous::Together;
 use super::watch::Samples;
 use crate::discrete::Schedule;
 use crate::error::IntegrateError;
 use crate::problem::Problem;
 use crate::solution::{Event, Solution};
 use crate::state_selection::selecting;
-use crate::system::{Point, System, Trigger};
+use crate::system::{AutomatonKind, Crossing, Point, System, Trigger};
 
 /// Transitions within this part of the simulated time happen at one time.
 const ONE_TIME: f64 = 1e-9;
@@ -26,6 +27,8 @@ const MOST_TRANSITIONS: usize = 100;
 const MORE_FOR_EACH: usize = 10;
 /// Intervals that have shrunk so often in sequence are expected to go on so.
 const SHRINKING: usize = 4;
+/// The mode of a switch in which the solution slides along its surface.
+pub(super) const SLIDING: usize = 2;
 
 /// Discrete numbers, and work space for instants at which they change; nothing of it is used by a
 /// model that has none.
@@ -35,7 +38,14 @@ pub(super) struct Hybrid {
     /// Whether each automaton chooses states, so that its transitions are no events.
     selecting: Vec<bool>,
     /// Whether the condition of a transition has been false since its mode was entered.
-    armed: Vec<bool>,
+    pub(super) armed: Vec<bool>,
+    /// How far beyond its threshold an event function may be without consequences: as far as it was
+    /// when the solution came back from sliding along it, and infinity until that is known.
+    pub(super) slack: Vec<f64>,
+    /// The transition that the last step was cut at.
+    pub(super) located: Option<usize>,
+    /// Whether nothing but corners is watched.
+    only_corners: bool,
     /// Event functions, and the same at the ends of the interval that holds an event.
     pub(super) e: Vec<f64>,
     pub(super) low: Vec<f64>,
@@ -46,9 +56,11 @@ pub(super) struct Hybrid {
     /// event function turns.
     pub(super) turned: Option<(usize, f64)>,
     /// Transitions at one time: since when, and how many.
-    crowd: (f64, usize),
+    pub(super) crowd: (f64, usize),
     /// When each transition was made.
-    pasts: Vec<Past>,
+    pub(super) pasts: Vec<Past>,
+    /// Transitions at one time.
+    pub(super) together: Together,
     /// ∂t/∂θ of the times of conditions.
     dtimes: Vec<f64>,
     pub(super) instant: super::instant::Instant,
@@ -70,6 +82,9 @@ impl Hybrid {
             schedule,
             n_automata: discrete.automata.len(),
             selecting: selecting(signature).collect(),
+            slack: vec![0.0; n_e],
+            located: None,
+            only_corners: discrete.automata.iter().all(|a| a.kind == AutomatonKind::Corner),
             armed: discrete.transitions().map(|(_, t)| t.trigger == Trigger::Level).collect(),
             e: vec![0.0; n_e],
             low: vec![0.0; n_e],
@@ -78,6 +93,7 @@ impl Hybrid {
             turned: None,
             crowd: (from, 0),
             pasts: vec![Past::NONE; n_e],
+            together: Together::new(signature, n_s),
             dtimes,
             instant: super::instant::Instant::new(signature, n_s),
         }
@@ -116,6 +132,29 @@ impl Hybrid {
         self.selecting.contains(&true)
     }
 
+    /// Whether this value of its event function makes the k-th transition due.
+    pub(super) fn is_past(&self, k: usize, crossing: Crossing, e: f64) -> bool {
+        crossing.is_past(e) && e.abs() > self.slack[k]
+    }
+
+    /// Whether interior points of steps need not be looked at.
+    pub(super) fn only_corners(&self) -> bool {
+        self.only_corners
+    }
+
+    /// Whether a corner has been passed less than `calm` ago; takes note of the time if not.
+    pub(super) fn flutters(&mut self, k: usize, t: f64, calm: f64) -> bool {
+        let past = &mut self.pasts[k];
+        let flutters = t - past.last < calm;
+        past.last = t;
+        flutters
+    }
+
+    /// Leaves a transition alone until its condition has been false.
+    pub(super) fn disarm(&mut self, k: usize) {
+        self.armed[k] = false;
+    }
+
     /// Whether the transition acts when its condition is true.
     pub(super) fn armed(&self, transition: usize) -> bool {
         self.armed[transition]
@@ -135,7 +174,7 @@ impl Hybrid {
 /// When a transition was made: the last time, how long that was after the time before, and for how
 /// many times in sequence that has become less.
 #[derive(Debug, Clone, Copy)]
-struct Past {
+pub(super) struct Past {
     last: f64,
     interval: f64,
     shrinking: usize,
@@ -143,7 +182,7 @@ struct Past {
 }
 
 impl Past {
-    const NONE: Self =
+    pub(super) const NONE: Self =
         Self { last: f64::NEG_INFINITY, interval: f64::INFINITY, shrinking: 0, count: 0 };
 
     /// Takes in the transition at `t`; how often it has been made, where it will be made infinitely
@@ -192,6 +231,7 @@ impl<S: System> Simulation<'_, S> {
         }
         loop {
             self.evaluate_events();
+            self.take_slack();
             let Some(due) = self.due() else {
                 self.arm();
                 return Ok(());
@@ -200,8 +240,19 @@ impl<S: System> Simulation<'_, S> {
         }
     }
 
+    /// Event functions that are beyond their thresholds where a solution leaves a surface may be so
+    /// by rounding, or by the error made along it.
+    fn take_slack(&mut self) {
+        let hybrid = &mut self.discrete;
+        for (slack, e) in hybrid.slack.iter_mut().zip(&hybrid.e) {
+            if *slack == f64::INFINITY {
+                *slack = 2.0 * e.abs();
+            }
+        }
+    }
+
     /// e at (t, y).
-    fn evaluate_events(&mut self) {
+    pub(super) fn evaluate_events(&mut self) {
         let Problem { system, p, .. } = *self.problem;
         let u = self.drive.at(self.t, self.y.as_ref());
         let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
@@ -214,9 +265,19 @@ impl<S: System> Simulation<'_, S> {
         let mut transitions = self.problem.system.signature().discrete.transitions().enumerate();
         let due = transitions.find(|(k, (automaton, transition))| {
             hybrid.watches(*k, *automaton, transition.from)
-                && transition.crossing.is_past(hybrid.e[*k])
+                && hybrid.is_past(*k, transition.crossing, hybrid.e[*k])
         });
         due.map(|(k, _)| k)
+    }
+
+    /// Whether the k-th transition is due by the event functions as they are in `e`.
+    pub(super) fn is_due(&self, k: usize) -> bool {
+        let hybrid = &self.discrete;
+        let mut transitions = self.problem.system.signature().discrete.transitions();
+        transitions.nth(k).is_some_and(|(automaton, transition)| {
+            hybrid.watches(k, automaton, transition.from)
+                && hybrid.is_past(k, transition.crossing, hybrid.e[k])
+        })
     }
 
     /// Arms the transitions whose condition is false by the event functions as they are in `e`.
@@ -224,38 +285,62 @@ impl<S: System> Simulation<'_, S> {
         let hybrid = &mut self.discrete;
         let transitions = self.problem.system.signature().discrete.transitions();
         for (k, (automaton, transition)) in transitions.enumerate() {
-            if hybrid.is_active(automaton, transition.from)
-                && !transition.crossing.is_past(hybrid.e[k])
-            {
+            if !hybrid.is_active(automaton, transition.from) {
+                continue;
+            }
+            let past =
+                if transition.crossing.is_past(hybrid.e[k]) { hybrid.e[k].abs() } else { 0.0 };
+            hybrid.slack[k] = hybrid.slack[k].min(past);
+            if past == 0.0 && transition.trigger != Trigger::Entry {
                 hybrid.armed[k] = true;
             }
         }
     }
 
+    /// Puts switches on the side of their surfaces that the start values are on.
+    pub(super) fn begin_switches(&mut self) {
+        let system = self.problem.system;
+        let discrete = &system.signature().discrete;
+        if discrete.automata.iter().all(|automaton| automaton.kind != AutomatonKind::Switch) {
+            return;
+        }
+        self.evaluate_events();
+        let mut first = 0;
+        for (position, automaton) in discrete.automata.iter().enumerate() {
+            if automaton.kind == AutomatonKind::Switch {
+                let is_above = self.discrete.e[first] > 0.0;
+                self.discrete.schedule.z[position] = f64::from(u8::from(is_above));
+            }
+            first += automaton.transitions.len();
+        }
+    }
+
     /// Makes a transition: resets, the new mode, consistent values.
-    fn make_transition(&mut self, k: usize, solution: &mut Solution) -> Result<(), IntegrateError> {
+    pub(super) fn make_transition(
+        &mut self,
+        k: usize,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
         let discrete = &self.problem.system.signature().discrete;
         let Some((position, transition)) = discrete.transitions().nth(k) else {
             unreachable!("there are as many event functions as transitions")
         };
         let automaton = &discrete.automata[position];
-        let most = MOST_TRANSITIONS + MORE_FOR_EACH * self.discrete.armed.len();
-        let (since, count) = &mut self.discrete.crowd;
-        if self.t - *since > ONE_TIME * self.span {
-            (*since, *count) = (self.t, 0);
+        if automaton.kind == AutomatonKind::Corner {
+            // Slopes have changed, values have not.
+            self.discrete.disarm(k);
+            return self.make_consistent(solution);
         }
-        *count += 1;
-        let accumulates = self.discrete.pasts[k].accumulates(self.t, ONE_TIME * self.span);
-        let endless = if *count > most { Some(most) } else { accumulates };
-        if let Some(transitions) = endless {
-            let automaton = automaton.name.to_string();
-            return Err(IntegrateError::EndlessEvents { t: self.t, automaton, transitions });
-        }
+        self.verify_end(k, &automaton.name)?;
 
         self.reset(k, solution);
         self.discrete.schedule.z[position] = transition.to as f64;
-        for (armed, (other, next)) in self.discrete.armed.iter_mut().zip(discrete.transitions()) {
-            *armed &= other != position || next.trigger == Trigger::Level;
+        let slides_off = automaton.kind == AutomatonKind::Switch && transition.from == SLIDING;
+        for (other, (of, next)) in discrete.transitions().enumerate() {
+            if of == position {
+                self.discrete.armed[other] = next.trigger == Trigger::Level;
+                self.discrete.slack[other] = if slides_off { f64::INFINITY } else { 0.0 };
+            }
         }
         self.take_over(solution)?;
         solution.events.push(Event {
@@ -264,6 +349,48 @@ impl<S: System> Simulation<'_, S> {
             from: automaton.modes[transition.from].clone(),
             to: automaton.modes[transition.to].clone(),
         });
+        if automaton.kind == AutomatonKind::Switch && self.discrete.located.take() == Some(k) {
+            self.slide(position, solution)?;
+        }
         Ok(())
+    }
+
+    /// Lets a solution that has just entered one side of a surface, and is pushed back from there,
+    /// slide along it.
+    fn slide(&mut self, position: usize, solution: &mut Solution) -> Result<(), IntegrateError> {
+        self.evaluate_events();
+        let hybrid = &self.discrete;
+        let discrete = &self.problem.system.signature().discrete;
+        let mut transitions = discrete.transitions().enumerate();
+        let pushed_back = transitions.find(|(k, (of, transition))| {
+            *of == position
+                && transition.trigger == Trigger::Entry
+                && hybrid.is_active(*of, transition.from)
+                && transition.crossing.is_past(hybrid.e[*k])
+        });
+        match pushed_back {
+            Some((k, _)) => self.make_transition(k, solution),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether events come to an end.
+    fn verify_end(&mut self, k: usize, automaton: &str) -> Result<(), IntegrateError> {
+        let most = MOST_TRANSITIONS + MORE_FOR_EACH * self.discrete.armed.len();
+        let (since, count) = &mut self.discrete.crowd;
+        if self.t - *since > ONE_TIME * self.span {
+            (*since, *count) = (self.t, 0);
+        }
+        *count += 1;
+        let crowded = (*count > most).then_some(most);
+        let accumulates = self.discrete.pasts[k].accumulates(self.t, ONE_TIME * self.span);
+        match crowded.or(accumulates) {
+            Some(transitions) => Err(IntegrateError::EndlessEvents {
+                t: self.t,
+                automaton: automaton.to_owned(),
+                transitions,
+            }),
+            None => Ok(()),
+        }
     }
 }

@@ -25,11 +25,12 @@
 //! systems, Applied Numerical Mathematics 31 (1999) 17–47.
 
 use super::Simulation;
+use super::events::SLIDING;
 use crate::error::IntegrateError;
 use crate::linalg::{Factorisation, Singular};
 use crate::problem::Problem;
 use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
-use crate::system::{Point, Signature, System};
+use crate::system::{AutomatonKind, Point, Signature, System};
 
 /// Work space of an instant; matrices by columns, one for each direction.
 pub(super) struct Instant {
@@ -44,7 +45,7 @@ pub(super) struct Instant {
     /// D.
     total: Vec<f64>,
     mass: Vec<f64>,
-    de: Vec<f64>,
+    pub(super) de: Vec<f64>,
     dedy: Vec<f64>,
     dedt: Vec<f64>,
     r: Vec<f64>,
@@ -107,24 +108,10 @@ impl<S: System> Simulation<'_, S> {
 
     /// Begins the instant at which the event function of a transition passes zero.
     pub(super) fn begin_event(&mut self, k: usize, solution: &mut Solution) {
-        if self.directions.is_some() && self.take_slopes(solution) {
-            let Problem { system, p, .. } = *self.problem;
-            let Some(d) = &self.directions else { return };
-            let (u, udot) = self.drive.with_slope(self.t, self.y.as_ref());
-            let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
-            let instant = &mut self.discrete.instant;
-            let (de, dedy) = (&mut instant.de, &mut instant.dedy);
-            system.event_sensitivities(at, udot, d.s.as_ref(), de, dedy, &mut instant.dedt);
-
-            // ė = ∂e/∂y ẏ + ∂e/∂t + ∂e/∂u u̇, and what unknowns of their sizes would change e by
-            let (mut rate, mut size) = (instant.dedt[k], 0.0_f64);
-            let pattern = &system.signature().discrete.event_jacobian;
-            for ((row, column), slope) in pattern.positions().zip(instant.dedy.iter()) {
-                if row == k {
-                    rate += slope * instant.ydot[column];
-                    size += (slope * self.sizes.as_ref()[column]).abs();
-                }
-            }
+        if self.is_continuous(k) {
+            self.discrete.instant.tau.fill(0.0);
+        } else if self.directions.is_some() && self.take_event_slopes(solution) {
+            let (rate, size) = self.event_rate(k);
             let depth = match self.discrete.turned.take() {
                 Some((turned, depth)) if turned == k => depth,
                 _ => f64::INFINITY,
@@ -133,6 +120,7 @@ impl<S: System> Simulation<'_, S> {
             if touches || rate == 0.0 || !rate.is_finite() {
                 self.end_sensitivities_at_threshold(k, solution);
             } else {
+                let instant = &mut self.discrete.instant;
                 let n_e = instant.dedt.len();
                 for (j, tau) in instant.tau.iter_mut().enumerate() {
                     *tau = -instant.de[j * n_e + k] / rate;
@@ -140,6 +128,48 @@ impl<S: System> Simulation<'_, S> {
             }
         }
         self.begin_instant(solution);
+    }
+
+    /// ∂e/∂y S + ∂e/∂θ, ∂e/∂y, and ∂e/∂t + ∂e/∂u u̇ of all event functions, and ẏ, where
+    /// sensitivities are wanted and unknowns have slopes; whether that is so.
+    pub(super) fn take_event_slopes(&mut self, solution: &mut Solution) -> bool {
+        if !self.take_slopes(solution) {
+            return false;
+        }
+        let Problem { system, p, .. } = *self.problem;
+        let Some(d) = &self.directions else { return false };
+        let (u, udot) = self.drive.with_slope(self.t, self.y.as_ref());
+        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
+        let Instant { de, dedy, dedt, .. } = &mut self.discrete.instant;
+        system.event_sensitivities(at, udot, d.s.as_ref(), de, dedy, dedt);
+        true
+    }
+
+    /// ė = ∂e/∂y ẏ + ∂e/∂t + ∂e/∂u u̇, and what unknowns of their sizes would change e by.
+    pub(super) fn event_rate(&self, k: usize) -> (f64, f64) {
+        let instant = &self.discrete.instant;
+        let (mut rate, mut size) = (instant.dedt[k], 0.0_f64);
+        let pattern = &self.problem.system.signature().discrete.event_jacobian;
+        for ((row, column), slope) in pattern.positions().zip(instant.dedy.iter()) {
+            if row == k {
+                rate += slope * instant.ydot[column];
+                size += (slope * self.sizes.as_ref()[column]).abs();
+            }
+        }
+        (rate, size)
+    }
+
+    /// Whether ẏ is the same on both sides of a transition without resets: at corners, and where a
+    /// solution stops sliding along a surface. Then S is the same too, whatever τ is.
+    pub(super) fn is_continuous(&self, k: usize) -> bool {
+        let discrete = &self.problem.system.signature().discrete;
+        discrete.transitions().nth(k).is_some_and(|(automaton, transition)| {
+            match discrete.automata[automaton].kind {
+                AutomatonKind::Corner | AutomatonKind::States => true,
+                AutomatonKind::Switch => transition.from == SLIDING,
+                AutomatonKind::Modes | AutomatonKind::When | AutomatonKind::Saturation => false,
+            }
+        })
     }
 
     /// ẏ of all unknowns, where sensitivities are wanted and the algebraic ones have one; whether

@@ -43,15 +43,15 @@ impl<S: System> Simulation<'_, S> {
         let t_event = if cut < h { self.t + cut } else { t_new };
         self.accept(t_event, Stop::Change, times, solution);
         self.stepper.restart();
-        if let Some(due) = due {
-            self.begin_event(due, solution);
+        match due {
+            Some(due) => {
+                self.make_events(due, solution)?;
+                // It may happen again as soon as the last time, whatever the error allows.
+                controller.h = controller.h.min(self.discrete.last_interval(due));
+            }
+            None => self.settle(solution)?,
         }
-        self.settle(solution)?;
         self.mark_instant();
-        if let Some(due) = due {
-            // It may happen again as soon as the last time, whatever the error allows.
-            controller.h = controller.h.min(self.discrete.last_interval(due));
-        }
         // What else happens at this time comes first.
         if t_event < self.stop() {
             self.record_now(times, solution);

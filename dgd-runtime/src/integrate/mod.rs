@@ -39,6 +39,7 @@ mod order;
 mod record;
 mod reselect;
 mod rosenbrock;
+mod simultaneous;
 mod singular_point;
 mod stepper;
 pub mod tableau;
@@ -375,6 +376,7 @@ impl<'a, S: System> Simulation<'a, S> {
         }
         solution.statistics.segments = 1;
         self.select_first_states();
+        self.begin_switches();
         self.make_consistent(solution)?;
         self.reselect_states(solution)?;
         // What is beyond its bound at the start; other conditions that are true from the start act

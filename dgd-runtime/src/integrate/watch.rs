@@ -15,10 +15,13 @@ use super::{Simulation, Stop, Variables};
 use crate::error::IntegrateError;
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::system::{Crossing, Point, System};
+use crate::system::{AutomatonKind, Crossing, Point, System};
 
 /// Intervals between samples.
 const INTERVALS: usize = 4;
+
+/// A corner is looked for again after so many steps.
+const CALM: f64 = 4.0;
 
 /// Event functions along a step.
 pub(super) struct Samples {
@@ -44,7 +47,8 @@ impl<S: System> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let hybrid = &mut self.discrete;
         let z = &hybrid.schedule.z;
-        for (sample, e) in hybrid.samples.e.iter_mut().enumerate() {
+        let needed = if hybrid.only_corners() { INTERVALS } else { 0 };
+        for (sample, e) in hybrid.samples.e.iter_mut().enumerate().skip(needed) {
             let (t, y) = match sample {
                 0 => (self.t, self.y.as_ref()),
                 INTERVALS => (t_new, self.stepper.y_new.as_ref()),
@@ -67,7 +71,10 @@ impl<S: System> Simulation<'_, S> {
         for (k, (automaton, transition)) in system.signature().discrete.transitions().enumerate() {
             let hybrid = &self.discrete;
             if hybrid.is_event(automaton) && hybrid.is_active(automaton, transition.from) {
-                let found = if self.discrete.armed(k) {
+                let kind = system.signature().discrete.automata[automaton].kind;
+                let found = if kind == AutomatonKind::Corner {
+                    self.corner_at_end(k, transition.crossing, t_new, h)
+                } else if self.discrete.armed(k) {
                     self.first_past(k, transition.crossing, h)
                 } else {
                     self.first_to_arm(k, transition.crossing, h)
@@ -82,10 +89,24 @@ impl<S: System> Simulation<'_, S> {
         None
     }
 
+    /// Whether a corner is passed in the step. One that has just been passed is left to the control
+    /// of the error: a solution may flutter about it.
+    fn corner_at_end(&mut self, k: usize, crossing: Crossing, t_new: f64, h: f64) -> Option<f64> {
+        let e = self.discrete.samples.e[INTERVALS][k];
+        if !self.discrete.armed(k) || !crossing.is_past(e) {
+            return None;
+        }
+        if self.discrete.flutters(k, t_new, CALM * h) {
+            self.discrete.disarm(k);
+            return None;
+        }
+        Some(1.0)
+    }
+
     /// Where in the step an armed transition is due.
     fn first_past(&mut self, k: usize, crossing: Crossing, h: f64) -> Option<f64> {
         for sample in 1..=INTERVALS {
-            if crossing.is_past(self.discrete.samples.e[sample][k]) {
+            if self.discrete.is_past(k, crossing, self.discrete.samples.e[sample][k]) {
                 return Some(part_of(sample));
             }
             if sample > 1

@@ -1,0 +1,401 @@
+//! Switches as events: comparisons, `abs` and `sign` on which the rows depend.
+//!
+//! What they have in common is a surface e = 0: left = right, or x = 0. Where all rows go on smoothly
+//! behind it ([`super::smoothness`]), or where e changes at samples of inputs only, nothing happens.
+//! Where a slope jumps, there is an event that changes nothing: a step ends there, so that no step
+//! reaches across the corner. Where a value jumps, the switch becomes a discrete number z, so that a
+//! step that passes the surface goes on as before until it is cut there:
+//!
+//! ```text
+//!   z = below   e < 0    ->  above when e rises above 0
+//!   z = above   e > 0    ->  below when e falls below 0
+//!   z = sliding e = 0, where both sides push back
+//! ```
+//!
+//! On a surface that it cannot leave, the solution slides (Filippov). Then a share α of the side
+//! above and 1 − α of the one below act, such that e stays zero:
+//!
+//! ```text
+//!   value = B + α (A − B),   0 = ė = ∂e/∂t + ∂e/∂y f(α) + ∂e/∂u u̇
+//! ```
+//!
+//! α is an algebraic unknown, so that it may act through other algebraic unknowns, and several
+//! surfaces can slide at one time. The solution leaves the surface where α leaves [0, 1]. For a
+//! surface that reads algebraic unknowns there is no ė, and no sliding.
+//!
+//! # Source
+//!
+//! Filippov, Differential Equations with Discontinuous Righthand Sides (1988), §4.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::rates::Varying;
+use super::smoothness::{Passage, Signs, is_greater, passage};
+use super::text::symbol_name;
+use super::{Automaton, AutomatonKind, Dae, Transition, Trigger, Unknown};
+use crate::expr::display::listing;
+use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::model::{Crossing, Interpolation, Model};
+use crate::units::Unit;
+
+const BELOW: usize = 0;
+const ABOVE: usize = 1;
+const SLIDING: usize = 2;
+
+/// A surface, and the switches that change on it.
+struct Surface {
+    e: ExprId,
+    /// The switches, each with its sign where e > 0.
+    signs: Signs,
+    passage: Passage,
+    name: String,
+    /// Its discrete number, where a value jumps.
+    z: Option<ExprId>,
+    /// α, where it can slide.
+    share: Option<(u32, ExprId)>,
+}
+
+/// Makes events of the switches on which the rows depend.
+pub(super) fn locate(dae: &mut Dae, model: &Model) {
+    let mut surfaces = surfaces(dae, model);
+    let roots: Vec<ExprId> = dae.unknowns.iter().map(|unknown| unknown.rhs).collect();
+    let mut trial = dae.graph.clone();
+    for surface in &mut surfaces {
+        for root in &roots {
+            let of_root = trial.reachable([*root]);
+            if of_root.iter().any(|id| surface.signs.contains_key(id)) {
+                let this = (*root, surface.e, &surface.signs);
+                surface.passage = surface.passage.max(passage(&mut trial, dae, this));
+            }
+        }
+    }
+    surfaces.retain(|surface| surface.passage > Passage::Smooth);
+    if surfaces.is_empty() {
+        return;
+    }
+    for surface in &mut surfaces {
+        surface.name = name(dae, surface.e);
+    }
+    // Those that only stop steps come last: the others are read by the rows.
+    surfaces.sort_by_key(|surface| surface.passage != Passage::Jump);
+    replace_switches(dae, model, &mut surfaces);
+    for surface in &surfaces {
+        let automaton = automaton(dae, model, surface);
+        dae.automata.push(automaton);
+    }
+}
+
+/// The surfaces of the switches in the rows that can change between samples.
+fn surfaces(dae: &mut Dae, model: &Model) -> Vec<Surface> {
+    let varying: Vec<bool> = {
+        let declared = model.inputs.iter().map(|input| input.interpolation);
+        let late = dae.delayed_inputs.iter().map(|l| model.inputs[l.input].interpolation);
+        declared.chain(late).map(|interpolation| interpolation == Interpolation::Linear).collect()
+    };
+    let varies = |symbol: &Symbol| match symbol {
+        Symbol::Time | Symbol::Unknown(_) => true,
+        Symbol::Input(i) => varying.get(*i as usize).copied().unwrap_or(false),
+        _ => false,
+    };
+    let roots: Vec<ExprId> = dae.unknowns.iter().map(|unknown| unknown.rhs).collect();
+    let mut surfaces: Vec<Surface> = Vec::new();
+    for (id, node) in dae.graph.listed(roots) {
+        let (e, sign) = match node {
+            Node::Compare(_, a, b) => (dae.graph.subtract(a, b), 1.0),
+            Node::Call1(f, x) if matches!(f.get().name, "abs" | "sign") => (x, 1.0),
+            _ => continue,
+        };
+        if !dae.graph.symbols(e).iter().any(varies) {
+            continue;
+        }
+        let (e, sign) = match dae.graph.node(e) {
+            Node::Negate(inner) => (inner, -sign),
+            _ => (e, sign),
+        };
+        let minus = dae.graph.negate(e);
+        let known = surfaces.iter_mut().find(|surface| surface.e == e || surface.e == minus);
+        if let Some(surface) = known {
+            let sign = if surface.e == e { sign } else { -sign };
+            surface.signs.insert(id, sign);
+        } else {
+            let signs = Signs::from([(id, sign)]);
+            let (passage, name) = (Passage::Smooth, String::new());
+            surfaces.push(Surface { e, signs, passage, name, z: None, share: None });
+        }
+    }
+    surfaces
+}
+
+/// e as formulas write it, where it is short.
+fn name(dae: &Dae, e: ExprId) -> String {
+    let listing = listing(&dae.graph, &[e], &BTreeMap::new(), &|symbol| symbol_name(dae, symbol));
+    let text = if listing.lines.is_empty() { listing.roots[0].as_str() } else { "…" };
+    format!("switch {} at 0", text.replace(',', " and"))
+}
+
+/// Puts discrete numbers, and shares while they slide, in the place of switches whose values jump.
+fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
+    let before = dae.automata.len();
+    let after = before + surfaces.len();
+    let jumping = surfaces.iter_mut().filter(|surface| surface.passage == Passage::Jump);
+    let mut n_shares = 0;
+    for (k, surface) in jumping.enumerate() {
+        let position = u32::try_from(before + k).unwrap_or(u32::MAX);
+        surface.z = Some(dae.graph.symbol(Symbol::Discrete(position)));
+        if can_slide(dae, model, surface) {
+            let index = u32::try_from(dae.unknowns.len()).unwrap_or(u32::MAX);
+            surface.share = Some((index, dae.graph.symbol(Symbol::Unknown(index))));
+            n_shares += 1;
+            let share = share_of(dae, surface, n_shares);
+            dae.unknowns.push(share);
+        }
+    }
+    let replaced = Replacing { surfaces, before, moved: after - before }.all(dae);
+    dae.each_expression(&mut |_, id| *id = replaced[id]);
+    let names = std::mem::take(&mut dae.names);
+    dae.names = names
+        .into_iter()
+        .filter_map(|(id, name)| replaced.get(&id).map(|id| (*id, name)))
+        .collect();
+    for surface in surfaces.iter_mut() {
+        surface.e = replaced[&surface.e];
+    }
+    // α: what it is on the sides, and what keeps e zero between them.
+    for surface in surfaces.iter() {
+        let (Some(z), Some((index, alpha))) = (surface.z, surface.share) else { continue };
+        let varying = Varying { model, delayed: &dae.delayed_inputs };
+        let rate = varying.rate(&mut dae.graph, surface.e, &dae.unknowns);
+        let rate = rate.unwrap_or_else(|| unreachable!("what slides reads no algebraic unknown"));
+        let graph = &mut dae.graph;
+        let (zero, one) = (graph.constant(0.0), graph.constant(1.0));
+        let is_above = in_mode(graph, z, ABOVE);
+        let side = graph.select(is_above, one, zero);
+        let side = graph.subtract(side, alpha);
+        let slides = in_mode(graph, z, SLIDING);
+        dae.unknowns[index as usize].rhs = graph.select(slides, rate, side);
+    }
+}
+
+/// Whether ė is known, and the switch may change it.
+fn can_slide(dae: &mut Dae, model: &Model, surface: &Surface) -> bool {
+    let mut trial = dae.graph.clone();
+    let varying = Varying { model, delayed: &dae.delayed_inputs };
+    let Some(rate) = varying.rate(&mut trial, surface.e, &dae.unknowns) else { return false };
+    let is_switch = |id: &ExprId| surface.signs.contains_key(id);
+    let reads_switch = |root: ExprId| trial.reachable([root]).iter().any(is_switch);
+    let is_algebraic = |i: u32| trial.value(dae.unknowns[i as usize].mass) != Some(1.0);
+    let through = |symbol: &Symbol| matches!(symbol, Symbol::Unknown(i) if is_algebraic(*i));
+    reads_switch(rate)
+        || trial.symbols(rate).iter().any(through)
+            && dae.unknowns.iter().any(|unknown| reads_switch(unknown.rhs))
+}
+
+/// The unknown α, its row still open.
+fn share_of(dae: &mut Dae, surface: &Surface, number: usize) -> Unknown {
+    let (zero, half) = (dae.graph.constant(0.0), dae.graph.constant(0.5));
+    Unknown {
+        name: format!("share({number})"),
+        unit: Unit::one(),
+        doc: vec![format!(
+            "How much of the side above acts, while it slides, of {}.",
+            surface.name
+        )],
+        nominal: Some(1.0),
+        differential: false,
+        mass: zero,
+        rhs: zero,
+        start: half,
+        history: None,
+        fixed: true,
+        equation: surface.name.clone(),
+        span: dae.unknowns.first().map(|unknown| unknown.span).unwrap_or_default(),
+    }
+}
+
+fn in_mode(graph: &mut Graph, z: ExprId, mode: usize) -> ExprId {
+    let (low, high) = (graph.constant(mode as f64 - 0.5), graph.constant(mode as f64 + 0.5));
+    let above = graph.compare(crate::expr::graph::Comparison::Greater, z, low);
+    if mode == SLIDING {
+        return above;
+    }
+    let below = graph.compare(crate::expr::graph::Comparison::Less, z, high);
+    if mode == BELOW { below } else { graph.simplified(Node::And(above, below)) }
+}
+
+/// A rebuilding of all expressions with switches replaced.
+struct Replacing<'a> {
+    surfaces: &'a [Surface],
+    /// Discrete numbers from here on are conditions on time, and move by so many.
+    before: usize,
+    moved: usize,
+}
+
+/// A condition as a number between 0 and 1 while switches in it slide.
+#[derive(Clone, Copy)]
+struct Weight {
+    value: ExprId,
+    /// Whether one of its switches slides.
+    slides: ExprId,
+}
+
+impl Replacing<'_> {
+    fn all(&self, dae: &mut Dae) -> HashMap<ExprId, ExprId> {
+        let mut roots = Vec::new();
+        dae.each_expression(&mut |_, id| roots.push(*id));
+        roots.extend(dae.names.keys().copied());
+        roots.extend(self.surfaces.iter().map(|surface| surface.e));
+        let graph = &mut dae.graph;
+        let mut built: HashMap<ExprId, ExprId> = HashMap::new();
+        let mut weights: HashMap<ExprId, Weight> = HashMap::new();
+        for (id, node) in graph.listed(roots) {
+            let here = match node {
+                Node::Symbol(Symbol::Discrete(i)) if i as usize >= self.before => {
+                    let moved = u32::try_from(self.moved).unwrap_or(u32::MAX);
+                    graph.symbol(Symbol::Discrete(i.saturating_add(moved)))
+                }
+                Node::Symbol(_) => id,
+                Node::Select(condition, a, b) if weights.contains_key(&condition) => {
+                    let (c, a, b) = (built[&condition], built[&a], built[&b]);
+                    let frozen = graph.select(c, a, b);
+                    blend(graph, weights[&condition], (a, b), frozen)
+                }
+                _ => graph.simplified(node.map(|operand| built[&operand])),
+            };
+            let here = self.switched(graph, (id, node), &mut weights).unwrap_or(here);
+            built.insert(id, here);
+            if let Some(weight) = joined(graph, node, &built, &weights) {
+                weights.insert(id, weight);
+            }
+        }
+        built
+    }
+
+    /// What stands for a switch whose value jumps.
+    fn switched(
+        &self,
+        graph: &mut Graph,
+        (id, node): (ExprId, Node),
+        weights: &mut HashMap<ExprId, Weight>,
+    ) -> Option<ExprId> {
+        let surface = self.surfaces.iter().find(|surface| surface.signs.contains_key(&id))?;
+        let z = surface.z?;
+        let sign = surface.signs[&id];
+        let (zero, one, two) = (graph.constant(0.0), graph.constant(1.0), graph.constant(2.0));
+        let above = in_mode(graph, z, ABOVE);
+        let slides = in_mode(graph, z, SLIDING);
+        match node {
+            Node::Compare(comparison, ..) => {
+                let with_above = is_greater(comparison) == (sign > 0.0);
+                if let Some((_, alpha)) = surface.share {
+                    let value = if with_above { alpha } else { graph.subtract(one, alpha) };
+                    weights.insert(id, Weight { value, slides });
+                }
+                let below = in_mode(graph, z, BELOW);
+                Some(if with_above { above } else { below })
+            }
+            Node::Call1(function, _) if function.get().name == "sign" => {
+                let (high, low) = (graph.constant(sign), graph.constant(-sign));
+                let value = graph.select(above, high, low);
+                let Some((_, alpha)) = surface.share else { return Some(value) };
+                // 2α − 1
+                let share = graph.multiply(two, alpha);
+                let share = graph.subtract(share, one);
+                let share = if sign > 0.0 { share } else { graph.subtract(zero, share) };
+                Some(graph.select(slides, share, value))
+            }
+            // The absolute value has a corner only.
+            _ => None,
+        }
+    }
+}
+
+/// B + α (A − B) while a switch of the condition slides.
+fn blend(graph: &mut Graph, weight: Weight, (a, b): (ExprId, ExprId), frozen: ExprId) -> ExprId {
+    let difference = graph.subtract(a, b);
+    let part = graph.multiply(weight.value, difference);
+    let between = graph.add(b, part);
+    graph.select(weight.slides, between, frozen)
+}
+
+/// The weight of a condition made of others: products for `and`, 1 − (1 − a)(1 − b) for `or`.
+fn joined(
+    graph: &mut Graph,
+    node: Node,
+    built: &HashMap<ExprId, ExprId>,
+    weights: &HashMap<ExprId, Weight>,
+) -> Option<Weight> {
+    let (zero, one) = (graph.constant(0.0), graph.constant(1.0));
+    match node {
+        Node::Not(a) => {
+            let Weight { value, slides } = *weights.get(&a)?;
+            Some(Weight { value: graph.subtract(one, value), slides })
+        }
+        Node::And(a, b) | Node::Or(a, b) => {
+            let [first, second] = [a, b].map(|side| weights.get(&side).copied());
+            let slides = match (first, second) {
+                (None, None) => return None,
+                (Some(one), None) | (None, Some(one)) => one.slides,
+                (Some(a), Some(b)) => graph.simplified(Node::Or(a.slides, b.slides)),
+            };
+            let mut value_of = |side: ExprId, weight: Option<Weight>| match weight {
+                Some(weight) => weight.value,
+                None => graph.select(built[&side], one, zero),
+            };
+            let (a, b) = (value_of(a, first), value_of(b, second));
+            let value = if matches!(node, Node::And(..)) {
+                graph.multiply(a, b)
+            } else {
+                let (a, b) = (graph.subtract(one, a), graph.subtract(one, b));
+                let neither = graph.multiply(a, b);
+                graph.subtract(one, neither)
+            };
+            Some(Weight { value, slides })
+        }
+        _ => None,
+    }
+}
+
+/// The automaton of a surface, its event functions as the rows are now.
+fn automaton(dae: &mut Dae, model: &Model, surface: &Surface) -> Automaton {
+    let transition = |from, to, crossing, event, trigger| Transition {
+        from,
+        to,
+        event,
+        crossing,
+        trigger,
+        resets: Vec::new(),
+    };
+    let (e, name) = (surface.e, surface.name.clone());
+    if surface.z.is_none() {
+        return Automaton {
+            kind: AutomatonKind::Corner,
+            name,
+            modes: vec![String::new()],
+            start: 0,
+            transitions: vec![
+                transition(0, 0, Crossing::Rises, e, Trigger::Edge),
+                transition(0, 0, Crossing::Falls, e, Trigger::Edge),
+            ],
+        };
+    }
+    let mut modes = vec!["below".to_owned(), "above".to_owned()];
+    let mut transitions = vec![
+        transition(BELOW, ABOVE, Crossing::Rises, e, Trigger::Level),
+        transition(ABOVE, BELOW, Crossing::Falls, e, Trigger::Level),
+    ];
+    if let Some((_, alpha)) = surface.share {
+        let varying = Varying { model, delayed: &dae.delayed_inputs };
+        let rate = varying.rate(&mut dae.graph, e, &dae.unknowns);
+        let rate = rate.unwrap_or_else(|| unreachable!("what slides reads no algebraic unknown"));
+        let one = dae.graph.constant(1.0);
+        let beyond = dae.graph.subtract(alpha, one);
+        modes.push("sliding".to_owned());
+        transitions.extend([
+            transition(ABOVE, SLIDING, Crossing::Falls, rate, Trigger::Entry),
+            transition(BELOW, SLIDING, Crossing::Rises, rate, Trigger::Entry),
+            transition(SLIDING, ABOVE, Crossing::Rises, beyond, Trigger::Level),
+            transition(SLIDING, BELOW, Crossing::Falls, alpha, Trigger::Level),
+        ]);
+    }
+    Automaton { kind: AutomatonKind::Switch, name, modes, start: BELOW, transitions }
+}
