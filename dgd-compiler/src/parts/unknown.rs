@@ -7,7 +7,7 @@ use super::visible::Visible;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, suggestion};
 use crate::expr::intrinsics::IntrinsicId;
 use crate::source::{SourceId, Span};
-use crate::syntax::ast::{Ast, Expr, ExprKind, Item};
+use crate::syntax::ast::{Ast, Expr, ExprKind, Item, ItemKind};
 use crate::syntax::visit::{self, Namespace, Part, Place};
 
 /// Reports every name in the text of a file that stands neither among its items nor in a library that
@@ -30,6 +30,12 @@ pub(super) fn verify_names(
             None => name,
         }));
     }
+    visit::items(items, &mut |item| {
+        if let ItemKind::For { index, .. } | ItemKind::Array { index: Some(index), .. } = &item.kind
+        {
+            known.insert(index.text.clone());
+        }
+    });
     // Outputs cannot be read either, but that has a message of its own.
     let outputs: BTreeSet<String> = declared(items)
         .into_iter()

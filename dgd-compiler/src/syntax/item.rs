@@ -232,7 +232,7 @@ fn equation(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 
 /// `saturate x >= e`
 fn saturate(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
-    let (rest, name) = name(input)?;
+    let (rest, name) = dotted(input)?;
     let side = match rest.first() {
         Some(TokenKind::GreaterEqual) => Bound::Lower,
         Some(TokenKind::LessEqual) => Bound::Upper,
