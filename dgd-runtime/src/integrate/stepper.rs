@@ -19,9 +19,8 @@ use super::catalogue::MethodKind;
 use super::drive::Drive;
 use super::rosenbrock::{dense_vectors, interpolate};
 use super::tableau::MAX_STAGES;
-use crate::linalg::Factorisation;
-use crate::linalg::Singular;
 use crate::linalg::norm::Tolerances;
+use crate::linalg::{Factorisation, Singular};
 use crate::solution::Statistics;
 use crate::system::{Point, Storage, System};
 
@@ -368,7 +367,9 @@ impl<S: System> Stepper<S> {
             MethodKind::Rosenbrock(tableau) => {
                 self.spoilt_rosenbrock(tableau, trial, drive, directions)
             }
-            MethodKind::Explicit(tableau) => self.spoilt_slope(tableau, trial, directions.as_deref()),
+            MethodKind::Explicit(tableau) => {
+                self.spoilt_slope(tableau, trial, directions.as_deref())
+            }
             // They say so themselves.
             MethodKind::Esdirk(_) | MethodKind::Bdf(_) => None,
         }
