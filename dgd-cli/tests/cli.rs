@@ -53,6 +53,21 @@ fn exit_codes_are_as_promised() {
 }
 
 #[test]
+fn results_tell_the_method() {
+    let told = |more: &[&str]| {
+        let run = tank("simulate", &[&["--format", "json"], more].concat()).done().json();
+        run["method"].clone()
+    };
+    assert_eq!(told(&[]), "rodas5p");
+    assert_eq!(told(&["--method", "auto"]), "rodas5p");
+    assert_eq!(told(&["--method", "bdf"]), "bdf");
+    let listed = dgd(&["methods"]).done().out;
+    for name in ["rodas5p", "kencarp4", "bdf", "tsit5", "auto"] {
+        assert!(listed.contains(name), "{listed}");
+    }
+}
+
+#[test]
 fn a_failed_computation_names_equation_and_time() {
     let folder = folder_with(&[("explosion.dgd", EXPLOSION)]);
     let run = dgd(&["simulate", &path(&folder, "explosion.dgd"), "--until", "2"]);

@@ -159,7 +159,7 @@ impl<S: System> Simulation<'_, S> {
         let h = t_new - self.t;
         while high - low > NARROW {
             let middle = 0.5 * (low + high);
-            self.stepper.interpolate(middle, h, self.y.as_ref(), self.row.as_mut());
+            self.stepper.interpolate(middle, self.y.as_ref(), self.row.as_mut());
             let t = self.t + middle * h;
             if self.drive.is_past_mark(t, self.row.as_ref(), crossing) {
                 high = middle;
@@ -285,12 +285,12 @@ impl<S: System> Simulation<'_, S> {
         let Some(history) = &mut self.drive.history else { return };
         self.stepper.prepare_dense(self.directions.as_mut());
         history.begin_piece(self.t, t_new, for_now);
-        let (y, h) = (self.y.as_ref(), t_new - self.t);
+        let y = self.y.as_ref();
         for (node, theta) in NODES.iter().enumerate() {
-            self.stepper.interpolate(*theta, h, y, self.row.as_mut());
+            self.stepper.interpolate(*theta, y, self.row.as_mut());
             let s = match (&self.directions, &mut self.sensitivity_row) {
                 (Some(d), Some(row)) => {
-                    self.stepper.interpolate_sensitivities(*theta, h, d, row.as_mut());
+                    self.stepper.interpolate_sensitivities(*theta, d, row.as_mut());
                     Some((*row).as_ref())
                 }
                 _ => None,

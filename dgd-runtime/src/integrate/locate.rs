@@ -105,28 +105,20 @@ impl<S: System> Simulation<'_, S> {
         Ok(high)
     }
 
-    /// Makes `y_new`, and `s_new` for all variables, what the solution is after h.
-    ///
-    /// A method that remembers goes on from equal steps: its solution within the step tried last is its
-    /// dense output, which has its order.
+    /// Makes `y_new`, and `s_new` for all variables, what the solution is after h, which is no more than
+    /// the size of the step tried last.
     pub(super) fn step_to(
         &mut self,
         h: f64,
         variables: Variables,
         solution: &mut Solution,
     ) -> Result<(), Failed> {
-        if !self.stepper.is_multistep() {
-            return self.try_step(h, variables, solution);
+        if self.stepper.is_multistep() {
+            let directions = self.directions.as_mut().filter(|_| variables == Variables::All);
+            self.stepper.shorten(h, self.y.as_ref(), directions);
+            return Ok(());
         }
-        self.stepper.interpolate(1.0, h, self.y.as_ref(), self.row.as_mut());
-        std::mem::swap(&mut self.row, &mut self.stepper.y_new);
-        if let (Some(d), Variables::All) = (&mut self.directions, variables)
-            && let Some(row) = &mut self.sensitivity_row
-        {
-            self.stepper.interpolate_sensitivities(1.0, h, d, row.as_mut());
-            std::mem::swap(row, &mut d.s_new);
-        }
-        Ok(())
+        self.try_step(h, variables, solution)
     }
 
     pub(super) fn evaluate_at_end(&mut self, h: f64) {

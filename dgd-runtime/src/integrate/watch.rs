@@ -57,7 +57,7 @@ impl<S: System> Simulation<'_, S> {
                         self.stepper.prepare_dense(None);
                     }
                     let part = part_of(sample);
-                    self.stepper.interpolate(part, h, self.y.as_ref(), self.row.as_mut());
+                    self.stepper.interpolate(part, self.y.as_ref(), self.row.as_mut());
                     (self.t + part * h, self.row.as_ref())
                 }
             };
@@ -159,7 +159,7 @@ impl<S: System> Simulation<'_, S> {
         }
         let Problem { system, p, .. } = *self.problem;
         let t = self.t + part * h;
-        self.stepper.interpolate(part, h, self.y.as_ref(), self.row.as_mut());
+        self.stepper.interpolate(part, self.y.as_ref(), self.row.as_mut());
         let hybrid = &mut self.discrete;
         let at = Point {
             t,
@@ -198,10 +198,6 @@ impl<S: System> Simulation<'_, S> {
         }
         self.arm();
         self.accept(t_new, Stop::None, times, solution);
-        if self.stepper.is_multistep() {
-            // The step that it remembers was longer.
-            self.stepper.restart();
-        }
         Ok(())
     }
 }
