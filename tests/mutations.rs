@@ -68,7 +68,7 @@ fn texts() -> Vec<(PathBuf, String)> {
     let folders = ["models", "models/lib", "tests/golden/fail", "tests/golden/data", "tests/ui"];
     let mut paths: Vec<PathBuf> =
         folders.iter().flat_map(|folder| files(&root().join(folder), "dgd")).collect();
-    for case in ["ode", "dae_with_variant", "functions_and_import"] {
+    for case in ["arrays", "ode", "dae_with_variant", "functions_and_import"] {
         paths.extend(files(&root().join("tests/golden/pass").join(case), "dgd"));
     }
     let read = |path: PathBuf| {
