@@ -51,7 +51,7 @@ equation sum: der(total) = k*(x[N] - total*y[2]) + 0.1*late/1 [s]
 equation left: y[0] = feed*x[1]^2
 for i in 1..N { equation chain[i]: y[i] = y[i-1]*a + x[i]*x[3] + 0.5*y[i]^2 + if on > 0.5 then i*a else 0 }
 equation first: 2 [s] * der(x[1]) = feed - x[1]*y[1]
-for i in 2..N { equation cell[i]: der(x[i])/k = step[i] + max(x[i], x[i-1]) + time/1 [s]*y[i-1] + on }
+for i in 2..N { equation cell[i]: der(x[i])/k = step[i] + max(x[i], x[i-1]) + time/1 [s]*y[i-1] + on*late }
 output last = x[N]
 output rate [1/s] = der(x[2])
 output y
@@ -96,7 +96,7 @@ output y_5
             let _ = writeln!(
                 text,
                 "equation cell_{i}: der(x_{i})/k = step_{i} + max(x_{i}, x_{j}) + \
-                 time/1 [s]*y_{j} + on"
+                 time/1 [s]*y_{j} + on*late"
             );
         }
     }
