@@ -8,6 +8,7 @@
 //!   identify::fit(problem)                               → Fit: θ, its covariance, what is not determined
 //! ```
 
+mod blocks;
 pub mod codegen;
 mod delay;
 mod discrete;

@@ -9,6 +9,7 @@ mod delays;
 mod dulmage_mendelsohn;
 mod dummy_derivatives;
 mod explicit;
+mod identity;
 mod index_reduction;
 mod linear_derivatives;
 mod matching;

@@ -222,6 +222,7 @@ pub mod vessel {
         ),
         delays: List::Borrowed(&[]),
         delayed_inputs: List::Borrowed(&[]),
+        differentiated_inputs: List::Borrowed(&[]),
         outputs: List::Borrowed(
             &[
                 ::dgd::__runtime::system::Output {

@@ -252,6 +252,7 @@ pub mod filled_tank {
         ),
         delays: List::Borrowed(&[]),
         delayed_inputs: List::Borrowed(&[]),
+        differentiated_inputs: List::Borrowed(&[]),
         outputs: List::Borrowed(
             &[
                 ::dgd::__runtime::system::Output {

@@ -193,6 +193,7 @@ pub mod basins {
         inputs: List::Borrowed(&[]),
         delays: List::Borrowed(&[]),
         delayed_inputs: List::Borrowed(&[]),
+        differentiated_inputs: List::Borrowed(&[]),
         outputs: List::Borrowed(
             &[
                 ::dgd::__runtime::system::Output {

@@ -206,6 +206,7 @@ pub mod tank {
         ),
         delays: List::Borrowed(&[]),
         delayed_inputs: List::Borrowed(&[]),
+        differentiated_inputs: List::Borrowed(&[]),
         outputs: List::Borrowed(
             &[
                 ::dgd::__runtime::system::Output {

@@ -194,6 +194,7 @@ pub mod spring {
         ),
         delays: List::Borrowed(&[]),
         delayed_inputs: List::Borrowed(&[]),
+        differentiated_inputs: List::Borrowed(&[]),
         outputs: List::Borrowed(
             &[
                 ::dgd::__runtime::system::Output {
