@@ -9,8 +9,8 @@ use std::collections::HashMap;
 use crate::expr::graph::apply;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 
-/// What the numbers are multiples of, modulo 1.
-const SAMPLES: [f64; 3] = [0.754_877_666_246_693, 0.569_840_290_998_053, 0.430_159_709_001_947];
+/// Where the sequences of numbers begin.
+const SAMPLES: [u64; 3] = [1, 2, 3];
 /// Values this close to a whole number, relative to what has cancelled on the way, are that number.
 const ROUNDING: f64 = 1e-12;
 
@@ -31,7 +31,7 @@ pub(super) fn samples(graph: &Graph, id: ExprId) -> [f64; 3] {
 }
 
 /// The value of an expression at a sample, and what it would be if nothing in it cancelled.
-fn sampled(graph: &Graph, id: ExprId, sample: f64) -> (f64, f64) {
+fn sampled(graph: &Graph, id: ExprId, sample: u64) -> (f64, f64) {
     let mut values: HashMap<ExprId, (f64, f64)> = HashMap::new();
     for (part, node) in graph.listed([id]) {
         let value = match node {
@@ -41,7 +41,7 @@ fn sampled(graph: &Graph, id: ExprId, sample: f64) -> (f64, f64) {
             | Node::Subtract(..)
             | Node::Multiply(..)
             | Node::Divide(..) => apply(node, |operand| values[&operand].0),
-            _ => 0.5 + (sample * (part.index() + 1) as f64).fract(),
+            _ => number(part.index() as u64, sample),
         };
         let size = match node {
             Node::Add(a, b) | Node::Subtract(a, b) => values[&a].1 + values[&b].1,
@@ -53,6 +53,16 @@ fn sampled(graph: &Graph, id: ExprId, sample: f64) -> (f64, f64) {
         values.insert(part, (value, size));
     }
     values[&id]
+}
+
+/// A number between ½ and 1½, by SplitMix64 (Steele, Lea and Flood, OOPSLA 2014): differences of
+/// such numbers must not have a pattern, either.
+fn number(position: u64, sample: u64) -> f64 {
+    let mut bits = (sample << 32 | position).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    bits ^= bits >> 31;
+    0.5 + (bits >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 /// Whether an expression is the same at all times.
@@ -79,6 +89,11 @@ mod tests {
         let pico = g.constant(1e-12);
         let small = g.multiply(pico, c);
         assert_eq!(tidied(&mut g, small), small);
+        // Differences at equal distances are not equal.
+        let [e, f] = [2, 3].map(|i| g.symbol(Symbol::Parameter(i)));
+        let (one_way, other_way) = (g.subtract(d, c), g.subtract(f, e));
+        let not_zero = g.subtract(one_way, other_way);
+        assert_eq!(tidied(&mut g, not_zero), not_zero);
         // sqrt(c²) is c only where c is not below zero.
         let square = g.multiply(c, c);
         let root = g.call1("sqrt", square);
