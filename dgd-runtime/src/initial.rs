@@ -10,6 +10,7 @@
 //! 2004, §3.3). Both systems are solved at full size, with the identity in the rows of differential
 //! unknowns, so that one factorisation serves all sizes and patterns.
 
+use crate::blocks::{blocks, is_singular};
 use crate::discrete::discrete_numbers;
 use crate::error::{InitialError, IntegrateError};
 use crate::linalg::norm::Tolerances;
@@ -92,7 +93,7 @@ pub fn consistent_start<S: System>(
     system.linearize(at, segment.udot, f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
     algebraic
         .rates(&signature.jacobian, jacobian.as_ref(), f.as_mut(), dfdt.as_ref())
-        .map_err(|Singular { row }| singular(system, at, row, f.as_ref()))
+        .map_err(|Singular { row }| algebraic.singular(system, at, row, jacobian.as_ref()))
         .map_err(IntegrateError::Initial)?;
     Ok(ConsistentStart { y: y.as_ref().to_vec(), ydot: f.as_ref().to_vec(), z })
 }
@@ -382,6 +383,8 @@ impl<S: System> Algebraic<S> {
             self.correction.as_mut().copy_from_slice(self.f.as_ref());
             let norm = if factorised.is_ok() {
                 self.factorisation.solve(self.correction.as_mut());
+                // What is given stays as it is, rounding of the elimination aside.
+                mask(self.correction.as_mut(), self.mass.as_ref());
                 tolerances.mean_square(self.correction.as_ref(), y, y, sizes)
             } else {
                 f64::INFINITY
@@ -392,7 +395,7 @@ impl<S: System> Algebraic<S> {
                 }
                 if nudges == MOST_NUDGES {
                     let row = factorised.err().map_or(largest(self.f.as_ref()), |e| e.row);
-                    return Err(singular(system, Point { t, y, u, p, z }, row, self.f.as_ref()));
+                    return Err(self.singular(system, Point { t, y, u, p, z }, row, jacobian));
                 }
                 nudges += 1;
                 self.nudge(y, sizes, nudges);
@@ -428,11 +431,13 @@ impl<S: System> Algebraic<S> {
                 self.nudge(y, sizes, nudges);
             } else {
                 let at = Point { t, y, u, p, z };
-                return Err(self.not_converged(system, at, sizes, tolerances, iteration));
+                let reached = (&*jacobian, iteration);
+                return Err(self.not_converged(system, at, sizes, tolerances, reached));
             }
         }
         let at = Point { t, y, u, p, z };
-        Err(self.not_converged(system, at, sizes, tolerances, MOST_ITERATIONS))
+        let reached = (&*jacobian, MOST_ITERATIONS);
+        Err(self.not_converged(system, at, sizes, tolerances, reached))
     }
 
     /// Moves algebraic unknowns by their sizes: q|q| has no slope at a guess of zero, and hardly
@@ -480,11 +485,11 @@ impl<S: System> Algebraic<S> {
         at: Point<'_>,
         sizes: &[f64],
         tolerances: Tolerances,
-        iterations: usize,
+        (jacobian, iterations): (&[f64], usize),
     ) -> InitialError {
         let signature = system.signature();
         let Point { t, y, .. } = at;
-        let row = largest(self.f.as_ref());
+        let row = self.first_unsolved(&signature.jacobian, jacobian, y);
         let correction = self.correction.as_ref();
         let relative = |i: usize| correction[i].abs() / tolerances.weight(y[i], sizes[i]);
         let unknown =
@@ -496,6 +501,44 @@ impl<S: System> Algebraic<S> {
             residual: self.f.as_ref()[row],
             unknown: signature.unknowns[unknown].name.to_string(),
             correction: correction[unknown],
+            at: readings(system, at, row),
+        }
+    }
+}
+
+impl<S: System> Algebraic<S> {
+    /// The equation that is furthest from being solved, in the first block with such equations:
+    /// those of later blocks read unknowns of this one, and are not to blame.
+    fn first_unsolved(&self, pattern: &Pattern, jacobian: &[f64], y: &[f64]) -> usize {
+        let f = self.f.as_ref();
+        let mut terms = vec![0.0; f.len()];
+        add_terms(&mut terms, pattern, jacobian, y);
+        let relative = |row: usize| f[row].abs() / terms[row].max(f64::MIN_POSITIVE);
+        let unsolved = |block: &Vec<usize>| {
+            let rows = block.iter().copied().filter(|row| f[*row].abs() > ROUNDING * terms[*row]);
+            rows.max_by(|i, j| relative(*i).total_cmp(&relative(*j)))
+        };
+        let blocks = blocks(pattern, jacobian, self.mass.as_ref());
+        blocks.iter().find_map(unsolved).unwrap_or_else(|| largest(f))
+    }
+
+    /// The block that is singular, by the equation in it with the largest residual; `row` where none
+    /// is by itself.
+    fn singular(&self, system: &S, at: Point<'_>, row: usize, jacobian: &[f64]) -> InitialError {
+        let signature = system.signature();
+        let pattern = &signature.jacobian;
+        let f = self.f.as_ref();
+        let blocks = blocks(pattern, jacobian, self.mass.as_ref());
+        let block = blocks.into_iter().find(|block| is_singular(block, pattern, jacobian));
+        let block = block.unwrap_or_else(|| vec![row]);
+        let first = block.iter().copied().max_by(|i, j| f[*i].abs().total_cmp(&f[*j].abs()));
+        let row = first.unwrap_or(row);
+        let label = |row: usize| signature.equations[row].to_string();
+        InitialError::Singular {
+            equation: label(row),
+            t: at.t,
+            residual: f[row],
+            together: block.into_iter().filter(|other| *other != row).map(label).collect(),
             at: readings(system, at, row),
         }
     }
@@ -542,11 +585,6 @@ fn vanishing(atol: f64) -> f64 {
     (10.0 * CONVERGED * atol).max(1e-12)
 }
 
-fn singular<S: System>(system: &S, at: Point<'_>, row: usize, f: &[f64]) -> InitialError {
-    let equation = system.signature().equations[row].to_string();
-    InitialError::Singular { equation, t: at.t, residual: f[row], at: readings(system, at, row) }
-}
-
 fn is_rounding<V: Storage>(
     f: &V,
     mass: &V,
@@ -557,11 +595,16 @@ fn is_rounding<V: Storage>(
 ) -> bool {
     let terms = terms.as_mut();
     terms.fill(0.0);
+    add_terms(terms, pattern, jacobian, y);
+    let mut rows = f.as_ref().iter().zip(terms).zip(mass.as_ref());
+    rows.all(|((f, terms), mass)| *mass != 0.0 || f.abs() <= ROUNDING * *terms)
+}
+
+/// Sizes of the equations' terms at `y`, to first order.
+fn add_terms(terms: &mut [f64], pattern: &Pattern, jacobian: &[f64], y: &[f64]) {
     for ((&row, &column), j) in pattern.rows.iter().zip(pattern.columns.iter()).zip(jacobian) {
         terms[row] += (j * y[column]).abs();
     }
-    let mut rows = f.as_ref().iter().zip(terms).zip(mass.as_ref());
-    rows.all(|((f, terms), mass)| *mass != 0.0 || f.abs() <= ROUNDING * *terms)
 }
 
 /// Sets the rows of differential unknowns to zero.
