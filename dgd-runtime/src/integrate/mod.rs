@@ -23,7 +23,7 @@ mod breaks;
 pub mod catalogue;
 mod controller;
 mod diagnose;
-mod drive;
+pub(crate) mod drive;
 mod events;
 mod history;
 mod initial_step;
@@ -35,6 +35,7 @@ mod rosenbrock;
 mod singular_point;
 pub mod tableau;
 pub mod tableaux;
+mod trial;
 
 use crate::delay::LateTimes;
 use crate::error::{BadRequest, Failure, IntegrateError};
@@ -262,11 +263,12 @@ impl<'a, S: System> Simulation<'a, S> {
         // With transitions the jumps are taken one by one in either case, so that one mode follows
         // the other in the same way.
         let moving = (n_s > 0 || discrete.has_transitions()).then(|| MovingJumps::new(problem));
-        let drive = Drive::new(problem, problem.inputs.segment(segment), from, n_s);
+        let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
+        let drive = Drive::new(problem, problem.inputs.segment(segment), from, n_s, tolerances);
         let sensitivity_row = directions.as_ref().map(|directions| directions.s.clone());
         Self {
             problem,
-            tolerances: Tolerances { rtol: options.rtol, atol: options.atol },
+            tolerances,
             max_steps: options.max_steps,
             initial_step: options.initial_step,
             stepper: Rosenbrock::new(system, tableau),
