@@ -252,7 +252,7 @@ impl History {
             marks: Vec::new(),
             shortest: lags
                 .iter()
-                .filter_map(|lag| lag.constant())
+                .filter_map(Lag::constant)
                 .filter(|tau| *tau > 0.0)
                 .fold(f64::INFINITY, f64::min),
             varying: vec![0.0; n_varying],
