@@ -7,9 +7,11 @@ use nalgebra::{DMatrix, DVector};
 use crate::discrete::discrete_numbers;
 use crate::error::IntegrateError;
 use crate::initial::consistent_start;
+use crate::integrate::drive::Drive;
+use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, unknown_sizes};
 use crate::signal::Side;
-use crate::system::{Point, Storage, System};
+use crate::system::{Point, System};
 
 /// Most corrections.
 const MOST_ITERATIONS: usize = 50;
@@ -52,13 +54,15 @@ pub fn start_from_outputs<S: System>(
     unknown_sizes(system, &y, &mut sizes);
     let inputs =
         problem.inputs_read().map_err(|e| MeasuredStartError::Start(IntegrateError::Inputs(e)))?;
-    let mut u = S::Inputs::zeros(inputs.len());
-    inputs.value(t, Side::Right, u.as_mut());
+    let read = Problem { inputs: &inputs, ..*problem };
+    let segment = inputs.segment(inputs.segment_at(t, Side::Right));
+    let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
+    let mut drive = Drive::new(&read, segment, t, 0, tolerances);
 
     let z = discrete_numbers(system, problem.p, t);
     let mut w = vec![0.0; signature.outputs.len()];
     for _ in 0..MOST_ITERATIONS {
-        let at = Point { t, y: &y, u: u.as_ref(), p: problem.p, z: &z };
+        let at = Point { t, y: &y, u: drive.at(t, &y), p: problem.p, z: &z };
         system.outputs(at, &mut w);
         let slopes = output_slopes(system, at, &differential, &algebraic)
             .ok_or(MeasuredStartError::Undetermined { t })?;
