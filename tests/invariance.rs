@@ -218,7 +218,9 @@ fn converted(item: &Item) -> Option<Item> {
                     scaled(bound, factor)?;
                 }
             }
-            AttributeKind::Nominal(size) | AttributeKind::Noise(size) => scaled(size, factor)?,
+            AttributeKind::Nominal(size)
+            | AttributeKind::Noise(size)
+            | AttributeKind::History(size) => scaled(size, factor)?,
             AttributeKind::PriorNormal(mean, std) => {
                 scaled(mean, factor)?;
                 scaled(std, factor)?;

@@ -13,6 +13,7 @@
 use crate::blocks::{blocks, is_singular};
 use crate::discrete::discrete_numbers;
 use crate::error::{InitialError, IntegrateError};
+use crate::integrate::drive::Drive;
 use crate::linalg::norm::Tolerances;
 use crate::linalg::{Factorisation, Pivot, Singular};
 use crate::problem::{Options, Problem, unknown_sizes};
@@ -64,10 +65,13 @@ pub fn consistent_start<S: System>(
 
     let inputs = problem.inputs_read().map_err(IntegrateError::Inputs)?;
     let segment = inputs.segment(inputs.segment_at(t, Side::Right));
-    let mut u = S::Inputs::zeros(segment.u.len());
-    segment.value(t, u.as_mut());
+    let read = Problem { inputs: &inputs, ..*problem };
+    let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
+    let mut drive = Drive::new(&read, segment, t, 0, tolerances);
     let mut y = S::Vector::zeros(n);
     let mut z = discrete_numbers(system, problem.p, t);
+    let mut u = S::Inputs::zeros(signature.n_u());
+    u.as_mut().copy_from_slice(drive.at(t, y.as_ref()));
     let at = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
     start_values(problem, at, y.as_mut()).map_err(IntegrateError::Initial)?;
     let mut e = vec![0.0; signature.discrete.transitions().count()];
@@ -82,15 +86,16 @@ pub fn consistent_start<S: System>(
     system.mass(at, mass.as_mut());
     algebraic.enter_modes(mass.as_ref());
     let mut jacobian = S::Jacobian::zeros(signature.jacobian.len());
-    let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
-    let at = Place { t, u: u.as_ref(), p: problem.p, z: &z };
+    let at = Place { t, u: drive.at(t, y.as_ref()), p: problem.p, z: &z };
     algebraic
         .make_consistent(system, at, y.as_mut(), jacobian.as_mut(), sizes.as_ref(), tolerances)
         .map_err(IntegrateError::Initial)?;
 
     let (mut f, mut dfdt) = (S::Vector::zeros(n), S::Vector::zeros(n));
-    let at = Point { t, y: y.as_ref(), u: u.as_ref(), p: problem.p, z: &z };
-    system.linearize(at, segment.udot, f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
+    drive.begin_history(t, y.as_ref(), None, sizes.as_ref());
+    let (u, udot) = drive.with_slope(t, y.as_ref());
+    let at = Point { t, y: y.as_ref(), u, p: problem.p, z: &z };
+    system.linearize(at, udot, f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
     algebraic
         .rates(&signature.jacobian, jacobian.as_ref(), f.as_mut(), dfdt.as_ref())
         .map_err(|Singular { row }| algebraic.singular(system, at, row, jacobian.as_ref()))

@@ -25,7 +25,7 @@ pub mod butcher;
 pub mod catalogue;
 mod controller;
 mod diagnose;
-mod drive;
+pub(crate) mod drive;
 mod esdirk;
 mod events;
 mod explicit_rk;
@@ -44,6 +44,7 @@ mod singular_point;
 mod stepper;
 pub mod tableau;
 pub mod tableaux;
+mod trial;
 mod watch;
 
 use crate::delay::LateTimes;
@@ -278,11 +279,12 @@ impl<'a, S: System> Simulation<'a, S> {
         // With transitions the jumps are taken one by one in either case, so that one mode follows
         // the other in the same way.
         let moving = (n_s > 0 || discrete.has_transitions()).then(|| MovingJumps::new(problem));
-        let drive = Drive::new(problem, problem.inputs.segment(segment), from, n_s);
+        let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
+        let drive = Drive::new(problem, problem.inputs.segment(segment), from, n_s, tolerances);
         let sensitivity_row = directions.as_ref().map(|directions| directions.s.clone());
         Self {
             problem,
-            tolerances: Tolerances { rtol: options.rtol, atol: options.atol },
+            tolerances,
             max_steps: options.max_steps,
             initial_step: options.initial_step,
             method: options.method,
