@@ -179,7 +179,7 @@ fn declared_by(item: &Item) -> Option<(&'static str, &str)> {
         ItemKind::Equation { label, .. } => ("equation", label),
         ItemKind::Variant { name, .. } => ("variant", name),
         ItemKind::Modes { name, .. } => ("modes", name),
-        ItemKind::Import { .. } => return None,
+        ItemKind::Import { .. } | ItemKind::When(_) | ItemKind::Saturate { .. } => return None,
     };
     Some((set, &name.text))
 }

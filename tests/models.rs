@@ -374,7 +374,9 @@ fn check_event_derivatives(system: &Interpreted, at: &At, label: &str) {
     let n_c = discrete.n_time_conditions;
     let size = |value: f64| if value == 0.0 { 1.0 } else { value.abs() };
     let mut noise = Noise::new(7);
-    let udot: Vec<f64> = at.u.iter().map(|u| 0.01 * size(*u) * noise.next()).collect();
+    let mut udot: Vec<f64> = at.u.iter().map(|u| 0.01 * size(*u) * noise.next()).collect();
+    // Slopes of inputs, behind the inputs, are constant.
+    udot[signature.inputs.len() + signature.delayed_inputs.len()..].fill(0.0);
     let s: Vec<f64> = (0..n * n_s).map(|k| size(at.y[k % n]) * noise.next()).collect();
 
     let values = |at: &At| {

@@ -10,7 +10,7 @@
 //! 2004, §3.3). Both systems are solved at full size, with the identity in the rows of differential
 //! unknowns, so that one factorisation serves all sizes and patterns.
 
-use crate::discrete::discrete_numbers;
+use crate::discrete::{choose_sides, discrete_numbers};
 use crate::error::{InitialError, IntegrateError};
 use crate::linalg::norm::Tolerances;
 use crate::linalg::{Factorisation, Pivot, Singular};
@@ -62,9 +62,11 @@ pub fn consistent_start<S: System>(
     let mut u = S::Inputs::zeros(segment.u.len());
     segment.value(t, u.as_mut());
     let mut y = S::Vector::zeros(n);
-    let z = discrete_numbers(system, problem.p, t);
+    let mut z = discrete_numbers(system, problem.p, t);
     let at = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
     start_values(problem, at, y.as_mut()).map_err(IntegrateError::Initial)?;
+    let mut e = vec![0.0; signature.discrete.transitions().count()];
+    choose_sides(system, (t, y.as_ref(), u.as_ref(), problem.p), &mut e, &mut z);
     let mut sizes = S::Vector::zeros(n);
     unknown_sizes(system, y.as_ref(), sizes.as_mut());
 

@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::discrete::discrete_numbers;
+use crate::discrete::{choose_sides, discrete_numbers};
 use crate::error::IntegrateError;
 use crate::initial::consistent_start;
 use crate::problem::{Options, Problem, unknown_sizes};
@@ -55,9 +55,11 @@ pub fn start_from_outputs<S: System>(
     let mut u = S::Inputs::zeros(inputs.len());
     inputs.value(t, Side::Right, u.as_mut());
 
-    let z = discrete_numbers(system, problem.p, t);
+    let mut z = discrete_numbers(system, problem.p, t);
+    let mut e = vec![0.0; signature.discrete.transitions().count()];
     let mut w = vec![0.0; signature.outputs.len()];
     for _ in 0..MOST_ITERATIONS {
+        choose_sides(system, (t, &y, u.as_ref(), problem.p), &mut e, &mut z);
         let at = Point { t, y: &y, u: u.as_ref(), p: problem.p, z: &z };
         system.outputs(at, &mut w);
         let slopes = output_slopes(system, at, &differential, &algebraic)

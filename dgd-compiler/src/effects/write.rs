@@ -82,7 +82,8 @@ fn is_of(item: &Item, brought: &Brought) -> bool {
             name.get_or_insert_with(|| declared.text.clone());
         }
     });
-    name.is_some_and(|name| {
+    // An event or a bound declares nothing.
+    name.map_or(item.span.source == brought.source, |name| {
         brought.blend.as_ref() == Some(&name) || brought.names.iter().any(|(_, new)| *new == name)
     })
 }

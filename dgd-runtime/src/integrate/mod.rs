@@ -447,9 +447,9 @@ impl<'a, S: System> Simulation<'a, S> {
             Err(_) => f64::NAN,
         };
         let error = if error > 1.0 { self.error_beyond_rounding(h, error) } else { error };
+        let t_new = if h < remaining { self.t + h } else { end };
         // NaN compares false: what could not be evaluated is not accepted.
         if error <= 1.0 {
-            let t_new = if h < remaining { self.t + h } else { end };
             if self.discrete.has_transitions()
                 && let Some(part) = self.watch(h, t_new)
             {
@@ -461,6 +461,9 @@ impl<'a, S: System> Simulation<'a, S> {
             return Ok(());
         }
 
+        if error.is_finite() && self.step_to_corner((h, t_new), times, solution)? {
+            return Ok(());
+        }
         solution.statistics.rejected += 1;
         if error.is_finite() {
             controller.reject(h, error);
