@@ -115,7 +115,11 @@ impl<S: System> Simulation<'_, S> {
         times: &[f64],
         solution: &mut Solution,
     ) -> Result<bool, IntegrateError> {
-        if !self.discrete.has_transitions() || h > AGAIN * self.discrete.uncut {
+        // Behind a corner ∂f/∂y is another, so that the last stages of sensitivities would see both.
+        if self.directions.is_some()
+            || !self.discrete.has_transitions()
+            || h > AGAIN * self.discrete.uncut
+        {
             return Ok(false);
         }
         self.evaluate_at_end(h);
@@ -187,7 +191,9 @@ impl<S: System> Simulation<'_, S> {
         let (slope, curvature) = (0.5 * (c - a), 0.5 * (a + c) - b);
         let turn = -0.5 * slope / curvature;
         let value = b + 0.5 * slope * turn;
-        if !(turn.abs() < 1.0) || crossing.is_past(value) != beyond {
+        // NaN compares false.
+        let turns = turn.abs() < 1.0 && crossing.is_past(value) == beyond;
+        if !turns {
             return None;
         }
         let part = part_of(last - 1) + turn / INTERVALS as f64;
