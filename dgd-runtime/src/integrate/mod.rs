@@ -483,9 +483,9 @@ impl<'a, S: System> Simulation<'a, S> {
             Err(_) => f64::NAN,
         };
         let error = if error > 1.0 { self.error_beyond_rounding(h, error) } else { error };
+        let t_new = if h < remaining { self.t + h } else { end };
         // NaN compares false: what could not be evaluated is not accepted.
         if error <= 1.0 {
-            let t_new = if h < remaining { self.t + h } else { end };
             if let Some(error) = self.reads_ahead(h) {
                 return Err(error);
             }
@@ -507,6 +507,9 @@ impl<'a, S: System> Simulation<'a, S> {
             return self.reselect_states(solution);
         }
 
+        if error.is_finite() && self.step_to_corner((h, t_new), times, solution)? {
+            return Ok(());
+        }
         solution.statistics.rejected += 1;
         let had_memory = self.stepper.is_multistep() && !self.stepper.is_at_beginning();
         if self.stepper.is_multistep() {
