@@ -1,5 +1,7 @@
 //! Models of an index above 1, against formulations of the same without constraints.
 
+use std::fmt::Write as _;
+
 use dgd::{
     Column, Inputs, Interpolation, Options, Problem, Solution, System, consistent_start, simulate,
     simulate_with_sensitivities,
@@ -576,7 +578,8 @@ fn each_rod_of_a_chain_chooses_its_own_states() {
             5 => String::new(),
             _ => format!(" + t{right}*({c}{right} - {c}{i})"),
         });
-        text.push_str(&format!(
+        let _ = writeln!(
+            text,
             "state x{i} [m] = {i}*l
             state y{i} [m] = 0
             state u{i} [m/s] = 0
@@ -586,8 +589,8 @@ fn each_rod_of_a_chain_chooses_its_own_states() {
             equation b{i}: der(y{i}) = v{i}
             equation c{i}: der(u{i}) = -t{i}*(x{i} - {x}){pull_x}
             equation d{i}: der(v{i}) = -t{i}*(y{i} - {y}){pull_y} - g
-            equation rod{i}: (x{i} - {x})^2 + (y{i} - {y})^2 = l^2\n"
-        ));
+            equation rod{i}: (x{i} - {x})^2 + (y{i} - {y})^2 = l^2"
+        );
     }
     let system = model(&text);
     let names: Vec<&str> = system.signature().discrete.automata.iter().map(|a| &*a.name).collect();
@@ -598,7 +601,7 @@ fn each_rod_of_a_chain_chooses_its_own_states() {
     let (p, inputs) = (parameters(&system), Inputs::none());
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
     let solution = simulate(&problem, &times, &options()).expect("a solution");
-    for k in 0..times.len() {
+    for (k, t) in times.iter().enumerate() {
         let at = |name: String| solution.y(k)[position(&system, &name)];
         let energy: f64 = (1..=5)
             .map(|i| {
@@ -606,6 +609,6 @@ fn each_rod_of_a_chain_chooses_its_own_states() {
                 0.5 * (u * u + v * v) + 9.81 * at(format!("y{i}"))
             })
             .sum();
-        assert!(energy.abs() <= CLOSE, "{energy} at {}", times[k]);
+        assert!(energy.abs() <= CLOSE, "{energy} at {t}");
     }
 }
