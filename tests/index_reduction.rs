@@ -1,5 +1,7 @@
 //! Models of an index above 1, against formulations of the same without constraints.
 
+use std::fmt::Write as _;
+
 use dgd::{
     Column, Inputs, Interpolation, Options, Problem, Solution, System, consistent_start, simulate,
     simulate_with_sensitivities,
@@ -559,5 +561,54 @@ fn a_rod_may_break() {
         let difference = (above - below) / 2e-3;
         let found = slopes(&system, &solution, "y", 4)[k];
         assert!((found - difference).abs() <= 1e-5, "{found} is not {difference} at {}", times[k]);
+    }
+}
+
+#[test]
+fn each_rod_of_a_chain_chooses_its_own_states() {
+    let mut text = "constant g [m/s^2] = 9.81\nparameter l [m] = 1\n".to_owned();
+    for i in 1..=5 {
+        let (left, right) = (i - 1, i + 1);
+        let (x, y) = if i == 1 {
+            ("0 [m]".to_owned(), "0 [m]".to_owned())
+        } else {
+            (format!("x{left}"), format!("y{left}"))
+        };
+        let [pull_x, pull_y] = ["x", "y"].map(|c| match i {
+            5 => String::new(),
+            _ => format!(" + t{right}*({c}{right} - {c}{i})"),
+        });
+        let _ = writeln!(
+            text,
+            "state x{i} [m] = {i}*l
+            state y{i} [m] = 0
+            state u{i} [m/s] = 0
+            state v{i} [m/s] = 0
+            unknown t{i} [1/s^2] = 1
+            equation a{i}: der(x{i}) = u{i}
+            equation b{i}: der(y{i}) = v{i}
+            equation c{i}: der(u{i}) = -t{i}*(x{i} - {x}){pull_x}
+            equation d{i}: der(v{i}) = -t{i}*(y{i} - {y}){pull_y} - g
+            equation rod{i}: (x{i} - {x})^2 + (y{i} - {y})^2 = l^2"
+        );
+    }
+    let system = model(&text);
+    let names: Vec<&str> = system.signature().discrete.automata.iter().map(|a| &*a.name).collect();
+    let expected = [1, 2, 3, 4, 5].map(|i| format!("states of rod{i}"));
+    assert_eq!(names, expected);
+    // A chain let go from level: its energy stays zero.
+    let times = every(0.1, 1.0);
+    let (p, inputs) = (parameters(&system), Inputs::none());
+    let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+    let solution = simulate(&problem, &times, &options()).expect("a solution");
+    for (k, t) in times.iter().enumerate() {
+        let at = |name: String| solution.y(k)[position(&system, &name)];
+        let energy: f64 = (1..=5)
+            .map(|i| {
+                let (u, v) = (at(format!("u{i}")), at(format!("v{i}")));
+                0.5 * (u * u + v * v) + 9.81 * at(format!("y{i}"))
+            })
+            .sum();
+        assert!(energy.abs() <= CLOSE, "{energy} at {t}");
     }
 }
