@@ -248,15 +248,14 @@ fn events_and_bounds_that_a_template_brings_have_its_names() {
             "output h [m] = seen_h",
             "# sampled(h)",
             "parameter period_h [s] = 5",
-            "parameter top_h [m] = 3",
-            "state seen_h [m] = 1",
+            "parameter top_h    [m] = 3",
+            "state seen_h  [m] = 1",
             "state since_h [s] = 0",
-            "equation seen_h: der(seen_h) = 0",
+            "equation seen_h:  der(seen_h) = 0",
             "equation since_h: der(since_h) = 1",
             "when since_h rises above period_h {",
             "reset seen_h = h",
             "reset since_h = 0",
-            "}",
             "saturate seen_h <= top_h",
         ]
     );
