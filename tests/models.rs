@@ -9,7 +9,7 @@ use std::path::Path;
 use dgd::system::{DelayedUnknown, PastLayout};
 use dgd::{Direction, Pattern, Point, System, discrete_numbers};
 use dgd_execute::Interpreted;
-use support::{Noise, compiled, every_variant, input_values, interpreted, model_files, move_past};
+use support::{Noise, compiled, every_variant, input_values, interpreted, model_files};
 
 /// A place at which a model is evaluated.
 #[derive(Clone)]

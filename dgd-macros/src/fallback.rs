@@ -249,9 +249,9 @@ mod tests {
         let input = syn::parse_str("\"line.dgd\"").expect("arguments of the macro");
         let text =
             "model line\nsize N = 3\nstate x = 1\nstate p[0..N] = 1 [furlong]\noutput y = z\n";
-        let sound = stub(&input, text).to_string();
+        let sound = stub(&input, text, &mut nothing).to_string();
         assert!(sound.contains("pub p : [f64 ; 4]"), "{sound}");
-        let unsound = stub(&input, &text.replace("N = 3", "N = M")).to_string();
+        let unsound = stub(&input, &text.replace("N = 3", "N = M"), &mut nothing).to_string();
         assert!(unsound.contains("pub x : f64") && !unsound.contains("pub p"), "{unsound}");
     }
 
