@@ -49,7 +49,7 @@ fn the_solver_says_where_it_stopped_and_why() {
     };
     assert_eq!((equation.as_str(), unknown.as_str()), ("of_x", "x"));
     let read: Vec<&str> = values.iter().map(|value| value.name.as_str()).collect();
-    assert_eq!(read, ["x"]);
+    assert_eq!(read, ["x", "k"]);
     // The root's argument is all but used up.
     assert!(values[0].value.abs() < 1e-3, "{values:?}");
 
