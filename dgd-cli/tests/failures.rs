@@ -40,8 +40,7 @@ equation gain: der(v) = sqrt(s)
 
 #[test]
 fn what_is_not_finite_is_said_with_equation_unknown_time_and_values() {
-    run(ROOT, &[])
-        .refused(3, &["`gain`", "t = 1.49999999", "it determines `v`", "read `s` = ", " cm"]);
+    run(ROOT, &[]).refused(3, &["`gain`", "t = 1.49999999", "it determines `v`", "`s` = ", " cm"]);
 }
 
 #[test]
