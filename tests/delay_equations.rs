@@ -327,11 +327,8 @@ modes heater {
     let solution_at = |t: f64, [tau, b]: [f64; 2]| {
         let (mut since, mut x, mut heating) = (0.0, 0.0_f64, true);
         loop {
-            let switch = if heating {
-                since + ((2.0 - x) / 1.0).ln() + tau
-            } else {
-                since + (x / b).ln() + tau
-            };
+            let switch =
+                if heating { since + (2.0 - x).ln() + tau } else { since + (x / b).ln() + tau };
             let along = |t: f64| {
                 let fading = (since - t).exp();
                 if heating { 2.0 - (2.0 - x) * fading } else { x * fading }
@@ -563,11 +560,57 @@ equation clock: der(clock) = 1
     }
 }
 
-/// ẍ = −x − 0.3 ẋ − g tanh(x(t − τ)) with x = ½ cos t before the start.
-///
 /// Values of x, ẋ, their derivatives to g and then to τ by Chebyshev collocation of order 40 on each
-/// interval of length τ (numpy), the derivatives by extrapolated differences of it; two sizes of them
-/// agree to 1e-11.
+/// interval of length τ (numpy 2), the derivatives by extrapolated differences of it; two sizes of
+/// them agree to 1e-11.
+const OSCILLATOR: [(f64, [f64; 6]); 4] = [
+    (
+        1.0,
+        [
+            0.177_497_361_524_832,
+            -0.591_825_226_739_811,
+            -0.142_055_742_335,
+            -0.285_293_799_090,
+            0.098_513_154_094,
+            0.121_048_018_154,
+        ],
+    ),
+    (
+        3.0,
+        [
+            -0.688_517_783_449_795,
+            0.211_094_490_656_813,
+            -0.387_536_323_200,
+            0.501_591_449_559,
+            -0.342_458_816_747,
+            -0.572_407_107_760,
+        ],
+    ),
+    (
+        7.0,
+        [
+            -0.121_792_707_460_308,
+            -1.248_884_668_188_7,
+            -1.184_181_546_550,
+            -1.945_181_331_042,
+            1.655_542_378_316,
+            -0.446_782_595_018,
+        ],
+    ),
+    (
+        10.0,
+        [
+            0.396_378_359_946_347,
+            1.557_554_380_744_766,
+            2.114_757_819_277,
+            2.560_186_645_501,
+            -2.825_256_872_428,
+            1.354_597_092_223,
+        ],
+    ),
+];
+
+/// ẍ = −x − 0.3 ẋ − g tanh(x(t − τ)) with x = ½ cos t before the start.
 #[test]
 fn an_oscillator_with_late_feedback() {
     let system = system(
@@ -581,55 +624,9 @@ equation x: 1 [s] * der(x) = v
 equation v: 1 [s] * der(v) = -x - 0.3*v - g*tanh(delay(x, tau))
 ",
     );
-    const EXPECTED: [(f64, [f64; 6]); 4] = [
-        (
-            1.0,
-            [
-                0.177_497_361_524_832,
-                -0.591_825_226_739_811,
-                -0.142_055_742_335,
-                -0.285_293_799_090,
-                0.098_513_154_094,
-                0.121_048_018_154,
-            ],
-        ),
-        (
-            3.0,
-            [
-                -0.688_517_783_449_795,
-                0.211_094_490_656_813,
-                -0.387_536_323_200,
-                0.501_591_449_559,
-                -0.342_458_816_747,
-                -0.572_407_107_760,
-            ],
-        ),
-        (
-            7.0,
-            [
-                -0.121_792_707_460_308,
-                -1.248_884_668_188_700,
-                -1.184_181_546_550,
-                -1.945_181_331_042,
-                1.655_542_378_316,
-                -0.446_782_595_018,
-            ],
-        ),
-        (
-            10.0,
-            [
-                0.396_378_359_946_347,
-                1.557_554_380_744_766,
-                2.114_757_819_277,
-                2.560_186_645_501,
-                -2.825_256_872_428,
-                1.354_597_092_223,
-            ],
-        ),
-    ];
-    let times: Vec<f64> = [0.0].into_iter().chain(EXPECTED.map(|(t, _)| t)).collect();
+    let times: Vec<f64> = [0.0].into_iter().chain(OSCILLATOR.map(|(t, _)| t)).collect();
     let (solution, _) = run(&system, &[0.8, 1.1], &Inputs::none(), &times);
-    for (k, (t, expected)) in EXPECTED.into_iter().enumerate() {
+    for (k, (t, expected)) in OSCILLATOR.into_iter().enumerate() {
         let found = [solution.y(k + 1), solution.s(k + 1)].concat();
         for (i, (found, expected)) in found.into_iter().zip(expected).enumerate() {
             close(&format!("number {i}"), t, found, expected);
@@ -798,4 +795,33 @@ equation u: 1 [s] * der(u) = -delay(u, 1 [s] - time)
     let failure = simulate(&problem, &times, &options()).expect_err("the future");
     assert!(failure.to_string().contains("the delay `1 - time` is"), "{failure}");
     assert_eq!(failure.partial.times, [0.0, 0.5]);
+}
+
+/// Samples of every second, on their way through delays much longer than that, do not breed breaks:
+/// some steps for each sample are enough.
+#[test]
+fn a_long_recording_does_not_breed_breaks() {
+    let system = system(
+        "
+model far
+input u [1/s] linear
+parameter tau [s] = 12.3
+state x [1] = 0
+unknown q [1/s] = 0
+equation q: q + 0.1 [1/s]*(q / 1 [1/s])^3 = delay(u, 3.1 [s]) - 0.05 [1/s]*x
+equation x: der(x) = delay(q, tau) - 0.05 [1/s]*delay(x, 7.7 [s])
+",
+    );
+    let stamps: Vec<f64> = (0..=300).map(f64::from).collect();
+    let values: Vec<f64> = stamps.iter().map(|t| (0.3 * t).sin() + (1.1 * t).cos()).collect();
+    let columns = [Column {
+        name: "u",
+        interpolation: system.signature().inputs[0].interpolation,
+        values: &values,
+    }];
+    let inputs = Inputs::recorded(&stamps, &columns).expect("inputs");
+    let problem = Problem { system: &system, p: &[12.3], inputs: &inputs, start: &[] };
+    let solution = simulate(&problem, &stamps, &Options::default()).expect("a solution");
+    let steps = solution.statistics.steps;
+    assert!(steps < 12 * stamps.len(), "{steps} steps");
 }

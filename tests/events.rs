@@ -354,3 +354,24 @@ fn a_valve_keeps_the_return_line_from_flowing_back() {
         assert_slopes_are_differences(&circulation, &inputs, &asked, 1e-5);
     }
 }
+
+#[test]
+fn a_bound_that_jumps_takes_a_state_along_or_leaves_it_behind() {
+    let gate = system(
+        "model gate
+         input lid [m] hold
+         state h [m] = 1
+         equation level: der(h) = 0.5 [m/s]
+         saturate h <= lid",
+    );
+    // It meets the lid at 2 s, follows it up from 3 s on, is pressed down at 5 s, and at once free.
+    let column = Column {
+        name: "lid",
+        interpolation: Interpolation::Hold,
+        values: &[2.0, 4.0, 1.0, 9.0, 9.0],
+    };
+    let inputs = Inputs::recorded(&[0.0, 3.0, 5.0, 6.0, 8.0], &[column]).expect("inputs");
+    let times = [0.0, 2.5, 4.0, 5.5, 7.0];
+    let solution = run_with(&gate, &[], &inputs, &times).expect("a solution");
+    assert_close(&solution.y, &[1.0, 2.0, 2.5, 1.0, 1.5], CLOSE);
+}

@@ -33,7 +33,7 @@ fn what_is_printed_is_read_as_the_same() {
     let folders = ["models", "models/lib", "tests/golden/fail", "tests/golden/data"];
     let mut paths: Vec<PathBuf> =
         folders.iter().flat_map(|folder| files(&root().join(folder), "dgd")).collect();
-    for case in ["ode", "dae_with_variant", "functions_and_import", "modes", "effects"] {
+    for case in ["arrays", "ode", "dae_with_variant", "functions_and_import", "modes", "effects"] {
         paths.push(root().join("tests/golden/pass").join(case).join("model.dgd"));
     }
     for path in paths {
@@ -218,7 +218,9 @@ fn converted(item: &Item) -> Option<Item> {
                     scaled(bound, factor)?;
                 }
             }
-            AttributeKind::Nominal(size) | AttributeKind::Noise(size) => scaled(size, factor)?,
+            AttributeKind::Nominal(size)
+            | AttributeKind::Noise(size)
+            | AttributeKind::History(size) => scaled(size, factor)?,
             AttributeKind::PriorNormal(mean, std) => {
                 scaled(mean, factor)?;
                 scaled(std, factor)?;

@@ -9,7 +9,7 @@ use std::path::Path;
 use dgd::system::{DelayedUnknown, PastLayout};
 use dgd::{Direction, Pattern, Point, System, discrete_numbers};
 use dgd_execute::Interpreted;
-use support::{Noise, compiled, every_variant, input_values, interpreted, model_files, move_past};
+use support::{Noise, compiled, every_variant, input_values, interpreted, model_files};
 
 /// A place at which a model is evaluated.
 #[derive(Clone)]
@@ -418,7 +418,8 @@ fn check_event_derivatives(system: &Interpreted, at: &At, label: &str) {
     let size = |value: f64| if value == 0.0 { 1.0 } else { value.abs() };
     let mut noise = Noise::new(7);
     let mut udot: Vec<f64> = at.u.iter().map(|u| 0.01 * size(*u) * noise.next()).collect();
-    udot[signature.past().first..].fill(0.0);
+    // Slopes of inputs, behind the inputs, are constant; what is known of the past has its own.
+    udot[signature.inputs.len() + signature.delayed_inputs.len()..].fill(0.0);
     let s: Vec<f64> = (0..n * n_s).map(|k| size(at.y[k % n]) * noise.next()).collect();
 
     let values = |at: &At| {

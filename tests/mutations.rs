@@ -76,7 +76,7 @@ fn texts() -> Vec<(PathBuf, String)> {
     ];
     let mut paths: Vec<PathBuf> =
         folders.iter().flat_map(|folder| files(&root().join(folder), "dgd")).collect();
-    for case in ["ode", "dae_with_variant", "functions_and_import", "parts"] {
+    for case in ["arrays", "ode", "dae_with_variant", "functions_and_import", "parts"] {
         paths.extend(files(&root().join("tests/golden/pass").join(case), "dgd"));
     }
     let read = |path: PathBuf| {

@@ -261,7 +261,7 @@ pub(crate) struct SolveArgs {
     /// Last time, s since the data's first sample [default: the data's last]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub until: Option<f64>,
-    /// Integration method, see `dgd methods`; `auto` goes by the model's size
+    /// Integration method, see `dgd methods`; `auto` goes by the model
     #[arg(long, value_name = "NAME", default_value = AUTOMATIC)]
     pub method: String,
     /// Tolerance relative to each value

@@ -53,6 +53,21 @@ fn exit_codes_are_as_promised() {
 }
 
 #[test]
+fn results_tell_the_method() {
+    let told = |more: &[&str]| {
+        let run = tank("simulate", &[&["--format", "json"], more].concat()).done().json();
+        run["method"].clone()
+    };
+    assert_eq!(told(&[]), "rodas5p");
+    assert_eq!(told(&["--method", "auto"]), "rodas5p");
+    assert_eq!(told(&["--method", "bdf"]), "bdf");
+    let listed = dgd(&["methods"]).done().out;
+    for name in ["rodas5p", "kencarp4", "bdf", "tsit5", "auto"] {
+        assert!(listed.contains(name), "{listed}");
+    }
+}
+
+#[test]
 fn a_failed_computation_names_equation_and_time() {
     let folder = folder_with(&[("explosion.dgd", EXPLOSION)]);
     let run = dgd(&["simulate", &path(&folder, "explosion.dgd"), "--until", "2"]);
@@ -105,6 +120,33 @@ fn settings_change_parameters_constants_and_start_values() {
     assert_eq!(h(&["--set", "A=2"]), plain);
     assert_ne!(h(&["--set", "A=3"]), plain);
     assert_ne!(h(&["--set", "q_valve=500 [l/min]"]), plain);
+}
+
+#[test]
+fn elements_of_arrays_are_columns_where_outputs_ask_for_them() {
+    let model = b"model chain\nsize N = 3\ninput u\nstate x[1..N] = 1\nstate hidden[1..N] = 2\n\
+        equation first: der(x[1]) = (u - x[1])/1 [s]\n\
+        for i in 2..N { equation next[i]: der(x[i]) = (x[i-1] - x[i])/1 [s] }\n\
+        for i in 1..N { equation decay[i]: der(hidden[i]) = -hidden[i]/1 [s] }\n\
+        output x noise 0.1\noutput sum = x[1] + hidden[N]\n";
+    let data = b"time [s],u,x[2]\n0,0,1\n1,0,0.7\n";
+    let folder = folder_with(&[("chain.dgd", model), ("data.csv", data)]);
+    let simulate = |more: &[&str]| {
+        let all = [&["simulate", "chain.dgd", "--data", "data.csv"], more].concat();
+        dgd_in(folder.path(), &all).done()
+    };
+    let run = simulate(&[]);
+    let header = run.out.lines().next().expect("a header");
+    assert_eq!(header, "time [s],u [1],sum [1],x[1] [1],x[2] [1],x[3] [1]");
+    // The measured column belongs to an output, so that nothing is said of it.
+    assert!(!run.err.contains("x[2]"), "{}", run.err);
+    assert_eq!(column(&simulate(&["--set", "x=0.5"]).out, "x[3] [1]")[0], 0.5);
+    let longer = simulate(&["--set", "N=5"]);
+    assert_eq!(column(&longer.out, "x[5] [1]").len(), 2);
+    let check = dgd_in(folder.path(), &["check", "chain.dgd", "--format", "json"]).done().json();
+    assert_eq!(check["sizes"], json!([{ "name": "N", "value": 3 }]));
+    assert_eq!(check["arrays"][0]["range"], json!([1, 3]));
+    assert_eq!(check["outputs"][1]["range"], json!([1, 3]));
 }
 
 #[test]

@@ -113,7 +113,8 @@ impl Deviations {
         if trajectory.len() < 2 {
             return Err(LinearizeError::TooShort);
         }
-        if !model.system().signature().delays.is_empty() {
+        let signature = model.system().signature();
+        if !(signature.delays.is_empty() && signature.delayed_unknowns.is_empty()) {
             return Err(LinearizeError::Delayed);
         }
         let mut linear = Linearization::new(model, p, inputs);

@@ -11,7 +11,9 @@ use dgd_compiler::parts;
 use dgd_compiler::pipeline::{Read, load};
 use dgd_compiler::program::{Direction, lower};
 use dgd_compiler::source::{Source, SourceId, Sources, Span};
-use dgd_compiler::syntax::ast::{Ast, Expr, ExprKind, Header, Item, ItemKind, Name, UnknownKind};
+use dgd_compiler::syntax::ast::{
+    Ast, Expr, ExprKind, Header, Item, ItemKind, Name, Range, UnknownKind,
+};
 use dgd_compiler::syntax::parse_what_is_sound;
 use proc_macro2::TokenStream;
 
@@ -34,7 +36,9 @@ pub(crate) fn stub(input: &Input, text: &str, read: &mut Read<'_>) -> TokenStrea
         (None, Some(header)) => header.name.text.clone(),
         (None, None) => stem(&input.path.value()),
     };
-    match generated(&still(&ast), &module, &sources) {
+    // Where a size or a range is the mistake, the stub has no arrays.
+    let with_arrays = generated(&still(&ast, true), &module, &sources);
+    match with_arrays.or_else(|_| generated(&still(&ast, false), &module, &sources)) {
         Ok(tokens) => tokens,
         // There is an error already.
         Err(_) => TokenStream::new(),
@@ -67,11 +71,12 @@ fn generated(ast: &Ast, module: &str, sources: &Sources) -> Result<TokenStream, 
 }
 
 /// The model with the same names in which all numbers are zero and nothing moves.
-fn still(ast: &Ast) -> Ast {
+fn still(ast: &Ast, with_arrays: bool) -> Ast {
     let mut still = Still {
         names: BTreeSet::from(["time", "pi"]),
         outputs: BTreeSet::new(),
         items: Vec::new(),
+        with_arrays,
     };
     still.take(&ast.items);
     let model = Header { doc: Vec::new(), name: name("model") };
@@ -88,6 +93,7 @@ struct Still<'a> {
     names: BTreeSet<&'a str>,
     outputs: BTreeSet<&'a str>,
     items: Vec<Item>,
+    with_arrays: bool,
 }
 
 impl<'a> Still<'a> {
@@ -114,6 +120,12 @@ impl<'a> Still<'a> {
                         value: Some(zero()),
                         attributes: Vec::new(),
                     });
+                }
+                ItemKind::Size { name, value } if self.with_arrays && self.is_new(name) => {
+                    self.push(ItemKind::Size { name: name.clone(), value: value.clone() });
+                }
+                ItemKind::Array { name, range, .. } if self.with_arrays && self.is_new(name) => {
+                    self.array(name, range);
                 }
                 ItemKind::Variant { choices, .. } => {
                     for choice in choices {
@@ -154,6 +166,28 @@ impl<'a> Still<'a> {
         self.push(ItemKind::Unknown {
             declared: UnknownKind::State,
             name: unknown.clone(),
+            unit: None,
+            start: None,
+            attributes: Vec::new(),
+        });
+    }
+
+    /// `state x[1..N] = 0` and `for i in 1..N { equation x[i]: der(x[i]) = 0 }`
+    fn array(&mut self, array: &Name, range: &Range) {
+        // No name of a model begins like that.
+        let index = name("_i");
+        let of = Box::new(expr(ExprKind::Name(array.text.clone())));
+        let at = Box::new(expr(ExprKind::Name(index.text.clone())));
+        let arguments = vec![expr(ExprKind::Element(of, at))];
+        let left = expr(ExprKind::Call { function: name("der"), arguments });
+        let equation = ItemKind::Equation { label: array.clone(), left, right: zero() };
+        let items = vec![Item { span: NOWHERE, doc: Vec::new(), kind: equation }];
+        self.push(ItemKind::For { index, range: range.clone(), items });
+        self.push(ItemKind::Array {
+            declared: UnknownKind::State,
+            name: array.clone(),
+            index: None,
+            range: range.clone(),
             unit: None,
             start: None,
             attributes: Vec::new(),
@@ -208,6 +242,17 @@ mod tests {
             assert!(stub.contains(field), "no {field} in {stub}");
         }
         assert!(!stub.contains("pub A"), "{stub}");
+    }
+
+    #[test]
+    fn a_stub_has_the_arrays_that_can_be_read() {
+        let input = syn::parse_str("\"line.dgd\"").expect("arguments of the macro");
+        let text =
+            "model line\nsize N = 3\nstate x = 1\nstate p[0..N] = 1 [furlong]\noutput y = z\n";
+        let sound = stub(&input, text, &mut nothing).to_string();
+        assert!(sound.contains("pub p : [f64 ; 4]"), "{sound}");
+        let unsound = stub(&input, &text.replace("N = 3", "N = M"), &mut nothing).to_string();
+        assert!(unsound.contains("pub x : f64") && !unsound.contains("pub p"), "{unsound}");
     }
 
     #[test]

@@ -9,6 +9,8 @@ use crate::system::Pattern;
 
 /// Pivots below this part of their row make a block singular.
 const SINGULAR: f64 = 1e-12;
+/// The index of a row that has not been met.
+const OPEN: usize = usize::MAX;
 
 /// The algebraic rows in blocks, each behind those that it depends on, for the Jacobian with these
 /// non-zeros.
@@ -19,7 +21,6 @@ pub(crate) fn blocks(pattern: &Pattern, jacobian: &[f64], mass: &[f64]) -> Vec<V
             reads[row].push(column);
         }
     }
-    const OPEN: usize = usize::MAX;
     let mut index = vec![OPEN; mass.len()];
     let mut lowest = vec![OPEN; mass.len()];
     let mut is_waiting = vec![false; mass.len()];
@@ -76,7 +77,9 @@ pub(crate) fn is_singular(block: &[usize], pattern: &Pattern, jacobian: &[f64]) 
     }
     for row in &mut rows {
         let largest = row.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
-        row.iter_mut().for_each(|value| *value /= largest);
+        for value in row {
+            *value /= largest;
+        }
     }
     for k in 0..n {
         let size = |row: &Vec<f64>| row[k].abs();

@@ -1,6 +1,6 @@
 //! Discrete numbers: modes and conditions on time, and when the latter switch.
 
-use crate::system::{Point, System};
+use crate::system::{AutomatonKind, Point, Signature, System, Trigger};
 
 /// The discrete numbers of a simulation that starts at `t`: every automaton in the mode it starts
 /// in, conditions on time as they are just after `t`.
@@ -10,6 +10,39 @@ use crate::system::{Point, System};
 /// If there are not as many parameters as the model has.
 pub fn discrete_numbers<S: System>(system: &S, p: &[f64], t: f64) -> Vec<f64> {
     Schedule::new(system, p, t).z
+}
+
+/// Puts switches on the side of their surfaces that y is on, and algebraic unknowns with bounds at
+/// those beyond which they would be. `e` is work space for the event functions.
+pub(crate) fn choose_sides<S: System>(
+    system: &S,
+    (t, y, u, p): (f64, &[f64], &[f64], &[f64]),
+    e: &mut [f64],
+    z: &mut [f64],
+) {
+    let Signature { discrete, unknowns, .. } = system.signature();
+    let chosen = |kind| matches!(kind, AutomatonKind::Switch | AutomatonKind::Saturation);
+    if !discrete.automata.iter().any(|automaton| chosen(automaton.kind)) {
+        return;
+    }
+    for (z, automaton) in z.iter_mut().zip(discrete.automata.iter()) {
+        if chosen(automaton.kind) {
+            *z = automaton.start as f64;
+        }
+    }
+    system.event_functions(Point { t, y, u, p, z }, e);
+    for (k, (position, transition)) in discrete.transitions().enumerate() {
+        let automaton = &discrete.automata[position];
+        let algebraic = transition.resets.iter().all(|i| !unknowns[*i].differential);
+        if chosen(automaton.kind)
+            && algebraic
+            && transition.from == automaton.start
+            && transition.trigger == Trigger::Level
+            && transition.crossing.is_past(e[k])
+        {
+            z[position] = transition.to as f64;
+        }
+    }
 }
 
 /// When conditions on time switch after a start, and the discrete numbers as they are.

@@ -208,6 +208,8 @@ pub enum InitialError {
         t: f64,
         /// What is left of the equation, in its own SI unit.
         residual: f64,
+        /// Equations that can only be solved together with it.
+        together: Vec<String>,
         /// What it reads.
         at: Vec<Reading>,
     },
@@ -353,12 +355,18 @@ impl fmt::Display for InitialError {
                  t = {t} s{}",
                 With(at)
             ),
-            Self::Singular { equation, t, residual, at } => write!(
-                f,
-                "no consistent values at t = {t} s: equation `{equation}` (residual \
-                 {residual:.3e}) leaves the algebraic unknowns undetermined{}",
-                With(at)
-            ),
+            Self::Singular { equation, t, residual, together, at } => {
+                write!(
+                    f,
+                    "no consistent values at t = {t} s: equation `{equation}` (residual \
+                     {residual:.3e})"
+                )?;
+                for (k, other) in together.iter().enumerate() {
+                    write!(f, "{} `{other}`", if k == 0 { " together with" } else { "," })?;
+                }
+                let verb = if together.is_empty() { "leaves" } else { "leave" };
+                write!(f, " {verb} the algebraic unknowns undetermined{}", With(at))
+            }
             Self::NotConverged { t, iterations, equation, residual, unknown, correction, at } => {
                 write!(
                     f,

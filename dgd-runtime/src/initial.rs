@@ -10,8 +10,10 @@
 //! 2004, §3.3). Both systems are solved at full size, with the identity in the rows of differential
 //! unknowns, so that one factorisation serves all sizes and patterns.
 
-use crate::discrete::discrete_numbers;
+use crate::blocks::{blocks, is_singular};
+use crate::discrete::{choose_sides, discrete_numbers};
 use crate::error::{InitialError, IntegrateError};
+use crate::integrate::drive::Drive;
 use crate::linalg::norm::Tolerances;
 use crate::linalg::{Factorisation, Pivot, Singular};
 use crate::problem::{Options, Problem, unknown_sizes};
@@ -63,15 +65,19 @@ pub fn consistent_start<S: System>(
 
     let inputs = problem.inputs_read().map_err(IntegrateError::Inputs)?;
     let segment = inputs.segment(inputs.segment_at(t, Side::Right));
-    let mut u = S::Inputs::zeros(segment.u.len());
-    segment.value(t, u.as_mut());
+    let read = Problem { inputs: &inputs, ..*problem };
+    let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
+    let mut drive = Drive::new(&read, segment, t, 0, tolerances);
     let mut y = S::Vector::zeros(n);
     let mut z = discrete_numbers(system, problem.p, t);
+    let mut u = S::Inputs::zeros(signature.n_u());
+    u.as_mut().copy_from_slice(drive.at(t, y.as_ref()));
     let at = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
     start_values(problem, at, y.as_mut()).map_err(IntegrateError::Initial)?;
     let mut e = vec![0.0; signature.discrete.transitions().count()];
     let at = Point { t, y: y.as_ref(), u: u.as_ref(), p: problem.p, z: &[] };
     select_states(system, at, &mut z, &mut e);
+    choose_sides(system, (t, y.as_ref(), u.as_ref(), problem.p), &mut e, &mut z);
     let mut sizes = S::Vector::zeros(n);
     unknown_sizes(system, y.as_ref(), sizes.as_mut());
 
@@ -81,18 +87,19 @@ pub fn consistent_start<S: System>(
     system.mass(at, mass.as_mut());
     algebraic.enter_modes(mass.as_ref());
     let mut jacobian = S::Jacobian::zeros(signature.jacobian.len());
-    let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
-    let at = Place { t, u: u.as_ref(), p: problem.p, z: &z };
+    let at = Place { t, u: drive.at(t, y.as_ref()), p: problem.p, z: &z };
     algebraic
         .make_consistent(system, at, y.as_mut(), jacobian.as_mut(), sizes.as_ref(), tolerances)
         .map_err(IntegrateError::Initial)?;
 
     let (mut f, mut dfdt) = (S::Vector::zeros(n), S::Vector::zeros(n));
-    let at = Point { t, y: y.as_ref(), u: u.as_ref(), p: problem.p, z: &z };
-    system.linearize(at, segment.udot, f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
+    drive.begin_history(t, y.as_ref(), None, sizes.as_ref());
+    let (u, udot) = drive.with_slope(t, y.as_ref());
+    let at = Point { t, y: y.as_ref(), u, p: problem.p, z: &z };
+    system.linearize(at, udot, f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
     algebraic
         .rates(&signature.jacobian, jacobian.as_ref(), f.as_mut(), dfdt.as_ref())
-        .map_err(|Singular { row }| singular(system, at, row, f.as_ref()))
+        .map_err(|Singular { row }| algebraic.singular(system, at, row, jacobian.as_ref()))
         .map_err(IntegrateError::Initial)?;
     Ok(ConsistentStart { y: y.as_ref().to_vec(), ydot: f.as_ref().to_vec(), z })
 }
@@ -382,6 +389,8 @@ impl<S: System> Algebraic<S> {
             self.correction.as_mut().copy_from_slice(self.f.as_ref());
             let norm = if factorised.is_ok() {
                 self.factorisation.solve(self.correction.as_mut());
+                // What is given stays as it is, rounding of the elimination aside.
+                mask(self.correction.as_mut(), self.mass.as_ref());
                 tolerances.mean_square(self.correction.as_ref(), y, y, sizes)
             } else {
                 f64::INFINITY
@@ -392,7 +401,7 @@ impl<S: System> Algebraic<S> {
                 }
                 if nudges == MOST_NUDGES {
                     let row = factorised.err().map_or(largest(self.f.as_ref()), |e| e.row);
-                    return Err(singular(system, Point { t, y, u, p, z }, row, self.f.as_ref()));
+                    return Err(self.singular(system, Point { t, y, u, p, z }, row, jacobian));
                 }
                 nudges += 1;
                 self.nudge(y, sizes, nudges);
@@ -428,11 +437,13 @@ impl<S: System> Algebraic<S> {
                 self.nudge(y, sizes, nudges);
             } else {
                 let at = Point { t, y, u, p, z };
-                return Err(self.not_converged(system, at, sizes, tolerances, iteration));
+                let reached = (&*jacobian, iteration);
+                return Err(self.not_converged(system, at, sizes, tolerances, reached));
             }
         }
         let at = Point { t, y, u, p, z };
-        Err(self.not_converged(system, at, sizes, tolerances, MOST_ITERATIONS))
+        let reached = (&*jacobian, MOST_ITERATIONS);
+        Err(self.not_converged(system, at, sizes, tolerances, reached))
     }
 
     /// Moves algebraic unknowns by their sizes: q|q| has no slope at a guess of zero, and hardly
@@ -480,11 +491,11 @@ impl<S: System> Algebraic<S> {
         at: Point<'_>,
         sizes: &[f64],
         tolerances: Tolerances,
-        iterations: usize,
+        (jacobian, iterations): (&[f64], usize),
     ) -> InitialError {
         let signature = system.signature();
         let Point { t, y, .. } = at;
-        let row = largest(self.f.as_ref());
+        let row = self.first_unsolved(&signature.jacobian, jacobian, y);
         let correction = self.correction.as_ref();
         let relative = |i: usize| correction[i].abs() / tolerances.weight(y[i], sizes[i]);
         let unknown =
@@ -496,6 +507,44 @@ impl<S: System> Algebraic<S> {
             residual: self.f.as_ref()[row],
             unknown: signature.unknowns[unknown].name.to_string(),
             correction: correction[unknown],
+            at: readings(system, at, row),
+        }
+    }
+}
+
+impl<S: System> Algebraic<S> {
+    /// The equation that is furthest from being solved, in the first block with such equations:
+    /// those of later blocks read unknowns of this one, and are not to blame.
+    fn first_unsolved(&self, pattern: &Pattern, jacobian: &[f64], y: &[f64]) -> usize {
+        let f = self.f.as_ref();
+        let mut terms = vec![0.0; f.len()];
+        add_terms(&mut terms, pattern, jacobian, y);
+        let relative = |row: usize| f[row].abs() / terms[row].max(f64::MIN_POSITIVE);
+        let unsolved = |block: &Vec<usize>| {
+            let rows = block.iter().copied().filter(|row| f[*row].abs() > ROUNDING * terms[*row]);
+            rows.max_by(|i, j| relative(*i).total_cmp(&relative(*j)))
+        };
+        let blocks = blocks(pattern, jacobian, self.mass.as_ref());
+        blocks.iter().find_map(unsolved).unwrap_or_else(|| largest(f))
+    }
+
+    /// The block that is singular, by the equation in it with the largest residual; `row` where none
+    /// is by itself.
+    fn singular(&self, system: &S, at: Point<'_>, row: usize, jacobian: &[f64]) -> InitialError {
+        let signature = system.signature();
+        let pattern = &signature.jacobian;
+        let f = self.f.as_ref();
+        let blocks = blocks(pattern, jacobian, self.mass.as_ref());
+        let block = blocks.into_iter().find(|block| is_singular(block, pattern, jacobian));
+        let block = block.unwrap_or_else(|| vec![row]);
+        let first = block.iter().copied().max_by(|i, j| f[*i].abs().total_cmp(&f[*j].abs()));
+        let row = first.unwrap_or(row);
+        let label = |row: usize| signature.equations[row].to_string();
+        InitialError::Singular {
+            equation: label(row),
+            t: at.t,
+            residual: f[row],
+            together: block.into_iter().filter(|other| *other != row).map(label).collect(),
             at: readings(system, at, row),
         }
     }
@@ -542,11 +591,6 @@ fn vanishing(atol: f64) -> f64 {
     (10.0 * CONVERGED * atol).max(1e-12)
 }
 
-fn singular<S: System>(system: &S, at: Point<'_>, row: usize, f: &[f64]) -> InitialError {
-    let equation = system.signature().equations[row].to_string();
-    InitialError::Singular { equation, t: at.t, residual: f[row], at: readings(system, at, row) }
-}
-
 fn is_rounding<V: Storage>(
     f: &V,
     mass: &V,
@@ -557,11 +601,16 @@ fn is_rounding<V: Storage>(
 ) -> bool {
     let terms = terms.as_mut();
     terms.fill(0.0);
+    add_terms(terms, pattern, jacobian, y);
+    let mut rows = f.as_ref().iter().zip(terms).zip(mass.as_ref());
+    rows.all(|((f, terms), mass)| *mass != 0.0 || f.abs() <= ROUNDING * *terms)
+}
+
+/// Sizes of the equations' terms at `y`, to first order.
+fn add_terms(terms: &mut [f64], pattern: &Pattern, jacobian: &[f64], y: &[f64]) {
     for ((&row, &column), j) in pattern.rows.iter().zip(pattern.columns.iter()).zip(jacobian) {
         terms[row] += (j * y[column]).abs();
     }
-    let mut rows = f.as_ref().iter().zip(terms).zip(mass.as_ref());
-    rows.all(|((f, terms), mass)| *mass != 0.0 || f.abs() <= ROUNDING * *terms)
 }
 
 /// Sets the rows of differential unknowns to zero.

@@ -13,6 +13,7 @@
 extern crate self as dgd_runtime;
 
 pub mod arrays;
+mod blocks;
 pub mod codegen;
 mod delay;
 mod discrete;

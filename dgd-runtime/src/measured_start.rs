@@ -6,9 +6,11 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::error::IntegrateError;
 use crate::initial::{ConsistentStart, consistent_start};
+use crate::integrate::drive::Drive;
+use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, unknown_sizes};
 use crate::signal::Side;
-use crate::system::{Point, Storage, System};
+use crate::system::{Point, System};
 
 /// Most corrections.
 const MOST_ITERATIONS: usize = 50;
@@ -49,13 +51,15 @@ pub fn start_from_outputs<S: System>(
     unknown_sizes(system, &found.y, &mut sizes);
     let inputs =
         problem.inputs_read().map_err(|e| MeasuredStartError::Start(IntegrateError::Inputs(e)))?;
-    let mut u = S::Inputs::zeros(inputs.len());
-    inputs.value(t, Side::Right, u.as_mut());
+    let read = Problem { inputs: &inputs, ..*problem };
+    let segment = inputs.segment(inputs.segment_at(t, Side::Right));
+    let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
+    let mut drive = Drive::new(&read, segment, t, 0, tolerances);
 
     let mut w = vec![0.0; signature.outputs.len()];
     for _ in 0..MOST_ITERATIONS {
         let ConsistentStart { y, z, .. } = &found;
-        let at = Point { t, y, u: u.as_ref(), p: problem.p, z };
+        let at = Point { t, y, u: drive.at(t, y), p: problem.p, z };
         let mut mass = vec![0.0; n];
         system.mass(at, &mut mass);
         let (differential, algebraic): (Vec<usize>, Vec<usize>) =

@@ -6,6 +6,7 @@ use crate::delay::delays;
 use crate::error::BadRequest;
 use crate::integrate::catalogue::{self, Method};
 use crate::signal::{Delayed, InputError, Inputs};
+use crate::state_selection::share_sizes;
 use crate::system::System;
 
 /// A model with numbers.
@@ -139,6 +140,7 @@ pub(crate) fn unknown_sizes<S: System>(system: &S, start: &[f64], sizes: &mut [f
     for ((size, unknown), start) in sizes.iter_mut().zip(unknowns).zip(start) {
         *size = size_of(unknown.nominal.unwrap_or(*start), unknown.unit.factor);
     }
+    share_sizes(system, sizes);
 }
 
 /// Size of the parameter at `position`, SI: declared, or that of its declared value, or one of the

@@ -30,9 +30,9 @@ impl fmt::Display for Reading {
         let Reading { name, value, unit } = self;
         let is_plain = *value == 0.0 || (1e-3..1e6).contains(&value.abs());
         if is_plain {
-            write!(f, "`{name}` = {value}")?
+            write!(f, "`{name}` = {value}")?;
         } else {
-            write!(f, "`{name}` = {value:e}")?
+            write!(f, "`{name}` = {value:e}")?;
         }
         if unit == "1" { Ok(()) } else { write!(f, " {unit}") }
     }

@@ -4,7 +4,7 @@
 //! constraints determine the unknowns that are no states; the solution is the
 //! same in all of their modes, so that they may change at any time.
 
-use crate::system::{AutomatonKind, Point, Signature, System};
+use crate::system::{AutomatonKind, Point, Signature, Storage, System};
 
 /// Whether each automaton chooses states.
 pub(crate) fn selecting(signature: &Signature) -> impl Iterator<Item = bool> + '_ {
@@ -36,4 +36,56 @@ pub(crate) fn select_states<S: System>(
         has_changed = true;
     }
     has_changed
+}
+
+/// Gives unknowns that are tied together, in one unit and without a declared size, the largest of
+/// their sizes: a rod of 1 m that starts level has y near 0 for a while, and is no smaller for it.
+pub(crate) fn share_sizes<S: System>(system: &S, sizes: &mut [f64]) {
+    let signature = system.signature();
+    for (k, _) in selecting(signature).enumerate().filter(|(_, selects)| *selects) {
+        let is_tied = tied_by(system, k);
+        let tied: Vec<usize> = (0..sizes.len())
+            .filter(|i| is_tied[*i] && signature.unknowns[*i].nominal.is_none())
+            .collect();
+        let of_kind = |i: usize, j: usize| signature.unknowns[i].unit == signature.unknowns[j].unit;
+        let shared: Vec<f64> = tied
+            .iter()
+            .map(|&i| tied.iter().filter(|j| of_kind(i, **j)).fold(0.0, |s, j| sizes[*j].max(s)))
+            .collect();
+        for (i, size) in tied.into_iter().zip(shared) {
+            sizes[i] = size;
+        }
+    }
+}
+
+/// The unknowns that are states in some modes of an automaton and not in others.
+fn tied_by<S: System>(system: &S, k: usize) -> Vec<bool> {
+    let signature = system.signature();
+    let automata = &signature.discrete.automata;
+    let n = signature.unknowns.len();
+    let (y, u) = (vec![0.0; n], vec![0.0; signature.n_u()]);
+    let p = vec![0.0; signature.parameters.len()];
+    let (mut first, mut mass) = (S::Vector::zeros(n), S::Vector::zeros(n));
+    let mut is_tied = vec![false; n];
+    // Other modes decide whether there is anything to be chosen.
+    for (other, automaton) in automata.iter().enumerate() {
+        for mode in 0..automaton.modes.len() {
+            let mut z: Vec<f64> = automata.iter().map(|automaton| automaton.start as f64).collect();
+            z.resize(signature.discrete.len(), 0.0);
+            z[other] = mode as f64;
+            for choice in 0..automata[k].modes.len() {
+                z[k] = choice as f64;
+                let at = Point { t: 0.0, y: &y, u: &u, p: &p, z: &z };
+                let masses = if choice == 0 { &mut first } else { &mut mass };
+                system.mass(at, masses.as_mut());
+                if choice > 0 {
+                    let masses = first.as_ref().iter().zip(mass.as_ref());
+                    for (is_tied, (first, mass)) in is_tied.iter_mut().zip(masses) {
+                        *is_tied |= first != mass;
+                    }
+                }
+            }
+        }
+    }
+    is_tied
 }

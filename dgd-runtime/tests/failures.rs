@@ -3,7 +3,7 @@
 mod support;
 
 use dgd_runtime::{
-    Column, Failure, Inputs, IntegrateError, Interpolation, Options, Problem, Solution,
+    Column, Failure, Inputs, IntegrateError, Interpolation, METHODS, Options, Problem, Solution,
     find_method, simulate, simulate_with_sensitivities,
 };
 use support::problems::Relaxation;
@@ -60,6 +60,42 @@ fn the_solver_says_where_it_stopped_and_why() {
     let message = said::<NoRoot>(&none, &times, &options);
     assert!(message.contains("no consistent values at t = 0 s"), "{message}");
     assert!(message.contains("`of_z`"), "{message}");
+}
+
+/// Where a solution ends or equations do, every method stops there, with what was reached, and names
+/// what it was.
+#[test]
+fn every_method_says_where_it_stopped_and_why() {
+    let none = Inputs::none();
+    let times = [0.0, 0.5, 1.5];
+    for method in METHODS {
+        let options = Options { method, ..Options::default() };
+        let name = method.name;
+        // x = 1/(1 − t): infinite at t = 1, where steps end or numbers do.
+        let failure = run::<Explosion>(&none, &times, &options).unwrap_err();
+        assert_eq!(failure.partial.times, [0.0, 0.5], "{name}");
+        let message = failure.to_string();
+        assert!(message.contains("x`"), "{name}: {message}");
+        let t = time(&failure.error);
+        assert!((t - 1.0).abs() < 1e-3, "{name}: {message}");
+        // √x with x = 0 at t = 1.07: not defined from there on.
+        let failure = run::<BelowZero>(&none, &times, &options).unwrap_err();
+        let message = failure.to_string();
+        assert!(message.contains("`of_x` is not finite"), "{name}: {message}");
+        let t = time(&failure.error);
+        assert!((t - 1.07).abs() < 1e-2, "{name}: {message}");
+    }
+}
+
+/// When it stopped.
+fn time(error: &IntegrateError) -> f64 {
+    match error {
+        IntegrateError::StepSizeTooSmall { t, .. }
+        | IntegrateError::NotFinite { t, .. }
+        | IntegrateError::NewtonDiverged { t, .. }
+        | IntegrateError::SingularIteration { t, .. } => *t,
+        other => panic!("{other}"),
+    }
 }
 
 #[test]

@@ -2,8 +2,8 @@
 
 use dgd_runtime::linalg::AutoLu;
 use dgd_runtime::{
-    Direction, Discrete, Inputs, Options, Parameter, Pattern, Point, Problem, Signature, System,
-    Unit, Unknown, simulate_with_sensitivities,
+    Direction, Discrete, Inputs, METHODS, MethodKind, Options, Parameter, Pattern, Point, Problem,
+    Signature, Solution, System, Unit, Unknown, automatic_method, simulate_with_sensitivities,
 };
 
 /// Diffusion on a line between ends at zero, and an algebraic unknown beside each cell:
@@ -219,20 +219,40 @@ fn ten_thousand_unknowns() {
     let p = [1.0];
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
     let tolerance = 1e-6;
-    let options = Options { rtol: tolerance, atol: tolerance, ..Options::default() };
     let half = std::f64::consts::PI / (2.0 * (cells + 1) as f64);
     let lambda = 4.0 * half.sin() * half.sin();
     // One time constant of the mode.
     let t = 1.0 / lambda;
-    let solution = simulate_with_sensitivities(&problem, &[0.0, t], &options).unwrap();
+    let implicit = METHODS.iter().filter(|m| !matches!(m.kind, MethodKind::Explicit(_)));
+    for method in implicit {
+        let options = Options { rtol: tolerance, atol: tolerance, method, ..Options::default() };
+        let solution = simulate_with_sensitivities(&problem, &[0.0, t], &options).unwrap();
+        verify(&solution, cells, p[0], lambda * t, tolerance);
+    }
+}
 
-    let decay = (-p[0] * lambda * t).exp();
+#[test]
+fn the_choice_goes_by_size_and_by_algebraic_unknowns() {
+    let chosen = |cells, all_differential| {
+        let Diffusion { mut signature, .. } = Diffusion::new(cells);
+        if all_differential {
+            signature.unknowns.to_mut().iter_mut().for_each(|unknown| unknown.differential = true);
+        }
+        automatic_method(&signature).name
+    };
+    assert_eq!(chosen(500, true), "rodas5p");
+    assert_eq!(chosen(501, true), "bdf");
+    assert_eq!(chosen(501, false), "rodas5p");
+}
+
+/// A small multiple of the tolerance.
+fn verify(solution: &Solution, cells: usize, k: f64, lambda_t: f64, tolerance: f64) {
+    let decay = (-k * lambda_t).exp();
     for i in (0..cells).step_by(137) {
         let x = mode(i, cells) * decay;
-        let dx = -lambda * t * x;
-        let z = (p[0] * x * x + 1.0).sqrt();
-        let dz = (x * x + 2.0 * p[0] * x * dx) / (2.0 * z);
-        // A small multiple of the tolerance.
+        let dx = -lambda_t * x;
+        let z = (k * x * x + 1.0).sqrt();
+        let dz = (x * x + 2.0 * k * x * dx) / (2.0 * z);
         for (computed, exact) in [
             (solution.y(1)[i], x),
             (solution.y(1)[cells + i], z),

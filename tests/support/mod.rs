@@ -107,8 +107,8 @@ pub(crate) fn input_values(
     let past: Vec<(String, Input)> = (signature.delayed_unknowns.iter())
         .map(|delayed| {
             let unknown = &signature.unknowns[delayed.unknown];
-            let list = if delayed.varies { &signature.varying_delays } else { &signature.delays };
-            let name = format!("{} late by {}", unknown.name, list[delayed.delay]);
+            // Not by its delay, whose text may hold a number that was rounded otherwise.
+            let name = format!("{} late", unknown.name);
             let (unit, interpolation) = (unknown.unit.clone(), Interpolation::Linear);
             (name, Input { name: unknown.name.clone(), unit, interpolation })
         })

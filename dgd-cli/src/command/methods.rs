@@ -26,7 +26,7 @@ pub(crate) fn run(console: Console<'_>) -> Result<(), CommandError> {
     }
     let _ = writeln!(
         text,
-        "{AUTOMATIC:<12} {} up to {MOST_FOR_DEFAULT} unknowns, bdf above",
+        "{AUTOMATIC:<12} {}; bdf for more than {MOST_FOR_DEFAULT} unknowns, none of them algebraic",
         DEFAULT.name
     );
     console.result(&text)

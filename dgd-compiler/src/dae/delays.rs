@@ -83,6 +83,7 @@ pub(super) fn resolve(
                 diagnostics.error(resolver.late_rate(symbol, &reader, equation.span));
             }
         }
+        resolver.refuse_the_future(equation.span, diagnostics);
     }
     for (automaton, values) in model.automata.iter().zip(transitions) {
         let reader = match automaton.kind {
@@ -99,6 +100,7 @@ pub(super) fn resolve(
                         diagnostics.error(resolver.late_rate(symbol, &reader, span));
                     }
                 }
+                resolver.refuse_the_future(span, diagnostics);
             }
         }
     }
@@ -139,6 +141,7 @@ pub(super) fn resolve(
                 );
             }
         }
+        resolver.refuse_the_future(output.declared.span, diagnostics);
         of_outputs.push(delay);
     }
     diagnostics.check()?;
@@ -165,6 +168,8 @@ struct Resolver<'a> {
     varying: Vec<Delay>,
     inputs: Vec<DelayedInput>,
     unknowns: Vec<DelayedUnknown>,
+    /// What was read earlier than it is, whatever the parameters.
+    early: Option<Symbol>,
 }
 
 impl<'a> Resolver<'a> {
@@ -178,6 +183,7 @@ impl<'a> Resolver<'a> {
             varying: Vec::new(),
             inputs: Vec::new(),
             unknowns: Vec::new(),
+            early: None,
         }
     }
 
@@ -373,6 +379,7 @@ impl<'a> Resolver<'a> {
         if summands.is_empty() {
             return graph.symbol(Symbol::Input(i));
         }
+        self.note_the_future(graph, Symbol::Input(i), summands);
         let wanted = DelayedInput { input: i as usize, delay: self.delay(graph, summands) };
         let found = self.inputs.iter().position(|x| *x == wanted);
         let position = found.unwrap_or_else(|| {
@@ -386,6 +393,7 @@ impl<'a> Resolver<'a> {
         if summands.is_empty() {
             return graph.symbol(Symbol::Unknown(i));
         }
+        self.note_the_future(graph, Symbol::Unknown(i), summands);
         let (delay, varies) = (self.delay(graph, summands), varies(graph, summands));
         let wanted = DelayedUnknown { unknown: i as usize, delay, varies };
         let found = self.unknowns.iter().position(|x| *x == wanted);
@@ -413,6 +421,24 @@ impl<'a> Resolver<'a> {
         let text = if text.lines.is_empty() { text.roots[0].clone() } else { "…".to_owned() };
         list.push(Delay { tau, text });
         list.len() - 1
+    }
+
+    fn note_the_future(&mut self, graph: &mut Graph, symbol: Symbol, summands: &[ExprId]) {
+        let tau = sum(graph, summands);
+        if graph.value(tau).is_some_and(|tau| tau < 0.0) {
+            self.early = Some(symbol);
+        }
+    }
+
+    /// Reports what is read before it is.
+    fn refuse_the_future(&mut self, span: Span, diagnostics: &mut Diagnostics) {
+        let Some(symbol) = self.early.take() else { return };
+        let message =
+            format!("this reads {} before it is: its delay is below zero", self.name(symbol));
+        diagnostics.error(
+            Diagnostic::new(Code::E215, span, message)
+                .help("only an output can be early, the whole of it by one time"),
+        );
     }
 
     /// A late derivative where it acts on the model.

@@ -19,8 +19,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::identity::{is_constant, samples, tidied};
 use super::index_reduction::Reduced;
-use super::linear_derivatives::{is_constant, samples, tidied};
 use super::variables::Variables;
 use crate::expr::{ExprId, Graph, Symbol};
 

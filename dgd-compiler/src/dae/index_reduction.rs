@@ -18,7 +18,8 @@
 
 use std::collections::BTreeMap;
 
-use super::linear_derivatives::{Rate, Residual, Solved, is_constant};
+use super::identity::is_constant;
+use super::linear_derivatives::{Rate, Residual, Solved};
 use super::matching::maximum_matching;
 use super::variables::Variables;
 use crate::expr::{ExprId, Graph, Node, Symbol};

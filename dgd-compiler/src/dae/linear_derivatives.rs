@@ -12,17 +12,12 @@
 //! Where A has full rank, and where it is not constant, derivatives stay in the equations as
 //! algebraic unknowns z, ẋ = z.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
+use super::identity::{is_constant, tidied};
 use super::transfer::Equation;
 use super::variables::{Variables, sum};
-use crate::expr::graph::apply;
-use crate::expr::{ExprId, Graph, Node, Symbol};
-
-/// Values of parameters and unknowns at which quotients of coefficients are looked at.
-const SAMPLES: [f64; 3] = [0.754_877_666_246_693, 0.569_840_290_998_053, 0.430_159_709_001_947];
-/// Quotients this close to a whole number at all samples are that number.
-const ROUNDING: f64 = 1e-12;
+use crate::expr::{ExprId, Graph, Symbol};
 
 /// 0 = rest, from an equation of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -282,70 +277,4 @@ fn reduce(graph: &mut Graph, lines: &mut [Line], n: usize) -> Option<Vec<usize>>
         }
     }
     Some(pivots)
-}
-
-/// The number in the place of an expression that comes to one whatever is in it: C + D − C − D is
-/// zero, and no rule of simplification says so.
-pub(super) fn tidied(graph: &mut Graph, id: ExprId) -> ExprId {
-    if graph.value(id).is_some() {
-        return id;
-    }
-    let values = SAMPLES.map(|sample| sampled(graph, id, sample));
-    let whole = values[0].0.round();
-    let is_whole = |(value, size): &(f64, f64)| (value - whole).abs() <= ROUNDING * size;
-    if values.iter().all(is_whole) { graph.constant(whole) } else { id }
-}
-
-/// The value of an expression at a sample, and what it would be if nothing in it cancelled.
-fn sampled(graph: &Graph, id: ExprId, sample: f64) -> (f64, f64) {
-    let mut values: HashMap<ExprId, (f64, f64)> = HashMap::new();
-    for (part, node) in graph.listed([id]) {
-        let value = match node {
-            Node::Symbol(symbol) => sample_of(symbol, sample),
-            _ => apply(node, |operand| values[&operand].0),
-        };
-        let size = match node {
-            Node::Add(a, b) | Node::Subtract(a, b) => values[&a].1 + values[&b].1,
-            Node::Multiply(a, b) => values[&a].1 * values[&b].1,
-            Node::Divide(a, b) => values[&a].1 / values[&b].0.abs(),
-            Node::Negate(a) => values[&a].1,
-            _ => value.abs(),
-        };
-        values.insert(part, (value, size));
-    }
-    values[&id]
-}
-
-/// The values of an expression at all samples.
-pub(super) fn samples(graph: &Graph, id: ExprId) -> [f64; 3] {
-    SAMPLES.map(|sample| sampled(graph, id, sample).0)
-}
-
-/// A number for a symbol, another for each.
-fn sample_of(symbol: Symbol, sample: f64) -> f64 {
-    let (kind, position) = match symbol {
-        Symbol::Time => (1, 0),
-        Symbol::Constant(i) => (2, i),
-        Symbol::Parameter(i) => (3, i),
-        Symbol::Input(i) => (4, i),
-        Symbol::InputSlope(i) => (5, i),
-        Symbol::Unknown(i) => (6, i),
-        Symbol::Derivative(i) => (7, i),
-        Symbol::Sensitivity(i) => (8, i),
-        Symbol::Late(i) => (9, i),
-        Symbol::Discrete(i) => (10, i),
-        Symbol::DelayedUnknown(i) | Symbol::Past(_, i) => (11, i),
-        Symbol::Element(i) => (12, i),
-        Symbol::Swept(i) => (13, i),
-        Symbol::ElementRate(i) => (14, i),
-        Symbol::SweptRate(i) => (15, i),
-        Symbol::SweptSensitivity(i) => (16, i),
-        Symbol::Counter => (17, 0),
-    };
-    0.5 + (sample * f64::from(position * 11 + kind)).fract()
-}
-
-/// Whether an expression is the same at all times.
-pub(super) fn is_constant(graph: &Graph, id: ExprId) -> bool {
-    graph.symbols(id).iter().all(|symbol| matches!(symbol, Symbol::Parameter(_)))
 }

@@ -10,6 +10,7 @@ mod dulmage_mendelsohn;
 mod dummy_derivatives;
 mod explicit;
 mod families;
+mod identity;
 mod index_reduction;
 mod linear_derivatives;
 mod matching;

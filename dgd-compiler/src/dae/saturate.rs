@@ -21,6 +21,8 @@ use crate::model::{Bound, Crossing, Model};
 
 /// How far inside the slope of an algebraic row is taken, in the size of the unknown.
 const A_LITTLE: f64 = 1e-3;
+/// What a state at its bound may be off by rounding, in the size of the unknown.
+const A_HAIR: f64 = 1e-9;
 /// The mode in which no bound acts.
 const FREE: usize = 0;
 
@@ -103,7 +105,7 @@ fn bounded(
     varying: Varying<'_>,
     (index, at, size): (u32, At, f64),
     (unknown, unknowns): (&Unknown, &[Unknown]),
-) -> (ExprId, [Transition; 2]) {
+) -> (ExprId, Vec<Transition>) {
     let x = graph.symbol(Symbol::Unknown(index));
     let rate = varying.rate(graph, at.bound, unknowns);
     let rate = rate.unwrap_or_else(|| unreachable!("bounds read no unknowns"));
@@ -138,17 +140,27 @@ fn bounded(
     let held = graph.select(differential, rate, away);
     let enter = graph.select(differential, distance, solution);
     let leave = graph.select(differential, relative, solution);
-    let transition = |from, to, crossing, event| Transition {
+    let reset = vec![(index as usize, at.bound)];
+    let transition = |from, to, crossing, event, resets: &[(usize, ExprId)]| Transition {
         from,
         to,
         event,
         crossing,
         trigger: Trigger::Level,
-        resets: vec![(index as usize, at.bound)],
+        resets: resets.to_vec(),
     };
-    let transitions = [
-        transition(FREE, at.mode, Crossing::Falls, enter),
-        transition(at.mode, FREE, Crossing::Rises, leave),
+    let mut transitions = vec![
+        transition(FREE, at.mode, Crossing::Falls, enter, &reset),
+        transition(at.mode, FREE, Crossing::Rises, leave, &reset),
     ];
+    if graph.symbols(at.bound).iter().any(|symbol| matches!(symbol, Symbol::Input(_))) {
+        // Where the bound jumps it takes x along, or leaves it behind.
+        let hair = graph.constant(A_HAIR * size);
+        let (taken, left) = (graph.add(distance, hair), graph.subtract(distance, hair));
+        transitions.extend([
+            transition(at.mode, at.mode, Crossing::Falls, taken, &reset),
+            transition(at.mode, FREE, Crossing::Rises, left, &[]),
+        ]);
+    }
     (held, transitions)
 }

@@ -4,8 +4,7 @@
 //! e < 0, it goes on smoothly if A = B and ∂A/∂v = ∂B/∂v on the surface for a symbol v that e
 //! depends on: along the surface all derivatives agree where values do. Whether a difference is
 //! identically zero is tried at points of the surface drawn with a fixed seed: at a random point, v
-//! is moved until e = 0. What counts is the difference there against that at the random point, off
-//! the surface. `q*abs(q)` goes on smoothly, `abs(q)` has a corner, `sign(q)` jumps.
+//! is moved until e = 0. What counts is the difference there against those off the surface. `q*abs(q)` goes on smoothly, `abs(q)` has a corner, `sign(q)` jumps.
 
 use std::collections::HashMap;
 
@@ -29,9 +28,11 @@ const TRIALS: usize = 32;
 const ENOUGH: usize = 6;
 /// How far from the surface the sides are compared, in the size of the symbol.
 const NEAR: f64 = 1e-10;
+/// And how far from it the difference is taken that theirs is compared with.
+const FAR: f64 = 1e-3;
 /// A difference that falls to this part of what it is off the surface is none. Roots fall slowest:
-/// the cube root of [`NEAR`] is half of this.
-const NONE: f64 = 1e-3;
+/// a cube root to 0.005 of what it is at [`FAR`].
+const NONE: f64 = 1e-2;
 /// A difference of this part of the sides is rounding.
 const ROUNDING: f64 = 1e-12;
 
@@ -94,25 +95,28 @@ pub(super) fn passage(
         let mut place = Place::random(graph, dae, roots, &mut random);
         let off = place.evaluate(graph, roots);
         let Some(rising) = place.move_to_surface(graph, v, [surface, e_v]) else { continue };
-        let distance = NEAR * place.size(v);
-        let at = place.values[&v];
-        place.values.insert(v, at + rising * distance);
-        let beyond = place.evaluate(graph, roots);
-        place.values.insert(v, at - rising * distance);
-        let before = place.evaluate(graph, roots);
+        let (at, size) = (place.values[&v], place.size(v));
+        let mut moved = |distance: f64| {
+            place.values.insert(v, at + rising * distance * size);
+            place.evaluate(graph, roots)
+        };
+        let (beyond, before) = (moved(NEAR), moved(-NEAR));
+        let (far_beyond, far_before) = (moved(FAR), moved(-FAR));
 
         let differs = |a: usize, b: usize, unbounded: Option<bool>| {
             // Both sides at one point, where both can be continued to it.
             let sides = [(beyond[a], beyond[b]), (before[a], before[b]), (beyond[a], before[b])];
             let finite = sides.into_iter().find(|(a, b)| a.is_finite() && b.is_finite());
             let Some((a_here, b_here)) = finite else { return unbounded };
-            let elsewhere = match off[a] - off[b] {
-                difference if difference.is_finite() => difference.abs(),
-                // One side only has a value there, which says nothing where it is zero.
-                _ if off[a].is_finite() && off[a] != 0.0 => off[a].abs(),
-                _ if off[b].is_finite() && off[b] != 0.0 => off[b].abs(),
-                _ => return None,
-            };
+            let elsewhere = [off, far_beyond, far_before]
+                .into_iter()
+                .map(|place| match (place[a] - place[b]).abs() {
+                    difference if difference.is_finite() => difference,
+                    // One side only has a value there.
+                    _ if place[a].is_finite() => place[a].abs(),
+                    _ => place[b].abs(),
+                })
+                .fold(0.0, f64::max);
             let negligible = NONE * elsewhere + ROUNDING * (a_here.abs() + b_here.abs());
             Some((a_here - b_here).abs() > negligible)
         };

@@ -547,9 +547,10 @@ Right:
 
     --apply pump_wear
 "
-E215 "delay that varies" "
+E215 "delay that cannot be followed" "
 How late an input arrives is made of constants and parameters. The delay of a state or unknown may
-vary, with time, inputs and states that have a derivative; then neither is late itself.
+vary, with time, inputs and states that have a derivative; then neither is late itself. Neither is
+below zero: only outputs can be early.
 
 Wrong:
 

@@ -236,6 +236,32 @@ fn equations_transitions_and_resets_of_modes_change() {
 }
 
 #[test]
+fn events_and_bounds_that_a_template_brings_have_its_names() {
+    let sampled = "effect sampled(y: output)\nkind sensor\nparameter period [s] = 5\n\
+        parameter top [unit(y)] = 3\nstate seen [unit(y)] = 1\nstate since [s] = 0\n\
+        equation seen: der(seen) = 0\nequation since: der(since) = 1\n\
+        when since rises above period {\n  reset seen = y\n  reset since = 0\n}\n\
+        saturate seen <= top\nreplace output y by seen\n";
+    assert_eq!(
+        changed_pond(sampled, &["h"]),
+        [
+            "output h [m] = seen_h",
+            "# sampled(h)",
+            "parameter period_h [s] = 5",
+            "parameter top_h    [m] = 3",
+            "state seen_h  [m] = 1",
+            "state since_h [s] = 0",
+            "equation seen_h:  der(seen_h) = 0",
+            "equation since_h: der(since_h) = 1",
+            "when since_h rises above period_h {",
+            "reset seen_h = h",
+            "reset since_h = 0",
+            "saturate seen_h <= top_h",
+        ]
+    );
+}
+
+#[test]
 fn modes_that_a_template_brings_have_its_names() {
     let sticking = "effect sticking(y: output)\nkind sensor\nparameter band [unit(y)] = 0.1\n\
         state seen [unit(y)] = 1\n\

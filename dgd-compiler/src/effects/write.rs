@@ -129,7 +129,8 @@ fn declared(item: &Item) -> Option<String> {
 
 /// Whether an application has brought an item.
 fn is_of(item: &Item, brought: &Brought) -> bool {
-    declared(item).is_some_and(|name| {
+    // An event or a bound declares nothing.
+    declared(item).map_or(item.span.source == brought.source, |name| {
         brought.blend.as_ref() == Some(&name) || brought.names.iter().any(|(_, new)| *new == name)
     })
 }

@@ -52,11 +52,12 @@ impl<'a> Lowering<'a> {
 
     /// Why a delay that varies, or that reaches into one, cannot be followed, and what to do.
     fn cannot_be_followed(&self, x: ExprId, tau: ExprId) -> Option<(String, &'static str)> {
-        let varies = |id: ExprId| {
-            let moves =
-                |s: &Symbol| matches!(s, Symbol::Time | Symbol::Input(_) | Symbol::Unknown(_));
-            self.graph.symbols(id).iter().any(moves)
+        // An argument of a function that is checked by itself has no name in the model.
+        let moves = |s: &Symbol| {
+            let may = matches!(s, Symbol::Time | Symbol::Input(_) | Symbol::Unknown(_));
+            may && self.scope.quoted_name(*s).is_some()
         };
+        let varies = |id: ExprId| self.graph.symbols(id).iter().any(moves);
         let delays = |id: ExprId| {
             let nodes = self.graph.listed([id]).into_iter();
             nodes.filter_map(|(_, node)| match node {
@@ -71,7 +72,6 @@ impl<'a> Lowering<'a> {
         let reads = |symbol: &Symbol| matches!(symbol, Symbol::Derivative(_));
         let symbols = self.graph.symbols(tau);
         if let Some(culprit) = symbols.into_iter().find(reads) {
-            // An argument of a function that is checked by itself has no name in the model.
             let culprit = self.scope.quoted_name(culprit)?;
             let what = format!("this delay depends on the derivative of {culprit}");
             return Some((what, "use states, inputs, time, parameters and constants"));

@@ -116,7 +116,8 @@ impl<'a> Reader<'a, '_> {
 
     /// `equation NAME[i]: …` or `let NAME[i] = …`: the item without its index, which is the loop's.
     fn item_of_loop(&mut self, line: &'a [Token], docs: Vec<Token>, index: &Name) -> Option<Item> {
-        let (first, last) = (line.first()?, line.last()?);
+        let first = line.first()?;
+        let last = line.iter().rfind(|token| token.kind != TokenKind::Doc)?;
         let span = self.span(*first).to(self.span(*last));
         let keyword = first.text(self.text);
         let refused = if IN_LOOPS.contains(&keyword) {

@@ -273,7 +273,7 @@ fn mistakes_have_their_codes() {
         ("constant h[m] = 1", "E105"),
         ("let a = p[1 2]", "E105"),
         ("let a = p[]", "E105"),
-        ("let a = p[1][2]", "E105"),
+        ("let a = p[1][2]", "E117"),
         ("for i in 1..2 { equation a: b = 1 }", "E131"),
         ("for i in 1..2 { for j in 1..2 { equation a[j]: b = 1 } }", "E131"),
         ("for i { equation a[i]: b = 1 }", "E105"),

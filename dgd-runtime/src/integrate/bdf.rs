@@ -131,7 +131,8 @@ impl<S: System> Stepper<S> {
         loop {
             predict(order, y, &mut self.k, self.stage.as_mut(), self.y_new.as_mut());
             if is_new {
-                self.renew_jacobian(&trial, drive, t, statistics);
+                self.history.has_jacobian = false;
+                self.renew_jacobian(&trial, drive, t, statistics)?;
                 self.history.has_jacobian = true;
             }
             if is_new || self.history.factorised != c {

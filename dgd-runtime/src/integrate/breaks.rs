@@ -4,11 +4,10 @@
 //! through as jumps of inputs that move ([`super::moving_jump`]), and whatever triggers a mark of the
 //! history ([`super::history`]) marks it again, one level smoother.
 
+use super::Simulation;
 use super::drive::Drive;
-use super::history::{Break, NODES};
+use super::history::Break;
 use super::moving_jump::NO_JUMP;
-use super::stepper::Failed;
-use super::{Simulation, Variables, larger, largest_block};
 use crate::error::IntegrateError;
 use crate::problem::Problem;
 use crate::signal::Segment;
@@ -20,19 +19,13 @@ const SMOOTH: u32 = 2;
 
 /// Where a mark is reached is known to this part of the step.
 const NARROW: f64 = 1e-13;
-/// So often a step is made again that reads itself.
-const MOST_PASSES: usize = 12;
-/// A step that reads itself may still move by this part of the tolerance.
-const SETTLED: f64 = 1e-2;
-/// A delay may fall below zero by this part of a step: the error of the solution that it depends on.
-const AHEAD: f64 = 1e-2;
 
 /// Work space at breaks.
 pub(super) struct Breaks<S: System> {
-    before: S::Vector,
+    pub(super) before: S::Vector,
     after: S::Vector,
     /// Of steps that read themselves; `None` without sensitivities.
-    s: Option<S::Sensitivity>,
+    pub(super) s: Option<S::Sensitivity>,
 }
 
 impl<S: System> Breaks<S> {
@@ -46,7 +39,7 @@ impl<S: System> Simulation<'_, S> {
     pub(super) fn begin_history(&mut self) {
         if self.breaks.is_some() {
             let s = self.directions.as_ref().map(|d| d.s.as_ref());
-            self.drive.begin_history(self.t, self.y.as_ref(), s);
+            self.drive.begin_history(self.t, self.y.as_ref(), s, self.sizes.as_ref());
             self.linearized = false;
         }
     }
@@ -147,11 +140,10 @@ impl<S: System> Simulation<'_, S> {
     /// Where in the step to `t_new` that was tried last a delay that varies reaches a mark, if it does
     /// before the end; the next step ends there.
     pub(super) fn reaches_mark(&mut self, t_new: f64) -> bool {
-        let varies = self.drive.history.as_ref().is_some_and(|history| history.varies());
-        if !varies || t_new >= self.next_break() {
+        if self.drive.history.as_ref().is_none_or(|history| history.stops_by(t_new)) {
             return false;
         }
-        let Some(crossing) = self.drive.passed_mark(t_new, self.stepper.y_new.as_ref()) else {
+        let Some(mut first) = self.drive.passed_mark(t_new, self.stepper.y_new.as_ref()) else {
             return false;
         };
         self.stepper.prepare_dense(None);
@@ -159,90 +151,18 @@ impl<S: System> Simulation<'_, S> {
         let h = t_new - self.t;
         while high - low > NARROW {
             let middle = 0.5 * (low + high);
-            self.stepper.interpolate(middle, h, self.y.as_ref(), self.row.as_mut());
+            self.stepper.interpolate(middle, self.y.as_ref(), self.row.as_mut());
             let t = self.t + middle * h;
-            if self.drive.is_past_mark(t, self.row.as_ref(), crossing) {
-                high = middle;
+            if let Some(passed) = self.drive.passed_mark(t, self.row.as_ref()) {
+                (high, first) = (middle, passed);
             } else {
                 low = middle;
             }
         }
         if let Some(history) = &mut self.drive.history {
-            history.stop_at((self.t + high * h).min(t_new), crossing);
+            history.stop_at((self.t + high * h).min(t_new), first);
         }
         true
-    }
-
-    /// Makes a step that reads what it is about to make consistent with itself: the step is made
-    /// again with its own polynomial as history until it does not change any more.
-    pub(super) fn close_step(
-        &mut self,
-        h: f64,
-        variables: Variables,
-        solution: &mut Solution,
-    ) -> Result<(), Failed> {
-        let history = self.drive.history.as_ref();
-        if !history.is_some_and(|history| history.has_read_beyond()) {
-            return Ok(());
-        }
-        let Some(mut work) = self.breaks.take() else { return Ok(()) };
-        let mut closed = Err(Failed::Unsettled);
-        for _ in 0..MOST_PASSES {
-            self.remember(self.t + h, true);
-            work.before.as_mut().copy_from_slice(self.stepper.y_new.as_ref());
-            if let (Some(d), Some(s)) = (&self.directions, &mut work.s) {
-                s.as_mut().copy_from_slice(d.s_new.as_ref());
-            }
-            if let Err(failed) = self.attempt(h, variables, solution) {
-                closed = Err(failed);
-                break;
-            }
-            if self.has_settled(&mut work) {
-                self.remember(self.t + h, true);
-                closed = Ok(());
-                break;
-            }
-        }
-        self.breaks = Some(work);
-        closed
-    }
-
-    /// Before a step is tried: what another one left is gone.
-    #[inline]
-    pub(super) fn forget_trial(&mut self) {
-        if let Some(history) = &mut self.drive.history {
-            history.forget_trial();
-        }
-    }
-
-    /// Whether the step tried last is the one before it, to a part of the tolerance.
-    fn has_settled(&self, work: &mut Breaks<S>) -> bool {
-        let (y, y_new) = (self.y.as_ref(), self.stepper.y_new.as_ref());
-        for (before, after) in work.before.as_mut().iter_mut().zip(y_new) {
-            *before -= after;
-        }
-        let tolerances = self.tolerances;
-        let mut moved = tolerances.mean_square(work.before.as_ref(), y, y_new, self.sizes.as_ref());
-        if let (Some(d), Some(s)) = (&self.directions, &mut work.s) {
-            for (before, after) in s.as_mut().iter_mut().zip(d.s_new.as_ref()) {
-                *before -= after;
-            }
-            let (s_old, s_new) = (d.s.as_ref(), d.s_new.as_ref());
-            let n = y.len().max(1);
-            let moved_s = largest_block(tolerances, n, s.as_ref(), s_old, s_new, d.sizes.as_ref());
-            moved = larger(moved, moved_s);
-        }
-        moved <= SETTLED * SETTLED
-    }
-
-    /// The delay that varies and has come out below zero at the end of the step tried last.
-    pub(super) fn reads_ahead(&mut self, h: f64) -> Option<IntegrateError> {
-        let t = self.t + h;
-        let (delay, value) = self.drive.earliest(t, self.stepper.y_new.as_ref())?;
-        (value < -AHEAD * h).then(|| {
-            let delay = self.problem.system.signature().varying_delays[delay].to_string();
-            IntegrateError::DelayBelowZero { t, delay, value }
-        })
     }
 
     /// Marks the present as a point at which a derivative of the solution jumps.
@@ -274,29 +194,5 @@ impl<S: System> Simulation<'_, S> {
         if let Some(history) = &mut self.drive.history {
             history.mark(self.t, 1, &self.discrete.instant.tau, self.y.as_ref(), s);
         }
-    }
-
-    /// Keeps the step to `t_new` that was tried last in the history.
-    pub(super) fn remember_step(&mut self, t_new: f64) {
-        self.remember(t_new, false);
-    }
-
-    fn remember(&mut self, t_new: f64, for_now: bool) {
-        let Some(history) = &mut self.drive.history else { return };
-        self.stepper.prepare_dense(self.directions.as_mut());
-        history.begin_piece(self.t, t_new, for_now);
-        let (y, h) = (self.y.as_ref(), t_new - self.t);
-        for (node, theta) in NODES.iter().enumerate() {
-            self.stepper.interpolate(*theta, h, y, self.row.as_mut());
-            let s = match (&self.directions, &mut self.sensitivity_row) {
-                (Some(d), Some(row)) => {
-                    self.stepper.interpolate_sensitivities(*theta, h, d, row.as_mut());
-                    Some((*row).as_ref())
-                }
-                _ => None,
-            };
-            history.set_node(node, self.row.as_ref(), s);
-        }
-        history.end_piece();
     }
 }

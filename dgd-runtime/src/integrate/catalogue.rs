@@ -95,18 +95,21 @@ pub static DEFAULT: &Method = &METHODS[0];
 /// What users call the choice by [`automatic`].
 pub const AUTOMATIC: &str = "auto";
 
-/// The most unknowns for which [`automatic`] takes the default method.
+/// The most unknowns for which [`automatic`] takes the default method whatever they are.
 pub const MOST_FOR_DEFAULT: usize = 1000;
 
-/// The method for a model of this size: `rodas5p`, whose errors are nearest to the tolerance, and `bdf`,
-/// which evaluates and factorises least often for an error ten to a hundred times as large, for models of
-/// more than [`MOST_FOR_DEFAULT`] unknowns.
+/// The method for a model like this: `rodas5p`, whose errors are nearest to the tolerance and which goes
+/// through points where an equation stops determining its unknown; and for models of more than
+/// [`MOST_FOR_DEFAULT`] unknowns, none of them algebraic, `bdf`, which evaluates and factorises least
+/// often, for an error ten to a hundred times as large.
 pub fn automatic(signature: &Signature) -> &'static Method {
-    if signature.unknowns.len() <= MOST_FOR_DEFAULT {
-        return DEFAULT;
+    let is_large = signature.unknowns.len() > MOST_FOR_DEFAULT;
+    if is_large && signature.unknowns.iter().all(|unknown| unknown.differential) {
+        let mut large = METHODS.iter().filter(|method| matches!(method.kind, MethodKind::Bdf(_)));
+        large.next().unwrap_or(DEFAULT)
+    } else {
+        DEFAULT
     }
-    let mut for_large = METHODS.iter().filter(|method| matches!(method.kind, MethodKind::Bdf(_)));
-    for_large.next().unwrap_or(DEFAULT)
 }
 
 /// Finds a method by its name.

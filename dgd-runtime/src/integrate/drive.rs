@@ -1,6 +1,7 @@
 //! Inputs while a run goes on, and what delayed unknowns were.
 
 use super::history::History;
+use crate::linalg::norm::Tolerances;
 use crate::problem::Problem;
 use crate::signal::Segment;
 use crate::system::{Storage, System};
@@ -24,6 +25,7 @@ impl<'a, S: System> Drive<'a, S> {
         segment: Segment<'_>,
         from: f64,
         n_s: usize,
+        tolerances: Tolerances,
     ) -> Self {
         let n_u = segment.u.len();
         let mut drive = Self {
@@ -33,7 +35,7 @@ impl<'a, S: System> Drive<'a, S> {
             slope: S::Inputs::zeros(n_u),
             now: S::Inputs::zeros(n_u),
             constant: true,
-            history: History::new(problem, from, n_s),
+            history: History::new(problem, from, n_s, tolerances),
         };
         drive.enter(segment);
         drive
@@ -73,10 +75,10 @@ impl<'a, S: System> Drive<'a, S> {
     }
 
     /// Begins the history with consistent values at `t`.
-    pub(super) fn begin_history(&mut self, t: f64, y: &[f64], s: Option<&[f64]>) {
+    pub(crate) fn begin_history(&mut self, t: f64, y: &[f64], s: Option<&[f64]>, sizes: &[f64]) {
         self.at(t, y);
         if let Some(history) = &mut self.history {
-            history.begin(self.problem, (y, s), self.now.as_ref());
+            history.begin(self.problem, (y, s), sizes, self.now.as_ref());
         }
     }
 
@@ -87,14 +89,6 @@ impl<'a, S: System> Drive<'a, S> {
         }
         self.at(t, y);
         self.history.as_mut()?.passed(self.problem, (t, y), self.now.as_ref())
-    }
-
-    /// Whether that delay is beyond that mark at (t, y).
-    pub(super) fn is_past_mark(&mut self, t: f64, y: &[f64], crossing: (usize, bool)) -> bool {
-        self.at(t, y);
-        let u = self.now.as_ref();
-        let history = self.history.as_mut();
-        history.is_some_and(|history| history.is_past(self.problem, (t, y), u, crossing))
     }
 
     /// The smallest of the delays that vary, and its value.

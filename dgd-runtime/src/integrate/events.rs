@@ -12,7 +12,7 @@
 use super::Simulation;
 use super::simultaneous::Together;
 use super::watch::Samples;
-use crate::discrete::Schedule;
+use crate::discrete::{Schedule, choose_sides};
 use crate::error::IntegrateError;
 use crate::problem::Problem;
 use crate::solution::{Event, Solution};
@@ -44,6 +44,8 @@ pub(super) struct Hybrid {
     pub(super) slack: Vec<f64>,
     /// The transition that the last step was cut at.
     pub(super) located: Option<usize>,
+    /// The size of the last step that was to be cut at a corner, and could not be.
+    pub(super) uncut: f64,
     /// Whether nothing but corners is watched.
     only_corners: bool,
     /// Event functions, and the same at the ends of the interval that holds an event.
@@ -84,6 +86,7 @@ impl Hybrid {
             selecting: selecting(signature).collect(),
             slack: vec![0.0; n_e],
             located: None,
+            uncut: f64::INFINITY,
             only_corners: discrete.automata.iter().all(|a| a.kind == AutomatonKind::Corner),
             armed: discrete.transitions().map(|(_, t)| t.trigger == Trigger::Level).collect(),
             e: vec![0.0; n_e],
@@ -142,22 +145,15 @@ impl Hybrid {
         self.only_corners
     }
 
-    /// Whether a corner has been passed less than `calm` ago; takes note of the time if not.
-    pub(super) fn flutters(&mut self, k: usize, t: f64, calm: f64) -> bool {
-        let past = &mut self.pasts[k];
-        let flutters = t - past.last < calm;
-        past.last = t;
-        flutters
+    /// Whether a corner has been passed less than `calm` ago.
+    pub(super) fn flutters(&self, k: usize, t: f64, calm: f64) -> bool {
+        t - self.pasts[k].last < calm
     }
 
-    /// Leaves a transition alone until its condition has been false.
-    pub(super) fn disarm(&mut self, k: usize) {
+    /// Takes note of a corner that is passed, and waits for the way back.
+    pub(super) fn pass_corner(&mut self, k: usize, t: f64) {
+        self.pasts[k].last = t;
         self.armed[k] = false;
-    }
-
-    /// Whether the transition acts when its condition is true.
-    pub(super) fn armed(&self, transition: usize) -> bool {
-        self.armed[transition]
     }
 
     /// How long the transition was made after the time before; infinity where it was not.
@@ -297,22 +293,11 @@ impl<S: System> Simulation<'_, S> {
         }
     }
 
-    /// Puts switches on the side of their surfaces that the start values are on.
+    /// Begins on the sides of switches and bounds that the start values are on.
     pub(super) fn begin_switches(&mut self) {
-        let system = self.problem.system;
-        let discrete = &system.signature().discrete;
-        if discrete.automata.iter().all(|automaton| automaton.kind != AutomatonKind::Switch) {
-            return;
-        }
-        self.evaluate_events();
-        let mut first = 0;
-        for (position, automaton) in discrete.automata.iter().enumerate() {
-            if automaton.kind == AutomatonKind::Switch {
-                let is_above = self.discrete.e[first] > 0.0;
-                self.discrete.schedule.z[position] = f64::from(u8::from(is_above));
-            }
-            first += automaton.transitions.len();
-        }
+        let Problem { system, p, .. } = *self.problem;
+        let place = (self.t, self.y.as_ref(), self.drive.at(self.t, self.y.as_ref()), p);
+        choose_sides(system, place, &mut self.discrete.e, &mut self.discrete.schedule.z);
     }
 
     /// Makes a transition: resets, the new mode, consistent values.
@@ -328,7 +313,7 @@ impl<S: System> Simulation<'_, S> {
         let automaton = &discrete.automata[position];
         if automaton.kind == AutomatonKind::Corner {
             // Slopes have changed, values have not.
-            self.discrete.disarm(k);
+            self.discrete.pass_corner(k, self.t);
             return self.make_consistent(solution);
         }
         self.verify_end(k, &automaton.name)?;

@@ -39,6 +39,20 @@ impl<S: System> Simulation<'_, S> {
             solution.statistics.rejected += 1;
             return Ok(());
         };
+        let again = self.end_at_event((h, cut), t_new, times, solution)?;
+        // It may happen again as soon as the last time, whatever the error allows.
+        controller.h = controller.h.min(again);
+        Ok(())
+    }
+
+    /// Accepts the step that was cut at an event, and makes that; how soon it may happen again.
+    pub(super) fn end_at_event(
+        &mut self,
+        (h, cut): (f64, f64),
+        t_new: f64,
+        times: &[f64],
+        solution: &mut Solution,
+    ) -> Result<f64, IntegrateError> {
         let due = self.due();
         let t_event = if cut < h { self.t + cut } else { t_new };
         self.accept(t_event, Stop::Change, times, solution);
@@ -46,8 +60,6 @@ impl<S: System> Simulation<'_, S> {
         match due {
             Some(due) => {
                 self.make_events(due, solution)?;
-                // It may happen again as soon as the last time, whatever the error allows.
-                controller.h = controller.h.min(self.discrete.last_interval(due));
             }
             None => self.settle(solution)?,
         }
@@ -56,12 +68,12 @@ impl<S: System> Simulation<'_, S> {
         if t_event < self.stop() {
             self.record_now(times, solution);
         }
-        Ok(())
+        Ok(due.map_or(f64::INFINITY, |due| self.discrete.last_interval(due)))
     }
 
     /// The size of the step that just passes the first threshold. It has been tried last, with the
     /// event functions at its end in `e`.
-    fn locate(&mut self, h: f64, solution: &mut Solution) -> Result<f64, Failed> {
+    pub(super) fn locate(&mut self, h: f64, solution: &mut Solution) -> Result<f64, Failed> {
         let Problem { system, p, .. } = *self.problem;
         let (mut low, mut high) = (0.0, h);
         self.discrete.high.copy_from_slice(&self.discrete.e);
@@ -105,28 +117,20 @@ impl<S: System> Simulation<'_, S> {
         Ok(high)
     }
 
-    /// Makes `y_new`, and `s_new` for all variables, what the solution is after h.
-    ///
-    /// A method that remembers goes on from equal steps: its solution within the step tried last is its
-    /// dense output, which has its order.
+    /// Makes `y_new`, and `s_new` for all variables, what the solution is after h, which is no more than
+    /// the size of the step tried last.
     pub(super) fn step_to(
         &mut self,
         h: f64,
         variables: Variables,
         solution: &mut Solution,
     ) -> Result<(), Failed> {
-        if !self.stepper.is_multistep() {
-            return self.try_step(h, variables, solution);
+        if self.stepper.is_multistep() {
+            let directions = self.directions.as_mut().filter(|_| variables == Variables::All);
+            self.stepper.shorten(h, self.y.as_ref(), directions);
+            return Ok(());
         }
-        self.stepper.interpolate(1.0, h, self.y.as_ref(), self.row.as_mut());
-        std::mem::swap(&mut self.row, &mut self.stepper.y_new);
-        if let (Some(d), Variables::All) = (&mut self.directions, variables)
-            && let Some(row) = &mut self.sensitivity_row
-        {
-            self.stepper.interpolate_sensitivities(1.0, h, d, row.as_mut());
-            std::mem::swap(row, &mut d.s_new);
-        }
-        Ok(())
+        self.try_step(h, variables, solution)
     }
 
     pub(super) fn evaluate_at_end(&mut self, h: f64) {

@@ -25,7 +25,7 @@ pub mod butcher;
 pub mod catalogue;
 mod controller;
 mod diagnose;
-mod drive;
+pub(crate) mod drive;
 mod esdirk;
 mod events;
 mod explicit_rk;
@@ -44,6 +44,7 @@ mod singular_point;
 mod stepper;
 pub mod tableau;
 pub mod tableaux;
+mod trial;
 mod watch;
 
 use crate::delay::LateTimes;
@@ -278,11 +279,12 @@ impl<'a, S: System> Simulation<'a, S> {
         // With transitions the jumps are taken one by one in either case, so that one mode follows
         // the other in the same way.
         let moving = (n_s > 0 || discrete.has_transitions()).then(|| MovingJumps::new(problem));
-        let drive = Drive::new(problem, problem.inputs.segment(segment), from, n_s);
+        let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
+        let drive = Drive::new(problem, problem.inputs.segment(segment), from, n_s, tolerances);
         let sensitivity_row = directions.as_ref().map(|directions| directions.s.clone());
         Self {
             problem,
-            tolerances: Tolerances { rtol: options.rtol, atol: options.atol },
+            tolerances,
             max_steps: options.max_steps,
             initial_step: options.initial_step,
             method: options.method,
@@ -481,9 +483,9 @@ impl<'a, S: System> Simulation<'a, S> {
             Err(_) => f64::NAN,
         };
         let error = if error > 1.0 { self.error_beyond_rounding(h, error) } else { error };
+        let t_new = if h < remaining { self.t + h } else { end };
         // NaN compares false: what could not be evaluated is not accepted.
         if error <= 1.0 {
-            let t_new = if h < remaining { self.t + h } else { end };
             if let Some(error) = self.reads_ahead(h) {
                 return Err(error);
             }
@@ -505,6 +507,9 @@ impl<'a, S: System> Simulation<'a, S> {
             return self.reselect_states(solution);
         }
 
+        if error.is_finite() && self.step_to_corner((h, t_new), times, solution)? {
+            return Ok(());
+        }
         solution.statistics.rejected += 1;
         let had_memory = self.stepper.is_multistep() && !self.stepper.is_at_beginning();
         if self.stepper.is_multistep() {

@@ -96,25 +96,36 @@ impl<S: System> Stepper<S> {
     ) -> Result<(), Failed> {
         let mass = trial.base.mass.as_ref();
         let pattern = &trial.base.system.signature().jacobian;
+        let jacobian = self.jacobian.as_ref();
         statistics.factorisations += 1;
-        self.factorisation.factorise(c, |i| mass[i] != 0.0, pattern, self.jacobian.as_ref())?;
-        Ok(())
+        let factorised = self.factorisation.factorise(c, |i| mass[i] != 0.0, pattern, jacobian);
+        factorised.map_err(|singular| match jacobian.iter().position(|j| !j.is_finite()) {
+            None => singular.into(),
+            Some(k) => {
+                let spoilt = Spoilt::Derivative(pattern.rows[k]);
+                Failed::NotFinite { t: trial.base.t, spoilt }
+            }
+        })
     }
 
-    /// Takes J at (t, y_new).
+    /// Takes J at (t, y_new), if f is finite there.
     pub(super) fn renew_jacobian(
         &mut self,
         trial: &Trial<'_, S>,
         drive: &mut Drive<S>,
         t: f64,
         statistics: &mut Statistics,
-    ) {
+    ) -> Result<(), Failed> {
         let (u, udot) = drive.with_slope(t, self.y_new.as_ref());
         let at = Point { t, y: self.y_new.as_ref(), u, p: trial.base.p, z: trial.base.z };
         let (f, jacobian, dfdt) = (self.f.as_mut(), self.jacobian.as_mut(), self.dfdt.as_mut());
         trial.base.system.linearize(at, udot, f, jacobian, dfdt);
         statistics.linearizations += 1;
         self.moved = true;
+        match f.iter().position(|f| !f.is_finite()) {
+            None => Ok(()),
+            Some(row) => Err(Failed::NotFinite { t, spoilt: Spoilt::Equation(row) }),
+        }
     }
 
     /// Solves for Y in `y_new`, which holds a guess, with Ȳ in `stage`, in at most so many iterations.
@@ -175,7 +186,7 @@ impl<S: System> Stepper<S> {
     ) -> Result<(), Failed> {
         let mut outcome = self.iterate_sensitivities(trial, drive, t, c, d, statistics);
         if let Err(Failed::NotConverged { .. }) = outcome {
-            self.renew_jacobian(trial, drive, t, statistics);
+            self.renew_jacobian(trial, drive, t, statistics)?;
             self.factorise_iteration(trial, c, statistics)?;
             outcome = self.iterate_sensitivities(trial, drive, t, c, d, statistics);
         }

@@ -31,15 +31,14 @@ impl<S: System> Simulation<'_, S> {
         let y = self.y.as_ref();
         if inside > 0 {
             self.stepper.prepare_dense(self.directions.as_mut());
-            let (t, h) = (self.t, t_new - self.t);
-            let per_h = 1.0 / h;
+            let (t, per_h) = (self.t, 1.0 / (t_new - self.t));
             for asked in &asked[..inside] {
                 let theta = (asked - t) * per_h;
-                self.stepper.interpolate(theta, h, y, self.row.as_mut());
+                self.stepper.interpolate(theta, y, self.row.as_mut());
                 record_past(&mut self.drive, *asked, self.row.as_ref(), solution);
                 solution.y.extend_from_slice(self.row.as_ref());
                 if let (Some(d), Some(row)) = (&self.directions, &mut self.sensitivity_row) {
-                    self.stepper.interpolate_sensitivities(theta, h, d, row.as_mut());
+                    self.stepper.interpolate_sensitivities(theta, d, row.as_mut());
                     solution.s.extend_from_slice(row.as_ref());
                 }
             }

@@ -25,6 +25,7 @@ pub(super) struct Together {
 }
 
 /// What transitions change.
+#[derive(Default)]
 struct State {
     y: Vec<f64>,
     s: Vec<f64>,
@@ -141,13 +142,17 @@ impl<S: System> Simulation<'_, S> {
     /// Tries the transitions in both orders; ends sensitivities where the outcomes differ.
     fn verify_order(&mut self, solution: &mut Solution) {
         let (n_events, n_undefined) = (solution.events.len(), solution.undefined.len());
-        self.exchange(|simulation, state| simulation.save(state), |t| &mut t.before);
-        let reversed = self.make_all(true, solution);
-        self.exchange(|simulation, state| simulation.save(state), |t| &mut t.reversed);
-        self.exchange(|simulation, state| simulation.restore(state), |t| &mut t.before);
+        let together = &mut self.discrete.together;
+        let mut before = std::mem::take(&mut together.before);
+        let mut reversed = std::mem::take(&mut together.reversed);
+        self.save(&mut before);
+        let backward = self.make_all(true, solution);
+        self.save(&mut reversed);
+        self.restore(&before);
         let forward = self.make_all(false, solution);
-        let agree = reversed.is_ok() && forward.is_ok() && self.agrees_with_reversed();
-        self.exchange(|simulation, state| simulation.restore(state), |t| &mut t.before);
+        let agree = backward.is_ok() && forward.is_ok() && self.agrees_with(&reversed);
+        self.restore(&before);
+        (self.discrete.together.before, self.discrete.together.reversed) = (before, reversed);
         solution.events.truncate(n_events);
         if self.directions.is_some() {
             solution.undefined.truncate(n_undefined);
@@ -155,27 +160,6 @@ impl<S: System> Simulation<'_, S> {
                 self.end_sensitivities_of_order(solution);
             }
         }
-    }
-
-    /// Does something with a state that is kept in the simulation.
-    fn exchange(
-        &mut self,
-        what: impl Fn(&mut Self, &mut State),
-        of: impl Fn(&mut Together) -> &mut State,
-    ) {
-        let empty = State {
-            y: Vec::new(),
-            s: Vec::new(),
-            z: Vec::new(),
-            mass: Vec::new(),
-            armed: Vec::new(),
-            slack: Vec::new(),
-            pasts: Vec::new(),
-            crowd: (0.0, 0),
-        };
-        let mut state = std::mem::replace(of(&mut self.discrete.together), empty);
-        what(self, &mut state);
-        *of(&mut self.discrete.together) = state;
     }
 
     fn save(&mut self, state: &mut State) {
@@ -192,7 +176,7 @@ impl<S: System> Simulation<'_, S> {
         state.crowd = hybrid.crowd;
     }
 
-    fn restore(&mut self, state: &mut State) {
+    fn restore(&mut self, state: &State) {
         self.y.as_mut().copy_from_slice(&state.y);
         if let Some(d) = &mut self.directions {
             d.s.as_mut().copy_from_slice(&state.s);
@@ -223,9 +207,8 @@ impl<S: System> Simulation<'_, S> {
     }
 
     /// Whether modes, unknowns and sensitivities are what they were in the reverse order.
-    fn agrees_with_reversed(&self) -> bool {
+    fn agrees_with(&self, reversed: &State) -> bool {
         let Some(d) = &self.directions else { return true };
-        let reversed = &self.discrete.together.reversed;
         let close =
             |a: f64, b: f64, size: f64| (a - b).abs() <= SAME * a.abs().max(b.abs()).max(size);
         let sizes = self.sizes.as_ref();

@@ -19,9 +19,8 @@ use super::catalogue::MethodKind;
 use super::drive::Drive;
 use super::rosenbrock::{dense_vectors, interpolate};
 use super::tableau::MAX_STAGES;
-use crate::linalg::Factorisation;
-use crate::linalg::Singular;
 use crate::linalg::norm::Tolerances;
+use crate::linalg::{Factorisation, Singular};
 use crate::solution::Statistics;
 use crate::system::{Point, Storage, System};
 
@@ -44,6 +43,9 @@ pub(crate) struct Stepper<S: System> {
     pub(super) error: S::Vector,
     /// Of the dense output of Rosenbrock methods.
     dense: [S::Vector; 3],
+    /// Size of the step tried last, and whether it has been shortened since.
+    h: f64,
+    is_cut: bool,
     /// Whether nothing is known of the solution before (t, y).
     fresh: bool,
     /// Whether `jacobian` was taken elsewhere than at the start of the step.
@@ -180,6 +182,8 @@ impl<S: System> Stepper<S> {
             y_new: zeros(),
             error: zeros(),
             dense: std::array::from_fn(|_| zeros()),
+            h: 0.0,
+            is_cut: false,
             fresh: true,
             moved: false,
             eta: 1.0,
@@ -307,6 +311,8 @@ impl<S: System> Stepper<S> {
         directions: Option<&mut Directions<S>>,
         statistics: &mut Statistics,
     ) -> Result<(), Failed> {
+        self.h = trial.h;
+        self.is_cut = false;
         match self.kind {
             MethodKind::Rosenbrock(tableau) => {
                 statistics.factorisations += 1;
@@ -337,7 +343,21 @@ impl<S: System> Stepper<S> {
                     tableau.advance(mass.as_ref(), &mut d.v);
                 }
             }
+            // Values are no longer at equal distances.
+            MethodKind::Bdf(_) if self.is_cut => self.restart(),
             MethodKind::Bdf(_) => self.advance_differences(directions),
+        }
+    }
+
+    /// Shortens the step tried last to size h, for a method that remembers: its solution within the
+    /// step is its dense output, which has its order.
+    pub(super) fn shorten(&mut self, h: f64, y: &[f64], directions: Option<&mut Directions<S>>) {
+        self.h = h;
+        self.is_cut = true;
+        let Self { history, k, stage, y_new, .. } = self;
+        history.interpolate(h, y, k, stage.as_ref(), y_new.as_mut());
+        if let Some(d) = directions {
+            history.interpolate(h, d.s.as_ref(), &d.v, d.stage.as_ref(), d.s_new.as_mut());
         }
     }
 
@@ -390,9 +410,10 @@ impl<S: System> Stepper<S> {
         }
     }
 
-    /// y at the fraction θ of the step of size h tried last.
+    /// y at the fraction θ of the step tried last.
     #[inline]
-    pub(crate) fn interpolate(&self, theta: f64, h: f64, y: &[f64], out: &mut [f64]) {
+    pub(crate) fn interpolate(&self, theta: f64, y: &[f64], out: &mut [f64]) {
+        let h = self.h;
         match self.kind {
             MethodKind::Rosenbrock(_) => {
                 interpolate(theta, y, self.y_new.as_ref(), &self.dense, out);
@@ -406,15 +427,15 @@ impl<S: System> Stepper<S> {
         }
     }
 
-    /// S at the fraction θ of the step of size h tried last.
+    /// S at the fraction θ of the step tried last.
     #[inline]
     pub(crate) fn interpolate_sensitivities(
         &self,
         theta: f64,
-        h: f64,
         directions: &Directions<S>,
         out: &mut [f64],
     ) {
+        let h = self.h;
         let Directions { s, s_new, v, stage, dense, .. } = directions;
         match self.kind {
             MethodKind::Rosenbrock(_) => {

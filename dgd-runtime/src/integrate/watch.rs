@@ -23,6 +23,9 @@ const INTERVALS: usize = 4;
 /// A corner is looked for again after so many steps.
 const CALM: f64 = 4.0;
 
+/// A step that was not to be cut at a corner is tried again when it is smaller by this.
+const AGAIN: f64 = 0.1;
+
 /// Event functions along a step.
 pub(super) struct Samples {
     e: [Vec<f64>; INTERVALS + 1],
@@ -47,6 +50,7 @@ impl<S: System> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let hybrid = &mut self.discrete;
         let z = &hybrid.schedule.z;
+        hybrid.uncut = f64::INFINITY;
         let needed = if hybrid.only_corners() { INTERVALS } else { 0 };
         for (sample, e) in hybrid.samples.e.iter_mut().enumerate().skip(needed) {
             let (t, y) = match sample {
@@ -57,7 +61,7 @@ impl<S: System> Simulation<'_, S> {
                         self.stepper.prepare_dense(None);
                     }
                     let part = part_of(sample);
-                    self.stepper.interpolate(part, h, self.y.as_ref(), self.row.as_mut());
+                    self.stepper.interpolate(part, self.y.as_ref(), self.row.as_mut());
                     (self.t + part * h, self.row.as_ref())
                 }
             };
@@ -74,7 +78,7 @@ impl<S: System> Simulation<'_, S> {
                 let kind = system.signature().discrete.automata[automaton].kind;
                 let found = if kind == AutomatonKind::Corner {
                     self.corner_at_end(k, transition.crossing, t_new, h)
-                } else if self.discrete.armed(k) {
+                } else if self.discrete.armed[k] {
                     self.first_past(k, transition.crossing, h)
                 } else {
                     self.first_to_arm(k, transition.crossing, h)
@@ -93,14 +97,51 @@ impl<S: System> Simulation<'_, S> {
     /// of the error: a solution may flutter about it.
     fn corner_at_end(&mut self, k: usize, crossing: Crossing, t_new: f64, h: f64) -> Option<f64> {
         let e = self.discrete.samples.e[INTERVALS][k];
-        if !self.discrete.armed(k) || !crossing.is_past(e) {
+        if !self.discrete.armed[k] || !crossing.is_past(e) {
             return None;
         }
         if self.discrete.flutters(k, t_new, CALM * h) {
-            self.discrete.disarm(k);
+            self.discrete.pass_corner(k, t_new);
             return None;
         }
         Some(1.0)
+    }
+
+    /// Cuts the step tried last, whose error is too large, at a corner that it passes, if that makes
+    /// the error small enough; whether it did.
+    pub(super) fn step_to_corner(
+        &mut self,
+        (h, t_new): (f64, f64),
+        times: &[f64],
+        solution: &mut Solution,
+    ) -> Result<bool, IntegrateError> {
+        // Behind a corner ∂f/∂y is another, so that the last stages of sensitivities would see both.
+        if self.directions.is_some()
+            || !self.discrete.has_transitions()
+            || h > AGAIN * self.discrete.uncut
+        {
+            return Ok(false);
+        }
+        self.evaluate_at_end(h);
+        let discrete = &self.problem.system.signature().discrete;
+        let passes = discrete.transitions().enumerate().any(|(k, (automaton, transition))| {
+            discrete.automata[automaton].kind == AutomatonKind::Corner
+                && self.discrete.armed[k]
+                && transition.crossing.is_past(self.discrete.e[k])
+                && !self.discrete.flutters(k, t_new, CALM * h)
+        });
+        if !passes {
+            return Ok(false);
+        }
+        self.discrete.uncut = h;
+        let Ok(cut) = self.locate(h, solution) else { return Ok(false) };
+        // NaN compares false.
+        if self.error() <= 1.0 {
+            self.discrete.uncut = f64::INFINITY;
+            self.end_at_event((h, cut), t_new, times, solution)?;
+            return Ok(true);
+        }
+        Ok(false)
     }
 
     /// Where in the step an armed transition is due.
@@ -150,7 +191,9 @@ impl<S: System> Simulation<'_, S> {
         let (slope, curvature) = (0.5 * (c - a), 0.5 * (a + c) - b);
         let turn = -0.5 * slope / curvature;
         let value = b + 0.5 * slope * turn;
-        if !(turn.abs() < 1.0) || crossing.is_past(value) != beyond {
+        // NaN compares false.
+        let turns = turn.abs() < 1.0 && crossing.is_past(value) == beyond;
+        if !turns {
             return None;
         }
         let part = part_of(last - 1) + turn / INTERVALS as f64;
@@ -159,7 +202,7 @@ impl<S: System> Simulation<'_, S> {
         }
         let Problem { system, p, .. } = *self.problem;
         let t = self.t + part * h;
-        self.stepper.interpolate(part, h, self.y.as_ref(), self.row.as_mut());
+        self.stepper.interpolate(part, self.y.as_ref(), self.row.as_mut());
         let hybrid = &mut self.discrete;
         let at = Point {
             t,
@@ -198,10 +241,6 @@ impl<S: System> Simulation<'_, S> {
         }
         self.arm();
         self.accept(t_new, Stop::None, times, solution);
-        if self.stepper.is_multistep() {
-            // The step that it remembers was longer.
-            self.stepper.restart();
-        }
         Ok(())
     }
 }

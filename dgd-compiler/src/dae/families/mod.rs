@@ -114,6 +114,10 @@ pub(super) fn plan(
         .filter(|e| !taken.contains(e))
         .map(|&e| candidate(graph, (e, &equations[e]), count(e), &users, columns))
         .collect();
+    for candidate in left.iter().filter(|candidate| candidate.columns.is_empty()) {
+        verify_unknowns(graph, &equations[candidate.equation], diagnostics);
+    }
+    diagnostics.check()?;
     let nothing_left = free.len() == columns.n_single && left.iter().all(|row| row.count == 1);
     // Single equations and unknowns are counted and matched with all others of their kind.
     if !nothing_left {
@@ -257,6 +261,24 @@ fn verify_once(
         }
     }
     Ok(())
+}
+
+/// An equation that could determine nothing should at least read an unknown.
+fn verify_unknowns(graph: &Graph, equation: &Equation<'_>, diagnostics: &mut Diagnostics) {
+    let is_unknown = |symbol: &Symbol| {
+        matches!(
+            symbol,
+            Symbol::Unknown(_) | Symbol::Derivative(_) | Symbol::Element(_) | Symbol::Swept(_)
+        )
+    };
+    if !graph.symbols(equation.rest).iter().any(is_unknown) {
+        let message = format!("equation `{}` determines nothing", equation.label);
+        diagnostics.error(
+            Diagnostic::new(Code::E405, equation.span, message)
+                .here("no unknown is left in it")
+                .help("it holds always or never; leave it out, or let it read a state"),
+        );
+    }
 }
 
 /// What an equation without derivatives of elements could determine.

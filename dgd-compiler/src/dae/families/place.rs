@@ -210,14 +210,15 @@ struct Rates<'a> {
 
 impl Rates<'_> {
     fn open(&mut self, dae: &mut Dae, diagnostics: &mut Diagnostics) {
-        let outputs = dae.outputs.iter().map(|output| (output.value, output.declared.span));
+        let mut read: Vec<(ExprId, Span)> =
+            dae.outputs.iter().map(|output| (output.value, output.declared.span)).collect();
+        let spans = self.model.automata.iter().flat_map(|automaton| &automaton.transitions);
         let transitions = dae.automata.iter().flat_map(|automaton| &automaton.transitions);
-        let transitions = transitions.flat_map(|transition| {
+        for (transition, written) in transitions.zip(spans) {
             let resets = transition.resets.iter().map(|(_, value)| *value);
-            [transition.event].into_iter().chain(resets)
-        });
-        let read: Vec<(ExprId, Span)> =
-            outputs.chain(transitions.map(|id| (id, Span::default()))).collect();
+            let values = [transition.event].into_iter().chain(resets);
+            read.extend(values.map(|value| (value, written.span)));
+        }
         for (value, span) in read {
             for symbol in dae.graph.symbols(value) {
                 let Symbol::ElementRate(i) = symbol else { continue };

@@ -20,6 +20,7 @@ mod polynomial;
 
 use crate::delay::{delay_sensitivities, delays};
 use crate::error::{BadRequest, IntegrateError};
+use crate::linalg::norm::Tolerances;
 use crate::problem::Problem;
 use crate::system::{PastLayout, Point, System};
 use polynomial::divide;
@@ -29,13 +30,13 @@ pub(super) use polynomial::NODES;
 /// Marks up to this level are followed up.
 const MOST_LEVEL: u32 = 6;
 /// With so many marks on their way to the longest delay, weak ones are not followed up.
-const MANY: usize = 256;
+const MANY: usize = 32;
 /// Marks below this level are always followed up.
 const WEAK: u32 = 2;
 /// Times closer than this, relative to themselves, are one: the rounding of t + τ.
 pub(super) const ONE_TIME: f64 = 4.0 * f64::EPSILON;
-/// Values may differ by this without a jump, relative to their size.
-const NO_JUMP: f64 = 64.0 * f64::EPSILON;
+/// Values may differ by this part of the tolerance without a jump: algebraic ones are solved for.
+const NO_JUMP: f64 = 1e-2;
 /// Pieces that no delay reaches any more are dropped when there are so many.
 const MANY_PASSED: usize = 1024;
 
@@ -43,6 +44,9 @@ const MANY_PASSED: usize = 1024;
 pub(super) struct History {
     layout: PastLayout,
     from: f64,
+    /// What a jump is measured with; sizes of all unknowns.
+    tolerances: Tolerances,
+    sizes: Vec<f64>,
     /// Directions that are recorded.
     n_s: usize,
     /// Unknowns that are read late, each once.
@@ -184,6 +188,7 @@ impl History {
         problem: &Problem<'_, S>,
         from: f64,
         n_s: usize,
+        tolerances: Tolerances,
     ) -> Option<Box<Self>> {
         let signature = problem.system.signature();
         let layout = signature.past();
@@ -234,6 +239,8 @@ impl History {
         Some(Box::new(Self {
             layout,
             from,
+            tolerances,
+            sizes: Vec::new(),
             n_s,
             has_begun: false,
             origin: vec![0.0; n],
@@ -245,7 +252,7 @@ impl History {
             marks: Vec::new(),
             shortest: lags
                 .iter()
-                .filter_map(|lag| lag.constant())
+                .filter_map(Lag::constant)
                 .filter(|tau| *tau > 0.0)
                 .fold(f64::INFINITY, f64::min),
             varying: vec![0.0; n_varying],
@@ -274,8 +281,10 @@ impl History {
         &mut self,
         problem: &Problem<'_, S>,
         (y, s): (&[f64], Option<&[f64]>),
+        sizes: &[f64],
         u: &[f64],
     ) {
+        self.sizes = sizes.to_vec();
         gather(&self.watched, self.n_s, y, s, &mut self.origin);
         // What was just before is in the place of what is now.
         self.now.copy_from_slice(&self.origin);
@@ -345,7 +354,9 @@ impl History {
         self.crossing = None;
         let jumps = self.watched.iter().zip(&self.now).any(|(unknown, before)| {
             let after = y[*unknown];
-            (after - before).abs() > NO_JUMP * after.abs().max(before.abs())
+            let allowed =
+                self.tolerances.weight(after.abs().max(before.abs()), self.sizes[*unknown]);
+            (after - before).abs() > NO_JUMP * allowed
         });
         let level = if jumps { 0 } else { level };
         let left = if jumps { self.now[..self.watched.len()].to_vec() } else { Vec::new() };

@@ -77,19 +77,9 @@ impl History {
         })
     }
 
-    /// Whether this delay is beyond the mark that it passes at (t, y).
-    pub(in crate::integrate) fn is_past<S: System>(
-        &mut self,
-        problem: &Problem<'_, S>,
-        (t, y): (f64, &[f64]),
-        u: &[f64],
-        (lag, back): (usize, bool),
-    ) -> bool {
-        self.look_up(problem, t, y, u);
-        let alpha = t - self.tau(lag);
-        let mark = self.lags[lag].mark - usize::from(back) - self.first_mark;
-        let mark = self.marks[mark].t;
-        if back { alpha < mark } else { alpha > mark }
+    /// Whether a step is to end by `t`, where a delay that varies reaches a mark.
+    pub(in crate::integrate) fn stops_by(&self, t: f64) -> bool {
+        self.crossing.is_some_and(|(_, time, _)| time <= t)
     }
 
     /// A step is to end at `t`, where a delay that varies reaches a mark.

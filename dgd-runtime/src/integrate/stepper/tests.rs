@@ -4,7 +4,7 @@ use super::*;
 use crate::integrate::catalogue::METHODS;
 use crate::signal::Side;
 use crate::system::Signature;
-use crate::{Inputs, System};
+use crate::{Inputs, Problem, System};
 use support::problems::{Logistic, LogisticDae};
 use support::{Equations, Heaped, parameters};
 
@@ -51,7 +51,11 @@ fn errors<E: Equations>(kind: MethodKind, steps: u32, exact: Exact) -> [f64; 3] 
     let system = Heaped::<E>::new();
     let p = parameters::<E>();
     let inputs = Inputs::constant(&[0.0]);
-    let mut drive = Drive::new(inputs.segment(inputs.segment_at(0.0, Side::Right)));
+    let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+    // Newton's method is to go on to rounding.
+    let tolerances = Tolerances { rtol: 1e-13, atol: 1e-13 };
+    let segment = inputs.segment(inputs.segment_at(0.0, Side::Right));
+    let mut drive = Drive::new(&problem, segment, 0.0, 0, tolerances);
     let signature: &Signature = system.signature();
     let n = signature.unknowns.len();
     let mut mass = vec![0.0; n];
@@ -59,8 +63,6 @@ fn errors<E: Equations>(kind: MethodKind, steps: u32, exact: Exact) -> [f64; 3] 
     let h = 2.0 / f64::from(steps);
     let (mut y, s) = (exact(0.0)[..n].to_vec(), exact(0.0)[n..].to_vec());
     let sizes = vec![1.0; n];
-    // Newton's method is to go on to rounding.
-    let tolerances = Tolerances { rtol: 1e-13, atol: 1e-13 };
 
     let mut stepper = Stepper::new(&system, kind);
     let mut d = Directions::new(&system);
@@ -91,8 +93,8 @@ fn errors<E: Equations>(kind: MethodKind, steps: u32, exact: Exact) -> [f64; 3] 
         let trial = Trial { base, y: &y, h, sizes: &sizes, tolerances };
         stepper.attempt(trial, &mut drive, Some(&mut d), &mut statistics).unwrap();
         stepper.prepare_dense(Some(&mut d));
-        stepper.interpolate(0.4, h, &y, &mut inside);
-        stepper.interpolate_sensitivities(0.4, h, &d, &mut inside_s);
+        stepper.interpolate(0.4, &y, &mut inside);
+        stepper.interpolate_sensitivities(0.4, &d, &mut inside_s);
         stepper.advance(&mass, Some(&mut d));
         std::mem::swap(&mut y, &mut stepper.y_new);
         std::mem::swap(&mut d.s, &mut d.s_new);

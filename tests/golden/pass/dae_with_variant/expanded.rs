@@ -224,6 +224,7 @@ pub mod vessel {
         varying_delays: List::Borrowed(&[]),
         delayed_inputs: List::Borrowed(&[]),
         delayed_unknowns: List::Borrowed(&[]),
+        differentiated_inputs: List::Borrowed(&[]),
         outputs: List::Borrowed(
             &[
                 ::dgd::__runtime::system::Output {

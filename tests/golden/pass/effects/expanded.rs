@@ -254,6 +254,7 @@ pub mod filled_tank {
         varying_delays: List::Borrowed(&[]),
         delayed_inputs: List::Borrowed(&[]),
         delayed_unknowns: List::Borrowed(&[]),
+        differentiated_inputs: List::Borrowed(&[]),
         outputs: List::Borrowed(
             &[
                 ::dgd::__runtime::system::Output {

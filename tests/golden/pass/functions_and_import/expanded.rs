@@ -69,6 +69,10 @@ pub mod basins {
         ///
         /// [m/s]
         pub v: f64,
+        /// How much of the side above acts, while it slides, of switch 40000*abs(v) - 2300 at 0.
+        ///
+        /// [1]
+        pub _share_1: f64,
     }
     #[automatically_derived]
     impl ::core::default::Default for Unknowns {
@@ -77,19 +81,20 @@ pub mod basins {
                 h_1: 0.0,
                 h_2: 0.0,
                 v: 0.0,
+                _share_1: 0.0,
             }
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<Unknowns> for [f64; 3] {
-        fn from(named: Unknowns) -> [f64; 3] {
-            [named.h_1, named.h_2, named.v]
+    impl ::core::convert::From<Unknowns> for [f64; 4] {
+        fn from(named: Unknowns) -> [f64; 4] {
+            [named.h_1, named.h_2, named.v, named._share_1]
         }
     }
     #[automatically_derived]
-    impl ::core::convert::From<[f64; 3]> for Unknowns {
-        fn from([h_1, h_2, v]: [f64; 3]) -> Unknowns {
-            Unknowns { h_1, h_2, v }
+    impl ::core::convert::From<[f64; 4]> for Unknowns {
+        fn from([h_1, h_2, v, _share_1]: [f64; 4]) -> Unknowns {
+            Unknowns { h_1, h_2, v, _share_1 }
         }
     }
     /// Outputs w. All in SI units.
@@ -153,10 +158,25 @@ pub mod basins {
                     nominal: ::core::option::Option::Some(1.0),
                     differential: true,
                 },
+                ::dgd::__runtime::system::Unknown {
+                    name: Text::Borrowed("share(1)"),
+                    unit: ::dgd::__runtime::system::Unit {
+                        symbol: Text::Borrowed("1"),
+                        factor: 1.0,
+                        offset: 0.0,
+                    },
+                    nominal: ::core::option::Option::Some(1.0),
+                    differential: false,
+                },
             ],
         ),
         equations: List::Borrowed(
-            &[Text::Borrowed("upper"), Text::Borrowed("lower"), Text::Borrowed("pipe")],
+            &[
+                Text::Borrowed("upper"),
+                Text::Borrowed("lower"),
+                Text::Borrowed("pipe"),
+                Text::Borrowed("switch 40000*abs(v) - 2300 at 0"),
+            ],
         ),
         parameters: List::Borrowed(
             &[
@@ -195,6 +215,7 @@ pub mod basins {
         varying_delays: List::Borrowed(&[]),
         delayed_inputs: List::Borrowed(&[]),
         delayed_unknowns: List::Borrowed(&[]),
+        differentiated_inputs: List::Borrowed(&[]),
         outputs: List::Borrowed(
             &[
                 ::dgd::__runtime::system::Output {
@@ -226,12 +247,12 @@ pub mod basins {
             ],
         ),
         jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[2, 2, 0, 1, 2]),
-            columns: List::Borrowed(&[0, 1, 2, 2, 2]),
+            rows: List::Borrowed(&[2, 3, 2, 3, 0, 1, 2, 3, 2, 3]),
+            columns: List::Borrowed(&[0, 0, 1, 1, 2, 2, 2, 2, 3, 3]),
         },
         sensitivity_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[0, 2, 4, 5]),
-            columns: List::Borrowed(&[2, 2, 2, 2]),
+            rows: List::Borrowed(&[0, 2, 3, 5, 6, 7, 2, 3, 6, 7]),
+            columns: List::Borrowed(&[2, 2, 2, 2, 2, 2, 3, 3, 3, 3]),
         },
         parameter_jacobian: ::dgd::__runtime::system::Pattern {
             rows: List::Borrowed(&[0, 1]),
@@ -255,47 +276,159 @@ pub mod basins {
                 columns: List::Borrowed(&[]),
             },
         ],
-        discrete: ::dgd::__runtime::system::Discrete::NONE,
+        discrete: ::dgd::__runtime::system::Discrete {
+            automata: List::Borrowed(
+                &[
+                    ::dgd::__runtime::system::Automaton {
+                        kind: ::dgd::__runtime::system::AutomatonKind::Switch,
+                        name: Text::Borrowed("switch 40000*abs(v) - 2300 at 0"),
+                        modes: List::Borrowed(
+                            &[
+                                Text::Borrowed("below"),
+                                Text::Borrowed("above"),
+                                Text::Borrowed("sliding"),
+                            ],
+                        ),
+                        start: 0,
+                        transitions: List::Borrowed(
+                            &[
+                                ::dgd::__runtime::system::Transition {
+                                    from: 0,
+                                    to: 1,
+                                    crossing: ::dgd::__runtime::system::Crossing::Rises,
+                                    trigger: ::dgd::__runtime::system::Trigger::Level,
+                                    resets: List::Borrowed(&[]),
+                                },
+                                ::dgd::__runtime::system::Transition {
+                                    from: 1,
+                                    to: 0,
+                                    crossing: ::dgd::__runtime::system::Crossing::Falls,
+                                    trigger: ::dgd::__runtime::system::Trigger::Level,
+                                    resets: List::Borrowed(&[]),
+                                },
+                                ::dgd::__runtime::system::Transition {
+                                    from: 1,
+                                    to: 2,
+                                    crossing: ::dgd::__runtime::system::Crossing::Falls,
+                                    trigger: ::dgd::__runtime::system::Trigger::Entry,
+                                    resets: List::Borrowed(&[]),
+                                },
+                                ::dgd::__runtime::system::Transition {
+                                    from: 0,
+                                    to: 2,
+                                    crossing: ::dgd::__runtime::system::Crossing::Rises,
+                                    trigger: ::dgd::__runtime::system::Trigger::Entry,
+                                    resets: List::Borrowed(&[]),
+                                },
+                                ::dgd::__runtime::system::Transition {
+                                    from: 2,
+                                    to: 1,
+                                    crossing: ::dgd::__runtime::system::Crossing::Rises,
+                                    trigger: ::dgd::__runtime::system::Trigger::Level,
+                                    resets: List::Borrowed(&[]),
+                                },
+                                ::dgd::__runtime::system::Transition {
+                                    from: 2,
+                                    to: 0,
+                                    crossing: ::dgd::__runtime::system::Crossing::Falls,
+                                    trigger: ::dgd::__runtime::system::Trigger::Level,
+                                    resets: List::Borrowed(&[]),
+                                },
+                            ],
+                        ),
+                    },
+                    ::dgd::__runtime::system::Automaton {
+                        kind: ::dgd::__runtime::system::AutomatonKind::Corner,
+                        name: Text::Borrowed("switch 40000*abs(v) - 1 at 0"),
+                        modes: List::Borrowed(&[Text::Borrowed("")]),
+                        start: 0,
+                        transitions: List::Borrowed(
+                            &[
+                                ::dgd::__runtime::system::Transition {
+                                    from: 0,
+                                    to: 0,
+                                    crossing: ::dgd::__runtime::system::Crossing::Rises,
+                                    trigger: ::dgd::__runtime::system::Trigger::Edge,
+                                    resets: List::Borrowed(&[]),
+                                },
+                                ::dgd::__runtime::system::Transition {
+                                    from: 0,
+                                    to: 0,
+                                    crossing: ::dgd::__runtime::system::Crossing::Falls,
+                                    trigger: ::dgd::__runtime::system::Trigger::Edge,
+                                    resets: List::Borrowed(&[]),
+                                },
+                            ],
+                        ),
+                    },
+                ],
+            ),
+            n_time_conditions: 0,
+            event_jacobian: ::dgd::__runtime::system::Pattern {
+                rows: List::Borrowed(&[2, 3, 2, 3, 0, 1, 2, 3, 6, 7, 2, 3, 4, 5]),
+                columns: List::Borrowed(&[0, 0, 1, 1, 2, 2, 2, 2, 2, 2, 3, 3, 3, 3]),
+            },
+            reset_jacobian: ::dgd::__runtime::system::Pattern {
+                rows: List::Borrowed(&[]),
+                columns: List::Borrowed(&[]),
+            },
+        },
     };
     #[automatically_derived]
     impl ::dgd::__runtime::System for Model {
-        type Vector = [f64; 3];
-        type Sensitivity = [f64; 6];
+        type Vector = [f64; 4];
+        type Sensitivity = [f64; 8];
         type Inputs = [f64; 0];
-        type Jacobian = [f64; 5];
-        type SensitivityJacobian = [f64; 4];
-        type Factorisation = ::dgd::__runtime::linalg::FixedLu<3>;
+        type Jacobian = [f64; 10];
+        type SensitivityJacobian = [f64; 10];
+        type Factorisation = ::dgd::__runtime::linalg::FixedLu<4>;
         #[inline]
         fn signature(&self) -> &::dgd::__runtime::Signature {
             &SIGNATURE
         }
         #[inline]
         fn rhs(&self, _at: ::dgd::__runtime::Point<'_>, _f: &mut [f64]) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _y = ::dgd::__runtime::codegen::fixed::<4>(_at.y);
             let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let _z = ::dgd::__runtime::codegen::fixed::<2>(_at.z);
             let A_1 = _p[0];
             let v = _y[2];
             let A_2 = _p[1];
             let h_1 = _y[0];
             let h_2 = _y[1];
-            let _v11 = ::core::primitive::f64::abs(v);
-            let _v13 = 40000.0 * _v11;
-            let _v35 = 0.3924
+            let _v13 = ::core::primitive::f64::abs(v);
+            let _v15 = 40000.0 * _v13;
+            let _v19 = 64.0 / (if (_v15 > 1.0) { _v15 } else { 1.0 });
+            let _v23 = 0.316 * ::dgd::__runtime::math::power(_v15, -0.25);
+            let _share_1 = _y[3];
+            let _v36 = (_z[0] > 1.5);
+            let _v48 = 0.3924
                 * (h_1 - h_2
                     - 0.0509683995922528
                         * (625.0
-                            * (if (_v13 < 2300.0) {
-                                64.0 / (if (_v13 > 1.0) { _v13 } else { 1.0 })
+                            * (if _v36 {
+                                _v23 + (1.0 - _share_1) * (_v19 - _v23)
                             } else {
-                                0.316 * ::dgd::__runtime::math::power(_v13, -0.25)
-                            }) * (v * _v11)));
+                                if (_z[0] < 0.5) { _v19 } else { _v23 }
+                            }) * (v * _v13)));
             /// `upper` (model.dgd:21): der(h_1) =
             let _row_0: f64 = -0.0012566370614359172 * v / A_1;
             /// `lower` (model.dgd:22): der(h_2) =
             let _row_1: f64 = 0.0012566370614359172 * v / A_2;
             /// `pipe` (model.dgd:23): der(v) =
-            let _row_2: f64 = _v35;
-            *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [_row_0, _row_1, _row_2];
+            let _row_2: f64 = _v48;
+            /// `switch 40000*abs(v) - 2300 at 0` (model.dgd:21): 0 =
+            let _row_3: f64 = if _v36 {
+                40000.0 * ::dgd::__runtime::math::sign(v) * _v48
+            } else {
+                (if ((_z[0] > 0.5) && (_z[0] < 1.5)) { 1.0 } else { 0.0 }) - _share_1
+            };
+            *::dgd::__runtime::codegen::fixed_mut::<4>(_f) = [
+                _row_0,
+                _row_1,
+                _row_2,
+                _row_3,
+            ];
         }
         #[inline]
         fn linearize(
@@ -306,49 +439,84 @@ pub mod basins {
             _jacobian: &mut [f64],
             _dfdt: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _y = ::dgd::__runtime::codegen::fixed::<4>(_at.y);
             let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let _z = ::dgd::__runtime::codegen::fixed::<2>(_at.z);
             let A_1 = _p[0];
             let v = _y[2];
             let A_2 = _p[1];
             let h_1 = _y[0];
             let h_2 = _y[1];
-            let _v13 = ::core::primitive::f64::abs(v);
-            let _v15 = 40000.0 * _v13;
-            let _v17 = (_v15 < 2300.0);
-            let _v19 = (_v15 > 1.0);
-            let _v20 = if _v19 { _v15 } else { 1.0 };
-            let _v21 = 64.0 / _v20;
-            let _v26 = if _v17 {
-                _v21
+            let _v14 = ::core::primitive::f64::abs(v);
+            let _v16 = 40000.0 * _v14;
+            let _v18 = (_v16 > 1.0);
+            let _v19 = if _v18 { _v16 } else { 1.0 };
+            let _v20 = 64.0 / _v19;
+            let _v24 = 0.316 * ::dgd::__runtime::math::power(_v16, -0.25);
+            let _v26 = v * _v14;
+            let _share_1 = _y[3];
+            let _v37 = (_z[0] > 1.5);
+            let _v38 = 1.0 - _share_1;
+            let _v39 = (_z[0] < 0.5);
+            let _v41 = _v20 - _v24;
+            let _v44 = if _v37 {
+                _v24 + _v38 * _v41
             } else {
-                0.316 * ::dgd::__runtime::math::power(_v15, -0.25)
+                if _v39 { _v20 } else { _v24 }
             };
-            let _v29 = v * _v13;
-            let _v61 = 40000.0
-                * ((if _v17 {
-                    0.0
-                } else {
-                    -3.95 * _v29 * (-0.25 * ::dgd::__runtime::math::power(_v15, -1.25))
-                })
-                    + (if _v19 {
-                        if _v17 { -(-12.5 * _v29 / _v20 * _v21) } else { 0.0 }
+            let _v45 = 625.0 * _v44;
+            let _v49 = 0.3924 * (h_1 - h_2 - 0.0509683995922528 * (_v45 * _v26));
+            let _v50 = ::dgd::__runtime::math::sign(v);
+            let _v51 = 40000.0 * _v50;
+            let _v62 = -12.5 * _v26;
+            let _v63 = if _v37 { _v62 } else { 0.0 };
+            let _v64 = if _v37 { 0.0 } else { _v62 };
+            let _v66 = _v63 * _v38;
+            let _v73 = 2.0 * _v14;
+            let _v78 = -0.25 * ::dgd::__runtime::math::power(_v16, -1.25);
+            let _v86 = 40000.0
+                * (0.316 * (_v63 - _v66 + (if _v39 { 0.0 } else { _v64 })) * _v78
+                    + (if _v18 {
+                        -((_v66 + (if _v39 { _v64 } else { 0.0 })) / _v19 * _v20)
                     } else {
                         0.0
-                    })) * ::dgd::__runtime::math::sign(v);
-            *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
+                    })) * _v50;
+            let _v91 = (if _v37 { 1.0 } else { 0.0 }) * _v51;
+            let _v94 = -0.02 * _v91;
+            let _v97 = 625.0 * (_v94 * _v26);
+            let _v98 = if _v37 { _v97 } else { 0.0 };
+            let _v99 = if _v37 { 0.0 } else { _v97 };
+            let _v101 = _v98 * _v38;
+            let _v117 = 40000.0
+                * (0.316 * (_v98 - _v101 + (if _v39 { 0.0 } else { _v99 })) * _v78
+                    + (if _v18 {
+                        -((_v101 + (if _v39 { _v99 } else { 0.0 })) / _v19 * _v20)
+                    } else {
+                        0.0
+                    })) * _v50;
+            *::dgd::__runtime::codegen::fixed_mut::<4>(_f) = [
                 -0.0012566370614359172 * v / A_1,
                 0.0012566370614359172 * v / A_2,
-                0.3924 * (h_1 - h_2 - 0.0509683995922528 * (625.0 * _v26 * _v29)),
+                _v49,
+                if _v37 {
+                    _v51 * _v49
+                } else {
+                    (if ((_z[0] > 0.5) && (_z[0] < 1.5)) { 1.0 } else { 0.0 }) - _share_1
+                },
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<5>(_jacobian) = [
+            *::dgd::__runtime::codegen::fixed_mut::<10>(_jacobian) = [
                 0.3924,
+                0.3924 * _v91,
                 -0.3924,
+                -0.3924 * _v91,
                 -0.0012566370614359172 / A_1,
                 0.0012566370614359172 / A_2,
-                -12.5 * _v26 * (2.0 * _v13) + _v61,
+                -12.5 * _v44 * _v73 + _v86,
+                _v94 * _v45 * _v73 + _v117,
+                -(_v63 * _v41),
+                -(if _v37 { 0.0 } else { 1.0 }) - _v98 * _v41,
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<3>(_dfdt) = [0.0, 0.0, 0.0];
+            *::dgd::__runtime::codegen::fixed_mut::<4>(_dfdt) = [0.0, 0.0, 0.0, 0.0];
         }
         #[inline]
         fn sensitivity_rhs(
@@ -358,54 +526,91 @@ pub mod basins {
             _f: &mut [f64],
             _g: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _y = ::dgd::__runtime::codegen::fixed::<4>(_at.y);
             let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
-            let _s = ::dgd::__runtime::codegen::fixed::<6>(_s);
+            let _s = ::dgd::__runtime::codegen::fixed::<8>(_s);
+            let _z = ::dgd::__runtime::codegen::fixed::<2>(_at.z);
             let A_1 = _p[0];
             let v = _y[2];
             let A_2 = _p[1];
             let h_1 = _y[0];
             let h_2 = _y[1];
-            let _v13 = ::core::primitive::f64::abs(v);
-            let _v15 = 40000.0 * _v13;
-            let _v17 = (_v15 < 2300.0);
-            let _v19 = (_v15 > 1.0);
-            let _v20 = if _v19 { _v15 } else { 1.0 };
-            let _v21 = 64.0 / _v20;
-            let _v26 = if _v17 {
-                _v21
+            let _v14 = ::core::primitive::f64::abs(v);
+            let _v16 = 40000.0 * _v14;
+            let _v18 = (_v16 > 1.0);
+            let _v19 = if _v18 { _v16 } else { 1.0 };
+            let _v20 = 64.0 / _v19;
+            let _v24 = 0.316 * ::dgd::__runtime::math::power(_v16, -0.25);
+            let _v26 = v * _v14;
+            let _v28 = -0.0012566370614359172 * v / A_1;
+            let _v29 = 0.0012566370614359172 * v / A_2;
+            let _share_1 = _y[3];
+            let _v37 = (_z[0] > 1.5);
+            let _v38 = 1.0 - _share_1;
+            let _v39 = (_z[0] < 0.5);
+            let _v41 = _v20 - _v24;
+            let _v44 = if _v37 {
+                _v24 + _v38 * _v41
             } else {
-                0.316 * ::dgd::__runtime::math::power(_v15, -0.25)
+                if _v39 { _v20 } else { _v24 }
             };
-            let _v29 = v * _v13;
-            let _v34 = -0.0012566370614359172 * v / A_1;
-            let _v35 = 0.0012566370614359172 * v / A_2;
-            let _v39 = -0.0012566370614359172 / A_1;
-            let _v41 = 0.0012566370614359172 / A_2;
-            let _v63 = 40000.0
-                * ((if _v17 {
-                    0.0
-                } else {
-                    -3.95 * _v29 * (-0.25 * ::dgd::__runtime::math::power(_v15, -1.25))
-                })
-                    + (if _v19 {
-                        if _v17 { -(-12.5 * _v29 / _v20 * _v21) } else { 0.0 }
+            let _v45 = 625.0 * _v44;
+            let _v49 = 0.3924 * (h_1 - h_2 - 0.0509683995922528 * (_v45 * _v26));
+            let _v50 = ::dgd::__runtime::math::sign(v);
+            let _v51 = 40000.0 * _v50;
+            let _v57 = -0.0012566370614359172 / A_1;
+            let _v59 = 0.0012566370614359172 / A_2;
+            let _v64 = -12.5 * _v26;
+            let _v65 = if _v37 { _v64 } else { 0.0 };
+            let _v66 = if _v37 { 0.0 } else { _v64 };
+            let _v67 = _v65 * _v41;
+            let _v68 = _v65 * _v38;
+            let _v74 = 2.0 * _v14;
+            let _v79 = -0.25 * ::dgd::__runtime::math::power(_v16, -1.25);
+            let _v87 = 40000.0
+                * (0.316 * (_v65 - _v68 + (if _v39 { 0.0 } else { _v66 })) * _v79
+                    + (if _v18 {
+                        -((_v68 + (if _v39 { _v66 } else { 0.0 })) / _v19 * _v20)
                     } else {
                         0.0
-                    })) * ::dgd::__runtime::math::sign(v);
-            let _v64 = -12.5 * _v26 * (2.0 * _v13) + _v63;
-            *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
-                _v34,
-                _v35,
-                0.3924 * (h_1 - h_2 - 0.0509683995922528 * (625.0 * _v26 * _v29)),
+                    })) * _v50;
+            let _v88 = -12.5 * _v44 * _v74 + _v87;
+            let _v92 = (if _v37 { 1.0 } else { 0.0 }) * _v51;
+            let _v93 = 0.3924 * _v92;
+            let _v94 = -0.3924 * _v92;
+            let _v95 = -0.02 * _v92;
+            let _v98 = 625.0 * (_v95 * _v26);
+            let _v99 = if _v37 { _v98 } else { 0.0 };
+            let _v100 = if _v37 { 0.0 } else { _v98 };
+            let _v102 = _v99 * _v38;
+            let _v108 = -(if _v37 { 0.0 } else { 1.0 }) - _v99 * _v41;
+            let _v118 = 40000.0
+                * (0.316 * (_v99 - _v102 + (if _v39 { 0.0 } else { _v100 })) * _v79
+                    + (if _v18 {
+                        -((_v102 + (if _v39 { _v100 } else { 0.0 })) / _v19 * _v20)
+                    } else {
+                        0.0
+                    })) * _v50;
+            let _v119 = _v95 * _v45 * _v74 + _v118;
+            *::dgd::__runtime::codegen::fixed_mut::<4>(_f) = [
+                _v28,
+                _v29,
+                _v49,
+                if _v37 {
+                    _v51 * _v49
+                } else {
+                    (if ((_z[0] > 0.5) && (_z[0] < 1.5)) { 1.0 } else { 0.0 }) - _share_1
+                },
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<6>(_g) = [
-                _v39 * _s[2] - 1.0 / A_1 * _v34,
-                _v41 * _s[2],
-                0.3924 * _s[0] + -0.3924 * _s[1] + _v64 * _s[2],
-                _v39 * _s[5],
-                _v41 * _s[5] - 1.0 / A_2 * _v35,
-                0.3924 * _s[3] + -0.3924 * _s[4] + _v64 * _s[5],
+            *::dgd::__runtime::codegen::fixed_mut::<8>(_g) = [
+                _v57 * _s[2] - 1.0 / A_1 * _v28,
+                _v59 * _s[2],
+                0.3924 * _s[0] + -0.3924 * _s[1] + _v88 * _s[2] - _v67 * _s[3],
+                _v93 * _s[0] + _v94 * _s[1] + _v119 * _s[2] + _v108 * _s[3],
+                _v57 * _s[6],
+                _v59 * _s[6] - 1.0 / A_2 * _v29,
+                0.3924 * _s[4] + -0.3924 * _s[5] + _v88 * _s[6] - _v67 * _s[7],
+                _v93 * _s[4] + _v94 * _s[5] + _v119 * _s[6] + _v108 * _s[7],
             ];
         }
         #[inline]
@@ -421,95 +626,169 @@ pub mod basins {
             _dgdy: &mut [f64],
             _dgdt: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _y = ::dgd::__runtime::codegen::fixed::<4>(_at.y);
             let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
-            let _s = ::dgd::__runtime::codegen::fixed::<6>(_s);
+            let _s = ::dgd::__runtime::codegen::fixed::<8>(_s);
+            let _z = ::dgd::__runtime::codegen::fixed::<2>(_at.z);
             let A_1 = _p[0];
             let v = _y[2];
             let A_2 = _p[1];
             let h_1 = _y[0];
             let h_2 = _y[1];
-            let _v13 = ::core::primitive::f64::abs(v);
-            let _v15 = 40000.0 * _v13;
-            let _v17 = (_v15 < 2300.0);
-            let _v19 = (_v15 > 1.0);
-            let _v20 = if _v19 { _v15 } else { 1.0 };
-            let _v21 = 64.0 / _v20;
-            let _v26 = if _v17 {
-                _v21
+            let _v14 = ::core::primitive::f64::abs(v);
+            let _v16 = 40000.0 * _v14;
+            let _v18 = (_v16 > 1.0);
+            let _v19 = if _v18 { _v16 } else { 1.0 };
+            let _v20 = 64.0 / _v19;
+            let _v24 = 0.316 * ::dgd::__runtime::math::power(_v16, -0.25);
+            let _v26 = v * _v14;
+            let _v28 = -0.0012566370614359172 * v / A_1;
+            let _v29 = 0.0012566370614359172 * v / A_2;
+            let _share_1 = _y[3];
+            let _v37 = (_z[0] > 1.5);
+            let _v38 = 1.0 - _share_1;
+            let _v39 = (_z[0] < 0.5);
+            let _v41 = _v20 - _v24;
+            let _v44 = if _v37 {
+                _v24 + _v38 * _v41
             } else {
-                0.316 * ::dgd::__runtime::math::power(_v15, -0.25)
+                if _v39 { _v20 } else { _v24 }
             };
-            let _v29 = v * _v13;
-            let _v34 = -0.0012566370614359172 * v / A_1;
-            let _v35 = 0.0012566370614359172 * v / A_2;
-            let _v38 = 1.0 / A_1;
-            let _v39 = -0.0012566370614359172 / A_1;
-            let _v40 = 1.0 / A_2;
-            let _v41 = 0.0012566370614359172 / A_2;
-            let _v45 = 2.0 * _v13;
-            let _v49 = -3.95 * _v29;
-            let _v52 = -0.25 * ::dgd::__runtime::math::power(_v15, -1.25);
-            let _v55 = -12.5 * _v29 / _v20;
-            let _v62 = ::dgd::__runtime::math::sign(v);
-            let _v64 = -12.5 * _v26 * _v45
-                + 40000.0
-                    * ((if _v17 { 0.0 } else { _v49 * _v52 })
-                        + (if _v19 {
-                            if _v17 { -(_v55 * _v21) } else { 0.0 }
-                        } else {
-                            0.0
-                        })) * _v62;
-            let _v93 = 40000.0 * _v62;
-            let _v95 = -40000.0 * _v62;
-            let _v100 = _v95 * _v21 / _v20;
-            let _v134 = (if _v17 {
+            let _v45 = 625.0 * _v44;
+            let _v49 = 0.3924 * (h_1 - h_2 - 0.0509683995922528 * (_v45 * _v26));
+            let _v50 = ::dgd::__runtime::math::sign(v);
+            let _v51 = 40000.0 * _v50;
+            let _v56 = 1.0 / A_1;
+            let _v57 = -0.0012566370614359172 / A_1;
+            let _v58 = 1.0 / A_2;
+            let _v59 = 0.0012566370614359172 / A_2;
+            let _v64 = -12.5 * _v26;
+            let _v65 = if _v37 { _v64 } else { 0.0 };
+            let _v66 = if _v37 { 0.0 } else { _v64 };
+            let _v67 = _v65 * _v41;
+            let _v68 = _v65 * _v38;
+            let _v75 = 2.0 * _v14;
+            let _v77 = 0.316 * (_v65 - _v68 + (if _v39 { 0.0 } else { _v66 }));
+            let _v80 = -0.25 * ::dgd::__runtime::math::power(_v16, -1.25);
+            let _v82 = (_v68 + (if _v39 { _v66 } else { 0.0 })) / _v19;
+            let _v89 = -12.5 * _v44 * _v75
+                + 40000.0 * (_v77 * _v80 + (if _v18 { -(_v82 * _v20) } else { 0.0 }))
+                    * _v50;
+            let _v93 = (if _v37 { 1.0 } else { 0.0 }) * _v51;
+            let _v94 = 0.3924 * _v93;
+            let _v95 = -0.3924 * _v93;
+            let _v96 = -0.02 * _v93;
+            let _v98 = _v96 * _v45;
+            let _v99 = 625.0 * (_v96 * _v26);
+            let _v100 = if _v37 { _v99 } else { 0.0 };
+            let _v101 = if _v37 { 0.0 } else { _v99 };
+            let _v103 = _v100 * _v38;
+            let _v109 = -(if _v37 { 0.0 } else { 1.0 }) - _v100 * _v41;
+            let _v111 = 0.316 * (_v100 - _v103 + (if _v39 { 0.0 } else { _v101 }));
+            let _v113 = (_v103 + (if _v39 { _v101 } else { 0.0 })) / _v19;
+            let _v120 = _v98 * _v75
+                + 40000.0 * (_v111 * _v80 + (if _v18 { -(_v113 * _v20) } else { 0.0 }))
+                    * _v50;
+            let _v169 = if _v18 { _v51 } else { 0.0 };
+            let _v172 = _v169 * _v20 / _v19;
+            let _v175 = _v51 * _v80;
+            let _v180 = -1.25 * ::dgd::__runtime::math::power(_v16, -2.25);
+            let _v182 = 0.316 * _v175;
+            let _v190 = -0.316 * _v175 - _v172;
+            let _v196 = (if _v37 {
                 0.0
             } else {
-                -0.25 * (_v93 * _v49)
-                    * (-1.25 * ::dgd::__runtime::math::power(_v15, -2.25))
-            }) + (if _v17 { 0.0 } else { -7.9 * _v13 * _v52 })
-                + (if _v19 {
-                    (if _v17 { if _v19 { -(_v100 * _v55) } else { 0.0 } } else { 0.0 })
-                        - ((if _v17 {
-                            if _v19 { _v95 * _v55 } else { 0.0 }
-                        } else {
-                            0.0
-                        }) + (if _v17 { -25.0 * _v13 } else { 0.0 })) / _v20 * _v21
+                (if _v39 { 0.0 } else { _v182 }) + (if _v39 { -_v172 } else { 0.0 })
+            }) + (if _v37 { _v182 + _v190 * _v38 } else { 0.0 });
+            let _v198 = -25.0 * _v14;
+            let _v199 = if _v37 { _v198 } else { 0.0 };
+            let _v200 = if _v37 { 0.0 } else { _v198 };
+            let _v202 = _v199 * _v38;
+            let _v203 = _v190 * _v65 + _v199 * _v41;
+            let _v219 = 40000.0
+                * (-0.25 * (_v51 * _v77) * _v180
+                    + 0.316 * (_v199 - _v202 + (if _v39 { 0.0 } else { _v200 })) * _v80
+                    + (if _v18 {
+                        _v172 * _v82
+                            - (_v202 - _v169 * _v82 + (if _v39 { _v200 } else { 0.0 }))
+                                / _v19 * _v20
+                    } else {
+                        0.0
+                    }));
+            let _v222 = -12.5 * _v196 * _v75 + (-25.0 * _v44 + _v219) * _v50;
+            let _v224 = if _v37 { _v24 - _v20 } else { 0.0 };
+            let _v235 = -12.5 * _v224 * _v75
+                + 40000.0
+                    * (0.316 * _v65 * _v80
+                        + (if _v18 { _v65 / _v19 * _v20 } else { 0.0 })) * _v50;
+            let _v256 = 625.0 * (_v75 * _v96);
+            let _v257 = if _v37 { _v256 } else { 0.0 };
+            let _v258 = if _v37 { 0.0 } else { _v256 };
+            let _v260 = _v257 * _v38;
+            let _v261 = _v190 * _v100 + _v257 * _v41;
+            let _v277 = 40000.0
+                * (-0.25 * (_v51 * _v111) * _v180
+                    + 0.316 * (_v257 - _v260 + (if _v39 { 0.0 } else { _v258 })) * _v80
+                    + (if _v18 {
+                        _v172 * _v113
+                            - (_v260 - _v169 * _v113 + (if _v39 { _v258 } else { 0.0 }))
+                                / _v19 * _v20
+                    } else {
+                        0.0
+                    }));
+            let _v280 = 625.0 * _v196 * _v96 * _v75 + (2.0 * _v98 + _v277) * _v50;
+            let _v292 = 625.0 * _v224 * _v96 * _v75
+                + 40000.0
+                    * (0.316 * _v100 * _v80
+                        + (if _v18 { _v100 / _v19 * _v20 } else { 0.0 })) * _v50;
+            *::dgd::__runtime::codegen::fixed_mut::<4>(_f) = [
+                _v28,
+                _v29,
+                _v49,
+                if _v37 {
+                    _v51 * _v49
                 } else {
-                    0.0
-                });
-            let _v138 = ((if _v17 { 0.0 } else { -3.95 * (_v93 * _v52) })
-                + (if _v17 { if _v19 { -12.5 * _v100 } else { 0.0 } } else { 0.0 }))
-                * _v45 + (-25.0 * _v26 + 40000.0 * _v134) * _v62;
-            *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
-                _v34,
-                _v35,
-                0.3924 * (h_1 - h_2 - 0.0509683995922528 * (625.0 * _v26 * _v29)),
+                    (if ((_z[0] > 0.5) && (_z[0] < 1.5)) { 1.0 } else { 0.0 }) - _share_1
+                },
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<5>(_jacobian) = [
+            *::dgd::__runtime::codegen::fixed_mut::<10>(_jacobian) = [
                 0.3924,
+                _v94,
                 -0.3924,
-                _v39,
-                _v41,
-                _v64,
+                _v95,
+                _v57,
+                _v59,
+                _v89,
+                _v120,
+                -_v67,
+                _v109,
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<3>(_dfdt) = [0.0, 0.0, 0.0];
-            *::dgd::__runtime::codegen::fixed_mut::<6>(_g) = [
-                _v39 * _s[2] - _v38 * _v34,
-                _v41 * _s[2],
-                0.3924 * _s[0] + -0.3924 * _s[1] + _v64 * _s[2],
-                _v39 * _s[5],
-                _v41 * _s[5] - _v40 * _v35,
-                0.3924 * _s[3] + -0.3924 * _s[4] + _v64 * _s[5],
+            *::dgd::__runtime::codegen::fixed_mut::<4>(_dfdt) = [0.0, 0.0, 0.0, 0.0];
+            *::dgd::__runtime::codegen::fixed_mut::<8>(_g) = [
+                _v57 * _s[2] - _v56 * _v28,
+                _v59 * _s[2],
+                0.3924 * _s[0] + -0.3924 * _s[1] + _v89 * _s[2] - _v67 * _s[3],
+                _v94 * _s[0] + _v95 * _s[1] + _v120 * _s[2] + _v109 * _s[3],
+                _v57 * _s[6],
+                _v59 * _s[6] - _v58 * _v29,
+                0.3924 * _s[4] + -0.3924 * _s[5] + _v89 * _s[6] - _v67 * _s[7],
+                _v94 * _s[4] + _v95 * _s[5] + _v120 * _s[6] + _v109 * _s[7],
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<4>(_dgdy) = [
-                0.0012566370614359172 * (_v38 / A_1),
-                _v138 * _s[2],
-                -0.0012566370614359172 * (_v40 / A_2),
-                _v138 * _s[5],
+            *::dgd::__runtime::codegen::fixed_mut::<10>(_dgdy) = [
+                0.0012566370614359172 * (_v56 / A_1),
+                _v222 * _s[2] + _v235 * _s[3],
+                _v280 * _s[2] + _v292 * _s[3],
+                -0.0012566370614359172 * (_v58 / A_2),
+                _v222 * _s[6] + _v235 * _s[7],
+                _v280 * _s[6] + _v292 * _s[7],
+                -(_v203 * _s[2]),
+                -(_v261 * _s[2]),
+                -(_v203 * _s[6]),
+                -(_v261 * _s[6]),
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<6>(_dgdt) = [
+            *::dgd::__runtime::codegen::fixed_mut::<8>(_dgdt) = [
+                0.0,
+                0.0,
                 0.0,
                 0.0,
                 0.0,
@@ -524,7 +803,7 @@ pub mod basins {
             _at: ::dgd::__runtime::Point<'_>,
             _values: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _y = ::dgd::__runtime::codegen::fixed::<4>(_at.y);
             let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
             let A_1 = _p[0];
             let v = _y[2];
@@ -544,11 +823,11 @@ pub mod basins {
             _at: ::dgd::__runtime::Point<'_>,
             _values: &mut [f64],
         ) {
-            *::dgd::__runtime::codegen::fixed_mut::<3>(_values) = [0.0, 0.0, 0.0];
+            *::dgd::__runtime::codegen::fixed_mut::<4>(_values) = [0.0, 0.0, 0.0, 0.0];
         }
         #[inline]
         fn outputs(&self, _at: ::dgd::__runtime::Point<'_>, _w: &mut [f64]) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _y = ::dgd::__runtime::codegen::fixed::<4>(_at.y);
             let v = _y[2];
             let h_1 = _y[0];
             let h_2 = _y[1];
@@ -566,7 +845,7 @@ pub mod basins {
             _dwdp: &mut [f64],
             _dwdt: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _y = ::dgd::__runtime::codegen::fixed::<4>(_at.y);
             let v = _y[2];
             let h_1 = _y[0];
             let h_2 = _y[1];
@@ -588,8 +867,8 @@ pub mod basins {
             _w: &mut [f64],
             _dw: &mut [f64],
         ) {
-            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
-            let _s = ::dgd::__runtime::codegen::fixed::<6>(_s);
+            let _y = ::dgd::__runtime::codegen::fixed::<4>(_at.y);
+            let _s = ::dgd::__runtime::codegen::fixed::<8>(_s);
             let v = _y[2];
             let h_1 = _y[0];
             let h_2 = _y[1];
@@ -602,14 +881,14 @@ pub mod basins {
             ];
             *::dgd::__runtime::codegen::fixed_mut::<4>(_dw) = [
                 0.0012566370614359172 * _s[2],
-                _v20 * _s[0] + _v21 * _s[1],
-                0.0012566370614359172 * _s[5],
-                _v20 * _s[3] + _v21 * _s[4],
+                _v19 * _s[0] - _v19 * _s[1],
+                0.0012566370614359172 * _s[6],
+                _v19 * _s[4] - _v19 * _s[5],
             ];
         }
         #[inline]
         fn start(&self, _at: ::dgd::__runtime::Point<'_>, _y0: &mut [f64]) {
-            *::dgd::__runtime::codegen::fixed_mut::<3>(_y0) = [2.0, 0.5, 0.0];
+            *::dgd::__runtime::codegen::fixed_mut::<4>(_y0) = [2.0, 0.5, 0.0, 0.5];
         }
         #[inline]
         fn start_sensitivities(
@@ -617,7 +896,9 @@ pub mod basins {
             _at: ::dgd::__runtime::Point<'_>,
             _s0: &mut [f64],
         ) {
-            *::dgd::__runtime::codegen::fixed_mut::<6>(_s0) = [
+            *::dgd::__runtime::codegen::fixed_mut::<8>(_s0) = [
+                0.0,
+                0.0,
                 0.0,
                 0.0,
                 0.0,
@@ -625,6 +906,163 @@ pub mod basins {
                 0.0,
                 0.0,
             ];
+        }
+        #[inline]
+        fn mass(&self, _at: ::dgd::__runtime::Point<'_>, _mass: &mut [f64]) {
+            *::dgd::__runtime::codegen::fixed_mut::<4>(_mass) = [1.0, 1.0, 1.0, 0.0];
+        }
+        #[inline]
+        fn event_functions(&self, _at: ::dgd::__runtime::Point<'_>, _e: &mut [f64]) {
+            let _y = ::dgd::__runtime::codegen::fixed::<4>(_at.y);
+            let _z = ::dgd::__runtime::codegen::fixed::<2>(_at.z);
+            let v = _y[2];
+            let h_1 = _y[0];
+            let h_2 = _y[1];
+            let _v6 = ::core::primitive::f64::abs(v);
+            let _v8 = 40000.0 * _v6;
+            let _v13 = 64.0 / (if (_v8 > 1.0) { _v8 } else { 1.0 });
+            let _v17 = 0.316 * ::dgd::__runtime::math::power(_v8, -0.25);
+            let _v22 = _v8 - 2300.0;
+            let _v23 = _v8 - 1.0;
+            let _share_1 = _y[3];
+            let _v39 = 0.3924
+                * (h_1 - h_2
+                    - 0.0509683995922528
+                        * (625.0
+                            * (if (_z[0] > 1.5) {
+                                _v17 + (1.0 - _share_1) * (_v13 - _v17)
+                            } else {
+                                if (_z[0] < 0.5) { _v13 } else { _v17 }
+                            }) * (v * _v6)));
+            let _v42 = 40000.0 * ::dgd::__runtime::math::sign(v) * _v39;
+            *::dgd::__runtime::codegen::fixed_mut::<8>(_e) = [
+                _v22,
+                _v22,
+                _v42,
+                _v42,
+                _share_1 - 1.0,
+                _share_1,
+                _v23,
+                _v23,
+            ];
+        }
+        #[inline]
+        fn event_sensitivities(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _udot: &[f64],
+            _s: &[f64],
+            _de: &mut [f64],
+            _dedy: &mut [f64],
+            _dedt: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<4>(_at.y);
+            let _s = ::dgd::__runtime::codegen::fixed::<8>(_s);
+            let _z = ::dgd::__runtime::codegen::fixed::<2>(_at.z);
+            let v = _y[2];
+            let _v5 = ::core::primitive::f64::abs(v);
+            let _v7 = 40000.0 * _v5;
+            let _v9 = (_v7 > 1.0);
+            let _v10 = if _v9 { _v7 } else { 1.0 };
+            let _v11 = 64.0 / _v10;
+            let _v15 = 0.316 * ::dgd::__runtime::math::power(_v7, -0.25);
+            let _share_1 = _y[3];
+            let _v21 = (_z[0] > 1.5);
+            let _v22 = 1.0 - _share_1;
+            let _v23 = (_z[0] < 0.5);
+            let _v25 = _v11 - _v15;
+            let _v30 = ::dgd::__runtime::math::sign(v);
+            let _v31 = 40000.0 * _v30;
+            let _v46 = _v31 * _s[2];
+            let _v47 = _v31 * _s[6];
+            let _v48 = 15696.000000000002 * _v30;
+            let _v49 = -15696.000000000002 * _v30;
+            let _v51 = -800.0 * _v30;
+            let _v54 = 625.0 * (_v51 * (v * _v5));
+            let _v55 = if _v21 { _v54 } else { 0.0 };
+            let _v56 = if _v21 { 0.0 } else { _v54 };
+            let _v57 = _v55 * _v25;
+            let _v58 = _v55 * _v22;
+            let _v64 = -_v57;
+            let _v74 = 40000.0
+                * (0.316 * (_v55 - _v58 + (if _v23 { 0.0 } else { _v56 }))
+                    * (-0.25 * ::dgd::__runtime::math::power(_v7, -1.25))
+                    + (if _v9 {
+                        -((_v58 + (if _v23 { _v56 } else { 0.0 })) / _v10 * _v11)
+                    } else {
+                        0.0
+                    })) * _v30;
+            let _v75 = _v51
+                * (625.0
+                    * (if _v21 {
+                        _v15 + _v22 * _v25
+                    } else {
+                        if _v23 { _v11 } else { _v15 }
+                    })) * (2.0 * _v5) + _v74;
+            let _v82 = _v48 * _s[0] + _v49 * _s[1] + _v75 * _s[2] - _v57 * _s[3];
+            let _v89 = _v48 * _s[4] + _v49 * _s[5] + _v75 * _s[6] - _v57 * _s[7];
+            *::dgd::__runtime::codegen::fixed_mut::<16>(_de) = [
+                _v46,
+                _v46,
+                _v82,
+                _v82,
+                _s[3],
+                _s[3],
+                _v46,
+                _v46,
+                _v47,
+                _v47,
+                _v89,
+                _v89,
+                _s[7],
+                _s[7],
+                _v47,
+                _v47,
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<14>(_dedy) = [
+                _v48,
+                _v48,
+                _v49,
+                _v49,
+                _v31,
+                _v31,
+                _v75,
+                _v75,
+                _v31,
+                _v31,
+                _v64,
+                _v64,
+                1.0,
+                1.0,
+            ];
+            *::dgd::__runtime::codegen::fixed_mut::<8>(_dedt) = [
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+            ];
+        }
+        #[inline]
+        fn resets(&self, _at: ::dgd::__runtime::Point<'_>, _r: &mut [f64]) {
+            *::dgd::__runtime::codegen::fixed_mut::<0>(_r) = [];
+        }
+        #[inline]
+        fn reset_sensitivities(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _udot: &[f64],
+            _s: &[f64],
+            _dr: &mut [f64],
+            _drdy: &mut [f64],
+            _drdt: &mut [f64],
+        ) {
+            *::dgd::__runtime::codegen::fixed_mut::<0>(_dr) = [];
+            *::dgd::__runtime::codegen::fixed_mut::<0>(_drdy) = [];
+            *::dgd::__runtime::codegen::fixed_mut::<0>(_drdt) = [];
         }
     }
 }

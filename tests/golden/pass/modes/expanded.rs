@@ -208,6 +208,7 @@ pub mod tank {
         varying_delays: List::Borrowed(&[]),
         delayed_inputs: List::Borrowed(&[]),
         delayed_unknowns: List::Borrowed(&[]),
+        differentiated_inputs: List::Borrowed(&[]),
         outputs: List::Borrowed(
             &[
                 ::dgd::__runtime::system::Output {
