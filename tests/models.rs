@@ -636,6 +636,7 @@ agreement! {
     robertson_dae: "models/robertson.dgd", form = dae;
     tank_with_weir: "models/tank_with_weir.dgd";
     transmission_line: "models/transmission_line.dgd";
+    transistor_amplifier: "models/test_set/transistor_amplifier.dgd";
     two_tanks: "models/two_tanks.dgd";
     van_der_pol: "models/van_der_pol.dgd";
 }

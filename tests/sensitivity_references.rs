@@ -411,6 +411,128 @@ const CASES: &[Case] = &[
             ],
         )],
     },
+    Case {
+        // x = x₀ (1 − a t + a² (t − τ)²/2! − a³ (t − 2τ)³/3! + …) as far as there are powers above zero
+        name: "what a state was some time ago",
+        model: "
+            parameter a [1/s] = 0.8
+            parameter tau [s] = 1
+            parameter x0 = 1.5
+            state x = x0
+            equation decay: der(x) = -a*delay(x, tau)",
+        input: None,
+        until: 3.5,
+        expected: &[("x", &[-0.130_4, 0.638, -0.710_4, -0.086_933_333_333_333_33])],
+    },
+    Case {
+        // The threshold is passed at te = (b − x₀)/v + τ; behind it x = (b + v τ) e^(−c (t − te)).
+        name: "a delay inside an event",
+        model: "
+            parameter v [1/s] = 0.7
+            parameter b = 1.2
+            parameter c [1/s] = 0.5
+            parameter x0 = 0.1
+            parameter tau [s] = 0.6
+            state x = x0
+            modes motor {
+              on { equation e: der(x) = v }
+              off { equation e: der(x) = -c*x }
+              on -> off when delay(x, tau) rises above b
+            }",
+        input: None,
+        until: 5.0,
+        expected: &[(
+            "x",
+            &[
+                0.393_820_693_842_017_34,
+                -0.296_184_119_707_337_3,
+                0.524_399_689_331_081_3,
+                -1.113_949_962_581_706_2,
+                -0.281_300_495_601_441,
+                0.367_079_782_531_756_94,
+            ],
+        )],
+    },
+    Case {
+        // x falls to zero at te = x₀/(a − d) and stays there, where sign(x) acts as d/a.
+        name: "a solution that slides along a switch",
+        model: "
+            parameter a [1/s] = 2
+            parameter d [1/s] = 0.5
+            parameter x0 = 1
+            state x = x0
+            state y [s] = 0
+            state z [s] = 0
+            equation relay: der(x) = d - a*sign(x)
+            equation area: der(y) = x
+            equation chatter: der(z) = sign(x)",
+        input: None,
+        until: 4.0,
+        expected: &[
+            (
+                "y",
+                &[
+                    0.333_333_333_333_333_3,
+                    -0.222_222_222_222_222_2,
+                    0.222_222_222_222_222_2,
+                    0.666_666_666_666_666_6,
+                ],
+            ),
+            ("z", &[1.5, -0.75, 2.0, 0.5]),
+        ],
+    },
+    Case {
+        // q = q₀ + k (b t − t²/2) until it is zero at te = b + √(b² + 2 q₀/k), and v its integral.
+        name: "a non-return valve",
+        model: "
+            parameter k [1/s] = 0.9
+            parameter b [s] = 1.1
+            parameter q0 [s] = 0.4
+            state q [s] = q0
+            state v [s^2] = 0
+            equation speed: der(q) = k*(b - time)
+            equation volume: der(v) = q
+            saturate q >= 0 [s]",
+        input: None,
+        until: 5.0,
+        expected: &[(
+            "v",
+            &[
+                1.751_532_262_023_517_2,
+                0.813_367_289_297_219_8,
+                2.923_266_711_598_648_4,
+                2.548_754_254_140_048_7,
+            ],
+        )],
+    },
+    Case {
+        // y = y₀ e^(−c t) + m e^(−c (t − b/v))
+        name: "a reset without modes",
+        model: "
+            parameter v [1/s] = 0.8
+            parameter b = 1.6
+            parameter c [1/s] = 0.3
+            parameter m = 0.7
+            parameter y0 = 1.5
+            state x = 0
+            state y = y0
+            equation way: der(x) = v
+            equation decay: der(y) = -c*y
+            when x rises above b { reset y = y + m }",
+        input: None,
+        until: 4.0,
+        expected: &[(
+            "y",
+            &[
+                0.835_959_463_134_121_6,
+                -0.288_126_108_949_363_86,
+                0.144_063_054_474_681_93,
+                -2.575_501_562_004_85,
+                0.548_811_636_094_026_4,
+                0.301_194_211_912_202_1,
+            ],
+        )],
+    },
 ];
 
 /// The value of an unknown or output at the last time, and its derivatives.

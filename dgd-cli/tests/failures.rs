@@ -40,8 +40,7 @@ equation gain: der(v) = sqrt(s)
 
 #[test]
 fn what_is_not_finite_is_said_with_equation_unknown_time_and_values() {
-    run(ROOT, &[])
-        .refused(3, &["`gain`", "t = 1.49999999", "it determines `v`", "read `s` = ", " cm"]);
+    run(ROOT, &[]).refused(3, &["`gain`", "t = 1.49999999", "it determines `v`", "`s` = ", " cm"]);
 }
 
 #[test]
@@ -102,4 +101,24 @@ fn a_delay_below_zero_is_named() {
     let (model, data) = (path(&folder, "m.dgd"), path(&folder, "q.csv"));
     let run = dgd(&["simulate", &model, "--data", &data, "--set", "tau=-2"]);
     run.refused(3, &["`delay(q, tau)`", "-2 s"]);
+}
+
+#[test]
+fn a_ball_that_comes_to_rest_has_endless_impacts() {
+    let text = "
+state h [m] = 1
+state v [m/s] = 0
+equation fall: der(h) = v
+modes ball {
+  flying { equation weight: der(v) = -9.81 [m/s^2] }
+  flying -> flying when h falls below 0 [m] {
+    reset h = 0 [m]
+    reset v = -0.5*v
+  }
+}
+";
+    // The impacts have a limit at √(2 h/g) (1 + e)/(1 − e) = 1.35457 s.
+    let stopped = run(text, &[]);
+    stopped.refused(3, &["`ball`", "without end at t = 1.3545"]);
+    assert_eq!(column(&stopped.out, "time [s]"), [0.0, 1.0]);
 }
