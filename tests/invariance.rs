@@ -121,11 +121,18 @@ fn compare(path: &Path, a: &BTreeMap<String, f64>, b: &BTreeMap<String, f64>, to
     }
 }
 
-/// Another order of the items, blocks included.
+/// Another order of the items, blocks included. Unknowns stay in theirs: of those that a constraint
+/// ties together the first are states.
 fn shuffled(items: &mut [Item], noise: &mut Noise) {
+    let is_unknown = |item: &&Item| matches!(item.kind, ItemKind::Unknown { .. });
+    let in_order: Vec<Item> = items.iter().filter(is_unknown).cloned().collect();
     for last in (1..items.len()).rev() {
         let other = ((0.5 + 0.5 * noise.next()) * (last + 1) as f64) as usize;
         items.swap(last, other);
+    }
+    let unknowns = items.iter_mut().filter(|item| is_unknown(&&**item));
+    for (item, first) in unknowns.zip(in_order) {
+        *item = first;
     }
     for item in items {
         let (ItemKind::Variant { choices, .. } | ItemKind::Modes { modes: choices, .. }) =

@@ -2,6 +2,7 @@
 
 mod support;
 
+use std::cell::RefCell;
 use std::path::Path;
 
 use dgd::{Point, System, discrete_numbers};
@@ -20,12 +21,13 @@ struct Evaluated {
 /// Evaluates a system at a place near its start; parameters are asked for by name.
 fn evaluated(system: &Interpreted, seed: u64, p: &dyn Fn(&str) -> f64) -> Evaluated {
     let signature = system.signature();
-    let mut noise = Noise::new(seed);
+    let noise = RefCell::new(Noise::new(seed));
     let u = input_values(
         signature,
-        |_, input| input.unit.factor * (20.0 + 5.0 * noise.next()),
-        |_, _| unreachable!("no input is delayed"),
+        |_, input| input.unit.factor * (20.0 + 5.0 * noise.borrow_mut().next()),
+        |_, input| input.unit.factor * noise.borrow_mut().next(),
     );
+    let mut noise = noise.into_inner();
     let p: Vec<f64> = signature.parameters.iter().map(|parameter| p(&parameter.name)).collect();
     let z = discrete_numbers(system, &p, 0.0);
     let mut y = vec![0.0; signature.unknowns.len()];

@@ -259,7 +259,8 @@ fn verify_varying_delays(
     }
 }
 
-/// Labels of the equations of an unknown's rows, each once.
+/// Labels of the equations of an unknown's rows, each once and in an order that does not depend on
+/// that of the file.
 fn labels(equations: &[Equation<'_>], rows: &[Row]) -> String {
     let mut labels: Vec<String> = Vec::new();
     for row in rows {
@@ -271,5 +272,6 @@ fn labels(equations: &[Equation<'_>], rows: &[Row]) -> String {
             labels.push(label);
         }
     }
+    labels.sort_unstable();
     labels.join(" / ")
 }

@@ -117,8 +117,9 @@ fn together(all: &[Equation<'_>], holding: &[usize]) -> Vec<Vec<usize>> {
         }
     }
     groups.retain(|group| !group.is_empty());
+    // What is eliminated does not depend on the order of the file.
     for group in &mut groups {
-        group.sort_unstable();
+        group.sort_by_key(|e| all[*e].label);
     }
     groups
 }

@@ -186,7 +186,10 @@ pub mod cells {
                     ],
                 ),
                 delays: List::Borrowed(&[]),
+                varying_delays: List::Borrowed(&[]),
                 delayed_inputs: List::Borrowed(&[]),
+                delayed_unknowns: List::Borrowed(&[]),
+                differentiated_inputs: List::Borrowed(&[]),
                 outputs: List::Borrowed(
                     &[
                         ::dgd::__runtime::system::Output {

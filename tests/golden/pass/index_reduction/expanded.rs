@@ -243,7 +243,7 @@ pub mod bead {
             &[
                 Text::Borrowed("right / ring"),
                 Text::Borrowed("ring / up"),
-                Text::Borrowed("force_x / der(ring)"),
+                Text::Borrowed("der(ring) / force_x"),
                 Text::Borrowed("der(ring) / force_y"),
                 Text::Borrowed("der(der(ring))"),
                 Text::Borrowed("bead"),
@@ -254,7 +254,9 @@ pub mod bead {
         parameters: List::Borrowed(&[]),
         inputs: List::Borrowed(&[]),
         delays: List::Borrowed(&[]),
+        varying_delays: List::Borrowed(&[]),
         delayed_inputs: List::Borrowed(&[]),
+        delayed_unknowns: List::Borrowed(&[]),
         differentiated_inputs: List::Borrowed(&[]),
         outputs: List::Borrowed(
             &[
@@ -335,8 +337,8 @@ pub mod bead {
             automata: List::Borrowed(
                 &[
                     ::dgd::__runtime::system::Automaton {
-                        name: Text::Borrowed("states of ring"),
                         kind: ::dgd::__runtime::system::AutomatonKind::States,
+                        name: Text::Borrowed("states of ring"),
                         modes: List::Borrowed(
                             &[Text::Borrowed("x, v_x"), Text::Borrowed("y, v_y")],
                         ),
@@ -347,12 +349,14 @@ pub mod bead {
                                     from: 0,
                                     to: 1,
                                     crossing: ::dgd::__runtime::system::Crossing::Rises,
+                                    trigger: ::dgd::__runtime::system::Trigger::Level,
                                     resets: List::Borrowed(&[]),
                                 },
                                 ::dgd::__runtime::system::Transition {
                                     from: 1,
                                     to: 0,
                                     crossing: ::dgd::__runtime::system::Crossing::Rises,
+                                    trigger: ::dgd::__runtime::system::Trigger::Level,
                                     resets: List::Borrowed(&[]),
                                 },
                             ],
@@ -407,7 +411,7 @@ pub mod bead {
             let _row_0: f64 = if _v46 { v_x } else { _v22 };
             /// `ring / up` (model.dgd:21): 0 or der(y) =
             let _row_1: f64 = if _v46 { _v22 } else { v_y };
-            /// `force_x / der(ring)` (model.dgd:19): 0 or der(v_x) =
+            /// `der(ring) / force_x` (model.dgd:19): 0 or der(v_x) =
             let _row_2: f64 = if _v46 { -_v5 } else { _v35 };
             /// `der(ring) / force_y` (model.dgd:21): 0 or der(v_y) =
             let _row_3: f64 = if _v46 { _v35 } else { _v11 };
@@ -445,57 +449,60 @@ pub mod bead {
             let v_x = _y[2];
             let v_y = _y[3];
             let push = _y[4];
+            let _v6 = -push;
             let x = _y[0];
-            let _v7 = push * x;
+            let _v8 = push * x;
             let y = _y[1];
-            let _v13 = -(push * y) - 9.81;
+            let _v14 = -(push * y) - 9.81;
             let u_1 = _y[5];
-            let _v20 = 1.0 - u_1;
+            let _v21 = 1.0 - u_1;
             let u_2 = _y[6];
-            let _v24 = 0.25 - (x * x + y * y);
+            let _v25 = 0.25 - (x * x + y * y);
             let _u_1_minus_u_2 = _y[7];
-            let _v33 = 2.0 * y;
-            let _v35 = -2.0 * y;
-            let _v36 = 2.0 * x;
-            let _v37 = -2.0 * x;
-            let _v40 = _v37 * v_x + _v35 * v_y;
-            let _v51 = (_z[0] < 0.5);
-            let _v53 = if _v51 { 1.0 } else { 0.0 };
-            let _v55 = if _v51 { 0.0 } else { 1.0 };
-            let _v58 = _v55 * y;
-            let _v65 = _v53 * x;
+            let _v34 = -y;
+            let _v35 = 2.0 * y;
+            let _v37 = -2.0 * y;
+            let _v38 = -x;
+            let _v39 = 2.0 * x;
+            let _v40 = -2.0 * x;
+            let _v43 = _v40 * v_x + _v37 * v_y;
+            let _v44 = -2.0 * v_x;
+            let _v45 = -2.0 * v_y;
+            let _v54 = (_z[0] < 0.5);
+            let _v61 = if _v54 { 0.0 } else { _v34 };
+            let _v67 = if _v54 { _v38 } else { 0.0 };
             *::dgd::__runtime::codegen::fixed_mut::<8>(_f) = [
-                if _v51 { v_x } else { _v24 },
-                if _v51 { _v24 } else { v_y },
-                if _v51 { -_v7 } else { _v40 },
-                if _v51 { _v40 } else { _v13 },
-                -2.0 * v_x * v_x + -2.0 * v_y * v_y - _v37 * _v7 + _v35 * _v13,
+                if _v54 { v_x } else { _v25 },
+                if _v54 { _v25 } else { v_y },
+                if _v54 { -_v8 } else { _v43 },
+                if _v54 { _v43 } else { _v14 },
+                _v44 * v_x + _v45 * v_y - _v40 * _v8 + _v37 * _v14,
                 u_1 - u_2 - _u_1_minus_u_2,
-                -0.0001 * u_2 - -0.0001 * _v20,
-                50.0 * _v20,
+                -0.0001 * u_2 - -0.0001 * _v21,
+                50.0 * _v21,
             ];
             *::dgd::__runtime::codegen::fixed_mut::<27>(_jacobian) = [
-                -2.0 * (_v55 * x),
-                -2.0 * _v65,
-                -2.0 * (_v55 * v_x) - _v53 * push,
-                -2.0 * (_v53 * v_x),
-                2.0 * _v7 + _v36 * push,
-                -2.0 * _v58,
-                -2.0 * (_v53 * y),
-                -2.0 * (_v55 * v_y),
-                -2.0 * (_v53 * v_y) - _v55 * push,
-                -2.0 * _v13 + _v33 * push,
-                _v53,
-                _v55 * _v37,
-                _v53 * _v37,
+                2.0 * (if _v54 { 0.0 } else { _v38 }),
+                2.0 * _v67,
+                (if _v54 { 0.0 } else { _v44 }) + (if _v54 { _v6 } else { 0.0 }),
+                if _v54 { _v44 } else { 0.0 },
+                2.0 * _v8 + _v39 * push,
+                2.0 * _v61,
+                2.0 * (if _v54 { _v34 } else { 0.0 }),
+                if _v54 { 0.0 } else { _v45 },
+                (if _v54 { _v45 } else { 0.0 }) + (if _v54 { 0.0 } else { _v6 }),
+                -2.0 * _v14 + _v35 * push,
+                if _v54 { 1.0 } else { 0.0 },
+                if _v54 { 0.0 } else { _v40 },
+                if _v54 { _v40 } else { 0.0 },
                 -4.0 * v_x,
-                _v55,
-                _v55 * _v35,
-                _v53 * _v35,
+                if _v54 { 0.0 } else { 1.0 },
+                if _v54 { 0.0 } else { _v37 },
+                if _v54 { _v37 } else { 0.0 },
                 -4.0 * v_y,
-                -_v65,
-                -_v58,
-                _v33 * y + _v36 * x,
+                _v67,
+                _v61,
+                _v35 * y + _v39 * x,
                 1.0,
                 -0.0001,
                 -50.0,
@@ -570,57 +577,60 @@ pub mod bead {
             let v_x = _y[2];
             let v_y = _y[3];
             let push = _y[4];
+            let _v6 = -push;
             let x = _y[0];
-            let _v7 = push * x;
+            let _v8 = push * x;
             let y = _y[1];
-            let _v13 = -(push * y) - 9.81;
+            let _v14 = -(push * y) - 9.81;
             let u_1 = _y[5];
-            let _v20 = 1.0 - u_1;
+            let _v21 = 1.0 - u_1;
             let u_2 = _y[6];
-            let _v24 = 0.25 - (x * x + y * y);
+            let _v25 = 0.25 - (x * x + y * y);
             let _u_1_minus_u_2 = _y[7];
-            let _v33 = 2.0 * y;
-            let _v35 = -2.0 * y;
-            let _v36 = 2.0 * x;
-            let _v37 = -2.0 * x;
-            let _v40 = _v37 * v_x + _v35 * v_y;
-            let _v51 = (_z[0] < 0.5);
-            let _v53 = if _v51 { 1.0 } else { 0.0 };
-            let _v55 = if _v51 { 0.0 } else { 1.0 };
-            let _v58 = _v55 * y;
-            let _v65 = _v53 * x;
+            let _v34 = -y;
+            let _v35 = 2.0 * y;
+            let _v37 = -2.0 * y;
+            let _v38 = -x;
+            let _v39 = 2.0 * x;
+            let _v40 = -2.0 * x;
+            let _v43 = _v40 * v_x + _v37 * v_y;
+            let _v44 = -2.0 * v_x;
+            let _v45 = -2.0 * v_y;
+            let _v54 = (_z[0] < 0.5);
+            let _v61 = if _v54 { 0.0 } else { _v34 };
+            let _v67 = if _v54 { _v38 } else { 0.0 };
             *::dgd::__runtime::codegen::fixed_mut::<8>(_f) = [
-                if _v51 { v_x } else { _v24 },
-                if _v51 { _v24 } else { v_y },
-                if _v51 { -_v7 } else { _v40 },
-                if _v51 { _v40 } else { _v13 },
-                -2.0 * v_x * v_x + -2.0 * v_y * v_y - _v37 * _v7 + _v35 * _v13,
+                if _v54 { v_x } else { _v25 },
+                if _v54 { _v25 } else { v_y },
+                if _v54 { -_v8 } else { _v43 },
+                if _v54 { _v43 } else { _v14 },
+                _v44 * v_x + _v45 * v_y - _v40 * _v8 + _v37 * _v14,
                 u_1 - u_2 - _u_1_minus_u_2,
-                -0.0001 * u_2 - -0.0001 * _v20,
-                50.0 * _v20,
+                -0.0001 * u_2 - -0.0001 * _v21,
+                50.0 * _v21,
             ];
             *::dgd::__runtime::codegen::fixed_mut::<27>(_jacobian) = [
-                -2.0 * (_v55 * x),
-                -2.0 * _v65,
-                -2.0 * (_v55 * v_x) - _v53 * push,
-                -2.0 * (_v53 * v_x),
-                2.0 * _v7 + _v36 * push,
-                -2.0 * _v58,
-                -2.0 * (_v53 * y),
-                -2.0 * (_v55 * v_y),
-                -2.0 * (_v53 * v_y) - _v55 * push,
-                -2.0 * _v13 + _v33 * push,
-                _v53,
-                _v55 * _v37,
-                _v53 * _v37,
+                2.0 * (if _v54 { 0.0 } else { _v38 }),
+                2.0 * _v67,
+                (if _v54 { 0.0 } else { _v44 }) + (if _v54 { _v6 } else { 0.0 }),
+                if _v54 { _v44 } else { 0.0 },
+                2.0 * _v8 + _v39 * push,
+                2.0 * _v61,
+                2.0 * (if _v54 { _v34 } else { 0.0 }),
+                if _v54 { 0.0 } else { _v45 },
+                (if _v54 { _v45 } else { 0.0 }) + (if _v54 { 0.0 } else { _v6 }),
+                -2.0 * _v14 + _v35 * push,
+                if _v54 { 1.0 } else { 0.0 },
+                if _v54 { 0.0 } else { _v40 },
+                if _v54 { _v40 } else { 0.0 },
                 -4.0 * v_x,
-                _v55,
-                _v55 * _v35,
-                _v53 * _v35,
+                if _v54 { 0.0 } else { 1.0 },
+                if _v54 { 0.0 } else { _v37 },
+                if _v54 { _v37 } else { 0.0 },
                 -4.0 * v_y,
-                -_v65,
-                -_v58,
-                _v33 * y + _v36 * x,
+                _v67,
+                _v61,
+                _v35 * y + _v39 * x,
                 1.0,
                 -0.0001,
                 -50.0,

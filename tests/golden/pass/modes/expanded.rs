@@ -266,7 +266,6 @@ pub mod tank {
                     ::dgd::__runtime::system::Automaton {
                         kind: ::dgd::__runtime::system::AutomatonKind::Modes,
                         name: Text::Borrowed("tank"),
-                        kind: ::dgd::__runtime::system::AutomatonKind::Modes,
                         modes: List::Borrowed(
                             &[Text::Borrowed("filling"), Text::Borrowed("full")],
                         ),
