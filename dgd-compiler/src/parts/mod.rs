@@ -3,7 +3,7 @@
 //! A part is everything that its model declares, under names with the part's before them:
 //! `pump.c0`. What the model calls an input is what the whole says it is, `pump.q = q_ssp`; what it
 //! calls an output can be read. [`expand`] makes one tree of a model and its parts, in which every
-//! node keeps its own place, so that no later stage knows of parts. [`fold()`] takes a tree back to
+//! node keeps its own place, so that no later stage knows of parts. `fold` takes a tree back to
 //! what was written, as far as an effect has left its parts alone.
 //!
 //! | file | what it holds |
