@@ -1,10 +1,12 @@
 //! Modes, and conditions on time: states and sensitivities against closed forms and differences.
 
+#[path = "support/exact.rs"]
+mod exact;
 mod support;
 
 use dgd::{
-    Column, Failure, Inputs, IntegrateError, Interpolation, Options, Problem, Solution, System,
-    UndefinedCause, observe, simulate, simulate_with_sensitivities,
+    Column, Inputs, IntegrateError, Interpolation, Options, Problem, System, UndefinedCause,
+    observe, simulate, simulate_with_sensitivities,
 };
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
@@ -12,16 +14,11 @@ use dgd_compiler::pipeline::{Directions, compile};
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::ast::Name;
 use dgd_execute::Interpreted;
+use exact::{options, parameters, position, run, run_with, slopes};
 
-/// The relative tolerance of the runs. Rodas5P's error after the few hundred steps of these cases
-/// stays within a factor of a hundred of it, hence [`CLOSE`].
-const RTOL: f64 = 1e-11;
-/// How well closed forms are met, relative to the largest number of the case.
+/// How well closed forms are met, relative to the largest number of the case: Rodas5P's error after
+/// the few hundred steps of these cases stays within a factor of a hundred of the tolerance.
 const CLOSE: f64 = 1e-8;
-
-fn options() -> Options {
-    Options { rtol: RTOL, atol: RTOL, ..Options::default() }
-}
 
 fn model(text: &str) -> Interpreted {
     model_with(text, Vec::new())
@@ -41,45 +38,9 @@ fn model_with(text: &str, variants: Vec<(Name, Name)>) -> Interpreted {
     Interpreted::new(compiled.program)
 }
 
-fn parameters(system: &Interpreted) -> Vec<f64> {
-    system.signature().parameters.iter().map(|parameter| parameter.value).collect()
-}
-
-fn run_with(
-    system: &Interpreted,
-    p: &[f64],
-    inputs: &Inputs,
-    times: &[f64],
-) -> Result<Solution, Failure> {
-    let problem = Problem { system, p, inputs, start: &[] };
-    simulate_with_sensitivities(&problem, times, &options())
-}
-
-fn run(system: &Interpreted, times: &[f64]) -> Solution {
-    run_with(system, &parameters(system), &Inputs::none(), times).expect("a solution")
-}
-
-fn position(system: &Interpreted, unknown: &str) -> usize {
-    let unknowns = &system.signature().unknowns;
-    unknowns.iter().position(|u| u.name == unknown).expect("an unknown")
-}
-
-/// Sensitivities of an unknown at the k-th time, by parameter.
-fn slopes(system: &Interpreted, solution: &Solution, unknown: &str, k: usize) -> Vec<f64> {
-    let i = position(system, unknown);
-    solution.s(k).chunks(solution.n).map(|column| column[i]).collect()
-}
-
 #[track_caller]
 fn assert_close(found: &[f64], expected: &[f64]) {
-    let largest = expected.iter().fold(1e-3_f64, |largest, x| largest.max(x.abs()));
-    for (j, (f, e)) in found.iter().zip(expected).enumerate() {
-        assert!(
-            (f - e).abs() <= CLOSE * largest,
-            "number {j}: {f} is not {e}\n{found:?}\n{expected:?}"
-        );
-    }
-    assert_eq!(found.len(), expected.len());
+    exact::assert_close(found, expected, CLOSE);
 }
 
 /// All sensitivities at the last time against central differences, extrapolated once.
