@@ -6,6 +6,8 @@
 
 #[path = "support/golden.rs"]
 mod golden;
+#[path = "support/inline.rs"]
+mod inline;
 mod support;
 
 use std::alloc::{GlobalAlloc, Layout, System as Allocator};
@@ -287,5 +289,33 @@ fn the_number_of_allocations_does_not_depend_on_the_number_of_steps() {
         let (few, _) = count(&|| ready.run_without_sensitivities(method, 1e-4));
         let (many, _) = count(&|| ready.run_without_sensitivities(method, 1e-8));
         assert_eq!(few, many, "{name}, without sensitivities");
+    }
+}
+
+/// What states were is kept in two lists. Each moves when it has doubled.
+#[test]
+fn the_past_of_delays_grows_by_doubling() {
+    let system = inline::system(
+        "
+model decay
+parameter k   [1/s] = 1
+parameter tau [s]   = 2
+state u [1] = 1
+equation decay: der(u) = -k*delay(u, tau)
+",
+    );
+    let (name, inputs) = ("decay".to_owned(), Inputs::none());
+    let ready = Ready { name, system, p: vec![1.0, 2.0], inputs, times: &[0.0, 7.0, 20.0] };
+    for method in METHODS {
+        let count = |tolerance: f64| {
+            let before = COUNT.get();
+            let solution = ready.run(method, tolerance);
+            (COUNT.get() - before, solution.statistics.steps)
+        };
+        let ((few, some_steps), (many, more_steps)) = (count(1e-4), count(1e-10));
+        assert!(more_steps > 4 * some_steps, "{}: {some_steps}, {more_steps}", method.name);
+        let doublings = (more_steps / some_steps).ilog2() as usize + 1;
+        assert!(few < many, "{}: {few}, {many}", method.name);
+        assert!(many <= few + 2 * doublings, "{}: {few}, {many}", method.name);
     }
 }
