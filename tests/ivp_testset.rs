@@ -2,8 +2,8 @@
 //!
 //! Errors are measured as the tolerances are meant: |y − ref| / (|ref| + a · size) in units of rtol,
 //! where atol = a · rtol and the sizes are the `nominal`s of the models. The default method has to be
-//! within 10 the others within
-//! what `WITHIN` says.
+//! within 10, the others within what `WITHIN` says. Differences that are smaller than what a published
+//! value is known to are none.
 //!
 //! # Source
 //!
@@ -31,6 +31,8 @@ struct Case {
     a: f64,
     /// Published end values, in the units that the model declares.
     ends: &'static [(&'static str, f64)],
+    /// What they are known to, relative.
+    known: f64,
 }
 
 /// The largest error at the end in units of rtol, and whose it is.
@@ -50,8 +52,12 @@ fn error(system: &Interpreted, case: &Case, options: &Options) -> (f64, &'static
         // As the solver: the start value where no size is declared, and one of the unit for zero.
         let size = unknown.nominal.unwrap_or(start[i]).abs();
         let size = if size == 0.0 { unknown.unit.factor } else { size };
+        let off = (end[i] - reference).abs();
+        if off <= case.known * reference.abs() {
+            continue;
+        }
         let weight = options.rtol * reference.abs() + options.atol * size;
-        let error = (end[i] - reference).abs() / weight;
+        let error = off / weight;
         if error.is_nan() || error > worst.0 {
             worst = (error, name);
         }
@@ -98,6 +104,7 @@ fn hires() {
             ("P_frX2_E", 0.284_999_839_518_576_9e-2),
             ("E", 0.285_000_160_481_423_1e-2),
         ],
+        known: 0.0,
     });
 }
 
@@ -113,6 +120,7 @@ const ROBERTSON: Case = Case {
         ("y2", 0.833_336_077_033_471_3e-13),
         ("y3", 0.999_999_979_166_505),
     ],
+    known: 0.0,
 };
 
 #[test]
@@ -122,11 +130,11 @@ fn robertson_as_ode() {
 
 #[test]
 fn robertson_as_dae() {
+    // y3 = 1 − y1 − y2 is rounded to 1e-16, which is more than atol at first: methods that iterate have
+    // to see it.
     let dae = Case { variants: &[("form", "dae")], ..ROBERTSON };
-    let (rodas5p, others) = WITHIN.split_at(1);
-    check_by(rodas5p, &dae);
-    // y3 = 1 − y1 − y2 is rounded to 1e-16, and Newton's method has to solve for it to within atol.
-    check_by(others, &Case { a: 1e-4, ..dae });
+    check(&dae);
+    check_by(&[("kencarp4", 300.0)], &dae);
 }
 
 #[test]
@@ -141,6 +149,7 @@ fn oregonator() {
             ("Br", 0.122_817_852_154_991_7e4),
             ("Ce", 0.132_055_494_284_670_6e3),
         ],
+        known: 0.0,
     });
 }
 
@@ -152,6 +161,7 @@ fn van_der_pol() {
         until: 2000.0,
         a: 1e-4,
         ends: &[("x", 0.170_616_773_217_046_9e1), ("v", -0.892_809_701_024_812_5e-3)],
+        known: 0.0,
     });
 }
 
@@ -184,6 +194,7 @@ fn pollution() {
             ("NO3", 0.177_214_651_396_998_4e-5),
             ("N2O5", 0.568_294_329_231_639_2e-4),
         ],
+        known: 0.0,
     });
 }
 
@@ -202,6 +213,7 @@ fn chemical_akzo_nobel() {
             ("ZLA", 0.170_801_088_526_440_4e-1),
             ("FLB_ZHU", 0.487_353_131_030_745_5e-2),
         ],
+        known: 0.0,
     });
 }
 
@@ -222,5 +234,54 @@ fn transistor_amplifier() {
             ("v7", 0.477_092_763_161_677_2e1),
             ("v8", 0.123_699_586_809_154_8e1),
         ],
+        known: 0.0,
+    });
+}
+
+/// As arrays, of 400 unknowns.
+#[test]
+fn medical_akzo_nobel() {
+    check(&Case {
+        model: "models/medical_akzo_nobel.dgd",
+        variants: &[],
+        until: 20.0,
+        a: 1e-4,
+        ends: &[
+            ("u[1]", 5.113_983_840_919_909e-6),
+            ("u[2]", 1.027_858_770_570_419e-5),
+            ("u[10]", 5.336_893_059_800_053e-5),
+            ("u[20]", 0.000_111_250_092_300_236),
+            ("u[30]", 0.000_172_320_527_093_592),
+            ("u[40]", 0.000_233_994_221_704_643_4),
+            ("u[50]", 0.000_291_721_620_611_725_8),
+            ("u[60]", 0.000_338_032_894_564_86),
+            ("u[67]", 0.000_357_683_595_848_166_4),
+            ("u[72]", 0.000_361_976_073_558_343_6),
+            ("u[75]", 0.000_359_561_601_750_673_5),
+            ("u[80]", 0.000_345_454_668_211_548_9),
+            ("u[86]", 0.000_308_594_983_235_053_2),
+            ("u[91]", 0.000_258_280_738_035_010_3),
+            ("u[96]", 0.000_188_119_104_037_924),
+            ("u[100]", 0.000_117_374_130_446_283_3),
+            ("v[100]", 6.190_822_732_534_586e-6),
+            ("u[101]", 9.774_701_310_627_047e-5),
+            ("v[101]", 0.000_198_627_340_475_600_2),
+            ("u[102]", 7.740_788_649_977_312e-5),
+            ("v[102]", 0.003_489_773_624_098_464),
+            ("u[103]", 5.657_119_003_189_305e-5),
+            ("v[103]", 0.032_345_260_943_596_04),
+            ("u[104]", 3.643_334_879_766_658e-5),
+            ("v[104]", 0.154_874_734_841_080_1),
+            ("u[105]", 2.003_152_841_880_95e-5),
+            ("v[105]", 0.402_698_052_959_495_3),
+            ("u[106]", 9.608_297_851_720_77e-6),
+            ("v[106]", 0.664_974_483_419_849),
+            ("v[107]", 0.840_928_454_632_064_7),
+            ("v[108]", 0.931_494_667_695_693_6),
+            ("v[110]", 0.989_020_487_279_994_4),
+        ],
+        // Computed with a tolerance of 1e-10 for the test set: an independent solution of that
+        // tolerance is 1.1e-7 off at one component, and 5e-8 at most elsewhere.
+        known: 1.2e-7,
     });
 }

@@ -6,6 +6,8 @@
 
 #[path = "support/golden.rs"]
 mod golden;
+#[path = "support/inline.rs"]
+mod inline;
 mod support;
 
 use std::alloc::{GlobalAlloc, Layout, System as Allocator};
@@ -13,8 +15,8 @@ use std::cell::Cell;
 use std::fmt::Write;
 
 use dgd::{
-    Column, Inputs, METHODS, Method, MethodKind, Options, Problem, Solution, System, simulate,
-    simulate_with_sensitivities,
+    Column, Direction, Inputs, METHODS, Method, MethodKind, Options, Problem, Solution, System,
+    simulate, simulate_with_sensitivities,
 };
 use dgd_execute::Interpreted;
 use golden::Goldens;
@@ -46,6 +48,8 @@ static ALLOCATOR: Counting = Counting;
 struct Case {
     model: &'static str,
     variants: &'static [(&'static str, &'static str)],
+    /// Values of parameters, SI, that are not the model's own.
+    set: &'static [(&'static str, f64)],
     /// Samples of the inputs, SI, the same times for all.
     samples: &'static [f64],
     inputs: &'static [&'static [f64]],
@@ -56,6 +60,7 @@ const CASES: &[Case] = &[
     Case {
         model: "predator_prey",
         variants: &[],
+        set: &[],
         samples: &[],
         inputs: &[],
         times: &[0.0, 2e6, 1e7],
@@ -63,6 +68,7 @@ const CASES: &[Case] = &[
     Case {
         model: "robertson",
         variants: &[("form", "dae")],
+        set: &[],
         samples: &[],
         inputs: &[],
         times: &[0.0, 4.0, 400.0],
@@ -71,6 +77,7 @@ const CASES: &[Case] = &[
     Case {
         model: "pump_speed_step",
         variants: &[],
+        set: &[],
         samples: &[0.0, 300.0, 900.0, 1500.0],
         inputs: &[&[9.09, 10.0, 10.0, 9.5], &[0.02, 0.02, 0.025, 0.025]],
         times: &[0.0, 310.0, 1500.0],
@@ -78,6 +85,7 @@ const CASES: &[Case] = &[
     Case {
         model: "pump_speed_step",
         variants: &[("flow", "static")],
+        set: &[],
         samples: &[0.0, 300.0, 900.0, 1500.0],
         inputs: &[&[9.09, 10.0, 10.0, 9.5], &[0.02, 0.02, 0.025, 0.025]],
         times: &[0.0, 310.0, 1500.0],
@@ -86,9 +94,37 @@ const CASES: &[Case] = &[
     Case {
         model: "tank_with_weir",
         variants: &[],
+        set: &[],
         samples: &[0.0, 900.0, 1800.0, 7200.0],
         inputs: &[&[0.0012, 0.0018, 0.0, 0.0]],
         times: &[0.0, 800.0, 1700.0, 3000.0, 7200.0],
+    },
+    // A switch along which the solution slides, a saturation, and a reset.
+    Case {
+        model: "dragged_load",
+        variants: &[],
+        set: &[("melt", 0.1)],
+        samples: &[0.0, 4.0],
+        inputs: &[&[0.2, 0.2]],
+        times: &[0.0, 1.0, 4.0],
+    },
+    // Index reduction, with states that are selected anew on the way.
+    Case {
+        model: "pendulum_cartesian",
+        variants: &[],
+        set: &[],
+        samples: &[],
+        inputs: &[],
+        times: &[0.0, 0.7, 3.0],
+    },
+    // Arrays. Waves that hardly fade keep errors, so that the run is short.
+    Case {
+        model: "transmission_line",
+        variants: &[],
+        set: &[],
+        samples: &[0.0, 1.0, 2.0],
+        inputs: &[&[0.02, 0.025, 0.025], &[40e5, 40e5, 40e5]],
+        times: &[0.0, 0.8, 2.0],
     },
 ];
 
@@ -120,7 +156,12 @@ impl Ready {
         } else {
             Inputs::recorded(case.samples, &columns).expect("sound inputs")
         };
-        let p = signature.parameters.iter().map(|parameter| parameter.value).collect();
+        let mut p: Vec<f64> =
+            signature.parameters.iter().map(|parameter| parameter.value).collect();
+        for (name, value) in case.set {
+            let parameter = signature.parameters.iter().position(|p| p.name == *name);
+            p[parameter.expect("a parameter of the model")] = *value;
+        }
         let mut name = case.model.to_owned();
         for (_, choice) in case.variants {
             let _ = write!(name, " {choice}");
@@ -198,16 +239,25 @@ fn all_methods_come_to_the_same() {
     for (ready, method) in cases() {
         let expected = ready.run(&METHODS[0], 1e-11);
         let found = ready.run(method, tolerance);
-        let unknowns = &ready.system.signature().unknowns;
+        let signature = ready.system.signature();
+        let unknowns = &signature.unknowns;
         let n = unknowns.len();
-        // In units of the largest number of each unknown, and of each of its sensitivities.
+        // In units of the largest number of each unknown, and of each of its sensitivities, or of the
+        // nominal ones where they are larger.
         let scale = |values: &[f64], len: usize, i: usize| {
             values.iter().skip(i).step_by(len).fold(0.0_f64, |most, v| most.max(v.abs()))
         };
-        let verify = |what: &str, found: &[f64], expected: &[f64], len: usize| {
-            for (k, (f, e)) in found.iter().zip(expected).enumerate() {
-                let size = scale(expected, len, k % len);
-                let unknown = &unknowns[k % len % n].name;
+        let verify = |what: &str, found: &[f64], numbers: &[f64], len: usize| {
+            for (k, (f, e)) in found.iter().zip(numbers).enumerate() {
+                let unknown = &unknowns[k % len % n];
+                // As the solver: sizes of S are those of the unknown over those of the parameter.
+                let over = match (what, signature.directions.get(k % len / n)) {
+                    ("S", Some(Direction::Parameter(j))) => ready.p[*j].abs(),
+                    _ => 1.0,
+                };
+                let nominal = unknown.nominal.unwrap_or(expected.y[k % len % n]).abs() / over;
+                let size = scale(numbers, len, k % len).max(nominal);
+                let unknown = &unknown.name;
                 let error = (f - e).abs();
                 assert!(
                     error <= most * size,
@@ -239,5 +289,33 @@ fn the_number_of_allocations_does_not_depend_on_the_number_of_steps() {
         let (few, _) = count(&|| ready.run_without_sensitivities(method, 1e-4));
         let (many, _) = count(&|| ready.run_without_sensitivities(method, 1e-8));
         assert_eq!(few, many, "{name}, without sensitivities");
+    }
+}
+
+/// What states were is kept in two lists. Each moves when it has doubled.
+#[test]
+fn the_past_of_delays_grows_by_doubling() {
+    let system = inline::system(
+        "
+model decay
+parameter k   [1/s] = 1
+parameter tau [s]   = 2
+state u [1] = 1
+equation decay: der(u) = -k*delay(u, tau)
+",
+    );
+    let (name, inputs) = ("decay".to_owned(), Inputs::none());
+    let ready = Ready { name, system, p: vec![1.0, 2.0], inputs, times: &[0.0, 7.0, 20.0] };
+    for method in METHODS {
+        let count = |tolerance: f64| {
+            let before = COUNT.get();
+            let solution = ready.run(method, tolerance);
+            (COUNT.get() - before, solution.statistics.steps)
+        };
+        let ((few, some_steps), (many, more_steps)) = (count(1e-4), count(1e-10));
+        assert!(more_steps > 4 * some_steps, "{}: {some_steps}, {more_steps}", method.name);
+        let doublings = (more_steps / some_steps).ilog2() as usize + 1;
+        assert!(few < many, "{}: {few}, {many}", method.name);
+        assert!(many <= few + 2 * doublings, "{}: {few}, {many}", method.name);
     }
 }

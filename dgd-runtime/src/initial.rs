@@ -26,7 +26,7 @@ use crate::system::{Pattern, Point, Storage, System};
 const CONVERGED: f64 = 1e-4;
 const MOST_ITERATIONS: usize = 100;
 /// Residuals below this part of the equation's terms are rounding: a few operations on them.
-const ROUNDING: f64 = 4.0 * f64::EPSILON;
+pub(crate) const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// The smallest damping tried, λ.
 const LEAST_DAMPING: f64 = 1.0 / 4096.0;
 /// How often a guess at which the equations are singular is moved.
@@ -607,7 +607,7 @@ fn is_rounding<V: Storage>(
 }
 
 /// Sizes of the equations' terms at `y`, to first order.
-fn add_terms(terms: &mut [f64], pattern: &Pattern, jacobian: &[f64], y: &[f64]) {
+pub(crate) fn add_terms(terms: &mut [f64], pattern: &Pattern, jacobian: &[f64], y: &[f64]) {
     for ((&row, &column), j) in pattern.rows.iter().zip(pattern.columns.iter()).zip(jacobian) {
         terms[row] += (j * y[column]).abs();
     }
