@@ -790,11 +790,11 @@ state u [1] = 1
 equation u: 1 [s] * der(u) = -delay(u, 1 [s] - time)
 ",
     );
-    let times = [0.0, 0.5, 2.0];
+    let times = [0.0, 0.5, 0.999, 2.0];
     let problem = Problem { system: &system, p: &[], inputs: &Inputs::none(), start: &[] };
     let failure = simulate(&problem, &times, &options()).expect_err("the future");
-    assert!(failure.to_string().contains("the delay `1 - time` is"), "{failure}");
-    assert_eq!(failure.partial.times, [0.0, 0.5]);
+    assert!(failure.to_string().contains("the delay `1 - time` falls below zero"), "{failure}");
+    assert_eq!(failure.partial.times, [0.0, 0.5, 0.999]);
 }
 
 /// Samples of every second, on their way through delays much longer than that, do not breed breaks:

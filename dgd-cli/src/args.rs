@@ -265,10 +265,10 @@ pub(crate) struct SolveArgs {
     #[arg(long, value_name = "NAME", default_value = AUTOMATIC)]
     pub method: String,
     /// Tolerance relative to each value
-    #[arg(long, value_name = "TOL", default_value_t = 1e-6)]
+    #[arg(long, value_name = "TOL", default_value_t = 1e-6, allow_hyphen_values = true)]
     pub rtol: f64,
     /// Tolerance relative to each unknown's nominal size [default: rtol]
-    #[arg(long, value_name = "TOL")]
+    #[arg(long, value_name = "TOL", allow_hyphen_values = true)]
     pub atol: Option<f64>,
     /// Draw the result; .svg or .png, repeatable
     #[arg(long, value_name = "FILE")]

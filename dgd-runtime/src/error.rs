@@ -232,6 +232,18 @@ pub enum InitialError {
     },
 }
 
+/// A number of which the size matters.
+struct Short(f64);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0.abs() {
+            0.01..1e4 => write!(f, "{:.2}", self.0),
+            _ => write!(f, "{:.1e}", self.0),
+        }
+    }
+}
+
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.error.fmt(f)
@@ -253,13 +265,15 @@ impl fmt::Display for IntegrateError {
             Self::StepSizeTooSmall { t, h, unknown, parameter: None, error } => write!(
                 f,
                 "the step size fell to {h:.1e} s at t = {t} s, where the local error of \
-                 `{unknown}` is still {error:.1e} times the tolerance"
+                 `{unknown}` is still {} times the tolerance",
+                Short(*error)
             ),
             Self::StepSizeTooSmall { t, h, unknown, parameter: Some(parameter), error } => write!(
                 f,
                 "the step size fell to {h:.1e} s at t = {t} s, where the local error of the \
-                 sensitivity of `{unknown}` to `{parameter}` is still {error:.1e} times the \
-                 tolerance"
+                 sensitivity of `{unknown}` to `{parameter}` is still {} times the \
+                 tolerance",
+                Short(*error)
             ),
             Self::NotFinite { t, equation, unknown, what, values } => {
                 match what {
@@ -275,7 +289,8 @@ impl fmt::Display for IntegrateError {
             ),
             Self::DelayBelowZero { t, delay, value } => write!(
                 f,
-                "the delay `{delay}` is {value} s at t = {t} s; what will be is not known before"
+                "the delay `{delay}` falls below zero, to {value:.1e} s at t = {t} s; what will be is \
+                 not known before"
             ),
             Self::TooManySteps { t, steps } => {
                 write!(f, "{steps} steps were not enough, the solution stopped at t = {t} s")
@@ -358,8 +373,8 @@ impl fmt::Display for InitialError {
             Self::Singular { equation, t, residual, together, at } => {
                 write!(
                     f,
-                    "no consistent values at t = {t} s: equation `{equation}` (residual \
-                     {residual:.3e})"
+                    "no consistent values at t = {t} s: equation `{equation}` (residual {})",
+                    Short(*residual)
                 )?;
                 for (k, other) in together.iter().enumerate() {
                     write!(f, "{} `{other}`", if k == 0 { " together with" } else { "," })?;
@@ -371,8 +386,9 @@ impl fmt::Display for InitialError {
                 write!(
                     f,
                     "no consistent values at t = {t} s after {iterations} iterations: equation \
-                     `{equation}` has residual {residual:.3e}, and `{unknown}` still moves by \
-                     {correction:.3e}{}",
+                     `{equation}` has residual {}, and `{unknown}` still moves by {}{}",
+                    Short(*residual),
+                    Short(*correction),
                     With(at)
                 )
             }

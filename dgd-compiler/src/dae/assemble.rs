@@ -10,7 +10,7 @@ use super::linear_derivatives::{Solved, solve_for_derivatives};
 use super::modes::{Combinations, in_modes};
 use super::rates::{Varying, take_slopes};
 use super::readers::{DerivativeReader, automaton_of};
-use super::refusal::{no_choice, refuse};
+use super::refusal::{no_choice, refuse, verify_bounds};
 use super::saturate::{self, saturate};
 use super::state_selection::Selections;
 use super::symbols::{Typical, settle};
@@ -83,6 +83,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
             all.push(row);
         }
     }
+    verify_bounds(model, &graph, equations, &systems, &rows, diagnostics);
     let modes: Vec<usize> =
         start_modes.into_iter().chain(selecting.iter().map(|automaton| automaton.start)).collect();
     let start = combinations.position(&modes);

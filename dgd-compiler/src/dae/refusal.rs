@@ -1,11 +1,13 @@
 //! Words for equations that cannot be differentiated.
 
 use super::counts::{more_places, quoted};
+use super::explicit::{Explicit, Row};
 use super::index_reduction::{Obstacle, Refusal};
 use super::linear_derivatives::Residual;
 use super::transfer::Equation;
 use super::variables::Variables;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::expr::{Graph, Symbol};
 use crate::model::Model;
 
 /// Reports an equation that index reduction cannot differentiate.
@@ -85,4 +87,36 @@ pub(super) fn no_choice<'a>(
     let diagnostic = Diagnostic::new(Code::E404, first, message)
         .help("leave out a constraint that others imply");
     diagnostics.error(more_places(diagnostic, spans, "this one too"))
+}
+
+/// Reports bounds of unknowns that constraints between states determine: at a bound such an unknown
+/// would leave its row, and with it the constraint or what follows from it.
+pub(super) fn verify_bounds(
+    model: &Model,
+    graph: &Graph,
+    equations: &[Equation<'_>],
+    systems: &[Explicit],
+    rows: &[Vec<Row>],
+    diagnostics: &mut Diagnostics,
+) {
+    for saturation in &model.saturations {
+        let unknown = saturation.unknown;
+        let mut constraints = systems.iter().flat_map(|system| &system.reduced.constraints);
+        let tied = constraints
+            .find(|constraint| graph.symbols(constraint.rest).contains(&Symbol::Unknown(unknown)))
+            .map(|constraint| constraint.equation);
+        let forced =
+            || rows[unknown as usize].iter().find(|row| row.order > 0).map(|row| row.equation);
+        let Some(Equation { label, span, .. }) = tied.or_else(forced).map(|e| &equations[e]) else {
+            continue;
+        };
+        let name = &model.unknowns[unknown as usize].declared.name;
+        let message =
+            format!("`{name}` cannot have a bound, as `{label}` has to be differentiated");
+        diagnostics.error(
+            Diagnostic::new(Code::E410, saturation.span, message)
+                .label(*span, format!("this determines `{name}` at all times"))
+                .help("describe what happens at the bound by `modes`, with equations for each"),
+        );
+    }
 }

@@ -900,6 +900,29 @@ Right:
     equation flow_1: q_1 = if on_1 > 0.5 then q_max else 0
     # … and so on, up to on_11
 "
+E410 "bound of an unknown that a constraint determines" "
+A constraint between states is differentiated, and the states that it ties together move as it says.
+One of them cannot stay at a bound of its own, nor can the force that keeps the constraint: the
+constraint would be broken. Without the bound the model runs; a rope that goes slack is one with
+`modes`, in which the constraint holds in one mode only.
+
+Wrong:
+
+    state h [m] = 1
+    state h_2 [m] = 1
+    unknown q_12 [m/s]
+    equation level: der(h) = 0.01 [m/s] - q_12
+    equation level_2: der(h_2) = q_12
+    equation opening: h_2 = h
+    saturate h <= 3 [m]
+
+Right:
+
+    state h [m] = 1
+    let h_2 = h
+    equation level: 2*der(h) = 0.01 [m/s]
+    saturate h <= 3 [m]
+"
 E430 "derivative of an element that cannot be solved for" "
 The derivative of an element stands in one equation, linearly, and without other derivatives. An
 equation that needs it besides reads an `unknown` instead. The same is said where so many equations of

@@ -64,6 +64,9 @@ use events::Hybrid;
 use moving_jump::MovingJumps;
 use stepper::{At, Base, Directions, Failed, Stepper, Trial};
 
+/// So far before the point at which it can go on no more a run may end, in its span.
+const NEAR: f64 = 1e-9;
+
 /// Integrates from the first of the asked `times` to the last and gives the unknowns at all of
 /// them.
 ///
@@ -487,7 +490,7 @@ impl<'a, S: System> Simulation<'a, S> {
         // NaN compares false: what could not be evaluated is not accepted.
         if error <= 1.0 {
             if let Some(error) = self.reads_ahead(h) {
-                return Err(error);
+                return self.step_less_far(h, error, controller, solution);
             }
             if self.reaches_mark(t_new) {
                 return Ok(());
@@ -547,6 +550,26 @@ impl<'a, S: System> Simulation<'a, S> {
             Ok(()) if error.is_finite() => self.step_size_too_small(h),
             Ok(()) => self.not_finite(h),
         })
+    }
+
+    /// Goes on with shorter steps up to where a delay falls below zero, and ends there.
+    fn step_less_far(
+        &mut self,
+        h: f64,
+        error: IntegrateError,
+        controller: &mut Controller,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        if h <= NEAR * self.span {
+            return Err(error);
+        }
+        solution.statistics.rejected += 1;
+        if self.stepper.is_multistep() {
+            self.reject_multistep(h, f64::NAN, controller);
+        } else {
+            controller.abandon(h);
+        }
+        Ok(())
     }
 
     /// Linearises at (t, y) as a step needs it.
