@@ -101,6 +101,9 @@ pub struct Event {
 impl fmt::Display for UndefinedSensitivity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { from, until, equation, cause } = self;
+        // Just after a start at 0 there are many zeros behind the point.
+        let is_tiny = *from != 0.0 && from.abs() < 1e-5;
+        let from = if is_tiny { format!("{from:e}") } else { from.to_string() };
         write!(f, "sensitivities are undefined from t = {from} s to {until} s, where ")?;
         match cause {
             UndefinedCause::Singular => {

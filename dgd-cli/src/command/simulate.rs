@@ -73,7 +73,13 @@ fn is_element(unknown: &str) -> bool {
     unknown.ends_with(']')
 }
 
-/// What the figure shows: the inputs, unit by unit; then each state and each output, with what was
+/// Whether the model does not declare this: a derivative, a combination or a share, which the table
+/// has and the figure leaves out.
+fn is_added(unknown: &str) -> bool {
+    unknown.ends_with(')')
+}
+
+/// What the figure shows: the inputs, unit by unit; then each declared state and each output, with what was
 /// measured of it.
 fn subjects(run: &Run, solution: &Solution, observations: &Observations) -> Vec<Subject> {
     let signature = run.signature();
@@ -100,6 +106,7 @@ fn subjects(run: &Run, solution: &Solution, observations: &Observations) -> Vec<
     }
     for (i, unknown) in signature.unknowns.iter().enumerate() {
         if is_element(&unknown.name)
+            || is_added(&unknown.name)
             || signature.outputs.iter().any(|output| output.name == unknown.name)
         {
             continue;
