@@ -5,8 +5,8 @@ mod exact;
 mod support;
 
 use dgd::{
-    Column, Inputs, IntegrateError, Interpolation, Options, Problem, System, UndefinedCause,
-    observe, simulate, simulate_with_sensitivities,
+    Column, Inputs, IntegrateError, Interpolation, Problem, System, UndefinedCause, observe,
+    simulate, simulate_with_sensitivities,
 };
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;

@@ -257,6 +257,23 @@ fn a_mass_on_a_belt_sticks_and_slips() {
 }
 
 #[test]
+fn what_slips_off_a_belt_that_gathers_speed_leaves_it_for_good() {
+    // It leaves tangentially, where errors within the tolerance look like a return.
+    for friction in [19, 20, 21] {
+        let load = system(&format!(
+            "model load
+             parameter F [N] = {friction}
+             state stretch [m] = 0  nominal 0.01
+             state v [m/s] = 0  nominal 0.1
+             let slip = 0.1 [m/s] + 0.04 [m/s^2]*time - v
+             equation spring: der(stretch) = v
+             equation mass: 2 [kg]*der(v) = F*sign(slip)/(1 + abs(slip)/0.5 [m/s]) - 400 [N/m]*stretch"
+        ));
+        assert_slopes_are_differences(&load, &Inputs::none(), &[0.0, 3.0], 1e-5);
+    }
+}
+
+#[test]
 fn two_blocks_stick_at_one_time_and_pull_each_other() {
     // Both stick from the start; the pull breaks the first away, whose spring takes the second along.
     let blocks = system(

@@ -236,13 +236,31 @@ impl<S: System> Simulation<'_, S> {
         }
     }
 
-    /// Event functions that are beyond their thresholds where a solution leaves a surface may be so
-    /// by rounding, or by the error made along it.
+    /// Where a solution leaves a surface that it has slid along, it does so tangentially: how far an
+    /// event function is beyond its threshold there, and what errors of the unknowns within the
+    /// tolerance make of it, says nothing of a return.
     fn take_slack(&mut self) {
-        let hybrid = &mut self.discrete;
-        for (slack, e) in hybrid.slack.iter_mut().zip(&hybrid.e) {
+        if !self.discrete.slack.contains(&f64::INFINITY) {
+            return;
+        }
+        let Problem { system, p, .. } = *self.problem;
+        let Hybrid { schedule, slack, e, low, high, .. } = &mut self.discrete;
+        let (y, u) = (self.y.as_ref(), self.drive.at(self.t, self.y.as_ref()));
+        high.fill(0.0);
+        for i in 0..y.len() {
+            let moved = self.row.as_mut();
+            moved.copy_from_slice(y);
+            moved[i] +=
+                self.tolerances.rtol * y[i].abs() + self.tolerances.atol * self.sizes.as_ref()[i];
+            let at = Point { t: self.t, y: self.row.as_ref(), u, p, z: &schedule.z };
+            system.event_functions(at, low);
+            for ((error, moved), e) in high.iter_mut().zip(low.iter()).zip(e.iter()) {
+                *error += (moved - e).abs();
+            }
+        }
+        for ((slack, error), e) in slack.iter_mut().zip(high.iter()).zip(e.iter()) {
             if *slack == f64::INFINITY {
-                *slack = 2.0 * e.abs();
+                *slack = error.max(2.0 * e.abs());
             }
         }
     }
@@ -284,10 +302,13 @@ impl<S: System> Simulation<'_, S> {
             if !hybrid.is_active(automaton, transition.from) {
                 continue;
             }
-            let past =
-                if transition.crossing.is_past(hybrid.e[k]) { hybrid.e[k].abs() } else { 0.0 };
-            hybrid.slack[k] = hybrid.slack[k].min(past);
-            if past == 0.0 && transition.trigger != Trigger::Entry {
+            if transition.crossing.is_past(hybrid.e[k]) {
+                continue;
+            }
+            if hybrid.e[k].abs() > hybrid.slack[k] {
+                hybrid.slack[k] = 0.0;
+            }
+            if transition.trigger != Trigger::Entry {
                 hybrid.armed[k] = true;
             }
         }
