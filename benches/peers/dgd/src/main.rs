@@ -57,7 +57,8 @@ fn run(
     let options =
         Options { rtol: request.rtol, atol: 0.01 * request.rtol, method, ..Options::default() };
     let problem = Problem { system, p: &p, inputs, start: &[] };
-    let simulation = if request.with_sensitivities() { simulate_with_sensitivities } else { simulate };
+    let simulation =
+        if request.with_sensitivities() { simulate_with_sensitivities } else { simulate };
     request.measure(
         || Ok(simulation(&problem, times, &options)?),
         |solution| Answer { values: rows(&solution, &p), steps: solution.statistics.steps },

@@ -74,9 +74,8 @@ fn ode(request: &Request) -> Result<(), Failure> {
         "radau5" => request.measure(|| radau5(request, TwoState::start()), scaled_back),
         "dopri5" => request.measure(
             || {
-                let problem = |model: &TwoState, from, to, y| {
-                    IVP::ode_owned(States(*model), from, to, y)
-                };
+                let problem =
+                    |model: &TwoState, from, to, y| IVP::ode_owned(States(*model), from, to, y);
                 let model = TwoState::start();
                 stretches!(request, model, [1.0, 1.0], problem, ExplicitRungeKutta::dopri5())
             },
@@ -106,9 +105,8 @@ fn ode_with_sensitivities(request: &Request) -> Result<(), Failure> {
         ),
         "dopri5" => request.measure(
             || {
-                let problem = |model: &TwoState, from, to, y| {
-                    IVP::ode_owned(Augmented(*model), from, to, y)
-                };
+                let problem =
+                    |model: &TwoState, from, to, y| IVP::ode_owned(Augmented(*model), from, to, y);
                 stretches!(request, model, at_rest(), problem, ExplicitRungeKutta::dopri5())
             },
             scaled_back,

@@ -1,7 +1,7 @@
 //! The two-state model with the crate's traits.
 
-use differential_equations::prelude::*;
 use differential_equations::linalg::Matrix;
+use differential_equations::prelude::*;
 use peers_problems::two_state::{AREA, FLOW, LEVEL, TwoState, WIDTH};
 
 /// Two scaled states.

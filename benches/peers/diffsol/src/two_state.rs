@@ -51,9 +51,7 @@ impl Now {
     }
 
     /// The same of the static model, in which M is not.
-    pub(crate) fn by_theta_times_static(
-        &self,
-    ) -> impl Fn(&[f64], &[f64], f64, &[f64], &mut [f64]) {
+    pub(crate) fn by_theta_times_static(&self) -> impl Fn(&[f64], &[f64], f64, &[f64], &mut [f64]) {
         |y, _p, _t, v, result| {
             let by_theta = self.model.get().by_theta(y[0], y[1]);
             let sum = by_theta[1..].iter().zip(&v[1..]).map(|(a, b)| a * b).sum();

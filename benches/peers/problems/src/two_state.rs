@@ -106,7 +106,9 @@ pub fn ensemble(count: usize) -> impl Iterator<Item = [f64; 5]> {
     (0..count).map(move |_| {
         let mut p = nominal();
         for p in &mut p {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             let unit = (state >> 11) as f64 / 9_007_199_254_740_992.0;
             *p *= 1.0 + 0.1 * (2.0 * unit - 1.0);
         }
