@@ -5,7 +5,7 @@
 //! ```
 //!
 //! CASE is `p1a`, `p1b`, `p2a`, `p2b`, `p3-1000` (cells), `p4`, `p5a`, `p5b`; METHOD one of the program's own;
-//! RTOL the relative tolerance; SPAN for how many seconds to repeat; DATA the folder of recorded
+//! RTOL the relative tolerance; SPAN for how many seconds to repeat, or how often, as `10x` (Rust only); DATA the folder of recorded
 //! inputs. The program writes the values of its last run to OUTPUT, little-endian doubles row by
 //! row, and prints `least`, `median` (seconds of one run) and `steps`. Programs in other languages
 //! do the same.
@@ -24,9 +24,35 @@ pub struct Request {
     pub method: String,
     /// Relative tolerance.
     pub rtol: f64,
-    span: Duration,
+    repeat: Repeat,
     data: PathBuf,
     output: PathBuf,
+}
+
+/// How long to repeat.
+#[derive(Debug, Clone, Copy)]
+enum Repeat {
+    /// For so long, at least three times.
+    For(Duration),
+    /// So often.
+    Times(usize),
+}
+
+impl Repeat {
+    fn parse(text: &str) -> Result<Self, Failure> {
+        Ok(match text.strip_suffix('x') {
+            Some(times) => Self::Times(times.parse()?),
+            None => Self::For(Duration::from_secs_f64(text.parse()?)),
+        })
+    }
+
+    /// Whether `runs` since `begin` are enough.
+    fn is_over(self, runs: usize, begin: Instant) -> bool {
+        match self {
+            Self::For(span) => runs >= 3 && begin.elapsed() >= span,
+            Self::Times(times) => runs >= times,
+        }
+    }
 }
 
 /// What a run gives.
@@ -62,7 +88,7 @@ impl Request {
             case: case.clone(),
             method: method.clone(),
             rtol: rtol.parse()?,
-            span: Duration::from_secs_f64(span.parse()?),
+            repeat: Repeat::parse(span)?,
             data: data.into(),
             output: output.into(),
         })
@@ -84,7 +110,7 @@ impl Request {
         Ok(values.chunks_exact(3).map(|x| Sample { w: x[0], q_b: x[1], q_tf: x[2] }).collect())
     }
 
-    /// Runs `work` until the span is over, at least three times, and writes what the last run gave.
+    /// Runs `work` as long as is asked for, at least once, and writes what the last run gave.
     pub fn measure<T>(
         &self,
         mut work: impl FnMut() -> Result<T, Failure>,
@@ -96,7 +122,7 @@ impl Request {
             let start = Instant::now();
             let result = std::hint::black_box(work()?);
             times.push(start.elapsed().as_secs_f64());
-            if times.len() >= 3 && begin.elapsed() >= self.span {
+            if self.repeat.is_over(times.len(), begin) {
                 break result;
             }
         };
