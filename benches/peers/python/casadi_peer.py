@@ -13,7 +13,8 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from problems import AREA, END, FLOW, JUMP, SIZES, SPEED, Request, imbalance, nominal
+from problems import (AREA, END, FIT_START, FITTED, FLOW, JUMP, NOISE, SIZES, SPEED, Request,
+                      imbalance, minimise, nominal)
 
 
 def model():
@@ -56,8 +57,11 @@ def jump(request):
     answer(request, ca.Function("run", [chosen], [ca.horzcat(*parts)]))
 
 
-def recording(request):
-    """P5: equal Runge-Kutta steps in each sample, more of them where tolerances are tighter."""
+def record(request):
+    """Rows of the recording as a function of theta, and its steps.
+
+    Equal Runge-Kutta steps in each sample, more of them where tolerances are tighter.
+    """
     pieces = 1 if request.rtol >= 1e-4 else 2 if request.rtol >= 1e-6 else 5
     h = 1.0 / pieces
     w, q_out = request.recording()
@@ -70,14 +74,51 @@ def recording(request):
         k3 = rhs(end + h / 2 * k2, theta, u)
         k4 = rhs(end + h * k3, theta, u)
         end += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-    step = ca.Function("step", [y, theta, u], [end])
     count, chosen = len(w) - 1, ca.MX.sym("theta", 5)
-    record = step.mapaccum("record", count)
+    steps = ca.Function("step", [y, theta, u], [end]).mapaccum("steps", count)
     inputs = np.vstack([w[:-1], q_out[:-1]])
-    rows = record(ca.MX.ones(2), ca.repmat(chosen, 1, count), inputs)
-    rows = ca.horzcat(ca.MX.ones(2), rows)
-    steps = pieces * count
-    answer(request, ca.Function("run", [chosen], [rows]), compiled, steps)
+    rows = steps(ca.MX.ones(2), ca.repmat(chosen, 1, count), inputs)
+    return ca.Function("run", [chosen], [ca.horzcat(ca.MX.ones(2), rows)]), pieces * count
+
+
+def recording(request):
+    """P5."""
+    function, steps = record(request)
+    answer(request, function, compiled, steps)
+
+
+def fit(request):
+    """M, c0 and c2: Levenberg and Marquardt on compiled C, or IPOPT with the Gauss-Newton matrix."""
+    function, _ = record(request)
+    free = ca.MX.sym("free", len(FITTED))
+    theta = ca.MX.ones(5)
+    theta[FITTED] = free
+    error = (function(theta) - (request.measured() / SIZES).T) * ca.DM(SIZES / NOISE)
+    residuals = ca.Function("residuals", [free], [ca.vec(error)])
+    values = residuals(free)
+    slopes = residuals.forward(len(FITTED))(free, values, ca.DM.eye(len(FITTED)))
+    if request.method == "lm":
+        both = compiled(ca.Function("both", [free], [values, slopes]))
+
+        def at(theta):
+            values, slopes = both(theta)
+            return np.array(values).ravel(), np.array(slopes)
+
+        request.measure(lambda: minimise(at, FIT_START))
+        return
+    factor, parameters = ca.MX.sym("factor"), ca.MX.sym("p", 0)
+    matrix = ca.triu(factor * ca.mtimes(slopes.T, slopes) / values.numel())
+    hessian = ca.Function("hessian", [free, parameters, factor, ca.MX.sym("g", 0)], [matrix])
+    options = {"ipopt.print_level": 0, "print_time": 0, "ipopt.sb": "yes", "ipopt.tol": 1e-8,
+               "hess_lag": hessian}
+    problem = {"x": free, "f": ca.dot(values, values) / values.numel() / 2}
+    solver = ca.nlpsol("solver", "ipopt", problem, options)
+
+    def run():
+        found = solver(x0=FIT_START, lbx=0.1, ubx=10)
+        return np.array(found["x"]).ravel(), solver.stats()["iter_count"]
+
+    request.measure(run)
 
 
 def compiled(function):
@@ -108,4 +149,9 @@ def answer(request, function, build=lambda function: function, steps=0):
 
 if __name__ == "__main__":
     asked = Request(sys.argv[1:])
-    (recording if asked.case.startswith("p5") else jump)(asked)
+    if asked.case == "fit":
+        fit(asked)
+    elif asked.case.startswith("p5"):
+        recording(asked)
+    else:
+        jump(asked)

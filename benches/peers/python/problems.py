@@ -14,6 +14,9 @@ SIZES = np.array([LEVEL, FLOW])
 SPEED = (0.8, 0.88)
 JUMP, END = 100, 1000
 SETS = 10_000
+NOISE = np.array([0.05, 2e-4])
+# Which parameters are fitted, M, c0 and c2, and by what factor they start off.
+FITTED, FIT_START = [0, 1, 3], np.array([1.3, 0.7, 1.3])
 
 
 def nominal():
@@ -58,6 +61,24 @@ def augmented(y, p, w, q_out):
         y[11] / AREA,
         by_h * y[10] + by_q * y[11] - f * q * q / m,
     ]
+
+
+def minimise(residuals, theta, most=30):
+    """Levenberg and Marquardt; `residuals` gives them with their Jacobian, in one run."""
+    (e, jacobian), damping, runs = residuals(theta), 1e-4, 1
+    while runs < most:
+        normal, gradient = jacobian.T @ jacobian, jacobian.T @ e
+        step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), gradient)
+        trial, slopes = residuals(theta - step)
+        runs += 1
+        gain = e @ e - trial @ trial
+        if not gain >= 0:
+            damping *= 3
+            continue
+        theta, e, jacobian, damping = theta - step, trial, slopes, damping / 10
+        if gain < 1e-9 * (e @ e):
+            return theta, runs
+    raise ArithmeticError("no minimum in sight")
 
 
 class Request:

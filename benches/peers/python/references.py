@@ -10,13 +10,12 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from problems import (AREA, END, FLOW, JUMP, LEVEL, RHO_G, SETS, SPEED, augmented, ensemble,
-                      imbalance, nominal)
+from problems import (AREA, END, FIT_START, FITTED, FLOW, JUMP, LEVEL, NOISE, RHO_G, SETS, SPEED,
+                      augmented, ensemble, imbalance, minimise, nominal)
 
 DATA = Path(__file__).parent.parent / "data"
 P = nominal()
 SAMPLES = 6001
-NOISE = np.array([0.05, 2e-4])
 
 
 def recording():
@@ -171,6 +170,24 @@ def difference(rows, inputs):
     return (worst / largest).max()
 
 
+def fitted(samples, measured):
+    """theta that explains the measurements best; the model is solved by Taylor series."""
+
+    def residuals(theta):
+        p = P.copy()
+        p[FITTED] *= theta
+        rows = np.zeros((SAMPLES, 12))
+        rows[0, :2] = LEVEL, FLOW
+        for k, (w, q_b, q_tf) in enumerate(samples[:-1]):
+            rows[k + 1] = taylor(rows[k], p, w, q_b + q_tf, 1.0, order=14)
+        slopes = [rows[:, 2 + 2 * j:4 + 2 * j] / NOISE for j in FITTED]
+        # What they are sensitivities to is the parameter over its value, not over its nominal one.
+        jacobian = np.stack([s.ravel() / x for s, x in zip(slopes, theta)], axis=1)
+        return ((rows[:, :2] - measured) / NOISE).ravel(), jacobian
+
+    return minimise(residuals, FIT_START)[0]
+
+
 def main():
     """Writes all files."""
     DATA.mkdir(exist_ok=True)
@@ -184,7 +201,9 @@ def main():
     rows.tofile(DATA / "p5.bin")
     print("P5", difference(rows, [(s[0], s[1] + s[2]) for s in samples[:-1]]))
     noise = np.random.default_rng(777).standard_normal((SAMPLES, 2)) * NOISE
-    (rows[:, :2] + noise).tofile(DATA / "measured.bin")
+    measured = rows[:, :2] + noise
+    measured.tofile(DATA / "measured.bin")
+    fitted(samples, measured).tofile(DATA / "fit.bin")
     mean_level().tofile(DATA / "p4.bin")
     for cells in (100, 1000):
         line(cells).tofile(DATA / f"p3-{cells}.bin")

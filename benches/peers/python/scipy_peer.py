@@ -7,9 +7,10 @@ import sys
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.optimize import least_squares
 
-from problems import (AREA, END, FLOW, JUMP, LEVEL, RHO_G, SPEED, Request, augmented, imbalance,
-                      nominal)
+from problems import (AREA, END, FIT_START, FITTED, FLOW, JUMP, LEVEL, NOISE, RHO_G, SPEED,
+                      Request, augmented, imbalance, nominal)
 
 P = tuple(map(float, nominal()))
 
@@ -79,6 +80,36 @@ def recording(request):
     request.measure(run)
 
 
+def fit(request):
+    """M, c0 and c2 by least_squares with differences for derivatives."""
+    (w, q_out), measured = request.recording(), request.measured()
+    atol = request.atol(2)
+
+    def residuals(theta):
+        p = nominal()
+        p[FITTED] *= theta
+        p = tuple(map(float, p))
+
+        def fun(t, y, w, q_out):
+            return [(y[1] - q_out) / AREA, imbalance(p, w, y[0], y[1]) / p[0]]
+
+        rows = np.empty((len(w), 2))
+        rows[0] = LEVEL, FLOW
+        for k in range(len(w) - 1):
+            rows[k + 1] = solve_ivp(fun, (k, k + 1), rows[k], "RK45", t_eval=[k + 1],
+                                    args=(w[k], q_out[k]), rtol=request.rtol, atol=atol,
+                                    first_step=0.999999).y[:, -1]
+        return ((rows - measured) / NOISE).ravel()
+
+    def run():
+        # Differences must stand out from the errors of the simulations.
+        found = least_squares(residuals, FIT_START, method=request.method, diff_step=1e-4)
+        return found.x, found.nfev
+
+    request.measure(run)
+
+
 if __name__ == "__main__":
     asked = Request(sys.argv[1:])
-    {"p1a": jump, "p1b": jump, "p5a": recording, "p5b": recording}[asked.case](asked)
+    {"p1a": jump, "p1b": jump, "p5a": recording, "p5b": recording,
+     "fit": fit}[asked.case](asked)

@@ -118,6 +118,14 @@ pub(crate) static CASES: &[Case] = &[
         equal_error: 2e-6,
     },
     Case {
+        name: "fit",
+        title: "A fit of M, c0 and c2 to the recording, 6000 × 2 samples with noise",
+        tolerances: &[1e-4, 1e-6],
+        reference: "fit",
+        outputs: Outputs::Numbers,
+        equal_error: 1e-4,
+    },
+    Case {
         name: "p1a",
         title: "P1a: two-state ODE, a jump of the input, 1001 outputs",
         tolerances: USUAL,
@@ -187,6 +195,7 @@ pub(crate) static PEERS: &[Peer] = &[
             ("p2b", &["rodas5p"]),
             ("p5a", &["rodas5p"]),
             ("p5b", &["rodas5p"]),
+            ("fit", &["rodas5p"]),
         ],
     },
     Peer {
@@ -260,6 +269,7 @@ pub(crate) static PEERS: &[Peer] = &[
             ("p2b", &["idas"]),
             ("p5a", &["rk4"]),
             ("p5b", &["rk4"]),
+            ("fit", &["lm", "ipopt"]),
         ],
     },
     Peer {
@@ -274,6 +284,7 @@ pub(crate) static PEERS: &[Peer] = &[
             ("p1b", &["LSODA"]),
             ("p5a", &["RK45"]),
             ("p5b", &["RK45"]),
+            ("fit", &["trf"]),
         ],
     },
 ];
@@ -286,6 +297,8 @@ pub(crate) static TARGETS: &[Target] = &[
     Target { case: "p5b", peer: "diffsol", ratio: 50.0 },
     Target { case: "p5b", peer: "sundials", ratio: 150.0 },
     Target { case: "p5b", peer: "differential-equations", ratio: 4.0 },
+    Target { case: "fit", peer: "casadi", ratio: 7.0 },
+    Target { case: "fit", peer: "scipy", ratio: 4000.0 },
     Target { case: "p1a", peer: "diffsol", ratio: 8.0 },
     Target { case: "p1a", peer: "sundials", ratio: 25.0 },
     Target { case: "p1a", peer: "differential-equations", ratio: 2.5 },

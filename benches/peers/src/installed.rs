@@ -23,6 +23,8 @@ impl Installed {
     pub(crate) fn command(&self) -> Command {
         let mut command = Command::new(&self.executable);
         command.args(&self.first_argument);
+        // Threads for matrices of three columns only wait for each other.
+        command.env("OPENBLAS_NUM_THREADS", "1").env("OMP_NUM_THREADS", "1");
         command
     }
 }

@@ -1,5 +1,7 @@
 //! The problems, solved with dgd: `.dgd` files by `dgd::model!`, run by the public façade.
 
+mod fit;
+
 use std::process::ExitCode;
 
 use dgd::{
@@ -13,13 +15,21 @@ mod models {
     dgd::model!("../../../../models/bench_two_state.dgd", as ode);
     dgd::model!("../../../../models/bench_two_state.dgd", flow = static, as dae);
     dgd::model!("recording.dgd", as recording);
+    dgd::model!("recording.dgd", sensitivities = [M, c0, c2], as fitted);
 }
 
 fn main() -> ExitCode {
     answer(|request| match request.case.as_str() {
         "p1a" | "p1b" => jump(request, &models::ode::Model),
         "p2a" | "p2b" => jump(request, &models::dae::Model),
-        "p5a" | "p5b" => recording(request, &models::recording::Model),
+        "p5a" | "p5b" => {
+            let (inputs, times) = recorded(request)?;
+            run(request, &models::recording::Model, &inputs, &times)
+        }
+        "fit" => {
+            let (inputs, times) = recorded(request)?;
+            fit::solve(request, &models::fitted::Model, inputs, times, options(request)?)
+        }
         case => Err(format!("no program for {case}").into()),
     })
 }
@@ -33,8 +43,8 @@ fn jump(request: &Request, system: &impl System) -> Result<(), Failure> {
     run(request, system, &inputs, &outputs)
 }
 
-/// 6000 s at 1 Hz.
-fn recording(request: &Request, system: &impl System) -> Result<(), Failure> {
+/// Inputs of 6000 s at 1 Hz, and their times.
+fn recorded(request: &Request) -> Result<(Inputs, Vec<f64>), Failure> {
     let samples = request.recording()?;
     let times: Vec<f64> = (0..samples.len()).map(|k| k as f64).collect();
     let w: Vec<f64> = samples.iter().map(|sample| sample.w).collect();
@@ -42,7 +52,13 @@ fn recording(request: &Request, system: &impl System) -> Result<(), Failure> {
     let q_tf: Vec<f64> = samples.iter().map(|sample| sample.q_tf).collect();
     let held = |name, values| Column { name, interpolation: Interpolation::Hold, values };
     let columns = [held("w", &w), held("q_b", &q_b), held("q_tf", &q_tf)];
-    run(request, system, &Inputs::recorded(&times, &columns)?, &times)
+    Ok((Inputs::recorded(&times, &columns)?, times))
+}
+
+/// Both tolerances are relative to sizes that the model gives: of the unknowns, and of the parameters.
+fn options(request: &Request) -> Result<Options, Failure> {
+    let method: &'static Method = find_method(&request.method)?;
+    Ok(Options { rtol: request.rtol, atol: 0.01 * request.rtol, method, ..Options::default() })
 }
 
 fn run(
@@ -52,10 +68,7 @@ fn run(
     times: &[f64],
 ) -> Result<(), Failure> {
     let p: Vec<f64> = system.signature().parameters.iter().map(|x| x.value).collect();
-    let method: &'static Method = find_method(&request.method)?;
-    // Both are relative to sizes that the model gives: of the unknowns, and of the parameters.
-    let options =
-        Options { rtol: request.rtol, atol: 0.01 * request.rtol, method, ..Options::default() };
+    let options = options(request)?;
     let problem = Problem { system, p: &p, inputs, start: &[] };
     let simulation =
         if request.with_sensitivities() { simulate_with_sensitivities } else { simulate };

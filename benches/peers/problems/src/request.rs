@@ -4,7 +4,7 @@
 //!   program CASE METHOD RTOL SPAN DATA OUTPUT
 //! ```
 //!
-//! CASE is `p1a`, `p1b`, `p2a`, `p2b`, `p3-1000` (cells), `p4`, `p5a`, `p5b`; METHOD one of the program's own;
+//! CASE is `p1a`, `p1b`, `p2a`, `p2b`, `p3-1000` (cells), `p4`, `p5a`, `p5b`, `fit`; METHOD one of the program's own;
 //! RTOL the relative tolerance; SPAN for how many seconds to repeat, or how often, as `10x` (Rust only); DATA the folder of recorded
 //! inputs. The program writes the values of its last run to OUTPUT, little-endian doubles row by
 //! row, and prints `least`, `median` (seconds of one run) and `steps`. Programs in other languages
@@ -108,6 +108,12 @@ impl Request {
     pub fn recording(&self) -> io::Result<Vec<Sample>> {
         let values = read(&self.data.join("recording.bin"))?;
         Ok(values.chunks_exact(3).map(|x| Sample { w: x[0], q_b: x[1], q_tf: x[2] }).collect())
+    }
+
+    /// h and q with noise, at each sample of the recording.
+    pub fn measured(&self) -> io::Result<Vec<[f64; 2]>> {
+        let values = read(&self.data.join("measured.bin"))?;
+        Ok(values.chunks_exact(2).map(|x| [x[0], x[1]]).collect())
     }
 
     /// Runs `work` as long as is asked for, at least once, and writes what the last run gave.

@@ -116,6 +116,11 @@ pub fn ensemble(count: usize) -> impl Iterator<Item = [f64; 5]> {
     })
 }
 
+/// Noise of h and q in the measurements that are fitted to.
+pub const FIT_NOISE: [f64; 2] = [0.05, 2e-4];
+/// Positions of the parameters that are fitted, M, c0 and c2, and by what factor they start off.
+pub const FIT_START: [(usize, f64); 3] = [(0, 1.3), (1, 0.7), (3, 1.3)];
+
 /// Parameter sets of P4.
 pub const SETS: usize = 10_000;
 
