@@ -21,10 +21,17 @@ impl Reach {
     }
 }
 
-/// The time in which the peer's best method reaches the case's error; none where no method does.
-pub(crate) fn best(rows: &[Row], case: &str, peer: &str) -> Option<(Reach, &'static str)> {
+/// The time in which the peer's best method, or the one that is named, reaches the case's error; none
+/// where no method does.
+pub(crate) fn best(
+    rows: &[Row],
+    case: &str,
+    peer: &str,
+    method: Option<&str>,
+) -> Option<(Reach, &'static str)> {
     rows.iter()
         .filter(|row| row.case.name == case && row.peer == peer)
+        .filter(|row| method.is_none_or(|method| method == row.method))
         .filter_map(|row| Some((reach(row)?, row.method)))
         .min_by(|(a, _), (b, _)| a.seconds().total_cmp(&b.seconds()))
 }

@@ -55,8 +55,8 @@ pub(crate) fn of_targets(rows: &[Row]) -> String {
         if !was_run(OURS) || !was_run(target.peer) {
             continue;
         }
-        let ours = best(rows, case.name, OURS);
-        let theirs = best(rows, case.name, target.peer);
+        let ours = best(rows, case.name, OURS, None);
+        let theirs = best(rows, case.name, target.peer, target.method);
         let show = |reach: Option<(Reach, &str)>| {
             reach.map_or("not reached".to_owned(), |(time, method)| {
                 format!("{method} {}", reached(time))
@@ -83,7 +83,7 @@ pub(crate) fn of_targets(rows: &[Row]) -> String {
     }
     for limit in LIMITS {
         let (Some((dear, _)), Some((cheap, _))) =
-            (best(rows, limit.case, OURS), best(rows, limit.than, OURS))
+            (best(rows, limit.case, OURS, None), best(rows, limit.than, OURS, None))
         else {
             continue;
         };
