@@ -102,8 +102,10 @@ def fit(request):
         return ((rows - measured) / NOISE).ravel()
 
     def run():
-        # Differences must stand out from the errors of the simulations.
-        found = least_squares(residuals, FIT_START, method=request.method, diff_step=1e-4)
+        # Differences must stand out from the errors of the simulations; without bounds a trial
+        # leaves the parameters that can be simulated.
+        found = least_squares(residuals, FIT_START, bounds=(0.1, 10), method=request.method,
+                              diff_step=1e-4)
         return found.x, found.nfev
 
     request.measure(run)
