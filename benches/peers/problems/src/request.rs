@@ -1,0 +1,160 @@
+//! What the driver asks a program, and the answer.
+//!
+//! ```text
+//!   program CASE METHOD RTOL SPAN DATA OUTPUT
+//! ```
+//!
+//! CASE is `p1a`, `p1b`, `p2a`, `p2b`, `p3-1000` (cells), `p4`, `p5a`, `p5b`, `fit`; METHOD one of the program's own;
+//! RTOL the relative tolerance; SPAN for how many seconds to repeat, or how often, as `10x` (Rust only); DATA the folder of recorded
+//! inputs. The program writes the values of its last run to OUTPUT, little-endian doubles row by
+//! row, and prints `least`, `median` (seconds of one run) and `steps`. Programs in other languages
+//! do the same.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+use std::{env, fs, io};
+
+/// What is asked.
+#[derive(Debug)]
+pub struct Request {
+    /// Which problem.
+    pub case: String,
+    /// Which of the program's methods.
+    pub method: String,
+    /// Relative tolerance.
+    pub rtol: f64,
+    repeat: Repeat,
+    data: PathBuf,
+    output: PathBuf,
+}
+
+/// How long to repeat.
+#[derive(Debug, Clone, Copy)]
+enum Repeat {
+    /// For so long, at least three times.
+    For(Duration),
+    /// So often.
+    Times(usize),
+}
+
+impl Repeat {
+    fn parse(text: &str) -> Result<Self, Failure> {
+        Ok(match text.strip_suffix('x') {
+            Some(times) => Self::Times(times.parse()?),
+            None => Self::For(Duration::from_secs_f64(text.parse()?)),
+        })
+    }
+
+    /// Whether `runs` since `begin` are enough.
+    fn is_over(self, runs: usize, begin: Instant) -> bool {
+        match self {
+            Self::For(span) => runs >= 3 && begin.elapsed() >= span,
+            Self::Times(times) => runs >= times,
+        }
+    }
+}
+
+/// What a run gives.
+#[derive(Debug)]
+pub struct Answer {
+    /// Row by row: states, then sensitivities parameter by parameter.
+    pub values: Vec<f64>,
+    /// Steps of the solver.
+    pub steps: usize,
+}
+
+/// Why there is no answer.
+pub type Failure = Box<dyn std::error::Error>;
+
+/// A sample of the recording: pump speed, and flow out of the volume, m³/s.
+#[derive(Debug, Clone, Copy)]
+pub struct Sample {
+    /// w.
+    pub w: f64,
+    /// The first of two flows that leave the volume.
+    pub q_b: f64,
+    /// The second.
+    pub q_tf: f64,
+}
+
+impl Request {
+    fn from_arguments() -> Result<Self, Failure> {
+        let arguments: Vec<String> = env::args().skip(1).collect();
+        let [case, method, rtol, span, data, output] = arguments.as_slice() else {
+            return Err("usage: CASE METHOD RTOL SPAN DATA OUTPUT".into());
+        };
+        Ok(Self {
+            case: case.clone(),
+            method: method.clone(),
+            rtol: rtol.parse()?,
+            repeat: Repeat::parse(span)?,
+            data: data.into(),
+            output: output.into(),
+        })
+    }
+
+    /// Whether sensitivities are asked for, too: the variants b.
+    pub fn with_sensitivities(&self) -> bool {
+        self.case.ends_with('b')
+    }
+
+    /// Absolute tolerances: a hundredth of the relative one, of each state's size.
+    pub fn atol<const N: usize>(&self, sizes: [f64; N]) -> [f64; N] {
+        sizes.map(|size| 0.01 * self.rtol * size)
+    }
+
+    /// The recording of P5: a sample each second, each held until the next.
+    pub fn recording(&self) -> io::Result<Vec<Sample>> {
+        let values = read(&self.data.join("recording.bin"))?;
+        Ok(values.chunks_exact(3).map(|x| Sample { w: x[0], q_b: x[1], q_tf: x[2] }).collect())
+    }
+
+    /// h and q with noise, at each sample of the recording.
+    pub fn measured(&self) -> io::Result<Vec<[f64; 2]>> {
+        let values = read(&self.data.join("measured.bin"))?;
+        Ok(values.chunks_exact(2).map(|x| [x[0], x[1]]).collect())
+    }
+
+    /// Runs `work` as long as is asked for, at least once, and writes what the last run gave.
+    pub fn measure<T>(
+        &self,
+        mut work: impl FnMut() -> Result<T, Failure>,
+        answer: impl FnOnce(T) -> Answer,
+    ) -> Result<(), Failure> {
+        let begin = Instant::now();
+        let mut times = Vec::new();
+        let last = loop {
+            let start = Instant::now();
+            let result = std::hint::black_box(work()?);
+            times.push(start.elapsed().as_secs_f64());
+            if self.repeat.is_over(times.len(), begin) {
+                break result;
+            }
+        };
+        times.sort_unstable_by(f64::total_cmp);
+        let Answer { values, steps } = answer(last);
+        let bytes: Vec<u8> = values.iter().flat_map(|x| x.to_le_bytes()).collect();
+        fs::write(&self.output, bytes)?;
+        println!("least {:e}\nmedian {:e}\nsteps {steps}", times[0], times[times.len() / 2]);
+        Ok(())
+    }
+}
+
+/// Answers the request on the command line with what `solve` makes of it.
+pub fn answer(solve: impl FnOnce(&Request) -> Result<(), Failure>) -> ExitCode {
+    match Request::from_arguments().and_then(|request| solve(&request)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("{failure}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Little-endian doubles.
+pub fn read(path: &Path) -> io::Result<Vec<f64>> {
+    let bytes = fs::read(path)?;
+    let (numbers, _) = bytes.as_chunks::<8>();
+    Ok(numbers.iter().map(|x| f64::from_le_bytes(*x)).collect())
+}

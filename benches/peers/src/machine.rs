@@ -1,0 +1,37 @@
+//! Where and with what was measured.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use crate::installed::Installed;
+
+/// Commit, machine and versions, as lines of Markdown.
+pub(crate) fn header(folder: &Path, programs: &[Installed]) -> String {
+    let mut versions = vec![said(Command::new("rustc").arg("--version"))];
+    for program in programs.iter().filter(|program| !program.version.is_empty()) {
+        versions.push(format!("{} {}", program.peer.name, program.version));
+    }
+    let git = |arguments: &[&str]| said(Command::new("git").arg("-C").arg(folder).args(arguments));
+    let changed = if git(&["status", "--porcelain"]).is_empty() { "" } else { ", with changes" };
+    format!(
+        "commit {}{changed}; {}; {}\n",
+        git(&["rev-parse", "--short", "HEAD"]),
+        processor(),
+        versions.join(", "),
+    )
+}
+
+fn processor() -> String {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    let name = model.map_or(std::env::consts::ARCH, |(_, name)| name);
+    format!("{name}, {cores} cores")
+}
+
+/// What a command prints; nothing where it cannot be run.
+fn said(command: &mut Command) -> String {
+    let output = command.output().map(|output| output.stdout).unwrap_or_default();
+    String::from_utf8_lossy(&output).trim().to_owned()
+}

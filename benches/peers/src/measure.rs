@@ -1,0 +1,142 @@
+//! Every program, method and tolerance in turn, and that for several rounds.
+//!
+//! What disturbs the machine for a while then disturbs all, and the least time of several rounds is that of
+//! an undisturbed one.
+
+use std::path::Path;
+use std::process::Stdio;
+
+use crate::arguments::Arguments;
+use crate::catalogue::{CASES, Case};
+use crate::error::{self, Reference};
+use crate::installed::Installed;
+
+/// Runs that take longer are not repeated in further rounds, s.
+const LONG: f64 = 5.0;
+
+/// What a method of a program needs for a case.
+#[derive(Debug)]
+pub(crate) struct Row {
+    /// The case.
+    pub(crate) case: &'static Case,
+    /// The peer's name.
+    pub(crate) peer: &'static str,
+    /// Its method.
+    pub(crate) method: &'static str,
+    /// One for each tolerance of the case.
+    pub(crate) cells: Vec<Result<Cell, String>>,
+}
+
+/// What a method needs at a tolerance.
+#[derive(Debug, Clone)]
+pub(crate) struct Cell {
+    /// The shortest run of all rounds, s.
+    pub(crate) least: f64,
+    /// The median of the rounds' medians, s.
+    pub(crate) median: f64,
+    /// Steps of the solver; evaluations where it tells only those, 0 where it tells neither.
+    pub(crate) steps: usize,
+    /// The largest difference from the reference.
+    pub(crate) error: f64,
+    medians: Vec<f64>,
+}
+
+impl Cell {
+    /// A cell of one round.
+    pub(crate) fn new(least: f64, median: f64, steps: usize, error: f64) -> Self {
+        Self { least, median, steps, error, medians: vec![median] }
+    }
+}
+
+/// Measures all that is asked for.
+pub(crate) fn rows(folder: &Path, programs: &[Installed], arguments: &Arguments) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for case in CASES {
+        let mut plan: Vec<(&Installed, Row)> = Vec::new();
+        for program in programs {
+            let methods = program.peer.methods.iter().find(|(name, _)| *name == case.name);
+            if !arguments.asks_for(case.name, program.peer.name) {
+                continue;
+            }
+            for method in methods.map_or(&[][..], |(_, methods)| methods) {
+                plan.push((
+                    program,
+                    Row { case, peer: program.peer.name, method, cells: Vec::new() },
+                ));
+            }
+        }
+        if plan.is_empty() {
+            continue;
+        }
+        let reference = Reference::read(&folder.join("data"), case);
+        for round in 0..arguments.rounds {
+            eprintln!("{}, round {} of {}", case.name, round + 1, arguments.rounds);
+            for (program, row) in &mut plan {
+                for (k, rtol) in case.tolerances.iter().enumerate() {
+                    let before = row.cells.get(k).and_then(|cell| cell.as_ref().ok());
+                    if before.is_some_and(|cell| cell.least > LONG) {
+                        continue;
+                    }
+                    let cell = reference.as_ref().map_err(Clone::clone).and_then(|reference| {
+                        run(folder, program, row, *rtol, arguments.span, reference)
+                    });
+                    if round == 0 {
+                        row.cells.push(cell);
+                    } else {
+                        merge(&mut row.cells[k], cell);
+                    }
+                }
+            }
+        }
+        rows.extend(plan.into_iter().map(|(_, row)| row));
+    }
+    rows
+}
+
+/// Runs a program once, which repeats the work for `span` seconds.
+fn run(
+    folder: &Path,
+    program: &Installed,
+    row: &Row,
+    rtol: f64,
+    span: f64,
+    reference: &Reference,
+) -> Result<Cell, String> {
+    let file = std::env::temp_dir().join(format!("dgd-peers-{}.bin", std::process::id()));
+    let output = program
+        .command()
+        .args([row.case.name, row.method, &rtol.to_string(), &span.to_string()])
+        .args([&folder.join("data"), &file])
+        .stdin(Stdio::null())
+        .output()
+        .map_err(|error| error.to_string())?;
+    if !output.status.success() {
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        return Err(stderr.lines().last().unwrap_or("it says nothing").to_owned());
+    }
+    let stdout = String::from_utf8_lossy(&output.stdout);
+    let number = |name: &str| {
+        let line = stdout.lines().find_map(|line| line.strip_prefix(name));
+        line.and_then(|text| text.trim().parse::<f64>().ok())
+            .ok_or_else(|| format!("it does not tell `{name}`"))
+    };
+    let values = error::read(&file);
+    std::fs::remove_file(&file).map_err(|error| error.to_string())?;
+    let error = reference.error(&values?)?;
+    Ok(Cell::new(number("least")?, number("median")?, number("steps")? as usize, error))
+}
+
+/// The cell with another round's.
+fn merge(cell: &mut Result<Cell, String>, other: Result<Cell, String>) {
+    match (cell, other) {
+        (Ok(cell), Ok(other)) => {
+            cell.least = cell.least.min(other.least);
+            cell.medians.extend(other.medians);
+            cell.medians.sort_unstable_by(f64::total_cmp);
+            cell.median = cell.medians[cell.medians.len() / 2];
+            cell.error = cell.error.max(other.error);
+        }
+        (cell @ Ok(_), Err(message)) => *cell = Err(message),
+        (Err(_), _) => {}
+    }
+}
