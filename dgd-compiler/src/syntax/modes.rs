@@ -10,6 +10,21 @@ use super::tokens::{OPERATOR, Parsed, Tokens, dotted, name, token, word};
 use super::{Reader, item_length, take_docs};
 use crate::diagnostics::{Code, Diagnostic};
 
+/// The tokens before the block of a line, its docs taken out, and the block; nothing where there is
+/// a token that could not be read.
+fn head_and_block<'a>(
+    line: &'a [Token],
+    docs: &mut Vec<Token>,
+) -> Option<(Vec<Token>, &'a [Token])> {
+    let brace = line.iter().position(|token| token.kind == TokenKind::OpenBrace);
+    let (head, block) = line.split_at(brace.unwrap_or(line.len()));
+    let (doc, plain): (Vec<Token>, Vec<Token>) =
+        head.iter().partition(|token| token.kind == TokenKind::Doc);
+    docs.extend(doc);
+    let is_sound = plain.iter().all(|token| token.kind != TokenKind::Invalid);
+    is_sound.then_some((plain, block))
+}
+
 impl<'a> Reader<'a, '_> {
     /// `modes NAME { MODE { equations } … MODE -> MODE when … start MODE }`
     pub(super) fn modes(
@@ -83,14 +98,7 @@ impl<'a> Reader<'a, '_> {
 
     /// `MODE -> MODE when EXPRESSION falls below EXPRESSION`, perhaps with `{ reset x = e }`.
     fn transition(&mut self, line: &'a [Token], mut docs: Vec<Token>) -> Option<Transition> {
-        let brace = line.iter().position(|token| token.kind == TokenKind::OpenBrace);
-        let (head, block) = line.split_at(brace.unwrap_or(line.len()));
-        docs.extend(head.iter().filter(|token| token.kind == TokenKind::Doc));
-        let plain: Vec<Token> =
-            head.iter().filter(|token| token.kind != TokenKind::Doc).copied().collect();
-        if plain.iter().any(|token| token.kind == TokenKind::Invalid) {
-            return None;
-        }
+        let (plain, block) = head_and_block(line, &mut docs)?;
         let input = Tokens::new(&plain, self.text, self.source);
         let (_, (from, to, left, crossing, right)) = self.report(head_of_transition(input))?;
         let resets = if block.is_empty() { Vec::new() } else { self.resets(block, &mut docs)? };
@@ -106,14 +114,7 @@ impl<'a> Reader<'a, '_> {
         statement: &'a [Token],
         docs: &mut Vec<Token>,
     ) -> Option<Reaction> {
-        let brace = statement.iter().position(|token| token.kind == TokenKind::OpenBrace);
-        let (head, block) = statement.split_at(brace.unwrap_or(statement.len()));
-        docs.extend(head.iter().filter(|token| token.kind == TokenKind::Doc));
-        let plain: Vec<Token> =
-            head.iter().filter(|token| token.kind != TokenKind::Doc).copied().collect();
-        if plain.iter().any(|token| token.kind == TokenKind::Invalid) {
-            return None;
-        }
+        let (plain, block) = head_and_block(statement, docs)?;
         let input = Tokens::new(&plain, self.text, self.source);
         let (_, (left, crossing, right)) = self.report(condition(input.behind_first()))?;
         let resets = if block.is_empty() { Vec::new() } else { self.resets(block, docs)? };
