@@ -185,7 +185,7 @@ impl<S: System> Algebraic<S> {
 
     /// Whether all unknowns are differential.
     pub(crate) fn is_empty(&self) -> bool {
-        self.count == 0
+        !S::FEATURES.algebraic || self.count == 0
     }
 
     /// Whether f differs from `other` in an algebraic equation.

@@ -70,6 +70,22 @@ pub struct Point<'a> {
     pub z: &'a [f64],
 }
 
+/// What models of a type may have. A solver of models that never have it does not look for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Features {
+    /// Discrete numbers: modes, or conditions on time.
+    pub events: bool,
+    /// Inputs or unknowns that equations read late.
+    pub past: bool,
+    /// Algebraic unknowns, in some mode.
+    pub algebraic: bool,
+}
+
+impl Features {
+    /// Whatever a model can have.
+    pub const ANY: Self = Self { events: true, past: true, algebraic: true };
+}
+
 /// A compiled model.
 ///
 /// | symbol | length | |
@@ -98,6 +114,9 @@ pub trait System {
     type SensitivityJacobian: Storage;
     /// How W = M c − ∂f/∂y is factorised.
     type Factorisation: Factorisation;
+
+    /// What the signature may have; it never has what is not here.
+    const FEATURES: Features = Features::ANY;
 
     /// Names, sizes, units, defaults and sparsity.
     fn signature(&self) -> &Signature;

@@ -69,6 +69,7 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
     } else {
         quote!(::dgd::__runtime::linalg::AutoLu)
     };
+    let features = features(program);
     let functions = program
         .functions
         .iter()
@@ -84,6 +85,8 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
             type SensitivityJacobian = #dgdy;
             type Factorisation = #factorisation;
 
+            #features
+
             #[inline]
             fn signature(&self) -> &::dgd::__runtime::Signature {
                 &SIGNATURE
@@ -91,6 +94,22 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
 
             #(#functions)*
         }
+    }
+}
+
+/// What a solver of this model need not look for.
+fn features(program: &Program) -> TokenStream {
+    let events = program.n_discrete() > 0;
+    let past = !program.delayed_inputs.is_empty() || !program.delayed_unknowns.is_empty();
+    let algebraic = program.unknowns.iter().any(|row| row.by_mode || !row.differential)
+        || program.families.iter().any(|family| !family.differential);
+    quote! {
+        const FEATURES: ::dgd::__runtime::system::Features =
+            ::dgd::__runtime::system::Features {
+                events: #events,
+                past: #past,
+                algebraic: #algebraic,
+            };
     }
 }
 

@@ -37,7 +37,7 @@ impl<S: System> Breaks<S> {
 impl<S: System> Simulation<'_, S> {
     /// What is read late is known from now on.
     pub(super) fn begin_history(&mut self) {
-        if self.breaks.is_some() {
+        if S::FEATURES.past && self.breaks.is_some() {
             let s = self.directions.as_ref().map(|d| d.s.as_ref());
             self.drive.begin_history(self.t, self.y.as_ref(), s, self.sizes.as_ref());
             self.linearized = false;
@@ -47,17 +47,27 @@ impl<S: System> Simulation<'_, S> {
     /// The longest step after which all that is read late is known.
     #[inline]
     pub(super) fn reach(&self) -> f64 {
+        if !S::FEATURES.past {
+            return f64::INFINITY;
+        }
         self.drive.history.as_ref().map_or(f64::INFINITY, |history| history.reach())
     }
 
     /// When the next break is.
     #[inline]
     pub(super) fn next_break(&self) -> f64 {
+        if !S::FEATURES.past {
+            return f64::INFINITY;
+        }
         self.drive.history.as_ref().map_or(f64::INFINITY, |history| history.next_break())
     }
 
     /// Passes the breaks that are now, one after another.
+    #[inline]
     pub(super) fn pass_breaks(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
+        if !S::FEATURES.past {
+            return Ok(());
+        }
         while let Some(at) = self.drive.history.as_ref().and_then(|h| h.break_at(self.t)) {
             let Some(mut work) = self.breaks.take() else { return Ok(()) };
             let passed = self.pass(&at, &mut work, solution);
@@ -139,7 +149,11 @@ impl<S: System> Simulation<'_, S> {
 
     /// Where in the step to `t_new` that was tried last a delay that varies reaches a mark, if it does
     /// before the end; the next step ends there.
+    #[inline]
     pub(super) fn reaches_mark(&mut self, t_new: f64) -> bool {
+        if !S::FEATURES.past {
+            return false;
+        }
         if self.drive.history.as_ref().is_none_or(|history| history.stops_by(t_new)) {
             return false;
         }
@@ -166,7 +180,11 @@ impl<S: System> Simulation<'_, S> {
     }
 
     /// Marks the present as a point at which a derivative of the solution jumps.
+    #[inline]
     pub(super) fn mark(&mut self, level: u32, dt: &[f64]) {
+        if !S::FEATURES.past {
+            return;
+        }
         let s = self.directions.as_ref().map(|d| d.s.as_ref());
         if let Some(history) = &mut self.drive.history {
             history.mark(self.t, level, dt, self.y.as_ref(), s);
@@ -175,8 +193,9 @@ impl<S: System> Simulation<'_, S> {
 
     /// What the solution makes of the begin of a segment: a kink where an input jumps, less where one
     /// only kinks.
+    #[inline]
     pub(super) fn level_of(&mut self, segment: Segment<'_>) -> u32 {
-        if self.drive.history.is_none() {
+        if !S::FEATURES.past || self.drive.history.is_none() {
             return 0;
         }
         let n = self.problem.system.signature().past().first;
@@ -190,6 +209,9 @@ impl<S: System> Simulation<'_, S> {
 
     /// Marks the instant of a change of modes, or of a condition on time.
     pub(super) fn mark_instant(&mut self) {
+        if !S::FEATURES.past {
+            return;
+        }
         let s = self.directions.as_ref().map(|d| d.s.as_ref());
         if let Some(history) = &mut self.drive.history {
             history.mark(self.t, 1, &self.discrete.instant.tau, self.y.as_ref(), s);

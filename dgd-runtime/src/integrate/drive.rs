@@ -35,7 +35,11 @@ impl<'a, S: System> Drive<'a, S> {
             slope: S::Inputs::zeros(n_u),
             now: S::Inputs::zeros(n_u),
             constant: true,
-            history: History::new(problem, from, n_s, tolerances),
+            history: if S::FEATURES.past {
+                History::new(problem, from, n_s, tolerances)
+            } else {
+                None
+            },
         };
         drive.enter(segment);
         drive
@@ -61,7 +65,9 @@ impl<'a, S: System> Drive<'a, S> {
             };
             segment.value(t, self.now.as_mut());
         }
-        if let Some(history) = &mut self.history {
+        if S::FEATURES.past
+            && let Some(history) = &mut self.history
+        {
             history.write(self.problem, t, y, self.now.as_mut());
         }
         self.now.as_ref()
@@ -84,7 +90,7 @@ impl<'a, S: System> Drive<'a, S> {
 
     /// The first delay that varies and has passed a mark at (t, y), and whether backwards.
     pub(super) fn passed_mark(&mut self, t: f64, y: &[f64]) -> Option<(usize, bool)> {
-        if !self.history.as_ref()?.varies() {
+        if !S::FEATURES.past || !self.history.as_ref()?.varies() {
             return None;
         }
         self.at(t, y);
@@ -94,7 +100,7 @@ impl<'a, S: System> Drive<'a, S> {
     /// The smallest of the delays that vary, and its value.
     #[inline]
     pub(super) fn earliest(&mut self, t: f64, y: &[f64]) -> Option<(usize, f64)> {
-        if !self.history.as_ref()?.varies() {
+        if !S::FEATURES.past || !self.history.as_ref()?.varies() {
             return None;
         }
         self.at(t, y);

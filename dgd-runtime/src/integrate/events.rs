@@ -199,10 +199,14 @@ impl Past {
 
 impl<S: System> Simulation<'_, S> {
     /// Switches the conditions on time that switch now.
+    #[inline]
     pub(super) fn switch_conditions(
         &mut self,
         solution: &mut Solution,
     ) -> Result<(), IntegrateError> {
+        if !S::FEATURES.events {
+            return Ok(());
+        }
         while self.discrete.next_switch() == self.t {
             let hybrid = &mut self.discrete;
             let n_c = hybrid.z().len() - hybrid.n_automata;
@@ -221,8 +225,9 @@ impl<S: System> Simulation<'_, S> {
     }
 
     /// Makes the transitions that are due now, one after another, until none is.
+    #[inline]
     pub(super) fn settle(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
-        if !self.discrete.has_transitions() {
+        if !S::FEATURES.events || !self.discrete.has_transitions() {
             return Ok(());
         }
         loop {
@@ -316,6 +321,9 @@ impl<S: System> Simulation<'_, S> {
 
     /// Begins on the sides of switches and bounds that the start values are on.
     pub(super) fn begin_switches(&mut self) {
+        if !S::FEATURES.events {
+            return;
+        }
         let Problem { system, p, .. } = *self.problem;
         let place = (self.t, self.y.as_ref(), self.drive.at(self.t, self.y.as_ref()), p);
         choose_sides(system, place, &mut self.discrete.e, &mut self.discrete.schedule.z);

@@ -87,8 +87,9 @@ impl Instant {
 
 impl<S: System> Simulation<'_, S> {
     /// Begins the instant of a sample, at which inputs may jump.
+    #[inline]
     pub(super) fn begin_sample(&mut self) {
-        if self.discrete.has_transitions() {
+        if S::FEATURES.events && self.discrete.has_transitions() {
             let instant = &mut self.discrete.instant;
             instant.tau.fill(0.0);
             instant.y_left.copy_from_slice(self.y.as_ref());

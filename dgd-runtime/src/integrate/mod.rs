@@ -281,7 +281,8 @@ impl<'a, S: System> Simulation<'a, S> {
         let discrete = Hybrid::new(system, problem.p, from, n_s);
         // With transitions the jumps are taken one by one in either case, so that one mode follows
         // the other in the same way.
-        let moving = (n_s > 0 || discrete.has_transitions()).then(|| MovingJumps::new(problem));
+        let moves = S::FEATURES.past && (n_s > 0 || discrete.has_transitions());
+        let moving = moves.then(|| MovingJumps::new(problem));
         let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
         let drive = Drive::new(problem, problem.inputs.segment(segment), from, n_s, tolerances);
         let sensitivity_row = directions.as_ref().map(|directions| directions.s.clone());
@@ -495,7 +496,8 @@ impl<'a, S: System> Simulation<'a, S> {
             if self.reaches_mark(t_new) {
                 return Ok(());
             }
-            if self.discrete.has_transitions()
+            if S::FEATURES.events
+                && self.discrete.has_transitions()
                 && let Some(part) = self.watch(h, t_new)
             {
                 return self.step_to_threshold(controller, (h, part), t_new, times, solution);
@@ -661,7 +663,14 @@ impl<'a, S: System> Simulation<'a, S> {
     /// Where the next step must end: something changes there.
     #[inline]
     fn stop(&self) -> f64 {
-        self.segment_end.min(self.discrete.next_switch()).min(self.next_break())
+        let mut stop = self.segment_end;
+        if S::FEATURES.events {
+            stop = stop.min(self.discrete.next_switch());
+        }
+        if S::FEATURES.past {
+            stop = stop.min(self.next_break());
+        }
+        stop
     }
 
     /// Makes the next segment of the inputs the current one.
@@ -670,19 +679,18 @@ impl<'a, S: System> Simulation<'a, S> {
         self.segment += 1;
         let segment = self.problem.inputs.segment(self.segment);
         self.segment_end = segment.t1;
-        match self.moving.take() {
-            Some(mut moving) if self.directions.is_some() || self.discrete.has_transitions() => {
-                let entered = self.enter_with_moving_jumps(segment, &mut moving, solution);
-                self.moving = Some(moving);
-                entered
-            }
-            _ => {
-                let level = self.level_of(segment);
-                self.jump(segment, solution)?;
-                self.mark(level, &[]);
-                Ok(())
-            }
+        if S::FEATURES.past
+            && let Some(mut moving) = self.moving.take()
+            && (self.directions.is_some() || self.discrete.has_transitions())
+        {
+            let entered = self.enter_with_moving_jumps(segment, &mut moving, solution);
+            self.moving = Some(moving);
+            return entered;
         }
+        let level = self.level_of(segment);
+        self.jump(segment, solution)?;
+        self.mark(level, &[]);
+        Ok(())
     }
 
     /// Goes on with the inputs of a segment that begins at a time of its own, and makes the

@@ -121,7 +121,7 @@ impl<S: System> Simulation<'_, S> {
     /// Begins the instant of a jump whose time has these derivatives, if transitions can follow from
     /// it.
     pub(super) fn begin_moving_jump(&mut self, dt: &[f64], solution: &mut Solution) {
-        if self.discrete.has_transitions() {
+        if S::FEATURES.events && self.discrete.has_transitions() {
             for (tau, dt) in self.discrete.instant.tau.iter_mut().zip(dt) {
                 *tau = *dt;
             }

@@ -28,20 +28,8 @@ impl<S: System> Simulation<'_, S> {
             Stop::None => at_end,
         };
 
-        let y = self.y.as_ref();
         if inside > 0 {
-            self.stepper.prepare_dense(self.directions.as_mut());
-            let (t, per_h) = (self.t, 1.0 / (t_new - self.t));
-            for asked in &asked[..inside] {
-                let theta = (asked - t) * per_h;
-                self.stepper.interpolate(theta, y, self.row.as_mut());
-                record_past(&mut self.drive, *asked, self.row.as_ref(), solution);
-                solution.y.extend_from_slice(self.row.as_ref());
-                if let (Some(d), Some(row)) = (&self.directions, &mut self.sensitivity_row) {
-                    self.stepper.interpolate_sensitivities(theta, d, row.as_mut());
-                    solution.s.extend_from_slice(row.as_ref());
-                }
-            }
+            self.record_inside(t_new, &asked[..inside], solution);
         }
         for _ in 0..at_end {
             record_past(&mut self.drive, t_new, self.stepper.y_new.as_ref(), solution);
@@ -50,18 +38,46 @@ impl<S: System> Simulation<'_, S> {
                 solution.s.extend_from_slice(d.s_new.as_ref());
             }
         }
-        for _ in 0..inside + at_end {
-            solution.z.extend_from_slice(self.discrete.z());
+        if S::FEATURES.events {
+            for _ in 0..inside + at_end {
+                solution.z.extend_from_slice(self.discrete.z());
+            }
         }
         solution.times.extend_from_slice(&asked[..inside + at_end]);
         fill_undefined(solution);
     }
 
+    /// Records times between the ends of the step to `t_new`.
+    fn record_inside(&mut self, t_new: f64, asked: &[f64], solution: &mut Solution) {
+        self.stepper.prepare_dense(self.directions.as_mut());
+        let step = (self.t, t_new);
+        let recorded = solution.y.len();
+        solution.y.resize(recorded + solution.n * asked.len(), 0.0);
+        let rows = &mut solution.y[recorded..];
+        self.stepper.interpolate_all(step, asked, &self.y, rows);
+        if let Some(d) = &self.directions {
+            let recorded = solution.s.len();
+            solution.s.resize(recorded + solution.n * solution.n_s * asked.len(), 0.0);
+            let rows = &mut solution.s[recorded..];
+            self.stepper.interpolate_all_sensitivities(step, asked, d, rows);
+        }
+        if S::FEATURES.past && solution.n_past > 0 {
+            for (k, t) in asked.iter().enumerate() {
+                let row = recorded + k * solution.n..recorded + (k + 1) * solution.n;
+                self.row.as_mut().copy_from_slice(&solution.y[row]);
+                record_past(&mut self.drive, *t, self.row.as_ref(), solution);
+            }
+        }
+    }
+
     /// Records the asked times that are now.
+    #[inline]
     pub(super) fn record_now(&mut self, times: &[f64], solution: &mut Solution) {
         while times.get(solution.times.len()) == Some(&self.t) {
             solution.times.push(self.t);
-            solution.z.extend_from_slice(self.discrete.z());
+            if S::FEATURES.events {
+                solution.z.extend_from_slice(self.discrete.z());
+            }
             record_past(&mut self.drive, self.t, self.y.as_ref(), solution);
             solution.y.extend_from_slice(self.y.as_ref());
             if let Some(d) = &self.directions {
@@ -74,13 +90,17 @@ impl<S: System> Simulation<'_, S> {
 
 /// Records what is known of delayed unknowns at `t`, where outputs read it.
 fn record_past<S: System>(drive: &mut Drive<'_, S>, t: f64, y: &[f64], solution: &mut Solution) {
-    if solution.n_past > 0 {
+    if S::FEATURES.past && solution.n_past > 0 {
         let u = drive.at(t, y);
         solution.past.extend_from_slice(&u[u.len() - solution.n_past..]);
     }
 }
 
 /// Sensitivities that were not recorded are undefined.
+#[inline]
 fn fill_undefined(solution: &mut Solution) {
-    solution.s.resize(solution.times.len() * solution.n * solution.n_s, f64::NAN);
+    let len = solution.times.len() * solution.n * solution.n_s;
+    if solution.s.len() < len {
+        solution.s.resize(len, f64::NAN);
+    }
 }

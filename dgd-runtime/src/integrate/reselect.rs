@@ -10,8 +10,9 @@ use crate::system::{Point, System};
 impl<S: System> Simulation<'_, S> {
     /// Chooses the states that suit (t, y); whether others are chosen now. The mass matrix and what
     /// follows from it are still those of before.
+    #[inline]
     pub(super) fn select_states(&mut self) -> bool {
-        if !self.discrete.selects_states() {
+        if !S::FEATURES.events || !self.discrete.selects_states() {
             return false;
         }
         let Problem { system, p, .. } = *self.problem;
@@ -22,7 +23,7 @@ impl<S: System> Simulation<'_, S> {
 
     /// Chooses the states for the first consistent values.
     pub(super) fn select_first_states(&mut self) {
-        if self.select_states() {
+        if S::FEATURES.events && self.select_states() {
             let Problem { system, p, .. } = *self.problem;
             let mut mass = self.algebraic.mass.clone();
             let u = self.drive.at(self.t, self.y.as_ref());
@@ -34,11 +35,12 @@ impl<S: System> Simulation<'_, S> {
 
     /// Goes on with other states where the present ones have become a bad choice. The solution does
     /// not change, so that the time at which that happens has no influence.
+    #[inline]
     pub(super) fn reselect_states(
         &mut self,
         solution: &mut Solution,
     ) -> Result<(), IntegrateError> {
-        if !self.select_states() {
+        if !S::FEATURES.events || !self.select_states() {
             return Ok(());
         }
         self.discrete.instant.tau.fill(0.0);

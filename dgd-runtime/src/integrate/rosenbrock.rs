@@ -28,69 +28,108 @@ impl<S: System> Stepper<S> {
         tableau: &RosenbrockTableau,
         trial: Trial<'_, S>,
         drive: &mut Drive<S>,
-        mut directions: Option<&mut Directions<S>>,
+        directions: Option<&mut Directions<S>>,
     ) -> Result<(), Singular> {
-        let Trial { base: Base { system, p, z, mass, t }, y, h, .. } = trial;
-        let signature = system.signature();
+        let Trial { base: Base { system, mass, .. }, h, .. } = trial;
         let mass = mass.as_ref();
-        let per_h = 1.0 / h;
-
         self.factorisation.factorise(
-            per_h / tableau.gamma,
-            |i| mass[i] != 0.0,
-            &signature.jacobian,
+            1.0 / h / tableau.gamma,
+            |i| !S::FEATURES.algebraic || mass[i] != 0.0,
+            &system.signature().jacobian,
             self.jacobian.as_ref(),
         )?;
-
-        for i in 0..tableau.stages() {
-            let (earlier, rest) = self.k.split_at_mut(i);
-            let u_i = rest[0].as_mut();
-            let (a, c) = (&tableau.a[i], &tableau.c[i]);
-            let slope = h * tableau.gamma_sums[i];
-
-            // Yᵢ = y + Σ aᵢⱼ Uⱼ,  Uᵢ ← Σ cᵢⱼ Uⱼ
-            combine(y, earlier, a, c, self.stage.as_mut(), u_i);
-            if let Some(d) = &mut directions {
-                let (earlier, rest) = d.v.split_at_mut(i);
-                combine(d.s.as_ref(), earlier, a, c, d.stage.as_mut(), rest[0].as_mut());
-            }
-
-            // The first stage stands where the step starts.
-            let stage_t = t + tableau.alpha[i] * h;
-            let u = drive.at(stage_t, self.stage.as_ref());
-            let at = Point { t: stage_t, y: self.stage.as_ref(), u, p, z };
-            let f = self.rhs.as_mut();
-            match &mut directions {
-                _ if i == 0 => f.copy_from_slice(self.f.as_ref()),
-                None => system.rhs(at, f),
-                Some(d) => system.sensitivity_rhs(at, d.stage.as_ref(), f, d.rhs.as_mut()),
-            }
-
-            // Uᵢ ← W⁻¹ (f + M/h Σ cᵢⱼ Uⱼ + h γᵢ df/dt)
-            add_rates(u_i, f, self.dfdt.as_ref(), mass, per_h, slope);
-            self.factorisation.solve(u_i);
-
-            if let Some(d) = &mut directions {
-                // Vᵢ ← W⁻¹ (g + M/h Σ cᵢⱼ Vⱼ + h γᵢ dg/dt + ∂g/∂y Uᵢ)
-                let v_i = d.v[i].as_mut();
-                let g = if i == 0 { d.g.as_ref() } else { d.rhs.as_ref() };
-                let n = mass.len().max(1);
-                let columns = v_i.chunks_exact_mut(n).zip(g.chunks_exact(n));
-                for ((v, g), dgdt) in columns.zip(d.dgdt.as_ref().chunks_exact(n)) {
-                    add_rates(v, g, dgdt, mass, per_h, slope);
-                }
-                add_product(v_i, &signature.sensitivity_jacobian, d.dgdy.as_ref(), u_i);
-                self.factorisation.solve(v_i);
-            }
+        match directions {
+            None => self.make_stages(tableau, trial, drive, None),
+            Some(directions) => self.make_stages(tableau, trial, drive, Some(directions)),
         }
+        Ok(())
+    }
+
+    /// All stages, and with the last one y⁺ and S⁺. Stages are written out one by one, so that the
+    /// lengths of their sums are constants.
+    #[inline(always)]
+    fn make_stages(
+        &mut self,
+        tableau: &RosenbrockTableau,
+        trial: Trial<'_, S>,
+        drive: &mut Drive<S>,
+        mut directions: Option<&mut Directions<S>>,
+    ) {
+        let stages = tableau.stages();
+        macro_rules! make {
+            ($($i:literal)*) => {
+                $(if $i < stages {
+                    self.make_stage::<$i>(tableau, trial, drive, directions.as_deref_mut());
+                })*
+            };
+        }
+        make!(0 1 2 3 4 5 6 7);
 
         // y⁺ = Y_s + U_s
-        let last = tableau.stages() - 1;
+        let last = stages - 1;
         sum(self.stage.as_ref(), self.k[last].as_ref(), self.y_new.as_mut());
         if let Some(d) = directions {
             sum(d.stage.as_ref(), d.v[last].as_ref(), d.s_new.as_mut());
         }
-        Ok(())
+    }
+
+    /// The stage after I others: its increments, from theirs.
+    #[inline(always)]
+    fn make_stage<const I: usize>(
+        &mut self,
+        tableau: &RosenbrockTableau,
+        trial: Trial<'_, S>,
+        drive: &mut Drive<S>,
+        mut directions: Option<&mut Directions<S>>,
+    ) {
+        let Trial { base: Base { system, p, z, mass, t }, y, h, .. } = trial;
+        let mass = mass.as_ref();
+        let per_h = 1.0 / h;
+        let slope = h * tableau.gamma_sums[I];
+        let closes = I >= tableau.closing;
+
+        // Yᵢ = y + Σ aᵢⱼ Uⱼ,  Uᵢ ← Σ cᵢⱼ Uⱼ
+        let (earlier, rest) = self.k.split_at_mut(I);
+        let u_i = rest[0].as_mut();
+        let (a, c) = (&tableau.a[I], &tableau.c[I]);
+        combine::<I, _>(y, earlier, a, c, closes, self.stage.as_mut(), u_i);
+        if let Some(d) = &mut directions {
+            let (earlier, rest) = d.v.split_at_mut(I);
+            let (stage, v_i) = (d.stage.as_mut(), rest[0].as_mut());
+            combine::<I, _>(d.s.as_ref(), earlier, a, c, closes, stage, v_i);
+        }
+
+        // The first stage stands where the step starts.
+        let f = if I == 0 {
+            self.f.as_ref()
+        } else {
+            let stage_t = t + tableau.alpha[I] * h;
+            let u = drive.at(stage_t, self.stage.as_ref());
+            let at = Point { t: stage_t, y: self.stage.as_ref(), u, p, z };
+            let f = self.rhs.as_mut();
+            match &mut directions {
+                None => system.rhs(at, f),
+                Some(d) => system.sensitivity_rhs(at, d.stage.as_ref(), f, d.rhs.as_mut()),
+            }
+            self.rhs.as_ref()
+        };
+
+        // Uᵢ ← W⁻¹ (f + M/h Σ cᵢⱼ Uⱼ + h γᵢ df/dt)
+        add_rates::<S>(u_i, f, self.dfdt.as_ref(), mass, per_h, slope);
+        self.factorisation.solve(u_i);
+
+        if let Some(d) = directions {
+            // Vᵢ ← W⁻¹ (g + M/h Σ cᵢⱼ Vⱼ + h γᵢ dg/dt + ∂g/∂y Uᵢ)
+            let v_i = d.v[I].as_mut();
+            let g = if I == 0 { d.g.as_ref() } else { d.rhs.as_ref() };
+            let n = mass.len().max(1);
+            let columns = v_i.chunks_exact_mut(n).zip(g.chunks_exact(n));
+            for ((v, g), dgdt) in columns.zip(d.dgdt.as_ref().chunks_exact(n)) {
+                add_rates::<S>(v, g, dgdt, mass, per_h, slope);
+            }
+            add_product(v_i, &system.signature().sensitivity_jacobian, d.dgdy.as_ref(), u_i);
+            self.factorisation.solve(v_i);
+        }
     }
 
     /// The first evaluation of the step tried last that is not finite, and its time.
@@ -125,9 +164,9 @@ impl<S: System> Stepper<S> {
             }
         }
         for i in 1..tableau.stages() {
-            let (a, c) = (&tableau.a[i], &tableau.c[i]);
+            let a = &tableau.a[i];
             let stage_t = t + tableau.alpha[i] * h;
-            combine(y, &self.k[..i], a, c, self.stage.as_mut(), self.rhs.as_mut());
+            combine_any(y, &self.k[..i], a, self.stage.as_mut());
             let u = drive.at(stage_t, self.stage.as_ref());
             let at = Point { t: stage_t, y: self.stage.as_ref(), u, p, z };
             let row = match &mut directions {
@@ -136,7 +175,7 @@ impl<S: System> Stepper<S> {
                     bad(self.rhs.as_ref()).map(Spoilt::Equation)
                 }
                 Some(d) => {
-                    combine(d.s.as_ref(), &d.v[..i], a, c, d.stage.as_mut(), d.rhs.as_mut());
+                    combine_any(d.s.as_ref(), &d.v[..i], a, d.stage.as_mut());
                     let s = d.stage.as_ref();
                     system.sensitivity_rhs(at, s, self.rhs.as_mut(), d.rhs.as_mut());
                     bad(self.rhs.as_ref())
@@ -152,58 +191,59 @@ impl<S: System> Stepper<S> {
     }
 }
 
-/// `stage` ← y + Σ aⱼ kⱼ and `coupling` ← Σ cⱼ kⱼ in one pass over the kⱼ.
+/// `stage` ← y + Σ aⱼ kⱼ and `coupling` ← Σ cⱼ kⱼ of J increments, in one pass over them.
+///
+/// Where the method closes, a differs from that of the stage before by a one for its increment:
+/// `stage` goes on from there.
 #[inline(always)]
-fn combine<V: Storage>(
+fn combine<const J: usize, V: Storage>(
     y: &[f64],
     k: &[V],
     a: &[f64; MAX_STAGES],
     c: &[f64; MAX_STAGES],
-    stage: &mut [f64],
-    coupling: &mut [f64],
-) {
-    match k.len() {
-        0 => {
-            stage.copy_from_slice(y);
-            coupling.fill(0.0);
-        }
-        1 => combine_all::<1, V>(y, k, a, c, stage, coupling),
-        2 => combine_all::<2, V>(y, k, a, c, stage, coupling),
-        3 => combine_all::<3, V>(y, k, a, c, stage, coupling),
-        4 => combine_all::<4, V>(y, k, a, c, stage, coupling),
-        5 => combine_all::<5, V>(y, k, a, c, stage, coupling),
-        6 => combine_all::<6, V>(y, k, a, c, stage, coupling),
-        _ => combine_all::<7, V>(y, k, a, c, stage, coupling),
-    }
-}
-
-#[inline(always)]
-fn combine_all<const J: usize, V: Storage>(
-    y: &[f64],
-    k: &[V],
-    a: &[f64; MAX_STAGES],
-    c: &[f64; MAX_STAGES],
+    closes: bool,
     stage: &mut [f64],
     coupling: &mut [f64],
 ) {
     let n = y.len();
     let k: [&[f64]; J] = std::array::from_fn(|j| &k[j].as_ref()[..n]);
     let (stage, coupling) = (&mut stage[..n], &mut coupling[..n]);
-    for i in 0..n {
-        let (mut value, mut sum) = (y[i], 0.0);
-        for j in 0..J {
-            value += a[j] * k[j][i];
-            sum += c[j] * k[j][i];
+    if J > 0 && closes {
+        for i in 0..n {
+            stage[i] += k[J - 1][i];
         }
-        stage[i] = value;
-        coupling[i] = sum;
+    } else {
+        for i in 0..n {
+            stage[i] = (0..J).fold(y[i], |value, j| value + a[j] * k[j][i]);
+        }
+    }
+    for i in 0..n {
+        coupling[i] = (0..J).fold(0.0, |sum, j| sum + c[j] * k[j][i]);
+    }
+}
+
+/// `stage` ← y + Σ aⱼ kⱼ of all increments in `k`.
+fn combine_any<V: Storage>(y: &[f64], k: &[V], a: &[f64; MAX_STAGES], stage: &mut [f64]) {
+    stage.copy_from_slice(y);
+    for (a, k) in a.iter().zip(k) {
+        for (stage, k) in stage.iter_mut().zip(k.as_ref()) {
+            *stage += a * k;
+        }
     }
 }
 
 /// b ← f + M/h b + slope · df/dt.
 #[inline(always)]
-fn add_rates(b: &mut [f64], f: &[f64], dfdt: &[f64], mass: &[f64], per_h: f64, slope: f64) {
+fn add_rates<S: System>(
+    b: &mut [f64],
+    f: &[f64],
+    dfdt: &[f64],
+    mass: &[f64],
+    per_h: f64,
+    slope: f64,
+) {
     for (((b, f), dfdt), mass) in b.iter_mut().zip(f).zip(dfdt).zip(mass) {
+        let mass = if S::FEATURES.algebraic { *mass } else { 1.0 };
         *b = f + mass * per_h * *b + slope * dfdt;
     }
 }
@@ -252,5 +292,22 @@ pub(super) fn interpolate<V: Storage>(
         out.iter_mut().zip(y).zip(y_new).zip(k1).zip(k2).zip(k3)
     {
         *out = rest * y + theta * (y_new + rest * (k1 + theta * (k2 + theta * k3)));
+    }
+}
+
+/// [`interpolate`] at each of the `asked` times, θ = (t − from)/h. Not inlined, so that `out` is known
+/// to be apart from what is read.
+#[inline(never)]
+pub(super) fn interpolate_all<V: Storage>(
+    (from, per_h): (f64, f64),
+    asked: &[f64],
+    y: &V,
+    y_new: &V,
+    dense: &[V; 3],
+    out: &mut [f64],
+) {
+    let (y, y_new) = (y.as_ref(), y_new.as_ref());
+    for (t, out) in asked.iter().zip(out.chunks_exact_mut(y.len().max(1))) {
+        interpolate((t - from) * per_h, y, y_new, dense, out);
     }
 }

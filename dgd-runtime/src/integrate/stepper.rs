@@ -17,7 +17,7 @@
 use super::bdf::History;
 use super::catalogue::MethodKind;
 use super::drive::Drive;
-use super::rosenbrock::{dense_vectors, interpolate};
+use super::rosenbrock::{dense_vectors, interpolate, interpolate_all};
 use super::tableau::MAX_STAGES;
 use crate::linalg::norm::Tolerances;
 use crate::linalg::{Factorisation, Singular};
@@ -424,6 +424,46 @@ impl<S: System> Stepper<S> {
             MethodKind::Bdf(_) => {
                 self.history.interpolate(theta * h, y, &self.k, self.stage.as_ref(), out);
             }
+        }
+    }
+
+    /// y at each of the `asked` times within the step tried last, from one time to the other.
+    #[inline]
+    pub(crate) fn interpolate_all(
+        &self,
+        (from, to): (f64, f64),
+        asked: &[f64],
+        y: &S::Vector,
+        out: &mut [f64],
+    ) {
+        let per_h = 1.0 / (to - from);
+        if let MethodKind::Rosenbrock(_) = self.kind {
+            interpolate_all((from, per_h), asked, y, &self.y_new, &self.dense, out);
+            return;
+        }
+        let y = y.as_ref();
+        for (t, out) in asked.iter().zip(out.chunks_exact_mut(y.len().max(1))) {
+            self.interpolate((t - from) * per_h, y, out);
+        }
+    }
+
+    /// S at each of the `asked` times within the step tried last, from one time to the other.
+    #[inline]
+    pub(crate) fn interpolate_all_sensitivities(
+        &self,
+        (from, to): (f64, f64),
+        asked: &[f64],
+        directions: &Directions<S>,
+        out: &mut [f64],
+    ) {
+        let per_h = 1.0 / (to - from);
+        let Directions { s, s_new, dense, .. } = directions;
+        if let MethodKind::Rosenbrock(_) = self.kind {
+            interpolate_all((from, per_h), asked, s, s_new, dense, out);
+            return;
+        }
+        for (t, out) in asked.iter().zip(out.chunks_exact_mut(s.as_ref().len().max(1))) {
+            self.interpolate_sensitivities((t - from) * per_h, directions, out);
         }
     }
 

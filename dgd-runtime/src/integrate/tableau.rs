@@ -51,6 +51,8 @@ pub struct RosenbrockTableau {
     pub alpha: &'static [f64],
     /// γᵢ, weights of ∂f/∂t.
     pub gamma_sums: &'static [f64],
+    /// From this stage on, counted from 0, Yᵢ = Yᵢ₋₁ + Uᵢ₋₁.
+    pub closing: usize,
     /// dₗⱼ of the dense output.
     pub dense: [&'static [f64]; 3],
     /// Order of y⁺.
@@ -181,6 +183,17 @@ mod tests {
             let s = tableau.stages();
             assert!(s <= MAX_STAGES && tableau.gamma_sums.len() == s);
             assert!(tableau.dense.iter().all(|d| d.len() == s));
+        }
+    }
+
+    #[test]
+    fn closing_stages_add_the_increment_before() {
+        for tableau in tableaux() {
+            for i in tableau.closing..tableau.stages() {
+                let mut row = tableau.a[i - 1];
+                row[i - 1] = 1.0;
+                assert_eq!(tableau.a[i], row, "{i}");
+            }
         }
     }
 

@@ -22,19 +22,25 @@ impl<S: System> Simulation<'_, S> {
     /// Before a step is tried: what another one left is gone.
     #[inline]
     pub(super) fn forget_trial(&mut self) {
-        if let Some(history) = &mut self.drive.history {
+        if S::FEATURES.past
+            && let Some(history) = &mut self.drive.history
+        {
             history.forget_trial();
         }
     }
 
     /// Makes a step that reads what it is about to make consistent with itself: the step is made
     /// again with its own polynomial as history until it does not change any more.
+    #[inline]
     pub(super) fn close_step(
         &mut self,
         h: f64,
         variables: Variables,
         solution: &mut Solution,
     ) -> Result<(), Failed> {
+        if !S::FEATURES.past {
+            return Ok(());
+        }
         let history = self.drive.history.as_ref();
         if !history.is_some_and(|history| history.has_read_beyond()) {
             return Ok(());
@@ -82,7 +88,11 @@ impl<S: System> Simulation<'_, S> {
     }
 
     /// The delay that varies and has come out below zero at the end of the step tried last.
+    #[inline]
     pub(super) fn reads_ahead(&mut self, h: f64) -> Option<IntegrateError> {
+        if !S::FEATURES.past {
+            return None;
+        }
         let t = self.t + h;
         let (delay, value) = self.drive.earliest(t, self.stepper.y_new.as_ref())?;
         (value < -AHEAD * h).then(|| {
@@ -92,8 +102,11 @@ impl<S: System> Simulation<'_, S> {
     }
 
     /// Keeps the step to `t_new` that was tried last in the history.
+    #[inline]
     pub(super) fn remember_step(&mut self, t_new: f64) {
-        self.remember(t_new, false);
+        if S::FEATURES.past {
+            self.remember(t_new, false);
+        }
     }
 
     fn remember(&mut self, t_new: f64, for_now: bool) {

@@ -116,7 +116,8 @@ impl<S: System> Simulation<'_, S> {
         solution: &mut Solution,
     ) -> Result<bool, IntegrateError> {
         // Behind a corner ∂f/∂y is another, so that the last stages of sensitivities would see both.
-        if self.directions.is_some()
+        if !S::FEATURES.events
+            || self.directions.is_some()
             || !self.discrete.has_transitions()
             || h > AGAIN * self.discrete.uncut
         {

@@ -100,6 +100,7 @@ pub static RODAS5P: RosenbrockTableau = RosenbrockTableau {
         0.0,
         0.0,
     ],
+    closing: 6,
     dense: [
         &[
             25.948_786_856_663_858,

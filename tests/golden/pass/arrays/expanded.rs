@@ -455,6 +455,11 @@ pub mod cells {
         type Jacobian = ::dgd::__runtime::codegen::HeapNumbers;
         type SensitivityJacobian = ::dgd::__runtime::codegen::HeapNumbers;
         type Factorisation = ::dgd::__runtime::linalg::AutoLu;
+        const FEATURES: ::dgd::__runtime::system::Features = ::dgd::__runtime::system::Features {
+            events: false,
+            past: false,
+            algebraic: true,
+        };
         #[inline]
         fn signature(&self) -> &::dgd::__runtime::Signature {
             &SIGNATURE

@@ -295,6 +295,11 @@ pub mod vessel {
         type Jacobian = [f64; 5];
         type SensitivityJacobian = [f64; 7];
         type Factorisation = ::dgd::__runtime::linalg::FixedLu<3>;
+        const FEATURES: ::dgd::__runtime::system::Features = ::dgd::__runtime::system::Features {
+            events: false,
+            past: false,
+            algebraic: true,
+        };
         #[inline]
         fn signature(&self) -> &::dgd::__runtime::Signature {
             &SIGNATURE

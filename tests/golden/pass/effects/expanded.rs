@@ -327,6 +327,11 @@ pub mod filled_tank {
         type Jacobian = [f64; 4];
         type SensitivityJacobian = [f64; 5];
         type Factorisation = ::dgd::__runtime::linalg::FixedLu<3>;
+        const FEATURES: ::dgd::__runtime::system::Features = ::dgd::__runtime::system::Features {
+            events: false,
+            past: false,
+            algebraic: false,
+        };
         #[inline]
         fn signature(&self) -> &::dgd::__runtime::Signature {
             &SIGNATURE

@@ -382,6 +382,11 @@ pub mod basins {
         type Jacobian = [f64; 10];
         type SensitivityJacobian = [f64; 10];
         type Factorisation = ::dgd::__runtime::linalg::FixedLu<4>;
+        const FEATURES: ::dgd::__runtime::system::Features = ::dgd::__runtime::system::Features {
+            events: true,
+            past: false,
+            algebraic: true,
+        };
         #[inline]
         fn signature(&self) -> &::dgd::__runtime::Signature {
             &SIGNATURE

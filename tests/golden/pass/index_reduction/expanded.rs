@@ -383,6 +383,11 @@ pub mod bead {
         type Jacobian = [f64; 27];
         type SensitivityJacobian = [f64; 0];
         type Factorisation = ::dgd::__runtime::linalg::FixedLu<8>;
+        const FEATURES: ::dgd::__runtime::system::Features = ::dgd::__runtime::system::Features {
+            events: true,
+            past: false,
+            algebraic: true,
+        };
         #[inline]
         fn signature(&self) -> &::dgd::__runtime::Signature {
             &SIGNATURE

@@ -310,6 +310,11 @@ pub mod tank {
         type Jacobian = [f64; 2];
         type SensitivityJacobian = [f64; 0];
         type Factorisation = ::dgd::__runtime::linalg::FixedLu<2>;
+        const FEATURES: ::dgd::__runtime::system::Features = ::dgd::__runtime::system::Features {
+            events: true,
+            past: false,
+            algebraic: true,
+        };
         #[inline]
         fn signature(&self) -> &::dgd::__runtime::Signature {
             &SIGNATURE

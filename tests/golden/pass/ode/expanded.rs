@@ -267,6 +267,11 @@ pub mod spring {
         type Jacobian = [f64; 3];
         type SensitivityJacobian = [f64; 2];
         type Factorisation = ::dgd::__runtime::linalg::FixedLu<2>;
+        const FEATURES: ::dgd::__runtime::system::Features = ::dgd::__runtime::system::Features {
+            events: false,
+            past: false,
+            algebraic: false,
+        };
         #[inline]
         fn signature(&self) -> &::dgd::__runtime::Signature {
             &SIGNATURE

@@ -264,6 +264,11 @@ pub mod cascade {
         type Jacobian = [f64; 3];
         type SensitivityJacobian = [f64; 3];
         type Factorisation = ::dgd::__runtime::linalg::FixedLu<2>;
+        const FEATURES: ::dgd::__runtime::system::Features = ::dgd::__runtime::system::Features {
+            events: false,
+            past: false,
+            algebraic: false,
+        };
         #[inline]
         fn signature(&self) -> &::dgd::__runtime::Signature {
             &SIGNATURE
