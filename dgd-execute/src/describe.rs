@@ -189,9 +189,5 @@ fn unit(unit: &units::Unit) -> Unit {
 }
 
 fn pattern(program: &Program, kind: ResultKind) -> Pattern {
-    let places = program.patterns.get(&kind).map_or(&[][..], Vec::as_slice);
-    Pattern {
-        rows: places.iter().map(|(row, _)| *row).collect(),
-        columns: places.iter().map(|(_, column)| *column).collect(),
-    }
+    Pattern::of(program.patterns.get(&kind).map_or(&[][..], Vec::as_slice))
 }

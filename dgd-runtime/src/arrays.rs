@@ -1,6 +1,6 @@
 //! The description of a model with arrays, from one that does not grow with them.
 
-use crate::system::{List, Output, Pattern, Signature, Text, Unit, Unknown};
+use crate::system::{List, Output, Signature, Text, Unit, Unknown};
 
 /// An array of unknowns; in y its elements follow what is in front of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -120,7 +120,7 @@ pub fn with_arrays(mut signature: Signature, added: &Arrays) -> Signature {
         dwdp,
     ];
     for (pattern, runs) in patterns.into_iter().zip(&added.runs) {
-        extend(pattern, runs);
+        pattern.runs = runs.clone();
     }
     signature
 }
@@ -130,23 +130,15 @@ fn element(name: &str, index: i64) -> Text {
     format!("{name}[{index}]").into()
 }
 
-fn extend(pattern: &mut Pattern, runs: &[Run]) {
-    let places = runs.iter().flat_map(|run| (0..run.count).map(move |k| (run, k)));
-    for (run, k) in places {
-        pattern.rows.to_mut().push(run.row + k);
-        pattern.columns.to_mut().push(if run.diagonal { run.column + k } else { run.column });
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::system::Discrete;
+    use crate::system::{Discrete, Pattern};
 
     #[test]
     fn elements_and_places_follow_those_of_single_unknowns() {
         let unit = Unit { symbol: "m".into(), factor: 1.0, offset: 0.0 };
-        let none = || Pattern { rows: List::Borrowed(&[]), columns: List::Borrowed(&[]) };
+        let none = || Pattern::EMPTY;
         let single =
             Unknown { name: "x".into(), unit: unit.clone(), nominal: None, differential: false };
         let signature = Signature {
@@ -162,7 +154,7 @@ mod tests {
             differentiated_inputs: List::Borrowed(&[]),
             outputs: List::Borrowed(&[]),
             directions: List::Borrowed(&[]),
-            jacobian: Pattern { rows: vec![0].into(), columns: vec![0].into() },
+            jacobian: Pattern::of(&[(0, 0)]),
             sensitivity_jacobian: none(),
             parameter_jacobian: none(),
             input_jacobian: none(),

@@ -219,10 +219,12 @@ impl<S: System> Algebraic<S> {
         jacobian: &[f64],
     ) -> Result<(), Singular> {
         let mass = self.mass.as_ref();
-        let entries = self.rows.as_mut().iter_mut().zip(pattern.rows.iter());
-        for ((value, &row), j) in entries.zip(jacobian) {
-            *value = if mass[row] == 0.0 { *j } else { 0.0 };
-        }
+        self.rows.as_mut().copy_from_slice(jacobian);
+        pattern.for_each_mut(self.rows.as_mut(), |row, _, value| {
+            if mass[row] != 0.0 {
+                *value = 0.0;
+            }
+        });
         self.factorisation.factorise(1.0, |i| mass[i] != 0.0, pattern, self.rows.as_ref())
     }
 
@@ -331,14 +333,14 @@ impl<S: System> Algebraic<S> {
         let mass = self.mass.as_ref();
         // Rows remember their largest term, or an equation of one term would always look regular.
         let row_sizes = self.row_sizes.as_mut();
-        for ((&row, &column), j) in pattern.rows.iter().zip(pattern.columns.iter()).zip(jacobian) {
+        pattern.for_each(jacobian, |row, column, j| {
             row_sizes[row] = row_sizes[row].max((j * sizes[column]).abs());
-        }
-        let entries = self.rows.as_mut().iter_mut().zip(pattern.rows.iter());
-        for (((value, &row), &column), j) in entries.zip(pattern.columns.iter()).zip(jacobian) {
+        });
+        self.rows.as_mut().copy_from_slice(jacobian);
+        pattern.for_each_mut(self.rows.as_mut(), |row, column, value| {
             let inside = mass[row] == 0.0 && mass[column] == 0.0 && row_sizes[row] > 0.0;
-            *value = if inside { j * sizes[column] / row_sizes[row] } else { 0.0 };
-        }
+            *value = if inside { *value * sizes[column] / row_sizes[row] } else { 0.0 };
+        });
         self.factorisation.factorise(1.0, |i| mass[i] != 0.0, pattern, self.rows.as_ref())?;
         Ok(self.factorisation.smallest_pivot())
     }
@@ -372,9 +374,10 @@ impl<S: System> Algebraic<S> {
             );
             mask(self.f.as_mut(), self.mass.as_ref());
             let spoilt = self.f.as_ref().iter().position(|f| !f.is_finite()).or_else(|| {
-                let mut entries = pattern.rows.iter().zip(jacobian.iter());
+                let mut entries = pattern.positions().zip(jacobian.iter());
                 let mass = self.mass.as_ref();
-                entries.find(|(row, j)| mass[**row] == 0.0 && !j.is_finite()).map(|(row, _)| *row)
+                let found = entries.find(|((row, _), j)| mass[*row] == 0.0 && !j.is_finite());
+                found.map(|((row, _), _)| row)
             });
             if let Some(row) = spoilt {
                 let at = readings(system, Point { t, y, u, p, z }, row);
@@ -608,9 +611,7 @@ fn is_rounding<V: Storage>(
 
 /// Sizes of the equations' terms at `y`, to first order.
 pub(crate) fn add_terms(terms: &mut [f64], pattern: &Pattern, jacobian: &[f64], y: &[f64]) {
-    for ((&row, &column), j) in pattern.rows.iter().zip(pattern.columns.iter()).zip(jacobian) {
-        terms[row] += (j * y[column]).abs();
-    }
+    pattern.for_each(jacobian, |row, column, j| terms[row] += (j * y[column]).abs());
 }
 
 /// Sets the rows of differential unknowns to zero.

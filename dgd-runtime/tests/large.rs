@@ -32,10 +32,7 @@ impl Diffusion {
             jacobian.push((cells + i, i));
         }
         jacobian.extend((cells..n).map(|i| (i, i)));
-        let pattern = |positions: &[(usize, usize)]| Pattern {
-            rows: positions.iter().map(|p| p.0).collect(),
-            columns: positions.iter().map(|p| p.1).collect(),
-        };
+        let pattern = Pattern::of;
         // Of g: for the cells the derivatives of J, which are those of ∂f/∂k; for z, its own.
         Self {
             cells,

@@ -328,9 +328,6 @@ fn pattern(program: &Program, kind: ResultKind) -> TokenStream {
     let rows = places.iter().map(|(row, _)| index(*row));
     let columns = places.iter().map(|(_, column)| index(*column));
     quote! {
-        ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[#(#rows),*]),
-            columns: List::Borrowed(&[#(#columns),*]),
-        }
+        ::dgd::__runtime::system::Pattern::single(&[#(#rows),*], &[#(#columns),*])
     }
 }

@@ -182,7 +182,7 @@ fn run_to<S: System>(
 /// Whether outputs read what is known of delayed unknowns.
 fn outputs_read_past(signature: &Signature) -> bool {
     let [_, by_u, _] = &signature.output_jacobians;
-    by_u.columns.iter().any(|column| *column >= signature.past().first)
+    by_u.positions().any(|(_, column)| column >= signature.past().first)
 }
 
 fn verify<S: System>(

@@ -106,7 +106,7 @@ impl<S: System> Stepper<S> {
         factorised.map_err(|singular| match jacobian.iter().position(|j| !j.is_finite()) {
             None => singular.into(),
             Some(k) => {
-                let spoilt = Spoilt::Derivative(pattern.rows[k]);
+                let spoilt = Spoilt::Derivative(pattern.position(k).0);
                 Failed::NotFinite { t: trial.base.t, spoilt }
             }
         })

@@ -149,16 +149,16 @@ impl<S: System> Stepper<S> {
             return Some((t, Spoilt::Equation(row)));
         }
         let row = bad(self.jacobian.as_ref())
-            .map(|k| pattern.rows[k])
+            .map(|k| pattern.position(k).0)
             .or_else(|| bad(self.dfdt.as_ref()));
         if let Some(row) = row {
             return Some((t, Spoilt::Derivative(row)));
         }
         if let Some(d) = &directions {
-            let rows = &system.signature().sensitivity_jacobian.rows;
+            let pattern = &system.signature().sensitivity_jacobian;
             let row = bad(d.g.as_ref())
                 .or_else(|| bad(d.dgdt.as_ref()))
-                .or_else(|| bad(d.dgdy.as_ref()).map(|k| rows[k]));
+                .or_else(|| bad(d.dgdy.as_ref()).map(|k| pattern.position(k).0));
             if let Some(row) = row {
                 return Some((t, Spoilt::Derivative(row % n)));
             }
@@ -251,9 +251,7 @@ fn add_rates<S: System>(
 /// b ← b + A x.
 #[inline(always)]
 pub(super) fn add_product(b: &mut [f64], pattern: &Pattern, values: &[f64], x: &[f64]) {
-    for ((&row, &column), value) in pattern.rows.iter().zip(pattern.columns.iter()).zip(values) {
-        b[row] += value * x[column];
-    }
+    pattern.for_each(values, |row, column, value| b[row] += value * x[column]);
 }
 
 #[inline(always)]

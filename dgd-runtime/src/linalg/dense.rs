@@ -108,9 +108,7 @@ fn assemble(
     values: &[f64],
 ) {
     a.fill(0.0);
-    for ((&row, &column), value) in jacobian.rows.iter().zip(jacobian.columns.iter()).zip(values) {
-        a[column * n + row] = -value;
-    }
+    jacobian.for_each(values, |row, column, value| a[column * n + row] = -value);
     for i in 0..n {
         if differential(i) {
             a[i * n + i] += c;

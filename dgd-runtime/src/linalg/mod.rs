@@ -1,17 +1,23 @@
 //! Factorisations of the iteration matrix, chosen by size and pattern.
 //!
 //! [`FixedLu`] and [`DenseLu`] run the same elimination, on the stack and on the heap, so that a
-//! generated model and its interpreted twin give the same bits. [`SparseLu`] serves models of more
-//! than a few dozen unknowns; [`AutoLu`] picks between the last two.
+//! generated model and its interpreted twin give the same bits. Models of more than a few dozen unknowns
+//! have [`AutoLu`], which looks at the pattern: [`TridiagonalLu`] and [`BandedLu`] where an order of the
+//! unknowns with a narrow band is found, otherwise [`SparseLu`], or [`DenseLu`] where nothing is gained.
 
 mod auto;
+mod banded;
 mod dense;
 pub(crate) mod norm;
+mod order;
 mod sparse;
+mod tridiagonal;
 
 pub use auto::AutoLu;
+pub use banded::BandedLu;
 pub use dense::{DenseLu, FixedLu};
 pub use sparse::SparseLu;
+pub use tridiagonal::TridiagonalLu;
 
 use crate::system::Pattern;
 
@@ -63,27 +69,31 @@ pub trait Factorisation: Clone {
 mod tests {
     use super::*;
 
+    /// Pseudo-random numbers between ± 1/2.
+    fn random_numbers() -> impl FnMut() -> f64 {
+        let mut state = 12_345_u64;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        }
+    }
+
     /// A matrix of pseudo-random numbers at about a fifth of the places, by columns, with a full
     /// diagonal off by one so that rows must be exchanged.
     fn scattered(n: usize) -> (Pattern, Vec<f64>) {
-        let mut state = 12_345_u64;
-        let mut next = move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
-        let (mut rows, mut columns, mut values) = (Vec::new(), Vec::new(), Vec::new());
+        let mut next = random_numbers();
+        let (mut places, mut values) = (Vec::new(), Vec::new());
         for j in 0..n {
             for i in 0..n {
                 let value = next();
                 let main = i == (j + 1) % n;
                 if main || next() > 0.3 {
-                    rows.push(i);
-                    columns.push(j);
+                    places.push((i, j));
                     values.push(if main { value + 4.0 } else { value });
                 }
             }
         }
-        (Pattern { rows: rows.into(), columns: columns.into() }, values)
+        (Pattern::of(&places), values)
     }
 
     /// The largest |W x − b| for x from the factorisation.
@@ -118,12 +128,107 @@ mod tests {
         assert!(residual::<AutoLu>(90, &pattern, &values) < 1e-10);
     }
 
+    /// A matrix with all places in the band, its unknowns and rows shuffled the same way.
+    fn shuffled_band(n: usize, width: usize) -> (Pattern, Vec<f64>) {
+        // 7 has no factor in common with n.
+        let shuffled = |i: usize| (i * 7 + 3) % n;
+        let mut next = random_numbers();
+        let (mut places, mut values) = (Vec::new(), Vec::new());
+        for j in 0..n {
+            for i in j.saturating_sub(width)..n.min(j + width + 1) {
+                places.push((shuffled(i), shuffled(j)));
+                values.push(next());
+            }
+        }
+        (Pattern::of(&places), values)
+    }
+
+    #[test]
+    fn narrow_bands_are_found_and_solved() {
+        // Pivots are anywhere in the band. Residuals grow with the condition number, at most some
+        // thousands for matrices of this size.
+        for n in [33, 34, 100, 2000] {
+            for width in [1, 2, 5] {
+                let (pattern, values) = shuffled_band(n, width);
+                let lu = AutoLu::new(n, &pattern);
+                assert_eq!(matches!(lu, AutoLu::Tridiagonal(_)), width == 1, "{lu:?}");
+                assert_eq!(matches!(lu, AutoLu::Banded(_)), width > 1, "{lu:?}");
+                let rest = residual::<AutoLu>(n, &pattern, &values);
+                assert!(rest < 1e-12 * n as f64 * n as f64, "{n} {width}: {rest}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_tridiagonal_factorisation_serves_all_lengths() {
+        for n in 2..12 {
+            let (places, values): (Vec<_>, Vec<_>) = {
+                let mut next = random_numbers();
+                let near = |i: usize| i.saturating_sub(1)..n.min(i + 2);
+                (0..n).flat_map(|j| near(j).map(move |i| (i, j))).map(|at| (at, next())).unzip()
+            };
+            let pattern = Pattern::of(&places);
+            let right: Vec<f64> = (0..n).map(|i| 1.0 + i as f64).collect();
+            let mut of_band = right.clone();
+            let mut lu = TridiagonalLu::new(n, order::Order::Natural);
+            lu.factorise(0.3, |_| true, &pattern, &values).unwrap();
+            lu.solve(&mut of_band);
+            let mut full = DenseLu::new(n, &pattern);
+            full.factorise(0.3, |_| true, &pattern, &values).unwrap();
+            let mut of_full = right;
+            full.solve(&mut of_full);
+            for (a, b) in of_band.iter().zip(&of_full) {
+                assert!((a - b).abs() <= 1e-10 * (1.0 + b.abs()), "{n}: {of_band:?} {of_full:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn singular_bands_are_told_with_a_row() {
+        let n = 100;
+        for width in [1, 3] {
+            let (pattern, mut values) = shuffled_band(n, width);
+            let empty = 42;
+            pattern.for_each_mut(&mut values, |row, _, value| {
+                if row == empty {
+                    *value = 0.0;
+                }
+            });
+            let mut lu = AutoLu::new(n, &pattern);
+            let failure = lu.factorise(1.0, |i| i != empty, &pattern, &values).unwrap_err();
+            assert_eq!(failure.row, empty, "width {width}");
+            values[200] = f64::NAN;
+            lu.factorise(1.0, |_| true, &pattern, &values).unwrap_err();
+            values[200] = f64::INFINITY;
+            lu.factorise(1.0, |_| true, &pattern, &values).unwrap_err();
+            values[200] = 0.0;
+            lu.factorise(1.0, |_| true, &pattern, &values).unwrap();
+        }
+    }
+
+    #[test]
+    fn the_smallest_pivot_of_a_band_bears_its_row() {
+        let n = 40;
+        for width in [1, 2] {
+            let (pattern, mut values) = shuffled_band(n, width);
+            pattern.for_each_mut(&mut values, |row, column, value| {
+                *value = match (row == column, row) {
+                    (true, 17) => 1e-3,
+                    (true, _) => 2.0,
+                    (false, _) => 0.0,
+                };
+            });
+            let mut lu = AutoLu::new(n, &pattern);
+            lu.factorise(0.0, |_| false, &pattern, &values).unwrap();
+            assert_eq!(lu.smallest_pivot(), Some(Pivot { row: 17, magnitude: 1e-3 }));
+        }
+    }
+
     #[test]
     fn singular_matrices_are_told_with_a_row() {
         fn row_of_failure<F: Factorisation>(n: usize, values: &[f64]) -> usize {
             // W = −J: rows 0 and 1 are regular, row 2 is the zero row.
-            let pattern =
-                Pattern { rows: vec![1, 2, 0, 1, 2].into(), columns: vec![0, 0, 1, 2, 2].into() };
+            let pattern = Pattern::of(&[(1, 0), (2, 0), (0, 1), (1, 2), (2, 2)]);
             let mut lu = F::new(n, &pattern);
             lu.factorise(1.0, |_| false, &pattern, values).unwrap_err().row
         }
@@ -139,7 +244,7 @@ mod tests {
     #[test]
     fn the_smallest_pivot_bears_its_row() {
         fn smallest<F: Factorisation>() -> Pivot {
-            let pattern = Pattern { rows: vec![1, 0].into(), columns: vec![0, 1].into() };
+            let pattern = Pattern::of(&[(1, 0), (0, 1)]);
             let mut lu = F::new(2, &pattern);
             lu.factorise(1.0, |_| false, &pattern, &[3.0, -0.5]).unwrap();
             lu.smallest_pivot().unwrap()

@@ -32,11 +32,8 @@ fn unit() -> Unit {
 }
 
 fn full(rows: usize, columns: usize) -> Pattern {
-    let positions = || (0..columns).flat_map(|j| (0..rows).map(move |i| (i, j)));
-    Pattern {
-        rows: positions().map(|(i, _)| i).collect(),
-        columns: positions().map(|(_, j)| j).collect(),
-    }
+    let positions = (0..columns).flat_map(|j| (0..rows).map(move |i| (i, j)));
+    Pattern::of(&positions.collect::<Vec<_>>())
 }
 
 fn signature<E: Equations>() -> Signature {

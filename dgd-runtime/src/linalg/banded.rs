@@ -1,0 +1,191 @@
+//! LU factorisation of a banded matrix with partial pivoting within the band.
+//!
+//! Columns are stored one after the other, each with the l + u places above the diagonal that the
+//! exchange of rows can fill, its diagonal element and the l below it, as LAPACK's `dgbtrf` has them.
+//!
+//! Source: Golub and Van Loan, *Matrix Computations*, 4th ed. (2013), §4.3.
+
+use super::order::{Bandwidth, Order};
+use super::{Pivot, Singular};
+use crate::system::Pattern;
+
+/// LU factorisation of a matrix that is banded in a certain order of the unknowns.
+#[derive(Debug, Clone)]
+pub struct BandedLu {
+    n: usize,
+    order: Order,
+    width: Bandwidth,
+    /// Column by column: U on and above the diagonal, the multiples of L below.
+    factors: Vec<f64>,
+    reciprocal_pivots: Vec<f64>,
+    /// How far below the diagonal each pivot was.
+    exchanges: Vec<u32>,
+    /// The row of W, by its place, that is at each place.
+    rows: Vec<u32>,
+    /// A right-hand side by places.
+    permuted: Vec<f64>,
+}
+
+impl BandedLu {
+    /// Work space for `n` unknowns, whose `order` gives the matrix this bandwidth.
+    pub(super) fn new(n: usize, order: Order, width: Bandwidth) -> Self {
+        let height = 2 * width.lower + width.upper + 1;
+        let permuted = match order {
+            Order::Natural => Vec::new(),
+            Order::Permuted { .. } => vec![0.0; n],
+        };
+        Self {
+            n,
+            order,
+            width,
+            factors: vec![0.0; n * height],
+            reciprocal_pivots: vec![0.0; n],
+            exchanges: vec![0; n],
+            rows: vec![0; n],
+            permuted,
+        }
+    }
+
+    /// Number of unknowns.
+    pub(super) fn len(&self) -> usize {
+        self.n
+    }
+
+    /// Factorises c M − J.
+    pub(super) fn factorise(
+        &mut self,
+        c: f64,
+        differential: impl Fn(usize) -> bool,
+        jacobian: &Pattern,
+        values: &[f64],
+    ) -> Result<(), Singular> {
+        let Self { n, order, width, factors, reciprocal_pivots, exchanges, rows, .. } = self;
+        let (n, lower, filled) = (*n, width.lower, width.lower + width.upper);
+        let height = filled + lower + 1;
+
+        // Element (i, j) is at place filled + i − j of column j.
+        factors.fill(0.0);
+        jacobian.for_each(values, |row, column, value| {
+            let (row, column) = (order.place(row), order.place(column));
+            factors[column * height + filled + row - column] = -value;
+        });
+        for unknown in 0..n {
+            if differential(unknown) {
+                factors[order.place(unknown) * height + filled] += c;
+            }
+        }
+        for (place, row) in rows.iter_mut().enumerate() {
+            *row = place as u32;
+        }
+
+        // The last column that row k or an earlier one reaches into.
+        let mut reach = 0;
+        for k in 0..n {
+            let below = lower.min(n - 1 - k);
+            let (left, right) = factors.split_at_mut((k + 1) * height);
+            let column = &mut left[k * height + filled..][..=below];
+
+            let mut exchange = 0;
+            let mut largest = column[0].abs();
+            let mut is_finite = largest.is_finite();
+            for (i, value) in column.iter().enumerate().skip(1) {
+                is_finite &= value.is_finite();
+                if value.abs() > largest {
+                    largest = value.abs();
+                    exchange = i;
+                }
+            }
+            rows.swap(k, k + exchange);
+            if !largest.recip().is_finite() || !is_finite {
+                return Err(Singular { row: order.unknown(rows[k] as usize) });
+            }
+            exchanges[k] = exchange as u32;
+            reach = (k + width.upper + exchange).min(n - 1).max(reach);
+
+            column.swap(0, exchange);
+            let (pivot, multiples) = column.split_at_mut(1);
+            let reciprocal = 1.0 / pivot[0];
+            reciprocal_pivots[k] = reciprocal;
+            for multiple in &mut *multiples {
+                *multiple *= reciprocal;
+            }
+            for (distance, column) in (1..=reach - k).zip(right.chunks_exact_mut(height)) {
+                let column = &mut column[filled - distance..];
+                column.swap(0, exchange);
+                let (u, rest) = column.split_at_mut(1);
+                for (value, multiple) in rest.iter_mut().zip(&*multiples) {
+                    *value -= multiple * u[0];
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Overwrites b with W⁻¹ b.
+    pub(super) fn solve(&mut self, b: &mut [f64]) {
+        let Self { n, order, width, factors, reciprocal_pivots, exchanges, permuted, .. } = self;
+        let band = Band {
+            filled: width.lower + width.upper,
+            lower: width.lower,
+            factors,
+            reciprocal_pivots,
+            exchanges,
+        };
+        match order {
+            Order::Natural => band.solve(&mut b[..*n]),
+            Order::Permuted { unknowns, .. } => {
+                for (x, unknown) in permuted.iter_mut().zip(&*unknowns) {
+                    *x = b[*unknown as usize];
+                }
+                band.solve(permuted);
+                for (x, unknown) in permuted.iter().zip(&*unknowns) {
+                    b[*unknown as usize] = *x;
+                }
+            }
+        }
+    }
+
+    /// The smallest pivot of the last factorisation.
+    pub(super) fn smallest_pivot(&self) -> Option<Pivot> {
+        let height = 2 * self.width.lower + self.width.upper + 1;
+        let filled = self.width.lower + self.width.upper;
+        let magnitudes = self.factors.chunks_exact(height).map(|column| column[filled].abs());
+        let (k, magnitude) = magnitudes.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(Pivot { row: self.order.unknown(self.rows[k] as usize), magnitude })
+    }
+}
+
+/// The factors.
+struct Band<'a> {
+    filled: usize,
+    lower: usize,
+    factors: &'a [f64],
+    reciprocal_pivots: &'a [f64],
+    exchanges: &'a [u32],
+}
+
+impl Band<'_> {
+    /// Overwrites x, by places, with the solution.
+    fn solve(&self, x: &mut [f64]) {
+        let Self { filled, lower, factors, reciprocal_pivots, exchanges } = self;
+        let height = filled + lower + 1;
+        // x ← L⁻¹ P x
+        for ((k, column), exchange) in factors.chunks_exact(height).enumerate().zip(*exchanges) {
+            x.swap(k, k + *exchange as usize);
+            let (x_k, below) = (x[k], &mut x[k + 1..]);
+            for (value, multiple) in below.iter_mut().zip(&column[filled + 1..]) {
+                *value -= multiple * x_k;
+            }
+        }
+        // x ← U⁻¹ x
+        let columns = factors.chunks_exact(height).enumerate().zip(*reciprocal_pivots);
+        for ((k, column), reciprocal) in columns.rev() {
+            let above = (*filled).min(k);
+            let (before, rest) = x.split_at_mut(k);
+            rest[0] *= reciprocal;
+            for (value, u) in before[k - above..].iter_mut().zip(&column[filled - above..*filled]) {
+                *value -= u * rest[0];
+            }
+        }
+    }
+}

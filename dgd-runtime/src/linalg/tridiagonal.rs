@@ -1,0 +1,251 @@
+//! LU factorisation of a tridiagonal matrix, from both ends to the middle.
+//!
+//! ```text
+//!   ⎡ × ×           ⎤   Rows are eliminated downwards from the first and upwards from the last; the
+//!   ⎢ × × ×         ⎥   two that are left in the middle hold a full 2 × 2 matrix. Each way pivots
+//!   ⎢   × × ×       ⎥   between the row that it comes with and the next, so that a row of U has up
+//!   ⎢     × × ×     ⎥   to three elements. As the ways do not wait for each other, they take half
+//!   ⎢       × × ×   ⎥   the time of one, which is one long chain of dependent operations.
+//!   ⎣         × ×   ⎦
+//! ```
+//!
+//! Source: the pivoting is that of LAPACK's `dgttrf`; elimination from both ends is Babuška, SIAM
+//! Journal on Numerical Analysis 9 (1972) 53–77.
+
+use std::cmp::Ordering;
+
+use super::order::Order;
+use super::{Pivot, Singular};
+use crate::system::Pattern;
+
+/// What eliminating one unknown leaves: the reciprocal pivot r, the other two elements of the row of U
+/// times r, and the multiple of the pivot row that is taken from the other.
+///
+/// Before elimination the elements left of, on and right of the diagonal, in this order.
+#[derive(Debug, Clone, Copy, Default)]
+struct Row {
+    reciprocal: f64,
+    next: f64,
+    after: f64,
+    multiple: f64,
+}
+
+/// LU factorisation of a matrix that is tridiagonal in a certain order of the unknowns.
+#[derive(Debug, Clone)]
+pub struct TridiagonalLu {
+    order: Order,
+    /// By place.
+    rows: Vec<Row>,
+    /// Whether the row ahead was the pivot row.
+    exchanged: Vec<bool>,
+    smallest: Option<Pivot>,
+}
+
+/// The row that elimination comes with: the element to be eliminated, and the next.
+#[derive(Debug, Clone, Copy)]
+struct Active {
+    place: usize,
+    here: f64,
+    next: f64,
+}
+
+/// The row ahead: the element under the one to be eliminated, its diagonal element and the next.
+#[derive(Debug, Clone, Copy)]
+struct Ahead {
+    place: usize,
+    under: f64,
+    diagonal: f64,
+    next: f64,
+}
+
+/// What is known of the pivots so far.
+#[derive(Debug, Clone, Copy)]
+struct Pivots {
+    smallest: f64,
+    place: usize,
+    /// Place of the first that is not finite.
+    spoilt: Option<usize>,
+}
+
+impl Pivots {
+    #[inline]
+    fn note(&mut self, place: usize, magnitude: f64) {
+        if magnitude < self.smallest {
+            (self.smallest, self.place) = (magnitude, place);
+        } else if !magnitude.is_finite() && self.spoilt.is_none() {
+            self.spoilt = Some(place);
+        }
+    }
+}
+
+/// Eliminates one unknown; whether by the row ahead, and the row to go on with.
+#[inline]
+fn eliminate(active: Active, ahead: Ahead, pivots: &mut Pivots) -> (Row, bool, Active) {
+    if ahead.under.abs() > active.here.abs() {
+        pivots.note(ahead.place, ahead.under.abs());
+        let reciprocal = 1.0 / ahead.under;
+        let multiple = active.here * reciprocal;
+        let (next, after) = (ahead.diagonal * reciprocal, ahead.next * reciprocal);
+        let here = active.next - multiple * ahead.diagonal;
+        let active = Active { place: active.place, here, next: -multiple * ahead.next };
+        (Row { reciprocal, next, after, multiple }, true, active)
+    } else {
+        pivots.note(active.place, active.here.abs());
+        let reciprocal = 1.0 / active.here;
+        let multiple = ahead.under * reciprocal;
+        let next = active.next * reciprocal;
+        let here = ahead.diagonal - multiple * active.next;
+        let active = Active { place: ahead.place, here, next: ahead.next };
+        (Row { reciprocal, next, after: 0.0, multiple }, false, active)
+    }
+}
+
+impl TridiagonalLu {
+    /// Work space for at least two unknowns, whose `order` makes the matrix tridiagonal.
+    pub(super) fn new(n: usize, order: Order) -> Self {
+        assert!(n >= 2, "at least two unknowns");
+        Self { order, rows: vec![Row::default(); n], exchanged: vec![false; n], smallest: None }
+    }
+
+    /// Place of the last unknown that is eliminated downwards.
+    fn middle(&self) -> usize {
+        self.rows.len().div_ceil(2) - 1
+    }
+
+    /// Puts c M − J in place of the factors.
+    fn assemble(
+        &mut self,
+        c: f64,
+        differential: impl Fn(usize) -> bool,
+        jacobian: &Pattern,
+        values: &[f64],
+    ) {
+        let Self { order, rows, .. } = self;
+        rows.fill(Row::default());
+        jacobian.for_each(values, |row, column, value| {
+            let (row, column) = (order.place(row), order.place(column));
+            let Row { reciprocal: left, next: diagonal, after: right, .. } = &mut rows[row];
+            match column.cmp(&row) {
+                Ordering::Less => *left = -value,
+                Ordering::Equal => *diagonal = -value,
+                Ordering::Greater => *right = -value,
+            }
+        });
+        for unknown in 0..rows.len() {
+            if differential(unknown) {
+                rows[order.place(unknown)].next += c;
+            }
+        }
+    }
+
+    /// Number of unknowns.
+    pub(super) fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Factorises c M − J.
+    pub(super) fn factorise(
+        &mut self,
+        c: f64,
+        differential: impl Fn(usize) -> bool,
+        jacobian: &Pattern,
+        values: &[f64],
+    ) -> Result<(), Singular> {
+        self.assemble(c, differential, jacobian, values);
+        let middle = self.middle();
+        let Self { order, rows, exchanged, .. } = self;
+        let n = rows.len();
+        let mut pivots = Pivots { smallest: f64::INFINITY, place: 0, spoilt: None };
+
+        let mut down = Active { place: 0, here: rows[0].next, next: rows[0].after };
+        let mut up = Active { place: n - 1, here: rows[n - 1].next, next: rows[n - 1].reciprocal };
+        for step in 0..=middle {
+            // Upwards first: one step less at least, and the last row downwards meets is its.
+            let place = n - 1 - step;
+            if place > middle + 1 {
+                let Row { reciprocal: left, next: diagonal, after: right, .. } = rows[place - 1];
+                let ahead = Ahead { place: place - 1, under: right, diagonal, next: left };
+                (rows[place], exchanged[place], up) = eliminate(up, ahead, &mut pivots);
+            }
+            let ahead = if step < middle {
+                let Row { reciprocal: left, next: diagonal, after: right, .. } = rows[step + 1];
+                Ahead { place: step + 1, under: left, diagonal, next: right }
+            } else {
+                Ahead { place: up.place, under: up.next, diagonal: up.here, next: 0.0 }
+            };
+            (rows[step], exchanged[step], down) = eliminate(down, ahead, &mut pivots);
+        }
+        pivots.note(down.place, down.here.abs());
+        rows[middle + 1] = Row { reciprocal: 1.0 / down.here, ..Row::default() };
+
+        let Pivots { smallest, place, spoilt } = pivots;
+        let pivot = Pivot { row: order.unknown(place), magnitude: smallest };
+        self.smallest = Some(pivot);
+        if !smallest.recip().is_finite() {
+            return Err(Singular { row: pivot.row });
+        }
+        match spoilt {
+            None => Ok(()),
+            Some(place) => Err(Singular { row: self.order.unknown(place) }),
+        }
+    }
+
+    /// Overwrites b with W⁻¹ b.
+    pub(super) fn solve(&self, b: &mut [f64]) {
+        match &self.order {
+            Order::Natural => self.solve_in_order(b, |place| place),
+            Order::Permuted { unknowns, .. } => {
+                let unknowns = &unknowns[..self.rows.len()];
+                self.solve_in_order(b, |place| unknowns[place] as usize);
+            }
+        }
+    }
+
+    #[inline]
+    fn solve_in_order(&self, b: &mut [f64], unknown: impl Fn(usize) -> usize) {
+        let (n, middle) = (self.rows.len(), self.middle());
+        let b = &mut b[..n];
+        let (rows, exchanged) = (&self.rows[..n], &self.exchanged[..n]);
+        // y ← L⁻¹ P b, each way with the row that it comes with.
+        let (mut down, mut up) = (b[unknown(0)], b[unknown(n - 1)]);
+        for step in 0..=middle {
+            let place = n - 1 - step;
+            if place > middle + 1 {
+                let ahead = b[unknown(place - 1)];
+                let (pivot, other) = if exchanged[place] { (ahead, up) } else { (up, ahead) };
+                b[unknown(place)] = pivot;
+                up = other - rows[place].multiple * pivot;
+            }
+            let ahead = if step < middle { b[unknown(step + 1)] } else { up };
+            let (pivot, other) = if exchanged[step] { (ahead, down) } else { (down, ahead) };
+            b[unknown(step)] = pivot;
+            down = other - rows[step].multiple * pivot;
+        }
+        // x ← U⁻¹ y, from the middle to both ends.
+        let last = down * rows[middle + 1].reciprocal;
+        b[unknown(middle + 1)] = last;
+        let (mut down, mut down_after) = (last, 0.0);
+        let (mut up, mut up_after) = (last, 0.0);
+        for step in (0..=middle).rev() {
+            let row = &rows[step];
+            let x = b[unknown(step)] * row.reciprocal - row.after * down_after - row.next * down;
+            b[unknown(step)] = x;
+            (down, down_after) = (x, down);
+            if step == middle {
+                up_after = x;
+            }
+            let place = n - 1 - step;
+            if place > middle + 1 {
+                let row = &rows[place];
+                let x = b[unknown(place)] * row.reciprocal - row.after * up_after - row.next * up;
+                b[unknown(place)] = x;
+                (up, up_after) = (x, up);
+            }
+        }
+    }
+
+    /// The smallest pivot of the last factorisation.
+    pub(super) fn smallest_pivot(&self) -> Option<Pivot> {
+        self.smallest
+    }
+}
