@@ -1,5 +1,5 @@
 //! Every model in `models/`, in every variant: its derivatives, and generated Rust against the
-//! interpreter.
+//! interpreter and against machine code made at run time.
 
 mod support;
 
@@ -9,10 +9,12 @@ use std::path::Path;
 use dgd::system::{DelayedUnknown, PastLayout};
 use dgd::{Direction, Pattern, Point, System, discrete_numbers};
 use dgd_execute::Interpreted;
-use support::{Noise, compiled, every_variant, input_values, interpreted, model_files};
+use support::{
+    Noise, bits_of, compiled, every_variant, input_values, interpreted, model_files, native,
+};
 
 /// A place at which a model is evaluated.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 struct At {
     t: f64,
     y: Vec<f64>,
@@ -566,28 +568,55 @@ fn bits(system: &impl System, at: &At) -> Vec<Vec<u64>> {
     let mut drdy = numbers(discrete.reset_jacobian.len());
     system.reset_sensitivities(point, &udot, &s, &mut dr, &mut drdy, &mut drdt);
     all.extend([de, dedy, dedt, dr, drdy, drdt]);
-    all.iter().map(|values| values.iter().map(|x| x.to_bits()).collect()).collect()
+    all.iter().map(|values| values.iter().map(|x| bits_of(*x)).collect()).collect()
 }
 
-/// Generated Rust and the interpreter give the same signature and the same bits.
+/// Numbers at which functions do something special.
+const SPECIAL: [f64; 8] =
+    [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -0.0, f64::MIN_POSITIVE, 1e-310, -1e300];
+
+/// The same place with one number of each array replaced by a special one.
+fn special_places(at: &At) -> Vec<At> {
+    let arrays: [Moved; 3] = [|at| &mut at.y, |at| &mut at.u, |at| &mut at.p];
+    let mut places = Vec::new();
+    for moved in arrays {
+        for k in 0..moved(&mut at.clone()).len() {
+            for special in SPECIAL {
+                let mut place = at.clone();
+                moved(&mut place)[k] = special;
+                places.push(place);
+            }
+        }
+    }
+    places
+}
+
+/// Generated Rust, the interpreter and native code give the same signature and the same bits.
 fn check_agreement(generated: &impl System, path: &str, choices: &[(&str, &str)]) {
     let interpreted = interpreted(path, choices);
+    let native = native(path, choices);
     assert_eq!(generated.signature(), interpreted.signature(), "{path} {choices:?}");
+    assert_eq!(native.signature(), interpreted.signature(), "{path} {choices:?}");
+    let check = |at: &At| {
+        let expected = bits(&interpreted, at);
+        let label = || format!("{path} {choices:?} at {at:?}");
+        assert_eq!(bits(generated, at), expected, "generated: {}", label());
+        assert_eq!(bits(&native, at), expected, "native: {}", label());
+    };
     let mut noise = Noise::new(17);
-    for _ in 0..20 {
+    for round in 0..20 {
         let at = At::near_start(&interpreted, &mut noise);
         for at in in_every_mode(&interpreted, &at) {
-            assert_eq!(
-                bits(generated, &at),
-                bits(&interpreted, &at),
-                "{path} {choices:?} at {:?}",
-                at.y
-            );
+            check(&at);
+            if round == 0 {
+                special_places(&at).iter().for_each(check);
+            }
         }
     }
 }
 
-/// Compiles each model of the list with `dgd::model!` and compares it with the interpreter.
+/// Compiles each model of the list with `dgd::model!` and compares it with the interpreter and with
+/// native code.
 macro_rules! agreement {
     ($($name:ident: $path:literal $(, $variant:ident = $choice:ident)*;)*) => {
         $(mod $name {
@@ -598,7 +627,7 @@ macro_rules! agreement {
             &[$(($path, &[$((stringify!($variant), stringify!($choice))),*])),*];
 
         #[test]
-        fn generated_rust_and_interpreter_give_the_same_bits() {
+        fn generated_rust_interpreter_and_native_code_give_the_same_bits() {
             $(check_agreement(
                 &$name::generated::Model,
                 $path,

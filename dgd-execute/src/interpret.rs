@@ -1,21 +1,25 @@
 //! The interpreter: performs a program's operations one after another.
 
-use std::cell::RefCell;
+use std::cell::{RefCell, RefMut};
 use std::sync::Arc;
 
 use dgd_compiler::expr::intrinsics::Definition;
-use dgd_compiler::program::{Argument, Function, FunctionKind, Operation, Program};
+use dgd_compiler::program::{Argument, FunctionKind, Operation, Program};
 use dgd_runtime::linalg::AutoLu;
-use dgd_runtime::{Point, Signature, System};
+use dgd_runtime::{Point, Signature};
 
 use crate::describe::signature;
+use crate::system::{Executed, Perform};
 
 /// A program as a system, run operation by operation.
 ///
 /// The same bits as the generated Rust. Cloning shares the program; each clone has work space of
 /// its own, so that one clone serves one thread.
+pub type Interpreted = Executed<Interpreter>;
+
+/// Performs a program's operations one after another.
 #[derive(Debug, Clone)]
-pub struct Interpreted {
+pub struct Interpreter {
     program: Arc<Program>,
     signature: Arc<Signature>,
     /// Values of the function being evaluated.
@@ -25,19 +29,46 @@ pub struct Interpreted {
 impl Interpreted {
     /// Makes a system of a program.
     pub fn new(program: Program) -> Self {
-        let length = |function: &Function| {
-            let of_loops = function.loops.iter().map(|part| part.body.len()).max();
-            function.body.len() + of_loops.unwrap_or(0)
-        };
-        let longest = program.functions.iter().map(length).max().unwrap_or(0);
-        Interpreted {
+        Executed(Interpreter::new(program))
+    }
+}
+
+impl Interpreter {
+    pub(crate) fn new(program: Program) -> Self {
+        Interpreter {
             signature: Arc::new(signature(&program)),
             program: Arc::new(program),
-            registers: RefCell::new(vec![0.0; longest]),
+            registers: RefCell::new(Vec::new()),
         }
     }
 
-    fn run(
+    /// Work space for at least so many values.
+    pub(crate) fn registers(&self, len: usize) -> RefMut<'_, Vec<f64>> {
+        let mut registers = self.registers.borrow_mut();
+        if registers.len() < len {
+            registers.resize(len, 0.0);
+        }
+        registers
+    }
+}
+
+impl Perform for Interpreter {
+    type Vector = Vec<f64>;
+    type Sensitivity = Vec<f64>;
+    type Inputs = Vec<f64>;
+    type Jacobian = Vec<f64>;
+    type SensitivityJacobian = Vec<f64>;
+    type Factorisation = AutoLu;
+
+    fn program(&self) -> &Program {
+        &self.program
+    }
+
+    fn signature(&self) -> &Signature {
+        &self.signature
+    }
+
+    fn perform(
         &self,
         kind: FunctionKind,
         at: Point<'_>,
@@ -46,7 +77,8 @@ impl Interpreted {
         results: &mut [&mut [f64]],
     ) {
         let function = self.program.function(kind);
-        let mut registers = self.registers.borrow_mut();
+        let of_loops = function.loops.iter().map(|part| part.body.len()).max();
+        let mut registers = self.registers(function.body.len() + of_loops.unwrap_or(0));
         let read = Read { at, udot, s };
         evaluate(&function.body, 0, 0, &read, &mut registers);
         let places = function.results.iter().zip(&function.places).zip(&function.lengths);
@@ -138,179 +170,5 @@ fn evaluate(body: &[Operation], begin: usize, k: usize, read: &Read<'_>, registe
                 }
             }
         };
-    }
-}
-
-impl System for Interpreted {
-    type Vector = Vec<f64>;
-    type Sensitivity = Vec<f64>;
-    type Inputs = Vec<f64>;
-    type Jacobian = Vec<f64>;
-    type SensitivityJacobian = Vec<f64>;
-    type Factorisation = AutoLu;
-
-    fn signature(&self) -> &Signature {
-        &self.signature
-    }
-
-    fn rhs(&self, at: Point<'_>, f: &mut [f64]) {
-        self.run(FunctionKind::Rhs, at, &[], &[], &mut [f]);
-    }
-
-    fn linearize(
-        &self,
-        at: Point<'_>,
-        udot: &[f64],
-        f: &mut [f64],
-        jacobian: &mut [f64],
-        dfdt: &mut [f64],
-    ) {
-        self.run(FunctionKind::Linearize, at, udot, &[], &mut [f, jacobian, dfdt]);
-    }
-
-    fn sensitivity_rhs(&self, at: Point<'_>, s: &[f64], f: &mut [f64], g: &mut [f64]) {
-        self.run(FunctionKind::SensitivityRhs, at, &[], s, &mut [f, g]);
-    }
-
-    fn sensitivity_linearize(
-        &self,
-        at: Point<'_>,
-        udot: &[f64],
-        s: &[f64],
-        f: &mut [f64],
-        jacobian: &mut [f64],
-        dfdt: &mut [f64],
-        g: &mut [f64],
-        dgdy: &mut [f64],
-        dgdt: &mut [f64],
-    ) {
-        let results = &mut [f, jacobian, dfdt, g, dgdy, dgdt];
-        self.run(FunctionKind::SensitivityLinearize, at, udot, s, results);
-    }
-
-    fn parameter_jacobian(&self, at: Point<'_>, values: &mut [f64]) {
-        self.run(FunctionKind::ParameterJacobian, at, &[], &[], &mut [values]);
-    }
-
-    fn input_jacobian(&self, at: Point<'_>, values: &mut [f64]) {
-        self.run(FunctionKind::InputJacobian, at, &[], &[], &mut [values]);
-    }
-
-    fn time_derivative(&self, at: Point<'_>, values: &mut [f64]) {
-        self.run(FunctionKind::TimeDerivative, at, &[], &[], &mut [values]);
-    }
-
-    fn outputs(&self, at: Point<'_>, w: &mut [f64]) {
-        self.run(FunctionKind::Outputs, at, &[], &[], &mut [w]);
-    }
-
-    fn output_jacobians(
-        &self,
-        at: Point<'_>,
-        dwdy: &mut [f64],
-        dwdu: &mut [f64],
-        dwdp: &mut [f64],
-        dwdt: &mut [f64],
-    ) {
-        self.run(FunctionKind::OutputJacobians, at, &[], &[], &mut [dwdy, dwdu, dwdp, dwdt]);
-    }
-
-    fn output_sensitivities(&self, at: Point<'_>, s: &[f64], w: &mut [f64], dw: &mut [f64]) {
-        self.run(FunctionKind::OutputSensitivities, at, &[], s, &mut [w, dw]);
-    }
-
-    fn start(&self, at: Point<'_>, y: &mut [f64]) {
-        self.run(FunctionKind::Start, at, &[], &[], &mut [y]);
-    }
-
-    fn start_sensitivities(&self, at: Point<'_>, s: &mut [f64]) {
-        self.run(FunctionKind::StartSensitivities, at, &[], &[], &mut [s]);
-    }
-
-    fn delays(&self, at: Point<'_>, tau: &mut [f64]) {
-        self.run(FunctionKind::Delays, at, &[], &[], &mut [tau]);
-    }
-
-    fn delay_sensitivities(&self, at: Point<'_>, dtau: &mut [f64]) {
-        self.run(FunctionKind::DelaySensitivities, at, &[], &[], &mut [dtau]);
-    }
-
-    fn histories(
-        &self,
-        at: Point<'_>,
-        values: &mut [f64],
-        rates: &mut [f64],
-        curvatures: &mut [f64],
-    ) {
-        self.run(FunctionKind::Histories, at, &[], &[], &mut [values, rates, curvatures]);
-    }
-
-    fn history_sensitivities(&self, at: Point<'_>, s: &mut [f64], rates: &mut [f64]) {
-        self.run(FunctionKind::HistorySensitivities, at, &[], &[], &mut [s, rates]);
-    }
-
-    fn varying_delays(&self, at: Point<'_>, tau: &mut [f64]) {
-        self.run(FunctionKind::VaryingDelays, at, &[], &[], &mut [tau]);
-    }
-
-    fn varying_delay_sensitivities(
-        &self,
-        at: Point<'_>,
-        udot: &[f64],
-        s: &[f64],
-        dtau: &mut [f64],
-        dtaudy: &mut [f64],
-        dtaudt: &mut [f64],
-    ) {
-        let results = &mut [dtau, dtaudy, dtaudt];
-        self.run(FunctionKind::VaryingDelaySensitivities, at, udot, s, results);
-    }
-
-    fn mass(&self, at: Point<'_>, mass: &mut [f64]) {
-        if self.program.computes(FunctionKind::Mass) {
-            self.run(FunctionKind::Mass, at, &[], &[], &mut [mass]);
-        } else {
-            self.signature.write_mass(mass);
-        }
-    }
-
-    fn condition_times(&self, at: Point<'_>, times: &mut [f64], after: &mut [f64]) {
-        self.run(FunctionKind::ConditionTimes, at, &[], &[], &mut [times, after]);
-    }
-
-    fn condition_time_sensitivities(&self, at: Point<'_>, dtimes: &mut [f64]) {
-        self.run(FunctionKind::ConditionTimeSensitivities, at, &[], &[], &mut [dtimes]);
-    }
-
-    fn event_functions(&self, at: Point<'_>, e: &mut [f64]) {
-        self.run(FunctionKind::EventFunctions, at, &[], &[], &mut [e]);
-    }
-
-    fn event_sensitivities(
-        &self,
-        at: Point<'_>,
-        udot: &[f64],
-        s: &[f64],
-        de: &mut [f64],
-        dedy: &mut [f64],
-        dedt: &mut [f64],
-    ) {
-        self.run(FunctionKind::EventSensitivities, at, udot, s, &mut [de, dedy, dedt]);
-    }
-
-    fn resets(&self, at: Point<'_>, r: &mut [f64]) {
-        self.run(FunctionKind::Resets, at, &[], &[], &mut [r]);
-    }
-
-    fn reset_sensitivities(
-        &self,
-        at: Point<'_>,
-        udot: &[f64],
-        s: &[f64],
-        dr: &mut [f64],
-        drdy: &mut [f64],
-        drdt: &mut [f64],
-    ) {
-        self.run(FunctionKind::ResetSensitivities, at, udot, s, &mut [dr, drdy, drdt]);
     }
 }

@@ -10,7 +10,7 @@ use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Compiled, Directions, compile};
 use dgd_compiler::source::{Source, Sources, Span};
 use dgd_compiler::syntax::ast::Name;
-use dgd_execute::Interpreted;
+use dgd_execute::{Engine, Interpreted, Loaded};
 
 /// The repository's root.
 pub(crate) fn root() -> &'static Path {
@@ -71,6 +71,18 @@ pub(crate) fn compiled_with(
 /// A model of the repository, interpreted.
 pub(crate) fn interpreted(path: &str, variants: &[(&str, &str)]) -> Interpreted {
     Interpreted::new(compiled(Path::new(path), variants).program)
+}
+
+/// A model of the repository as machine code made at run time.
+pub(crate) fn native(path: &str, variants: &[(&str, &str)]) -> Loaded {
+    Loaded::with_engine(compiled(Path::new(path), variants).program, Engine::Native)
+        .expect("tests run where native code can be had")
+}
+
+/// Bits of a number; of all that are no number, the same. Which of them an operation gives is left
+/// open by Rust, as its compiler may exchange operands.
+pub(crate) fn bits_of(x: f64) -> u64 {
+    if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() }
 }
 
 /// Every model of the repository in each of its variants, one choice changed at a time:

@@ -41,6 +41,8 @@ pub enum UnitRule {
 pub enum Definition {
     /// A machine function of one argument.
     One {
+        /// How a compiler to machine code does it without a call.
+        instruction: Option<Instruction>,
         /// Value at a number.
         value: fn(f64) -> f64,
         /// df/dx at the expression x.
@@ -59,6 +61,17 @@ pub enum Definition {
     },
     /// Made of other expressions.
     Expansion(fn(&mut Graph, ExprId, ExprId) -> ExprId),
+}
+
+/// A function that takes an instruction or a few, the result of which is exact or correctly rounded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Instruction {
+    /// √x
+    SquareRoot,
+    /// |x|
+    Absolute,
+    /// −1, 0 or 1; x itself where it is a zero or NaN.
+    Sign,
 }
 
 impl Definition {
@@ -160,6 +173,7 @@ pub static INTRINSICS: &[Intrinsic] = &[
         name: "sqrt",
         unit_rule: UnitRule::Root,
         definition: Definition::One {
+            instruction: Some(Instruction::SquareRoot),
             value: f64::sqrt,
             // 1/(2 √x)
             derivative: |g, x| {
@@ -176,6 +190,7 @@ pub static INTRINSICS: &[Intrinsic] = &[
         name: "exp",
         unit_rule: UnitRule::Dimensionless,
         definition: Definition::One {
+            instruction: None,
             value: f64::exp,
             derivative: |g, x| g.call1("exp", x),
             rust_path: path!("exp"),
@@ -187,6 +202,7 @@ pub static INTRINSICS: &[Intrinsic] = &[
         name: "log",
         unit_rule: UnitRule::Dimensionless,
         definition: Definition::One {
+            instruction: None,
             value: f64::ln,
             derivative: |g, x| {
                 let one = g.constant(1.0);
@@ -201,6 +217,7 @@ pub static INTRINSICS: &[Intrinsic] = &[
         name: "log10",
         unit_rule: UnitRule::Dimensionless,
         definition: Definition::One {
+            instruction: None,
             value: f64::log10,
             // 1/(x ln 10)
             derivative: |g, x| {
@@ -216,6 +233,7 @@ pub static INTRINSICS: &[Intrinsic] = &[
         name: "sin",
         unit_rule: UnitRule::Dimensionless,
         definition: Definition::One {
+            instruction: None,
             value: f64::sin,
             derivative: |g, x| g.call1("cos", x),
             rust_path: path!("sin"),
@@ -227,6 +245,7 @@ pub static INTRINSICS: &[Intrinsic] = &[
         name: "cos",
         unit_rule: UnitRule::Dimensionless,
         definition: Definition::One {
+            instruction: None,
             value: f64::cos,
             derivative: |g, x| {
                 let sin = g.call1("sin", x);
@@ -241,6 +260,7 @@ pub static INTRINSICS: &[Intrinsic] = &[
         name: "tan",
         unit_rule: UnitRule::Dimensionless,
         definition: Definition::One {
+            instruction: None,
             value: f64::tan,
             // 1 + tan² x
             derivative: |g, x| {
@@ -258,6 +278,7 @@ pub static INTRINSICS: &[Intrinsic] = &[
         name: "asin",
         unit_rule: UnitRule::Dimensionless,
         definition: Definition::One {
+            instruction: None,
             value: f64::asin,
             // 1/√(1 − x²)
             derivative: |g, x| {
@@ -274,6 +295,7 @@ pub static INTRINSICS: &[Intrinsic] = &[
         name: "acos",
         unit_rule: UnitRule::Dimensionless,
         definition: Definition::One {
+            instruction: None,
             value: f64::acos,
             // −1/√(1 − x²)
             derivative: |g, x| {
@@ -290,6 +312,7 @@ pub static INTRINSICS: &[Intrinsic] = &[
         name: "atan",
         unit_rule: UnitRule::Dimensionless,
         definition: Definition::One {
+            instruction: None,
             value: f64::atan,
             // 1/(1 + x²)
             derivative: |g, x| {
@@ -326,6 +349,7 @@ pub static INTRINSICS: &[Intrinsic] = &[
         name: "sinh",
         unit_rule: UnitRule::Dimensionless,
         definition: Definition::One {
+            instruction: None,
             value: f64::sinh,
             derivative: |g, x| g.call1("cosh", x),
             rust_path: path!("sinh"),
@@ -337,6 +361,7 @@ pub static INTRINSICS: &[Intrinsic] = &[
         name: "cosh",
         unit_rule: UnitRule::Dimensionless,
         definition: Definition::One {
+            instruction: None,
             value: f64::cosh,
             derivative: |g, x| g.call1("sinh", x),
             rust_path: path!("cosh"),
@@ -348,6 +373,7 @@ pub static INTRINSICS: &[Intrinsic] = &[
         name: "tanh",
         unit_rule: UnitRule::Dimensionless,
         definition: Definition::One {
+            instruction: None,
             value: f64::tanh,
             // 1 − tanh² x
             derivative: |g, x| {
@@ -365,6 +391,7 @@ pub static INTRINSICS: &[Intrinsic] = &[
         name: "abs",
         unit_rule: UnitRule::Same,
         definition: Definition::One {
+            instruction: Some(Instruction::Absolute),
             value: f64::abs,
             derivative: |g, x| g.call1("sign", x),
             rust_path: path!("abs"),
@@ -376,6 +403,7 @@ pub static INTRINSICS: &[Intrinsic] = &[
         name: "sign",
         unit_rule: UnitRule::Any,
         definition: Definition::One {
+            instruction: Some(Instruction::Sign),
             value: sign,
             derivative: |g, _| g.constant(0.0),
             rust_path: "::dgd::__runtime::math::sign",

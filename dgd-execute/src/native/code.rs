@@ -1,0 +1,147 @@
+//! Machine code, and the only place from which it is called.
+//!
+//! What makes a call sound: the code reads and writes within the lengths that its [`Plan`] was made
+//! for, which are compared with those of the slices before each call; it keeps no address; it is freed
+//! when nobody can call it any more.
+
+#![allow(unsafe_code)]
+
+use std::mem::{offset_of, transmute};
+use std::sync::{Mutex, PoisonError};
+
+use cranelift_jit::JITModule;
+use dgd_runtime::Point;
+
+use super::plan::{ARGUMENTS, MOST_RESULTS, Plan};
+
+/// Addresses of the arrays that a piece of code works on.
+#[repr(C)]
+pub(super) struct Frame {
+    arguments: [*const f64; ARGUMENTS.len()],
+    results: [*mut f64; MOST_RESULTS],
+    scratch: *mut f64,
+}
+
+impl Frame {
+    /// Where the address of the scratch memory stands, in bytes.
+    pub(super) const SCRATCH: usize = offset_of!(Frame, scratch);
+
+    /// Where the address of an argument stands.
+    pub(super) fn argument(position: usize) -> usize {
+        offset_of!(Frame, arguments) + position * size_of::<*const f64>()
+    }
+
+    /// Where the address of a result stands.
+    pub(super) fn result(position: usize) -> usize {
+        offset_of!(Frame, results) + position * size_of::<*mut f64>()
+    }
+}
+
+/// A piece of machine code: t and a frame whose arrays have the lengths of the code's plan.
+type Entry = unsafe extern "C" fn(f64, *const Frame);
+
+/// Machine code of a function.
+pub(crate) struct Code {
+    /// To be called one after the other.
+    entries: Vec<Entry>,
+    /// How many numbers are read of each argument.
+    reads: [usize; ARGUMENTS.len()],
+    /// Length of each result.
+    lengths: Vec<usize>,
+    /// Numbers of memory that the pieces share.
+    scratch: usize,
+    /// What owns the memory that the code is in; none once that is freed.
+    memory: Mutex<Option<JITModule>>,
+}
+
+impl Code {
+    /// Code that was compiled from all pieces of a plan, at these addresses in the module's memory.
+    pub(super) fn new(plan: &Plan<'_>, addresses: &[*const u8], memory: JITModule) -> Self {
+        // SAFETY: `translate` gave each piece the signature of an `Entry` in the convention of C.
+        let entry = |address: &*const u8| unsafe { transmute::<*const u8, Entry>(*address) };
+        Code {
+            entries: addresses.iter().map(entry).collect(),
+            reads: plan.reads,
+            lengths: plan.function.lengths.clone(),
+            scratch: plan.scratch(),
+            memory: Mutex::new(Some(memory)),
+        }
+    }
+
+    /// Numbers of scratch memory that a call needs.
+    pub(crate) fn scratch(&self) -> usize {
+        self.scratch
+    }
+
+    /// Performs the function.
+    ///
+    /// # Panics
+    ///
+    /// When an array is shorter than what is read of it, or a result has another length.
+    #[inline]
+    pub(crate) fn call(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        s: &[f64],
+        results: &mut [&mut [f64]],
+        scratch: &mut [f64],
+    ) {
+        let arguments = [at.y, at.u, at.p, at.z, udot, s];
+        let enough = arguments.iter().zip(self.reads).all(|(array, reads)| array.len() >= reads);
+        let exact = results.len() == self.lengths.len()
+            && results.iter().zip(&self.lengths).all(|(result, length)| result.len() == *length);
+        assert!(
+            enough && exact && scratch.len() >= self.scratch,
+            "lengths of arguments and results"
+        );
+        let mut frame = Frame {
+            arguments: arguments.map(<[f64]>::as_ptr),
+            results: [std::ptr::null_mut(); MOST_RESULTS],
+            scratch: scratch.as_mut_ptr(),
+        };
+        for (address, result) in frame.results.iter_mut().zip(results) {
+            *address = result.as_mut_ptr();
+        }
+        for entry in &self.entries {
+            // SAFETY: the entries were compiled from one plan. They read the first `reads` numbers of
+            // each argument, write within the lengths of the results and within the scratch memory,
+            // and nothing else; the slices have these lengths, and those written to are borrowed
+            // exclusively. The memory of the code is freed by `drop` only.
+            unsafe { entry(at.t, &raw const frame) };
+        }
+    }
+}
+
+impl Drop for Code {
+    fn drop(&mut self) {
+        let memory = self.memory.get_mut().unwrap_or_else(PoisonError::into_inner);
+        if let Some(module) = memory.take() {
+            // SAFETY: the entries are this value's own and never leave it, so that none is running or
+            // will be called.
+            unsafe { module.free_memory() };
+        }
+    }
+}
+
+/// What machine code calls for a function of one argument.
+///
+/// # Safety
+///
+/// `value` is the address of a `fn(f64) -> f64`.
+pub(super) unsafe extern "C" fn call_one(x: f64, value: *const ()) -> f64 {
+    // SAFETY: the caller's.
+    let value = unsafe { transmute::<*const (), fn(f64) -> f64>(value) };
+    value(x)
+}
+
+/// What machine code calls for a function of two arguments.
+///
+/// # Safety
+///
+/// `value` is the address of a `fn(f64, f64) -> f64`.
+pub(super) unsafe extern "C" fn call_two(x: f64, y: f64, value: *const ()) -> f64 {
+    // SAFETY: the caller's.
+    let value = unsafe { transmute::<*const (), fn(f64, f64) -> f64>(value) };
+    value(x, y)
+}

@@ -1,0 +1,287 @@
+//! What is to become of a function as machine code: whether it can be had, and in which pieces.
+
+use std::ops::Range;
+
+use dgd_compiler::expr::intrinsics::Definition;
+use dgd_compiler::program::{Argument, Function, Loop, Operation, ValueId};
+
+use super::Refused;
+
+/// Operations in one piece of machine code. The cost of allocating registers grows faster than
+/// linearly, and the stack that a piece needs grows with it.
+const MOST_OPERATIONS: usize = 1500;
+
+/// Arrays that functions read, in the order in which their addresses are passed.
+pub(super) const ARGUMENTS: [Argument; 6] =
+    [Argument::Y, Argument::U, Argument::P, Argument::Z, Argument::Udot, Argument::S];
+
+/// Most results that a function has.
+pub(super) const MOST_RESULTS: usize = 6;
+
+/// What a value is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Number,
+    Condition,
+}
+
+/// Operations that become one piece of machine code: some of the body, then whole loops.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Piece {
+    pub(super) body: Range<usize>,
+    pub(super) loops: Range<usize>,
+}
+
+/// A function of which everything has been checked that its machine code relies on.
+#[derive(Debug)]
+pub(super) struct Plan<'a> {
+    pub(super) function: &'a Function,
+    /// What the values of the body are.
+    pub(super) kinds: Vec<Kind>,
+    pub(super) pieces: Vec<Piece>,
+    /// Which values of the body another piece needs: they are kept in memory, each at its own place.
+    pub(super) kept: Vec<bool>,
+    /// For each value of the body, the results and places it goes to.
+    pub(super) stores: Vec<Vec<(usize, usize)>>,
+    /// How many numbers of each of [`ARGUMENTS`] are read.
+    pub(super) reads: [usize; ARGUMENTS.len()],
+}
+
+impl<'a> Plan<'a> {
+    /// Checks a function and cuts it into pieces.
+    ///
+    /// From here on all operands are earlier values of the right kind, all places lie within their
+    /// results, and all distances fit the addressing of machines.
+    pub(super) fn new(function: &'a Function) -> Result<Self, Refused> {
+        let mut reads = Reads::default();
+        let kinds = kinds(&function.body, &[], None, &mut reads)?;
+        for part in &function.loops {
+            let of_loop = kinds_of_loop(part, &kinds, &mut reads)?;
+            for store in &part.stores {
+                let last = store.first.checked_add(part.count as usize);
+                let fits = function.lengths.get(store.result).zip(last);
+                if !fits.is_some_and(|(length, last)| last <= *length)
+                    || number(&of_loop, store.value).is_err()
+                {
+                    return Err(Refused::Malformed);
+                }
+            }
+        }
+        let stores = stores(function, &kinds)?;
+        let pieces = pieces(function);
+        let kept = kept(function, &pieces);
+        let lengths = function.lengths.iter().chain(&reads.0).copied();
+        if lengths.chain([function.body.len()]).any(|length| distance(length).is_none()) {
+            return Err(Refused::TooLarge);
+        }
+        Ok(Plan { function, kinds, pieces, kept, stores, reads: reads.0 })
+    }
+
+    /// Numbers of memory that pieces leave values in for others.
+    pub(super) fn scratch(&self) -> usize {
+        self.kept.iter().rposition(|kept| *kept).map_or(0, |last| last + 1)
+    }
+}
+
+/// Where a number stands in memory, from the first of its array; none if no instruction reaches that
+/// far.
+pub(super) fn distance(place: usize) -> Option<i32> {
+    i32::try_from(place.checked_mul(size_of::<f64>())?).ok()
+}
+
+/// Whether a value is made where it is used, as cheaply as it would be kept.
+pub(super) fn is_immediate(operation: Operation) -> bool {
+    matches!(operation, Operation::Constant(_) | Operation::Time | Operation::Load(..))
+}
+
+/// How many numbers of each argument are read.
+#[derive(Default)]
+struct Reads([usize; ARGUMENTS.len()]);
+
+impl Reads {
+    fn note(&mut self, argument: Argument, first: u32, count: u32) {
+        let reads = &mut self.0[position(argument)];
+        *reads = (*reads).max(first as usize + count as usize);
+    }
+}
+
+/// Position in [`ARGUMENTS`].
+pub(super) fn position(argument: Argument) -> usize {
+    match argument {
+        Argument::Y => 0,
+        Argument::U => 1,
+        Argument::P => 2,
+        Argument::Z => 3,
+        Argument::Udot => 4,
+        Argument::S => 5,
+    }
+}
+
+fn kinds_of_loop(part: &Loop, before: &[Kind], reads: &mut Reads) -> Result<Vec<Kind>, Refused> {
+    kinds(&part.body, before, Some(part.count), reads)
+}
+
+/// What the values are, those `before` included; operands must have the kinds that operations take.
+fn kinds(
+    body: &[Operation],
+    before: &[Kind],
+    passages: Option<u32>,
+    reads: &mut Reads,
+) -> Result<Vec<Kind>, Refused> {
+    let mut kinds = before.to_vec();
+    kinds.reserve(body.len());
+    for operation in body {
+        let kind = match *operation {
+            Operation::Constant(_) | Operation::Time => Kind::Number,
+            Operation::Load(argument, index) => {
+                reads.note(argument, index, 1);
+                Kind::Number
+            }
+            Operation::LoadSwept(argument, first) => {
+                reads.note(argument, first, passages.ok_or(Refused::Malformed)?);
+                Kind::Number
+            }
+            Operation::Counter => {
+                passages.ok_or(Refused::Malformed)?;
+                Kind::Number
+            }
+            Operation::Call1(function, a) => {
+                match function.get().definition {
+                    Definition::One { .. } => number(&kinds, a)?,
+                    Definition::Two { .. } | Definition::Expansion(_) => {
+                        return Err(Refused::Malformed);
+                    }
+                }
+                Kind::Number
+            }
+            Operation::Call2(function, a, b) => {
+                match function.get().definition {
+                    Definition::Two { .. } => {
+                        number(&kinds, a)?;
+                        number(&kinds, b)?;
+                    }
+                    Definition::One { .. } | Definition::Expansion(_) => {
+                        return Err(Refused::Malformed);
+                    }
+                }
+                Kind::Number
+            }
+            Operation::Negate(a) => {
+                number(&kinds, a)?;
+                Kind::Number
+            }
+            Operation::Add(a, b)
+            | Operation::Subtract(a, b)
+            | Operation::Multiply(a, b)
+            | Operation::Divide(a, b) => {
+                number(&kinds, a)?;
+                number(&kinds, b)?;
+                Kind::Number
+            }
+            Operation::Compare(_, a, b) => {
+                number(&kinds, a)?;
+                number(&kinds, b)?;
+                Kind::Condition
+            }
+            Operation::And(a, b) | Operation::Or(a, b) => {
+                condition(&kinds, a)?;
+                condition(&kinds, b)?;
+                Kind::Condition
+            }
+            Operation::Not(a) => {
+                condition(&kinds, a)?;
+                Kind::Condition
+            }
+            Operation::Select(c, a, b) => {
+                condition(&kinds, c)?;
+                match (kinds.get(a.index()), kinds.get(b.index())) {
+                    (Some(a), Some(b)) if a == b => *a,
+                    _ => return Err(Refused::Malformed),
+                }
+            }
+        };
+        kinds.push(kind);
+    }
+    Ok(kinds)
+}
+
+fn number(kinds: &[Kind], value: ValueId) -> Result<(), Refused> {
+    is(Kind::Number, kinds, value)
+}
+
+fn condition(kinds: &[Kind], value: ValueId) -> Result<(), Refused> {
+    is(Kind::Condition, kinds, value)
+}
+
+fn is(kind: Kind, kinds: &[Kind], value: ValueId) -> Result<(), Refused> {
+    if kinds.get(value.index()) == Some(&kind) { Ok(()) } else { Err(Refused::Malformed) }
+}
+
+/// For each value of the body, where it goes.
+fn stores(function: &Function, kinds: &[Kind]) -> Result<Vec<Vec<(usize, usize)>>, Refused> {
+    let Function { results, places, lengths, .. } = function;
+    let same = results.len() == places.len() && results.len() == lengths.len();
+    if !same || results.len() > MOST_RESULTS {
+        return Err(Refused::Malformed);
+    }
+    let mut stores = vec![Vec::new(); function.body.len()];
+    for (result, (values, places)) in results.iter().zip(places).enumerate() {
+        for (k, value) in values.iter().enumerate() {
+            let place = match places {
+                None => k,
+                Some(places) => *places.get(k).ok_or(Refused::Malformed)?,
+            };
+            number(kinds, *value)?;
+            if place >= lengths[result] {
+                return Err(Refused::Malformed);
+            }
+            stores[value.index()].push((result, place));
+        }
+    }
+    Ok(stores)
+}
+
+fn pieces(function: &Function) -> Vec<Piece> {
+    let n = function.body.len();
+    let mut pieces: Vec<Piece> = (0..n)
+        .step_by(MOST_OPERATIONS)
+        .map(|begin| Piece { body: begin..n.min(begin + MOST_OPERATIONS), loops: 0..0 })
+        .collect();
+    // Loops join the last piece while there is room.
+    let mut size = pieces.last().map_or(0, |piece| piece.body.len());
+    for (k, part) in function.loops.iter().enumerate() {
+        size += part.body.len();
+        match pieces.last_mut() {
+            Some(piece) if size <= MOST_OPERATIONS => {
+                piece.loops =
+                    if piece.loops.is_empty() { k..k + 1 } else { piece.loops.start..k + 1 };
+            }
+            _ => {
+                pieces.push(Piece { body: n..n, loops: k..k + 1 });
+                size = part.body.len();
+            }
+        }
+    }
+    pieces
+}
+
+/// Which values of the body are used in later pieces.
+fn kept(function: &Function, pieces: &[Piece]) -> Vec<bool> {
+    let n = function.body.len();
+    let mut kept = vec![false; n];
+    for piece in pieces {
+        let of_loops = function.loops[piece.loops.clone()].iter();
+        let in_loops = of_loops.flat_map(|part| {
+            let read = part.body.iter().flat_map(|operation| operation.operands());
+            read.chain(part.stores.iter().map(|store| store.value))
+        });
+        let in_body = function.body[piece.body.clone()].iter().flat_map(|o| o.operands());
+        for value in in_body.chain(in_loops) {
+            let earlier = value.index() < n && !piece.body.contains(&value.index());
+            if earlier && !is_immediate(function.body[value.index()]) {
+                kept[value.index()] = true;
+            }
+        }
+    }
+    kept
+}

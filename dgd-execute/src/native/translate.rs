@@ -1,0 +1,356 @@
+//! A piece of a function as Cranelift's intermediate representation.
+//!
+//! What a piece is given is t and the address of a [`Frame`](super::code::Frame) of addresses.
+//! Conditions are integers, 0 or 1. Nothing is contracted or reordered: each operation is the one
+//! instruction of IEEE 754 that the interpreter performs, or a call of the same function.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
+use cranelift_codegen::ir::{
+    AbiParam, BlockArg, Function as Code, InstBuilder, MemFlagsData, SigRef, Signature, Type,
+    Value, types,
+};
+use cranelift_codegen::isa::TargetIsa;
+use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
+use dgd_compiler::expr::graph::Comparison;
+use dgd_compiler::expr::intrinsics::{Definition, Instruction, IntrinsicId};
+use dgd_compiler::program::{Argument, Loop, Operation, ValueId};
+
+use super::code::{Frame, call_one, call_two};
+use super::plan::{Kind, Piece, Plan, distance, is_immediate, position};
+
+/// Addresses and distances; the compiler is only made for machines on which they have 64 bits.
+pub(super) const ADDRESS: Type = types::I64;
+
+/// Bytes from one number of an array to the next.
+const STRIDE: i64 = size_of::<f64>() as i64;
+
+/// What every piece takes and gives.
+pub(super) fn signature(isa: &dyn TargetIsa) -> Signature {
+    let mut signature = Signature::new(isa.default_call_conv());
+    signature.params.extend([AbiParam::new(types::F64), AbiParam::new(ADDRESS)]);
+    signature
+}
+
+/// Writes a piece into `code`, which has its signature and nothing else yet.
+pub(super) fn translate(
+    plan: &Plan<'_>,
+    piece: &Piece,
+    code: &mut Code,
+    context: &mut FunctionBuilderContext,
+    isa: &dyn TargetIsa,
+) {
+    let mut builder = FunctionBuilder::new(code, context);
+    let entry = builder.create_block();
+    builder.append_block_params_for_function_params(entry);
+    builder.switch_to_block(entry);
+    let &[t, frame] = builder.block_params(entry) else {
+        unreachable!("a piece takes t and a frame");
+    };
+    let calls = [1, 2].map(|arity| {
+        let mut signature = Signature::new(isa.default_call_conv());
+        signature.params.extend(vec![AbiParam::new(types::F64); arity]);
+        signature.params.push(AbiParam::new(ADDRESS));
+        signature.returns.push(AbiParam::new(types::F64));
+        builder.import_signature(signature)
+    });
+    let mut translation = Translation {
+        plan,
+        builder,
+        t,
+        frame,
+        calls,
+        addresses: HashMap::new(),
+        values: HashMap::new(),
+    };
+    translation.body(piece.body.clone());
+    for part in &plan.function.loops[piece.loops.clone()] {
+        translation.repeat(part);
+    }
+    translation.builder.ins().return_(&[]);
+    translation.builder.seal_all_blocks();
+    translation.builder.finalize(isa.frontend_config());
+}
+
+/// An array whose address a frame has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Array {
+    Argument(Argument),
+    Result(usize),
+    Scratch,
+}
+
+/// A passage of a loop.
+#[derive(Debug, Clone, Copy)]
+struct Passage {
+    /// Bytes from the first passage's number of an array to this one's.
+    offset: Value,
+}
+
+struct Translation<'a, 'b> {
+    plan: &'a Plan<'a>,
+    builder: FunctionBuilder<'b>,
+    t: Value,
+    frame: Value,
+    /// Of functions of one argument and of two.
+    calls: [SigRef; 2],
+    /// Addresses of arrays, in blocks that every later one follows.
+    addresses: HashMap<Array, Value>,
+    /// Values of the body, likewise, and in a loop those of the passage.
+    values: HashMap<ValueId, Value>,
+}
+
+impl Translation<'_, '_> {
+    /// Performs operations of the body, and stores what goes to results and to other pieces.
+    fn body(&mut self, range: Range<usize>) {
+        let plan = self.plan;
+        for index in range {
+            let id = ValueId(index as u32);
+            let operation = plan.function.body[index];
+            if !is_immediate(operation) {
+                let value = self.perform(operation, None);
+                self.values.insert(id, value);
+            }
+            for (result, place) in &plan.stores[index] {
+                let value = self.operand(id);
+                self.store(value, Array::Result(*result), *place, None);
+            }
+            if plan.kept[index] {
+                let value = self.operand(id);
+                self.store(value, Array::Scratch, index, None);
+            }
+        }
+    }
+
+    /// Performs a loop.
+    fn repeat(&mut self, part: &Loop) {
+        if part.count == 0 {
+            return;
+        }
+        // What all passages read is there before the first.
+        let first = self.plan.function.body.len();
+        let read = part.body.iter().flat_map(|operation| operation.operands());
+        for value in read.chain(part.stores.iter().map(|store| store.value)) {
+            if value.index() < first {
+                self.operand(value);
+            }
+        }
+        for operation in &part.body {
+            if let Operation::Load(argument, _) | Operation::LoadSwept(argument, _) = operation {
+                self.address(Array::Argument(*argument));
+            }
+        }
+        for store in &part.stores {
+            self.address(Array::Result(store.result));
+        }
+
+        let (passage, after) = (self.builder.create_block(), self.builder.create_block());
+        let offset = self.builder.append_block_param(passage, ADDRESS);
+        let zero = self.builder.ins().iconst(ADDRESS, 0);
+        self.builder.ins().jump(passage, &[BlockArg::Value(zero)]);
+        self.builder.switch_to_block(passage);
+        let now = Passage { offset };
+        for (k, operation) in part.body.iter().enumerate() {
+            let value = self.perform(*operation, Some(now));
+            self.values.insert(ValueId((first + k) as u32), value);
+        }
+        for store in &part.stores {
+            let value = self.operand(store.value);
+            self.store(value, Array::Result(store.result), store.first, Some(now));
+        }
+        let next = self.builder.ins().iadd_imm_s(offset, STRIDE);
+        let end = i64::from(part.count) * STRIDE;
+        let more = self.builder.ins().icmp_imm_s(IntCC::NotEqual, next, end);
+        self.builder.ins().brif(more, passage, &[BlockArg::Value(next)], after, &[]);
+        self.builder.switch_to_block(after);
+        for k in 0..part.body.len() {
+            self.values.remove(&ValueId((first + k) as u32));
+        }
+    }
+
+    /// The value of an operation, whose operands are there.
+    fn perform(&mut self, operation: Operation, passage: Option<Passage>) -> Value {
+        match operation {
+            Operation::Constant(number) => self.builder.ins().f64const(number),
+            Operation::Time => self.t,
+            Operation::Load(argument, index) => {
+                self.load(types::F64, Array::Argument(argument), index as usize, None)
+            }
+            Operation::LoadSwept(argument, first) => {
+                self.load(types::F64, Array::Argument(argument), first as usize, passage)
+            }
+            Operation::Counter => {
+                let Some(Passage { offset }) = passage else {
+                    unreachable!("only loops count, as the plan has checked")
+                };
+                let shift = i64::from(STRIDE.trailing_zeros());
+                let k = self.builder.ins().ushr_imm_u(offset, shift);
+                self.builder.ins().fcvt_from_sint(types::F64, k)
+            }
+            Operation::Negate(a) => {
+                let a = self.operand(a);
+                self.builder.ins().fneg(a)
+            }
+            Operation::Add(a, b) => {
+                let (a, b) = (self.operand(a), self.operand(b));
+                self.builder.ins().fadd(a, b)
+            }
+            Operation::Subtract(a, b) => {
+                let (a, b) = (self.operand(a), self.operand(b));
+                self.builder.ins().fsub(a, b)
+            }
+            Operation::Multiply(a, b) => {
+                let (a, b) = (self.operand(a), self.operand(b));
+                self.builder.ins().fmul(a, b)
+            }
+            Operation::Divide(a, b) => {
+                let (a, b) = (self.operand(a), self.operand(b));
+                self.builder.ins().fdiv(a, b)
+            }
+            Operation::Call1(function, a) => {
+                let a = self.operand(a);
+                self.call_one(function, a)
+            }
+            Operation::Call2(function, a, b) => {
+                let (a, b) = (self.operand(a), self.operand(b));
+                self.call_two(function, a, b)
+            }
+            Operation::Compare(comparison, a, b) => {
+                let (a, b) = (self.operand(a), self.operand(b));
+                // False where either is NaN.
+                let holds = match comparison {
+                    Comparison::Less => FloatCC::LessThan,
+                    Comparison::LessEqual => FloatCC::LessThanOrEqual,
+                    Comparison::Greater => FloatCC::GreaterThan,
+                    Comparison::GreaterEqual => FloatCC::GreaterThanOrEqual,
+                };
+                self.builder.ins().fcmp(holds, a, b)
+            }
+            Operation::And(a, b) => {
+                let (a, b) = (self.operand(a), self.operand(b));
+                self.builder.ins().band(a, b)
+            }
+            Operation::Or(a, b) => {
+                let (a, b) = (self.operand(a), self.operand(b));
+                self.builder.ins().bor(a, b)
+            }
+            Operation::Not(a) => {
+                let a = self.operand(a);
+                self.builder.ins().bxor_imm_u(a, 1)
+            }
+            Operation::Select(c, a, b) => {
+                let (c, a, b) = (self.operand(c), self.operand(a), self.operand(b));
+                self.builder.ins().select(c, a, b)
+            }
+        }
+    }
+
+    /// A value that is there, or that is made where it is used.
+    fn operand(&mut self, id: ValueId) -> Value {
+        if let Some(value) = self.values.get(&id) {
+            return *value;
+        }
+        let plan = self.plan;
+        let operation = plan.function.body[id.index()];
+        let value = match operation {
+            // Processors read it from memory as they use it.
+            Operation::Constant(number) => return self.builder.ins().f64const(number),
+            _ if is_immediate(operation) => self.perform(operation, None),
+            _ => {
+                let kind = match plan.kinds[id.index()] {
+                    Kind::Number => types::F64,
+                    Kind::Condition => types::I8,
+                };
+                self.load(kind, Array::Scratch, id.index(), None)
+            }
+        };
+        self.values.insert(id, value);
+        value
+    }
+
+    fn call_one(&mut self, function: IntrinsicId, a: Value) -> Value {
+        let Definition::One { value, instruction, .. } = function.get().definition else {
+            unreachable!("a function of one argument, as the plan has checked")
+        };
+        let builder = &mut self.builder;
+        match instruction {
+            Some(Instruction::SquareRoot) => builder.ins().sqrt(a),
+            Some(Instruction::Absolute) => builder.ins().fabs(a),
+            Some(Instruction::Sign) => {
+                let [zero, one, minus_one] =
+                    [0.0, 1.0, -1.0].map(|number: f64| builder.ins().f64const(number));
+                let above = builder.ins().fcmp(FloatCC::GreaterThan, a, zero);
+                let below = builder.ins().fcmp(FloatCC::LessThan, a, zero);
+                let otherwise = builder.ins().select(below, minus_one, a);
+                builder.ins().select(above, one, otherwise)
+            }
+            None => self.call(0, call_one as *const (), value as *const (), &[a]),
+        }
+    }
+
+    fn call_two(&mut self, function: IntrinsicId, a: Value, b: Value) -> Value {
+        let Definition::Two { value, .. } = function.get().definition else {
+            unreachable!("a function of two arguments, as the plan has checked")
+        };
+        self.call(1, call_two as *const (), value as *const (), &[a, b])
+    }
+
+    /// Calls a function of the table through one of the two that machine code can call.
+    fn call(
+        &mut self,
+        signature: usize,
+        through: *const (),
+        function: *const (),
+        of: &[Value],
+    ) -> Value {
+        let mut arguments = of.to_vec();
+        arguments.push(self.builder.ins().iconst(ADDRESS, function.addr() as i64));
+        let through = self.builder.ins().iconst(ADDRESS, through.addr() as i64);
+        let call = self.builder.ins().call_indirect(self.calls[signature], through, &arguments);
+        self.builder.inst_results(call)[0]
+    }
+
+    fn load(&mut self, kind: Type, array: Array, place: usize, passage: Option<Passage>) -> Value {
+        let (address, distance) = self.place(array, place, passage);
+        let flags = match array {
+            Array::Argument(_) => MemFlagsData::trusted().with_readonly().with_can_move(),
+            Array::Result(_) | Array::Scratch => MemFlagsData::trusted(),
+        };
+        self.builder.ins().load(kind, flags, address, distance)
+    }
+
+    fn store(&mut self, value: Value, array: Array, place: usize, passage: Option<Passage>) {
+        let (address, distance) = self.place(array, place, passage);
+        self.builder.ins().store(MemFlagsData::trusted(), value, address, distance);
+    }
+
+    /// Where a number stands: an address, and how far from it.
+    fn place(&mut self, array: Array, place: usize, passage: Option<Passage>) -> (Value, i32) {
+        let base = self.address(array);
+        let address = match passage {
+            None => base,
+            Some(Passage { offset }) => self.builder.ins().iadd(base, offset),
+        };
+        let Some(distance) = distance(place) else {
+            unreachable!("a place within reach, as the plan has checked")
+        };
+        (address, distance)
+    }
+
+    fn address(&mut self, array: Array) -> Value {
+        if let Some(address) = self.addresses.get(&array) {
+            return *address;
+        }
+        let at = match array {
+            Array::Argument(argument) => Frame::argument(position(argument)),
+            Array::Result(result) => Frame::result(result),
+            Array::Scratch => Frame::SCRATCH,
+        };
+        let flags = MemFlagsData::trusted().with_readonly().with_can_move();
+        let address = self.builder.ins().load(ADDRESS, flags, self.frame, at as i32);
+        self.addresses.insert(array, address);
+        address
+    }
+}

@@ -1,0 +1,245 @@
+//! A program as a system, however its functions are performed.
+
+use dgd_compiler::program::{FunctionKind, Program};
+use dgd_runtime::linalg::Factorisation;
+use dgd_runtime::{Point, Signature, Storage, System};
+
+/// How the functions of a program are performed.
+pub trait Perform {
+    /// n numbers.
+    type Vector: Storage;
+    /// n · n_s numbers.
+    type Sensitivity: Storage;
+    /// n_u numbers.
+    type Inputs: Storage;
+    /// Non-zeros of ∂f/∂y.
+    type Jacobian: Storage;
+    /// Non-zeros of ∂g/∂y.
+    type SensitivityJacobian: Storage;
+    /// How W = M c − ∂f/∂y is factorised.
+    type Factorisation: Factorisation;
+
+    /// What is performed.
+    fn program(&self) -> &Program;
+
+    /// The same for solvers.
+    fn signature(&self) -> &Signature;
+
+    /// Performs one function.
+    ///
+    /// # Panics
+    ///
+    /// When an array is shorter than what is read of it, or a result has another length.
+    fn perform(
+        &self,
+        kind: FunctionKind,
+        at: Point<'_>,
+        udot: &[f64],
+        s: &[f64],
+        results: &mut [&mut [f64]],
+    );
+}
+
+/// A program as a system.
+#[derive(Debug, Clone)]
+pub struct Executed<P>(pub(crate) P);
+
+impl<P: Perform> System for Executed<P> {
+    type Vector = P::Vector;
+    type Sensitivity = P::Sensitivity;
+    type Inputs = P::Inputs;
+    type Jacobian = P::Jacobian;
+    type SensitivityJacobian = P::SensitivityJacobian;
+    type Factorisation = P::Factorisation;
+
+    #[inline]
+    fn signature(&self) -> &Signature {
+        self.0.signature()
+    }
+
+    #[inline]
+    fn rhs(&self, at: Point<'_>, f: &mut [f64]) {
+        self.0.perform(FunctionKind::Rhs, at, &[], &[], &mut [f]);
+    }
+
+    #[inline]
+    fn linearize(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        f: &mut [f64],
+        jacobian: &mut [f64],
+        dfdt: &mut [f64],
+    ) {
+        self.0.perform(FunctionKind::Linearize, at, udot, &[], &mut [f, jacobian, dfdt]);
+    }
+
+    #[inline]
+    fn sensitivity_rhs(&self, at: Point<'_>, s: &[f64], f: &mut [f64], g: &mut [f64]) {
+        self.0.perform(FunctionKind::SensitivityRhs, at, &[], s, &mut [f, g]);
+    }
+
+    #[inline]
+    fn sensitivity_linearize(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        s: &[f64],
+        f: &mut [f64],
+        jacobian: &mut [f64],
+        dfdt: &mut [f64],
+        g: &mut [f64],
+        dgdy: &mut [f64],
+        dgdt: &mut [f64],
+    ) {
+        let results = &mut [f, jacobian, dfdt, g, dgdy, dgdt];
+        self.0.perform(FunctionKind::SensitivityLinearize, at, udot, s, results);
+    }
+
+    #[inline]
+    fn parameter_jacobian(&self, at: Point<'_>, values: &mut [f64]) {
+        self.0.perform(FunctionKind::ParameterJacobian, at, &[], &[], &mut [values]);
+    }
+
+    #[inline]
+    fn input_jacobian(&self, at: Point<'_>, values: &mut [f64]) {
+        self.0.perform(FunctionKind::InputJacobian, at, &[], &[], &mut [values]);
+    }
+
+    #[inline]
+    fn time_derivative(&self, at: Point<'_>, values: &mut [f64]) {
+        self.0.perform(FunctionKind::TimeDerivative, at, &[], &[], &mut [values]);
+    }
+
+    #[inline]
+    fn outputs(&self, at: Point<'_>, w: &mut [f64]) {
+        self.0.perform(FunctionKind::Outputs, at, &[], &[], &mut [w]);
+    }
+
+    #[inline]
+    fn output_jacobians(
+        &self,
+        at: Point<'_>,
+        dwdy: &mut [f64],
+        dwdu: &mut [f64],
+        dwdp: &mut [f64],
+        dwdt: &mut [f64],
+    ) {
+        self.0.perform(FunctionKind::OutputJacobians, at, &[], &[], &mut [dwdy, dwdu, dwdp, dwdt]);
+    }
+
+    #[inline]
+    fn output_sensitivities(&self, at: Point<'_>, s: &[f64], w: &mut [f64], dw: &mut [f64]) {
+        self.0.perform(FunctionKind::OutputSensitivities, at, &[], s, &mut [w, dw]);
+    }
+
+    #[inline]
+    fn start(&self, at: Point<'_>, y: &mut [f64]) {
+        self.0.perform(FunctionKind::Start, at, &[], &[], &mut [y]);
+    }
+
+    #[inline]
+    fn start_sensitivities(&self, at: Point<'_>, s: &mut [f64]) {
+        self.0.perform(FunctionKind::StartSensitivities, at, &[], &[], &mut [s]);
+    }
+
+    #[inline]
+    fn delays(&self, at: Point<'_>, tau: &mut [f64]) {
+        self.0.perform(FunctionKind::Delays, at, &[], &[], &mut [tau]);
+    }
+
+    #[inline]
+    fn delay_sensitivities(&self, at: Point<'_>, dtau: &mut [f64]) {
+        self.0.perform(FunctionKind::DelaySensitivities, at, &[], &[], &mut [dtau]);
+    }
+
+    #[inline]
+    fn histories(
+        &self,
+        at: Point<'_>,
+        values: &mut [f64],
+        rates: &mut [f64],
+        curvatures: &mut [f64],
+    ) {
+        self.0.perform(FunctionKind::Histories, at, &[], &[], &mut [values, rates, curvatures]);
+    }
+
+    #[inline]
+    fn history_sensitivities(&self, at: Point<'_>, s: &mut [f64], rates: &mut [f64]) {
+        self.0.perform(FunctionKind::HistorySensitivities, at, &[], &[], &mut [s, rates]);
+    }
+
+    #[inline]
+    fn varying_delays(&self, at: Point<'_>, tau: &mut [f64]) {
+        self.0.perform(FunctionKind::VaryingDelays, at, &[], &[], &mut [tau]);
+    }
+
+    #[inline]
+    fn varying_delay_sensitivities(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        s: &[f64],
+        dtau: &mut [f64],
+        dtaudy: &mut [f64],
+        dtaudt: &mut [f64],
+    ) {
+        let results = &mut [dtau, dtaudy, dtaudt];
+        self.0.perform(FunctionKind::VaryingDelaySensitivities, at, udot, s, results);
+    }
+
+    #[inline]
+    fn mass(&self, at: Point<'_>, mass: &mut [f64]) {
+        if self.0.program().computes(FunctionKind::Mass) {
+            self.0.perform(FunctionKind::Mass, at, &[], &[], &mut [mass]);
+        } else {
+            self.0.signature().write_mass(mass);
+        }
+    }
+
+    #[inline]
+    fn condition_times(&self, at: Point<'_>, times: &mut [f64], after: &mut [f64]) {
+        self.0.perform(FunctionKind::ConditionTimes, at, &[], &[], &mut [times, after]);
+    }
+
+    #[inline]
+    fn condition_time_sensitivities(&self, at: Point<'_>, dtimes: &mut [f64]) {
+        self.0.perform(FunctionKind::ConditionTimeSensitivities, at, &[], &[], &mut [dtimes]);
+    }
+
+    #[inline]
+    fn event_functions(&self, at: Point<'_>, e: &mut [f64]) {
+        self.0.perform(FunctionKind::EventFunctions, at, &[], &[], &mut [e]);
+    }
+
+    #[inline]
+    fn event_sensitivities(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        s: &[f64],
+        de: &mut [f64],
+        dedy: &mut [f64],
+        dedt: &mut [f64],
+    ) {
+        self.0.perform(FunctionKind::EventSensitivities, at, udot, s, &mut [de, dedy, dedt]);
+    }
+
+    #[inline]
+    fn resets(&self, at: Point<'_>, r: &mut [f64]) {
+        self.0.perform(FunctionKind::Resets, at, &[], &[], &mut [r]);
+    }
+
+    #[inline]
+    fn reset_sensitivities(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        s: &[f64],
+        dr: &mut [f64],
+        drdy: &mut [f64],
+        drdt: &mut [f64],
+    ) {
+        self.0.perform(FunctionKind::ResetSensitivities, at, udot, s, &mut [dr, drdy, drdt]);
+    }
+}
