@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::integrate::locked::PerSampleError;
 use crate::readings::{Reading, With};
 use crate::signal::InputError;
 use crate::solution::Solution;
@@ -94,6 +95,8 @@ pub enum IntegrateError {
         /// An algebraic unknown.
         unknown: String,
     },
+    /// Equal steps per sample are not possible, or not accurate enough.
+    PerSample(PerSampleError),
     /// Newton's method does not find the values at the end of a step, however small that is.
     NewtonDiverged {
         /// Time reached, s.
@@ -261,6 +264,7 @@ impl fmt::Display for IntegrateError {
         match self {
             Self::BadRequest(error) => error.fmt(f),
             Self::Inputs(error) => error.fmt(f),
+            Self::PerSample(error) => error.fmt(f),
             Self::Initial(error) => error.fmt(f),
             Self::StepSizeTooSmall { t, h, unknown, parameter: None, error } => write!(
                 f,

@@ -134,6 +134,8 @@ pub struct Statistics {
     pub factorisations: usize,
     /// Segments of smooth inputs.
     pub segments: usize,
+    /// Equal steps per sample; 0 where steps were adaptive.
+    pub per_sample: u32,
 }
 
 impl Solution {
@@ -166,6 +168,17 @@ impl Solution {
     /// What is known of delayed unknowns at the k-th time.
     pub fn past(&self, k: usize) -> &[f64] {
         &self.past[k * self.n_past..(k + 1) * self.n_past]
+    }
+
+    /// Forgets all values, and the work that they took.
+    pub(crate) fn forget_rows(&mut self) {
+        self.times.clear();
+        self.y.clear();
+        self.s.clear();
+        self.z.clear();
+        self.past.clear();
+        self.undefined.clear();
+        self.statistics = Statistics::default();
     }
 
     /// Which limit the values at the k-th time are.

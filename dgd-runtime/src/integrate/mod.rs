@@ -33,6 +33,7 @@ mod history;
 mod initial_step;
 mod instant;
 mod locate;
+pub(crate) mod locked;
 mod moving_jump;
 mod newton;
 mod order;
@@ -61,6 +62,7 @@ use catalogue::{Method, MethodKind};
 use controller::Controller;
 use drive::Drive;
 use events::Hybrid;
+use locked::Steps;
 use moving_jump::MovingJumps;
 use stepper::{At, Base, Directions, Failed, Stepper, Trial};
 
@@ -144,7 +146,14 @@ fn run<S: System>(
     };
     let read = Problem { inputs: &inputs, ..*problem };
     let all = late.as_ref().map_or(times, |late| &late.all);
-    let outcome = run_to(&read, all, options, directions, &mut solution);
+    let outcome = match options.steps {
+        Steps::PerSample(per_sample) => {
+            locked::run(&read, all, options, per_sample, directions, &mut solution)
+        }
+        Steps::Automatic | Steps::Adaptive => {
+            run_to(&read, all, options, directions, &mut solution)
+        }
+    };
     if let Some(late) = late {
         solution = late.split(times, solution);
     }
