@@ -4,11 +4,15 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 use dgd_compiler::expr::intrinsics::Definition;
-use dgd_compiler::program::{Argument, Function, FunctionKind, Operation, Program};
+use dgd_compiler::program::{
+    self, Argument, Function, FunctionKind, Operation, Program, Series, Taylor,
+};
 use dgd_runtime::linalg::AutoLu;
+use dgd_runtime::taylor::{KeptSeries, NoTaylor, Terms};
 use dgd_runtime::{Point, Signature, System};
 
 use crate::describe::signature;
+use crate::taylor::{Expansion, expand};
 
 /// A program as a system, run operation by operation.
 ///
@@ -20,6 +24,8 @@ pub struct Interpreted {
     signature: Arc<Signature>,
     /// Values of the function being evaluated.
     registers: RefCell<Vec<f64>>,
+    /// Coefficients of one order of the series being computed.
+    coefficients: RefCell<Vec<f64>>,
 }
 
 impl Interpreted {
@@ -30,10 +36,15 @@ impl Interpreted {
             function.body.len() + of_loops.unwrap_or(0)
         };
         let longest = program.functions.iter().map(length).max().unwrap_or(0);
+        let longest_series = (program.taylor.as_ref())
+            .map_or(0, |Taylor { unknowns, sensitivities }| {
+                unknowns.body.len().max(sensitivities.body.len())
+            });
         Interpreted {
             signature: Arc::new(signature(&program)),
             program: Arc::new(program),
-            registers: RefCell::new(vec![0.0; longest]),
+            registers: RefCell::new(vec![0.0; longest.max(longest_series)]),
+            coefficients: RefCell::new(vec![0.0; longest_series]),
         }
     }
 
@@ -73,6 +84,22 @@ impl Interpreted {
                 }
             }
         }
+    }
+}
+
+impl Interpreted {
+    fn expand(&self, at: Point<'_>, of: impl Fn(&Taylor) -> &Series, mut expansion: Expansion<'_>) {
+        let Ok(taylor) = &self.program.taylor else {
+            unreachable!("nobody asks for series that there are not")
+        };
+        let series = of(taylor);
+        let mut registers = self.registers.borrow_mut();
+        let read = Read { at, udot: expansion.udot, s: &[] };
+        evaluate(&series.body, 0, 0, &read, &mut registers);
+        let fixed = &registers[..series.body.len()];
+        expansion.y[..at.y.len()].copy_from_slice(at.y);
+        let mut now = self.coefficients.borrow_mut();
+        expand(&self.program, series, fixed, &mut now, &mut expansion);
     }
 }
 
@@ -312,5 +339,44 @@ impl System for Interpreted {
         drdt: &mut [f64],
     ) {
         self.run(FunctionKind::ResetSensitivities, at, udot, s, &mut [dr, drdy, drdt]);
+    }
+
+    fn taylor_series(&self) -> Result<KeptSeries, NoTaylor> {
+        match &self.program.taylor {
+            Ok(Taylor { unknowns, sensitivities }) => Ok(KeptSeries {
+                unknowns: unknowns.n_kept(),
+                sensitivities: sensitivities.n_kept(),
+            }),
+            Err(program::NoTaylor::Algebraic) => Err(NoTaylor::Algebraic),
+            Err(program::NoTaylor::Delays) => Err(NoTaylor::Delays),
+            Err(program::NoTaylor::Arrays) => Err(NoTaylor::Arrays),
+        }
+    }
+
+    fn taylor(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        h: f64,
+        order: usize,
+        kept: &mut [Terms],
+        y: &mut [f64],
+    ) {
+        let expansion = Expansion { udot, h, order, kept, y, s: &mut [] };
+        self.expand(at, |taylor| &taylor.unknowns, expansion);
+    }
+
+    fn sensitivity_taylor(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        h: f64,
+        order: usize,
+        kept: &mut [Terms],
+        y: &mut [f64],
+        s: &mut [f64],
+    ) {
+        let expansion = Expansion { udot, h, order, kept, y, s };
+        self.expand(at, |taylor| &taylor.sensitivities, expansion);
     }
 }

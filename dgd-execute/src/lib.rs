@@ -3,5 +3,6 @@
 
 mod describe;
 mod interpret;
+mod taylor;
 
 pub use interpret::Interpreted;
