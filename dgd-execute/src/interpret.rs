@@ -4,12 +4,13 @@ use std::cell::{RefCell, RefMut};
 use std::sync::Arc;
 
 use dgd_compiler::expr::intrinsics::Definition;
-use dgd_compiler::program::{Argument, FunctionKind, Operation, Program};
+use dgd_compiler::program::{Argument, FunctionKind, Operation, Program, Series, Taylor};
 use dgd_runtime::linalg::AutoLu;
 use dgd_runtime::{Point, Signature};
 
 use crate::describe::signature;
 use crate::system::{Executed, Perform};
+use crate::taylor::{Expansion, expand};
 
 /// A program as a system, run operation by operation.
 ///
@@ -24,6 +25,8 @@ pub struct Interpreter {
     signature: Arc<Signature>,
     /// Values of the function being evaluated.
     registers: RefCell<Vec<f64>>,
+    /// Coefficients of one order of the series being computed.
+    coefficients: RefCell<Vec<f64>>,
 }
 
 impl Interpreted {
@@ -39,6 +42,7 @@ impl Interpreter {
             signature: Arc::new(signature(&program)),
             program: Arc::new(program),
             registers: RefCell::new(Vec::new()),
+            coefficients: RefCell::new(Vec::new()),
         }
     }
 
@@ -49,6 +53,29 @@ impl Interpreter {
             registers.resize(len, 0.0);
         }
         registers
+    }
+
+    /// Expands a solution into its series.
+    pub(crate) fn expand(
+        &self,
+        at: Point<'_>,
+        of: impl Fn(&Taylor) -> &Series,
+        mut expansion: Expansion<'_>,
+    ) {
+        let Ok(taylor) = &self.program.taylor else {
+            unreachable!("nobody asks for series that there are not")
+        };
+        let series = of(taylor);
+        let len = series.body.len();
+        let mut registers = self.registers(len);
+        let read = Read { at, udot: expansion.udot, s: &[] };
+        evaluate(&series.body, 0, 0, &read, &mut registers);
+        expansion.y[..at.y.len()].copy_from_slice(at.y);
+        let mut now = self.coefficients.borrow_mut();
+        if now.len() < len {
+            now.resize(len, 0.0);
+        }
+        expand(&self.program, series, &registers[..len], &mut now, &mut expansion);
     }
 }
 
@@ -66,6 +93,10 @@ impl Perform for Interpreter {
 
     fn signature(&self) -> &Signature {
         &self.signature
+    }
+
+    fn interpreter(&self) -> &Interpreter {
+        self
     }
 
     fn perform(

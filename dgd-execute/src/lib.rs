@@ -10,6 +10,7 @@ mod loaded;
 #[cfg(feature = "native")]
 mod native;
 mod system;
+mod taylor;
 
 pub use interpret::{Interpreted, Interpreter};
 pub use loaded::{Engine, Loaded, NoNativeCode, OnDemand};

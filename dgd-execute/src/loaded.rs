@@ -121,6 +121,10 @@ impl Perform for OnDemand {
         self.interpreter.signature()
     }
 
+    fn interpreter(&self) -> &Interpreter {
+        &self.interpreter
+    }
+
     #[inline]
     fn perform(
         &self,

@@ -1,8 +1,12 @@
 //! A program as a system, however its functions are performed.
 
-use dgd_compiler::program::{FunctionKind, Program};
+use dgd_compiler::program::{self, FunctionKind, Program, Taylor};
 use dgd_runtime::linalg::Factorisation;
+use dgd_runtime::taylor::{KeptSeries, NoTaylor, Terms};
 use dgd_runtime::{Point, Signature, Storage, System};
+
+use crate::interpret::Interpreter;
+use crate::taylor::Expansion;
 
 /// How the functions of a program are performed.
 pub trait Perform {
@@ -24,6 +28,9 @@ pub trait Perform {
 
     /// The same for solvers.
     fn signature(&self) -> &Signature;
+
+    /// What performs Taylor series: their operations are few for the numbers they combine.
+    fn interpreter(&self) -> &Interpreter;
 
     /// Performs one function.
     ///
@@ -241,5 +248,44 @@ impl<P: Perform> System for Executed<P> {
         drdt: &mut [f64],
     ) {
         self.0.perform(FunctionKind::ResetSensitivities, at, udot, s, &mut [dr, drdy, drdt]);
+    }
+
+    fn taylor_series(&self) -> Result<KeptSeries, NoTaylor> {
+        match &self.0.program().taylor {
+            Ok(Taylor { unknowns, sensitivities }) => Ok(KeptSeries {
+                unknowns: unknowns.n_kept(),
+                sensitivities: sensitivities.n_kept(),
+            }),
+            Err(program::NoTaylor::Algebraic) => Err(NoTaylor::Algebraic),
+            Err(program::NoTaylor::Delays) => Err(NoTaylor::Delays),
+            Err(program::NoTaylor::Arrays) => Err(NoTaylor::Arrays),
+        }
+    }
+
+    fn taylor(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        h: f64,
+        order: usize,
+        kept: &mut [Terms],
+        y: &mut [f64],
+    ) {
+        let expansion = Expansion { udot, h, order, kept, y, s: &mut [] };
+        self.0.interpreter().expand(at, |taylor| &taylor.unknowns, expansion);
+    }
+
+    fn sensitivity_taylor(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        h: f64,
+        order: usize,
+        kept: &mut [Terms],
+        y: &mut [f64],
+        s: &mut [f64],
+    ) {
+        let expansion = Expansion { udot, h, order, kept, y, s };
+        self.0.interpreter().expand(at, |taylor| &taylor.sensitivities, expansion);
     }
 }

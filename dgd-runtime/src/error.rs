@@ -6,6 +6,7 @@ use crate::integrate::locked::PerSampleError;
 use crate::readings::{Reading, With};
 use crate::signal::InputError;
 use crate::solution::Solution;
+use crate::taylor::NoTaylor;
 
 /// A simulation that stopped early.
 #[derive(Debug, Clone, PartialEq)]
@@ -97,6 +98,21 @@ pub enum IntegrateError {
     },
     /// Equal steps per sample are not possible, or not accurate enough.
     PerSample(PerSampleError),
+    /// The method goes along Taylor series, and the model has none.
+    NoTaylorSeries {
+        /// The method.
+        method: &'static str,
+        /// Why.
+        why: NoTaylor,
+    },
+    /// The method goes along Taylor series, for which an input is held between samples as the model
+    /// declares it, and the given input is not.
+    HeldInputMoves {
+        /// The method.
+        method: &'static str,
+        /// The input.
+        input: String,
+    },
     /// Newton's method does not find the values at the end of a step, however small that is.
     NewtonDiverged {
         /// Time reached, s.
@@ -309,6 +325,17 @@ impl fmt::Display for IntegrateError {
                 f,
                 "`{method}` is for models without algebraic unknowns, and `{unknown}` is one at t = \
                  {t} s; take an implicit method, such as `rodas5p`"
+            ),
+            Self::NoTaylorSeries { method, why } => write!(
+                f,
+                "`{method}` goes along Taylor series, of which the model has none: {why}; take \
+                 another method, such as `rodas5p`"
+            ),
+            Self::HeldInputMoves { method, input } => write!(
+                f,
+                "`{method}` holds the input `{input}` between samples, as the model declares it, and \
+                 it is given with lines between them; declare it `linear`, or take another method, \
+                 such as `rodas5p`"
             ),
             Self::NewtonDiverged { t, h, unknown } => write!(
                 f,

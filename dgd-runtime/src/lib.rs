@@ -31,6 +31,7 @@ mod signal;
 mod solution;
 mod state_selection;
 pub mod system;
+pub mod taylor;
 
 pub use discrete::discrete_numbers;
 pub use error::{BadRequest, Evaluation, Failure, InitialError, IntegrateError};

@@ -29,6 +29,7 @@ use std::borrow::Cow;
 
 use crate::arrays::Run;
 use crate::linalg::Factorisation;
+use crate::taylor::{KeptSeries, NoTaylor, Terms};
 
 /// Numbers of a size that is known when the program is compiled, `[f64; N]`, or when it runs,
 /// `Vec<f64>`.
@@ -286,6 +287,51 @@ pub trait System {
         drdt: &mut [f64],
     ) {
         let _ = (at, udot, s, dr, drdy, drdt);
+    }
+
+    /// How many series [`System::taylor`] and [`System::sensitivity_taylor`] keep.
+    ///
+    /// # Errors
+    ///
+    /// [`NoTaylor`] for a model that has no Taylor series; the two must not be called then.
+    fn taylor_series(&self) -> Result<KeptSeries, NoTaylor> {
+        Err(NoTaylor::NotCompiled)
+    }
+
+    /// The Taylor series of the solution through `at`, whose inputs are straight lines, up to an order
+    /// from 1 to [`MOST_ORDER`](crate::taylor::MOST_ORDER): yₖ in
+    ///
+    /// ```text
+    ///   y(t + τh) = Σₖ yₖ τᵏ
+    /// ```
+    ///
+    /// order by order, n numbers each. `kept` is work space of as many series as it takes.
+    fn taylor(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        h: f64,
+        order: usize,
+        kept: &mut [Terms],
+        y: &mut [f64],
+    ) {
+        let _ = (at, udot, h, order, kept, y);
+    }
+
+    /// [`System::taylor`], with the series of S: those of order k at `s[(k * n + i) * n_s + j]` for
+    /// ∂yᵢ/∂θⱼ, of which order 0 is given.
+    #[allow(clippy::too_many_arguments)]
+    fn sensitivity_taylor(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        h: f64,
+        order: usize,
+        kept: &mut [Terms],
+        y: &mut [f64],
+        s: &mut [f64],
+    ) {
+        let _ = (at, udot, h, order, kept, y, s);
     }
 
     /// F = M ẏ − f. ∂F/∂ẏ = M, and the other derivatives of F are those of −f.

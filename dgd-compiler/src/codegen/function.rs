@@ -1,6 +1,6 @@
 //! One function of a program as a method of `System`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use proc_macro2::{Ident, Span, TokenStream};
 use quote::{format_ident, quote};
@@ -9,7 +9,7 @@ use super::{identifier, index, loops, number};
 use crate::expr::graph::Comparison;
 use crate::expr::intrinsics::Definition;
 use crate::program::{
-    Argument, Function, FunctionKind, Operation, Program, ResultKind, Unknown, ValueId,
+    Argument, Function, FunctionKind, Operation, Program, ResultKind, Series, Unknown, ValueId,
 };
 use crate::source::Sources;
 
@@ -109,14 +109,23 @@ pub(super) fn row_doc(unknown: &Unknown, sources: &Sources) -> String {
     format!(" `{}` ({file}:{line}): {left} =", unknown.equation)
 }
 
-/// `let _y: &[f64; 2] = fixed(_at.y);` for each array that is read.
 fn bind_arrays(program: &Program, function: &Function) -> Vec<TokenStream> {
-    let read = |argument: Argument| {
-        let of_loops = function.loops.iter().flat_map(|l| &l.body);
-        function.body.iter().chain(of_loops).any(
-            |op| matches!(op, Operation::Load(a, _) | Operation::LoadSwept(a, _) if *a == argument),
-        )
-    };
+    let of_loops = function.loops.iter().flat_map(|l| &l.body);
+    bind_arrays_of(program, function.body.iter().chain(of_loops))
+}
+
+/// `let _y: &[f64; 2] = fixed(_at.y);` for each array that is read.
+pub(super) fn bind_arrays_of<'a>(
+    program: &Program,
+    operations: impl Iterator<Item = &'a Operation>,
+) -> Vec<TokenStream> {
+    let arrays: BTreeSet<Argument> = operations
+        .filter_map(|operation| match operation {
+            Operation::Load(argument, _) | Operation::LoadSwept(argument, _) => Some(*argument),
+            _ => None,
+        })
+        .collect();
+    let read = |argument: Argument| arrays.contains(&argument);
     let n = program.n();
     [
         (Argument::Y, quote!(_at.y), n),
@@ -184,26 +193,21 @@ fn result_name(kind: ResultKind) -> Ident {
 }
 
 /// Turns operations into statements: what is used once is written where it is used.
-struct Body<'a> {
+pub(super) struct Body<'a> {
     program: &'a Program,
-    function: &'a Function,
+    operations: &'a [Operation],
     uses: Vec<u32>,
     names: BTreeMap<ValueId, &'a str>,
 }
 
-struct Statements {
-    statements: Vec<TokenStream>,
-    pieces: BTreeMap<ValueId, Piece>,
+pub(super) struct Statements {
+    pub(super) statements: Vec<TokenStream>,
+    pub(super) pieces: BTreeMap<ValueId, Piece>,
 }
 
 impl<'a> Body<'a> {
     fn new(program: &'a Program, function: &'a Function) -> Self {
-        let mut uses = vec![0; function.body.len()];
-        for operation in &function.body {
-            for operand in operation.operands() {
-                uses[operand.index()] += 1;
-            }
-        }
+        let mut uses = uses(&function.body);
         for value in function.results.iter().flatten() {
             uses[value.index()] += 1;
         }
@@ -216,14 +220,37 @@ impl<'a> Body<'a> {
                 }
             }
         }
-        let names = function.names.iter().map(|(value, name)| (*value, name.as_str())).collect();
-        Body { program, function, uses, names }
+        Self::named(program, &function.body, uses, &function.names)
     }
 
-    fn statements(&self) -> Statements {
+    /// The operations of a series; `read` is what its recurrences and results read, each computed
+    /// once.
+    pub(super) fn of_series(
+        program: &'a Program,
+        series: &'a Series,
+        read: impl Iterator<Item = ValueId>,
+    ) -> Self {
+        let mut uses = uses(&series.body);
+        for value in read {
+            uses[value.index()] += 2;
+        }
+        Self::named(program, &series.body, uses, &series.names)
+    }
+
+    fn named(
+        program: &'a Program,
+        operations: &'a [Operation],
+        uses: Vec<u32>,
+        names: &'a [(ValueId, String)],
+    ) -> Self {
+        let names = names.iter().map(|(value, name)| (*value, name.as_str())).collect();
+        Body { program, operations, uses, names }
+    }
+
+    pub(super) fn statements(&self) -> Statements {
         let mut statements = Vec::new();
         let mut pieces: BTreeMap<ValueId, Piece> = BTreeMap::new();
-        for (i, operation) in self.function.body.iter().enumerate() {
+        for (i, operation) in self.operations.iter().enumerate() {
             let value = ValueId(i as u32);
             let piece = piece_of(*operation, &pieces);
             let name = match operation {
@@ -281,6 +308,15 @@ impl<'a> Body<'a> {
             Argument::Udot | Argument::S | Argument::Z => None,
         }
     }
+}
+
+/// How often each value is an operand.
+fn uses(operations: &[Operation]) -> Vec<u32> {
+    let mut uses = vec![0; operations.len()];
+    for operand in operations.iter().flat_map(|operation| operation.operands()) {
+        uses[operand.index()] += 1;
+    }
+    uses
 }
 
 /// Code for an operation on pieces.

@@ -8,6 +8,7 @@ mod fields;
 mod function;
 mod loops;
 mod signature;
+mod taylor;
 
 use proc_macro2::{Ident, Span, TokenStream};
 use quote::quote;
@@ -75,6 +76,7 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
         .iter()
         .filter(|function| program.computes(function.kind))
         .map(|function| function::method(program, function, sources));
+    let taylor = taylor::methods(program);
     quote! {
         #[automatically_derived]
         impl ::dgd::__runtime::System for Model {
@@ -93,6 +95,7 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
             }
 
             #(#functions)*
+            #taylor
         }
     }
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::functions::{Argument, FUNCTIONS, ResultKind};
 use super::loops::{Number, schedule};
 use super::past::{PastLayout, opened};
+use super::taylor::{Place, taylor};
 use super::{
     Array, Automaton, DelayedUnknown, Direction, Family, Operation, Output, OutputArray, Pattern,
     Program, Run, Transition, Unknown, ValueId,
@@ -38,6 +39,7 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
             schedule(&derivation.graph, dae, past, spec.kind, &results)
         })
         .collect();
+    let taylor = taylor(&mut derivation);
     Program {
         name: dae.name.clone(),
         doc: dae.doc.clone(),
@@ -91,6 +93,7 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
         patterns: derivation.patterns,
         runs: derivation.runs,
         functions,
+        taylor,
     }
 }
 
@@ -185,6 +188,21 @@ impl<'a> Derivation<'a> {
             patterns: BTreeMap::new(),
             runs: BTreeMap::new(),
         }
+    }
+
+    /// f, and the non-zeros of ∂f/∂y and ∂f/∂θ with their places.
+    pub(super) fn for_taylor(&mut self) -> (Vec<ExprId>, Vec<Place>, Vec<Place>) {
+        let f = self.f();
+        let values = self.result(ResultKind::Jacobian);
+        let places = self.patterns.get(&ResultKind::Jacobian).into_iter().flatten();
+        let jacobian = places.zip(values).map(|(&(row, column), value)| (row, column, value));
+        let jacobian = jacobian.collect();
+        let mut directions = Vec::new();
+        for (row, f) in f.iter().enumerate() {
+            let slopes = self.by_direction(*f);
+            directions.extend(slopes.into_iter().map(|(column, value)| (row, column, value)));
+        }
+        (f, jacobian, directions)
     }
 
     /// Length of y.

@@ -4,6 +4,7 @@ mod functions;
 mod loops;
 mod lower;
 mod past;
+mod taylor;
 mod text;
 
 use std::collections::BTreeMap;
@@ -18,6 +19,7 @@ pub use crate::model::{Crossing, Input, Interpolation, Parameter};
 pub use functions::{Argument, FUNCTIONS, FunctionKind, FunctionSpec, RUNS, ResultKind};
 pub use lower::lower;
 pub use past::PastLayout;
+pub use taylor::{Entry, NoTaylor, Recurrence, Series, Taylor};
 
 /// What `lower` promises:
 ///
@@ -69,6 +71,8 @@ pub struct Program {
     pub runs: BTreeMap<ResultKind, Vec<Run>>,
     /// One function for each row of [`FUNCTIONS`], in its order.
     pub functions: Vec<Function>,
+    /// Taylor series of the solutions, or why there are none.
+    pub taylor: Result<Taylor, NoTaylor>,
 }
 
 /// A `modes` block, or what else changes at events.

@@ -111,7 +111,7 @@ mod tests {
     fn tableaux() -> impl Iterator<Item = &'static RungeKuttaTableau> {
         METHODS.iter().filter_map(|method| match method.kind {
             MethodKind::Explicit(tableau) | MethodKind::Esdirk(tableau) => Some(tableau),
-            MethodKind::Rosenbrock(_) | MethodKind::Bdf(_) => None,
+            MethodKind::Rosenbrock(_) | MethodKind::Bdf(_) | MethodKind::Taylor(_) => None,
         })
     }
 

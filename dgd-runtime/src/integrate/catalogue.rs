@@ -7,7 +7,9 @@ use super::butcher::RungeKuttaTableau;
 use super::controller::Law;
 use super::tableau::RosenbrockTableau;
 use super::tableaux::{KENCARP4, RODAS5P, TSIT5};
+use super::taylor;
 use crate::system::Signature;
+use crate::taylor::MOST_ORDER;
 
 /// An integration method.
 #[derive(Debug)]
@@ -35,22 +37,25 @@ pub enum MethodKind {
     Esdirk(&'static RungeKuttaTableau),
     /// Backward differentiation, of orders up to this one.
     Bdf(usize),
+    /// Taylor series, of this order or of the one that suits the tolerance.
+    Taylor(Option<usize>),
 }
 
 impl MethodKind {
     /// Order of the solution that error estimates belong to, at the start.
-    pub(crate) const fn estimate_order(self) -> u32 {
+    pub(crate) fn estimate_order(self, rtol: f64) -> u32 {
         match self {
             Self::Rosenbrock(tableau) => tableau.estimate_order,
             Self::Explicit(tableau) | Self::Esdirk(tableau) => tableau.estimate_order,
             Self::Bdf(_) => 1,
+            Self::Taylor(order) => taylor::order(order, rtol) as u32 - 1,
         }
     }
 
     /// How steps are controlled.
     pub(crate) const fn law(self) -> Law {
         match self {
-            Self::Rosenbrock(_) | Self::Esdirk(_) => Law::Predictive,
+            Self::Rosenbrock(_) | Self::Esdirk(_) | Self::Taylor(_) => Law::Predictive,
             Self::Explicit(_) => Law::ProportionalIntegral { beta: 0.04 },
             Self::Bdf(_) => Law::Piecewise,
         }
@@ -86,6 +91,13 @@ pub static METHODS: &[Method] = &[
         order: 5,
         source: "Tsitouras, Computers & Mathematics with Applications 62 (2011) 770–775",
         kind: MethodKind::Explicit(&TSIT5),
+    },
+    Method {
+        name: "taylor",
+        description: "Taylor series of an order by the tolerance, for smooth models that are not stiff",
+        order: MOST_ORDER as u32,
+        source: "Jorba and Zou, Experimental Mathematics 14 (2005) 99–117",
+        kind: MethodKind::Taylor(None),
     },
 ];
 

@@ -83,7 +83,7 @@ impl<S: System> Simulation<'_, S> {
         let d2 = change.max(size(slope_new.as_ref())).sqrt() / h0;
         let steepest = d1.max(d2);
         let h = (0.01 / steepest)
-            .powf(1.0 / f64::from(self.method.kind.estimate_order() + 1))
+            .powf(1.0 / f64::from(self.method.kind.estimate_order(tolerances.rtol) + 1))
             .min(100.0 * h0);
         // Nothing moves, or the trial point is outside the model's domain.
         let fallback = if steepest == 0.0 { span } else { 0.01 * h0 };

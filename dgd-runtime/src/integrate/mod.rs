@@ -45,6 +45,7 @@ mod singular_point;
 mod stepper;
 pub mod tableau;
 pub mod tableaux;
+mod taylor;
 mod trial;
 mod watch;
 
@@ -65,6 +66,7 @@ use events::Hybrid;
 use locked::Steps;
 use moving_jump::MovingJumps;
 use stepper::{At, Base, Directions, Failed, Stepper, Trial};
+use taylor::Expansion;
 
 /// So far before the point at which it can go on no more a run may end, in its span.
 const NEAR: f64 = 1e-9;
@@ -137,6 +139,9 @@ fn run<S: System>(
     };
     let verified = verify(problem, times, options).and_then(|()| {
         history::verify(problem, n_s > 0)?;
+        if let MethodKind::Taylor(_) = options.method.kind {
+            taylor::verify(problem, options.method.name)?;
+        }
         let late = LateTimes::new(problem, times)?;
         Ok((late, problem.inputs_read().map_err(IntegrateError::Inputs)?))
     });
@@ -295,13 +300,19 @@ impl<'a, S: System> Simulation<'a, S> {
         let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
         let drive = Drive::new(problem, problem.inputs.segment(segment), from, n_s, tolerances);
         let sensitivity_row = directions.as_ref().map(|directions| directions.s.clone());
+        let kind = options.method.kind;
+        let mut stepper = Stepper::new(system, kind);
+        if let MethodKind::Taylor(order) = kind {
+            let order = taylor::order(order, options.rtol);
+            stepper.expansion = Expansion::new(system, order, directions.is_some());
+        }
         Self {
             problem,
             tolerances,
             max_steps: options.max_steps,
             initial_step: options.initial_step,
             method: options.method,
-            stepper: Stepper::new(system, options.method.kind),
+            stepper,
             directions,
             algebraic: Algebraic::new(system),
             segment,
@@ -340,7 +351,8 @@ impl<'a, S: System> Simulation<'a, S> {
             None => self.initial_step(first, solution),
         };
         let kind = self.method.kind;
-        let mut controller = Controller::new(h, kind.estimate_order(), kind.law());
+        let order = kind.estimate_order(self.tolerances.rtol);
+        let mut controller = Controller::new(h, order, kind.law());
         loop {
             // A step may end with an event, which delays make a break of.
             let end = self.stop().min(until);
@@ -489,6 +501,9 @@ impl<'a, S: System> Simulation<'a, S> {
         }
 
         let remaining = end - self.t;
+        if !self.linearized && self.stepper.wants_series() {
+            self.expand(controller.h.min(remaining), solution);
+        }
         let h = controller.propose(remaining).min(self.reach());
         let outcome = self.try_step(h, Variables::All, solution);
         let error = match outcome {

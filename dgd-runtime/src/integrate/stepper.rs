@@ -11,6 +11,7 @@
 //! | explicit Runge–Kutta | – | slopes at the end of the step before |
 //! | singly diagonally implicit Runge–Kutta | J | the same |
 //! | backward differentiation | – | differences of earlier values, and a factorisation |
+//! | Taylor series | the series | nothing |
 //!
 //! What is remembered holds along a smooth solution only: [`Stepper::restart`] forgets it.
 
@@ -19,6 +20,7 @@ use super::catalogue::MethodKind;
 use super::drive::Drive;
 use super::rosenbrock::{dense_vectors, interpolate, interpolate_all};
 use super::tableau::MAX_STAGES;
+use super::taylor::Expansion;
 use crate::linalg::norm::Tolerances;
 use crate::linalg::{Factorisation, Singular};
 use crate::solution::Statistics;
@@ -55,6 +57,8 @@ pub(crate) struct Stepper<S: System> {
     /// Steps in a row that stability limited, and since then those that it did not.
     pub(super) stiff_steps: (u32, u32),
     pub(super) history: History,
+    /// Taylor series at the start of the step.
+    pub(super) expansion: Expansion,
 }
 
 /// Work space of the sensitivities.
@@ -189,6 +193,7 @@ impl<S: System> Stepper<S> {
             eta: 1.0,
             stiff_steps: (0, 0),
             history: History::default(),
+            expansion: Expansion::default(),
         }
     }
 
@@ -202,13 +207,19 @@ impl<S: System> Stepper<S> {
     /// Whether slopes are to be given by [`Stepper::begin`] before a step is tried.
     #[inline]
     pub(crate) fn wants_slopes(&self) -> bool {
-        self.fresh && !matches!(self.kind, MethodKind::Rosenbrock(_))
+        self.fresh && !matches!(self.kind, MethodKind::Rosenbrock(_) | MethodKind::Taylor(_))
     }
 
     /// Whether a step is to be tried from a linearisation at (t, y).
     #[inline]
     pub(crate) fn wants_jacobian(&self) -> bool {
         matches!(self.kind, MethodKind::Rosenbrock(_) | MethodKind::Esdirk(_))
+    }
+
+    /// Whether a step is to be tried along the series at (t, y).
+    #[inline]
+    pub(crate) fn wants_series(&self) -> bool {
+        matches!(self.kind, MethodKind::Taylor(_))
     }
 
     /// Whether a linearisation includes that of the sensitivities' equations.
@@ -237,7 +248,7 @@ impl<S: System> Stepper<S> {
     /// Whether algebraic unknowns can be solved for.
     #[inline]
     pub(crate) fn solves_algebraic(&self) -> bool {
-        !matches!(self.kind, MethodKind::Explicit(_))
+        !matches!(self.kind, MethodKind::Explicit(_) | MethodKind::Taylor(_))
     }
 
     /// Evaluates everything that a step from (t, y) shares between its stages.
@@ -282,7 +293,10 @@ impl<S: System> Stepper<S> {
         self.stiff_steps = (0, 0);
         let (slot, scale) = match self.kind {
             MethodKind::Bdf(_) => (1, h),
-            MethodKind::Rosenbrock(_) | MethodKind::Explicit(_) | MethodKind::Esdirk(_) => (0, 1.0),
+            MethodKind::Rosenbrock(_)
+            | MethodKind::Explicit(_)
+            | MethodKind::Esdirk(_)
+            | MethodKind::Taylor(_) => (0, 1.0),
         };
         self.history = History::beginning(h, self.history.is_resumed);
         let scaled = |out: &mut [f64], slopes: &[f64]| {
@@ -329,6 +343,10 @@ impl<S: System> Stepper<S> {
                 self.attempt_esdirk(tableau, trial, drive, directions, statistics)
             }
             MethodKind::Bdf(_) => self.attempt_bdf(trial, drive, directions, statistics),
+            MethodKind::Taylor(_) => {
+                self.attempt_taylor(trial, directions);
+                Ok(())
+            }
         }
     }
 
@@ -336,7 +354,7 @@ impl<S: System> Stepper<S> {
     #[inline]
     pub(crate) fn advance(&mut self, mass: &S::Vector, directions: Option<&mut Directions<S>>) {
         match self.kind {
-            MethodKind::Rosenbrock(_) => {}
+            MethodKind::Rosenbrock(_) | MethodKind::Taylor(_) => {}
             MethodKind::Explicit(tableau) | MethodKind::Esdirk(tableau) => {
                 tableau.advance(mass.as_ref(), &mut self.k);
                 if let Some(d) = directions {
@@ -393,6 +411,7 @@ impl<S: System> Stepper<S> {
             MethodKind::Explicit(tableau) => {
                 self.spoilt_slope(tableau, trial, directions.as_deref())
             }
+            MethodKind::Taylor(_) => self.spoilt_series(trial),
             // They say so themselves.
             MethodKind::Esdirk(_) | MethodKind::Bdf(_) => None,
         }
@@ -424,6 +443,7 @@ impl<S: System> Stepper<S> {
             MethodKind::Bdf(_) => {
                 self.history.interpolate(theta * h, y, &self.k, self.stage.as_ref(), out);
             }
+            MethodKind::Taylor(_) => self.series_at(theta * h, y, out),
         }
     }
 
@@ -487,6 +507,7 @@ impl<S: System> Stepper<S> {
             MethodKind::Bdf(_) => {
                 self.history.interpolate(theta * h, s.as_ref(), v, stage.as_ref(), out);
             }
+            MethodKind::Taylor(_) => self.sensitivity_series_at(theta * h, s.as_ref(), out),
         }
     }
 }

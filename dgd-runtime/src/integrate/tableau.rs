@@ -173,7 +173,7 @@ mod tests {
     fn tableaux() -> impl Iterator<Item = &'static RosenbrockTableau> {
         METHODS.iter().filter_map(|method| match method.kind {
             MethodKind::Rosenbrock(tableau) => Some(tableau),
-            MethodKind::Explicit(_) | MethodKind::Esdirk(_) | MethodKind::Bdf(_) => None,
+            _ => None,
         })
     }
 

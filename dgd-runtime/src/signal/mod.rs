@@ -285,6 +285,13 @@ impl Inputs {
         Ok(())
     }
 
+    /// Whether an input moves between samples.
+    pub(crate) fn has_slopes(&self, input: usize) -> bool {
+        // Held inputs have none at all.
+        self.last_linear.is_some()
+            && (0..self.segments()).any(|k| self.segment(k).udot[input] != 0.0)
+    }
+
     /// The first time in (from, until] at which an input jumps, if it does.
     pub(crate) fn first_jump(&self, input: usize, from: f64, until: f64) -> Option<f64> {
         let begin = self.starts.partition_point(|&start| start <= from).max(1);

@@ -124,10 +124,7 @@ impl<S: System> Carried<S> for WithSensitivities<S> {
     fn zeros(system: &S) -> Self {
         let signature = system.signature();
         let n = signature.unknowns.len();
-        Self {
-            y: S::Vector::zeros(n),
-            s: S::Sensitivity::zeros(n * signature.directions.len()),
-        }
+        Self { y: S::Vector::zeros(n), s: S::Sensitivity::zeros(n * signature.directions.len()) }
     }
 
     fn set(&mut self, y: &[f64], s: &[f64]) {

@@ -56,7 +56,8 @@ pub(crate) fn refusal<S: System>(problem: &Problem<'_, S>) -> Option<PerSampleEr
     if signature.discrete.n_time_conditions > 0 {
         return Some(PerSampleError::TimeCondition);
     }
-    let late_input = signature.delayed_inputs.first().map(|late| &signature.inputs[late.input].name);
+    let late_input =
+        signature.delayed_inputs.first().map(|late| &signature.inputs[late.input].name);
     let late_unknown =
         signature.delayed_unknowns.first().map(|late| &signature.unknowns[late.unknown].name);
     let mut outputs = signature.outputs.iter();

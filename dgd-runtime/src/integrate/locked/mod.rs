@@ -205,7 +205,12 @@ impl Count {
     }
 
     /// Takes note of the errors of a whole run; whether they are small enough.
-    fn settle(&mut self, largest: f64, stiffness: f64, exponent: u32) -> Result<bool, IntegrateError> {
+    fn settle(
+        &mut self,
+        largest: f64,
+        stiffness: f64,
+        exponent: u32,
+    ) -> Result<bool, IntegrateError> {
         if !self.is_open() {
             return Ok(true);
         }

@@ -22,7 +22,7 @@ impl<S: System> Simulation<'_, S> {
     ) -> Result<(), IntegrateError> {
         let (from, until) = (times[0], times[times.len() - 1]);
         let interval = sample_interval(self.problem.inputs, times);
-        let exponent = self.method.kind.estimate_order() + 1;
+        let exponent = self.method.kind.estimate_order(options.rtol) + 1;
         let mut count = Count::new(per_sample, self.method.name);
         loop {
             solution.forget_rows();
@@ -40,7 +40,9 @@ impl<S: System> Simulation<'_, S> {
                 Err(error) => return Err(error),
             }
             let directions = self.directions.take();
-            let directions = directions.or_else(|| (solution.n_s > 0).then(|| super::Directions::new(self.problem.system)));
+            let directions = directions.or_else(|| {
+                (solution.n_s > 0).then(|| super::Directions::new(self.problem.system))
+            });
             self = Simulation::new(self.problem, options, from, directions);
         }
     }

@@ -1,0 +1,390 @@
+//! The methods of `System` that give Taylor series.
+//!
+//! ```text
+//!   the values at the beginning
+//!   for each order: the coefficients of y and S from the slopes before, then those of the slopes
+//! ```
+
+use proc_macro2::{Ident, Span, TokenStream};
+use quote::{format_ident, quote};
+
+use super::function::{Body, Piece, Statements, bind_arrays_of};
+use super::index;
+use crate::program::{Argument, Entry, NoTaylor, Operation, Program, Recurrence, Series, ValueId};
+
+/// `taylor_series`, `taylor` and `sensitivity_taylor`.
+pub(super) fn methods(program: &Program) -> TokenStream {
+    let path = quote!(::dgd::__runtime::taylor);
+    let (series, functions) = match &program.taylor {
+        Err(reason) => {
+            let reason = match reason {
+                NoTaylor::Algebraic => quote!(Algebraic),
+                NoTaylor::Delays => quote!(Delays),
+                NoTaylor::Arrays => quote!(Arrays),
+            };
+            (quote!(::core::result::Result::Err(#path::NoTaylor::#reason)), TokenStream::new())
+        }
+        Ok(taylor) => {
+            let unknowns = index(taylor.unknowns.n_kept());
+            let sensitivities = index(taylor.sensitivities.n_kept());
+            let kept = quote!(#path::KeptSeries {
+                unknowns: #unknowns,
+                sensitivities: #sensitivities,
+            });
+            let mut functions = method(program, &taylor.unknowns, false);
+            if !program.directions.is_empty() {
+                functions.extend(method(program, &taylor.sensitivities, true));
+            }
+            (quote!(::core::result::Result::Ok(#kept)), functions)
+        }
+    };
+    quote! {
+        #[inline]
+        fn taylor_series(
+            &self,
+        ) -> ::core::result::Result<#path::KeptSeries, #path::NoTaylor> {
+            #series
+        }
+        #functions
+    }
+}
+
+fn method(program: &Program, series: &Series, with_sensitivities: bool) -> TokenStream {
+    let n = index(program.n());
+    let n_s = index(program.directions.len());
+    let n_kept = index(series.n_kept());
+    let name = if with_sensitivities { "sensitivity_taylor" } else { "taylor" };
+    let name = Ident::new(name, Span::call_site());
+    let slopes_of_inputs = series
+        .recurrences
+        .iter()
+        .flatten()
+        .any(|recurrence| matches!(recurrence, Recurrence::Input(_)))
+        .then_some(Operation::Load(Argument::Udot, 0));
+    let arrays = bind_arrays_of(program, series.body.iter().chain(&slopes_of_inputs));
+    let keeps = (0..series.n_kept()).map(|own| format_ident!("_c{}", own));
+    let code = Code { program, series, with_sensitivities };
+    let beginning = code.beginning();
+    let continuation = code.continuation();
+    let (s, s_rows, g, s_next) = if with_sensitivities {
+        let next = (0..program.n()).map(|i| {
+            let i = index(i);
+            quote!(_s[_k * #n + #i] = ::dgd::__runtime::taylor::advance(&_g[#i], _per);)
+        });
+        (
+            quote!(_s: &mut [f64],),
+            quote!(let _s = ::dgd::__runtime::taylor::rows::<#n_s>(_s);),
+            quote!(let mut _g = [[0.0; #n_s]; #n];),
+            quote!(#(#next)*),
+        )
+    } else {
+        (TokenStream::new(), TokenStream::new(), TokenStream::new(), TokenStream::new())
+    };
+    quote! {
+        #[inline]
+        fn #name(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _udot: &[f64],
+            _h: f64,
+            _order: usize,
+            _kept: &mut [::dgd::__runtime::taylor::Terms],
+            _series: &mut [f64],
+            #s
+        ) {
+            #(#arrays)*
+            let [#(#keeps),*] = ::dgd::__runtime::taylor::kept::<#n_kept>(_kept);
+            let _series = ::dgd::__runtime::taylor::rows::<#n>(_series);
+            #s_rows
+            #g
+            #beginning
+            _series[0] = *::dgd::__runtime::codegen::fixed::<#n>(_at.y);
+            for _k in 1..=_order {
+                let _per = _h / _k as f64;
+                _series[_k] = ::dgd::__runtime::taylor::advance(&_f, _per);
+                #s_next
+                if _k == _order {
+                    break;
+                }
+                #continuation
+            }
+        }
+    }
+}
+
+struct Code<'a> {
+    program: &'a Program,
+    series: &'a Series,
+    with_sensitivities: bool,
+}
+
+impl Code<'_> {
+    /// Values at the beginning, and slopes there.
+    fn beginning(&self) -> TokenStream {
+        let series = self.series;
+        let read = series.recurrences.iter().flatten().flat_map(|recurrence| fixed(*recurrence));
+        let kept =
+            (0u32..).zip(&series.kept).filter_map(|(value, own)| own.map(|_| ValueId(value)));
+        let entries = series.jacobian.iter().map(|entry| entry.value);
+        let body = Body::of_series(self.program, series, read.chain(kept).chain(entries));
+        let Statements { statements, pieces } = body.statements();
+        let value = |value: ValueId| {
+            let Piece { tokens, .. } = &pieces[&value];
+            tokens.clone()
+        };
+        let keeps = self.keeps(quote!(0), &value);
+        let f = series.f.iter().map(|f| value(*f));
+        let g = self.slopes_of_sensitivities(
+            quote!(0),
+            &value,
+            |entry| {
+                let (value, column) = (value(entry.value), index(entry.column));
+                quote!(::dgd::__runtime::taylor::add_scaled(_row, #value, &_s[#column]);)
+            },
+            |_| true,
+        );
+        // Recurrences read what does not move by the names that it has here.
+        let fixed: Vec<TokenStream> = series
+            .recurrences
+            .iter()
+            .flatten()
+            .flat_map(|recurrence| fixed(*recurrence))
+            .chain(series.jacobian.iter().map(|entry| entry.value).filter(|v| !series.moves(*v)))
+            .collect::<std::collections::BTreeSet<ValueId>>()
+            .into_iter()
+            .map(|fixed| {
+                let (name, value) = (fixed_name(fixed), value(fixed));
+                quote!(let #name = #value;)
+            })
+            .collect();
+        quote! {
+            #(#statements)*
+            #keeps
+            #(#fixed)*
+            let mut _f: [f64; _] = [#(#f),*];
+            #g
+        }
+    }
+
+    /// Coefficients of order `_k`, and slopes of that order.
+    fn continuation(&self) -> TokenStream {
+        let series = self.series;
+        let moving = (0u32..).zip(&series.recurrences).filter_map(|(value, recurrence)| {
+            recurrence.map(|recurrence| (ValueId(value), recurrence))
+        });
+        let statements = moving.map(|(value, recurrence)| {
+            let (name, coefficient) = (moving_name(value), self.coefficient(value, recurrence));
+            let keep = series.kept[value.index()].map(|own| {
+                let own = format_ident!("_c{}", own);
+                quote!(::dgd::__runtime::taylor::keep(#own, _k, #name);)
+            });
+            quote!(let #name: f64 = #coefficient; #keep)
+        });
+        let value = |value: ValueId| {
+            let name = moving_name(value);
+            if series.moves(value) { quote!(#name) } else { quote!(0.0) }
+        };
+        let f = series.f.iter().map(|f| value(*f));
+        let n = index(self.program.n());
+        let g = self.slopes_of_sensitivities(
+            quote!(_k),
+            &value,
+            |entry| {
+                let column = index(entry.column);
+                match series.kept[entry.value.index()].filter(|_| series.moves(entry.value)) {
+                    Some(own) => {
+                        let own = format_ident!("_c{}", own);
+                        quote!(::dgd::__runtime::taylor::add_product(
+                            _row, #own, _s, (#n, #column), _k,
+                        );)
+                    }
+                    None => {
+                        let fixed = fixed_name(entry.value);
+                        quote!(::dgd::__runtime::taylor::add_scaled(
+                            _row, #fixed, &_s[_k * #n + #column],
+                        );)
+                    }
+                }
+            },
+            |entry| series.moves(entry.value),
+        );
+        quote! {
+            #(#statements)*
+            _f = [#(#f),*];
+            #g
+        }
+    }
+
+    /// g of an order, row by row.
+    fn slopes_of_sensitivities(
+        &self,
+        _order: TokenStream,
+        value: &dyn Fn(ValueId) -> TokenStream,
+        add: impl Fn(&Entry) -> TokenStream,
+        counts: impl Fn(&Entry) -> bool,
+    ) -> TokenStream {
+        if !self.with_sensitivities {
+            return TokenStream::new();
+        }
+        let n_s = index(self.program.directions.len());
+        let rows = (0..self.program.n()).map(|row| {
+            let of_row = |entry: &&Entry| entry.row == row;
+            let products = self.series.jacobian.iter().filter(of_row).map(&add);
+            let directions = self.series.directions.iter().filter(of_row).filter(|e| counts(e));
+            let directions = directions.map(|entry| {
+                let (column, value) = (index(entry.column), value(entry.value));
+                quote!(_row[#column] += #value;)
+            });
+            let row = index(row);
+            quote! {
+                let _row = &mut _g[#row];
+                *_row = [0.0; #n_s];
+                #(#products)*
+                #(#directions)*
+            }
+        });
+        quote!(#(#rows)*)
+    }
+
+    /// Keeps the values of an order.
+    fn keeps(&self, order: TokenStream, value: &dyn Fn(ValueId) -> TokenStream) -> TokenStream {
+        let kept = (0u32..)
+            .zip(&self.series.kept)
+            .filter_map(|(value, own)| own.map(|own| (ValueId(value), own)));
+        let keeps = kept.map(|(kept, own)| {
+            let (own, value) = (format_ident!("_c{}", own), value(kept));
+            quote!(::dgd::__runtime::taylor::keep(#own, #order, #value);)
+        });
+        quote!(#(#keeps)*)
+    }
+
+    /// The coefficient of order `_k` of a value.
+    fn coefficient(&self, own: ValueId, recurrence: Recurrence) -> TokenStream {
+        let kept = |value: ValueId| {
+            let own = self.series.kept[value.index()];
+            format_ident!("_c{}", own.unwrap_or_else(|| unreachable!("what is read is kept")))
+        };
+        let call = |name: &str, arguments: TokenStream| {
+            let name = Ident::new(name, Span::call_site());
+            quote!(::dgd::__runtime::taylor::#name(#arguments))
+        };
+        let (now, fixed) = (moving_name, fixed_name);
+        match recurrence {
+            Recurrence::Time => call("line", quote!(_h, _k)),
+            Recurrence::Input(i) => {
+                let i = index(i as usize);
+                call("line", quote!(_h * _udot[#i], _k))
+            }
+            Recurrence::Unknown(i) => {
+                let i = index(i as usize);
+                quote!(_series[_k][#i])
+            }
+            Recurrence::Same(a) => {
+                let a = now(a);
+                quote!(#a)
+            }
+            Recurrence::Negate(a) => {
+                let a = now(a);
+                quote!(-#a)
+            }
+            Recurrence::Add(a, b) => {
+                let (a, b) = (now(a), now(b));
+                quote!(#a + #b)
+            }
+            Recurrence::Subtract(a, b) => {
+                let (a, b) = (now(a), now(b));
+                quote!(#a - #b)
+            }
+            Recurrence::Scale(c, a) => {
+                let (c, a) = (fixed(c), now(a));
+                quote!(#c * #a)
+            }
+            Recurrence::Multiply(a, b) => {
+                let (a, b) = (kept(a), kept(b));
+                call("multiply", quote!(#a, #b, _k))
+            }
+            Recurrence::Square(a) => {
+                let a = kept(a);
+                call("square", quote!(#a, _k))
+            }
+            Recurrence::MultiplyLine(a, b) => {
+                let (a, b) = (kept(a), kept(b));
+                call("multiply_line", quote!(#a, #b, _k))
+            }
+            Recurrence::Divide(a, b, reciprocal) => {
+                let a = a.map_or(quote!(0.0), |a| {
+                    let a = now(a);
+                    quote!(#a)
+                });
+                let (b, own, reciprocal) = (kept(b), kept(own), fixed(reciprocal));
+                call("divide", quote!(#a, #b, #own, #reciprocal, _k))
+            }
+            Recurrence::Chain(x, d) => {
+                let (x, d) = (kept(x), kept(d));
+                call("chain", quote!(#x, #d, _k))
+            }
+            Recurrence::Root(a, half) => {
+                let (a, own, half) = (now(a), kept(own), fixed(half));
+                call("root", quote!(#a, #own, #half, _k))
+            }
+            Recurrence::Log(a, reciprocal) => {
+                let (a, own, reciprocal) = (kept(a), kept(own), fixed(reciprocal));
+                call("log", quote!(#a, #own, #reciprocal, _k))
+            }
+            Recurrence::Power(a, exponent, reciprocal) => {
+                let (a, own) = (kept(a), kept(own));
+                let (exponent, reciprocal) = (fixed(exponent), fixed(reciprocal));
+                call("power", quote!(#a, #own, #exponent, #reciprocal, _k))
+            }
+            Recurrence::Magnitude(a) => {
+                let a = kept(a);
+                call("magnitude", quote!(#a, _k))
+            }
+            Recurrence::Select(c, a, b) => {
+                let part = |part: Option<ValueId>| {
+                    part.map_or(quote!(0.0), |value| {
+                        let value = now(value);
+                        quote!(#value)
+                    })
+                };
+                let (c, a, b) = (fixed(c), part(a), part(b));
+                quote!(if #c { #a } else { #b })
+            }
+        }
+    }
+}
+
+/// Values at the beginning that a recurrence reads at higher orders, because they do not move.
+fn fixed(recurrence: Recurrence) -> impl Iterator<Item = ValueId> {
+    let [a, b] = match recurrence {
+        Recurrence::Scale(a, _)
+        | Recurrence::Divide(_, _, a)
+        | Recurrence::Root(_, a)
+        | Recurrence::Log(_, a)
+        | Recurrence::Select(a, ..) => [Some(a), None],
+        Recurrence::Power(_, a, b) => [Some(a), Some(b)],
+        Recurrence::Time
+        | Recurrence::Input(_)
+        | Recurrence::Unknown(_)
+        | Recurrence::Same(_)
+        | Recurrence::Negate(_)
+        | Recurrence::Add(..)
+        | Recurrence::Subtract(..)
+        | Recurrence::Multiply(..)
+        | Recurrence::Square(_)
+        | Recurrence::MultiplyLine(..)
+        | Recurrence::Chain(..)
+        | Recurrence::Magnitude(_) => [None; 2],
+    };
+    [a, b].into_iter().flatten()
+}
+
+/// A value that does not move.
+fn fixed_name(value: ValueId) -> Ident {
+    format_ident!("_f{}", value.0)
+}
+
+/// The coefficient of a value.
+fn moving_name(value: ValueId) -> Ident {
+    format_ident!("_d{}", value.0)
+}

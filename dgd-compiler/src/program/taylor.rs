@@ -1,0 +1,575 @@
+//! Taylor series of solutions: how the coefficients of each order follow from those before.
+//!
+//! Along a solution that begins at (t₀, y₀), with τ = (t − t₀)/h,
+//!
+//! ```text
+//!   y(t₀ + τh) = Σₖ yₖ τᵏ,   y₍ₖ₊₁₎ = h fₖ/(k + 1)
+//!   S(t₀ + τh) = Σₖ Sₖ τᵏ,   S₍ₖ₊₁₎ = h gₖ/(k + 1),   gₖ = Σₘ (∂f/∂y)ₘ S₍ₖ₋ₘ₎ + (∂f/∂θ)ₖ
+//! ```
+//!
+//! Every expression of f has a series of its own. That of order 0 is its value; for the others there
+//! is a [`Recurrence`] for each operation. What depends on parameters, held inputs, slopes and discrete
+//! numbers only does not move: it has no coefficient but its value, and a product with it is a
+//! scale. Conditions are those of the beginning.
+//!
+//! A function φ of the language is its own recurrence by its derivative, v = φ(x) and d = φ'(x):
+//!
+//! ```text
+//!   v̇ = d ẋ   ⇒   vₖ = (1/k) Σⱼ j xⱼ d₍ₖ₋ⱼ₎,   j = 1 … k
+//! ```
+//!
+//! which reads d up to order k − 1 only, so that d may depend on v. Where there is a shorter one,
+//! [`OWN`] has it.
+//!
+//! # Source
+//!
+//! Griewank and Walther, Evaluating Derivatives, 2nd ed. (2008), ch. 13; Jorba and Zou, Experimental
+//! Mathematics 14 (2005) 99–117, §2.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+
+use super::lower::{Derivation, operation};
+use super::{Operation, ValueId};
+use crate::dae::Dae;
+use crate::expr::intrinsics::{Definition, IntrinsicId};
+use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::model::Interpolation;
+
+/// Taylor series of a model's solutions.
+#[derive(Debug, Clone)]
+pub struct Taylor {
+    /// f.
+    pub unknowns: Series,
+    /// f, ∂f/∂y and ∂f/∂θ.
+    pub sensitivities: Series,
+}
+
+/// Why a model has no Taylor series.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoTaylor {
+    /// Unknowns are algebraic, always or in some modes.
+    Algebraic,
+    /// Unknowns are read late.
+    Delays,
+    /// Unknowns are arrays.
+    Arrays,
+}
+
+/// Series of expressions that share operations.
+#[derive(Debug, Clone)]
+pub struct Series {
+    /// Operations in order, for what is known at the beginning: the coefficients of order 0.
+    pub body: Vec<Operation>,
+    /// Names that the model gives to values, in ascending order of the value.
+    pub names: Vec<(ValueId, String)>,
+    /// For each value its coefficients of higher orders, operands first; none where it does not
+    /// move.
+    pub recurrences: Vec<Option<Recurrence>>,
+    /// For each value the number under which its coefficients are kept, as recurrences read those of
+    /// earlier orders.
+    pub kept: Vec<Option<usize>>,
+    /// Right-hand sides.
+    pub f: Vec<ValueId>,
+    /// Non-zeros of ∂f/∂y.
+    pub jacobian: Vec<Entry>,
+    /// Non-zeros of ∂f/∂θ at fixed unknowns; columns are directions.
+    pub directions: Vec<Entry>,
+}
+
+/// A non-zero of a matrix.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Entry {
+    /// Its row.
+    pub row: usize,
+    /// Its column.
+    pub column: usize,
+    /// Its value.
+    pub value: ValueId,
+}
+
+/// The coefficient of order k ≥ 1 of a value v, from those of its operands, all of which move except
+/// where it is said.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Recurrence {
+    /// t: h at order 1.
+    Time,
+    /// An input that is a straight line: h u̇ at order 1.
+    Input(u32),
+    /// An unknown: yₖ.
+    Unknown(u32),
+    /// aₖ, where what is added to a does not move.
+    Same(ValueId),
+    /// −aₖ
+    Negate(ValueId),
+    /// aₖ + bₖ
+    Add(ValueId, ValueId),
+    /// aₖ − bₖ
+    Subtract(ValueId, ValueId),
+    /// c aₖ; the first does not move.
+    Scale(ValueId, ValueId),
+    /// Σⱼ aⱼ b₍ₖ₋ⱼ₎
+    Multiply(ValueId, ValueId),
+    /// The same for a = b.
+    Square(ValueId),
+    /// The same for a straight line a: a₀ bₖ + a₁ b₍ₖ₋₁₎.
+    MultiplyLine(ValueId, ValueId),
+    /// (aₖ − Σⱼ bⱼ v₍ₖ₋ⱼ₎)/b₀, j = 1 … k; without a numerator it does not move. The last is 1/b₀.
+    Divide(Option<ValueId>, ValueId, ValueId),
+    /// Σⱼ j xⱼ d₍ₖ₋ⱼ₎/k, j = 1 … k, for v̇ = d ẋ.
+    Chain(ValueId, ValueId),
+    /// (aₖ − Σⱼ vⱼ v₍ₖ₋ⱼ₎)/(2 v₀), j = 1 … k − 1. The last is 1/(2 v₀).
+    Root(ValueId, ValueId),
+    /// (aₖ − Σⱼ j vⱼ a₍ₖ₋ⱼ₎/k)/a₀, j = 1 … k − 1. The last is 1/a₀.
+    Log(ValueId, ValueId),
+    /// Σⱼ (j (r + 1) − k) aⱼ v₍ₖ₋ⱼ₎/(k a₀), j = 1 … k; the exponent r, second, does not move. The last is
+    /// 1/a₀.
+    Power(ValueId, ValueId, ValueId),
+    /// aₖ with the sign of the first coefficient that is not zero.
+    Magnitude(ValueId),
+    /// One or the other by a condition; where there is none it does not move.
+    Select(ValueId, Option<ValueId>, Option<ValueId>),
+}
+
+/// Functions with a recurrence that is shorter than that by their derivative.
+const OWN: &[(&str, Own)] =
+    &[("sqrt", Own::Root), ("log", Own::Log), ("abs", Own::Magnitude), ("^", Own::Power)];
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Own {
+    Root,
+    Log,
+    Magnitude,
+    Power,
+}
+
+fn own(function: IntrinsicId) -> Option<Own> {
+    let name = function.get().name;
+    OWN.iter().find(|(of, _)| *of == name).map(|(_, own)| *own)
+}
+
+impl Series {
+    /// Whether a value has coefficients besides that of order 0.
+    pub fn moves(&self, value: ValueId) -> bool {
+        self.recurrences[value.index()].is_some()
+    }
+
+    /// How many values have their coefficients kept.
+    pub fn n_kept(&self) -> usize {
+        self.kept.iter().flatten().count()
+    }
+}
+
+/// The Taylor series of a system.
+pub(super) fn taylor(derivation: &mut Derivation<'_>) -> Result<Taylor, NoTaylor> {
+    let dae = derivation.dae;
+    if !dae.arrays.is_empty() || !dae.families.is_empty() {
+        return Err(NoTaylor::Arrays);
+    }
+    if !dae.delayed_unknowns.is_empty() {
+        return Err(NoTaylor::Delays);
+    }
+    if dae.unknowns.iter().any(|unknown| dae.graph.value(unknown.mass) != Some(1.0)) {
+        return Err(NoTaylor::Algebraic);
+    }
+    let (f, jacobian, directions) = derivation.for_taylor();
+    let graph = &mut derivation.graph;
+    Ok(Taylor {
+        unknowns: Builder::new(graph, dae).series(&f, &[], &[]),
+        sensitivities: Builder::new(graph, dae).series(&f, &jacobian, &directions),
+    })
+}
+
+/// An entry of a matrix: row, column, value.
+pub(super) type Place = (usize, usize, ExprId);
+
+/// An expression that moves as φ(x): pairs of x and φ'(x).
+type Slopes = Vec<(ExprId, ExprId)>;
+
+struct Builder<'a> {
+    graph: &'a mut Graph,
+    dae: &'a Dae,
+    moving: HashSet<ExprId>,
+    /// Those that are straight lines.
+    lines: HashSet<ExprId>,
+    /// Functions that move by their derivatives.
+    slopes: HashMap<ExprId, Slopes>,
+    body: Vec<Operation>,
+    values: HashMap<ExprId, ValueId>,
+    recurrences: BTreeMap<ValueId, Recurrence>,
+    /// Quotients that recurrences need besides: c/a by the bits of c, and a.
+    quotients: HashMap<(u64, ValueId), ValueId>,
+    /// Places of the two parts that functions of two arguments move by.
+    parts: HashMap<ExprId, [ValueId; 2]>,
+}
+
+impl<'a> Builder<'a> {
+    fn new(graph: &'a mut Graph, dae: &'a Dae) -> Self {
+        Builder {
+            graph,
+            dae,
+            moving: HashSet::new(),
+            lines: HashSet::new(),
+            slopes: HashMap::new(),
+            body: Vec::new(),
+            values: HashMap::new(),
+            recurrences: BTreeMap::new(),
+            quotients: HashMap::new(),
+            parts: HashMap::new(),
+        }
+    }
+
+    fn series(mut self, f: &[ExprId], jacobian: &[Place], directions: &[Place]) -> Series {
+        let entries = jacobian.iter().chain(directions).map(|(_, _, value)| *value);
+        let mut roots: Vec<ExprId> = f.iter().copied().chain(entries).collect();
+        self.rewrite_powers(&mut roots);
+        let order = self.close(&roots);
+
+        let mut names = Vec::new();
+        for &id in &order {
+            let value = self.place(id);
+            if let Some(name) = self.dae.names.get(&id) {
+                names.push((value, name.clone()));
+            }
+        }
+        for &id in &order {
+            if !self.moving.contains(&id) {
+                continue;
+            }
+            let recurrence = self.recurrence(id);
+            self.recurrences.insert(self.values[&id], recurrence);
+        }
+        let kept = self.kept(&roots[f.len()..f.len() + jacobian.len()]);
+        let mut values = roots.iter().map(|root| self.values[root]);
+        let f = values.by_ref().take(f.len()).collect();
+        let mut entries = |places: &[Place]| -> Vec<Entry> {
+            let places = places.iter().zip(values.by_ref());
+            places
+                .map(|((row, column, _), value)| Entry { row: *row, column: *column, value })
+                .collect()
+        };
+        let (jacobian, directions) = (entries(jacobian), entries(directions));
+        let n = self.body.len();
+        let all = (0..n).map(|i| self.recurrences.get(&value_at(i)).copied()).collect();
+        Series { body: self.body, names, recurrences: all, kept, f, jacobian, directions }
+    }
+
+    /// x^y for an exponent that moves is exp(y log x).
+    fn rewrite_powers(&mut self, roots: &mut [ExprId]) {
+        let nodes = self.graph.listed(roots.iter().copied());
+        self.find_moving(nodes.iter().map(|(id, _)| *id));
+        let rewritten = |moving: &HashSet<ExprId>, node: Node| match node {
+            Node::Call2(f, x, y) if own(f) == Some(Own::Power) && moving.contains(&y) => {
+                Some((x, y))
+            }
+            _ => None,
+        };
+        if !nodes.iter().any(|(_, node)| rewritten(&self.moving, *node).is_some()) {
+            return;
+        }
+        let mut built: HashMap<ExprId, ExprId> = HashMap::with_capacity(nodes.len());
+        for (id, node) in nodes {
+            let here = if let Some((x, y)) = rewritten(&self.moving, node) {
+                let log = self.graph.call1("log", built[&x]);
+                let exponent = self.graph.multiply(built[&y], log);
+                self.graph.call1("exp", exponent)
+            } else {
+                self.graph.simplified(node.map(|operand| built[&operand]))
+            };
+            built.insert(id, here);
+        }
+        for root in roots {
+            *root = built[root];
+        }
+    }
+
+    /// All that the roots and the slopes of their functions are made of, operands first.
+    fn close(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
+        let mut wanted: Vec<ExprId> = roots.to_vec();
+        loop {
+            let order = self.graph.reachable(wanted.iter().copied());
+            self.find_moving(order.iter().copied());
+            let mut grows = false;
+            for &id in &order {
+                if !self.moving.contains(&id) || self.slopes.contains_key(&id) {
+                    continue;
+                }
+                let slopes = self.slopes_of(id);
+                wanted.extend(slopes.iter().map(|(_, slope)| *slope));
+                grows |= !slopes.is_empty();
+                self.slopes.insert(id, slopes);
+            }
+            if !grows {
+                return order;
+            }
+        }
+    }
+
+    /// The slopes of a function that has no recurrence of its own, to the arguments that move.
+    fn slopes_of(&mut self, id: ExprId) -> Slopes {
+        let all = match self.graph.node(id) {
+            Node::Call1(f, x) if own(f).is_none() => match f.get().definition {
+                Definition::One { derivative, .. } => vec![(x, derivative(self.graph, x))],
+                Definition::Two { .. } | Definition::Expansion(_) => Vec::new(),
+            },
+            Node::Call2(f, x, y) if own(f).is_none() => match f.get().definition {
+                Definition::Two { derivative, .. } => {
+                    let [by_x, by_y] = derivative(self.graph, x, y);
+                    vec![(x, by_x), (y, by_y)]
+                }
+                Definition::One { .. } | Definition::Expansion(_) => Vec::new(),
+            },
+            _ => Vec::new(),
+        };
+        all.into_iter().filter(|(argument, _)| self.moving.contains(argument)).collect()
+    }
+
+    /// Notes which of these expressions move, operands first, and which are straight lines.
+    fn find_moving(&mut self, order: impl Iterator<Item = ExprId>) {
+        for id in order {
+            let node = self.graph.node(id);
+            let moves = |a: &ExprId| self.moving.contains(a);
+            let does = match node {
+                Node::Symbol(symbol) => self.symbol(symbol).is_some(),
+                // Conditions are those of the beginning.
+                Node::Constant(_)
+                | Node::Compare(..)
+                | Node::And(..)
+                | Node::Or(..)
+                | Node::Not(_)
+                | Node::Delay(..) => false,
+                Node::Call1(f, a) => moves(&a) && !self.is_flat(f, a),
+                Node::Select(_, a, b) => moves(&a) || moves(&b),
+                Node::Negate(_)
+                | Node::Add(..)
+                | Node::Subtract(..)
+                | Node::Multiply(..)
+                | Node::Divide(..)
+                | Node::Call2(..) => node.operands().any(|a| self.moving.contains(&a)),
+            };
+            if !does {
+                continue;
+            }
+            self.moving.insert(id);
+            let line = |a: &ExprId| !self.moving.contains(a) || self.lines.contains(a);
+            let is_line = match node {
+                Node::Symbol(symbol) => !matches!(symbol, Symbol::Unknown(_)),
+                Node::Negate(_) | Node::Add(..) | Node::Subtract(..) => {
+                    node.operands().all(|a| line(&a))
+                }
+                Node::Multiply(a, b) => {
+                    line(&a) && line(&b) && !(self.moving.contains(&a) && self.moving.contains(&b))
+                }
+                Node::Divide(a, b) => line(&a) && !self.moving.contains(&b),
+                _ => false,
+            };
+            if is_line {
+                self.lines.insert(id);
+            }
+        }
+    }
+
+    /// Whether a function does not change where its argument does, but for jumps.
+    fn is_flat(&mut self, f: IntrinsicId, a: ExprId) -> bool {
+        match f.get().definition {
+            Definition::One { derivative, .. } if own(f).is_none() => {
+                let slope = derivative(self.graph, a);
+                self.graph.value(slope) == Some(0.0)
+            }
+            _ => false,
+        }
+    }
+
+    /// How a symbol moves: unknowns, time, and inputs between samples that lines join.
+    fn symbol(&self, symbol: Symbol) -> Option<Recurrence> {
+        match symbol {
+            Symbol::Unknown(i) => Some(Recurrence::Unknown(i)),
+            Symbol::Time => Some(Recurrence::Time),
+            Symbol::Input(i) => {
+                let (inputs, late) = (&self.dae.inputs, &self.dae.delayed_inputs);
+                let position = i as usize;
+                let input = match position.checked_sub(inputs.len()) {
+                    None => Some(position),
+                    // Behind the delayed inputs are their slopes.
+                    Some(position) => late.get(position).map(|late| late.input),
+                };
+                (inputs[input?].interpolation == Interpolation::Linear)
+                    .then_some(Recurrence::Input(i))
+            }
+            _ => None,
+        }
+    }
+
+    fn push(&mut self, operation: Operation) -> ValueId {
+        let value = value_at(self.body.len());
+        self.body.push(operation);
+        value
+    }
+
+    /// Gives an expression its place in the body, with the quotients that its recurrence reads.
+    fn place(&mut self, id: ExprId) -> ValueId {
+        let node = self.graph.node(id);
+        if self.slopes.get(&id).is_some_and(|slopes| slopes.len() == 2) {
+            let parts = [(); 2].map(|()| self.push(Operation::Constant(0.0)));
+            self.parts.insert(id, parts);
+        }
+        let values = &self.values;
+        let past = super::PastLayout { first: 0, n_v: 0, n_s: 0 };
+        let operation = operation(node, self.dae, past, |operand| values[&operand]);
+        let value = self.push(operation);
+        self.values.insert(id, value);
+        if self.moving.contains(&id) {
+            match node {
+                Node::Divide(_, b) => {
+                    self.quotient(1.0, self.values[&b]);
+                }
+                Node::Call1(f, _) if own(f) == Some(Own::Root) => {
+                    self.quotient(0.5, value);
+                }
+                Node::Call1(f, a) if own(f) == Some(Own::Log) => {
+                    self.quotient(1.0, self.values[&a]);
+                }
+                Node::Call2(f, a, _) if own(f) == Some(Own::Power) => {
+                    self.quotient(1.0, self.values[&a]);
+                }
+                _ => {}
+            }
+        }
+        value
+    }
+
+    /// c/a.
+    fn quotient(&mut self, numerator: f64, a: ValueId) -> ValueId {
+        let key = (numerator.to_bits(), a);
+        if let Some(value) = self.quotients.get(&key) {
+            return *value;
+        }
+        let numerator = self.push(Operation::Constant(numerator));
+        let value = self.push(Operation::Divide(numerator, a));
+        self.quotients.insert(key, value);
+        value
+    }
+
+    /// How an expression that moves goes on.
+    fn recurrence(&mut self, id: ExprId) -> Recurrence {
+        let moving = |a: ExprId| self.moving.contains(&a).then(|| self.values[&a]);
+        let value = |a: ExprId| self.values[&a];
+        match self.graph.node(id) {
+            Node::Symbol(symbol) => self
+                .symbol(symbol)
+                .unwrap_or_else(|| unreachable!("{symbol:?} is not among those that move")),
+            Node::Negate(a) => Recurrence::Negate(value(a)),
+            Node::Add(a, b) => match (moving(a), moving(b)) {
+                (Some(a), Some(b)) => Recurrence::Add(a, b),
+                (a, b) => Recurrence::Same(one_of(a, b)),
+            },
+            Node::Subtract(a, b) => match (moving(a), moving(b)) {
+                (Some(a), Some(b)) => Recurrence::Subtract(a, b),
+                (Some(a), None) => Recurrence::Same(a),
+                (None, b) => Recurrence::Negate(one_of(b, None)),
+            },
+            Node::Multiply(a, b) => match (moving(a), moving(b)) {
+                (Some(x), Some(y)) if x == y => Recurrence::Square(x),
+                (Some(x), Some(y)) if self.lines.contains(&a) => Recurrence::MultiplyLine(x, y),
+                (Some(x), Some(y)) if self.lines.contains(&b) => Recurrence::MultiplyLine(y, x),
+                (Some(x), Some(y)) => Recurrence::Multiply(x, y),
+                (Some(x), None) => Recurrence::Scale(value(b), x),
+                (None, y) => Recurrence::Scale(value(a), one_of(y, None)),
+            },
+            Node::Divide(a, b) => match (moving(a), moving(b)) {
+                (numerator, Some(b)) => Recurrence::Divide(numerator, b, self.quotient(1.0, b)),
+                (numerator, None) => {
+                    let (b, numerator) = (value(b), one_of(numerator, None));
+                    Recurrence::Scale(self.quotient(1.0, b), numerator)
+                }
+            },
+            Node::Select(c, a, b) => Recurrence::Select(value(c), moving(a), moving(b)),
+            Node::Call1(f, a) => match own(f) {
+                Some(Own::Root) => Recurrence::Root(value(a), self.quotient(0.5, self.values[&id])),
+                Some(Own::Log) => Recurrence::Log(value(a), self.quotient(1.0, self.values[&a])),
+                Some(Own::Magnitude) => Recurrence::Magnitude(value(a)),
+                Some(Own::Power) | None => self.by_slopes(id),
+            },
+            Node::Call2(f, a, b) => match own(f) {
+                Some(Own::Power) => {
+                    let (a, b) = (value(a), value(b));
+                    Recurrence::Power(a, b, self.quotient(1.0, a))
+                }
+                _ => self.by_slopes(id),
+            },
+            Node::Constant(_)
+            | Node::Compare(..)
+            | Node::And(..)
+            | Node::Or(..)
+            | Node::Not(_)
+            | Node::Delay(..) => unreachable!("these do not move"),
+        }
+    }
+
+    /// v̇ = Σ dᵢ ẋᵢ.
+    fn by_slopes(&mut self, id: ExprId) -> Recurrence {
+        let slopes = self.slopes[&id].clone();
+        let parts: Vec<Recurrence> = slopes
+            .iter()
+            .map(|(argument, slope)| {
+                let (x, d) = (self.values[argument], self.values[slope]);
+                let moves = self.moving.contains(slope);
+                if moves { Recurrence::Chain(x, d) } else { Recurrence::Scale(d, x) }
+            })
+            .collect();
+        match parts[..] {
+            [only] => only,
+            [first, second] => Recurrence::Add(self.part(id, 0, first), self.part(id, 1, second)),
+            _ => unreachable!("functions have one argument or two, and one of them moves"),
+        }
+    }
+
+    /// One of two parts of v̇, which has its place before v.
+    fn part(&mut self, id: ExprId, k: usize, recurrence: Recurrence) -> ValueId {
+        let value = self.parts[&id][k];
+        self.recurrences.insert(value, recurrence);
+        value
+    }
+
+    /// Numbers for the values of which recurrences read earlier orders, `entries` of a matrix that is
+    /// multiplied by series included.
+    fn kept(&self, entries: &[ExprId]) -> Vec<Option<usize>> {
+        let mut wanted: BTreeSet<ValueId> = BTreeSet::new();
+        for (value, recurrence) in &self.recurrences {
+            match *recurrence {
+                Recurrence::Multiply(a, b)
+                | Recurrence::MultiplyLine(a, b)
+                | Recurrence::Chain(a, b) => wanted.extend([a, b]),
+                Recurrence::Square(a) | Recurrence::Magnitude(a) => wanted.extend([a]),
+                Recurrence::Divide(_, a, _) | Recurrence::Log(a, _) | Recurrence::Power(a, ..) => {
+                    wanted.extend([a, *value]);
+                }
+                Recurrence::Root(..) => wanted.extend([*value]),
+                Recurrence::Time
+                | Recurrence::Input(_)
+                | Recurrence::Unknown(_)
+                | Recurrence::Same(_)
+                | Recurrence::Negate(_)
+                | Recurrence::Add(..)
+                | Recurrence::Subtract(..)
+                | Recurrence::Scale(..)
+                | Recurrence::Select(..) => {}
+            }
+        }
+        let moving = entries.iter().filter(|entry| self.moving.contains(entry));
+        wanted.extend(moving.map(|entry| self.values[entry]));
+        let mut kept = vec![None; self.body.len()];
+        for (number, value) in wanted.into_iter().enumerate() {
+            kept[value.index()] = Some(number);
+        }
+        kept
+    }
+}
+
+fn value_at(position: usize) -> ValueId {
+    ValueId(u32::try_from(position).unwrap_or(u32::MAX))
+}
+
+/// The operand that moves.
+fn one_of(a: Option<ValueId>, b: Option<ValueId>) -> ValueId {
+    a.or(b).unwrap_or_else(|| unreachable!("an expression moves because an operand does"))
+}

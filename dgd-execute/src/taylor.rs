@@ -1,0 +1,129 @@
+//! Taylor series of solutions, recurrence by recurrence.
+
+use dgd_compiler::program::{Entry, Program, Recurrence, Series, ValueId};
+use dgd_runtime::taylor::{self, MOST_ORDER, Terms};
+
+/// Where the coefficients of order k stand in the numbers of all orders.
+pub(crate) struct Expansion<'a> {
+    /// Inputs' slopes.
+    pub(crate) udot: &'a [f64],
+    pub(crate) h: f64,
+    pub(crate) order: usize,
+    pub(crate) kept: &'a mut [Terms],
+    pub(crate) y: &'a mut [f64],
+    /// Of the sensitivities; nothing without.
+    pub(crate) s: &'a mut [f64],
+}
+
+/// Continues series from their values at the beginning, `values`, which are overwritten by the
+/// coefficients of the highest order; `fixed` holds them from then on.
+pub(crate) fn expand(
+    program: &Program,
+    series: &Series,
+    fixed: &[f64],
+    now: &mut [f64],
+    expansion: &mut Expansion<'_>,
+) {
+    let (n, n_s) = (program.n(), program.directions.len());
+    let has_sensitivities = !expansion.s.is_empty();
+    now[..fixed.len()].copy_from_slice(fixed);
+    keep(series, now, 0, expansion.kept);
+    let coefficient = |now: &[f64], value: ValueId, k: usize| {
+        if k == 0 || series.moves(value) { now[value.index()] } else { 0.0 }
+    };
+    for k in 0..expansion.order {
+        if k > 0 {
+            for (i, recurrence) in series.recurrences.iter().enumerate() {
+                if let Some(recurrence) = recurrence {
+                    let own = series.kept[i];
+                    now[i] = continued(*recurrence, own, (series, fixed, now), (n, k), expansion);
+                    if let Some(own) = own {
+                        taylor::keep(&mut expansion.kept[own], k, now[i]);
+                    }
+                }
+            }
+        }
+        let per = expansion.h / (k + 1) as f64;
+        for (i, f) in series.f.iter().enumerate() {
+            expansion.y[(k + 1) * n + i] = per * coefficient(now, *f, k);
+        }
+        if !has_sensitivities {
+            continue;
+        }
+        for i in 0..n {
+            for j in 0..n_s {
+                let mut g = 0.0;
+                for Entry { column, value, .. } in series.jacobian.iter().filter(|e| e.row == i) {
+                    let place = |order: usize| (order * n + column) * n_s + j;
+                    match series.kept[value.index()].filter(|_| series.moves(*value)) {
+                        Some(own) if k > 0 => {
+                            let mut lane: Terms = [0.0; MOST_ORDER + 1];
+                            for (order, lane) in lane.iter_mut().enumerate().take(k + 1) {
+                                *lane = expansion.s[place(order)];
+                            }
+                            g += taylor::multiply(&expansion.kept[own], &lane, k);
+                        }
+                        _ => g += fixed[value.index()] * expansion.s[place(k)],
+                    }
+                }
+                for Entry { column, value, .. } in series.directions.iter().filter(|e| e.row == i) {
+                    if *column == j && (k == 0 || series.moves(*value)) {
+                        g += now[value.index()];
+                    }
+                }
+                expansion.s[((k + 1) * n + i) * n_s + j] = per * g;
+            }
+        }
+    }
+}
+
+fn keep(series: &Series, now: &[f64], k: usize, kept: &mut [Terms]) {
+    for (own, value) in series.kept.iter().zip(now) {
+        if let Some(own) = own {
+            taylor::keep(&mut kept[*own], k, *value);
+        }
+    }
+}
+
+/// The coefficient of order k of a value.
+fn continued(
+    recurrence: Recurrence,
+    own: Option<usize>,
+    (series, fixed, now): (&Series, &[f64], &[f64]),
+    (n, k): (usize, usize),
+    expansion: &Expansion<'_>,
+) -> f64 {
+    let kept = |value: ValueId| -> &Terms {
+        let number = series.kept[value.index()];
+        &expansion.kept[number.unwrap_or_else(|| unreachable!("what is read is kept"))]
+    };
+    let itself = || -> &Terms {
+        &expansion.kept[own.unwrap_or_else(|| unreachable!("what reads itself is kept"))]
+    };
+    let now = |value: ValueId| now[value.index()];
+    let fixed = |value: ValueId| fixed[value.index()];
+    match recurrence {
+        Recurrence::Time => taylor::line(expansion.h, k),
+        Recurrence::Input(i) => taylor::line(expansion.h * expansion.udot[i as usize], k),
+        Recurrence::Unknown(i) => expansion.y[k * n + i as usize],
+        Recurrence::Same(a) => now(a),
+        Recurrence::Negate(a) => -now(a),
+        Recurrence::Add(a, b) => now(a) + now(b),
+        Recurrence::Subtract(a, b) => now(a) - now(b),
+        Recurrence::Scale(c, a) => fixed(c) * now(a),
+        Recurrence::Multiply(a, b) => taylor::multiply(kept(a), kept(b), k),
+        Recurrence::Square(a) => taylor::square(kept(a), k),
+        Recurrence::MultiplyLine(a, b) => taylor::multiply_line(kept(a), kept(b), k),
+        Recurrence::Divide(a, b, reciprocal) => {
+            taylor::divide(a.map_or(0.0, now), kept(b), itself(), fixed(reciprocal), k)
+        }
+        Recurrence::Chain(x, d) => taylor::chain(kept(x), kept(d), k),
+        Recurrence::Root(a, half) => taylor::root(now(a), itself(), fixed(half), k),
+        Recurrence::Log(a, reciprocal) => taylor::log(kept(a), itself(), fixed(reciprocal), k),
+        Recurrence::Power(a, exponent, reciprocal) => {
+            taylor::power(kept(a), itself(), fixed(exponent), fixed(reciprocal), k)
+        }
+        Recurrence::Magnitude(a) => taylor::magnitude(kept(a), k),
+        Recurrence::Select(c, a, b) => (if fixed(c) == 0.0 { b } else { a }).map_or(0.0, now),
+    }
+}

@@ -1,0 +1,249 @@
+//! One step along the Taylor series of the solution, for the unknowns alone or with their
+//! sensitivities.
+//!
+//! The coefficients at (t, y) are computed once, for a step h₀ that is about as long as the one to be
+//! tried, and serve every size of it:
+//!
+//! ```text
+//!   y(t + h) = Σₖ yₖ θᵏ,   θ = h/h₀,   k = 0 … p
+//! ```
+//!
+//! between step ends, too. The local error is taken from the last two terms: the last one is that of
+//! the series without it, and where series are even or odd it may vanish by chance.
+//!
+//! The order that needs least work for a tolerance ε is
+//!
+//! ```text
+//!   p = 1 − ln(ε)/2
+//! ```
+//!
+//! as terms then shrink by e² from one to the next, and the work of a step grows with p².
+//!
+//! # Source
+//!
+//! Jorba and Zou, A software package for the numerical integration of ODEs by means of high-order
+//! Taylor methods, Experimental Mathematics 14 (2005) 99–117, §3.
+
+use super::drive::Drive;
+use super::stepper::{Base, Directions, Spoilt, Stepper, Trial};
+use super::{Simulation, base, larger};
+use crate::error::IntegrateError;
+use crate::problem::Problem;
+use crate::solution::Solution;
+use crate::system::{Interpolation, Point, System};
+use crate::taylor::{MOST_ORDER, Terms};
+
+/// The lowest order that is taken for a tolerance.
+const LEAST_ORDER: usize = 2;
+/// The last term but one counts as an error by this part: where terms shrink by e² it is about as large
+/// as the last.
+const BUT_ONE: f64 = 0.1;
+
+/// The order that is asked for, or the one for a relative tolerance.
+pub(crate) fn order(asked: Option<usize>, rtol: f64) -> usize {
+    // A tolerance is positive; one above 1 asks for no accuracy.
+    let order = asked.unwrap_or_else(|| (1.0 - 0.5 * rtol.ln()).ceil().max(0.0) as usize);
+    order.clamp(LEAST_ORDER, MOST_ORDER)
+}
+
+/// Series of a solution, and the work space to compute them.
+#[derive(Debug, Default)]
+pub(crate) struct Expansion {
+    order: usize,
+    /// h₀.
+    h: f64,
+    kept: Vec<Terms>,
+    /// yₖ, order by order.
+    y: Vec<f64>,
+    /// Sₖ, order by order, row by row.
+    s: Vec<f64>,
+}
+
+impl Expansion {
+    /// Work space for a system that has series.
+    pub(crate) fn new<S: System>(system: &S, order: usize, with_sensitivities: bool) -> Self {
+        let Ok(kept) = system.taylor_series() else { return Self::default() };
+        let signature = system.signature();
+        let n = signature.unknowns.len();
+        let n_s = if with_sensitivities { signature.directions.len() } else { 0 };
+        Self {
+            order,
+            h: 1.0,
+            kept: vec![[0.0; MOST_ORDER + 1]; kept.unknowns.max(kept.sensitivities)],
+            y: vec![0.0; (order + 1) * n],
+            s: vec![0.0; (order + 1) * n * n_s],
+        }
+    }
+
+    /// y at h₀θ, from its series; and the last two terms as its error.
+    fn sum(&self, theta: f64, y: &[f64], out: &mut [f64], error: &mut [f64]) {
+        out.fill(0.0);
+        let mut power = 1.0;
+        let mut rows = self.y.chunks_exact(y.len().max(1)).skip(1);
+        for k in 1..=self.order {
+            power *= theta;
+            let Some(row) = rows.next() else { break };
+            for (out, term) in out.iter_mut().zip(row) {
+                *out += power * term;
+            }
+            if k + 1 >= self.order && !error.is_empty() {
+                note(error, row.iter().map(|term| power * term), k == self.order);
+            }
+        }
+        // What is added to y is small against it: only this sum rounds.
+        for (out, y) in out.iter_mut().zip(y) {
+            *out += y;
+        }
+    }
+
+    /// S at h₀θ, and its error.
+    fn sum_sensitivities(
+        &self,
+        theta: f64,
+        s: &[f64],
+        n: usize,
+        out: &mut [f64],
+        error: &mut [f64],
+    ) {
+        let n_s = s.len() / n.max(1);
+        out.fill(0.0);
+        let mut power = 1.0;
+        let mut orders = self.s.chunks_exact(s.len().max(1)).skip(1);
+        for k in 1..=self.order {
+            power *= theta;
+            let Some(rows) = orders.next() else { break };
+            let is_error = k + 1 >= self.order && !error.is_empty();
+            for (i, row) in rows.chunks_exact(n_s).enumerate() {
+                for (j, term) in row.iter().enumerate() {
+                    out[j * n + i] += power * term;
+                }
+            }
+            if is_error {
+                let terms = (0..n * n_s).map(|at| power * rows[at % n * n_s + at / n]);
+                note(error, terms, k == self.order);
+            }
+        }
+        for (out, s) in out.iter_mut().zip(s) {
+            *out += s;
+        }
+    }
+}
+
+/// Takes the last term, or the one before it, into an estimate of errors.
+fn note(error: &mut [f64], terms: impl Iterator<Item = f64>, is_last: bool) {
+    for (error, term) in error.iter_mut().zip(terms) {
+        *error = if is_last { larger(*error, term.abs()) } else { BUT_ONE * term.abs() };
+    }
+}
+
+impl<S: System> Stepper<S> {
+    /// Computes the series at (t, y).
+    #[inline]
+    pub(super) fn expand(
+        &mut self,
+        base: Base<'_, S>,
+        drive: &mut Drive<S>,
+        y: &[f64],
+        h: f64,
+        directions: Option<&Directions<S>>,
+    ) {
+        let Expansion { order, h: own, kept, y: series, s } = &mut self.expansion;
+        *own = h;
+        let (u, udot) = drive.with_slope(base.t, y);
+        let at = Point { t: base.t, y, u, p: base.p, z: base.z };
+        match directions.map(|directions| directions.s.as_ref()).filter(|s| !s.is_empty()) {
+            None => base.system.taylor(at, udot, h, *order, kept, series),
+            Some(given) => {
+                let (n, n_s) = (y.len(), given.len() / y.len().max(1));
+                for (i, row) in s[..given.len()].chunks_exact_mut(n_s).enumerate() {
+                    for (j, s) in row.iter_mut().enumerate() {
+                        *s = given[j * n + i];
+                    }
+                }
+                base.system.sensitivity_taylor(at, udot, h, *order, kept, series, s);
+            }
+        }
+    }
+
+    /// Tries a step along the series at (t, y).
+    #[inline]
+    pub(super) fn attempt_taylor(
+        &mut self,
+        trial: Trial<'_, S>,
+        directions: Option<&mut Directions<S>>,
+    ) {
+        let Self { expansion, y_new, error, .. } = self;
+        let theta = trial.h / expansion.h;
+        expansion.sum(theta, trial.y, y_new.as_mut(), error.as_mut());
+        if let Some(Directions { s, s_new, error, .. }) = directions {
+            let (s_new, error) = (s_new.as_mut(), error.as_mut());
+            expansion.sum_sensitivities(theta, s.as_ref(), trial.y.len(), s_new, error);
+        }
+    }
+
+    /// y at a time h after the start of the step tried last.
+    pub(super) fn series_at(&self, h: f64, y: &[f64], out: &mut [f64]) {
+        self.expansion.sum(h / self.expansion.h, y, out, &mut []);
+    }
+
+    /// S at a time h after the start of the step tried last.
+    pub(super) fn sensitivity_series_at(&self, h: f64, s: &[f64], out: &mut [f64]) {
+        let n = self.y_new.as_ref().len();
+        self.expansion.sum_sensitivities(h / self.expansion.h, s, n, out, &mut []);
+    }
+
+    /// The first coefficient that is not finite.
+    pub(super) fn spoilt_series(&self, trial: Trial<'_, S>) -> Option<(f64, Spoilt)> {
+        let n = trial.y.len().max(1);
+        let bad = |numbers: &[f64]| numbers.iter().position(|number| !number.is_finite());
+        let Expansion { y, s, .. } = &self.expansion;
+        let of_y = bad(y).map(|at| match at / n {
+            0 | 1 => Spoilt::Equation(at % n),
+            _ => Spoilt::Derivative(at % n),
+        });
+        let n_s = s.len() / y.len().max(1);
+        let of_s = || bad(s).map(|at| Spoilt::Derivative(at / n_s % n));
+        Some((trial.base.t, of_y.or_else(of_s)?))
+    }
+}
+
+impl<S: System> Simulation<'_, S> {
+    /// Computes the series at (t, y), for steps of about this size.
+    #[inline]
+    pub(super) fn expand(&mut self, h: f64, solution: &mut Solution) {
+        let base = base(self.problem, &self.algebraic, &self.discrete, self.t);
+        let (y, directions) = (self.y.as_ref(), self.directions.as_ref());
+        self.stepper.expand(base, &mut self.drive, y, h, directions);
+        solution.statistics.evaluations += 1;
+        self.linearized = true;
+    }
+}
+
+/// Whether a problem can be solved along Taylor series.
+pub(super) fn verify<S: System>(
+    problem: &Problem<'_, S>,
+    method: &'static str,
+) -> Result<(), IntegrateError> {
+    let Problem { system, inputs, .. } = problem;
+    system.taylor_series().map_err(|why| IntegrateError::NoTaylorSeries { method, why })?;
+    // Series are made for inputs that go on between samples as the model declares it.
+    let declared = system.signature().inputs.iter().enumerate();
+    let mut held = declared.filter(|(_, input)| input.interpolation == Interpolation::Hold);
+    match held.find(|(position, _)| inputs.has_slopes(*position)) {
+        None => Ok(()),
+        Some((_, input)) => {
+            Err(IntegrateError::HeldInputMoves { method, input: input.name.to_string() })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::order;
+
+    #[test]
+    fn the_order_follows_the_tolerance() {
+        // 1 − ln(1e-6)/2 = 7.9, 1 − ln(1e-12)/2 = 14.8.
+        assert_eq!([1e-6, 1e-12, 1e6, 1e-40].map(|rtol| order(None, rtol)), [8, 15, 2, 31]);
+    }
+}

@@ -1,0 +1,230 @@
+//! Taylor series of solutions: what generated models and the interpreter compute coefficients with.
+//!
+//! A series is a(τ) = Σₖ aₖ τᵏ with τ = (t − t₀)/h. All functions here give the coefficient of order
+//! k ≥ 1 of a result from those of its operands. Sums go from the middle outwards, so that what is
+//! known last is added last.
+//!
+//! # Source
+//!
+//! Griewank and Walther, Evaluating Derivatives, 2nd ed. (2008), tables 13.1 and 13.2.
+
+use std::fmt;
+
+/// The highest order.
+pub const MOST_ORDER: usize = 31;
+
+/// Coefficients of a series, of orders from 0 on.
+pub type Terms = [f64; MOST_ORDER + 1];
+
+/// How many series a model keeps while it computes those of its solutions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct KeptSeries {
+    /// For [`System::taylor`](crate::System::taylor).
+    pub unknowns: usize,
+    /// For [`System::sensitivity_taylor`](crate::System::sensitivity_taylor).
+    pub sensitivities: usize,
+}
+
+/// Why a model has no Taylor series.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoTaylor {
+    /// Unknowns are algebraic, always or in some modes.
+    Algebraic,
+    /// Unknowns are read late.
+    Delays,
+    /// Unknowns are arrays.
+    Arrays,
+    /// The model was not made by the compiler.
+    NotCompiled,
+}
+
+impl fmt::Display for NoTaylor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Algebraic => "unknowns are algebraic, always or in some modes",
+            Self::Delays => "unknowns are read late",
+            Self::Arrays => "unknowns are arrays",
+            Self::NotCompiled => "the compiler has not made any",
+        })
+    }
+}
+
+/// Coefficients are read at positions that are below the number of terms.
+#[inline(always)]
+fn at(a: &Terms, k: usize) -> f64 {
+    a[k % (MOST_ORDER + 1)]
+}
+
+/// Keeps the coefficient of order k.
+#[inline(always)]
+pub fn keep(a: &mut Terms, k: usize, value: f64) {
+    a[k % (MOST_ORDER + 1)] = value;
+}
+
+/// Σⱼ aⱼ b₍ₖ₋ⱼ₎, j = 1 … k − 1.
+#[inline(always)]
+fn inner(a: &Terms, b: &Terms, k: usize) -> f64 {
+    let mut sum = if k.is_multiple_of(2) { at(a, k / 2) * at(b, k / 2) } else { 0.0 };
+    for j in (1..k.div_ceil(2)).rev() {
+        sum += at(a, j) * at(b, k - j) + at(a, k - j) * at(b, j);
+    }
+    sum
+}
+
+/// Σⱼ aⱼ a₍ₖ₋ⱼ₎, j = 1 … k − 1.
+#[inline(always)]
+fn inner_square(a: &Terms, k: usize) -> f64 {
+    let mut half = 0.0;
+    for j in (1..k.div_ceil(2)).rev() {
+        half += at(a, j) * at(a, k - j);
+    }
+    let middle = if k.is_multiple_of(2) { at(a, k / 2) * at(a, k / 2) } else { 0.0 };
+    middle + 2.0 * half
+}
+
+/// Σⱼ j aⱼ b₍ₖ₋ⱼ₎, j = 1 … k − 1.
+#[inline(always)]
+fn inner_weighted(a: &Terms, b: &Terms, k: usize) -> f64 {
+    let mut sum = 0.0;
+    for j in 1..k {
+        sum += j as f64 * at(a, j) * at(b, k - j);
+    }
+    sum
+}
+
+/// a b: Σⱼ aⱼ b₍ₖ₋ⱼ₎, j = 0 … k.
+#[inline(always)]
+pub fn multiply(a: &Terms, b: &Terms, k: usize) -> f64 {
+    inner(a, b, k) + (a[0] * at(b, k) + at(a, k) * b[0])
+}
+
+/// a².
+#[inline(always)]
+pub fn square(a: &Terms, k: usize) -> f64 {
+    inner_square(a, k) + 2.0 * (a[0] * at(a, k))
+}
+
+/// a b for a straight line a.
+#[inline(always)]
+pub fn multiply_line(a: &Terms, b: &Terms, k: usize) -> f64 {
+    a[1] * at(b, k - 1) + a[0] * at(b, k)
+}
+
+/// v = a/b: (aₖ − Σⱼ bⱼ v₍ₖ₋ⱼ₎)/b₀, j = 1 … k.
+#[inline(always)]
+pub fn divide(a_k: f64, b: &Terms, v: &Terms, reciprocal: f64, k: usize) -> f64 {
+    (a_k - inner(b, v, k) - at(b, k) * v[0]) * reciprocal
+}
+
+/// v̇ = d ẋ: Σⱼ j xⱼ d₍ₖ₋ⱼ₎/k, j = 1 … k.
+#[inline(always)]
+pub fn chain(x: &Terms, d: &Terms, k: usize) -> f64 {
+    inner_weighted(x, d, k) / k as f64 + at(x, k) * d[0]
+}
+
+/// v = √a, with 1/(2 v₀).
+#[inline(always)]
+pub fn root(a_k: f64, v: &Terms, half_reciprocal: f64, k: usize) -> f64 {
+    (a_k - inner_square(v, k)) * half_reciprocal
+}
+
+/// v = log a, with 1/a₀.
+#[inline(always)]
+pub fn log(a: &Terms, v: &Terms, reciprocal: f64, k: usize) -> f64 {
+    (at(a, k) - inner_weighted(v, a, k) / k as f64) * reciprocal
+}
+
+/// v = a^r, with 1/a₀. Where a begins at zero, what is below the order r is zero.
+#[inline]
+pub fn power(a: &Terms, v: &Terms, exponent: f64, reciprocal: f64, k: usize) -> f64 {
+    let order = k as f64;
+    if a[0] == 0.0 && order < exponent {
+        return 0.0;
+    }
+    let mut sum = 0.0;
+    for j in 1..=k {
+        sum += (j as f64 * (exponent + 1.0) - order) * at(a, j) * at(v, k - j);
+    }
+    sum / order * reciprocal
+}
+
+/// |a|: aₖ with the sign of the first coefficient that is not zero.
+#[inline(always)]
+pub fn magnitude(a: &Terms, k: usize) -> f64 {
+    let first = a.iter().take(k + 1).find(|a| **a != 0.0);
+    match first {
+        Some(first) if *first < 0.0 => -at(a, k),
+        _ => at(a, k),
+    }
+}
+
+/// The coefficient of order k of a straight line with this slope.
+#[inline(always)]
+pub fn line(slope: f64, k: usize) -> f64 {
+    if k == 1 { slope } else { 0.0 }
+}
+
+/// Adds c s to g.
+#[inline(always)]
+pub fn add_scaled<const N: usize>(g: &mut [f64; N], c: f64, s: &[f64; N]) {
+    for (g, s) in g.iter_mut().zip(s) {
+        *g += c * s;
+    }
+}
+
+/// Adds the coefficient of order k of a s to g, for each of the series in s: that of order k is in row
+/// k · `rows` + `row`. Each number comes out as from [`multiply`].
+#[inline(always)]
+pub fn add_product<const N: usize>(
+    g: &mut [f64; N],
+    a: &Terms,
+    s: &[[f64; N]],
+    (rows, row): (usize, usize),
+    k: usize,
+) {
+    let of = |order: usize| &s[order * rows + row];
+    let mut sum = [0.0; N];
+    if k.is_multiple_of(2) {
+        let (a, s) = (at(a, k / 2), of(k / 2));
+        for (sum, s) in sum.iter_mut().zip(s) {
+            *sum = a * s;
+        }
+    }
+    for j in (1..k.div_ceil(2)).rev() {
+        let (a_j, a_rest, s_j, s_rest) = (at(a, j), at(a, k - j), of(j), of(k - j));
+        for ((sum, s_j), s_rest) in sum.iter_mut().zip(s_j).zip(s_rest) {
+            *sum += a_j * s_rest + a_rest * s_j;
+        }
+    }
+    let (a_0, a_k, s_0, s_k) = (a[0], at(a, k), of(0), of(k));
+    for (((g, sum), s_0), s_k) in g.iter_mut().zip(sum).zip(s_0).zip(s_k) {
+        *g += sum + (a_0 * s_k + a_k * s_0);
+    }
+}
+
+/// Coefficients of order k of unknowns or sensitivities: those of their slopes of the order before times
+/// h/k.
+#[inline(always)]
+pub fn advance<const N: usize>(slopes: &[f64; N], per: f64) -> [f64; N] {
+    slopes.map(|slope| per * slope)
+}
+
+/// Series one after the other, of so many numbers each.
+#[inline(always)]
+pub fn rows<const N: usize>(numbers: &mut [f64]) -> &mut [[f64; N]] {
+    numbers.as_chunks_mut().0
+}
+
+/// So many series to keep.
+///
+/// # Panics
+///
+/// If there are fewer.
+#[inline(always)]
+pub fn kept<const N: usize>(series: &mut [Terms]) -> &mut [Terms; N] {
+    let len = series.len();
+    match series.first_chunk_mut() {
+        Some(series) => series,
+        None => panic!("expected {N} series, found {len}"),
+    }
+}
