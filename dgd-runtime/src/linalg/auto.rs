@@ -1,27 +1,32 @@
-use super::{DenseLu, Factorisation, Pivot, Singular, SparseLu};
+#[cfg(feature = "sparse")]
+use super::SparseLu;
+use super::{DenseLu, Factorisation, Pivot, Singular};
 use crate::system::Pattern;
 
 /// Up to here a full elimination is faster than a sparse one, however empty the matrix.
+#[cfg(feature = "sparse")]
 const DENSE_UP_TO: usize = 32;
 /// A matrix with more than one non-zero in so many places is treated as full.
+#[cfg(feature = "sparse")]
 const SPARSE_FROM: usize = 5;
 
-/// Dense or sparse, whichever suits the size and the pattern.
+/// Dense or, with the feature `sparse`, sparse, whichever suits the size and the pattern.
 #[derive(Debug, Clone)]
 pub enum AutoLu {
     /// A small or a full matrix.
     Dense(DenseLu),
     /// A large matrix with few non-zeros.
+    #[cfg(feature = "sparse")]
     Sparse(Box<SparseLu>),
 }
 
 impl Factorisation for AutoLu {
     fn new(n: usize, jacobian: &Pattern) -> Self {
-        if n <= DENSE_UP_TO || jacobian.len() > n * (n / SPARSE_FROM) {
-            Self::Dense(DenseLu::new(n, jacobian))
-        } else {
-            Self::Sparse(Box::new(SparseLu::new(n, jacobian)))
+        #[cfg(feature = "sparse")]
+        if n > DENSE_UP_TO && jacobian.len() <= n * (n / SPARSE_FROM) {
+            return Self::Sparse(Box::new(SparseLu::new(n, jacobian)));
         }
+        Self::Dense(DenseLu::new(n, jacobian))
     }
 
     fn factorise(
@@ -33,6 +38,7 @@ impl Factorisation for AutoLu {
     ) -> Result<(), Singular> {
         match self {
             Self::Dense(lu) => lu.factorise(c, differential, jacobian, values),
+            #[cfg(feature = "sparse")]
             Self::Sparse(lu) => lu.factorise(c, differential, jacobian, values),
         }
     }
@@ -40,6 +46,7 @@ impl Factorisation for AutoLu {
     fn solve(&mut self, b: &mut [f64]) {
         match self {
             Self::Dense(lu) => lu.solve(b),
+            #[cfg(feature = "sparse")]
             Self::Sparse(lu) => lu.solve(b),
         }
     }
@@ -47,6 +54,7 @@ impl Factorisation for AutoLu {
     fn smallest_pivot(&self) -> Option<Pivot> {
         match self {
             Self::Dense(lu) => lu.smallest_pivot(),
+            #[cfg(feature = "sparse")]
             Self::Sparse(lu) => lu.smallest_pivot(),
         }
     }
