@@ -1,5 +1,7 @@
-use super::order::{Bandwidth, Order, narrowest};
-use super::{BandedLu, DenseLu, Factorisation, Pivot, Singular, SparseLu, TridiagonalLu};
+#[cfg(feature = "sparse")]
+use super::SparseLu;
+use super::order::{Bandwidth, narrowest};
+use super::{BandedLu, DenseLu, Factorisation, Pivot, Singular, TridiagonalLu};
 use crate::system::Pattern;
 
 /// Up to here a full elimination is faster than any other, however empty the matrix.
@@ -17,6 +19,7 @@ pub enum AutoLu {
     /// A matrix with a narrow band, in some order.
     Banded(BandedLu),
     /// A large matrix with few non-zeros all over.
+    #[cfg(feature = "sparse")]
     Sparse(Box<SparseLu>),
 }
 
@@ -30,8 +33,9 @@ impl Factorisation for AutoLu {
             Kind::Tridiagonal => Self::Tridiagonal(TridiagonalLu::new(n, order)),
             Kind::Banded => Self::Banded(BandedLu::new(n, order, width)),
             Kind::Dense => Self::Dense(DenseLu::new(n, jacobian)),
+            #[cfg(feature = "sparse")]
             Kind::Sparse => {
-                drop::<Order>(order);
+                drop(order);
                 Self::Sparse(Box::new(SparseLu::new(n, jacobian)))
             }
         }
@@ -48,6 +52,7 @@ impl Factorisation for AutoLu {
             Self::Dense(lu) => lu.factorise(c, differential, jacobian, values),
             Self::Tridiagonal(lu) => lu.factorise(c, differential, jacobian, values),
             Self::Banded(lu) => lu.factorise(c, differential, jacobian, values),
+            #[cfg(feature = "sparse")]
             Self::Sparse(lu) => lu.factorise(c, differential, jacobian, values),
         }
     }
@@ -57,6 +62,7 @@ impl Factorisation for AutoLu {
             Self::Dense(lu) => lu.solve(b),
             Self::Tridiagonal(lu) => b.chunks_exact_mut(lu.len()).for_each(|b| lu.solve(b)),
             Self::Banded(lu) => b.chunks_exact_mut(lu.len()).for_each(|b| lu.solve(b)),
+            #[cfg(feature = "sparse")]
             Self::Sparse(lu) => lu.solve(b),
         }
     }
@@ -66,6 +72,7 @@ impl Factorisation for AutoLu {
             Self::Dense(lu) => lu.smallest_pivot(),
             Self::Tridiagonal(lu) => lu.smallest_pivot(),
             Self::Banded(lu) => lu.smallest_pivot(),
+            #[cfg(feature = "sparse")]
             Self::Sparse(lu) => lu.smallest_pivot(),
         }
     }
@@ -76,6 +83,7 @@ enum Kind {
     Dense,
     Tridiagonal,
     Banded,
+    #[cfg(feature = "sparse")]
     Sparse,
 }
 
@@ -89,21 +97,22 @@ enum Kind {
 /// ```
 ///
 /// Twenty is what an indexed access costs.
+#[cfg_attr(not(feature = "sparse"), allow(unused_variables))]
 fn cheapest(n: usize, non_zeros: usize, width: Bandwidth) -> Kind {
     let Bandwidth { lower, upper } = width;
     if lower.max(upper) <= 1 {
         return Kind::Tridiagonal;
     }
     let (n, l, u) = (n as f64, lower as f64, upper as f64);
-    let per_row = 1.0 + non_zeros as f64 / n;
     let dense = n * n * (n / 3.0 + SOLUTIONS);
     let banded = n * ((l + 1.0) * (l + u) + SOLUTIONS * (2.0 * l + u));
-    let sparse = 20.0 * n * per_row * n.log2() * (per_row + SOLUTIONS);
-    if banded <= dense && banded <= sparse {
-        Kind::Banded
-    } else if dense <= sparse {
-        Kind::Dense
-    } else {
-        Kind::Sparse
+    #[cfg(feature = "sparse")]
+    {
+        let per_row = 1.0 + non_zeros as f64 / n;
+        let sparse = 20.0 * n * per_row * n.log2() * (per_row + SOLUTIONS);
+        if sparse < dense.min(banded) {
+            return Kind::Sparse;
+        }
     }
+    if banded <= dense { Kind::Banded } else { Kind::Dense }
 }

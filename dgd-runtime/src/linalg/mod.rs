@@ -3,19 +3,22 @@
 //! [`FixedLu`] and [`DenseLu`] run the same elimination, on the stack and on the heap, so that a
 //! generated model and its interpreted twin give the same bits. Models of more than a few dozen unknowns
 //! have [`AutoLu`], which looks at the pattern: [`TridiagonalLu`] and [`BandedLu`] where an order of the
-//! unknowns with a narrow band is found, otherwise [`SparseLu`], or [`DenseLu`] where nothing is gained.
+//! unknowns with a narrow band is found, otherwise `SparseLu`, of the feature `sparse`, or [`DenseLu`]
+//! where nothing is gained.
 
 mod auto;
 mod banded;
 mod dense;
 pub(crate) mod norm;
 mod order;
+#[cfg(feature = "sparse")]
 mod sparse;
 mod tridiagonal;
 
 pub use auto::AutoLu;
 pub use banded::BandedLu;
 pub use dense::{DenseLu, FixedLu};
+#[cfg(feature = "sparse")]
 pub use sparse::SparseLu;
 pub use tridiagonal::TridiagonalLu;
 
@@ -122,8 +125,10 @@ mod tests {
         let (pattern, values) = scattered(12);
         assert!(residual::<FixedLu<12>>(12, &pattern, &values) < 1e-12);
         assert!(residual::<DenseLu>(12, &pattern, &values) < 1e-12);
+        #[cfg(feature = "sparse")]
         assert!(residual::<SparseLu>(12, &pattern, &values) < 1e-12);
         let (pattern, values) = scattered(90);
+        #[cfg(feature = "sparse")]
         assert!(residual::<SparseLu>(90, &pattern, &values) < 1e-10);
         assert!(residual::<AutoLu>(90, &pattern, &values) < 1e-10);
     }
@@ -235,9 +240,13 @@ mod tests {
         let zero_row = [1.0, 0.0, 1.0, 1.0, 0.0];
         assert_eq!(row_of_failure::<FixedLu<3>>(3, &zero_row), 2);
         assert_eq!(row_of_failure::<DenseLu>(3, &zero_row), 2);
+        #[cfg(feature = "sparse")]
+        #[cfg(feature = "sparse")]
         assert_eq!(row_of_failure::<SparseLu>(3, &zero_row), 2);
         let not_finite = [1.0, f64::NAN, 1.0, 1.0, 0.0];
         row_of_failure::<FixedLu<3>>(3, &not_finite);
+        #[cfg(feature = "sparse")]
+        #[cfg(feature = "sparse")]
         row_of_failure::<SparseLu>(3, &not_finite);
     }
 
@@ -252,6 +261,8 @@ mod tests {
         let expected = Pivot { row: 0, magnitude: 0.5 };
         assert_eq!(smallest::<FixedLu<2>>(), expected);
         assert_eq!(smallest::<DenseLu>(), expected);
+        #[cfg(feature = "sparse")]
+        #[cfg(feature = "sparse")]
         assert_eq!(smallest::<SparseLu>(), expected);
     }
 }
