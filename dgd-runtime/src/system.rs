@@ -40,6 +40,11 @@ pub trait Storage: AsRef<[f64]> + AsMut<[f64]> + Clone {
     ///
     /// If the size is fixed and is not `len`.
     fn zeros(len: usize) -> Self;
+
+    /// The numbers, to be put back: an array is copied, so that it can be in registers for a while, and
+    /// a vector is moved.
+    #[must_use]
+    fn take(&mut self) -> Self;
 }
 
 impl<const N: usize> Storage for [f64; N] {
@@ -48,11 +53,21 @@ impl<const N: usize> Storage for [f64; N] {
         assert_eq!(len, N, "storage of fixed size");
         [0.0; N]
     }
+
+    #[inline(always)]
+    fn take(&mut self) -> Self {
+        *self
+    }
 }
 
 impl Storage for Vec<f64> {
     fn zeros(len: usize) -> Self {
         vec![0.0; len]
+    }
+
+    #[inline]
+    fn take(&mut self) -> Self {
+        std::mem::take(self)
     }
 }
 

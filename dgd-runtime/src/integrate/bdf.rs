@@ -114,6 +114,7 @@ impl<S: System> Stepper<S> {
         statistics: &mut Statistics,
     ) -> Result<(), Failed> {
         let Trial { base, y, h, .. } = trial;
+        let y = y.as_ref();
         let order = self.history.order;
         let t = base.t + h;
         if h != self.history.h {

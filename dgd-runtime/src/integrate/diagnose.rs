@@ -48,8 +48,8 @@ impl<S: System> Simulation<'_, S> {
 
     pub(super) fn not_finite(&mut self, h: f64) -> IntegrateError {
         let base = base(self.problem, &self.algebraic, &self.discrete, self.t);
-        let (y, sizes) = (self.y.as_ref(), self.sizes.as_ref());
-        let trial = Trial { base, y, h, sizes, tolerances: self.tolerances };
+        let sizes = self.sizes.as_ref();
+        let trial = Trial { base, y: &self.y, h, sizes, tolerances: self.tolerances };
         match self.stepper.spoilt(trial, &mut self.drive, self.directions.as_mut()) {
             Some((t, spoilt)) => self.spoilt(t, spoilt),
             // Finite evaluations, but a solution beyond the largest number.

@@ -29,6 +29,7 @@ impl<S: System> Stepper<S> {
         statistics: &mut Statistics,
     ) -> Result<(), Failed> {
         let Trial { base, y, h, .. } = trial;
+        let y = y.as_ref();
         let c = 1.0 / (h * tableau.gamma);
         self.factorise_iteration(&trial, c, statistics)?;
         for i in 1..tableau.stages() {

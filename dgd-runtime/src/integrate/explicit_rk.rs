@@ -37,6 +37,7 @@ impl<S: System> Stepper<S> {
         statistics: &mut Statistics,
     ) {
         let Trial { base: Base { system, p, z, t, .. }, y, h, .. } = trial;
+        let y = y.as_ref();
         let last = tableau.stages() - 1;
         for i in 1..=last {
             let (earlier, rest) = self.k.split_at_mut(i);
@@ -92,7 +93,7 @@ impl<S: System> Stepper<S> {
         trial: Trial<'_, S>,
         directions: Option<&Directions<S>>,
     ) -> Option<(f64, Spoilt)> {
-        let n = trial.y.len();
+        let n = trial.y.as_ref().len();
         let bad = |values: &[f64]| values.iter().position(|value| !value.is_finite());
         (0..tableau.stages()).find_map(|i| {
             let of_f = bad(self.k[i].as_ref()).map(Spoilt::Equation);

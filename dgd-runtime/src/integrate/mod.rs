@@ -632,8 +632,8 @@ impl<'a, S: System> Simulation<'a, S> {
         solution: &mut Solution,
     ) -> Result<(), Failed> {
         let base = base(self.problem, &self.algebraic, &self.discrete, self.t);
-        let (y, sizes) = (self.y.as_ref(), self.sizes.as_ref());
-        let trial = Trial { base, y, h, sizes, tolerances: self.tolerances };
+        let sizes = self.sizes.as_ref();
+        let trial = Trial { base, y: &self.y, h, sizes, tolerances: self.tolerances };
         let directions = self.directions.as_mut().filter(|_| variables == Variables::All);
         let statistics = &mut solution.statistics;
         let outcome = self.stepper.attempt(trial, &mut self.drive, directions, statistics);

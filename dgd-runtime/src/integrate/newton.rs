@@ -143,6 +143,7 @@ impl<S: System> Stepper<S> {
         statistics: &mut Statistics,
     ) -> Result<(), Failed> {
         let Trial { base, y, sizes, tolerances, .. } = *trial;
+        let y = y.as_ref();
         let mut convergence = Convergence::new(tolerances, self.eta, most);
         loop {
             let at = Point {
@@ -234,6 +235,7 @@ impl<S: System> Stepper<S> {
         statistics: &mut Statistics,
     ) -> Result<(), Failed> {
         let Trial { base, tolerances, y, .. } = *trial;
+        let y = y.as_ref();
         let n = y.len().max(1);
         let mut convergence = Convergence::new(tolerances, 1.0, MOST_LINEAR_ITERATIONS);
         loop {

@@ -83,52 +83,60 @@ impl<S: System> Stepper<S> {
         mut directions: Option<&mut Directions<S>>,
     ) {
         let Trial { base: Base { system, p, z, mass, t }, y, h, .. } = trial;
-        let mass = mass.as_ref();
+        let (y, mass) = (y.as_ref(), mass.as_ref());
         let per_h = 1.0 / h;
         let slope = h * tableau.gamma_sums[I];
         let closes = I >= tableau.closing;
+        let (a, c) = (&tableau.a[I], &tableau.c[I]);
 
         // Yᵢ = y + Σ aᵢⱼ Uⱼ,  Uᵢ ← Σ cᵢⱼ Uⱼ
-        let (earlier, rest) = self.k.split_at_mut(I);
-        let u_i = rest[0].as_mut();
-        let (a, c) = (&tableau.a[I], &tableau.c[I]);
-        combine::<I, _>(y, earlier, a, c, closes, self.stage.as_mut(), u_i);
-        if let Some(d) = &mut directions {
-            let (earlier, rest) = d.v.split_at_mut(I);
-            let (stage, v_i) = (d.stage.as_mut(), rest[0].as_mut());
-            combine::<I, _>(d.s.as_ref(), earlier, a, c, closes, stage, v_i);
-        }
+        let (mut stage, mut u_i) = (self.stage.take(), self.k[I].take());
+        combine::<I, _>(y, &self.k, a, c, closes, stage.as_mut(), u_i.as_mut());
+        let mut of_s = directions.as_deref_mut().map(|d| {
+            let (mut stage, mut v_i) = (d.stage.take(), d.v[I].take());
+            combine::<I, _>(d.s.as_ref(), &d.v, a, c, closes, stage.as_mut(), v_i.as_mut());
+            (stage, v_i)
+        });
 
         // The first stage stands where the step starts.
         let f = if I == 0 {
             self.f.as_ref()
         } else {
             let stage_t = t + tableau.alpha[I] * h;
-            let u = drive.at(stage_t, self.stage.as_ref());
-            let at = Point { t: stage_t, y: self.stage.as_ref(), u, p, z };
+            let u = drive.at(stage_t, stage.as_ref());
+            let at = Point { t: stage_t, y: stage.as_ref(), u, p, z };
             let f = self.rhs.as_mut();
-            match &mut directions {
-                None => system.rhs(at, f),
-                Some(d) => system.sensitivity_rhs(at, d.stage.as_ref(), f, d.rhs.as_mut()),
+            match (&mut directions, &of_s) {
+                (Some(d), Some((stage, _))) => {
+                    system.sensitivity_rhs(at, stage.as_ref(), f, d.rhs.as_mut());
+                }
+                _ => system.rhs(at, f),
             }
             self.rhs.as_ref()
         };
 
         // Uᵢ ← W⁻¹ (f + M/h Σ cᵢⱼ Uⱼ + h γᵢ df/dt)
-        add_rates::<S>(u_i, f, self.dfdt.as_ref(), mass, per_h, slope);
-        self.factorisation.solve(u_i);
+        add_rates::<S>(u_i.as_mut(), f, self.dfdt.as_ref(), mass, per_h, slope);
+        self.factorisation.solve(u_i.as_mut());
 
-        if let Some(d) = directions {
+        if let (Some(d), Some((_, v_i))) = (&directions, &mut of_s) {
             // Vᵢ ← W⁻¹ (g + M/h Σ cᵢⱼ Vⱼ + h γᵢ dg/dt + ∂g/∂y Uᵢ)
-            let v_i = d.v[I].as_mut();
+            let v_i = v_i.as_mut();
             let g = if I == 0 { d.g.as_ref() } else { d.rhs.as_ref() };
             let n = mass.len().max(1);
             let columns = v_i.chunks_exact_mut(n).zip(g.chunks_exact(n));
             for ((v, g), dgdt) in columns.zip(d.dgdt.as_ref().chunks_exact(n)) {
                 add_rates::<S>(v, g, dgdt, mass, per_h, slope);
             }
-            add_product(v_i, &system.signature().sensitivity_jacobian, d.dgdy.as_ref(), u_i);
+            let pattern = &system.signature().sensitivity_jacobian;
+            add_product(v_i, pattern, d.dgdy.as_ref(), u_i.as_ref());
             self.factorisation.solve(v_i);
+        }
+        self.stage = stage;
+        self.k[I] = u_i;
+        if let (Some(d), Some((stage, v_i))) = (directions, of_s) {
+            d.stage = stage;
+            d.v[I] = v_i;
         }
     }
 
@@ -141,6 +149,7 @@ impl<S: System> Stepper<S> {
         mut directions: Option<&mut Directions<S>>,
     ) -> Option<(f64, Spoilt)> {
         let Trial { base: Base { system, p, z, t, .. }, y, h, .. } = trial;
+        let y = y.as_ref();
         let n = y.len();
         let bad = |values: &[f64]| values.iter().position(|value| !value.is_finite());
         let pattern = &system.signature().jacobian;

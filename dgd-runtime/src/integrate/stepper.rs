@@ -122,7 +122,7 @@ impl<S: System> Copy for Base<'_, S> {}
 /// A step to try: from (t, y) by h, with what equations are solved to.
 pub(crate) struct Trial<'a, S: System> {
     pub(crate) base: Base<'a, S>,
-    pub(crate) y: &'a [f64],
+    pub(crate) y: &'a S::Vector,
     pub(crate) h: f64,
     pub(crate) sizes: &'a [f64],
     pub(crate) tolerances: Tolerances,

@@ -37,8 +37,8 @@ impl<const N: usize> Factorisation for FixedLu<N> {
     fn solve(&mut self, b: &mut [f64]) {
         let factors = self.factors.as_flattened();
         for column in b.as_chunks_mut::<N>().0 {
-            let mut x = [0.0; N];
-            substitute(factors, N, &self.reciprocal_pivots, &self.order, column, &mut x);
+            let mut x = permuted(column, &self.order);
+            substitute(factors, N, &self.reciprocal_pivots, &mut x);
             *column = x;
         }
     }
@@ -87,7 +87,10 @@ impl Factorisation for DenseLu {
         }
         let Self { n, factors, reciprocal_pivots, order, scratch } = self;
         for column in b.chunks_exact_mut(*n) {
-            substitute(factors, *n, reciprocal_pivots, order, column, scratch);
+            for (x, &row) in scratch.iter_mut().zip(order.iter()) {
+                *x = column[row];
+            }
+            substitute(factors, *n, reciprocal_pivots, scratch);
             column.copy_from_slice(scratch);
         }
     }
@@ -167,19 +170,28 @@ fn eliminate(
     Ok(())
 }
 
-/// x ← U⁻¹ L⁻¹ P b.
+/// Up to so many numbers are put into another order by comparing, not by an index that depends on
+/// data: only so can they stay in registers.
+const FEW: usize = 4;
+
+/// P b.
 #[inline(always)]
-fn substitute(
-    factors: &[f64],
-    n: usize,
-    reciprocal_pivots: &[f64],
-    order: &[usize],
-    b: &[f64],
-    x: &mut [f64],
-) {
-    for (x, &row) in x.iter_mut().zip(order) {
-        *x = b[row];
+fn permuted<const N: usize>(b: &[f64; N], order: &[usize; N]) -> [f64; N] {
+    if N > FEW {
+        return order.map(|row| b[row]);
     }
+    order.map(|row| {
+        let mut chosen = 0.0;
+        for (j, b) in b.iter().enumerate() {
+            chosen = if row == j { *b } else { chosen };
+        }
+        chosen
+    })
+}
+
+/// x ← U⁻¹ L⁻¹ x.
+#[inline(always)]
+fn substitute(factors: &[f64], n: usize, reciprocal_pivots: &[f64], x: &mut [f64]) {
     for (k, l) in factors.chunks_exact(n).enumerate() {
         let (x_k, below) = (x[k], &mut x[k + 1..]);
         for (value, l) in below.iter_mut().zip(&l[k + 1..]) {
