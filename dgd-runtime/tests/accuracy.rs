@@ -23,6 +23,8 @@ fn methods(algebraic: bool) -> impl Iterator<Item = (&'static Method, f64)> {
         MethodKind::Rosenbrock(_) | MethodKind::Esdirk(_) => Some((method, GLOBAL)),
         MethodKind::Bdf(_) => Some((method, 5.0 * GLOBAL)),
         MethodKind::Explicit(_) => (!algebraic).then_some((method, GLOBAL)),
+        // These systems are written by hand, without series.
+        MethodKind::Taylor(_) => None,
     })
 }
 

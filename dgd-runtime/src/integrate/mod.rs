@@ -56,7 +56,7 @@ use crate::linalg::Singular;
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
 use crate::signal::{Segment, Side};
-use crate::solution::{Solution, Statistics};
+use crate::solution::Solution;
 use crate::system::{Direction, Point, Signature, Storage, System};
 use breaks::Breaks;
 use catalogue::{Method, MethodKind};
@@ -120,23 +120,9 @@ fn run<S: System>(
     let signature = problem.system.signature();
     assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
     assert_eq!(problem.inputs.len(), signature.inputs.len(), "number of inputs");
-    let n = signature.unknowns.len();
     let n_s = if directions.is_some() { signature.directions.len() } else { 0 };
-    let mut solution = Solution {
-        n,
-        n_s,
-        times: Vec::new(),
-        y: Vec::new(),
-        s: Vec::new(),
-        late: Vec::new(),
-        n_z: signature.discrete.len(),
-        z: Vec::new(),
-        n_past: if outputs_read_past(signature) { signature.past().len() } else { 0 },
-        past: Vec::new(),
-        events: Vec::new(),
-        undefined: Vec::new(),
-        statistics: Statistics::default(),
-    };
+    let mut solution = Solution::empty(signature, n_s);
+    solution.n_past = if outputs_read_past(signature) { signature.past().len() } else { 0 };
     let verified = verify(problem, times, options).and_then(|()| {
         history::verify(problem, n_s > 0)?;
         if let MethodKind::Taylor(_) = options.method.kind {

@@ -174,10 +174,10 @@ impl<S: System> Stepper<S> {
     ) {
         let Self { expansion, y_new, error, .. } = self;
         let theta = trial.h / expansion.h;
-        expansion.sum(theta, trial.y, y_new.as_mut(), error.as_mut());
+        expansion.sum(theta, trial.y.as_ref(), y_new.as_mut(), error.as_mut());
         if let Some(Directions { s, s_new, error, .. }) = directions {
             let (s_new, error) = (s_new.as_mut(), error.as_mut());
-            expansion.sum_sensitivities(theta, s.as_ref(), trial.y.len(), s_new, error);
+            expansion.sum_sensitivities(theta, s.as_ref(), trial.y.as_ref().len(), s_new, error);
         }
     }
 
@@ -194,7 +194,7 @@ impl<S: System> Stepper<S> {
 
     /// The first coefficient that is not finite.
     pub(super) fn spoilt_series(&self, trial: Trial<'_, S>) -> Option<(f64, Spoilt)> {
-        let n = trial.y.len().max(1);
+        let n = trial.y.as_ref().len().max(1);
         let bad = |numbers: &[f64]| numbers.iter().position(|number| !number.is_finite());
         let Expansion { y, s, .. } = &self.expansion;
         let of_y = bad(y).map(|at| match at / n {

@@ -4,6 +4,7 @@
 #![allow(clippy::inline_always)]
 
 use crate::integrate::tableau::MAX_STAGES;
+use crate::integrate::{larger, largest_block};
 use crate::linalg::norm::Tolerances;
 use crate::system::{Point, Storage, System};
 
@@ -172,17 +173,10 @@ impl<S: System> Carried<S> for WithSensitivities<S> {
 
     #[inline(always)]
     fn error_norm(&self, tolerances: Tolerances, from: &Self, to: &Self, sizes: &Self) -> f64 {
-        let mut largest = tolerances.mean_square(self.y(), from.y(), to.y(), sizes.y());
+        let of_unknowns = tolerances.mean_square(self.y(), from.y(), to.y(), sizes.y());
         let n = self.y().len().max(1);
-        let columns = self.s().chunks_exact(n).zip(sizes.s().chunks_exact(n));
-        let ends = from.s().chunks_exact(n).zip(to.s().chunks_exact(n));
-        for ((error, sizes), (from, to)) in columns.zip(ends) {
-            let of_column = tolerances.mean_square(error, from, to, sizes);
-            if of_column > largest || of_column.is_nan() {
-                largest = of_column;
-            }
-        }
-        largest
+        let sizes = sizes.s();
+        larger(largest_block(tolerances, n, self.s(), from.s(), to.s(), sizes), of_unknowns)
     }
 
     #[inline(always)]

@@ -2,10 +2,10 @@
 
 use std::fmt;
 
-use crate::problem::Problem;
-use crate::system::System;
-
 use crate::integrate::catalogue::{Method, MethodKind};
+use crate::integrate::tableaux::TSIT5;
+use crate::problem::Problem;
+use crate::system::{Signature, System};
 
 /// Why a run with equal steps per sample is not possible, or not as accurate as it should be.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +27,13 @@ pub enum PerSampleError {
         /// The method.
         method: &'static str,
     },
+    /// The method is for models without algebraic unknowns.
+    Algebraic {
+        /// The method.
+        method: &'static str,
+        /// An algebraic unknown.
+        unknown: String,
+    },
     /// The solution grows beyond all bounds: the steps are too long, or the model has no solution.
     NotFinite {
         /// Time of the step that leads there, s.
@@ -47,9 +54,35 @@ pub enum PerSampleError {
     },
 }
 
-/// Why a model cannot be run with equal steps per sample, if it cannot.
-pub(crate) fn refusal<S: System>(problem: &Problem<'_, S>) -> Option<PerSampleError> {
-    let signature = problem.system.signature();
+/// Whether a model can be run with equal steps per sample by a method.
+pub(crate) fn verify<S: System>(
+    problem: &Problem<'_, S>,
+    method: &Method,
+) -> Result<(), PerSampleError> {
+    if let Some(reason) = refusal(problem.system.signature()) {
+        return Err(reason);
+    }
+    match method.kind {
+        MethodKind::Rosenbrock(_) => Ok(()),
+        MethodKind::Explicit(tableau) if std::ptr::eq(tableau, &raw const TSIT5) => {
+            let mut unknowns = problem.system.signature().unknowns.iter();
+            match unknowns.find(|unknown| !unknown.differential) {
+                None => Ok(()),
+                Some(unknown) => Err(PerSampleError::Algebraic {
+                    method: method.name,
+                    unknown: unknown.name.to_string(),
+                }),
+            }
+        }
+        MethodKind::Explicit(_)
+        | MethodKind::Esdirk(_)
+        | MethodKind::Bdf(_)
+        | MethodKind::Taylor(_) => Err(PerSampleError::Method { method: method.name }),
+    }
+}
+
+/// What about a model needs steps that end elsewhere, if anything does.
+fn refusal(signature: &Signature) -> Option<PerSampleError> {
     if let Some(automaton) = signature.discrete.automata.first() {
         return Some(PerSampleError::Modes { automaton: automaton.name.to_string() });
     }
@@ -66,11 +99,6 @@ pub(crate) fn refusal<S: System>(problem: &Problem<'_, S>) -> Option<PerSampleEr
         .or(late_unknown)
         .or(late_output)
         .map(|name| PerSampleError::Delay { name: name.to_string() })
-}
-
-/// Whether a method makes steps of given size for a model with `problem`'s unknowns.
-pub(crate) fn makes_equal_steps(method: &Method) -> bool {
-    matches!(method.kind, MethodKind::Rosenbrock(_) | MethodKind::Explicit(_))
 }
 
 impl fmt::Display for PerSampleError {
@@ -96,6 +124,10 @@ impl fmt::Display for PerSampleError {
                 f,
                 "`{method}` makes no steps of given size; {INSTEAD}, or `rodas5p`, or `tsit5` \
                  where the model is neither stiff nor algebraic"
+            ),
+            Self::Algebraic { method, unknown } => write!(
+                f,
+                "`{method}` cannot solve for `{unknown}`, which no derivative determines; `rodas5p` can"
             ),
             Self::NotFinite { t, per_sample, method } => write!(
                 f,

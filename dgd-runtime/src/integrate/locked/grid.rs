@@ -5,7 +5,9 @@ use crate::signal::{Inputs, Side};
 /// Steps of a run: equal within each segment, and nowhere longer than a share of the sample interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Grid {
-    per_step: f64,
+    per_sample: u32,
+    /// One over the longest step.
+    rate: f64,
 }
 
 /// Segments longer than a whole number of steps by less than this part of a step get no step more.
@@ -14,14 +16,19 @@ const ROUNDING: f64 = 1e-9;
 impl Grid {
     /// `per_sample` steps in each sample interval.
     pub(crate) fn new(interval: f64, per_sample: u32) -> Self {
-        Self { per_step: f64::from(per_sample) / interval }
+        Self { per_sample, rate: f64::from(per_sample) / interval }
+    }
+
+    /// Steps in a sample interval.
+    pub(crate) fn per_sample(self) -> u32 {
+        self.per_sample
     }
 
     /// Steps in a segment of this length.
     #[inline]
     pub(crate) fn steps(self, length: f64) -> usize {
         // Rounded up, without the library call that this is where the processor has no instruction.
-        (length * self.per_step - ROUNDING) as usize + 1
+        (length * self.rate - ROUNDING) as usize + 1
     }
 }
 

@@ -7,19 +7,23 @@
 //! belong to the same steps.
 //!
 //! ```text
-//!   one step per sample → largest local error e of the whole run, in units of the tolerance
+//!   n steps per sample → largest local error e of the run, in units of the tolerance
 //!   n ← n e^(1/k) until e ≤ 1                  e ~ h^k
 //! ```
 //!
 //! Models with modes, conditions on time or delays need steps that end elsewhere ([`error::refusal`]).
-//! Non-stiff ones are run by [`sweep`], which is written once for the unknowns alone and for unknowns
-//! and sensitivities ([`carried`]) and for every method that makes steps of given size
-//! ([`fixed_step`]); those with algebraic unknowns by the general loop's steps ([`rosenbrock`]).
+//! Where all unknowns are differential and the method is explicit, [`sweep`] is the loop: written once
+//! for the unknowns alone and for unknowns and sensitivities ([`carried`]), and for every method that
+//! makes steps of given size ([`fixed_step`]). What is to be done with such a method is a [`Task`], so
+//! that methods are told apart in [`dispatch`] alone. Rosenbrock methods make the general loop's steps
+//! ([`rosenbrock`]).
 
 // Lengths are constants where storage has a fixed size, and only once inlined there.
 #![allow(clippy::inline_always)]
 
 mod carried;
+mod choice;
+mod count;
 mod error;
 mod fixed_step;
 mod grid;
@@ -29,19 +33,21 @@ mod tsit5;
 
 use std::num::NonZeroU32;
 
+use super::Simulation;
 use super::catalogue::MethodKind;
 use super::stepper::Directions;
 use super::tableaux::TSIT5;
-use super::{Simulation, larger};
 use crate::error::IntegrateError;
-use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem};
 use crate::signal::Segment;
 use crate::solution::Solution;
 use crate::system::System;
 use carried::{Carried, Unknowns, WithSensitivities};
+pub use choice::{PerSampleChoice, choose_per_sample};
+pub(crate) use choice::{inputs_change_by_sample, measure, per_sample_of_head};
+use count::Count;
 pub use error::PerSampleError;
-use error::{makes_equal_steps, refusal};
+use error::verify;
 use fixed_step::{Equations, FixedStep};
 use grid::{Grid, sample_interval};
 use sweep::{Course, Gauge, Sink, Stopped, sweep};
@@ -51,8 +57,8 @@ use tsit5::Tsit5;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Steps {
     /// As the task wants them: in a simulation as long as the error allows; in a fit to recordings with
-    /// inputs that change from sample to sample, as many per sample as the error demands, by a method
-    /// that suits the model, where the model allows it.
+    /// inputs that change from sample to sample, as many per sample as the error demands, where the
+    /// model allows it. A fit then also chooses between the default method and an explicit one.
     #[default]
     Automatic,
     /// As long as the error allows.
@@ -66,14 +72,12 @@ pub enum Steps {
 /// How many steps a sample interval gets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PerSample {
-    /// As many as keep the local error of every step below the tolerance.
+    /// As many as keep the local error of every step below the tolerance. A fit looks at the errors of
+    /// the unknowns alone: its sensitivities are the derivatives of what it computes, whatever the steps.
     Automatic,
     /// So many, whatever the error.
     Exactly(NonZeroU32),
 }
-
-/// More steps per sample are not tried.
-const MOST: u32 = 64;
 
 /// Runs with equal steps per sample.
 pub(super) fn run<S: System>(
@@ -85,78 +89,104 @@ pub(super) fn run<S: System>(
     solution: &mut Solution,
 ) -> Result<(), IntegrateError> {
     let Some(&from) = times.first() else { return Ok(()) };
-    if let Some(reason) = refusal(problem) {
-        return Err(IntegrateError::PerSample(reason));
-    }
-    if !makes_equal_steps(options.method) {
-        let method = options.method.name;
-        return Err(IntegrateError::PerSample(PerSampleError::Method { method }));
-    }
+    verify(problem, options.method).map_err(IntegrateError::PerSample)?;
     solution.times.reserve(times.len());
     solution.y.reserve(solution.n * times.len());
     solution.s.reserve(solution.n * solution.n_s * times.len());
     let with_sensitivities = directions.is_some();
+    let mut count = Count::new(per_sample, options.method.name);
+    if count.is_open() {
+        count.begin_with(per_sample_of_head(problem, times, options)?);
+    }
+    if let MethodKind::Rosenbrock(_) = options.method.kind {
+        return rosenbrock::run(problem, times, options, count, solution);
+    }
     let mut simulation = Simulation::new(problem, options, from, directions);
-    match options.method.kind {
-        MethodKind::Explicit(tableau) if std::ptr::eq(tableau, &raw const TSIT5) => {
-            simulation.start(solution)?;
-            if !simulation.algebraic.is_empty() {
-                return Err(simulation.unsuited_method());
-            }
-            if with_sensitivities {
-                let method = Tsit5::<S, WithSensitivities<S>>::new(problem.system);
-                Run { simulation, times, per_sample, method }.to_the_end(solution)
-            } else {
-                let method = Tsit5::<S, Unknowns<S>>::new(problem.system);
-                Run { simulation, times, per_sample, method }.to_the_end(solution)
-            }
-        }
-        _ => simulation.equal_steps(times, per_sample, options, solution),
+    simulation.start(solution)?;
+    if with_sensitivities {
+        let task = WholeRun::<S, WithSensitivities<S>>::new(&simulation, times, count, solution);
+        dispatch(problem.system, options.method.kind, task)
+    } else {
+        let task = WholeRun::<S, Unknowns<S>>::new(&simulation, times, count, solution);
+        dispatch(problem.system, options.method.kind, task)
     }
 }
 
-/// A run that has started, by one method.
-struct Run<'a, S: System, M> {
-    simulation: Simulation<'a, S>,
-    times: &'a [f64],
-    per_sample: PerSample,
-    method: M,
+/// What is to be done with a method that makes steps of given size.
+trait Task<S: System, C: Carried<S>> {
+    type Done;
+
+    fn with<M: FixedStep<S, C>>(self, method: M) -> Self::Done;
 }
 
-impl<S: System, M> Run<'_, S, M> {
-    fn to_the_end<C: Carried<S>>(mut self, solution: &mut Solution) -> Result<(), IntegrateError>
-    where
-        M: FixedStep<S, C>,
-    {
-        let Simulation { problem, tolerances, method, max_steps, .. } = self.simulation;
-        let Problem { system, p, inputs, .. } = *problem;
-        let (start, sizes): (C, C) = started(&self.simulation);
-        let interval = sample_interval(inputs, self.times);
-        let mut count = Count::new(self.per_sample, method.name);
+/// Does it with the method of this kind; [`verify`] has found that there is one.
+#[inline(always)]
+fn dispatch<S: System, C: Carried<S>, T: Task<S, C>>(
+    system: &S,
+    kind: MethodKind,
+    task: T,
+) -> T::Done {
+    match kind {
+        MethodKind::Explicit(tableau) if std::ptr::eq(tableau, &raw const TSIT5) => {
+            task.with(Tsit5::new(system))
+        }
+        _ => unreachable!("only methods that make equal steps get here"),
+    }
+}
+
+/// A run to all asked times into a solution.
+struct WholeRun<'a, S: System, C> {
+    problem: Problem<'a, S>,
+    times: &'a [f64],
+    max_steps: usize,
+    count: Count,
+    start: C,
+    gauge: Gauge<C>,
+    solution: &'a mut Solution,
+}
+
+impl<'a, S: System, C: Carried<S>> WholeRun<'a, S, C> {
+    fn new(
+        simulation: &Simulation<'a, S>,
+        times: &'a [f64],
+        count: Count,
+        solution: &'a mut Solution,
+    ) -> Self {
+        let (start, sizes) = started(simulation);
+        let gauge = Gauge::new(simulation.tolerances, sizes);
+        let max_steps = simulation.max_steps;
+        Self { problem: *simulation.problem, times, max_steps, count, start, gauge, solution }
+    }
+}
+
+impl<S: System, C: Carried<S>> Task<S, C> for WholeRun<'_, S, C> {
+    type Done = Result<(), IntegrateError>;
+
+    fn with<M: FixedStep<S, C>>(self, mut method: M) -> Self::Done {
+        let Self { problem, times, max_steps, mut count, start, mut gauge, solution } = self;
+        let Problem { system, p, inputs, .. } = problem;
+        let interval = sample_interval(inputs, times);
         loop {
             solution.forget_rows();
-            let mut gauge = Gauge::new(tolerances, &sizes);
-            let gauged = if count.is_open() { Some(&mut gauge) } else { None };
-            let grid = Grid::new(interval, count.n);
-            let equations = Equations { system, p };
-            let course = Course { equations, inputs, times: self.times, grid, max_steps };
-            let mut now = start.clone();
-            let outcome = sweep(&course, &mut self.method, &mut now, gauged, solution);
             solution.statistics.per_sample = count.n;
-            let steps = match outcome {
-                Ok(steps) => steps,
+            gauge.reset();
+            let gauged = if count.is_open() { Some(&mut gauge) } else { None };
+            let (grid, equations) = (Grid::new(interval, count.n), Equations { system, p });
+            let course = Course { equations, inputs, times, grid, max_steps };
+            let mut now = start.clone();
+            match sweep(&course, &mut method, &mut now, gauged, solution) {
+                Ok(steps) => {
+                    solution.statistics.steps = steps;
+                    solution.statistics.evaluations = steps * M::EVALUATIONS;
+                    solution.statistics.segments = course.segments();
+                    if count.settle(gauge.measured(), M::EXPONENT)? {
+                        return Ok(());
+                    }
+                }
                 Err(Stopped::TooMany { t }) => {
                     return Err(IntegrateError::TooManySteps { t, steps: max_steps });
                 }
-                Err(Stopped::NotFinite { t }) => {
-                    count.refuse(t)?;
-                    continue;
-                }
-            };
-            solution.statistics.steps = steps;
-            solution.statistics.evaluations = steps * M::EVALUATIONS;
-            if count.settle(gauge.largest, gauge.stiffness, M::EXPONENT)? {
-                return Ok(());
+                Err(Stopped::NotFinite { t }) => count.refuse(t)?,
             }
         }
     }
@@ -174,74 +204,6 @@ fn started<S: System, C: Carried<S>>(simulation: &Simulation<'_, S>) -> (C, C) {
     (start, sizes)
 }
 
-/// The number of steps per sample while it is sought.
-struct Count {
-    n: u32,
-    wanted: PerSample,
-    method: &'static str,
-}
-
-impl Count {
-    fn new(wanted: PerSample, method: &'static str) -> Self {
-        let n = match wanted {
-            PerSample::Automatic => 1,
-            PerSample::Exactly(n) => n.get(),
-        };
-        Self { n, wanted, method }
-    }
-
-    fn is_open(&self) -> bool {
-        self.wanted == PerSample::Automatic
-    }
-
-    /// Takes note of a run that went beyond all numbers from `t` on.
-    fn refuse(&mut self, t: f64) -> Result<(), IntegrateError> {
-        if self.is_open() && self.n < MOST {
-            self.n = (2 * self.n).min(MOST);
-            return Ok(());
-        }
-        let (per_sample, method) = (self.n, self.method);
-        Err(IntegrateError::PerSample(PerSampleError::NotFinite { t, per_sample, method }))
-    }
-
-    /// Takes note of the errors of a whole run; whether they are small enough.
-    fn settle(
-        &mut self,
-        largest: f64,
-        stiffness: f64,
-        exponent: u32,
-    ) -> Result<bool, IntegrateError> {
-        if !self.is_open() {
-            return Ok(true);
-        }
-        let part = larger(largest.powf(0.5 / f64::from(exponent)), stiffness);
-        if part <= 1.0 {
-            return Ok(true);
-        }
-        if self.n == MOST {
-            return Err(IntegrateError::PerSample(PerSampleError::Inaccurate {
-                per_sample: self.n,
-                method: self.method,
-                error: largest.sqrt(),
-            }));
-        }
-        // NaN makes it the most.
-        let n = (f64::from(self.n) * part).ceil().min(f64::from(MOST)) as u32;
-        self.n = n.max(self.n + 1);
-        Ok(false)
-    }
-}
-
-impl<C> Gauge<C> {
-    fn new<S: System>(tolerances: Tolerances, sizes: &C) -> Self
-    where
-        C: Carried<S>,
-    {
-        let (sizes, error) = (sizes.clone(), sizes.clone());
-        Self { tolerances, sizes, error, largest: 0.0, stiffness: 0.0 }
-    }
-}
-
 impl<S: System, C: Carried<S>> Sink<S, C> for Solution {
     #[inline(always)]
     fn take(&mut self, t: f64, _segment: Segment<'_>, x: &C) {
@@ -249,4 +211,12 @@ impl<S: System, C: Carried<S>> Sink<S, C> for Solution {
         self.y.extend_from_slice(x.y());
         self.s.extend_from_slice(x.s());
     }
+}
+
+/// Keeps nothing.
+struct Nothing;
+
+impl<S: System, C: Carried<S>> Sink<S, C> for Nothing {
+    #[inline(always)]
+    fn take(&mut self, _t: f64, _segment: Segment<'_>, _x: &C) {}
 }

@@ -1,60 +1,71 @@
 //! Equal steps per sample for stiff models and those with algebraic unknowns, by the general loop's
 //! own steps: what is consistent after a jump, and where sensitivities end, is the same.
 
+use super::choice::Measured;
+use super::count::Count;
+use super::error::PerSampleError;
 use super::grid::{Grid, sample_interval};
-use super::{Count, PerSample, PerSampleError};
 use crate::error::IntegrateError;
-use crate::integrate::stepper::Failed;
+use crate::integrate::stepper::{Directions, Failed};
 use crate::integrate::{Simulation, Stop, Variables, larger};
-use crate::problem::Options;
+use crate::problem::{Options, Problem};
 use crate::solution::Solution;
 use crate::system::System;
 
-impl<S: System> Simulation<'_, S> {
-    /// Runs to all `times`; a number of steps that turns out to be too small is made larger, and the
-    /// run made again.
-    pub(super) fn equal_steps(
-        mut self,
-        times: &[f64],
-        per_sample: PerSample,
-        options: &Options,
-        solution: &mut Solution,
-    ) -> Result<(), IntegrateError> {
-        let (from, until) = (times[0], times[times.len() - 1]);
-        let interval = sample_interval(self.problem.inputs, times);
-        let exponent = self.method.kind.estimate_order(options.rtol) + 1;
-        let mut count = Count::new(per_sample, self.method.name);
-        loop {
-            solution.forget_rows();
-            solution.statistics.per_sample = count.n;
-            let grid = Grid::new(interval, count.n);
-            match self.run_over(times, until, grid, solution) {
-                Ok(largest) => {
-                    if count.settle(largest, 0.0, exponent)? {
-                        return Ok(());
-                    }
+/// Runs to all `times`; where a number of steps turns out to be too small, it is made larger and the
+/// run made again.
+pub(super) fn run<S: System>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+    options: &Options,
+    mut count: Count,
+    solution: &mut Solution,
+) -> Result<(), IntegrateError> {
+    let interval = sample_interval(problem.inputs, times);
+    let exponent = options.method.kind.estimate_order(options.rtol) + 1;
+    loop {
+        solution.forget_rows();
+        let directions = (solution.n_s > 0).then(|| Directions::new(problem.system));
+        let mut simulation = Simulation::new(problem, options, times[0], directions);
+        let grid = Grid::new(interval, count.n);
+        match measure(&mut simulation, times, grid, solution) {
+            Ok(measured) => {
+                if count.settle(measured, exponent)? {
+                    return Ok(());
                 }
-                Err(IntegrateError::PerSample(PerSampleError::NotFinite { t, .. })) => {
-                    count.refuse(t)?;
-                }
-                Err(error) => return Err(error),
             }
-            let directions = self.directions.take();
-            let directions = directions.or_else(|| {
-                (solution.n_s > 0).then(|| super::Directions::new(self.problem.system))
-            });
-            self = Simulation::new(self.problem, options, from, directions);
+            Err(IntegrateError::PerSample(PerSampleError::NotFinite { t, .. })) => {
+                count.refuse(t)?
+            }
+            Err(error) => return Err(error),
         }
     }
+}
 
+/// One run over the grid, for its errors too.
+pub(super) fn measure<S: System>(
+    simulation: &mut Simulation<'_, S>,
+    times: &[f64],
+    grid: Grid,
+    solution: &mut Solution,
+) -> Result<Measured, IntegrateError> {
+    solution.statistics.per_sample = grid.per_sample();
+    let outcome = simulation.step_equally(times, grid, solution);
+    for stretch in &mut solution.undefined {
+        stretch.until = simulation.t;
+    }
+    Ok(Measured { largest: outcome?, stiffness: 0.0 })
+}
+
+impl<S: System> Simulation<'_, S> {
     /// One run over the grid; gives the square of its largest local error.
-    fn run_over(
+    fn step_equally(
         &mut self,
         times: &[f64],
-        until: f64,
         grid: Grid,
         solution: &mut Solution,
     ) -> Result<f64, IntegrateError> {
+        let until = times[times.len() - 1];
         self.start(solution)?;
         self.record_now(times, solution);
         self.span = until - self.t;
@@ -71,7 +82,7 @@ impl<S: System> Simulation<'_, S> {
                 self.linearize_for_step(solution);
                 let outcome = self.try_step(h, Variables::All, solution);
                 if outcome != Ok(()) || !self.is_finite() {
-                    return Err(self.too_long(h, outcome));
+                    return Err(self.too_long(h, grid.per_sample(), outcome));
                 }
                 largest = larger(self.error(), largest);
                 let stop = if t_new == self.stop() { Stop::Change } else { Stop::None };
@@ -92,12 +103,12 @@ impl<S: System> Simulation<'_, S> {
             && self.directions.as_ref().is_none_or(|d| finite(d.s_new.as_ref()))
     }
 
-    fn too_long(&self, h: f64, outcome: Result<(), Failed>) -> IntegrateError {
+    fn too_long(&self, h: f64, per_sample: u32, outcome: Result<(), Failed>) -> IntegrateError {
         match outcome {
             Err(Failed::Singular { row }) => self.singular_iteration(h, row),
             _ => IntegrateError::PerSample(PerSampleError::NotFinite {
                 t: self.t,
-                per_sample: 1,
+                per_sample,
                 method: self.method.name,
             }),
         }

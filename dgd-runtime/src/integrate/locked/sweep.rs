@@ -13,8 +13,10 @@
 #![allow(clippy::inline_always)]
 
 use super::carried::Carried;
+use super::choice::Measured;
 use super::fixed_step::{Equations, FixedStep, Made};
 use super::grid::Grid;
+use crate::integrate::larger;
 use crate::linalg::norm::Tolerances;
 use crate::signal::{Inputs, Segment, Side};
 use crate::system::System;
@@ -29,6 +31,14 @@ pub(crate) struct Course<'a, S> {
     pub(crate) max_steps: usize,
 }
 
+impl<S> Course<'_, S> {
+    /// Segments of the inputs that the run goes through, with the one that begins where it ends.
+    pub(crate) fn segments(&self) -> usize {
+        let last = self.inputs.segment_at(self.times[self.times.len() - 1], Side::Right);
+        last + 1 - self.inputs.segment_at(self.times[0], Side::Right)
+    }
+}
+
 /// Receives x at the asked times.
 pub(crate) trait Sink<S: System, C: Carried<S>> {
     /// x at the next of the asked times, with the inputs that go on from there or, on the left side
@@ -38,16 +48,28 @@ pub(crate) trait Sink<S: System, C: Carried<S>> {
 
 /// What errors are measured by.
 pub(crate) struct Gauge<C> {
-    pub(crate) tolerances: Tolerances,
-    pub(crate) sizes: C,
-    pub(crate) error: C,
-    /// Square of the largest local error so far, in units of the tolerance.
-    pub(crate) largest: f64,
-    /// The largest part so far of the step that is stable.
-    pub(crate) stiffness: f64,
+    tolerances: Tolerances,
+    sizes: C,
+    error: C,
+    measured: Measured,
 }
 
-impl<C> Gauge<C> {
+impl<C: Clone> Gauge<C> {
+    pub(crate) fn new(tolerances: Tolerances, sizes: C) -> Self {
+        let error = sizes.clone();
+        Self { tolerances, sizes, error, measured: Measured { largest: 0.0, stiffness: 0.0 } }
+    }
+
+    /// Forgets what was measured.
+    pub(crate) fn reset(&mut self) {
+        self.measured = Measured { largest: 0.0, stiffness: 0.0 };
+    }
+
+    /// What was measured.
+    pub(crate) fn measured(&self) -> Measured {
+        self.measured
+    }
+
     #[inline(always)]
     fn measure<S: System, M: FixedStep<S, C>>(
         &mut self,
@@ -59,10 +81,8 @@ impl<C> Gauge<C> {
     {
         let stiffness = method.estimate(equations, made, &mut self.error);
         let error = self.error.error_norm(self.tolerances, made.from, made.to, &self.sizes);
-        if error > self.largest || error.is_nan() {
-            self.largest = error;
-        }
-        self.stiffness = self.stiffness.max(stiffness);
+        self.measured.largest = larger(error, self.measured.largest);
+        self.measured.stiffness = larger(stiffness, self.measured.stiffness);
     }
 }
 
