@@ -270,9 +270,33 @@ pub(crate) struct SolveArgs {
     /// Tolerance relative to each unknown's nominal size [default: rtol]
     #[arg(long, value_name = "TOL", allow_hyphen_values = true)]
     pub atol: Option<f64>,
+    /// How the model is run; the numbers do not depend on it
+    #[arg(long, value_enum, default_value_t = Engine::Auto)]
+    pub engine: Engine,
     /// Draw the result; .svg or .png, repeatable
     #[arg(long, value_name = "FILE")]
     pub plot: Vec<PathBuf>,
+}
+
+/// How the model is run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Engine {
+    /// Functions that are called often as machine code, where that can be had
+    Auto,
+    /// As machine code
+    Native,
+    /// By the interpreter
+    Interpreter,
+}
+
+impl From<Engine> for dgd_execute::Engine {
+    fn from(engine: Engine) -> Self {
+        match engine {
+            Engine::Auto => dgd_execute::Engine::Auto,
+            Engine::Native => dgd_execute::Engine::Native,
+            Engine::Interpreter => dgd_execute::Engine::Interpreter,
+        }
+    }
 }
 
 /// Where start values come from.

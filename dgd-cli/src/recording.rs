@@ -6,7 +6,7 @@ use dgd_compiler::dae::Dae;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::Sources;
 use dgd_compiler::units::Unit;
-use dgd_execute::Interpreted;
+use dgd_execute::Loaded;
 use dgd_runtime::identify::Recording as Experiment;
 use dgd_runtime::{Column, Inputs, Options, Problem, Signature, System};
 
@@ -86,7 +86,7 @@ impl Recording {
     /// says.
     pub(crate) fn experiment(
         &self,
-        system: &Interpreted,
+        system: &Loaded,
         p: &[f64],
         path: &Path,
         args: &SolveArgs,

@@ -1,7 +1,8 @@
 //! What commands that run a model once share: data, start values, times, the simulation itself.
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_execute::Interpreted;
+use dgd_compiler::program::Program;
+use dgd_execute::Engine;
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::{
     BadRequest, Failure, Inputs, IntegrateError, Observations, Options, Problem, Signature,
@@ -23,7 +24,7 @@ const MOST_ROWS: f64 = 1e8;
 
 /// A model ready to run on its data.
 pub(crate) struct Run {
-    pub system: Interpreted,
+    pub system: dgd_execute::Loaded,
     /// Parameters, SI.
     pub p: Vec<f64>,
     pub inputs: Inputs,
@@ -57,7 +58,7 @@ impl Run {
                 }
             }
         };
-        let system = Interpreted::new(compiled.program);
+        let system = executable(compiled.program, &args.solve)?;
         let signature = system.signature();
         let options = with_method(options, &args.solve, signature);
         let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
@@ -76,7 +77,7 @@ impl Run {
         Ok(run)
     }
 
-    pub(crate) fn problem(&self) -> Problem<'_, Interpreted> {
+    pub(crate) fn problem(&self) -> Problem<'_, dgd_execute::Loaded> {
         Problem { system: &self.system, p: &self.p, inputs: &self.inputs, start: &self.start }
     }
 
@@ -136,6 +137,19 @@ fn needs_data(signature: &Signature) -> CommandError {
         signature.name,
         inputs.join(", ")
     ))
+}
+
+/// A program as a system, with the engine that was asked for.
+pub(crate) fn executable(
+    program: Program,
+    args: &SolveArgs,
+) -> Result<dgd_execute::Loaded, CommandError> {
+    let engine = args.engine.into();
+    let system = dgd_execute::Loaded::with_engine(program, engine);
+    if engine == Engine::Native {
+        system.compile().map_err(|error| CommandError::Computation(error.to_string()))?;
+    }
+    Ok(system)
 }
 
 /// How to integrate.
@@ -218,7 +232,7 @@ fn times(args: &RunArgs, recording: Option<&Recording>) -> Result<Vec<f64>, Comm
 /// Gauss–Newton on w(y₀) = w_measured(t₀), weighted by the outputs' noise, with the shortest
 /// correction (in units of each unknown's size) where the outputs determine less than the states.
 pub(crate) fn measured_start(
-    problem: &Problem<'_, Interpreted>,
+    problem: &Problem<'_, dgd_execute::Loaded>,
     t: f64,
     measured: &Measured,
     options: &Options,

@@ -9,7 +9,7 @@
 //!
 //! and where no row differs, the effect being a sensor's, so are the outputs.
 
-use dgd_execute::Interpreted;
+use dgd_execute::Loaded;
 use dgd_runtime::identify::Recording;
 use dgd_runtime::{
     Options, Point, Problem, Signature, Solution, System, Unit, discrete_numbers, observe, simulate,
@@ -43,7 +43,7 @@ pub(crate) fn windows(
 }
 
 fn run(
-    system: &Interpreted,
+    system: &Loaded,
     values: &Values,
     recording: &Recording,
     options: &Options,
@@ -74,7 +74,7 @@ fn rows(
     let (pa, pb) = (values.parameters(a), values.parameters(b));
     let (mut fa, mut fb) = (vec![0.0; sa.unknowns.len()], vec![0.0; sb.unknowns.len()]);
     let start = values.starts(a, 0);
-    let inputs_of = |system: &Interpreted, p: &[f64]| {
+    let inputs_of = |system: &Loaded, p: &[f64]| {
         let problem = Problem { system, p, inputs: &recording.inputs, start: &start };
         problem.inputs_read().ok().map(std::borrow::Cow::into_owned)
     };
@@ -100,7 +100,7 @@ fn rows(
 }
 
 /// The discrete numbers of one system where another, which has its automata too, has `known`.
-fn discrete(system: &Interpreted, p: &[f64], t: f64, other: &Signature, known: &[f64]) -> Vec<f64> {
+fn discrete(system: &Loaded, p: &[f64], t: f64, other: &Signature, known: &[f64]) -> Vec<f64> {
     let automata = &system.signature().discrete.automata;
     let mut z = discrete_numbers(system, p, t);
     for (z, automaton) in z.iter_mut().zip(automata.iter()) {

@@ -21,7 +21,7 @@
 
 use std::fmt;
 
-use dgd_execute::Interpreted;
+use dgd_execute::Loaded;
 use dgd_runtime::{Inputs, Pattern, Point, Side, Solution, System};
 use nalgebra::DMatrix;
 
@@ -180,7 +180,7 @@ struct StateSpace {
 
 /// Evaluates a model's derivatives, and eliminates the algebraic unknowns.
 struct Linearization<'a> {
-    system: &'a Interpreted,
+    system: &'a Loaded,
     p: &'a [f64],
     inputs: &'a Inputs,
     n_places: usize,

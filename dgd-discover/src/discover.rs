@@ -133,7 +133,7 @@ pub fn discover(
     let before = refined(&search, &[])?;
     let after = if chosen.is_empty() { before.clone() } else { refined(&search, &chosen)? };
     let data = Data { options, ..search.data.clone() };
-    let missing = missing_inputs(&model, &before, &data);
+    let missing = missing_inputs(&model, request.base.engine, &before, &data);
     let effects = chosen.iter().zip(evidence).map(|(&c, evidence)| {
         let parts = Found { search: &search, data: &data, chosen: &chosen, after: &after };
         parts.effect(c, evidence)

@@ -165,7 +165,7 @@ fn problem<'a>(
     recordings: &'a [Recording],
     data: &Data<'_>,
     evaluations: usize,
-) -> OutputErrorProblem<'a, dgd_execute::Interpreted> {
+) -> OutputErrorProblem<'a, dgd_execute::Loaded> {
     let noise = data.noise.iter().map(|noise| noise.map(|noise| Noise::Known(noise.std))).collect();
     let stopping = StoppingRule { evaluations, ..StoppingRule::default() };
     let options = data.options;

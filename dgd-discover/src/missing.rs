@@ -2,6 +2,7 @@
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::Model;
+use dgd_execute::Engine;
 use dgd_runtime::{Problem, System, simulate};
 
 use crate::deviations::Deviations;
@@ -11,8 +12,13 @@ use crate::missing_terms::{MissingTerms, PlaceKind};
 use crate::unknown_input::unknown_input;
 
 /// Unknown inputs of all places in the first training recording, the most likely first.
-pub(crate) fn missing_inputs(model: &Model, fitted: &Fitted, data: &Data<'_>) -> Vec<MissingInput> {
-    let Ok(terms) = MissingTerms::new(model, &mut Diagnostics::default()) else {
+pub(crate) fn missing_inputs(
+    model: &Model,
+    engine: Engine,
+    fitted: &Fitted,
+    data: &Data<'_>,
+) -> Vec<MissingInput> {
+    let Ok(terms) = MissingTerms::new(model, engine, &mut Diagnostics::default()) else {
         return Vec::new();
     };
     let recording = &data.train[0];

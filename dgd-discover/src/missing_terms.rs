@@ -18,7 +18,7 @@ use dgd_compiler::model::{Declared, Input, Interpolation, Model};
 use dgd_compiler::program::lower;
 use dgd_compiler::source::Span;
 use dgd_compiler::units::{Dimension, Unit, describe};
-use dgd_execute::Interpreted;
+use dgd_execute::{Engine, Loaded};
 
 /// Where something can be missing.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -46,7 +46,7 @@ pub enum PlaceKind {
 /// and behind them one for each of `places`, zero in the model as it was given.
 #[derive(Debug, Clone)]
 pub struct MissingTerms {
-    system: Interpreted,
+    system: Loaded,
     places: Vec<Place>,
 }
 
@@ -56,7 +56,11 @@ impl MissingTerms {
     /// # Errors
     ///
     /// [`Reported`] where the model itself makes no system.
-    pub fn new(model: &Model, diagnostics: &mut Diagnostics) -> Result<Self, Reported> {
+    pub fn new(
+        model: &Model,
+        engine: Engine,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Self, Reported> {
         let mut model = model.clone();
         let mut places = Vec::new();
         let (graph, inputs) = (&mut model.graph, &mut model.inputs);
@@ -81,11 +85,11 @@ impl MissingTerms {
             places.push(place(PlaceKind::Output, name, unit.dimension));
         }
         let dae = assemble(&model, diagnostics)?;
-        Ok(MissingTerms { system: Interpreted::new(lower(&dae, &[])), places })
+        Ok(MissingTerms { system: Loaded::with_engine(lower(&dae, &[]), engine), places })
     }
 
     /// The model with its unknown inputs.
-    pub fn system(&self) -> &Interpreted {
+    pub fn system(&self) -> &Loaded {
         &self.system
     }
 

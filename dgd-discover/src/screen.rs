@@ -14,7 +14,7 @@
 //! Rao, Proc. Cambridge Phil. Soc. 44 (1948) 50; Silvey, Ann. Math. Stat. 30 (1959) 389.
 
 use dgd_compiler::effects::Brought;
-use dgd_execute::Interpreted;
+use dgd_execute::Loaded;
 use dgd_runtime::identify::Recording;
 use dgd_runtime::identify::outputs_with_sensitivities as observe;
 use dgd_runtime::{Direction, System};
@@ -180,7 +180,7 @@ struct Promise {
 ///
 /// Several λ of one candidate are taken one after another, each orthogonal to those before.
 fn promise(
-    system: &Interpreted,
+    system: &Loaded,
     lambdas: &[&String],
     brought: &Brought,
     columns: &[Vec<f64>],
@@ -236,7 +236,7 @@ impl Inner {
 
 /// The constants of a candidate that do nothing at its null.
 fn inner_constants(
-    system: &Interpreted,
+    system: &Loaded,
     candidate: &Candidate<'_>,
     brought: &Brought,
     data: &Data<'_>,
@@ -310,7 +310,7 @@ struct Part {
 }
 
 /// One column for each direction over the samples of all training recordings.
-fn sensitivities(system: &Interpreted, values: &Values, data: &Data<'_>) -> Option<Vec<Vec<f64>>> {
+fn sensitivities(system: &Loaded, values: &Values, data: &Data<'_>) -> Option<Vec<Vec<f64>>> {
     let parts = sensitivities_by_recording(system, values, data)?;
     let directions = system.signature().directions.len();
     let joined = |j: usize| parts.iter().flat_map(|part| part.columns[j].iter().copied()).collect();
@@ -318,7 +318,7 @@ fn sensitivities(system: &Interpreted, values: &Values, data: &Data<'_>) -> Opti
 }
 
 fn sensitivities_by_recording(
-    system: &Interpreted,
+    system: &Loaded,
     values: &Values,
     data: &Data<'_>,
 ) -> Option<Vec<Part>> {

@@ -8,7 +8,7 @@ use dgd_compiler::effects::{Application, Applied, Blending, Brought, apply};
 use dgd_compiler::model::{ModelOptions, resolve};
 use dgd_compiler::program::{Direction, lower};
 use dgd_compiler::syntax::ast::Ast;
-use dgd_execute::Interpreted;
+use dgd_execute::{Engine, Loaded};
 use dgd_runtime::System;
 use dgd_runtime::identify::Starts;
 
@@ -26,6 +26,8 @@ pub struct BaseModel {
     pub free: Vec<String>,
     /// Parameters and start values not to estimate.
     pub fix: Vec<String>,
+    /// How structures are run; the result does not depend on it.
+    pub engine: Engine,
 }
 
 /// Values that are carried from one structure to the next, by name, SI.
@@ -47,7 +49,7 @@ pub(crate) struct Structure {
     /// What each candidate brought, in the order of `candidates`.
     pub brought: Vec<Brought>,
     /// The compiled model; its directions are free parameters, then free start values.
-    pub system: Interpreted,
+    pub system: Loaded,
 }
 
 /// Why a structure cannot be had: what its first mistake is.
@@ -64,7 +66,7 @@ impl BaseModel {
         let Applied { asts, brought } = self.apply(all, chosen)?;
         let dae = self.assemble(&asts)?;
         let directions = self.free_directions(&dae, &brought);
-        let system = Interpreted::new(lower(&dae, &directions));
+        let system = Loaded::with_engine(lower(&dae, &directions), self.engine);
         Ok(Structure { candidates: chosen.to_vec(), asts, brought, system })
     }
 
@@ -75,7 +77,7 @@ impl BaseModel {
         all: &[Candidate<'_>],
         chosen: &[usize],
         others: &[usize],
-    ) -> Result<(Interpreted, Vec<Brought>), Refused> {
+    ) -> Result<(Loaded, Vec<Brought>), Refused> {
         let base = self.apply(all, chosen)?;
         let others: Vec<Application<'_>> =
             others.iter().map(|&c| all[c].application.clone()).collect();
@@ -89,7 +91,7 @@ impl BaseModel {
             .flat_map(|brought| brought.null.iter().chain(&brought.blend))
             .filter_map(|name| parameter(&dae, name).map(Direction::Parameter))
             .collect();
-        Ok((Interpreted::new(lower(&dae, &directions)), brought))
+        Ok((Loaded::with_engine(lower(&dae, &directions), self.engine), brought))
     }
 
     fn apply(&self, all: &[Candidate<'_>], chosen: &[usize]) -> Result<Applied, Refused> {
@@ -142,7 +144,7 @@ fn parameter(dae: &Dae, name: &str) -> Option<usize> {
 
 impl Values {
     /// All parameters of a system: the model's values, but these where they are known.
-    pub(crate) fn parameters(&self, system: &Interpreted) -> Vec<f64> {
+    pub(crate) fn parameters(&self, system: &Loaded) -> Vec<f64> {
         let parameters = system.signature().parameters.iter();
         parameters
             .map(|parameter| self.p.get(&*parameter.name).copied().unwrap_or(parameter.value))
@@ -150,7 +152,7 @@ impl Values {
     }
 
     /// Start values of a recording, by position of the unknown.
-    pub(crate) fn starts(&self, system: &Interpreted, recording: usize) -> Starts {
+    pub(crate) fn starts(&self, system: &Loaded, recording: usize) -> Starts {
         let Some(known) = self.starts.get(recording) else { return Starts::new() };
         let unknowns = system.signature().unknowns.iter().enumerate();
         unknowns
@@ -159,7 +161,7 @@ impl Values {
     }
 
     /// These values by the names of a system.
-    pub(crate) fn of(system: &Interpreted, p: &[f64], starts: &[Starts]) -> Values {
+    pub(crate) fn of(system: &Loaded, p: &[f64], starts: &[Starts]) -> Values {
         let signature = system.signature();
         let parameters = signature.parameters.iter();
         let p = parameters.zip(p).map(|(parameter, v)| (parameter.name.to_string(), *v)).collect();

@@ -1,20 +1,16 @@
 //! A program as a system, as fast as it can be had without rustc.
 
-#[cfg(feature = "native")]
-use std::cell::Cell;
 use std::fmt;
 #[cfg(feature = "native")]
 use std::sync::Arc;
 
-#[cfg(feature = "native")]
-use dgd_compiler::program::FUNCTIONS;
 use dgd_compiler::program::{FunctionKind, Program};
 use dgd_runtime::linalg::AutoLu;
 use dgd_runtime::{Point, Signature};
 
 use crate::interpret::Interpreter;
 #[cfg(feature = "native")]
-use crate::native::{Code, Native, Refused};
+use crate::native::Native;
 use crate::system::{Executed, Perform};
 
 /// So often a function is interpreted before it is compiled: then both have cost about the same.
@@ -28,13 +24,13 @@ pub enum Engine {
     /// interpreter.
     #[default]
     Auto,
-    /// As machine code, compiled at the first call.
+    /// As machine code, compiled at the first call, where that can be had.
     Native,
     /// By the interpreter.
     Interpreter,
 }
 
-/// Native code was asked for, and cannot be had.
+/// Native code cannot be had.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NoNativeCode {
     reason: String,
@@ -59,49 +55,51 @@ pub type Loaded = Executed<OnDemand>;
 pub struct OnDemand {
     interpreter: Interpreter,
     #[cfg(feature = "native")]
-    compiling: Option<Compiling>,
+    native: Option<Arc<Native>>,
 }
 
 impl Loaded {
     /// Makes a system of a program, with [`Engine::Auto`].
     pub fn new(program: Program) -> Self {
-        Executed(OnDemand {
-            interpreter: Interpreter::new(program),
-            #[cfg(feature = "native")]
-            compiling: Native::for_host().ok().map(|native| Compiling::new(native, CALLS_BEFORE)),
-        })
+        Self::with_engine(program, Engine::default())
     }
 
     /// The same with an engine of one's choice.
+    pub fn with_engine(program: Program, engine: Engine) -> Self {
+        #[cfg(feature = "native")]
+        let native = match engine {
+            Engine::Auto => Some(Native::for_host(CALLS_BEFORE)),
+            Engine::Native => Some(Native::for_host(0)),
+            Engine::Interpreter => None,
+        };
+        #[cfg(not(feature = "native"))]
+        let _ = engine;
+        Executed(OnDemand {
+            interpreter: Interpreter::new(program),
+            #[cfg(feature = "native")]
+            native: native.map(Arc::new),
+        })
+    }
+
+    /// Compiles all functions now instead of when they are used.
     ///
     /// # Errors
     ///
-    /// When that is [`Engine::Native`], and the machine, or how this was built, does not allow it.
-    pub fn with_engine(program: Program, engine: Engine) -> Result<Self, NoNativeCode> {
-        match engine {
-            Engine::Auto => Ok(Self::new(program)),
-            Engine::Interpreter => Ok(Executed(OnDemand {
-                interpreter: Interpreter::new(program),
-                #[cfg(feature = "native")]
-                compiling: None,
-            })),
-            Engine::Native => Self::native(program),
+    /// When machine code was not asked for, or the machine, or how this was built, does not allow it: the
+    /// interpreter takes over then.
+    pub fn compile(&self) -> Result<(), NoNativeCode> {
+        #[cfg(feature = "native")]
+        if let Some(native) = &self.0.native {
+            let program = self.0.interpreter.program();
+            for function in &program.functions {
+                let code = native.code(program, function.kind);
+                code.map_err(|refused| NoNativeCode { reason: refused.to_string() })?;
+            }
+            return Ok(());
         }
-    }
-
-    #[cfg(feature = "native")]
-    fn native(program: Program) -> Result<Self, NoNativeCode> {
-        let no_code = |refused: Refused| NoNativeCode { reason: refused.to_string() };
-        let native = Native::for_host().map_err(no_code)?;
-        // Whether memory for code is given is known when there is some.
-        native.try_compile(&program, FunctionKind::Rhs).map_err(no_code)?;
-        let compiling = Some(Compiling::new(native, 0));
-        Ok(Executed(OnDemand { interpreter: Interpreter::new(program), compiling }))
-    }
-
-    #[cfg(not(feature = "native"))]
-    fn native(_: Program) -> Result<Self, NoNativeCode> {
-        Err(NoNativeCode { reason: "this was built without it".to_owned() })
+        let reason =
+            if cfg!(feature = "native") { "it was not asked for" } else { "it was not built" };
+        Err(NoNativeCode { reason: reason.to_owned() })
     }
 }
 
@@ -135,8 +133,8 @@ impl Perform for OnDemand {
         results: &mut [&mut [f64]],
     ) {
         #[cfg(feature = "native")]
-        if let Some(compiling) = &self.compiling
-            && let Some(code) = compiling.code(self.program(), kind)
+        if let Some(native) = &self.native
+            && let Some(code) = native.called(self.program(), kind)
         {
             match code.scratch() {
                 0 => code.call(at, udot, s, results, &mut []),
@@ -145,39 +143,5 @@ impl Perform for OnDemand {
             return;
         }
         self.interpreter.perform(kind, at, udot, s, results);
-    }
-}
-
-/// Machine code of functions that have been called often enough.
-#[cfg(feature = "native")]
-#[derive(Debug, Clone)]
-struct Compiling {
-    native: Arc<Native>,
-    /// How often each function is still interpreted before it is compiled.
-    calls_left: Vec<Cell<u32>>,
-}
-
-#[cfg(feature = "native")]
-impl Compiling {
-    fn new(native: Native, calls_before: u32) -> Self {
-        let calls_left = FUNCTIONS.iter().map(|_| Cell::new(calls_before)).collect();
-        Compiling { native: Arc::new(native), calls_left }
-    }
-
-    #[inline]
-    fn code(&self, program: &Program, kind: FunctionKind) -> Option<&Code> {
-        self.native.compiled(kind).or_else(|| self.count(program, kind))
-    }
-
-    #[cold]
-    fn count(&self, program: &Program, kind: FunctionKind) -> Option<&Code> {
-        let left = &self.calls_left[kind as usize];
-        match left.get().checked_sub(1) {
-            None => self.native.function(program, kind),
-            Some(fewer) => {
-                left.set(fewer);
-                None
-            }
-        }
     }
 }

@@ -13,7 +13,7 @@ use dgd_compiler::pipeline::{Compiled, Directions, compile_asts, load};
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::parse;
 use dgd_discover::{BaseModel, Discovery, Request, discover};
-use dgd_execute::Interpreted;
+use dgd_execute::{Engine, Loaded};
 
 /// Texts of a model and of effects, each with the name of its file.
 #[derive(Debug, Clone)]
@@ -98,14 +98,15 @@ impl Texts {
             options: ModelOptions::default(),
             free: Vec::new(),
             fix: Vec::new(),
+            engine: Engine::Auto,
         };
         Examined { sources, base, library, compiled }
     }
 }
 
 impl Examined {
-    pub(crate) fn system(&self) -> Interpreted {
-        Interpreted::new(self.compiled.program.clone())
+    pub(crate) fn system(&self) -> Loaded {
+        Loaded::new(self.compiled.program.clone())
     }
 
     /// A recording in SI, its start as its first row shows it.
@@ -179,7 +180,7 @@ pub(crate) fn declared(signature: &Signature) -> Vec<f64> {
 
 /// Start values from the outputs at the first time.
 pub(crate) fn start(
-    system: &Interpreted,
+    system: &Loaded,
     p: &[f64],
     inputs: &Inputs,
     first: &[f64],

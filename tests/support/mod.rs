@@ -75,8 +75,9 @@ pub(crate) fn interpreted(path: &str, variants: &[(&str, &str)]) -> Interpreted 
 
 /// A model of the repository as machine code made at run time.
 pub(crate) fn native(path: &str, variants: &[(&str, &str)]) -> Loaded {
-    Loaded::with_engine(compiled(Path::new(path), variants).program, Engine::Native)
-        .expect("tests run where native code can be had")
+    let loaded = Loaded::with_engine(compiled(Path::new(path), variants).program, Engine::Native);
+    loaded.compile().expect("tests run where native code can be had");
+    loaded
 }
 
 /// Bits of a number; of all that are no number, the same. Which of them an operation gives is left

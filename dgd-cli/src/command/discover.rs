@@ -6,7 +6,6 @@ use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::Effect;
 use dgd_compiler::pipeline::{Compiled, Directions};
 use dgd_discover::{BaseModel, DiscoverError, Discovery, Request, discover};
-use dgd_execute::Interpreted;
 use dgd_runtime::System;
 use dgd_runtime::identify::Recording;
 
@@ -19,7 +18,7 @@ use crate::fitted_model::verify_folder;
 use crate::load::Compilation;
 use crate::recording;
 use crate::report::{self, Subject};
-use crate::run::options;
+use crate::run::{executable, options};
 
 pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), CommandError> {
     figure::verify_formats(&args.solve.plot)?;
@@ -42,6 +41,7 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
         options: compilation.options(&args.choices)?,
         free: args.free.clone(),
         fix: args.fix.clone(),
+        engine: args.solve.engine.into(),
     };
     let (train_names, valid_names) = (names(&args.data), names(&args.valid));
     let request = Request {
@@ -182,7 +182,7 @@ fn recordings(
     if diagnostics.check().is_err() {
         return Err(CommandError::diagnosed(diagnostics, sources.clone()));
     }
-    let system = Interpreted::new(compiled.program.clone());
+    let system = executable(compiled.program.clone(), &args.solve)?;
     let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();
     let integration = options(&args.solve)?;
     let with = |start: Start, read: &recording::Recording, path: &Path| {

@@ -6,7 +6,7 @@ use dgd_compiler::diagnostics::{Code, Diagnostic, suggestion};
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Compiled, Directions};
 use dgd_compiler::source::Sources;
-use dgd_execute::Interpreted;
+use dgd_execute::Loaded;
 use dgd_runtime::identify::{
     EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Prior, Recording, Termination,
     TrialFailed, evaluate, fit, fit_starts,
@@ -24,7 +24,7 @@ use crate::fitted_model;
 use crate::load::Compilation;
 use crate::plot::Text;
 use crate::recording;
-use crate::run::{options, with_method};
+use crate::run::{executable, options, with_method};
 
 /// Start values of a held-out recording are estimated from this long, which does not count in its
 /// errors, s.
@@ -79,7 +79,7 @@ struct Task {
     compiled: Compiled,
     sources: Sources,
     options_of_model: ModelOptions,
-    system: Interpreted,
+    system: Loaded,
     /// Parameters as the model file and `--set` have them, SI.
     p: Vec<f64>,
     train: Vec<Recording>,
@@ -119,7 +119,7 @@ impl Task {
             return Err(CommandError::diagnosed(&compilation.diagnostics, compilation.sources));
         }
 
-        let system = Interpreted::new(compiled.program.clone());
+        let system = executable(compiled.program.clone(), &args.solve)?;
         let signature = system.signature();
         let options = with_method(options, &args.solve, signature);
         let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
@@ -145,7 +145,7 @@ impl Task {
         Ok(Task { compiled, sources, options_of_model, system, p, train, valid, noise, options })
     }
 
-    fn problem(&self, console: Console<'_>) -> OutputErrorProblem<'_, Interpreted> {
+    fn problem(&self, console: Console<'_>) -> OutputErrorProblem<'_, Loaded> {
         let parameters = self.compiled.program.parameters.iter().enumerate();
         let prior = |(parameter, declared): (usize, &dgd_compiler::model::Parameter)| {
             declared.prior.map(|(mean, std)| Prior { parameter, mean, std })
@@ -161,7 +161,7 @@ impl Task {
 
     fn evaluated(
         &self,
-        problem: &OutputErrorProblem<'_, Interpreted>,
+        problem: &OutputErrorProblem<'_, Loaded>,
         fit: &Fit,
         paths: &[PathBuf],
     ) -> Result<Evaluation, CommandError> {
@@ -172,7 +172,7 @@ impl Task {
     /// The held-out recordings, simulated with start values from their beginnings.
     fn tested(
         &self,
-        problem: &OutputErrorProblem<'_, Interpreted>,
+        problem: &OutputErrorProblem<'_, Loaded>,
         fit: &Fit,
         args: &FitArgs,
     ) -> Result<Option<Tested>, CommandError> {

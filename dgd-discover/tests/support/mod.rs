@@ -8,6 +8,7 @@ use dgd_compiler::pipeline::load;
 use dgd_compiler::source::{Source, Sources, Span};
 use dgd_compiler::syntax::ast::Name;
 use dgd_discover::MissingTerms;
+use dgd_execute::Engine;
 
 /// Standard normal numbers: SplitMix64 (Steele, Lea, Flood 2014) and Box and Muller's transform.
 pub(crate) struct Normal(u64);
@@ -48,9 +49,11 @@ pub(crate) fn with_missing_terms(text: &str, variants: &[(&str, &str)]) -> Missi
     let mut diagnostics = Diagnostics::default();
     let mut sources = Sources::default();
     let model = resolved(text, variants, &mut sources, &mut diagnostics);
-    model.and_then(|model| MissingTerms::new(&model, &mut diagnostics).ok()).unwrap_or_else(|| {
-        panic!("{}", render::render(&diagnostics.sorted(), &sources, render::Style::Plain))
-    })
+    model
+        .and_then(|model| MissingTerms::new(&model, Engine::Auto, &mut diagnostics).ok())
+        .unwrap_or_else(|| {
+            panic!("{}", render::render(&diagnostics.sorted(), &sources, render::Style::Plain))
+        })
 }
 
 fn resolved(

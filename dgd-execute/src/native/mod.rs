@@ -15,6 +15,7 @@ mod translate;
 
 use std::fmt;
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use cranelift_codegen::Context;
 use cranelift_codegen::isa::{self, OwnedTargetIsa};
@@ -24,7 +25,7 @@ use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{Module, default_libcall_names};
 use dgd_compiler::program::{FUNCTIONS, Function, FunctionKind, Program};
 
-pub(crate) use code::Code;
+use code::Code;
 use plan::Plan;
 
 /// Why there is no machine code.
@@ -51,83 +52,83 @@ impl fmt::Display for Refused {
     }
 }
 
-/// Machine code of a program's functions, each compiled when it is first asked for.
+/// Machine code of a program's functions, each compiled when it is used.
 pub(crate) struct Native {
-    isa: OwnedTargetIsa,
-    /// One for each row of [`FUNCTIONS`]; none where a function is refused.
-    functions: Vec<OnceLock<Option<Code>>>,
+    /// What code is made for.
+    machine: fn() -> Result<isa::Builder, Refused>,
+    isa: OnceLock<Result<OwnedTargetIsa, Refused>>,
+    /// One for each row of [`FUNCTIONS`].
+    functions: Vec<Slot>,
+}
+
+/// A function.
+struct Slot {
+    /// How often it is still interpreted before it is compiled.
+    calls_left: AtomicU32,
+    /// Its code, or why there is none.
+    code: OnceLock<Result<Code, Refused>>,
 }
 
 impl fmt::Debug for Native {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Native").field("target", &self.isa.triple()).finish_non_exhaustive()
+        let compiled = |slot: &&Slot| matches!(slot.code.get(), Some(Ok(_)));
+        let count = self.functions.iter().filter(compiled).count();
+        f.debug_struct("Native").field("compiled", &count).finish_non_exhaustive()
     }
 }
 
 impl Native {
-    /// For the machine that this runs on.
-    pub(crate) fn for_host() -> Result<Self, Refused> {
-        Self::new(cranelift_native::builder().map_err(|reason| Refused::Machine(reason.to_owned())))
+    /// For the machine that this runs on; a function is compiled after so many calls.
+    pub(crate) fn for_host(calls_before: u32) -> Self {
+        let host =
+            || cranelift_native::builder().map_err(|reason| Refused::Machine(reason.to_owned()));
+        Self::new(host, calls_before)
     }
 
-    fn new(machine: Result<isa::Builder, Refused>) -> Result<Self, Refused> {
-        let flags = [
-            // What is asked of the intermediate representation is tested, not checked in every run.
-            ("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" }),
-            // Programs have no common expressions left, and are not to be rearranged.
-            ("opt_level", "none"),
-            ("enable_probestack", "true"),
-            ("probestack_strategy", "inline"),
-            ("unwind_info", "false"),
-            ("is_pic", "false"),
-        ];
-        let machine = machine?;
-        let refused = |error: &dyn fmt::Display| Refused::Machine(error.to_string());
-        let mut settings = settings::builder();
-        for (name, value) in flags {
-            settings.set(name, value).map_err(|error| refused(&error))?;
-        }
-        let isa =
-            machine.finish(settings::Flags::new(settings)).map_err(|error| refused(&error))?;
-        if isa.pointer_bits() != 64 {
-            return Err(Refused::Machine("addresses have not 64 bits".to_owned()));
-        }
-        let functions = FUNCTIONS.iter().map(|_| OnceLock::new()).collect();
-        Ok(Native { isa, functions })
+    fn new(machine: fn() -> Result<isa::Builder, Refused>, calls_before: u32) -> Self {
+        let slot = |_| Slot { calls_left: AtomicU32::new(calls_before), code: OnceLock::new() };
+        Native { machine, isa: OnceLock::new(), functions: FUNCTIONS.iter().map(slot).collect() }
     }
 
-    /// The code of a function, compiled if it is not there yet; none where it is refused.
-    pub(crate) fn function(&self, program: &Program, kind: FunctionKind) -> Option<&Code> {
-        let compiled = &self.functions[kind as usize];
-        compiled.get_or_init(|| self.compile(program.function(kind)).ok()).as_ref()
-    }
-
-    /// Compiles a function, and says why if that is refused.
-    pub(crate) fn try_compile(&self, program: &Program, kind: FunctionKind) -> Result<(), Refused> {
-        let code = self.compile(program.function(kind))?;
-        // Where it is there already, it is the same.
-        self.functions[kind as usize].set(Some(code)).unwrap_or_default();
-        Ok(())
-    }
-
-    /// The code of a function if it has been compiled.
+    /// The code of a function if it is there, or if this is the call at which it is compiled.
     #[inline]
-    pub(crate) fn compiled(&self, kind: FunctionKind) -> Option<&Code> {
-        self.functions[kind as usize].get()?.as_ref()
+    pub(crate) fn called(&self, program: &Program, kind: FunctionKind) -> Option<&Code> {
+        match self.functions[kind as usize].code.get() {
+            Some(code) => code.as_ref().ok(),
+            None => self.count(program, kind),
+        }
     }
 
-    /// Compiles a function.
+    #[cold]
+    fn count(&self, program: &Program, kind: FunctionKind) -> Option<&Code> {
+        let left = &self.functions[kind as usize].calls_left;
+        // Threads that count at the same time put the compilation off a little.
+        match left.load(Ordering::Relaxed).checked_sub(1) {
+            None => self.code(program, kind).ok(),
+            Some(fewer) => {
+                left.store(fewer, Ordering::Relaxed);
+                None
+            }
+        }
+    }
+
+    /// The code of a function, compiled if it is not there yet.
+    pub(crate) fn code(&self, program: &Program, kind: FunctionKind) -> Result<&Code, &Refused> {
+        let compile = || self.compile(program.function(kind));
+        self.functions[kind as usize].code.get_or_init(compile).as_ref()
+    }
+
     fn compile(&self, function: &Function) -> Result<Code, Refused> {
+        let isa =
+            self.isa.get_or_init(|| target((self.machine)()?)).as_ref().map_err(Clone::clone)?;
         let plan = Plan::new(function)?;
         let failed = |error: &dyn fmt::Display| Refused::Failed(error.to_string());
-        let mut module =
-            JITModule::new(JITBuilder::with_isa(self.isa.clone(), default_libcall_names()));
-        let isa = &*self.isa;
+        let mut module = JITModule::new(JITBuilder::with_isa(isa.clone(), default_libcall_names()));
         let (mut context, mut builder) = (Context::new(), FunctionBuilderContext::new());
         let mut pieces = Vec::with_capacity(plan.pieces.len());
         for piece in &plan.pieces {
-            context.func.signature = translate::signature(isa);
-            translate::translate(&plan, piece, &mut context.func, &mut builder, isa);
+            context.func.signature = translate::signature(&**isa);
+            translate::translate(&plan, piece, &mut context.func, &mut builder, &**isa);
             let signature = context.func.signature.clone();
             let id = module
                 .declare_anonymous_function(&signature)
@@ -140,4 +141,28 @@ impl Native {
             pieces.into_iter().map(|id| module.get_finalized_function(id)).collect();
         Ok(Code::new(&plan, &addresses, module))
     }
+}
+
+/// How code is made for a machine.
+fn target(machine: isa::Builder) -> Result<OwnedTargetIsa, Refused> {
+    let flags = [
+        // What is asked of Cranelift is checked by tests, not in every run.
+        ("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" }),
+        // Programs have no common expressions left, and are not to be rearranged.
+        ("opt_level", "none"),
+        ("enable_probestack", "true"),
+        ("probestack_strategy", "inline"),
+        ("unwind_info", "false"),
+        ("is_pic", "false"),
+    ];
+    let refused = |error: &dyn fmt::Display| Refused::Machine(error.to_string());
+    let mut settings = settings::builder();
+    for (name, value) in flags {
+        settings.set(name, value).map_err(|error| refused(&error))?;
+    }
+    let isa = machine.finish(settings::Flags::new(settings)).map_err(|error| refused(&error))?;
+    if isa.pointer_bits() != 64 {
+        return Err(Refused::Machine("its addresses do not have 64 bits".to_owned()));
+    }
+    Ok(isa)
 }
