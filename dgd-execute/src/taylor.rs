@@ -1,6 +1,6 @@
 //! Taylor series of solutions, recurrence by recurrence.
 
-use dgd_compiler::program::{Entry, Program, Recurrence, Series, ValueId};
+use dgd_compiler::program::{Entry, Factor, Program, Recurrence, Series, ValueId};
 use dgd_runtime::taylor::{self, MOST_ORDER, Terms};
 
 /// Where the coefficients of order k stand in the numbers of all orders.
@@ -106,11 +106,14 @@ fn continued(
         Recurrence::Time => taylor::line(expansion.h, k),
         Recurrence::Input(i) => taylor::line(expansion.h * expansion.udot[i as usize], k),
         Recurrence::Unknown(i) => expansion.y[k * n + i as usize],
-        Recurrence::Same(a) => now(a),
-        Recurrence::Negate(a) => -now(a),
-        Recurrence::Add(a, b) => now(a) + now(b),
-        Recurrence::Subtract(a, b) => now(a) - now(b),
-        Recurrence::Scale(c, a) => fixed(c) * now(a),
+        Recurrence::Linear { first, count } => {
+            let terms = series.terms[first..first + count].iter().map(|(factor, a)| match factor {
+                Factor::One => now(*a),
+                Factor::MinusOne => -now(*a),
+                Factor::Of(c) => fixed(*c) * now(*a),
+            });
+            terms.reduce(|sum, term| sum + term).unwrap_or(0.0)
+        }
         Recurrence::Multiply(a, b) => taylor::multiply(kept(a), kept(b), k),
         Recurrence::Square(a) => taylor::square(kept(a), k),
         Recurrence::MultiplyLine(a, b) => taylor::multiply_line(kept(a), kept(b), k),

@@ -101,7 +101,7 @@ pub fn multiply(a: &Terms, b: &Terms, k: usize) -> f64 {
 /// a².
 #[inline(always)]
 pub fn square(a: &Terms, k: usize) -> f64 {
-    inner_square(a, k) + 2.0 * (a[0] * at(a, k))
+    inner_square(a, k) + 2.0 * a[0] * at(a, k)
 }
 
 /// a b for a straight line a.

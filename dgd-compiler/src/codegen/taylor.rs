@@ -10,7 +10,9 @@ use quote::{format_ident, quote};
 
 use super::function::{Body, Piece, Statements, bind_arrays_of};
 use super::index;
-use crate::program::{Argument, Entry, NoTaylor, Operation, Program, Recurrence, Series, ValueId};
+use crate::program::{
+    Argument, Entry, Factor, NoTaylor, Operation, Program, Recurrence, Series, ValueId,
+};
 
 /// `taylor_series`, `taylor` and `sensitivity_taylor`.
 pub(super) fn methods(program: &Program) -> TokenStream {
@@ -122,11 +124,12 @@ impl Code<'_> {
     /// Values at the beginning, and slopes there.
     fn beginning(&self) -> TokenStream {
         let series = self.series;
-        let read = series.recurrences.iter().flatten().flat_map(|recurrence| fixed(*recurrence));
+        let constants = series.constants();
         let kept =
             (0u32..).zip(&series.kept).filter_map(|(value, own)| own.map(|_| ValueId(value)));
         let entries = series.jacobian.iter().map(|entry| entry.value);
-        let body = Body::of_series(self.program, series, read.chain(kept).chain(entries));
+        let read = constants.iter().copied().chain(kept).chain(entries);
+        let body = Body::of_series(self.program, series, read);
         let Statements { statements, pieces } = body.statements();
         let value = |value: ValueId| {
             let Piece { tokens, .. } = &pieces[&value];
@@ -144,19 +147,10 @@ impl Code<'_> {
             |_| true,
         );
         // Recurrences read what does not move by the names that it has here.
-        let fixed: Vec<TokenStream> = series
-            .recurrences
-            .iter()
-            .flatten()
-            .flat_map(|recurrence| fixed(*recurrence))
-            .chain(series.jacobian.iter().map(|entry| entry.value).filter(|v| !series.moves(*v)))
-            .collect::<std::collections::BTreeSet<ValueId>>()
-            .into_iter()
-            .map(|fixed| {
-                let (name, value) = (fixed_name(fixed), value(fixed));
-                quote!(let #name = #value;)
-            })
-            .collect();
+        let fixed = constants.into_iter().map(|fixed| {
+            let (name, value) = (fixed_name(fixed), value(fixed));
+            quote!(let #name = #value;)
+        });
         quote! {
             #(#statements)*
             #keeps
@@ -258,6 +252,27 @@ impl Code<'_> {
         quote!(#(#keeps)*)
     }
 
+    /// Σ c aₖ.
+    fn sum(&self, first: usize, count: usize) -> TokenStream {
+        let mut sum = TokenStream::new();
+        for (position, (factor, value)) in
+            self.series.terms[first..first + count].iter().enumerate()
+        {
+            let value = moving_name(*value);
+            let is_first = position == 0;
+            sum.extend(match factor {
+                Factor::One if is_first => quote!(#value),
+                Factor::One => quote!(+ #value),
+                Factor::MinusOne => quote!(- #value),
+                Factor::Of(factor) => {
+                    let factor = fixed_name(*factor);
+                    if is_first { quote!(#factor * #value) } else { quote!(+ #factor * #value) }
+                }
+            });
+        }
+        sum
+    }
+
     /// The coefficient of order `_k` of a value.
     fn coefficient(&self, own: ValueId, recurrence: Recurrence) -> TokenStream {
         let kept = |value: ValueId| {
@@ -279,26 +294,7 @@ impl Code<'_> {
                 let i = index(i as usize);
                 quote!(_series[_k][#i])
             }
-            Recurrence::Same(a) => {
-                let a = now(a);
-                quote!(#a)
-            }
-            Recurrence::Negate(a) => {
-                let a = now(a);
-                quote!(-#a)
-            }
-            Recurrence::Add(a, b) => {
-                let (a, b) = (now(a), now(b));
-                quote!(#a + #b)
-            }
-            Recurrence::Subtract(a, b) => {
-                let (a, b) = (now(a), now(b));
-                quote!(#a - #b)
-            }
-            Recurrence::Scale(c, a) => {
-                let (c, a) = (fixed(c), now(a));
-                quote!(#c * #a)
-            }
+            Recurrence::Linear { first, count } => self.sum(first, count),
             Recurrence::Multiply(a, b) => {
                 let (a, b) = (kept(a), kept(b));
                 call("multiply", quote!(#a, #b, _k))
@@ -352,31 +348,6 @@ impl Code<'_> {
             }
         }
     }
-}
-
-/// Values at the beginning that a recurrence reads at higher orders, because they do not move.
-fn fixed(recurrence: Recurrence) -> impl Iterator<Item = ValueId> {
-    let [a, b] = match recurrence {
-        Recurrence::Scale(a, _)
-        | Recurrence::Divide(_, _, a)
-        | Recurrence::Root(_, a)
-        | Recurrence::Log(_, a)
-        | Recurrence::Select(a, ..) => [Some(a), None],
-        Recurrence::Power(_, a, b) => [Some(a), Some(b)],
-        Recurrence::Time
-        | Recurrence::Input(_)
-        | Recurrence::Unknown(_)
-        | Recurrence::Same(_)
-        | Recurrence::Negate(_)
-        | Recurrence::Add(..)
-        | Recurrence::Subtract(..)
-        | Recurrence::Multiply(..)
-        | Recurrence::Square(_)
-        | Recurrence::MultiplyLine(..)
-        | Recurrence::Chain(..)
-        | Recurrence::Magnitude(_) => [None; 2],
-    };
-    [a, b].into_iter().flatten()
 }
 
 /// A value that does not move.

@@ -19,7 +19,7 @@ pub use crate::model::{Crossing, Input, Interpolation, Parameter};
 pub use functions::{Argument, FUNCTIONS, FunctionKind, FunctionSpec, RUNS, ResultKind};
 pub use lower::lower;
 pub use past::PastLayout;
-pub use taylor::{Entry, NoTaylor, Recurrence, Series, Taylor};
+pub use taylor::{Entry, Factor, NoTaylor, Recurrence, Series, Taylor, Term};
 
 /// What `lower` promises:
 ///

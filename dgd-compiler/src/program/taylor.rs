@@ -10,7 +10,8 @@
 //! Every expression of f has a series of its own. That of order 0 is its value; for the others there
 //! is a [`Recurrence`] for each operation. What depends on parameters, held inputs, slopes and discrete
 //! numbers only does not move: it has no coefficient but its value, and a product with it is a
-//! scale. Conditions are those of the beginning.
+//! scale. Sums of sums and scales are one sum of terms, whose factors are computed at the beginning.
+//! Conditions are those of the beginning.
 //!
 //! A function φ of the language is its own recurrence by its derivative, v = φ(x) and d = φ'(x):
 //!
@@ -65,6 +66,8 @@ pub struct Series {
     /// For each value its coefficients of higher orders, operands first; none where it does not
     /// move.
     pub recurrences: Vec<Option<Recurrence>>,
+    /// Terms of sums.
+    pub terms: Vec<Term>,
     /// For each value the number under which its coefficients are kept, as recurrences read those of
     /// earlier orders.
     pub kept: Vec<Option<usize>>,
@@ -97,16 +100,13 @@ pub enum Recurrence {
     Input(u32),
     /// An unknown: yₖ.
     Unknown(u32),
-    /// aₖ, where what is added to a does not move.
-    Same(ValueId),
-    /// −aₖ
-    Negate(ValueId),
-    /// aₖ + bₖ
-    Add(ValueId, ValueId),
-    /// aₖ − bₖ
-    Subtract(ValueId, ValueId),
-    /// c aₖ; the first does not move.
-    Scale(ValueId, ValueId),
+    /// Σ c aₖ over so many of the series' [`Series::terms`], from this one on.
+    Linear {
+        /// Position of the first.
+        first: usize,
+        /// Number of terms.
+        count: usize,
+    },
     /// Σⱼ aⱼ b₍ₖ₋ⱼ₎
     Multiply(ValueId, ValueId),
     /// The same for a = b.
@@ -130,6 +130,20 @@ pub enum Recurrence {
     Select(ValueId, Option<ValueId>, Option<ValueId>),
 }
 
+/// A factor that does not move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Factor {
+    /// 1
+    One,
+    /// −1
+    MinusOne,
+    /// A value.
+    Of(ValueId),
+}
+
+/// A factor and what it multiplies.
+pub type Term = (Factor, ValueId);
+
 /// Functions with a recurrence that is shorter than that by their derivative.
 const OWN: &[(&str, Own)] =
     &[("sqrt", Own::Root), ("log", Own::Log), ("abs", Own::Magnitude), ("^", Own::Power)];
@@ -147,7 +161,62 @@ fn own(function: IntrinsicId) -> Option<Own> {
     OWN.iter().find(|(of, _)| *of == name).map(|(_, own)| *own)
 }
 
+impl Recurrence {
+    /// The values that move and that it reads, but for the terms of a sum.
+    fn operands(self) -> impl Iterator<Item = ValueId> {
+        let [a, b] = match self {
+            Recurrence::Time
+            | Recurrence::Input(_)
+            | Recurrence::Unknown(_)
+            | Recurrence::Linear { .. } => [None; 2],
+            Recurrence::Multiply(a, b)
+            | Recurrence::MultiplyLine(a, b)
+            | Recurrence::Chain(a, b) => [Some(a), Some(b)],
+            Recurrence::Square(a)
+            | Recurrence::Root(a, _)
+            | Recurrence::Log(a, _)
+            | Recurrence::Power(a, ..)
+            | Recurrence::Magnitude(a) => [Some(a), None],
+            Recurrence::Divide(a, b, _) => [a, Some(b)],
+            Recurrence::Select(_, a, b) => [a, b],
+        };
+        [a, b].into_iter().flatten()
+    }
+
+    /// The values that do not move and that it reads at every order, but for the factors of a sum.
+    pub fn constants(self) -> impl Iterator<Item = ValueId> {
+        let [a, b] = match self {
+            Recurrence::Divide(_, _, a)
+            | Recurrence::Root(_, a)
+            | Recurrence::Log(_, a)
+            | Recurrence::Select(a, ..) => [Some(a), None],
+            Recurrence::Power(_, a, b) => [Some(a), Some(b)],
+            Recurrence::Time
+            | Recurrence::Input(_)
+            | Recurrence::Unknown(_)
+            | Recurrence::Linear { .. }
+            | Recurrence::Multiply(..)
+            | Recurrence::Square(_)
+            | Recurrence::MultiplyLine(..)
+            | Recurrence::Chain(..)
+            | Recurrence::Magnitude(_) => [None; 2],
+        };
+        [a, b].into_iter().flatten()
+    }
+}
+
 impl Series {
+    /// Values that do not move and that are read at every order.
+    pub fn constants(&self) -> BTreeSet<ValueId> {
+        let of_recurrences = self.recurrences.iter().flatten().flat_map(|r| r.constants());
+        let of_terms = self.terms.iter().filter_map(|(factor, _)| match factor {
+            Factor::Of(value) => Some(*value),
+            Factor::One | Factor::MinusOne => None,
+        });
+        let of_matrix = self.jacobian.iter().map(|entry| entry.value).filter(|v| !self.moves(*v));
+        of_recurrences.chain(of_terms).chain(of_matrix).collect()
+    }
+
     /// Whether a value has coefficients besides that of order 0.
     pub fn moves(&self, value: ValueId) -> bool {
         self.recurrences[value.index()].is_some()
@@ -185,6 +254,13 @@ pub(super) type Place = (usize, usize, ExprId);
 /// An expression that moves as φ(x): pairs of x and φ'(x).
 type Slopes = Vec<(ExprId, ExprId)>;
 
+/// How a value that moves goes on, before sums are gathered.
+#[derive(Debug, Clone)]
+enum Continued {
+    By(Recurrence),
+    Sum(Vec<Term>),
+}
+
 struct Builder<'a> {
     graph: &'a mut Graph,
     dae: &'a Dae,
@@ -195,7 +271,7 @@ struct Builder<'a> {
     slopes: HashMap<ExprId, Slopes>,
     body: Vec<Operation>,
     values: HashMap<ExprId, ValueId>,
-    recurrences: BTreeMap<ValueId, Recurrence>,
+    recurrences: BTreeMap<ValueId, Continued>,
     /// Quotients that recurrences need besides: c/a by the bits of c, and a.
     quotients: HashMap<(u64, ValueId), ValueId>,
     /// Places of the two parts that functions of two arguments move by.
@@ -238,6 +314,8 @@ impl<'a> Builder<'a> {
             let recurrence = self.recurrence(id);
             self.recurrences.insert(self.values[&id], recurrence);
         }
+        let results: Vec<ValueId> = roots.iter().map(|root| self.values[root]).collect();
+        let terms = self.gather(&results);
         let kept = self.kept(&roots[f.len()..f.len() + jacobian.len()]);
         let mut values = roots.iter().map(|root| self.values[root]);
         let f = values.by_ref().take(f.len()).collect();
@@ -248,9 +326,12 @@ impl<'a> Builder<'a> {
                 .collect()
         };
         let (jacobian, directions) = (entries(jacobian), entries(directions));
-        let n = self.body.len();
-        let all = (0..n).map(|i| self.recurrences.get(&value_at(i)).copied()).collect();
-        Series { body: self.body, names, recurrences: all, kept, f, jacobian, directions }
+        let recurrences = (0..self.body.len()).map(|i| match self.recurrences.get(&value_at(i)) {
+            Some(Continued::By(recurrence)) => Some(*recurrence),
+            Some(Continued::Sum(_)) | None => None,
+        });
+        let recurrences = recurrences.collect();
+        Series { body: self.body, names, recurrences, terms, kept, f, jacobian, directions }
     }
 
     /// x^y for an exponent that moves is exp(y log x).
@@ -450,36 +531,40 @@ impl<'a> Builder<'a> {
     }
 
     /// How an expression that moves goes on.
-    fn recurrence(&mut self, id: ExprId) -> Recurrence {
+    fn recurrence(&mut self, id: ExprId) -> Continued {
+        use Factor::{MinusOne, Of, One};
         let moving = |a: ExprId| self.moving.contains(&a).then(|| self.values[&a]);
         let value = |a: ExprId| self.values[&a];
-        match self.graph.node(id) {
+        let only = |a: Option<ValueId>| {
+            a.unwrap_or_else(|| unreachable!("an expression moves because an operand does"))
+        };
+        Continued::By(match self.graph.node(id) {
             Node::Symbol(symbol) => self
                 .symbol(symbol)
                 .unwrap_or_else(|| unreachable!("{symbol:?} is not among those that move")),
-            Node::Negate(a) => Recurrence::Negate(value(a)),
-            Node::Add(a, b) => match (moving(a), moving(b)) {
-                (Some(a), Some(b)) => Recurrence::Add(a, b),
-                (a, b) => Recurrence::Same(one_of(a, b)),
-            },
-            Node::Subtract(a, b) => match (moving(a), moving(b)) {
-                (Some(a), Some(b)) => Recurrence::Subtract(a, b),
-                (Some(a), None) => Recurrence::Same(a),
-                (None, b) => Recurrence::Negate(one_of(b, None)),
-            },
+            Node::Negate(a) => return Continued::Sum(vec![(MinusOne, value(a))]),
+            Node::Add(a, b) => {
+                let terms = [moving(a), moving(b)].into_iter().flatten();
+                return Continued::Sum(terms.map(|a| (One, a)).collect());
+            }
+            Node::Subtract(a, b) => {
+                let terms = [(One, moving(a)), (MinusOne, moving(b))];
+                let terms = terms.into_iter().filter_map(|(factor, a)| Some((factor, a?)));
+                return Continued::Sum(terms.collect());
+            }
             Node::Multiply(a, b) => match (moving(a), moving(b)) {
                 (Some(x), Some(y)) if x == y => Recurrence::Square(x),
                 (Some(x), Some(y)) if self.lines.contains(&a) => Recurrence::MultiplyLine(x, y),
                 (Some(x), Some(y)) if self.lines.contains(&b) => Recurrence::MultiplyLine(y, x),
                 (Some(x), Some(y)) => Recurrence::Multiply(x, y),
-                (Some(x), None) => Recurrence::Scale(value(b), x),
-                (None, y) => Recurrence::Scale(value(a), one_of(y, None)),
+                (Some(x), None) => return Continued::Sum(vec![(Of(value(b)), x)]),
+                (None, y) => return Continued::Sum(vec![(Of(value(a)), only(y))]),
             },
             Node::Divide(a, b) => match (moving(a), moving(b)) {
                 (numerator, Some(b)) => Recurrence::Divide(numerator, b, self.quotient(1.0, b)),
                 (numerator, None) => {
-                    let (b, numerator) = (value(b), one_of(numerator, None));
-                    Recurrence::Scale(self.quotient(1.0, b), numerator)
+                    let (b, numerator) = (value(b), only(numerator));
+                    return Continued::Sum(vec![(Of(self.quotient(1.0, b)), numerator)]);
                 }
             },
             Node::Select(c, a, b) => Recurrence::Select(value(c), moving(a), moving(b)),
@@ -487,14 +572,14 @@ impl<'a> Builder<'a> {
                 Some(Own::Root) => Recurrence::Root(value(a), self.quotient(0.5, self.values[&id])),
                 Some(Own::Log) => Recurrence::Log(value(a), self.quotient(1.0, self.values[&a])),
                 Some(Own::Magnitude) => Recurrence::Magnitude(value(a)),
-                Some(Own::Power) | None => self.by_slopes(id),
+                Some(Own::Power) | None => return self.by_slopes(id),
             },
             Node::Call2(f, a, b) => match own(f) {
                 Some(Own::Power) => {
                     let (a, b) = (value(a), value(b));
                     Recurrence::Power(a, b, self.quotient(1.0, a))
                 }
-                _ => self.by_slopes(id),
+                _ => return self.by_slopes(id),
             },
             Node::Constant(_)
             | Node::Compare(..)
@@ -502,32 +587,120 @@ impl<'a> Builder<'a> {
             | Node::Or(..)
             | Node::Not(_)
             | Node::Delay(..) => unreachable!("these do not move"),
-        }
+        })
     }
 
     /// v̇ = Σ dᵢ ẋᵢ.
-    fn by_slopes(&mut self, id: ExprId) -> Recurrence {
+    fn by_slopes(&mut self, id: ExprId) -> Continued {
         let slopes = self.slopes[&id].clone();
-        let parts: Vec<Recurrence> = slopes
+        let parts: Vec<Continued> = slopes
             .iter()
             .map(|(argument, slope)| {
                 let (x, d) = (self.values[argument], self.values[slope]);
-                let moves = self.moving.contains(slope);
-                if moves { Recurrence::Chain(x, d) } else { Recurrence::Scale(d, x) }
+                if self.moving.contains(slope) {
+                    Continued::By(Recurrence::Chain(x, d))
+                } else {
+                    Continued::Sum(vec![(Factor::Of(d), x)])
+                }
             })
             .collect();
-        match parts[..] {
-            [only] => only,
-            [first, second] => Recurrence::Add(self.part(id, 0, first), self.part(id, 1, second)),
-            _ => unreachable!("functions have one argument or two, and one of them moves"),
+        match <[Continued; 2]>::try_from(parts) {
+            // Parts have their places before v.
+            Ok(parts) => {
+                let places = self.parts[&id];
+                self.recurrences.extend(places.into_iter().zip(parts));
+                Continued::Sum(places.map(|part| (Factor::One, part)).to_vec())
+            }
+            Err(mut one) => one
+                .pop()
+                .unwrap_or_else(|| unreachable!("a function moves because an argument does")),
         }
     }
 
-    /// One of two parts of v̇, which has its place before v.
-    fn part(&mut self, id: ExprId, k: usize, recurrence: Recurrence) -> ValueId {
-        let value = self.parts[&id][k];
-        self.recurrences.insert(value, recurrence);
-        value
+    /// Makes one sum of each sum of sums, and gives the terms of all.
+    ///
+    /// A sum that one other sum reads, and nothing else, is none of its own any more.
+    fn gather(&mut self, results: &[ValueId]) -> Vec<Term> {
+        let mut readers: HashMap<ValueId, usize> = HashMap::new();
+        let mut pinned: HashSet<ValueId> = results.iter().copied().collect();
+        for recurrence in self.recurrences.values() {
+            match recurrence {
+                Continued::Sum(terms) => {
+                    for (_, value) in terms {
+                        *readers.entry(*value).or_insert(0) += 1;
+                    }
+                }
+                Continued::By(recurrence) => pinned.extend(recurrence.operands()),
+            }
+        }
+        let mut inner: HashMap<ValueId, Vec<Term>> = HashMap::new();
+        for (value, recurrence) in &self.recurrences {
+            if let Continued::Sum(terms) = recurrence
+                && readers.get(value) == Some(&1)
+                && !pinned.contains(value)
+            {
+                inner.insert(*value, terms.clone());
+            }
+        }
+        let sums: Vec<(ValueId, Vec<Term>)> = (self.recurrences.iter())
+            .filter_map(|(value, recurrence)| match recurrence {
+                Continued::Sum(terms) => Some((*value, terms.clone())),
+                Continued::By(_) => None,
+            })
+            .collect();
+        let mut all = Vec::new();
+        for (sum, terms) in sums {
+            if inner.contains_key(&sum) {
+                self.recurrences.remove(&sum);
+                continue;
+            }
+            let first = all.len();
+            all.extend(self.flattened(terms, &inner));
+            let linear = Recurrence::Linear { first, count: all.len() - first };
+            self.recurrences.insert(sum, Continued::By(linear));
+        }
+        all
+    }
+
+    /// The terms of a sum, those of inner sums in the place of these.
+    fn flattened(&mut self, terms: Vec<Term>, inner: &HashMap<ValueId, Vec<Term>>) -> Vec<Term> {
+        let mut pending = terms;
+        let mut flat: BTreeMap<ValueId, Factor> = BTreeMap::new();
+        while let Some((factor, value)) = pending.pop() {
+            if let Some(terms) = inner.get(&value) {
+                for (own, value) in terms {
+                    let product = self.product(factor, *own);
+                    pending.push((product, *value));
+                }
+            } else {
+                let sum = match flat.get(&value) {
+                    Some(earlier) => self.sum(*earlier, factor),
+                    None => factor,
+                };
+                flat.insert(value, sum);
+            }
+        }
+        flat.into_iter().map(|(value, factor)| (factor, value)).collect()
+    }
+
+    fn product(&mut self, a: Factor, b: Factor) -> Factor {
+        match (a, b) {
+            (Factor::One, other) | (other, Factor::One) => other,
+            (Factor::MinusOne, Factor::MinusOne) => Factor::One,
+            (Factor::MinusOne, Factor::Of(a)) | (Factor::Of(a), Factor::MinusOne) => {
+                Factor::Of(self.push(Operation::Negate(a)))
+            }
+            (Factor::Of(a), Factor::Of(b)) => Factor::Of(self.push(Operation::Multiply(a, b))),
+        }
+    }
+
+    fn sum(&mut self, a: Factor, b: Factor) -> Factor {
+        let [a, b] = [a, b].map(|factor| match factor {
+            Factor::One => self.push(Operation::Constant(1.0)),
+            Factor::MinusOne => self.push(Operation::Constant(-1.0)),
+            Factor::Of(value) => value,
+        });
+        Factor::Of(self.push(Operation::Add(a, b)))
     }
 
     /// Numbers for the values of which recurrences read earlier orders, `entries` of a matrix that is
@@ -535,6 +708,7 @@ impl<'a> Builder<'a> {
     fn kept(&self, entries: &[ExprId]) -> Vec<Option<usize>> {
         let mut wanted: BTreeSet<ValueId> = BTreeSet::new();
         for (value, recurrence) in &self.recurrences {
+            let Continued::By(recurrence) = recurrence else { continue };
             match *recurrence {
                 Recurrence::Multiply(a, b)
                 | Recurrence::MultiplyLine(a, b)
@@ -547,11 +721,7 @@ impl<'a> Builder<'a> {
                 Recurrence::Time
                 | Recurrence::Input(_)
                 | Recurrence::Unknown(_)
-                | Recurrence::Same(_)
-                | Recurrence::Negate(_)
-                | Recurrence::Add(..)
-                | Recurrence::Subtract(..)
-                | Recurrence::Scale(..)
+                | Recurrence::Linear { .. }
                 | Recurrence::Select(..) => {}
             }
         }
@@ -567,9 +737,4 @@ impl<'a> Builder<'a> {
 
 fn value_at(position: usize) -> ValueId {
     ValueId(u32::try_from(position).unwrap_or(u32::MAX))
-}
-
-/// The operand that moves.
-fn one_of(a: Option<ValueId>, b: Option<ValueId>) -> ValueId {
-    a.or(b).unwrap_or_else(|| unreachable!("an expression moves because an operand does"))
 }
