@@ -16,7 +16,7 @@ use super::error::{PerSampleError, verify};
 use super::fixed_step::{Equations, FixedStep};
 use super::grid::{Grid, sample_interval, segments};
 use super::sweep::{Course, Gauge, Stopped, sweep};
-use super::{Nothing, PerSample, Steps, Task, dispatch, rosenbrock, started};
+use super::{Nothing, PerSample, Steps, Task, dispatch, is_swept, rosenbrock, started};
 use crate::error::IntegrateError;
 use crate::integrate::catalogue::{METHODS, Method, MethodKind};
 use crate::integrate::{Simulation, larger};
@@ -178,7 +178,7 @@ fn measure_on<S: System>(
     };
     let mut solution = Solution::empty(problem.system.signature(), 0);
     let mut simulation = Simulation::new(problem, options, from, None);
-    if let MethodKind::Rosenbrock(_) = options.method.kind {
+    if !is_swept(options.method.kind) {
         return rosenbrock::measure(&mut simulation, times, grid, &mut solution);
     }
     simulation.start(&mut solution)?;

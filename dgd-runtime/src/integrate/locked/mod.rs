@@ -50,7 +50,8 @@ pub use error::PerSampleError;
 use error::verify;
 use fixed_step::{Equations, FixedStep};
 use grid::{Grid, sample_interval};
-use sweep::{Course, Gauge, Sink, Stopped, sweep};
+pub(crate) use sweep::Sink;
+use sweep::{Course, Gauge, Stopped, sweep};
 use tsit5::Tsit5;
 
 /// How long steps are.
@@ -98,7 +99,7 @@ pub(super) fn run<S: System>(
     if count.is_open() {
         count.begin_with(per_sample_of_head(problem, times, options)?);
     }
-    if let MethodKind::Rosenbrock(_) = options.method.kind {
+    if !is_swept(options.method.kind) {
         return rosenbrock::run(problem, times, options, count, solution);
     }
     let mut simulation = Simulation::new(problem, options, from, directions);
@@ -110,6 +111,34 @@ pub(super) fn run<S: System>(
         let task = WholeRun::<S, Unknowns<S>>::new(&simulation, times, count, solution);
         dispatch(problem.system, options.method.kind, task)
     }
+}
+
+/// Whether [`stream`] can run with these options.
+pub(crate) fn can_stream<S: System>(problem: &Problem<'_, S>, options: &Options) -> bool {
+    let is_fixed = matches!(options.steps, Steps::PerSample(PerSample::Exactly(_)));
+    is_fixed && is_swept(options.method.kind) && verify(problem, options.method).is_ok()
+}
+
+/// Runs with sensitivities and with so many steps per sample, and keeps nothing: every asked time goes
+/// to the sink as it is reached.
+pub(crate) fn stream<S: System>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+    options: &Options,
+    sink: &mut impl Sink,
+) -> Result<(), IntegrateError> {
+    let Steps::PerSample(per_sample @ PerSample::Exactly(_)) = options.steps else {
+        unreachable!("the number of steps is given");
+    };
+    super::verify(problem, times, options)?;
+    let Some(&from) = times.first() else { return Ok(()) };
+    let mut solution = Solution::empty(problem.system.signature(), 0);
+    let directions = Some(Directions::new(problem.system));
+    let mut simulation = Simulation::new(problem, options, from, directions);
+    simulation.start(&mut solution)?;
+    let count = Count::new(per_sample, options.method.name);
+    let task = Streamed::<S, WithSensitivities<S>, _>::new(&simulation, times, count, sink);
+    dispatch(problem.system, options.method.kind, task)
 }
 
 /// What is to be done with a method that makes steps of given size.
@@ -131,6 +160,52 @@ fn dispatch<S: System, C: Carried<S>, T: Task<S, C>>(
             task.with(Tsit5::new(system))
         }
         _ => unreachable!("only methods that make equal steps get here"),
+    }
+}
+
+/// Whether [`sweep`] is the loop for this kind of methods.
+fn is_swept(kind: MethodKind) -> bool {
+    !matches!(kind, MethodKind::Rosenbrock(_))
+}
+
+/// A run with a given number of steps, into a sink.
+struct Streamed<'a, S: System, C, K> {
+    problem: Problem<'a, S>,
+    times: &'a [f64],
+    max_steps: usize,
+    count: Count,
+    start: C,
+    sink: &'a mut K,
+}
+
+impl<'a, S: System, C: Carried<S>, K: Sink> Streamed<'a, S, C, K> {
+    fn new(
+        simulation: &Simulation<'a, S>,
+        times: &'a [f64],
+        count: Count,
+        sink: &'a mut K,
+    ) -> Self {
+        let Simulation { problem, max_steps, .. } = *simulation;
+        let (start, _) = started(simulation);
+        Self { problem: *problem, times, max_steps, count, start, sink }
+    }
+}
+
+impl<S: System, C: Carried<S>, K: Sink> Task<S, C> for Streamed<'_, S, C, K> {
+    type Done = Result<(), IntegrateError>;
+
+    fn with<M: FixedStep<S, C>>(self, mut method: M) -> Self::Done {
+        let Self { problem, times, max_steps, mut count, mut start, sink } = self;
+        let Problem { system, p, inputs, .. } = problem;
+        let grid = Grid::new(sample_interval(inputs, times), count.n);
+        let course = Course { equations: Equations { system, p }, inputs, times, grid, max_steps };
+        match sweep(&course, &mut method, &mut start, None, sink) {
+            Ok(_) => Ok(()),
+            Err(Stopped::TooMany { t }) => {
+                Err(IntegrateError::TooManySteps { t, steps: max_steps })
+            }
+            Err(Stopped::NotFinite { t }) => count.refuse(t),
+        }
     }
 }
 
@@ -204,19 +279,19 @@ fn started<S: System, C: Carried<S>>(simulation: &Simulation<'_, S>) -> (C, C) {
     (start, sizes)
 }
 
-impl<S: System, C: Carried<S>> Sink<S, C> for Solution {
+impl Sink for Solution {
     #[inline(always)]
-    fn take(&mut self, t: f64, _segment: Segment<'_>, x: &C) {
+    fn take(&mut self, t: f64, _segment: Segment<'_>, y: &[f64], s: &[f64]) {
         self.times.push(t);
-        self.y.extend_from_slice(x.y());
-        self.s.extend_from_slice(x.s());
+        self.y.extend_from_slice(y);
+        self.s.extend_from_slice(s);
     }
 }
 
 /// Keeps nothing.
 struct Nothing;
 
-impl<S: System, C: Carried<S>> Sink<S, C> for Nothing {
+impl Sink for Nothing {
     #[inline(always)]
-    fn take(&mut self, _t: f64, _segment: Segment<'_>, _x: &C) {}
+    fn take(&mut self, _t: f64, _segment: Segment<'_>, _y: &[f64], _s: &[f64]) {}
 }

@@ -39,11 +39,11 @@ impl<S> Course<'_, S> {
     }
 }
 
-/// Receives x at the asked times.
-pub(crate) trait Sink<S: System, C: Carried<S>> {
-    /// x at the next of the asked times, with the inputs that go on from there or, on the left side
-    /// of a jump, come up to it.
-    fn take(&mut self, t: f64, segment: Segment<'_>, x: &C);
+/// Receives values at the asked times.
+pub(crate) trait Sink {
+    /// y and S at the next of the asked times, with the inputs that go on from there or, on the left
+    /// side of a jump, come up to it.
+    fn take(&mut self, t: f64, segment: Segment<'_>, y: &[f64], s: &[f64]);
 }
 
 /// What errors are measured by.
@@ -104,7 +104,7 @@ pub(crate) fn sweep<S: System, C: Carried<S>, M: FixedStep<S, C>>(
     method: &mut M,
     now: &mut C,
     mut gauge: Option<&mut Gauge<C>>,
-    sink: &mut impl Sink<S, C>,
+    sink: &mut impl Sink,
 ) -> Result<usize, Stopped> {
     let Course { equations, inputs, times, grid, max_steps } = *course;
     let (mut t, until) = (times[0], times[times.len() - 1]);
@@ -116,7 +116,7 @@ pub(crate) fn sweep<S: System, C: Carried<S>, M: FixedStep<S, C>>(
         let segment = inputs.segment(index);
         method.enter(segment);
         while asked < times.len() && times[asked] == t {
-            sink.take(t, segment, now);
+            sink.take(t, segment, now.y(), now.s());
             asked += 1;
         }
         if asked == times.len() {
@@ -142,7 +142,7 @@ pub(crate) fn sweep<S: System, C: Carried<S>, M: FixedStep<S, C>>(
             let t_new = if k == count { end } else { begin + k as f64 * h };
             while asked < times.len() && times[asked] < t_new {
                 method.interpolate(equations, made, (times[asked] - t) / h, &mut row);
-                sink.take(times[asked], segment, &row);
+                sink.take(times[asked], segment, row.y(), row.s());
                 asked += 1;
             }
             std::mem::swap(now, &mut next);
@@ -153,7 +153,7 @@ pub(crate) fn sweep<S: System, C: Carried<S>, M: FixedStep<S, C>>(
                 && times[asked] == t
                 && (t < segment.t1 || times.get(asked + 1) == Some(&t))
             {
-                sink.take(t, segment, now);
+                sink.take(t, segment, now.y(), now.s());
                 asked += 1;
             }
         }
