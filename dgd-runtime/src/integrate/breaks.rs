@@ -160,7 +160,7 @@ impl<S: System> Simulation<'_, S> {
         let Some(mut first) = self.drive.passed_mark(t_new, self.stepper.y_new.as_ref()) else {
             return false;
         };
-        self.stepper.prepare_dense(None);
+        self.stepper.prepare_dense(self.y.as_ref(), None);
         let (mut low, mut high) = (0.0, 1.0);
         let h = t_new - self.t;
         while high - low > NARROW {

@@ -44,15 +44,29 @@ pub(crate) struct Controller {
     pub(crate) h: f64,
     /// 1/k.
     exponent: f64,
-    /// h₋₁ and the square of e₋₁; none before the first step and after a step that was cut.
-    previous: Option<(f64, f64)>,
+    /// Of the accepted step before; none before the first one and after a step that was cut.
+    previous: Option<Accepted>,
     rejected: bool,
+    /// Of the step that was cut last: its part of the natural one, and the square of the error up to
+    /// which that is good.
+    cut: (f64, f64),
+}
+
+/// An accepted step.
+#[derive(Debug, Clone, Copy)]
+struct Accepted {
+    h: f64,
+    /// e², and e^(−1/k).
+    error: f64,
+    root: f64,
 }
 
 const SAFETY: f64 = 0.9;
 const MOST_GROWTH: f64 = 6.0;
 const LEAST_AFTER_ACCEPTANCE: f64 = 0.2;
 const LEAST_AFTER_REJECTION: f64 = 0.1;
+/// The same where slopes say so, too.
+const LEAST_BY_SLOPE: f64 = 1e-3;
 /// Errors below this (squared) say no more than that the step may grow as much as it can.
 const NEGLIGIBLE: f64 = 1e-12;
 /// The least error before (squared) that proportional and integral control remembers.
@@ -63,12 +77,13 @@ const CUT: f64 = 0.5;
 impl Controller {
     pub(crate) fn new(h: f64, estimate_order: u32, law: Law) -> Self {
         let exponent = 1.0 / f64::from(estimate_order + 1);
-        Self { law, h, exponent, previous: None, rejected: false }
+        Self { law, h, exponent, previous: None, rejected: false, cut: (0.0, 0.0) }
     }
 
     /// Errors are those of another order from now on.
     pub(crate) fn set_order(&mut self, estimate_order: usize) {
         self.exponent = 1.0 / (estimate_order + 1) as f64;
+        self.cut = (0.0, 0.0);
     }
 
     /// The next step when `remaining` is left of the segment: equal steps up to its end.
@@ -89,9 +104,13 @@ impl Controller {
     #[inline]
     pub(crate) fn accept(&mut self, tried: f64, error: f64) {
         if tried < CUT * self.h {
-            // e ~ h^k: the natural step is still good if 0.9 h₀ e^(−1/k) ≥ h.
-            let ratio = SAFETY * tried / self.h;
-            if error > ratio.powi(2 * self.estimate_exponent()) {
+            // e ~ h^k: the natural step is still good if 0.9 h₀ e^(−1/k) ≥ h. Samples of a recording
+            // are at equal distances.
+            let part = tried / self.h;
+            if part != self.cut.0 {
+                self.cut = (part, (SAFETY * part).powf(2.0 / self.exponent));
+            }
+            if error > self.cut.1 {
                 self.h = tried * (SAFETY * error.powf(-0.5 * self.exponent)).max(1.0);
             }
             self.rejected = false;
@@ -99,20 +118,22 @@ impl Controller {
             return;
         }
         let error = error.max(NEGLIGIBLE);
-        let mut factor = SAFETY * error.powf(-0.5 * self.exponent);
+        let root = error.powf(-0.5 * self.exponent);
+        let mut factor = SAFETY * root;
         match (self.law, self.previous) {
-            (Law::Predictive, Some((h, previous))) if error > previous => {
-                factor *= (tried / h * (previous / error).powf(0.5 * self.exponent)).min(1.0);
+            (Law::Predictive, Some(previous)) if error > previous.error => {
+                factor *= (tried / previous.h * (root / previous.root)).min(1.0);
             }
-            (Law::ProportionalIntegral { beta }, Some((_, previous))) => {
-                factor *= error.powf(0.375 * beta) * previous.max(REMEMBERED).powf(0.5 * beta);
+            (Law::ProportionalIntegral { beta }, Some(previous)) => {
+                let remembered = previous.error.max(REMEMBERED);
+                factor *= error.powf(0.375 * beta) * remembered.powf(0.5 * beta);
             }
             _ => {}
         }
         let factor = factor.clamp(LEAST_AFTER_ACCEPTANCE, MOST_GROWTH);
         let factor = if self.rejected { factor.min(1.0) } else { factor };
         self.h = if factor >= 1.0 { self.h.max(tried * factor) } else { tried * factor };
-        self.previous = Some((tried, error));
+        self.previous = Some(Accepted { h: tried, error, root });
         self.rejected = false;
     }
 
@@ -123,14 +144,15 @@ impl Controller {
         self.rejected = true;
     }
 
+    /// After a rejection, goes no further than `most` for what the error says, but not to nothing.
+    pub(crate) fn limit(&mut self, tried: f64, most: f64) {
+        self.h = self.h.min(SAFETY * most.max(LEAST_BY_SLOPE * tried));
+    }
+
     /// Takes note of a step that could not be evaluated.
     pub(crate) fn abandon(&mut self, tried: f64) {
         self.h = 0.25 * tried;
         self.rejected = true;
-    }
-
-    fn estimate_exponent(&self) -> i32 {
-        self.exponent.recip().round() as i32
     }
 }
 

@@ -1,11 +1,41 @@
 //! How far to go at first.
 
+use super::rosenbrock::add_product;
 use super::{Simulation, largest_block, multiply};
+use crate::integrate::catalogue::MethodKind;
 use crate::problem::Problem;
 use crate::solution::Solution;
 use crate::system::{Point, System};
 
+/// C of an error estimate, as those of fifth-order methods have it. What comes out is tried, not trusted.
+const ESTIMATE: f64 = 1e-3;
+
 impl<S: System> Simulation<'_, S> {
+    /// A step from (t, y), where the stepper is linearised, over which a transient that starts with the
+    /// present slope has an error near the tolerance; infinity where nothing is known of it.
+    ///
+    /// ```text
+    ///   ÿ = ∂f/∂y f + df/dt,   λ = ‖ÿ‖ / ‖ẏ‖,   e ≈ C (h λ)^k ‖ẏ‖ / λ
+    /// ```
+    ///
+    /// Where inputs jump, a step may be longer than the new transient by so much that its error says
+    /// nothing of the right size: the estimate of a method for stiff models does not grow like h^k there.
+    pub(super) fn transient_step(&mut self) -> f64 {
+        if !self.algebraic.is_empty() || !matches!(self.method.kind, MethodKind::Rosenbrock(_)) {
+            return f64::INFINITY;
+        }
+        let (f, curvature) = (self.stepper.f.as_ref(), self.row.as_mut());
+        curvature.copy_from_slice(self.stepper.dfdt.as_ref());
+        let pattern = &self.problem.system.signature().jacobian;
+        add_product(curvature, pattern, self.stepper.jacobian.as_ref(), f);
+        let (y, sizes) = (self.y.as_ref(), self.sizes.as_ref());
+        let norm = |values: &[f64]| self.tolerances.mean_square(values, y, y, sizes).sqrt();
+        let (slope, rate) = (norm(f), norm(self.row.as_ref()) / norm(f));
+        let k = f64::from(self.method.kind.estimate_order() + 1);
+        let h = (rate / (ESTIMATE * slope)).powf(1.0 / k) / rate;
+        if h > 0.0 { h } else { f64::INFINITY }
+    }
+
     /// A step that is small against the time in which the solution and its slope change.
     ///
     /// ```text

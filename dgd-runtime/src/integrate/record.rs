@@ -49,7 +49,7 @@ impl<S: System> Simulation<'_, S> {
 
     /// Records times between the ends of the step to `t_new`.
     fn record_inside(&mut self, t_new: f64, asked: &[f64], solution: &mut Solution) {
-        self.stepper.prepare_dense(self.directions.as_mut());
+        self.stepper.prepare_dense(self.y.as_ref(), self.directions.as_mut());
         let step = (self.t, t_new);
         let recorded = solution.y.len();
         solution.y.resize(recorded + solution.n * asked.len(), 0.0);

@@ -33,7 +33,7 @@ impl<S: System> Stepper<S> {
         let Trial { base: Base { system, mass, .. }, h, .. } = trial;
         let mass = mass.as_ref();
         self.factorisation.factorise(
-            1.0 / h / tableau.gamma,
+            1.0 / (h * tableau.gamma),
             |i| !S::FEATURES.algebraic || mass[i] != 0.0,
             &system.signature().jacobian,
             self.jacobian.as_ref(),
@@ -217,17 +217,24 @@ fn combine<const J: usize, V: Storage>(
     let n = y.len();
     let k: [&[f64]; J] = std::array::from_fn(|j| &k[j].as_ref()[..n]);
     let (stage, coupling) = (&mut stage[..n], &mut coupling[..n]);
+    coupling.fill(0.0);
     if J > 0 && closes {
         for i in 0..n {
             stage[i] += k[J - 1][i];
         }
-    } else {
-        for i in 0..n {
-            stage[i] = (0..J).fold(y[i], |value, j| value + a[j] * k[j][i]);
+        for j in 0..J {
+            for i in 0..n {
+                coupling[i] += c[j] * k[j][i];
+            }
         }
-    }
-    for i in 0..n {
-        coupling[i] = (0..J).fold(0.0, |sum, j| sum + c[j] * k[j][i]);
+    } else {
+        stage.copy_from_slice(y);
+        for j in 0..J {
+            for i in 0..n {
+                stage[i] += a[j] * k[j][i];
+                coupling[i] += c[j] * k[j][i];
+            }
+        }
     }
 }
 
@@ -270,35 +277,54 @@ fn sum(a: &[f64], b: &[f64], out: &mut [f64]) {
     }
 }
 
-/// kₗ = Σⱼ dₗⱼ Uⱼ.
+/// cₗ of y + θ (c₁ + θ (c₂ + θ (c₃ + θ c₄))), the dense output of the tableau in powers of θ, with
+/// kₗ = Σⱼ dₗⱼ Uⱼ:
+///
+/// ```text
+///   c₁ = y⁺ − y + k₁,   c₂ = k₂ − k₁,   c₃ = k₃ − k₂,   c₄ = −k₃
+/// ```
 #[inline(always)]
-pub(super) fn dense_vectors<V: Storage>(tableau: &RosenbrockTableau, k: &[V], dense: &mut [V; 3]) {
-    for (weights, out) in tableau.dense.iter().zip(dense) {
-        let out = out.as_mut();
-        out.fill(0.0);
-        for (weight, k) in weights.iter().zip(k) {
-            for (out, k) in out.iter_mut().zip(k.as_ref()) {
-                *out += weight * k;
-            }
+pub(super) fn dense_vectors<V: Storage>(
+    tableau: &RosenbrockTableau,
+    y: &[f64],
+    y_new: &[f64],
+    k: &[V],
+    dense: &mut [V; 4],
+) {
+    let [c1, c2, c3, c4] = dense.each_mut().map(AsMut::as_mut);
+    let n = y.len();
+    let (c1, c2, c3, c4) = (&mut c1[..n], &mut c2[..n], &mut c3[..n], &mut c4[..n]);
+    let [d1, d2, d3] = tableau.dense;
+    weigh(d1, k, c1);
+    weigh(d2, k, c2);
+    weigh(d3, k, c3);
+    for i in 0..n {
+        let [k1, k2, k3] = [c1[i], c2[i], c3[i]];
+        c1[i] = y_new[i] - y[i] + k1;
+        c2[i] = k2 - k1;
+        c3[i] = k3 - k2;
+        c4[i] = -k3;
+    }
+}
+
+/// `sum` ← Σ wⱼ kⱼ.
+#[inline(always)]
+fn weigh<V: Storage>(weights: &[f64], k: &[V], sum: &mut [f64]) {
+    sum.fill(0.0);
+    for (weight, k) in weights.iter().zip(k) {
+        for (sum, k) in sum.iter_mut().zip(k.as_ref()) {
+            *sum += weight * k;
         }
     }
 }
 
-/// (1−θ) y + θ (y⁺ + (1−θ) (k₁ + θ (k₂ + θ k₃))).
+/// y + θ (c₁ + θ (c₂ + θ (c₃ + θ c₄))).
 #[inline(always)]
-pub(super) fn interpolate<V: Storage>(
-    theta: f64,
-    y: &[f64],
-    y_new: &[f64],
-    dense: &[V; 3],
-    out: &mut [f64],
-) {
-    let rest = 1.0 - theta;
-    let [k1, k2, k3] = dense.each_ref().map(AsRef::as_ref);
-    for (((((out, y), y_new), k1), k2), k3) in
-        out.iter_mut().zip(y).zip(y_new).zip(k1).zip(k2).zip(k3)
-    {
-        *out = rest * y + theta * (y_new + rest * (k1 + theta * (k2 + theta * k3)));
+pub(super) fn interpolate<V: Storage>(theta: f64, y: &[f64], dense: &[V; 4], out: &mut [f64]) {
+    let n = y.len();
+    let [c1, c2, c3, c4] = dense.each_ref().map(|c| &c.as_ref()[..n]);
+    for (i, out) in out[..n].iter_mut().enumerate() {
+        *out = y[i] + theta * (c1[i] + theta * (c2[i] + theta * (c3[i] + theta * c4[i])));
     }
 }
 
@@ -309,12 +335,23 @@ pub(super) fn interpolate_all<V: Storage>(
     (from, per_h): (f64, f64),
     asked: &[f64],
     y: &V,
-    y_new: &V,
-    dense: &[V; 3],
+    dense: &[V; 4],
     out: &mut [f64],
 ) {
-    let (y, y_new) = (y.as_ref(), y_new.as_ref());
-    for (t, out) in asked.iter().zip(out.chunks_exact_mut(y.len().max(1))) {
-        interpolate((t - from) * per_h, y, y_new, dense, out);
+    let n = y.as_ref().len().max(1);
+    for (t, out) in asked.iter().zip(out.chunks_exact_mut(n)) {
+        let theta = (t - from) * per_h;
+        // Times are put side by side in vector instructions where they alone fill them.
+        if n <= 2 {
+            interpolate(theta, y.as_ref(), dense, out);
+        } else {
+            interpolate_row(theta, y, dense, out);
+        }
     }
+}
+
+/// [`interpolate`], with components side by side.
+#[inline(never)]
+fn interpolate_row<V: Storage>(theta: f64, y: &V, dense: &[V; 4], out: &mut [f64]) {
+    interpolate(theta, y.as_ref(), dense, out);
 }

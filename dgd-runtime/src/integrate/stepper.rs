@@ -44,7 +44,7 @@ pub(crate) struct Stepper<S: System> {
     /// Local error, where no vector of `k` is.
     pub(super) error: S::Vector,
     /// Of the dense output of Rosenbrock methods.
-    dense: [S::Vector; 3],
+    dense: [S::Vector; 4],
     /// Size of the step tried last, and whether it has been shortened since.
     h: f64,
     is_cut: bool,
@@ -77,7 +77,7 @@ pub(crate) struct Directions<S: System> {
     /// What `k` is to the unknowns.
     pub(super) v: [S::Sensitivity; MAX_STAGES],
     pub(super) error: S::Sensitivity,
-    dense: [S::Sensitivity; 3],
+    dense: [S::Sensitivity; 4],
 }
 
 impl<S: System> Directions<S> {
@@ -419,12 +419,14 @@ impl<S: System> Stepper<S> {
 
     /// Prepares [`Stepper::interpolate`] for the step tried last.
     #[inline]
-    pub(crate) fn prepare_dense(&mut self, directions: Option<&mut Directions<S>>) {
+    pub(crate) fn prepare_dense(&mut self, y: &[f64], directions: Option<&mut Directions<S>>) {
         if let MethodKind::Rosenbrock(tableau) = self.kind {
             let stages = tableau.stages();
-            dense_vectors(tableau, &self.k[..stages], &mut self.dense);
+            let y_new = self.y_new.as_ref();
+            dense_vectors(tableau, y, y_new, &self.k[..stages], &mut self.dense);
             if let Some(d) = directions {
-                dense_vectors(tableau, &d.v[..stages], &mut d.dense);
+                let (s, s_new) = (d.s.as_ref(), d.s_new.as_ref());
+                dense_vectors(tableau, s, s_new, &d.v[..stages], &mut d.dense);
             }
         }
     }
@@ -435,7 +437,7 @@ impl<S: System> Stepper<S> {
         let h = self.h;
         match self.kind {
             MethodKind::Rosenbrock(_) => {
-                interpolate(theta, y, self.y_new.as_ref(), &self.dense, out);
+                interpolate(theta, y, &self.dense, out);
             }
             MethodKind::Explicit(tableau) | MethodKind::Esdirk(tableau) => {
                 tableau.interpolate(theta, h, y, &self.k, out);
@@ -458,7 +460,7 @@ impl<S: System> Stepper<S> {
     ) {
         let per_h = 1.0 / (to - from);
         if let MethodKind::Rosenbrock(_) = self.kind {
-            interpolate_all((from, per_h), asked, y, &self.y_new, &self.dense, out);
+            interpolate_all((from, per_h), asked, y, &self.dense, out);
             return;
         }
         let y = y.as_ref();
@@ -477,9 +479,9 @@ impl<S: System> Stepper<S> {
         out: &mut [f64],
     ) {
         let per_h = 1.0 / (to - from);
-        let Directions { s, s_new, dense, .. } = directions;
+        let Directions { s, dense, .. } = directions;
         if let MethodKind::Rosenbrock(_) = self.kind {
-            interpolate_all((from, per_h), asked, s, s_new, dense, out);
+            interpolate_all((from, per_h), asked, s, dense, out);
             return;
         }
         for (t, out) in asked.iter().zip(out.chunks_exact_mut(s.as_ref().len().max(1))) {
@@ -496,10 +498,10 @@ impl<S: System> Stepper<S> {
         out: &mut [f64],
     ) {
         let h = self.h;
-        let Directions { s, s_new, v, stage, dense, .. } = directions;
+        let Directions { s, v, stage, dense, .. } = directions;
         match self.kind {
             MethodKind::Rosenbrock(_) => {
-                interpolate(theta, s.as_ref(), s_new.as_ref(), dense, out);
+                interpolate(theta, s.as_ref(), dense, out);
             }
             MethodKind::Explicit(tableau) | MethodKind::Esdirk(tableau) => {
                 tableau.interpolate(theta, h, s.as_ref(), v, out);

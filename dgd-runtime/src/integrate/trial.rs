@@ -111,7 +111,7 @@ impl<S: System> Simulation<'_, S> {
 
     fn remember(&mut self, t_new: f64, for_now: bool) {
         let Some(history) = &mut self.drive.history else { return };
-        self.stepper.prepare_dense(self.directions.as_mut());
+        self.stepper.prepare_dense(self.y.as_ref(), self.directions.as_mut());
         history.begin_piece(self.t, t_new, for_now);
         let y = self.y.as_ref();
         for (node, theta) in NODES.iter().enumerate() {

@@ -58,7 +58,7 @@ impl<S: System> Simulation<'_, S> {
                 INTERVALS => (t_new, self.stepper.y_new.as_ref()),
                 _ => {
                     if sample == 1 {
-                        self.stepper.prepare_dense(None);
+                        self.stepper.prepare_dense(self.y.as_ref(), None);
                     }
                     let part = part_of(sample);
                     self.stepper.interpolate(part, self.y.as_ref(), self.row.as_mut());

@@ -4,6 +4,9 @@
 use super::{Factorisation, Pivot, Singular};
 use crate::system::Pattern;
 
+/// Columns up to this long are solved for where they are used, not by a call.
+const FEW: usize = 4;
+
 /// LU factorisation of a matrix whose size is known when the program is compiled, on the stack.
 #[derive(Debug, Clone)]
 pub struct FixedLu<const N: usize> {
@@ -12,12 +15,19 @@ pub struct FixedLu<const N: usize> {
     reciprocal_pivots: [f64; N],
     /// Row of W that became row k of U.
     order: [usize; N],
+    /// Whether rows were exchanged.
+    exchanged: bool,
 }
 
 impl<const N: usize> Factorisation for FixedLu<N> {
     fn new(n: usize, _: &Pattern) -> Self {
         assert_eq!(n, N, "factorisation of fixed size");
-        Self { factors: [[0.0; N]; N], reciprocal_pivots: [0.0; N], order: [0; N] }
+        Self {
+            factors: [[0.0; N]; N],
+            reciprocal_pivots: [0.0; N],
+            order: [0; N],
+            exchanged: false,
+        }
     }
 
     #[inline]
@@ -30,16 +40,16 @@ impl<const N: usize> Factorisation for FixedLu<N> {
     ) -> Result<(), Singular> {
         let a = self.factors.as_flattened_mut();
         assemble(a, N, c, differential, jacobian, values);
-        eliminate(a, N, &mut self.reciprocal_pivots, &mut self.order)
+        self.exchanged = eliminate(a, N, &mut self.reciprocal_pivots, &mut self.order)?;
+        Ok(())
     }
 
-    #[inline]
+    #[inline(always)]
     fn solve(&mut self, b: &mut [f64]) {
-        let factors = self.factors.as_flattened();
-        for column in b.as_chunks_mut::<N>().0 {
-            let mut x = permuted(column, &self.order);
-            substitute(factors, N, &self.reciprocal_pivots, &mut x);
-            *column = x;
+        if N <= FEW {
+            self.solve_columns(b.as_chunks_mut::<N>().0);
+        } else {
+            self.solve_long_columns(b.as_chunks_mut::<N>().0);
         }
     }
 
@@ -47,6 +57,81 @@ impl<const N: usize> Factorisation for FixedLu<N> {
     fn smallest_pivot(&self) -> Option<Pivot> {
         smallest_pivot(self.factors.as_flattened(), N, &self.order)
     }
+}
+
+impl<const N: usize> FixedLu<N> {
+    /// Inlined, so that short columns can stay in registers.
+    #[inline(always)]
+    fn solve_columns(&self, columns: &mut [[f64; N]]) {
+        if self.exchanged {
+            for column in &mut *columns {
+                // Of two rows only one exchange can be.
+                *column = if N == 2 { swapped(*column) } else { reordered(*column, &self.order) };
+            }
+        }
+        let (fours, rest) = columns.as_chunks_mut::<4>();
+        for columns in fours {
+            self.substitute_lanes(columns);
+        }
+        let (pairs, rest) = rest.as_chunks_mut::<2>();
+        for columns in pairs {
+            self.substitute_lanes(columns);
+        }
+        for column in rest {
+            self.substitute_lanes(std::array::from_mut(column));
+        }
+    }
+
+    /// x ← U⁻¹ L⁻¹ x for L columns at once, row by row: they are the lanes of vector instructions.
+    #[inline(always)]
+    fn substitute_lanes<const L: usize>(&self, columns: &mut [[f64; N]; L]) {
+        let mut x = [[0.0; L]; N];
+        for i in 0..N {
+            for lane in 0..L {
+                x[i][lane] = columns[lane][i];
+            }
+        }
+        for k in 0..N {
+            for i in k + 1..N {
+                for lane in 0..L {
+                    x[i][lane] -= self.factors[k][i] * x[k][lane];
+                }
+            }
+        }
+        for k in (0..N).rev() {
+            for lane in 0..L {
+                x[k][lane] *= self.reciprocal_pivots[k];
+            }
+            for i in 0..k {
+                for lane in 0..L {
+                    x[i][lane] -= self.factors[k][i] * x[k][lane];
+                }
+            }
+        }
+        for i in 0..N {
+            for lane in 0..L {
+                columns[lane][i] = x[i][lane];
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn solve_long_columns(&self, columns: &mut [[f64; N]]) {
+        self.solve_columns(columns);
+    }
+}
+
+/// b, last row first.
+#[inline(always)]
+fn swapped<const N: usize>(mut b: [f64; N]) -> [f64; N] {
+    b.reverse();
+    b
+}
+
+/// P b. Not inlined: an index that depends on data would keep b in memory where it is used.
+#[inline(never)]
+fn reordered<const N: usize>(b: [f64; N], order: &[usize; N]) -> [f64; N] {
+    order.map(|row| b[row])
 }
 
 /// LU factorisation of a full matrix whose size is known when the program runs.
@@ -78,7 +163,8 @@ impl Factorisation for DenseLu {
         values: &[f64],
     ) -> Result<(), Singular> {
         assemble(&mut self.factors, self.n, c, differential, jacobian, values);
-        eliminate(&mut self.factors, self.n, &mut self.reciprocal_pivots, &mut self.order)
+        eliminate(&mut self.factors, self.n, &mut self.reciprocal_pivots, &mut self.order)?;
+        Ok(())
     }
 
     fn solve(&mut self, b: &mut [f64]) {
@@ -119,14 +205,16 @@ fn assemble(
     }
 }
 
-/// P A = L U with partial pivoting, in place. Inlined, so that n is a constant in [`FixedLu`].
+/// P A = L U with partial pivoting, in place; whether P is not the identity. Inlined, so that n is a
+/// constant in [`FixedLu`].
 #[inline(always)]
 fn eliminate(
     a: &mut [f64],
     n: usize,
     reciprocal_pivots: &mut [f64],
     order: &mut [usize],
-) -> Result<(), Singular> {
+) -> Result<bool, Singular> {
+    let mut exchanged = false;
     for (k, row) in order.iter_mut().enumerate() {
         *row = k;
     }
@@ -149,6 +237,7 @@ fn eliminate(
             return Err(Singular { row: order[k] });
         }
         if pivot_row != k {
+            exchanged = true;
             for column in left.chunks_exact_mut(n).chain(right.chunks_exact_mut(n)) {
                 column.swap(k, pivot_row);
             }
@@ -167,26 +256,7 @@ fn eliminate(
             }
         }
     }
-    Ok(())
-}
-
-/// Up to so many numbers are put into another order by comparing, not by an index that depends on
-/// data: only so can they stay in registers.
-const FEW: usize = 4;
-
-/// P b.
-#[inline(always)]
-fn permuted<const N: usize>(b: &[f64; N], order: &[usize; N]) -> [f64; N] {
-    if N > FEW {
-        return order.map(|row| b[row]);
-    }
-    order.map(|row| {
-        let mut chosen = 0.0;
-        for (j, b) in b.iter().enumerate() {
-            chosen = if row == j { *b } else { chosen };
-        }
-        chosen
-    })
+    Ok(exchanged)
 }
 
 /// x ← U⁻¹ L⁻¹ x.

@@ -92,7 +92,7 @@ fn errors<E: Equations>(kind: MethodKind, steps: u32, exact: Exact) -> [f64; 3] 
         }
         let trial = Trial { base, y: &y, h, sizes: &sizes, tolerances };
         stepper.attempt(trial, &mut drive, Some(&mut d), &mut statistics).unwrap();
-        stepper.prepare_dense(Some(&mut d));
+        stepper.prepare_dense(&y, Some(&mut d));
         stepper.interpolate(0.4, &y, &mut inside);
         stepper.interpolate_sensitivities(0.4, &d, &mut inside_s);
         stepper.advance(&mass, Some(&mut d));
