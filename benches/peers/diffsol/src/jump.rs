@@ -63,12 +63,16 @@ pub(crate) fn states(request: &Request) -> Result<(), Failure> {
     };
     match (request.case.as_str(), request.method.as_str()) {
         ("p1a", "bdf") => request.measure(|| solve!(now, &mut ode()?, bdf, read_states), answer),
-        ("p1a", "tr_bdf2") => request.measure(|| solve!(now, &mut ode()?, tr_bdf2, read_states), answer),
+        ("p1a", "tr_bdf2") => {
+            request.measure(|| solve!(now, &mut ode()?, tr_bdf2, read_states), answer)
+        }
         ("p1a", "esdirk34") => {
             request.measure(|| solve!(now, &mut ode()?, esdirk34, read_states), answer)
         }
         ("p2a", "bdf") => request.measure(|| solve!(now, &mut dae()?, bdf, read_states), answer),
-        ("p2a", "tr_bdf2") => request.measure(|| solve!(now, &mut dae()?, tr_bdf2, read_states), answer),
+        ("p2a", "tr_bdf2") => {
+            request.measure(|| solve!(now, &mut dae()?, tr_bdf2, read_states), answer)
+        }
         ("p2a", "esdirk34") => {
             request.measure(|| solve!(now, &mut dae()?, esdirk34, read_states), answer)
         }

@@ -56,9 +56,7 @@ impl Repeat {
     /// Whether `runs` since `begin` are enough.
     fn is_over(self, runs: usize, begin: Instant) -> bool {
         match self {
-            Self::For(span) => {
-                begin.elapsed() >= LONG || (runs >= 3 && begin.elapsed() >= span)
-            }
+            Self::For(span) => begin.elapsed() >= LONG || (runs >= 3 && begin.elapsed() >= span),
             Self::Times(times) => runs >= times,
         }
     }
