@@ -31,6 +31,15 @@ pub(crate) enum Outputs {
 }
 
 impl Case {
+    /// What it is called in a line of a table.
+    pub(crate) fn label(&self) -> String {
+        match (self.states(), self.name) {
+            (Some(states), _) => format!("P3, {:.0} cells", states / 2.0),
+            (None, "fit") => "fit of M, c0 and c2".to_owned(),
+            (None, name) => name.replacen('p', "P", 1),
+        }
+    }
+
     /// How many states a line has; none for cases that are of one size.
     pub(crate) fn states(&self) -> Option<f64> {
         let cells: f64 = self.name.strip_prefix("p3-")?.parse().ok()?;
@@ -335,6 +344,7 @@ pub(crate) static PEERS: &[Peer] = &[
             ("p3-1000", &["band"]),
             ("p3-10000", &["band"]),
             ("p3-100000", &["band"]),
+            ("p3-1000000", &["band"]),
             ("p4", &["bdf"]),
             ("p5a", &["bdf", "adams"]),
             ("p5b", &["adams"]),
@@ -402,6 +412,7 @@ pub(crate) static BARS: &[Bar] = &[
     Bar::Faster { case: "p3-1000", peer: "sundials", method: None, ratio: 6.0 },
     Bar::Faster { case: "p3-10000", peer: "sundials", method: None, ratio: 6.0 },
     Bar::Faster { case: "p3-100000", peer: "sundials", method: None, ratio: 6.0 },
+    Bar::Faster { case: "p3-1000000", peer: "sundials", method: None, ratio: 6.0 },
     Bar::Linear { cases: LINES, exponent: 1.05, bytes: 200.0 },
     Bar::Faster { case: "p4", peer: "diffsol", method: None, ratio: 20.0 },
     Bar::Faster { case: "p4", peer: "sundials", method: None, ratio: 70.0 },

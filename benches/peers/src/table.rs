@@ -162,7 +162,7 @@ fn of_bar(bar: &Bar, rows: &[Row], builds: Option<&Builds>) -> Option<String> {
                 })
             };
             let (error, dgd) = (of.equal_error, show(ours(case)));
-            let problem = of.title.split(':').next().unwrap_or_default();
+            let problem = of.label();
             let theirs = show(theirs);
             Some(format!(
                 "| {problem} | {error:.0e} | {dgd} | {peer} {theirs} | {found} | {ratio} | {verdict} |\n"
@@ -173,7 +173,7 @@ fn of_bar(bar: &Bar, rows: &[Row], builds: Option<&Builds>) -> Option<String> {
             let found = dear.seconds() / cheap.seconds();
             let (dear, cheap) = (reached(dear), reached(cheap));
             let verdict = verdict(found <= ratio);
-            let (case, than) = (case.to_uppercase(), than.to_uppercase());
+            let (case, than) = (case.replace('p', "P"), than.replace('p', "P"));
             Some(format!(
                 "| {case} over {than} | | {dear} | {than}: {cheap} | {found:.1} | at most {ratio} | {verdict} |\n"
             ))
