@@ -116,6 +116,17 @@ pub(crate) enum Bar {
         /// On all.
         all: &'static str,
     },
+    /// A model that is loaded costs at most so many times one that rustc has compiled.
+    Loaded {
+        /// The case.
+        case: &'static str,
+        /// The method for the compiled model.
+        compiled: &'static str,
+        /// That for the loaded one.
+        loaded: &'static str,
+        /// Time over time at the same tolerance, at most.
+        ratio: f64,
+    },
     /// Time and memory grow with the number of states.
     Linear {
         /// Cases by increasing size.
@@ -417,5 +428,7 @@ pub(crate) static BARS: &[Bar] = &[
     Bar::Faster { case: "p4", peer: "diffsol", method: None, ratio: 20.0 },
     Bar::Faster { case: "p4", peer: "sundials", method: None, ratio: 70.0 },
     Bar::Threads { one: "p4", all: "p4-threads" },
+    Bar::Loaded { case: "p1a", compiled: "rodas5p", loaded: "rodas5p, loaded", ratio: 1.5 },
+    Bar::Loaded { case: "p1b", compiled: "rodas5p", loaded: "rodas5p, loaded", ratio: 1.5 },
     Bar::Build { again: 15.0, first: 90.0 },
 ];

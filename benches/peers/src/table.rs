@@ -187,6 +187,25 @@ fn of_bar(bar: &Bar, rows: &[Row], builds: Option<&Builds>) -> Option<String> {
                 "| P4 by {cores} threads | | {all} | one thread: {one} | {found:.2} | | |\n"
             ))
         }
+        Bar::Loaded { case, compiled, loaded, ratio } => {
+            let find = |method| {
+                let mut rows = rows.iter().filter(|row| row.case.name == case && row.peer == OURS);
+                rows.find(|row| row.method == method)
+            };
+            let (compiled, loaded) = (find(compiled)?, find(loaded)?);
+            // The tolerance in the middle.
+            let middle = compiled.cells.len() / 2;
+            let time = |row: &Row| row.cells.get(middle)?.as_ref().ok().map(|cell| cell.least);
+            let (fast, slow) = (time(compiled)?, time(loaded)?);
+            let found = slow / fast;
+            let case = case.replace('p', "P");
+            let rtol = compiled.case.tolerances[middle];
+            let verdict = verdict(found <= ratio);
+            let (fast, slow) = (show(fast), show(slow));
+            Some(format!(
+                "| {case} loaded over compiled | rtol {rtol:.0e} | {slow} | compiled: {fast} | {found:.1} | at most {ratio} | {verdict} |\n"
+            ))
+        }
         Bar::Linear { cases, exponent, bytes } => {
             let growths = growth(cases, rows);
             let ours = growths.iter().filter(|growth| growth.peer == OURS);
