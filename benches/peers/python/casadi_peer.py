@@ -13,8 +13,8 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from problems import (AREA, END, FIT_START, FITTED, FLOW, JUMP, NOISE, SIZES, SPEED, Request,
-                      imbalance, minimise, nominal)
+from problems import (AREA, END, FIT_START, FITTED, FLOW, JUMP, NOISE, RANK_START, SIZES, SPEED,
+                      TOO_FREE, Request, determined, imbalance, minimise, nominal)
 
 
 def model():
@@ -88,15 +88,19 @@ def recording(request):
 
 
 def fit(request):
-    """M, c0 and c2: Levenberg and Marquardt on compiled C, or IPOPT with the Gauss-Newton matrix."""
+    """Levenberg and Marquardt on compiled C, or IPOPT with the Gauss-Newton matrix.
+
+    M, c0 and c2 are fitted, or F, too, of which data determines only a sum with c2.
+    """
     function, _ = record(request)
-    free = ca.MX.sym("free", len(FITTED))
+    fitted, start = (FITTED, FIT_START) if request.case == "fit" else (TOO_FREE, RANK_START)
+    free = ca.MX.sym("free", len(fitted))
     theta = ca.MX.ones(5)
-    theta[FITTED] = free
+    theta[fitted] = free
     error = (function(theta) - (request.measured() / SIZES).T) * ca.DM(SIZES / NOISE)
     residuals = ca.Function("residuals", [free], [ca.vec(error)])
     values = residuals(free)
-    slopes = residuals.forward(len(FITTED))(free, values, ca.DM.eye(len(FITTED)))
+    slopes = residuals.forward(len(fitted))(free, values, ca.DM.eye(len(fitted)))
     if request.method == "lm":
         both = compiled(ca.Function("both", [free], [values, slopes]))
 
@@ -104,7 +108,10 @@ def fit(request):
             values, slopes = both(theta)
             return np.array(values).ravel(), np.array(slopes)
 
-        request.measure(lambda: minimise(at, FIT_START))
+        def lm():
+            return found(*minimise(at, start), "converged")
+
+        request.measure(lm)
         return
     factor, parameters = ca.MX.sym("factor"), ca.MX.sym("p", 0)
     matrix = ca.triu(factor * ca.mtimes(slopes.T, slopes) / values.numel())
@@ -115,10 +122,17 @@ def fit(request):
     solver = ca.nlpsol("solver", "ipopt", problem, options)
 
     def run():
-        found = solver(x0=FIT_START, lbx=0.1, ubx=10)
-        return np.array(found["x"]).ravel(), solver.stats()["iter_count"]
+        x = np.array(solver(x0=start, lbx=0.1, ubx=10)["x"]).ravel()
+        return found(x, solver.stats()["iter_count"], solver.stats()["return_status"])
 
     request.measure(run)
+
+
+def found(theta, steps, status):
+    """What a fit answers; where not all it fits is determined, also what it says."""
+    if len(theta) == len(FITTED):
+        return theta, steps
+    return determined(theta), steps, f"{status}; c2 {theta[2]:.3g}, F {theta[3]:.3g}"
 
 
 def compiled(function):
@@ -138,18 +152,18 @@ def answer(request, function, build=lambda function: function, steps=0):
     theta = np.ones(5)
     if not request.case.endswith("b"):
         run = build(function)
-        request.measure(lambda: (unscaled(run(theta)), steps))
+        request.measure(lambda: (run(theta), steps), unscaled)
         return
     chosen = ca.MX.sym("theta", 5)
     values = function(chosen)
     forward = function.forward(5)(chosen, values, ca.DM.eye(5))
     run = build(ca.Function("both", [chosen], [values, forward]))
-    request.measure(lambda: (unscaled(*run(theta)), steps))
+    request.measure(lambda: (run(theta), steps), lambda both: unscaled(*both))
 
 
 if __name__ == "__main__":
     asked = Request(sys.argv[1:])
-    if asked.case == "fit":
+    if asked.case in ("fit", "rank"):
         fit(asked)
     elif asked.case.startswith("p5"):
         recording(asked)

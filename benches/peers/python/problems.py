@@ -17,6 +17,8 @@ SETS = 10_000
 NOISE = np.array([0.05, 2e-4])
 # Which parameters are fitted, M, c0 and c2, and by what factor they start off.
 FITTED, FIT_START = [0, 1, 3], np.array([1.3, 0.7, 1.3])
+# The same with F, of which data determines only a sum with c2.
+TOO_FREE, RANK_START = [0, 1, 3, 4], np.array([1.3, 0.7, 1.3, 0.7])
 
 
 def nominal():
@@ -81,6 +83,13 @@ def minimise(residuals, theta, most=30):
     raise ArithmeticError("no minimum in sight")
 
 
+def determined(theta):
+    """M, c0, and the one number of c2 and F that acts; theta has all four."""
+    _, _, _, c2, f = nominal()
+    losses = RHO_G * c2 * theta[2] + f * theta[3]
+    return np.array([theta[0], theta[1], losses / (RHO_G * c2 + f)])
+
+
 class Request:
     """What the driver asks."""
 
@@ -104,12 +113,17 @@ class Request:
         """h and q with noise, at each second of the recording."""
         return np.fromfile(self.data / "measured.bin").reshape(-1, 2)
 
-    def measure(self, run, least_runs=1):
-        """Repeats `run`, which gives values and steps, until the span is over."""
+    def measure(self, run, finish=lambda values: values):
+        """Repeats `run`, which gives values, steps and what is said, until the span is over.
+
+        What `finish` makes of the values is written, and not timed.
+        """
         times, begin = [], time.perf_counter()
-        while len(times) < least_runs or time.perf_counter() - begin < self.span:
+        while not times or time.perf_counter() - begin < self.span:
             start = time.perf_counter()
-            values, steps = run()
+            values, steps, *says = run()
             times.append(time.perf_counter() - start)
-        np.ascontiguousarray(values, dtype="<f8").tofile(self.output)
+        np.ascontiguousarray(finish(values), dtype="<f8").tofile(self.output)
         print(f"least {min(times):e}\nmedian {np.median(times):e}\nsteps {steps}")
+        if says:
+            print(f"says {says[0]}")

@@ -1,5 +1,7 @@
 //! The command line.
 
+use std::str::FromStr;
+
 /// What to measure, and for how long.
 #[derive(Debug)]
 pub(crate) struct Arguments {
@@ -11,6 +13,10 @@ pub(crate) struct Arguments {
     pub(crate) cases: Vec<String>,
     /// The peers to run; all where there are none.
     pub(crate) peers: Vec<String>,
+    /// Whether peers that are missing are fetched.
+    pub(crate) install: bool,
+    /// Whether the README's table and the whole of the results are written.
+    pub(crate) record: bool,
 }
 
 const USAGE: &str = "\
@@ -18,8 +24,10 @@ usage: cargo run --release --manifest-path benches/peers/Cargo.toml -- [OPTIONS]
 
   --rounds N        how often everything is run in turn [5]
   --span SECONDS    for how long a program repeats a run each time [0.1]
-  --cases A,B       only these, e.g. p1a,p5b
+  --cases A,B       only these, e.g. p1a,p5b; `build` is a user's crate
   --peers A,B       only these, e.g. dgd,diffsol
+  --install         fetch SciPy, CasADi and SUNDIALS where they are missing, into the target folder
+  --record          write results.md and the table in the repository's README
 ";
 
 impl Arguments {
@@ -35,26 +43,38 @@ impl Arguments {
 /// # Errors
 ///
 /// The usage, and what is wrong.
-pub(crate) fn parse(words: impl Iterator<Item = String>) -> Result<Arguments, String> {
-    let mut arguments = Arguments { rounds: 5, span: 0.1, cases: Vec::new(), peers: Vec::new() };
-    let mut words = words;
+pub(crate) fn parse(mut words: impl Iterator<Item = String>) -> Result<Arguments, String> {
+    let mut arguments = Arguments {
+        rounds: 5,
+        span: 0.1,
+        cases: Vec::new(),
+        peers: Vec::new(),
+        install: false,
+        record: false,
+    };
     while let Some(option) = words.next() {
-        let value = words.next().ok_or_else(|| USAGE.to_owned())?;
-        let wrong = || format!("`{value}` does not fit {option}\n\n{USAGE}");
-        let names = || value.split(',').map(str::to_owned).collect();
+        let mut value = || words.next().ok_or_else(|| USAGE.to_owned());
         match option.as_str() {
-            "--rounds" => {
-                arguments.rounds =
-                    value.parse().ok().filter(|rounds| *rounds > 0).ok_or_else(wrong)?;
-            }
-            "--span" => {
-                arguments.span =
-                    value.parse().ok().filter(|span: &f64| *span >= 0.0).ok_or_else(wrong)?;
-            }
-            "--cases" => arguments.cases = names(),
-            "--peers" => arguments.peers = names(),
+            "--rounds" => arguments.rounds = number(&option, &value()?, |rounds| *rounds > 0)?,
+            "--span" => arguments.span = number(&option, &value()?, |span| *span >= 0.0)?,
+            "--cases" => arguments.cases = names(&value()?),
+            "--peers" => arguments.peers = names(&value()?),
+            "--install" => arguments.install = true,
+            "--record" => arguments.record = true,
             _ => return Err(USAGE.to_owned()),
         }
     }
+    if arguments.record && !(arguments.cases.is_empty() && arguments.peers.is_empty()) {
+        return Err(format!("what is recorded is all cases and all peers\n\n{USAGE}"));
+    }
     Ok(arguments)
+}
+
+fn number<T: FromStr>(option: &str, text: &str, fits: impl Fn(&T) -> bool) -> Result<T, String> {
+    let number = text.parse().ok().filter(fits);
+    number.ok_or_else(|| format!("`{text}` does not fit {option}\n\n{USAGE}"))
+}
+
+fn names(text: &str) -> Vec<String> {
+    text.split(',').map(str::to_owned).collect()
 }

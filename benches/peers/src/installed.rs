@@ -6,6 +6,7 @@ use std::process::{Command, Output, Stdio};
 
 use crate::arguments::Arguments;
 use crate::catalogue::{PEERS, Peer, Program};
+use crate::install::Fetched;
 
 /// A program that runs here.
 #[derive(Debug)]
@@ -32,12 +33,29 @@ impl Installed {
 /// All programs that are asked for and can be had.
 pub(crate) fn programs(folder: &Path, arguments: &Arguments) -> Vec<Installed> {
     let mut programs = Vec::new();
+    let release = match release_folder() {
+        Ok(release) => release,
+        Err(message) => {
+            eprintln!("{message}");
+            return programs;
+        }
+    };
+    let fetched = Fetched::new(&release);
     for peer in PEERS {
         if !peer.methods.iter().any(|(case, _)| arguments.asks_for(case, peer.name)) {
             continue;
         }
         eprintln!("building {}", peer.name);
-        match build(folder, peer) {
+        let mut built = build(folder, &release, &fetched, peer);
+        if built.is_err() && arguments.install {
+            let fetch = match peer.program {
+                Program::Rust { .. } => Ok(()),
+                Program::C { .. } => fetched.fetch_sundials(),
+                Program::Python { .. } => fetched.fetch_python(),
+            };
+            built = fetch.and_then(|()| build(folder, &release, &fetched, peer));
+        }
+        match built {
             Ok(program) => programs.push(program),
             Err(message) => eprintln!("{} is left out: {message}", peer.name),
         }
@@ -45,8 +63,13 @@ pub(crate) fn programs(folder: &Path, arguments: &Arguments) -> Vec<Installed> {
     programs
 }
 
-fn build(folder: &Path, peer: &'static Peer) -> Result<Installed, String> {
-    let executable = release_folder()?.join(format!("peer-{}", peer.name));
+fn build(
+    folder: &Path,
+    release: &Path,
+    fetched: &Fetched,
+    peer: &'static Peer,
+) -> Result<Installed, String> {
+    let executable = release.join(format!("peer-{}", peer.name));
     match &peer.program {
         Program::Rust { dependency } => {
             rust(folder, peer.name)?;
@@ -54,13 +77,17 @@ fn build(folder: &Path, peer: &'static Peer) -> Result<Installed, String> {
             Ok(Installed { peer, version, executable, first_argument: None })
         }
         Program::C { folder: sources, libraries, advice } => {
-            compile(&folder.join(sources), &executable, libraries)
+            let prefix = env::var_os("SUNDIALS_DIR").map(PathBuf::from);
+            let prefix = prefix.or_else(|| fetched.sundials());
+            compile(&folder.join(sources), &executable, prefix.as_deref(), libraries)
                 .map_err(|message| format!("{message}\n{advice}"))?;
             let version = text(Command::new(&executable).arg("--version"))?;
             Ok(Installed { peer, version, executable, first_argument: None })
         }
         Program::Python { script, module, advice } => {
-            let python = PathBuf::from(variable("PYTHON", "python3"));
+            let python = env::var_os("PYTHON").map(PathBuf::from);
+            let python =
+                python.or_else(|| fetched.python()).unwrap_or_else(|| PathBuf::from("python3"));
             let probe = format!("import {module}; print({module}.__version__)");
             let version = text(Command::new(&python).args(["-c", &probe]))
                 .map_err(|message| format!("{message}\n{advice}"))?;
@@ -87,7 +114,12 @@ fn rust(folder: &Path, name: &str) -> Result<(), String> {
     if status.success() { Ok(()) } else { Err("cargo does not build it".to_owned()) }
 }
 
-fn compile(sources: &Path, executable: &Path, libraries: &[&str]) -> Result<(), String> {
+fn compile(
+    sources: &Path,
+    executable: &Path,
+    prefix: Option<&Path>,
+    libraries: &[&str],
+) -> Result<(), String> {
     let entries = sources.read_dir().map_err(|error| error.to_string())?;
     let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
     files.retain(|file| file.extension().is_some_and(|extension| extension == "c"));
@@ -95,8 +127,7 @@ fn compile(sources: &Path, executable: &Path, libraries: &[&str]) -> Result<(), 
     let mut command = Command::new(variable("CC", "cc"));
     command.args(["-std=c11", "-D_POSIX_C_SOURCE=200809L", "-O3", "-march=native", "-o"]);
     command.arg(executable).args(files);
-    if let Some(prefix) = env::var_os("SUNDIALS_DIR") {
-        let prefix = PathBuf::from(prefix);
+    if let Some(prefix) = prefix {
         command.arg("-I").arg(prefix.join("include"));
         // Debian has libraries a folder deeper than others.
         for library in ["lib", "lib64", "lib/x86_64-linux-gnu", "lib/aarch64-linux-gnu"] {

@@ -1,13 +1,15 @@
 //! What dgd and other solvers need for the same work, measured in one run.
 //!
 //! ```text
-//!   installed   programs built, or what is missing and how to get it
+//!   installed   programs built, or what is missing and how to get it (install)
 //!      │
 //!   measure     every program, method and tolerance in turn, and that for several rounds
 //!      │
 //!   error       what each gave, against references that are carried in
+//!      │           user_crate   a user's crate, built from nothing and once more
+//!   table       times with errors beside them, and what is to be reached
 //!      │
-//!   table       times with errors beside them, and ratios at equal error
+//!   record      the table in the README, all of it in results.md
 //! ```
 //!
 //! What is compared is in [`catalogue`].
@@ -15,13 +17,16 @@
 mod arguments;
 mod catalogue;
 mod error;
+mod install;
 mod installed;
 mod machine;
 mod measure;
 mod ratio;
+mod record;
 mod table;
+mod user_crate;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -33,14 +38,27 @@ fn main() -> ExitCode {
         }
     };
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root: PathBuf = folder.components().collect::<PathBuf>().join("../..");
     let programs = installed::programs(folder, &arguments);
     let rows = measure::rows(folder, &programs, &arguments);
-    println!("{}", machine::header(folder, &programs));
-    for case in catalogue::CASES {
-        print!("{}", table::of_case(case, &rows));
+    let (mut failures, disagreements) = table::complaints(&rows);
+    let builds = if arguments.asks_for("build", catalogue::OURS) {
+        eprintln!("a user's crate");
+        user_crate::build(&root).map_err(|message| failures.push(format!("build: {message}"))).ok()
+    } else {
+        None
+    };
+
+    let header = machine::header(folder, &programs);
+    let bars = table::of_bars(&rows, builds.as_ref());
+    let cases: String = catalogue::CASES.iter().map(|case| table::of_case(case, &rows)).collect();
+    let all = format!("{header}\n{bars}\n{cases}{}", table::of_growth(&rows));
+    println!("{all}");
+    if arguments.record
+        && let Err(message) = record::write(folder, &root, &format!("{bars}\n{header}"), &all)
+    {
+        failures.push(message);
     }
-    print!("{}", table::of_targets(&rows));
-    let (failures, disagreements) = table::complaints(&rows);
     for complaint in failures.iter().chain(&disagreements) {
         eprintln!("{complaint}");
     }

@@ -11,6 +11,9 @@ use crate::catalogue::{CASES, Case};
 use crate::error::{self, Reference};
 use crate::installed::Installed;
 
+/// How a program ends that this machine cannot run, as `problems` has it.
+const LEFT_OUT: i32 = 77;
+
 /// Runs that take longer are not repeated in further rounds, s.
 const LONG: f64 = 5.0;
 
@@ -24,7 +27,16 @@ pub(crate) struct Row {
     /// Its method.
     pub(crate) method: &'static str,
     /// One for each tolerance of the case.
-    pub(crate) cells: Vec<Result<Cell, String>>,
+    pub(crate) cells: Vec<Result<Cell, Missing>>,
+}
+
+/// Why there is no answer.
+#[derive(Debug, Clone)]
+pub(crate) enum Missing {
+    /// The program cannot do it on this machine, and says why.
+    LeftOut(String),
+    /// It failed.
+    Failed(String),
 }
 
 /// What a method needs at a tolerance.
@@ -38,13 +50,18 @@ pub(crate) struct Cell {
     pub(crate) steps: usize,
     /// The largest difference from the reference.
     pub(crate) error: f64,
+    /// Peak of the program's memory, bytes, where it tells.
+    pub(crate) memory: Option<f64>,
+    /// What it says of the parameters that it fitted; mostly nothing.
+    pub(crate) says: String,
     medians: Vec<f64>,
 }
 
 impl Cell {
     /// A cell of one round.
     pub(crate) fn new(least: f64, median: f64, steps: usize, error: f64) -> Self {
-        Self { least, median, steps, error, medians: vec![median] }
+        let (memory, says) = (None, String::new());
+        Self { least, median, steps, error, memory, says, medians: vec![median] }
     }
 }
 
@@ -77,7 +94,7 @@ pub(crate) fn rows(folder: &Path, programs: &[Installed], arguments: &Arguments)
                     if before.is_some_and(|cell| cell.least > LONG) {
                         continue;
                     }
-                    let cell = reference.as_ref().map_err(Clone::clone).and_then(|reference| {
+                    let cell = reference.as_ref().map_err(failed).and_then(|reference| {
                         run(folder, program, row, *rtol, arguments.span, reference)
                     });
                     if round == 0 {
@@ -101,7 +118,7 @@ fn run(
     rtol: f64,
     span: f64,
     reference: &Reference,
-) -> Result<Cell, String> {
+) -> Result<Cell, Missing> {
     let file = std::env::temp_dir().join(format!("dgd-peers-{}.bin", std::process::id()));
     let output = program
         .command()
@@ -109,25 +126,39 @@ fn run(
         .args([&folder.join("data"), &file])
         .stdin(Stdio::null())
         .output()
-        .map_err(|error| error.to_string())?;
+        .map_err(|error| failed(&error))?;
     if !output.status.success() {
         let stderr = String::from_utf8_lossy(&output.stderr);
-        return Err(stderr.lines().last().unwrap_or("it says nothing").to_owned());
+        let message = stderr.lines().last().unwrap_or("it says nothing").to_owned();
+        return Err(match output.status.code() {
+            Some(LEFT_OUT) => Missing::LeftOut(message),
+            _ => Missing::Failed(message),
+        });
     }
-    let stdout = String::from_utf8_lossy(&output.stdout);
-    let number = |name: &str| {
-        let line = stdout.lines().find_map(|line| line.strip_prefix(name));
-        line.and_then(|text| text.trim().parse::<f64>().ok())
-            .ok_or_else(|| format!("it does not tell `{name}`"))
-    };
     let values = error::read(&file);
-    std::fs::remove_file(&file).map_err(|error| error.to_string())?;
-    let error = reference.error(&values?)?;
-    Ok(Cell::new(number("least")?, number("median")?, number("steps")? as usize, error))
+    std::fs::remove_file(&file).map_err(|error| failed(&error))?;
+    let error = values.and_then(|values| reference.error(&values));
+    let error = error.map_err(|error| failed(&error))?;
+    let stdout = String::from_utf8_lossy(&output.stdout);
+    let told = |name: &str| {
+        let words = stdout.lines().filter_map(|line| line.split_once(' '));
+        words.into_iter().find_map(|(first, rest)| (first == name).then_some(rest.trim()))
+    };
+    let number = |name: &str| {
+        let number = told(name).and_then(|text| text.parse::<f64>().ok());
+        number.ok_or_else(|| Missing::Failed(format!("it does not tell `{name}`")))
+    };
+    let cell = Cell::new(number("least")?, number("median")?, number("steps")? as usize, error);
+    let says = told("says").unwrap_or_default().to_owned();
+    Ok(Cell { memory: number("memory").ok(), says, ..cell })
+}
+
+fn failed(error: &impl ToString) -> Missing {
+    Missing::Failed(error.to_string())
 }
 
 /// The cell with another round's.
-fn merge(cell: &mut Result<Cell, String>, other: Result<Cell, String>) {
+fn merge(cell: &mut Result<Cell, Missing>, other: Result<Cell, Missing>) {
     match (cell, other) {
         (Ok(cell), Ok(other)) => {
             cell.least = cell.least.min(other.least);
@@ -135,6 +166,7 @@ fn merge(cell: &mut Result<Cell, String>, other: Result<Cell, String>) {
             cell.medians.sort_unstable_by(f64::total_cmp);
             cell.median = cell.medians[cell.medians.len() / 2];
             cell.error = cell.error.max(other.error);
+            cell.memory = other.memory.into_iter().chain(cell.memory).reduce(f64::min);
         }
         (cell @ Ok(_), Err(message)) => *cell = Err(message),
         (Err(_), _) => {}

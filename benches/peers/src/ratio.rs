@@ -8,15 +8,15 @@ use crate::measure::Row;
 pub(crate) enum Reach {
     /// Interpolated between two tolerances.
     Between(f64),
-    /// All that was tried is more accurate: a looser tolerance might take less.
-    AtMost(f64),
+    /// All that was tried is more accurate, this by its own error: a looser tolerance might take less.
+    AtMost(f64, f64),
 }
 
 impl Reach {
     /// Seconds.
     pub(crate) fn seconds(self) -> f64 {
         match self {
-            Self::Between(time) | Self::AtMost(time) => time,
+            Self::Between(time) | Self::AtMost(time, _) => time,
         }
     }
 }
@@ -59,7 +59,7 @@ pub(crate) fn reach(row: &Row) -> Option<Reach> {
     }
     for (error, time) in &points {
         if error <= equal_error {
-            take(Reach::AtMost(*time));
+            take(Reach::AtMost(*time, *error));
         }
     }
     found
@@ -89,7 +89,7 @@ mod tests {
 
     #[test]
     fn what_is_more_accurate_throughout_takes_at_most_its_least_time() {
-        assert_eq!(reach(&row(&[(1e-7, 3.0), (1e-8, 5.0)])), Some(Reach::AtMost(3.0)));
+        assert_eq!(reach(&row(&[(1e-7, 3.0), (1e-8, 5.0)])), Some(Reach::AtMost(3.0, 1e-7)));
     }
 
     #[test]

@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
-use crate::catalogue::{CASES, Case, DISAGREEMENT, LIMITS, OURS, TARGETS};
-use crate::measure::{Cell, Row};
+use crate::catalogue::{BARS, Bar, CASES, Case, DISAGREEMENT, OURS};
+use crate::measure::{Cell, Missing, Row};
 use crate::ratio::{Reach, best, reach};
+use crate::user_crate::{Build, Builds};
 
 /// What all peers need for a case; empty where none was run.
 pub(crate) fn of_case(case: &Case, rows: &[Row]) -> String {
@@ -24,14 +25,15 @@ pub(crate) fn of_case(case: &Case, rows: &[Row]) -> String {
     );
     text += &"---|".repeat(case.tolerances.len() + 2);
     text.push('\n');
-    for row in rows {
+    for row in &rows {
         let _ = write!(text, "| {} {} |", row.peer, row.method);
         for cell in &row.cells {
             let _ = match cell {
                 Ok(Cell { least, median, error, .. }) => {
-                    write!(text, " {} ({}) / {error:.1e} |", time(*least), time(*median))
+                    write!(text, " {} ({}) / {error:.1e} |", show(*least), show(*median))
                 }
-                Err(_) => write!(text, " failed |"),
+                Err(Missing::LeftOut(reason)) => write!(text, " left out: {reason} |"),
+                Err(Missing::Failed(_)) => write!(text, " failed |"),
             };
         }
         let steps = row.cells[middle].as_ref().map_or(0, |cell| cell.steps);
@@ -40,66 +42,219 @@ pub(crate) fn of_case(case: &Case, rows: &[Row]) -> String {
         let _ = writeln!(text, " {steps} | {at} |");
     }
     text.push('\n');
+    for row in rows {
+        let said = row.cells.iter().flatten().map(|cell| &cell.says).find(|says| !says.is_empty());
+        if let Some(said) = said {
+            let _ = writeln!(text, "{} {} says: {said}\n", row.peer, row.method);
+        }
+    }
     text
 }
 
-/// How many times faster than each peer, against what is to be reached.
-pub(crate) fn of_targets(rows: &[Row]) -> String {
-    let mut text = String::from(
-        "### Ratios at equal error\n\n| | error | dgd | peer | ratio | to reach | |\n|---|---|---|---|---|---|---|\n",
-    );
-    let before = text.len();
-    for target in TARGETS {
-        let Some(case) = CASES.iter().find(|case| case.name == target.case) else { continue };
-        let was_run = |peer| rows.iter().any(|row| row.case.name == case.name && row.peer == peer);
-        if !was_run(OURS) || !was_run(target.peer) {
-            continue;
-        }
-        let ours = best(rows, case.name, OURS, None);
-        let theirs = best(rows, case.name, target.peer, target.method);
-        let show = |reach: Option<(Reach, &str)>| {
-            reach.map_or("not reached".to_owned(), |(time, method)| {
-                format!("{method} {}", reached(time))
-            })
-        };
-        let (ratio, verdict) = match (ours, theirs) {
-            (Some((ours, _)), Some((theirs, _))) => {
-                let ratio = theirs.seconds() / ours.seconds();
-                (format!("{ratio:.1}"), if ratio >= target.ratio { "reached" } else { "missed" })
+/// How time and memory grow with the number of states, from each case to the next and overall.
+fn growth(cases: &[&str], rows: &[Row]) -> Vec<Growth> {
+    let mut growths: Vec<Growth> = Vec::new();
+    for row in rows.iter().filter(|row| cases.contains(&row.case.name)) {
+        // The tightest tolerance is what all sizes have in common.
+        let Some(Ok(cell)) = row.cells.last() else { continue };
+        let Some(states) = row.case.states() else { continue };
+        let point = Size { states, time: cell.least, memory: cell.memory };
+        match growths.iter_mut().find(|one| (one.peer, one.method) == (row.peer, row.method)) {
+            Some(one) => one.sizes.push(point),
+            None => {
+                growths.push(Growth { peer: row.peer, method: row.method, sizes: vec![point] });
             }
-            (Some(_), None) => ("-".to_owned(), "reached: the peer is not that accurate"),
-            (None, _) => ("-".to_owned(), "missed"),
-        };
-        let _ = writeln!(
-            text,
-            "| {}, {} | {:.0e} | {} | {} | {ratio} | {} | {verdict} |",
-            case.name,
-            target.peer,
-            case.equal_error,
-            show(ours),
-            show(theirs),
-            target.ratio,
-        );
+        }
     }
-    for limit in LIMITS {
-        let (Some((dear, _)), Some((cheap, _))) =
-            (best(rows, limit.case, OURS, None), best(rows, limit.than, OURS, None))
-        else {
-            continue;
-        };
-        let ratio = dear.seconds() / cheap.seconds();
-        let verdict = if ratio <= limit.ratio { "reached" } else { "missed" };
-        let _ = writeln!(
-            text,
-            "| {} over {} | | {} | {} | {ratio:.1} | at most {} | {verdict} |",
-            limit.case,
-            limit.than,
-            reached(dear),
-            reached(cheap),
-            limit.ratio
-        );
+    growths.retain(|growth| growth.sizes.len() > 1);
+    growths
+}
+
+/// How a method grows.
+struct Growth {
+    peer: &'static str,
+    method: &'static str,
+    /// Two or more, ascending.
+    sizes: Vec<Size>,
+}
+
+struct Size {
+    states: f64,
+    time: f64,
+    memory: Option<f64>,
+}
+
+impl Growth {
+    /// From one size to another: the exponents of time and memory, and the bytes of each further state.
+    fn between(from: &Size, to: &Size) -> (f64, Option<(f64, f64)>) {
+        let exponent = |from: f64, to: f64| (to / from).ln();
+        let size = exponent(from.states, to.states);
+        let memory = from.memory.zip(to.memory).map(|(before, after)| {
+            (exponent(before, after) / size, (after - before) / (to.states - from.states))
+        });
+        (exponent(from.time, to.time) / size, memory)
     }
-    if text.len() == before { String::new() } else { text }
+
+    /// From the smallest to the largest.
+    fn overall(&self) -> (f64, Option<(f64, f64)>) {
+        Self::between(&self.sizes[0], &self.sizes[self.sizes.len() - 1])
+    }
+}
+
+/// Exponents of time and memory; empty where there are not two sizes.
+pub(crate) fn of_growth(rows: &[Row]) -> String {
+    let mut text = String::new();
+    for bar in BARS {
+        let Bar::Linear { cases, .. } = bar else { continue };
+        for growth in growth(cases, rows) {
+            for sizes in growth.sizes.windows(2) {
+                let (exponent, memory) = Growth::between(&sizes[0], &sizes[1]);
+                let (of_memory, bytes) = memory.unwrap_or((f64::NAN, f64::NAN));
+                let _ = writeln!(
+                    text,
+                    "| {} {} | {:.0} to {:.0} | {exponent:.2} | {of_memory:.2} | {bytes:.0} |",
+                    growth.peer, growth.method, sizes[0].states, sizes[1].states,
+                );
+            }
+        }
+    }
+    if text.is_empty() {
+        return text;
+    }
+    format!(
+        "### P3: growth with the number of states\n\nPeak memory of the program; the exponents of small lines are those of all that does not grow.\n\n| | states | exponent of time | exponent of memory | bytes for each further state |\n|---|---|---|---|---|\n{text}\n"
+    )
+}
+
+/// What is to be reached, and whether it is; empty where nothing of it was run.
+pub(crate) fn of_bars(rows: &[Row], builds: Option<&Builds>) -> String {
+    let lines: String = BARS.iter().filter_map(|bar| of_bar(bar, rows, builds)).collect();
+    if lines.is_empty() {
+        return lines;
+    }
+    format!(
+        "| | at error | dgd | other | ratio | to reach | |\n|---|---|---|---|---|---|---|\n{lines}"
+    )
+}
+
+/// The lines of a bar; none where it was not run.
+fn of_bar(bar: &Bar, rows: &[Row], builds: Option<&Builds>) -> Option<String> {
+    let was_run = |case, peer| rows.iter().any(|row| row.case.name == case && row.peer == peer);
+    let ours = |case| best(rows, case, OURS, None);
+    match *bar {
+        Bar::Faster { case, peer, method, ratio } => {
+            let of = CASES.iter().find(|of| of.name == case)?;
+            if !was_run(case, OURS) || !was_run(case, peer) {
+                return None;
+            }
+            let theirs = best(rows, case, peer, method);
+            let (found, verdict) = match (ours(case), theirs) {
+                (Some((ours, _)), Some((theirs, _))) => {
+                    let found = theirs.seconds() / ours.seconds();
+                    (format!("{found:.1}"), verdict(found >= ratio))
+                }
+                (Some(_), None) => ("-".to_owned(), "reached: the other is not that accurate"),
+                (None, _) => ("-".to_owned(), verdict(false)),
+            };
+            let show = |reach: Option<(Reach, &str)>| {
+                reach.map_or("not reached".to_owned(), |(time, method)| {
+                    format!("{method}: {}", reached(time))
+                })
+            };
+            let (error, dgd) = (of.equal_error, show(ours(case)));
+            let problem = of.label();
+            let theirs = show(theirs);
+            Some(format!(
+                "| {problem} | {error:.0e} | {dgd} | {peer} {theirs} | {found} | {ratio} | {verdict} |\n"
+            ))
+        }
+        Bar::AtMost { case, than, ratio } => {
+            let (dear, cheap) = (ours(case)?.0, ours(than)?.0);
+            let found = dear.seconds() / cheap.seconds();
+            let (dear, cheap) = (reached(dear), reached(cheap));
+            let verdict = verdict(found <= ratio);
+            let (case, than) = (case.replace('p', "P"), than.replace('p', "P"));
+            Some(format!(
+                "| {case} over {than} | | {dear} | {than}: {cheap} | {found:.1} | at most {ratio} | {verdict} |\n"
+            ))
+        }
+        Bar::Threads { one, all } => {
+            let (one, all) = (ours(one)?.0, ours(all)?.0);
+            let found = one.seconds() / all.seconds();
+            let cores = std::thread::available_parallelism().map_or(1, usize::from);
+            let (one, all) = (reached(one), reached(all));
+            Some(format!(
+                "| P4 by {cores} threads | | {all} | one thread: {one} | {found:.2} | | |\n"
+            ))
+        }
+        Bar::Loaded { case, compiled, loaded, ratio } => {
+            let find = |method| {
+                let mut rows = rows.iter().filter(|row| row.case.name == case && row.peer == OURS);
+                rows.find(|row| row.method == method)
+            };
+            let (compiled, loaded) = (find(compiled)?, find(loaded)?);
+            // The tolerance in the middle.
+            let middle = compiled.cells.len() / 2;
+            let time = |row: &Row| row.cells.get(middle)?.as_ref().ok().map(|cell| cell.least);
+            let (fast, slow) = (time(compiled)?, time(loaded)?);
+            let found = slow / fast;
+            let case = case.replace('p', "P");
+            let rtol = compiled.case.tolerances[middle];
+            let verdict = verdict(found <= ratio);
+            let (fast, slow) = (show(fast), show(slow));
+            Some(format!(
+                "| {case} loaded over compiled | rtol {rtol:.0e} | {slow} | compiled: {fast} | {found:.1} | at most {ratio} | {verdict} |\n"
+            ))
+        }
+        Bar::Linear { cases, exponent, bytes } => {
+            let growths = growth(cases, rows);
+            let ours = growths.iter().filter(|growth| growth.peer == OURS);
+            let lines = ours.map(|growth| {
+                let (time, memory) = growth.overall();
+                let (of_memory, found) = memory.unwrap_or((f64::NAN, f64::NAN));
+                let reached = time <= exponent && of_memory <= exponent && found <= bytes;
+                let (from, to) = (&growth.sizes[0], &growth.sizes[growth.sizes.len() - 1]);
+                format!(
+                    "| P3, {:.0} to {:.0} states | | {}: {} to {} | | time n^{time:.2}, memory n^{of_memory:.2}, {found:.0} bytes a state | at most n^{exponent}, {bytes} bytes | {} |\n",
+                    from.states, to.states, growth.method, show(from.time), show(to.time),
+                    verdict(reached),
+                )
+            });
+            Some(lines.collect()).filter(|lines: &String| !lines.is_empty())
+        }
+        Bar::Says { case, words } => {
+            let mut rows = rows.iter().filter(|row| row.case.name == case);
+            let said = |row: &Row| row.cells.first()?.as_ref().ok().map(|cell| cell.says.clone());
+            let ours = rows.find(|row| row.peer == OURS).and_then(said)?;
+            let is_said = |word: &str| ours.split([' ', ':', ';']).any(|part| part == word);
+            let reached =
+                ours.starts_with("not determined") && words.iter().all(|word| is_said(word));
+            let others =
+                rows.filter_map(|row| Some(format!("{} {}: {}", row.peer, row.method, said(row)?)));
+            let others = others.collect::<Vec<_>>().join("<br>");
+            Some(format!(
+                "| a fit with c2 and F both free | | {ours} | {others} | | said | {} |\n",
+                verdict(reached)
+            ))
+        }
+        Bar::Build { again, first } => {
+            let builds = builds?;
+            let line = |what: &str, build: &Build, most: f64| {
+                format!(
+                    "| a user's crate, {what} | | {:.1} s ({:.1} s of processors) | | | at most {most} s | {} |\n",
+                    build.time,
+                    build.processors,
+                    verdict(build.time <= most),
+                )
+            };
+            let (after, nothing) = ("dependencies built", "from nothing");
+            Some(line(after, &builds.again, again) + &line(nothing, &builds.first, first))
+        }
+    }
+}
+
+fn verdict(reached: bool) -> &'static str {
+    if reached { "reached" } else { "**missed**" }
 }
 
 /// What failed, and who gives another answer than the reference.
@@ -109,11 +264,11 @@ pub(crate) fn complaints(rows: &[Row]) -> (Vec<String>, Vec<String>) {
         for (cell, rtol) in row.cells.iter().zip(row.case.tolerances) {
             let what = format!("{}: {} {} at {rtol:.0e}", row.case.name, row.peer, row.method);
             match cell {
-                Err(message) => failures.push(format!("{what} failed: {message}")),
+                Err(Missing::Failed(message)) => failures.push(format!("{what} failed: {message}")),
                 Ok(cell) if cell.error > DISAGREEMENT => {
                     disagreements.push(format!("{what} does not agree: {:.1e}", cell.error));
                 }
-                Ok(_) => {}
+                Ok(_) | Err(Missing::LeftOut(_)) => {}
             }
         }
     }
@@ -122,13 +277,13 @@ pub(crate) fn complaints(rows: &[Row]) -> (Vec<String>, Vec<String>) {
 
 fn reached(reach: Reach) -> String {
     match reach {
-        Reach::Between(seconds) => time(seconds),
-        Reach::AtMost(seconds) => format!("≤ {}", time(seconds)),
+        Reach::Between(seconds) => show(seconds),
+        Reach::AtMost(seconds, error) => format!("≤ {} ({error:.0e})", show(seconds)),
     }
 }
 
 /// Three digits with a unit.
-fn time(seconds: f64) -> String {
+fn show(seconds: f64) -> String {
     let (value, unit) = match seconds {
         s if s < 1e-3 => (s * 1e6, "µs"),
         s if s < 1.0 => (s * 1e3, "ms"),
@@ -144,8 +299,8 @@ mod tests {
 
     #[test]
     fn a_time_has_three_digits() {
-        assert_eq!(time(7.04e-6), "7.04 µs");
-        assert_eq!(time(0.0123), "12.3 ms");
-        assert_eq!(time(123.0), "123 s");
+        assert_eq!(show(7.04e-6), "7.04 µs");
+        assert_eq!(show(0.0123), "12.3 ms");
+        assert_eq!(show(123.0), "123 s");
     }
 }

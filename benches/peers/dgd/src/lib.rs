@@ -1,14 +1,18 @@
-//! The problems, solved with dgd: `.dgd` files by `dgd::model!`, run by the public façade.
+//! The problems, solved with dgd: `.dgd` files by `dgd::model!` or loaded, run by the public façade.
+//!
+//! A library, so that what is timed beside the peers is what instructions are counted of.
 
 mod fit;
-
-use std::process::ExitCode;
+mod line;
+mod loaded;
+mod sets;
 
 use dgd::{
     Column, Inputs, Interpolation, Method, Options, Problem, Solution, System, find_method,
     simulate, simulate_with_sensitivities,
 };
-use peers_problems::request::{Answer, Failure, Request, answer};
+use dgd_compiler::pipeline::Directions;
+use peers_problems::request::{Answer, Failure, Request};
 use peers_problems::two_state::{SPEEDS, STRETCHES};
 
 mod models {
@@ -16,12 +20,28 @@ mod models {
     dgd::model!("../../../../models/bench_two_state.dgd", flow = static, as dae);
     dgd::model!("recording.dgd", as recording);
     dgd::model!("recording.dgd", sensitivities = [M, c0, c2], as fitted);
+    dgd::model!("recording.dgd", sensitivities = [M, c0, c2, F], as too_free);
 }
 
-fn main() -> ExitCode {
-    answer(|request| match request.case.as_str() {
+/// The model of P1, from here.
+const TWO_STATE: &str = "../../../models/bench_two_state.dgd";
+/// What stands behind a method's name where the model is not compiled by rustc but loaded.
+const LOADED: &str = ", loaded";
+
+/// Answers a request.
+///
+/// # Errors
+///
+/// A case that is not known, and whatever goes wrong in a run.
+pub fn solve(request: &Request) -> Result<(), Failure> {
+    match request.problem() {
+        "p1a" | "p1b" if request.method.ends_with(LOADED) => {
+            jump(request, &loaded::model(TWO_STATE, &Directions::All, &[])?)
+        }
         "p1a" | "p1b" => jump(request, &models::ode::Model),
         "p2a" | "p2b" => jump(request, &models::dae::Model),
+        "p3" => line::solve(request),
+        "p4" => sets::solve(request, &models::ode::Model),
         "p5a" | "p5b" => {
             let (inputs, times) = recorded(request)?;
             run(request, &models::recording::Model, &inputs, &times)
@@ -30,17 +50,25 @@ fn main() -> ExitCode {
             let (inputs, times) = recorded(request)?;
             fit::solve(request, &models::fitted::Model, inputs, times, options(request)?)
         }
-        case => Err(format!("no program for {case}").into()),
-    })
+        "rank" => {
+            let (inputs, times) = recorded(request)?;
+            fit::too_free(request, &models::too_free::Model, inputs, times, options(request)?)
+        }
+        problem => Err(format!("no program for {problem}").into()),
+    }
 }
 
 /// The pump's speed jumps at 100 s; outputs at whole seconds.
 fn jump(request: &Request, system: &impl System) -> Result<(), Failure> {
+    let (inputs, times) = jump_of_speed()?;
+    run(request, system, &inputs, &times)
+}
+
+/// The inputs of P1, P2 and P4, and the times of their outputs.
+fn jump_of_speed() -> Result<(Inputs, Vec<f64>), Failure> {
     let times: Vec<f64> = STRETCHES.iter().map(|(from, _, _)| f64::from(*from)).collect();
     let column = Column { name: "w", interpolation: Interpolation::Hold, values: &SPEEDS };
-    let inputs = Inputs::recorded(&times, &[column])?;
-    let outputs: Vec<f64> = (0..=1000).map(f64::from).collect();
-    run(request, system, &inputs, &outputs)
+    Ok((Inputs::recorded(&times, &[column])?, (0..=1000).map(f64::from).collect()))
 }
 
 /// Inputs of 6000 s at 1 Hz, and their times.
@@ -57,8 +85,14 @@ fn recorded(request: &Request) -> Result<(Inputs, Vec<f64>), Failure> {
 
 /// Both tolerances are relative to sizes that the model gives: of the unknowns, and of the parameters.
 fn options(request: &Request) -> Result<Options, Failure> {
-    let method: &'static Method = find_method(&request.method)?;
+    let name = request.method.trim_end_matches(LOADED);
+    let method: &'static Method = find_method(name)?;
     Ok(Options { rtol: request.rtol, atol: 0.01 * request.rtol, method, ..Options::default() })
+}
+
+/// Values of the parameters that the model declares.
+fn declared(system: &impl System) -> Vec<f64> {
+    system.signature().parameters.iter().map(|x| x.value).collect()
 }
 
 fn run(
@@ -67,14 +101,14 @@ fn run(
     inputs: &Inputs,
     times: &[f64],
 ) -> Result<(), Failure> {
-    let p: Vec<f64> = system.signature().parameters.iter().map(|x| x.value).collect();
+    let p = declared(system);
     let options = options(request)?;
     let problem = Problem { system, p: &p, inputs, start: &[] };
     let simulation =
         if request.with_sensitivities() { simulate_with_sensitivities } else { simulate };
     request.measure(
         || Ok(simulation(&problem, times, &options)?),
-        |solution| Answer { values: rows(&solution, &p), steps: solution.statistics.steps },
+        |solution| Answer::new(rows(&solution, &p), solution.statistics.steps),
     )
 }
 

@@ -158,7 +158,7 @@ fn sets(request: &Request) -> Result<(), Failure> {
             }
             Ok((sum / (SETS * 1001) as f64, steps))
         },
-        |(mean, steps)| Answer { values: vec![mean], steps },
+        |(mean, steps)| Answer::new(vec![mean], steps),
     )
 }
 
@@ -201,5 +201,5 @@ fn by_parameter(row: &[f64; WIDTH]) -> [f64; WIDTH] {
 fn scaled_back<const N: usize>((rows, steps): Run<N>) -> Answer {
     let values =
         rows.iter().flat_map(|row| row.iter().zip(SIZES.iter().cycle()).map(|(x, s)| x * s));
-    Answer { values: values.collect(), steps }
+    Answer::new(values.collect(), steps)
 }

@@ -27,7 +27,7 @@ macro_rules! builder {
 /// Solves `$problem` from stretch to stretch; `$read` takes a solver's outputs.
 macro_rules! solve {
     ($now:expr, $problem:expr, $method:ident, $read:expr) => {{
-        let mut problem = $problem?;
+        let problem = $problem;
         let (mut rows, mut steps) = (Vec::with_capacity(1001), 0);
         $now.restart();
         for (from, to, w) in STRETCHES {
@@ -58,20 +58,23 @@ pub(crate) fn states(request: &Request) -> Result<(), Failure> {
             .init(now.start(), 2)
             .build()
     };
-    let answer = |(rows, steps): Run| Answer {
-        values: rows.iter().flat_map(|row| &row[..2]).copied().collect(),
-        steps,
+    let answer = |(rows, steps): Run| {
+        Answer::new(rows.iter().flat_map(|row| &row[..2]).copied().collect(), steps)
     };
     match (request.case.as_str(), request.method.as_str()) {
-        ("p1a", "bdf") => request.measure(|| solve!(now, ode(), bdf, read_states), answer),
-        ("p1a", "tr_bdf2") => request.measure(|| solve!(now, ode(), tr_bdf2, read_states), answer),
-        ("p1a", "esdirk34") => {
-            request.measure(|| solve!(now, ode(), esdirk34, read_states), answer)
+        ("p1a", "bdf") => request.measure(|| solve!(now, &mut ode()?, bdf, read_states), answer),
+        ("p1a", "tr_bdf2") => {
+            request.measure(|| solve!(now, &mut ode()?, tr_bdf2, read_states), answer)
         }
-        ("p2a", "bdf") => request.measure(|| solve!(now, dae(), bdf, read_states), answer),
-        ("p2a", "tr_bdf2") => request.measure(|| solve!(now, dae(), tr_bdf2, read_states), answer),
+        ("p1a", "esdirk34") => {
+            request.measure(|| solve!(now, &mut ode()?, esdirk34, read_states), answer)
+        }
+        ("p2a", "bdf") => request.measure(|| solve!(now, &mut dae()?, bdf, read_states), answer),
+        ("p2a", "tr_bdf2") => {
+            request.measure(|| solve!(now, &mut dae()?, tr_bdf2, read_states), answer)
+        }
         ("p2a", "esdirk34") => {
-            request.measure(|| solve!(now, dae(), esdirk34, read_states), answer)
+            request.measure(|| solve!(now, &mut dae()?, esdirk34, read_states), answer)
         }
         (case, method) => Err(format!("no {method} for {case}").into()),
     }
@@ -93,22 +96,21 @@ pub(crate) fn sensitivities(request: &Request) -> Result<(), Failure> {
             .init_sens(now.start(), now.start_times(), 2)
             .build()
     };
-    let answer =
-        |(rows, steps): Run| Answer { values: rows.into_iter().flatten().collect(), steps };
+    let answer = |(rows, steps): Run| Answer::new(rows.into_iter().flatten().collect(), steps);
     match (request.case.as_str(), request.method.as_str()) {
-        ("p1b", "bdf") => request.measure(|| solve!(now, ode(), bdf_sens, read_all), answer),
+        ("p1b", "bdf") => request.measure(|| solve!(now, &mut ode()?, bdf_sens, read_all), answer),
         ("p1b", "tr_bdf2") => {
-            request.measure(|| solve!(now, ode(), tr_bdf2_sens, read_all), answer)
+            request.measure(|| solve!(now, &mut ode()?, tr_bdf2_sens, read_all), answer)
         }
         ("p1b", "esdirk34") => {
-            request.measure(|| solve!(now, ode(), esdirk34_sens, read_all), answer)
+            request.measure(|| solve!(now, &mut ode()?, esdirk34_sens, read_all), answer)
         }
-        ("p2b", "bdf") => request.measure(|| solve!(now, dae(), bdf_sens, read_all), answer),
+        ("p2b", "bdf") => request.measure(|| solve!(now, &mut dae()?, bdf_sens, read_all), answer),
         ("p2b", "tr_bdf2") => {
-            request.measure(|| solve!(now, dae(), tr_bdf2_sens, read_all), answer)
+            request.measure(|| solve!(now, &mut dae()?, tr_bdf2_sens, read_all), answer)
         }
         ("p2b", "esdirk34") => {
-            request.measure(|| solve!(now, dae(), esdirk34_sens, read_all), answer)
+            request.measure(|| solve!(now, &mut dae()?, esdirk34_sens, read_all), answer)
         }
         (case, method) => Err(format!("no {method} for {case}").into()),
     }
@@ -120,10 +122,11 @@ pub(crate) fn ensemble_of_sets(request: &Request) -> Result<(), Failure> {
     let ode = || {
         builder!(request).rhs_implicit(now.rhs(), now.jacobian_times()).init(now.start(), 2).build()
     };
-    let one = || -> Result<Run, Failure> {
+    let mut problem = ode()?;
+    let mut one = || -> Result<Run, Failure> {
         match request.method.as_str() {
-            "bdf" => solve!(now, ode(), bdf, read_states),
-            "esdirk34" => solve!(now, ode(), esdirk34, read_states),
+            "bdf" => solve!(now, &mut problem, bdf, read_states),
+            "esdirk34" => solve!(now, &mut problem, esdirk34, read_states),
             method => Err(format!("no {method} for p4").into()),
         }
     };
@@ -138,7 +141,7 @@ pub(crate) fn ensemble_of_sets(request: &Request) -> Result<(), Failure> {
             }
             Ok((sum / (SETS * 1001) as f64, steps))
         },
-        |(mean, steps)| Answer { values: vec![mean], steps },
+        |(mean, steps)| Answer::new(vec![mean], steps),
     )
 }
 

@@ -7,7 +7,7 @@ use diffsol::{
     FaerSparseLU, FaerSparseMat, OdeBuilder, OdeSolverMethod, OdeSolverStopReason, Vector,
 };
 use peers_problems::line::{END, Line};
-use peers_problems::request::{Answer, Failure, Request};
+use peers_problems::request::{Answer, Failure, Request, check_memory};
 
 /// Steps through `$problem` and reads p₁ at whole seconds.
 macro_rules! solve {
@@ -33,7 +33,9 @@ macro_rules! solve {
     }};
 }
 
-pub(crate) fn solve(request: &Request, cells: usize) -> Result<(), Failure> {
+pub(crate) fn solve(request: &Request) -> Result<(), Failure> {
+    let cells = request.size().ok_or("how many cells?")?;
+    check_memory(100 * (cells as u64).pow(2))?;
     let line = Line::new(cells);
     let rtol = request.rtol;
     let atol: Vec<f64> = (0..cells).flat_map(|_| [1e6 * rtol, 1e-2 * rtol]).collect();
@@ -50,7 +52,7 @@ pub(crate) fn solve(request: &Request, cells: usize) -> Result<(), Failure> {
             .init(move |_p: &[f64], _t, y: &mut [f64]| line.start(y), line.states())
             .build()
     };
-    let answer = |(values, steps)| Answer { values, steps };
+    let answer = |(values, steps)| Answer::new(values, steps);
     match request.method.as_str() {
         "tr_bdf2" => request.measure(|| solve!(problem(), tr_bdf2), answer),
         "esdirk34" => request.measure(|| solve!(problem(), esdirk34), answer),

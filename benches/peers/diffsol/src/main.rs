@@ -13,12 +13,12 @@ use std::process::ExitCode;
 use peers_problems::request::answer;
 
 fn main() -> ExitCode {
-    answer(|request| match (request.case.split_once('-'), request.case.as_str()) {
-        (Some(("p3", cells)), _) => line::solve(request, cells.parse()?),
-        (_, "p1a" | "p2a") => jump::states(request),
-        (_, "p1b" | "p2b") => jump::sensitivities(request),
-        (_, "p4") => jump::ensemble_of_sets(request),
-        (_, "p5a" | "p5b") => recording::solve(request),
-        (_, case) => Err(format!("no program for {case}").into()),
+    answer(|request| match request.problem() {
+        "p1a" | "p2a" => jump::states(request),
+        "p1b" | "p2b" => jump::sensitivities(request),
+        "p3" => line::solve(request),
+        "p4" => jump::ensemble_of_sets(request),
+        "p5a" | "p5b" => recording::solve(request),
+        problem => Err(format!("no program for {problem}").into()),
     })
 }

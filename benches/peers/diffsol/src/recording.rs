@@ -67,13 +67,9 @@ pub(crate) fn solve(request: &Request) -> Result<(), Failure> {
     };
     let first = first_step(request);
     let sensitivities = request.with_sensitivities();
-    let answer = |(rows, steps): (Vec<[f64; WIDTH]>, usize)| Answer {
-        values: rows
-            .iter()
-            .flat_map(|row| &row[..if sensitivities { WIDTH } else { 2 }])
-            .copied()
-            .collect(),
-        steps,
+    let width = if sensitivities { WIDTH } else { 2 };
+    let answer = |(rows, steps): (Vec<[f64; WIDTH]>, usize)| {
+        Answer::new(rows.iter().flat_map(|row| &row[..width]).copied().collect(), steps)
     };
     macro_rules! run {
         ($problem:expr, $method:ident, $sensitivities:expr) => {

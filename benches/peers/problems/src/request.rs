@@ -4,16 +4,23 @@
 //!   program CASE METHOD RTOL SPAN DATA OUTPUT
 //! ```
 //!
-//! CASE is `p1a`, `p1b`, `p2a`, `p2b`, `p3-1000` (cells), `p4`, `p5a`, `p5b`, `fit`; METHOD one of the program's own;
-//! RTOL the relative tolerance; SPAN for how many seconds to repeat, or how often, as `10x` (Rust only); DATA the folder of recorded
-//! inputs. The program writes the values of its last run to OUTPUT, little-endian doubles row by
-//! row, and prints `least`, `median` (seconds of one run) and `steps`. Programs in other languages
-//! do the same.
+//! CASE is `p1a`, `p1b`, `p2a`, `p2b`, `p3-1000` (cells), `p4`, `p4-64` (sets), `p4-threads`, `p5a`, `p5b`, `fit`,
+//! `rank`; METHOD one of the program's own; RTOL the relative tolerance; SPAN for how many seconds to repeat, or how
+//! often, as `10x` (Rust only); DATA the folder of recorded inputs. The program writes the values of its last run to
+//! OUTPUT, little-endian doubles row by row, and prints `least`, `median` (seconds of one run), `steps`, where it
+//! can the peak of its `memory` in bytes, and where there is something to say, what it `says`. Programs in other
+//! languages do the same.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
-use std::{env, fs, io};
+use std::{env, fmt, fs, io};
+
+/// Longer work than this is not repeated.
+const LONG: Duration = Duration::from_secs(10);
+
+/// A program ends so where this machine cannot do what is asked.
+const LEFT_OUT: u8 = 77;
 
 /// What is asked.
 #[derive(Debug)]
@@ -32,7 +39,7 @@ pub struct Request {
 /// How long to repeat.
 #[derive(Debug, Clone, Copy)]
 enum Repeat {
-    /// For so long, at least three times.
+    /// For so long, and at least three times where that is not too long.
     For(Duration),
     /// So often.
     Times(usize),
@@ -49,7 +56,7 @@ impl Repeat {
     /// Whether `runs` since `begin` are enough.
     fn is_over(self, runs: usize, begin: Instant) -> bool {
         match self {
-            Self::For(span) => runs >= 3 && begin.elapsed() >= span,
+            Self::For(span) => begin.elapsed() >= LONG || (runs >= 3 && begin.elapsed() >= span),
             Self::Times(times) => runs >= times,
         }
     }
@@ -62,10 +69,48 @@ pub struct Answer {
     pub values: Vec<f64>,
     /// Steps of the solver.
     pub steps: usize,
+    /// What a fit says of the parameters; empty where there is nothing to say.
+    pub says: String,
+}
+
+impl Answer {
+    /// Values and steps, and nothing to say.
+    pub fn new(values: Vec<f64>, steps: usize) -> Self {
+        Self { values, steps, says: String::new() }
+    }
 }
 
 /// Why there is no answer.
 pub type Failure = Box<dyn std::error::Error>;
+
+/// This machine has not the memory for what is asked.
+#[derive(Debug)]
+struct LeftOut {
+    needed: u64,
+    available: u64,
+}
+
+impl std::error::Error for LeftOut {}
+
+impl fmt::Display for LeftOut {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let gigabytes = |bytes: u64| bytes as f64 / 1e9;
+        let Self { needed, available } = *self;
+        write!(f, "needs {:.1} GB, and {:.1} are free", gigabytes(needed), gigabytes(available))
+    }
+}
+
+/// Whether this machine has so many bytes of memory to spare.
+///
+/// # Errors
+///
+/// That it has not, and the program is not to be run.
+pub fn check_memory(needed: u64) -> Result<(), Failure> {
+    match bytes("/proc/meminfo", "MemAvailable:") {
+        Some(available) if available < needed => Err(LeftOut { needed, available }.into()),
+        _ => Ok(()),
+    }
+}
 
 /// A sample of the recording: pump speed, and flow out of the volume, m³/s.
 #[derive(Debug, Clone, Copy)]
@@ -92,6 +137,16 @@ impl Request {
             data: data.into(),
             output: output.into(),
         })
+    }
+
+    /// The case without what stands behind its hyphen.
+    pub fn problem(&self) -> &str {
+        self.case.split('-').next().unwrap_or_default()
+    }
+
+    /// The number behind the hyphen of the case: of cells, or of sets.
+    pub fn size(&self) -> Option<usize> {
+        self.case.split_once('-')?.1.parse().ok()
     }
 
     /// Whether sensitivities are asked for, too: the variants b.
@@ -133,10 +188,16 @@ impl Request {
             }
         };
         times.sort_unstable_by(f64::total_cmp);
-        let Answer { values, steps } = answer(last);
+        let Answer { values, steps, says } = answer(last);
         let bytes: Vec<u8> = values.iter().flat_map(|x| x.to_le_bytes()).collect();
         fs::write(&self.output, bytes)?;
         println!("least {:e}\nmedian {:e}\nsteps {steps}", times[0], times[times.len() / 2]);
+        if let Some(memory) = peak_memory() {
+            println!("memory {memory}");
+        }
+        if !says.is_empty() {
+            println!("says {says}");
+        }
         Ok(())
     }
 }
@@ -145,11 +206,28 @@ impl Request {
 pub fn answer(solve: impl FnOnce(&Request) -> Result<(), Failure>) -> ExitCode {
     match Request::from_arguments().and_then(|request| solve(&request)) {
         Ok(()) => ExitCode::SUCCESS,
+        Err(failure) if failure.is::<LeftOut>() => {
+            eprintln!("{failure}");
+            ExitCode::from(LEFT_OUT)
+        }
         Err(failure) => {
             eprintln!("{failure}");
             ExitCode::FAILURE
         }
     }
+}
+
+/// Peak of the memory that this process has had in use, bytes, where the system tells.
+fn peak_memory() -> Option<u64> {
+    bytes("/proc/self/status", "VmHWM:")
+}
+
+/// What a file of the system has behind a name, in kB.
+fn bytes(file: &str, name: &str) -> Option<u64> {
+    let text = fs::read_to_string(file).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
+    let kilobytes: u64 = line.split_whitespace().next()?.parse().ok()?;
+    Some(1024 * kilobytes)
 }
 
 /// Little-endian doubles.

@@ -120,6 +120,13 @@ pub fn ensemble(count: usize) -> impl Iterator<Item = [f64; 5]> {
 pub const FIT_NOISE: [f64; 2] = [0.05, 2e-4];
 /// Positions of the parameters that are fitted, M, c0 and c2, and by what factor they start off.
 pub const FIT_START: [(usize, f64); 3] = [(0, 1.3), (1, 0.7), (3, 1.3)];
+/// The same with F, of which data determines only a sum with c2.
+pub const RANK_START: [(usize, f64); 4] = [(0, 1.3), (1, 0.7), (3, 1.3), (4, 0.7)];
+
+/// The one number of c2 and F that acts: what multiplies q².
+pub fn square_losses(p: &[f64]) -> f64 {
+    RHO_G * p[3] + p[4]
+}
 
 /// Parameter sets of P4.
 pub const SETS: usize = 10_000;

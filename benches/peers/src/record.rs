@@ -1,0 +1,49 @@
+//! Writes what was measured into the repository.
+
+use std::fs;
+use std::path::Path;
+
+/// Lines of the README between which the table stands.
+const BEGIN: &str = "<!-- written by benches/peers -- --record -->\n";
+const END: &str = "<!-- until here -->\n";
+
+/// Writes `table` into the README of the repository, and `all` into `results.md` of this folder.
+///
+/// # Errors
+///
+/// That a file cannot be read or written, or that the README has no place for a table.
+pub(crate) fn write(folder: &Path, root: &Path, table: &str, all: &str) -> Result<(), String> {
+    let path = root.join("README.md");
+    let told = |error: std::io::Error| format!("{}: {error}", path.display());
+    let readme = fs::read_to_string(&path).map_err(told)?;
+    let readme = replaced(&readme, table).ok_or("the README has no place for the table")?;
+    fs::write(&path, readme).map_err(told)?;
+    let results = folder.join("results.md");
+    let text =
+        format!("# Measured\n\n[README.md](README.md) says what is compared, and how.\n\n{all}");
+    fs::write(&results, text).map_err(|error| format!("{}: {error}", results.display()))
+}
+
+/// The text with another table.
+fn replaced(readme: &str, table: &str) -> Option<String> {
+    let (before, rest) = readme.split_once(BEGIN)?;
+    let (_, after) = rest.split_once(END)?;
+    Some(format!("{before}{BEGIN}\n{table}\n{END}{after}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_stands_around_the_table_stays() {
+        let readme = format!("a\n{BEGIN}\nold\n{END}b\n");
+        let expected = format!("a\n{BEGIN}\nnew\n{END}b\n");
+        assert_eq!(replaced(&readme, "new"), Some(expected));
+    }
+
+    #[test]
+    fn without_a_place_nothing_is_written() {
+        assert_eq!(replaced("a\n", "new"), None);
+    }
+}
