@@ -1,8 +1,9 @@
 //! A program as a system, however its functions are performed.
 
 use dgd_compiler::program::{FunctionKind, Program};
+use dgd_runtime::integrate::{Wanted, integrate};
 use dgd_runtime::linalg::Factorisation;
-use dgd_runtime::{Point, Signature, Storage, System};
+use dgd_runtime::{Failure, Options, Point, Problem, Signature, Solution, Storage, System};
 
 /// How the functions of a program are performed.
 pub trait Perform {
@@ -38,6 +39,23 @@ pub trait Perform {
         s: &[f64],
         results: &mut [&mut [f64]],
     );
+
+    /// Integrates a program that is performed so.
+    ///
+    /// # Errors
+    ///
+    /// As [`System::integrate`].
+    fn integrate(
+        problem: &Problem<'_, Executed<Self>>,
+        times: &[f64],
+        options: &Options,
+        wanted: Wanted,
+    ) -> Result<Solution, Failure>
+    where
+        Self: Sized,
+    {
+        integrate(problem, times, options, wanted)
+    }
 }
 
 /// A program as a system.
@@ -55,6 +73,15 @@ impl<P: Perform> System for Executed<P> {
     #[inline]
     fn signature(&self) -> &Signature {
         self.0.signature()
+    }
+
+    fn integrate(
+        problem: &Problem<'_, Self>,
+        times: &[f64],
+        options: &Options,
+        wanted: Wanted,
+    ) -> Result<Solution, Failure> {
+        P::integrate(problem, times, options, wanted)
     }
 
     #[inline]
