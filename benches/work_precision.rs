@@ -2,8 +2,10 @@
 //!
 //! 1001 outputs over 1000 s with a jump of the input at 100 s. The error is the largest difference
 //! from a reference solution, of a column's largest value: of the states where there are no
-//! sensitivities, of the sensitivities otherwise. `generated` is Rust by `dgd::model!`,
-//! `interpreted` the same program without rustc.
+//! sensitivities, of the sensitivities otherwise. `generated` is Rust by `dgd::model!`, `native` the
+//! same program as machine code made at run time, `interpreted` operation by operation.
+//!
+//! Before that, how long some models take to become machine code: all functions, and f alone.
 
 #![allow(clippy::print_stdout, reason = "a benchmark prints its table")]
 
@@ -11,7 +13,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use dgd::{
-    Column, Inputs, Interpolation, Options, Problem, Solution, System, simulate,
+    Column, Inputs, Interpolation, Options, Point, Problem, Solution, System, simulate,
     simulate_with_sensitivities,
 };
 use dgd_benches::measure;
@@ -19,20 +21,32 @@ use dgd_cli::data::{Table, read};
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Directions, compile};
+use dgd_compiler::program::Program;
 use dgd_compiler::source::{Source, Sources, Span};
 use dgd_compiler::syntax::ast::Name;
-use dgd_execute::Interpreted;
+use dgd_execute::{Engine, Interpreted, Loaded};
 
 mod models {
     dgd::model!("../models/bench_two_state.dgd", as ode);
     dgd::model!("../models/bench_two_state.dgd", flow = static, as dae);
 }
 
+/// Models that are compiled, from small to large.
+const COMPILED: [&str; 4] =
+    ["bench_two_state", "mud_circulation", "remote_level", "test_set/pollution"];
+
 fn main() {
+    println!("model                 operations    all ms      f ms");
+    for model in COMPILED {
+        compilation(model);
+    }
+    println!();
     println!("problem  back end     tolerance  least µs  median µs     error  steps  rejected");
     for flow in ["dynamic", "static"] {
         let reference = reference(flow);
-        let interpreted = interpreted(flow);
+        let program = program("bench_two_state", &[("flow", flow)]);
+        let interpreted = Interpreted::new(program.clone());
+        let native = Loaded::with_engine(program, Engine::Native);
         for with in [false, true] {
             let problem = match (flow, with) {
                 ("dynamic", false) => "P1a",
@@ -47,10 +61,39 @@ fn main() {
                 } else {
                     row(problem, "generated", &models::dae::Model, reference, with, tolerance);
                 }
+                row(problem, "native", &native, reference, with, tolerance);
                 row(problem, "interpreted", &interpreted, reference, with, tolerance);
             }
         }
     }
+}
+
+/// Measures how long a model takes to become machine code, and prints that.
+fn compilation(model: &str) {
+    let program = program(model, &[]);
+    let operations = |function: &dgd_compiler::program::Function| {
+        function.body.len() + function.loops.iter().map(|part| part.body.len()).sum::<usize>()
+    };
+    let system = || Loaded::with_engine(program.clone(), Engine::Native);
+    let all = measure(Duration::from_millis(300), || {
+        let system = system();
+        system.compile().expect("native code");
+        system
+    });
+    let p: Vec<f64> = program.parameters.iter().map(|parameter| parameter.value).collect();
+    let (y, u) = (vec![1.0; program.n()], vec![1.0; program.n_u()]);
+    let z = vec![0.0; program.n_discrete()];
+    let first = measure(Duration::from_millis(300), || {
+        let (system, mut f) = (system(), vec![0.0; y.len()]);
+        system.rhs(Point { t: 0.0, y: &y, u: &u, p: &p, z: &z }, &mut f);
+        system
+    });
+    println!(
+        "{model:<21} {:>10} {:>9.2} {:>9.2}",
+        program.functions.iter().map(operations).sum::<usize>(),
+        all.least.as_secs_f64() * 1e3,
+        first.least.as_secs_f64() * 1e3,
+    );
 }
 
 /// Measures one case and prints its row.
@@ -124,12 +167,12 @@ fn reference(flow: &str) -> Table {
     read(&path, &mut Sources::default(), &mut Diagnostics::default()).expect("a reference")
 }
 
-fn interpreted(flow: &str) -> Interpreted {
-    let path = root().join("models/bench_two_state.dgd");
+fn program(model: &str, variants: &[(&str, &str)]) -> Program {
+    let path = root().join(format!("models/{model}.dgd"));
     let text = std::fs::read_to_string(&path).expect("the model");
     let name = |text: &str| Name { text: text.to_owned(), span: Span::default() };
-    let options =
-        ModelOptions { variants: vec![(name("flow"), name(flow))], ..ModelOptions::default() };
+    let variants = variants.iter().map(|(variant, choice)| (name(variant), name(choice)));
+    let options = ModelOptions { variants: variants.collect(), ..ModelOptions::default() };
     let compiled = compile(
         Source { name: path.display().to_string(), text },
         &options,
@@ -138,5 +181,5 @@ fn interpreted(flow: &str) -> Interpreted {
         &mut Sources::default(),
         &mut Diagnostics::default(),
     );
-    Interpreted::new(compiled.expect("a sound model").program)
+    compiled.expect("a sound model").program
 }

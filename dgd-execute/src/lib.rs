@@ -5,6 +5,7 @@
 //! the program's operations one after another. Both give the bits of generated Rust.
 
 mod describe;
+mod fixed;
 mod interpret;
 mod loaded;
 #[cfg(feature = "native")]

@@ -5,9 +5,11 @@ use std::fmt;
 use std::sync::Arc;
 
 use dgd_compiler::program::{FunctionKind, Program};
+use dgd_runtime::integrate::Wanted;
 use dgd_runtime::linalg::AutoLu;
-use dgd_runtime::{Point, Signature};
+use dgd_runtime::{Failure, Options, Point, Problem, Signature, Solution};
 
+use crate::fixed;
 use crate::interpret::Interpreter;
 #[cfg(feature = "native")]
 use crate::native::Native;
@@ -66,18 +68,26 @@ impl Loaded {
 
     /// The same with an engine of one's choice.
     pub fn with_engine(program: Program, engine: Engine) -> Self {
-        #[cfg(feature = "native")]
-        let native = match engine {
-            Engine::Auto => Some(Native::for_host(CALLS_BEFORE)),
-            Engine::Native => Some(Native::for_host(0)),
-            Engine::Interpreter => None,
-        };
-        #[cfg(not(feature = "native"))]
-        let _ = engine;
+        match engine {
+            #[cfg(feature = "native")]
+            Engine::Auto => Self::by(program, Native::for_host(CALLS_BEFORE)),
+            #[cfg(feature = "native")]
+            Engine::Native => Self::by(program, Native::for_host(0)),
+            #[cfg(not(feature = "native"))]
+            Engine::Auto | Engine::Native => Self::with_engine(program, Engine::Interpreter),
+            Engine::Interpreter => Executed(OnDemand {
+                interpreter: Interpreter::new(program),
+                #[cfg(feature = "native")]
+                native: None,
+            }),
+        }
+    }
+
+    #[cfg(feature = "native")]
+    pub(crate) fn by(program: Program, native: Native) -> Self {
         Executed(OnDemand {
             interpreter: Interpreter::new(program),
-            #[cfg(feature = "native")]
-            native: native.map(Arc::new),
+            native: Some(Arc::new(native)),
         })
     }
 
@@ -143,5 +153,14 @@ impl Perform for OnDemand {
             return;
         }
         self.interpreter.perform(kind, at, udot, s, results);
+    }
+
+    fn integrate(
+        problem: &Problem<'_, Loaded>,
+        times: &[f64],
+        options: &Options,
+        wanted: Wanted,
+    ) -> Result<Solution, Failure> {
+        fixed::run(problem, times, options, wanted)
     }
 }

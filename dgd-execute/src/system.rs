@@ -1,9 +1,10 @@
 //! A program as a system, however its functions are performed.
 
 use dgd_compiler::program::{self, FunctionKind, Program, Taylor};
+use dgd_runtime::integrate::{Wanted, integrate};
 use dgd_runtime::linalg::Factorisation;
 use dgd_runtime::taylor::{KeptSeries, NoTaylor, Terms};
-use dgd_runtime::{Point, Signature, Storage, System};
+use dgd_runtime::{Failure, Options, Point, Problem, Signature, Solution, Storage, System};
 
 use crate::interpret::Interpreter;
 use crate::taylor::Expansion;
@@ -45,6 +46,23 @@ pub trait Perform {
         s: &[f64],
         results: &mut [&mut [f64]],
     );
+
+    /// Integrates a program that is performed so.
+    ///
+    /// # Errors
+    ///
+    /// As [`System::integrate`].
+    fn integrate(
+        problem: &Problem<'_, Executed<Self>>,
+        times: &[f64],
+        options: &Options,
+        wanted: Wanted,
+    ) -> Result<Solution, Failure>
+    where
+        Self: Sized,
+    {
+        integrate(problem, times, options, wanted)
+    }
 }
 
 /// A program as a system.
@@ -62,6 +80,15 @@ impl<P: Perform> System for Executed<P> {
     #[inline]
     fn signature(&self) -> &Signature {
         self.0.signature()
+    }
+
+    fn integrate(
+        problem: &Problem<'_, Self>,
+        times: &[f64],
+        options: &Options,
+        wanted: Wanted,
+    ) -> Result<Solution, Failure> {
+        P::integrate(problem, times, options, wanted)
     }
 
     #[inline]

@@ -28,7 +28,11 @@
 use std::borrow::Cow;
 
 use crate::arrays::Run;
+use crate::error::Failure;
+use crate::integrate::{self, Wanted};
 use crate::linalg::Factorisation;
+use crate::problem::{Options, Problem};
+use crate::solution::Solution;
 use crate::taylor::{KeptSeries, NoTaylor, Terms};
 
 /// Numbers of a size that is known when the program is compiled, `[f64; N]`, or when it runs,
@@ -347,6 +351,27 @@ pub trait System {
         s: &mut [f64],
     ) {
         let _ = (at, udot, h, order, kept, y, s);
+    }
+
+    /// Integrates the system, for [`simulate`](crate::simulate) and
+    /// [`simulate_with_sensitivities`](crate::simulate_with_sensitivities).
+    ///
+    /// A system whose sizes are known at run time only may hand the problem to one that is the same
+    /// with its sizes as constants.
+    ///
+    /// # Errors
+    ///
+    /// [`Failure`], with what was reached.
+    fn integrate(
+        problem: &Problem<'_, Self>,
+        times: &[f64],
+        options: &Options,
+        wanted: Wanted,
+    ) -> Result<Solution, Failure>
+    where
+        Self: Sized,
+    {
+        integrate::integrate(problem, times, options, wanted)
     }
 
     /// F = M ẏ − f. ∂F/∂ẏ = M, and the other derivatives of F are those of −f.

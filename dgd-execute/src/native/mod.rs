@@ -11,6 +11,8 @@
 
 mod code;
 mod plan;
+#[cfg(test)]
+mod tests;
 mod translate;
 
 use std::fmt;

@@ -31,7 +31,7 @@ impl<S: System> Simulation<'_, S> {
         let (y, sizes) = (self.y.as_ref(), self.sizes.as_ref());
         let norm = |values: &[f64]| self.tolerances.mean_square(values, y, y, sizes).sqrt();
         let (slope, rate) = (norm(f), norm(self.row.as_ref()) / norm(f));
-        let k = f64::from(self.method.kind.estimate_order() + 1);
+        let k = f64::from(self.method.kind.estimate_order(self.tolerances.rtol) + 1);
         let h = (rate / (ESTIMATE * slope)).powf(1.0 / k) / rate;
         if h > 0.0 { h } else { f64::INFINITY }
     }

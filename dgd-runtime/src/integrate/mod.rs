@@ -90,7 +90,7 @@ pub fn simulate<S: System>(
     times: &[f64],
     options: &Options,
 ) -> Result<Solution, Failure> {
-    run(problem, times, options, None)
+    S::integrate(problem, times, options, Wanted::Unknowns)
 }
 
 /// [`simulate`], with the sensitivities of all unknowns to the model's directions.
@@ -107,7 +107,38 @@ pub fn simulate_with_sensitivities<S: System>(
     times: &[f64],
     options: &Options,
 ) -> Result<Solution, Failure> {
-    run(problem, times, options, Some(Directions::new(problem.system)))
+    S::integrate(problem, times, options, Wanted::Sensitivities)
+}
+
+/// What a run gives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wanted {
+    /// The unknowns alone.
+    Unknowns,
+    /// The unknowns and their sensitivities to the model's directions.
+    Sensitivities,
+}
+
+/// What [`simulate`] and [`simulate_with_sensitivities`] do, with this very type of system.
+///
+/// # Errors
+///
+/// [`Failure`], with what was reached.
+///
+/// # Panics
+///
+/// As [`simulate`].
+pub fn integrate<S: System>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+    options: &Options,
+    wanted: Wanted,
+) -> Result<Solution, Failure> {
+    let directions = match wanted {
+        Wanted::Unknowns => None,
+        Wanted::Sensitivities => Some(Directions::new(problem.system)),
+    };
+    run(problem, times, options, directions)
 }
 
 /// Runs to all times that the outputs need, and gives the solution at the asked ones.

@@ -1,0 +1,78 @@
+//! Loaded models of a few unknowns with their number as a constant.
+//!
+//! The steps of a small model are a few dozen operations on vectors of n numbers. With n known when the
+//! solver is compiled they need no loops, no bounds and no memory but the stack, which is most of what
+//! a loaded model would otherwise take longer than a generated one. The solver is compiled here once
+//! for each n of the table in [`run`], and not where models are loaded.
+
+use dgd_compiler::program::{FunctionKind, Program};
+use dgd_runtime::integrate::{Wanted, integrate};
+use dgd_runtime::linalg::FixedLu;
+use dgd_runtime::{Failure, Options, Point, Problem, Signature, Solution};
+
+use crate::interpret::Interpreter;
+use crate::loaded::{Loaded, OnDemand};
+use crate::system::{Executed, Perform};
+
+/// A loaded model of N unknowns.
+struct Fixed<'a, const N: usize>(&'a OnDemand);
+
+impl<const N: usize> Perform for Fixed<'_, N> {
+    type Vector = [f64; N];
+    type Sensitivity = Vec<f64>;
+    type Inputs = Vec<f64>;
+    type Jacobian = Vec<f64>;
+    type SensitivityJacobian = Vec<f64>;
+    type Factorisation = FixedLu<N>;
+
+    fn program(&self) -> &Program {
+        self.0.program()
+    }
+
+    fn signature(&self) -> &Signature {
+        self.0.signature()
+    }
+
+    fn interpreter(&self) -> &Interpreter {
+        self.0.interpreter()
+    }
+
+    #[inline]
+    fn perform(
+        &self,
+        kind: FunctionKind,
+        at: Point<'_>,
+        udot: &[f64],
+        s: &[f64],
+        results: &mut [&mut [f64]],
+    ) {
+        self.0.perform(kind, at, udot, s, results);
+    }
+}
+
+/// Integrates a loaded model.
+pub(crate) fn run(
+    problem: &Problem<'_, Loaded>,
+    times: &[f64],
+    options: &Options,
+    wanted: Wanted,
+) -> Result<Solution, Failure> {
+    match problem.system.0.program().n() {
+        1 => run_fixed::<1>(problem, times, options, wanted),
+        2 => run_fixed::<2>(problem, times, options, wanted),
+        3 => run_fixed::<3>(problem, times, options, wanted),
+        4 => run_fixed::<4>(problem, times, options, wanted),
+        _ => integrate(problem, times, options, wanted),
+    }
+}
+
+fn run_fixed<const N: usize>(
+    problem: &Problem<'_, Loaded>,
+    times: &[f64],
+    options: &Options,
+    wanted: Wanted,
+) -> Result<Solution, Failure> {
+    let system = Executed(Fixed::<N>(&problem.system.0));
+    let Problem { p, inputs, start, .. } = *problem;
+    integrate(&Problem { system: &system, p, inputs, start }, times, options, wanted)
+}

@@ -1,0 +1,312 @@
+//! Machine code against the interpreter, on programs that no model file has.
+
+use std::fmt::Write as _;
+
+use cranelift_codegen::isa;
+use dgd_compiler::diagnostics::{Diagnostics, render};
+use dgd_compiler::model::ModelOptions;
+use dgd_compiler::pipeline::{Directions, compile};
+use dgd_compiler::program::{
+    Argument, FUNCTIONS, Function, FunctionKind, Loop, Operation, Program, Store, ValueId,
+};
+use dgd_compiler::source::{Source, Sources};
+use dgd_runtime::Point;
+
+use super::plan::{ARGUMENTS, Plan};
+use super::{Native, Refused};
+use crate::system::Perform;
+use crate::{Engine, Interpreted, Loaded};
+
+/// Numbers in (-1, 1) that are the same in every run: SplitMix64 (Steele, Lea, Flood 2014).
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^= z >> 31;
+        (z >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        ((0.5 * (self.next() + 1.0) * n as f64) as usize).min(n - 1)
+    }
+}
+
+/// Numbers at which functions do something special.
+const SPECIAL: [f64; 8] =
+    [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -0.0, f64::MIN_POSITIVE, 1e-310, -1e300];
+
+fn program(text: &str) -> Program {
+    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let main = Source { name: "model.dgd".to_owned(), text: text.to_owned() };
+    let none = &mut |_: &str| Err("no file".to_owned());
+    let options = ModelOptions::default();
+    let compiled = compile(main, &options, &Directions::All, none, &mut sources, &mut diagnostics);
+    let Ok(compiled) = compiled else {
+        let shown = render::render(&diagnostics.sorted(), &sources, render::Style::Plain);
+        panic!("{shown}\n{text}")
+    };
+    compiled.program
+}
+
+/// An expression of everything the language has.
+fn expression(noise: &mut Noise, depth: usize) -> String {
+    if depth == 0 {
+        let leaf = ["x", "v", "a", "b", "u", "time/1 [s]"][noise.below(6)];
+        return match noise.below(3) {
+            0 => format!("{:.3}*{leaf}", 3.0 * noise.next()),
+            _ => leaf.to_owned(),
+        };
+    }
+    let one = |noise: &mut Noise| expression(noise, depth - 1);
+    let (first, second) = (one(noise), one(noise));
+    match noise.below(12) {
+        0 => format!("({first} + {second})"),
+        1 => format!("({first} - {second})"),
+        2 | 3 => format!("({first})*({second})"),
+        4 => format!("({first})/({second})"),
+        5 => {
+            let unary =
+                ["sqrt", "exp", "log", "log10", "sin", "cos", "tan", "atan", "asin", "acos"];
+            format!("{}({first})", unary[noise.below(unary.len())])
+        }
+        6 => {
+            let unary = ["sinh", "cosh", "tanh", "abs", "sign", "-"];
+            format!("{}({first})", unary[noise.below(unary.len())])
+        }
+        7 => format!("{}({first}, {second})", ["min", "max", "atan2"][noise.below(3)]),
+        8 => format!("({first})^{}", ["2", "3", "0.5", "(a)", "(-1)"][noise.below(5)]),
+        _ => {
+            let (third, fourth) = (one(noise), one(noise));
+            let less = ["<", "<=", ">", ">="][noise.below(4)];
+            let joint = ["and", "or", "and not"][noise.below(3)];
+            format!(
+                "(if {first} {less} {second} {joint} ({third} > {fourth}) then {third} else {fourth})"
+            )
+        }
+    }
+}
+
+/// A model with that in its outputs, and with loops.
+fn model(noise: &mut Noise, outputs: usize) -> String {
+    let mut text = "\
+model random
+size N = 7
+parameter a = 0.7
+parameter b = 1.3
+input u linear
+state x = 0.1 + a
+state v = -b
+state p[i in 1..N] = a*i
+equation one: 1 [s]*der(x) = a*v - b*x*x + u + p[3]
+equation two: 1 [s]*der(v) = sin(b*x) - v*sqrt(1 + x^2)
+equation first: 1 [s]*der(p[1]) = u - p[1]*abs(p[1])
+for i in 2..N { equation cell[i]: 1 [s]*der(p[i]) = i*a*(p[i-1] - p[i]) + v*exp(-p[i]^2) + max(p[i], x) }
+output p
+"
+    .to_owned();
+    for k in 0..outputs {
+        let _ = writeln!(text, "output w{k} = {}", expression(noise, 3));
+    }
+    text
+}
+
+/// Where functions are evaluated.
+struct At {
+    t: f64,
+    arrays: [Vec<f64>; ARGUMENTS.len()],
+}
+
+impl At {
+    fn random(program: &Program, noise: &mut Noise) -> At {
+        let n = program.n();
+        let lengths = [
+            n,
+            program.n_u(),
+            program.parameters.len(),
+            program.n_discrete(),
+            program.n_u(),
+            n * program.directions.len(),
+        ];
+        let mut number = || 2.0 * noise.next();
+        let arrays = lengths.map(|len| (0..len).map(|_| number()).collect());
+        At { t: number(), arrays }
+    }
+
+    /// Bits of all results of a function; of all that are no number, the same.
+    fn bits(&self, performed: &impl Perform, function: &Function) -> Vec<Vec<u64>> {
+        let mut results: Vec<Vec<f64>> =
+            function.lengths.iter().map(|length| vec![0.25; *length]).collect();
+        let mut slices: Vec<&mut [f64]> = results.iter_mut().map(Vec::as_mut_slice).collect();
+        let [y, u, p, z, udot, s] = &self.arrays;
+        performed.perform(function.kind, Point { t: self.t, y, u, p, z }, udot, s, &mut slices);
+        let bits = |x: &f64| if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() };
+        results.iter().map(|result| result.iter().map(bits).collect()).collect()
+    }
+}
+
+/// Compares every function at random places and at special numbers.
+fn compare(program: &Program, noise: &mut Noise) {
+    let interpreted = Interpreted::new(program.clone());
+    let native = Loaded::with_engine(program.clone(), Engine::Native);
+    native.compile().expect("native code where tests run");
+    for round in 0..20 {
+        let mut at = At::random(program, noise);
+        if round > 0 {
+            for array in &mut at.arrays {
+                let special = SPECIAL[noise.below(SPECIAL.len())];
+                if !array.is_empty() {
+                    let k = noise.below(array.len());
+                    array[k] = special;
+                }
+            }
+        }
+        for function in &program.functions {
+            let expected = at.bits(&interpreted.0, function);
+            assert_eq!(at.bits(&native.0, function), expected, "{:?}", function.kind);
+        }
+    }
+}
+
+#[test]
+fn random_expressions_and_loops_give_the_bits_of_the_interpreter() {
+    for seed in 0..40 {
+        let mut noise = Noise(seed);
+        let text = model(&mut noise, 6);
+        compare(&program(&text), &mut noise);
+    }
+}
+
+#[test]
+fn functions_of_several_pieces_give_the_bits_of_the_interpreter() {
+    let mut noise = Noise(99);
+    let program = program(&model(&mut noise, 150));
+    let plan = Plan::new(program.function(FunctionKind::OutputJacobians)).expect("a plan");
+    assert!(plan.pieces.len() > 2, "{} pieces", plan.pieces.len());
+    assert!(plan.kept.contains(&true), "no piece reads what another has computed");
+    let loops = plan.function.loops.len();
+    assert_eq!(plan.pieces.last().map(|piece| piece.loops.end), Some(loops));
+    compare(&program, &mut noise);
+}
+
+#[test]
+fn a_function_is_compiled_when_it_has_been_called_often() {
+    let program = program(&model(&mut Noise(3), 1));
+    let native = Native::for_host(2);
+    let compiled = |kind| native.called(&program, kind).is_some();
+    let calls = [(); 4].map(|()| compiled(FunctionKind::Rhs));
+    assert_eq!(calls, [false, false, true, true]);
+    assert!(!compiled(FunctionKind::Linearize), "each function counts for itself");
+}
+
+#[test]
+fn the_interpreter_takes_over_on_other_machines() {
+    let program = program(&model(&mut Noise(3), 2));
+    let unknown = || {
+        isa::lookup_by_name("sparc-unknown-linux-gnu")
+            .map_err(|error| Refused::Machine(error.to_string()))
+    };
+    let native = Native::new(unknown, 0);
+    assert!(matches!(native.code(&program, FunctionKind::Rhs), Err(Refused::Machine(_))));
+    let loaded = Loaded::by(program.clone(), native);
+    let message = loaded.compile().expect_err("no code").to_string();
+    assert!(message.starts_with("there is no native code: not for this machine"), "{message}");
+    let interpreted = Interpreted::new(program.clone());
+    let at = At::random(&program, &mut Noise(1));
+    for function in &program.functions {
+        assert_eq!(at.bits(&loaded.0, function), at.bits(&interpreted.0, function));
+    }
+}
+
+#[test]
+fn asked_for_the_interpreter_there_is_no_native_code() {
+    let program = program(&model(&mut Noise(3), 1));
+    let loaded = Loaded::with_engine(program, Engine::Interpreter);
+    let message = loaded.compile().expect_err("no code").to_string();
+    assert_eq!(message, "there is no native code: it was not asked for");
+}
+
+#[test]
+fn clones_share_code_and_outlive_the_first() {
+    let program = program(&model(&mut Noise(8), 2));
+    let first = Loaded::with_engine(program.clone(), Engine::Native);
+    first.compile().expect("native code");
+    let at = At::random(&program, &mut Noise(4));
+    let function = program.function(FunctionKind::SensitivityLinearize);
+    let expected = at.bits(&first.0, function);
+    let clones = [first.clone(), first.clone()];
+    drop(first);
+    std::thread::scope(|scope| {
+        for clone in clones {
+            scope.spawn(|| {
+                let clone = clone;
+                for _ in 0..100 {
+                    assert_eq!(at.bits(&clone.0, function), expected);
+                }
+            });
+        }
+    });
+}
+
+#[test]
+#[should_panic(expected = "lengths of arguments and results")]
+fn short_slices_are_refused_before_the_code_runs() {
+    let program = program(&model(&mut Noise(3), 1));
+    let loaded = Loaded::with_engine(program.clone(), Engine::Native);
+    let mut at = At::random(&program, &mut Noise(1));
+    at.arrays[0].pop();
+    at.bits(&loaded.0, program.function(FunctionKind::Rhs));
+}
+
+/// A function of one result of one number.
+fn function(body: Vec<Operation>, loops: Vec<Loop>) -> Function {
+    Function {
+        kind: FunctionKind::Rhs,
+        results: vec![vec![ValueId(body.len() as u32 - 1)]],
+        body,
+        names: Vec::new(),
+        places: vec![None],
+        lengths: vec![1],
+        loops,
+    }
+}
+
+#[test]
+fn what_is_no_program_is_refused() {
+    use Operation::{Add, Compare, Constant, Counter, Load, LoadSwept, Not, Select};
+    use dgd_compiler::expr::graph::Comparison::Less;
+    let v = ValueId;
+    let one = Constant(1.0);
+    let bodies = [
+        // An operand that is not there yet.
+        vec![one, Add(v(0), v(1))],
+        // A number that is a condition, and a condition that is a number.
+        vec![one, Compare(Less, v(0), v(0)), Add(v(0), v(1))],
+        vec![one, Not(v(0)), Select(v(1), v(0), v(0))],
+        // A result that is a condition.
+        vec![one, Compare(Less, v(0), v(0))],
+        // Parts of loops outside.
+        vec![Counter],
+        vec![LoadSwept(Argument::Y, 0)],
+    ];
+    for body in bodies {
+        let refused = Plan::new(&function(body.clone(), Vec::new())).err();
+        assert_eq!(refused, Some(Refused::Malformed), "{body:?}");
+    }
+    let far = vec![Load(Argument::Y, u32::MAX)];
+    assert_eq!(Plan::new(&function(far, Vec::new())).err(), Some(Refused::TooLarge));
+    // A loop that writes beyond its result.
+    let store = Store { result: 0, first: 0, value: v(1) };
+    let part = Loop { count: 2, body: vec![LoadSwept(Argument::Y, 0)], stores: vec![store] };
+    assert_eq!(Plan::new(&function(vec![one], vec![part])).err(), Some(Refused::Malformed));
+}
+
+#[test]
+fn the_table_fits_into_a_frame() {
+    use super::plan::MOST_RESULTS;
+    let most = FUNCTIONS.iter().map(|spec| spec.results.len()).max();
+    assert_eq!(most, Some(MOST_RESULTS));
+}
