@@ -24,6 +24,9 @@
 //! Jorba and Zou, A software package for the numerical integration of ODEs by means of high-order
 //! Taylor methods, Experimental Mathematics 14 (2005) 99–117, §3.
 
+// Lengths are constants where storage has a fixed size, and only once inlined there.
+#![allow(clippy::inline_always)]
+
 use super::drive::Drive;
 use super::stepper::{Base, Directions, Spoilt, Stepper, Trial};
 use super::{Simulation, base, larger};
@@ -57,6 +60,8 @@ pub(crate) struct Expansion {
     y: Vec<f64>,
     /// Sₖ, order by order, row by row.
     s: Vec<f64>,
+    /// Sums and errors of S, row by row.
+    rows: [Vec<f64>; 2],
 }
 
 impl Expansion {
@@ -72,24 +77,14 @@ impl Expansion {
             kept: vec![[0.0; MOST_ORDER + 1]; kept.unknowns.max(kept.sensitivities)],
             y: vec![0.0; (order + 1) * n],
             s: vec![0.0; (order + 1) * n * n_s],
+            rows: [vec![0.0; n * n_s], vec![0.0; n * n_s]],
         }
     }
 
-    /// y at h₀θ, from its series; and the last two terms as its error.
+    /// y at h₀θ, from its series; and its error from the last two terms.
+    #[inline(always)]
     fn sum(&self, theta: f64, y: &[f64], out: &mut [f64], error: &mut [f64]) {
-        out.fill(0.0);
-        let mut power = 1.0;
-        let mut rows = self.y.chunks_exact(y.len().max(1)).skip(1);
-        for k in 1..=self.order {
-            power *= theta;
-            let Some(row) = rows.next() else { break };
-            for (out, term) in out.iter_mut().zip(row) {
-                *out += power * term;
-            }
-            if k + 1 >= self.order && !error.is_empty() {
-                note(error, row.iter().map(|term| power * term), k == self.order);
-            }
-        }
+        add_terms(&self.y, self.order, theta, out, error);
         // What is added to y is small against it: only this sum rounds.
         for (out, y) in out.iter_mut().zip(y) {
             *out += y;
@@ -97,8 +92,9 @@ impl Expansion {
     }
 
     /// S at h₀θ, and its error.
+    #[inline(always)]
     fn sum_sensitivities(
-        &self,
+        &mut self,
         theta: f64,
         s: &[f64],
         n: usize,
@@ -106,33 +102,40 @@ impl Expansion {
         error: &mut [f64],
     ) {
         let n_s = s.len() / n.max(1);
-        out.fill(0.0);
-        let mut power = 1.0;
-        let mut orders = self.s.chunks_exact(s.len().max(1)).skip(1);
-        for k in 1..=self.order {
-            power *= theta;
-            let Some(rows) = orders.next() else { break };
-            let is_error = k + 1 >= self.order && !error.is_empty();
-            for (i, row) in rows.chunks_exact(n_s).enumerate() {
-                for (j, term) in row.iter().enumerate() {
-                    out[j * n + i] += power * term;
-                }
-            }
-            if is_error {
-                let terms = (0..n * n_s).map(|at| power * rows[at % n * n_s + at / n]);
-                note(error, terms, k == self.order);
+        let [sum, last] = &mut self.rows;
+        let last = &mut last[..error.len()];
+        add_terms(&self.s, self.order, theta, sum, last);
+        for j in 0..n_s {
+            for i in 0..n {
+                out[j * n + i] = s[j * n + i] + sum[i * n_s + j];
             }
         }
-        for (out, s) in out.iter_mut().zip(s) {
-            *out += s;
+        if !error.is_empty() {
+            for j in 0..n_s {
+                for i in 0..n {
+                    error[j * n + i] = last[i * n_s + j];
+                }
+            }
         }
     }
 }
 
-/// Takes the last term, or the one before it, into an estimate of errors.
-fn note(error: &mut [f64], terms: impl Iterator<Item = f64>, is_last: bool) {
-    for (error, term) in error.iter_mut().zip(terms) {
-        *error = if is_last { larger(*error, term.abs()) } else { BUT_ONE * term.abs() };
+/// The terms of series but those of order 0; and the last two as an error, if one is asked for.
+#[inline(always)]
+fn add_terms(series: &[f64], order: usize, theta: f64, out: &mut [f64], error: &mut [f64]) {
+    let len = out.len();
+    let (mut power, mut before) = (1.0, 1.0);
+    out.fill(0.0);
+    for k in 1..=order {
+        before = power;
+        power *= theta;
+        for (out, term) in out.iter_mut().zip(&series[k * len..(k + 1) * len]) {
+            *out += power * term;
+        }
+    }
+    let last = series[order * len..].iter().zip(&series[(order - 1) * len..]);
+    for (error, (last, but_one)) in error.iter_mut().zip(last) {
+        *error = larger((power * last).abs(), (BUT_ONE * before * but_one).abs());
     }
 }
 
@@ -147,7 +150,7 @@ impl<S: System> Stepper<S> {
         h: f64,
         directions: Option<&Directions<S>>,
     ) {
-        let Expansion { order, h: own, kept, y: series, s } = &mut self.expansion;
+        let Expansion { order, h: own, kept, y: series, s, .. } = &mut self.expansion;
         *own = h;
         let (u, udot) = drive.with_slope(base.t, y);
         let at = Point { t: base.t, y, u, p: base.p, z: base.z };
@@ -188,8 +191,22 @@ impl<S: System> Stepper<S> {
 
     /// S at a time h after the start of the step tried last.
     pub(super) fn sensitivity_series_at(&self, h: f64, s: &[f64], out: &mut [f64]) {
-        let n = self.y_new.as_ref().len();
-        self.expansion.sum_sensitivities(h / self.expansion.h, s, n, out, &mut []);
+        let Expansion { order, h: own, s: series, .. } = &self.expansion;
+        let n = self.y_new.as_ref().len().max(1);
+        let (theta, n_s) = (h / own, s.len() / n);
+        out.fill(0.0);
+        let mut power = 1.0;
+        for rows in series.chunks_exact(s.len().max(1)).skip(1).take(*order) {
+            power *= theta;
+            for (i, row) in rows.chunks_exact(n_s).enumerate() {
+                for (j, term) in row.iter().enumerate() {
+                    out[j * n + i] += power * term;
+                }
+            }
+        }
+        for (out, s) in out.iter_mut().zip(s) {
+            *out += s;
+        }
     }
 
     /// The first coefficient that is not finite.
