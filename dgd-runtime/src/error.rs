@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::integrate::locked::PerSampleError;
 use crate::readings::{Reading, With};
 use crate::signal::InputError;
 use crate::solution::Solution;
@@ -110,6 +111,8 @@ pub enum IntegrateError {
         /// The input.
         input: String,
     },
+    /// Equal steps per sample are not possible, or not accurate enough.
+    PerSample(PerSampleError),
     /// Newton's method does not find the values at the end of a step, however small that is.
     NewtonDiverged {
         /// Time reached, s.
@@ -277,6 +280,7 @@ impl fmt::Display for IntegrateError {
         match self {
             Self::BadRequest(error) => error.fmt(f),
             Self::Inputs(error) => error.fmt(f),
+            Self::PerSample(error) => error.fmt(f),
             Self::Initial(error) => error.fmt(f),
             Self::StepSizeTooSmall { t, h, unknown, parameter: None, error } => write!(
                 f,

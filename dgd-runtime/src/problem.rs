@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use crate::delay::delays;
 use crate::error::BadRequest;
 use crate::integrate::catalogue::{self, Method};
+use crate::integrate::locked::Steps;
 use crate::signal::{Delayed, InputError, Inputs};
 use crate::state_selection::share_sizes;
 use crate::system::System;
@@ -95,6 +96,8 @@ pub struct Options {
     pub atol: f64,
     /// Integration method.
     pub method: &'static Method,
+    /// How long steps are.
+    pub steps: Steps,
     /// Most steps tried.
     pub max_steps: usize,
     /// First step, s; chosen from the equations where there is none.
@@ -107,6 +110,7 @@ impl Default for Options {
             rtol: 1e-6,
             atol: 1e-6,
             method: catalogue::DEFAULT,
+            steps: Steps::Automatic,
             max_steps: 1_000_000,
             initial_step: None,
         }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::signal::Side;
-use crate::system::Text;
+use crate::system::{Signature, Text};
 
 /// Values at the asked times.
 #[derive(Debug, Clone, PartialEq)]
@@ -134,6 +134,8 @@ pub struct Statistics {
     pub factorisations: usize,
     /// Segments of smooth inputs.
     pub segments: usize,
+    /// Equal steps per sample; 0 where steps were adaptive.
+    pub per_sample: u32,
 }
 
 impl Solution {
@@ -166,6 +168,36 @@ impl Solution {
     /// What is known of delayed unknowns at the k-th time.
     pub fn past(&self, k: usize) -> &[f64] {
         &self.past[k * self.n_past..(k + 1) * self.n_past]
+    }
+
+    /// No values yet, of a run with n_s directions.
+    pub(crate) fn empty(signature: &Signature, n_s: usize) -> Self {
+        Self {
+            n: signature.unknowns.len(),
+            n_s,
+            times: Vec::new(),
+            y: Vec::new(),
+            s: Vec::new(),
+            late: Vec::new(),
+            n_z: signature.discrete.len(),
+            z: Vec::new(),
+            n_past: 0,
+            past: Vec::new(),
+            events: Vec::new(),
+            undefined: Vec::new(),
+            statistics: Statistics::default(),
+        }
+    }
+
+    /// Forgets all values, and the work that they took.
+    pub(crate) fn forget_rows(&mut self) {
+        self.times.clear();
+        self.y.clear();
+        self.s.clear();
+        self.z.clear();
+        self.past.clear();
+        self.undefined.clear();
+        self.statistics = Statistics::default();
     }
 
     /// Which limit the values at the k-th time are.

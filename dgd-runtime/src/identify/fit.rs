@@ -4,6 +4,7 @@ use crate::identify::error::TrialFailed;
 use crate::identify::levenberg_marquardt::{Minimum, Termination};
 use crate::identify::output_error::{OutputErrorProblem, Starts};
 use crate::identify::recording::Misfit;
+use crate::identify::stepping::Stepping;
 use crate::identify::uncertainty::{Correlated, Estimate, Uncertainty, Undetermined};
 use crate::identify::variables::Variables;
 use crate::identify::weighing::{Weighted, effective_priors, misfits};
@@ -43,6 +44,8 @@ pub struct Fit {
     pub failures: usize,
     /// Why the last of them could not.
     pub last_failure: Option<TrialFailed>,
+    /// How its simulations stepped.
+    pub stepping: Stepping,
     /// Why the fit ended.
     pub termination: Termination,
     uncertainty: Uncertainty,
@@ -109,6 +112,7 @@ pub(super) fn finish<S: System>(
     z: &[f64],
     at: &Weighted,
     sigma: Vec<Option<f64>>,
+    stepping: Stepping,
     total: Total,
 ) -> Fit {
     let signature = problem.system.signature();
@@ -155,6 +159,7 @@ pub(super) fn finish<S: System>(
         evaluations: total.evaluations,
         failures: total.failures,
         last_failure: total.last_failure,
+        stepping,
         termination: total.termination.unwrap_or(Termination::EvaluationLimit),
         noise: sigma,
         uncertainty,

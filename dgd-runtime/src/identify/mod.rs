@@ -15,6 +15,7 @@
 //! | `fit` | what was found |
 //! | `levenberg_marquardt`, `box_quadratic` | the minimisation |
 //! | `noise` | σ of each output: given, or from the residuals |
+//! | `stepping` | how simulations step: the same way in all trials, where recordings allow it |
 //! | `parallel` | recordings in several threads |
 //! | `uncertainty` | covariance, and what the data does not determine |
 
@@ -26,6 +27,7 @@ mod noise;
 mod output_error;
 mod parallel;
 mod recording;
+mod stepping;
 mod uncertainty;
 mod variables;
 mod weighing;
@@ -38,5 +40,6 @@ pub use output_error::{
     Evaluation, OutputErrorProblem, Prior, Starts, evaluate, fit, fit_from, fit_starts,
 };
 pub use recording::{Misfit, Recording, outputs_with_sensitivities};
+pub use stepping::Stepping;
 pub use uncertainty::{Correlated, Estimate, Term, Undetermined};
 pub use variables::Bound;

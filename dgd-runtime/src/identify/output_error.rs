@@ -19,8 +19,11 @@ use crate::identify::levenberg_marquardt::{StoppingRule, minimise};
 use crate::identify::noise::{self, Noise};
 use crate::identify::parallel::in_parallel;
 use crate::identify::recording::{Derivatives, Misfit, Recording, Sums, outputs_of, sums};
+use crate::identify::stepping::Stepping;
 use crate::identify::variables::{Variable, Variables};
-use crate::identify::weighing::{effective_priors, misfits, output_names, simulate_all, weigh};
+use crate::identify::weighing::{
+    Weighted, effective_priors, misfits, output_names, simulate_all, weigh,
+};
 use crate::observe::Observations;
 use crate::problem::Options;
 use crate::system::{Direction, System};
@@ -122,20 +125,41 @@ pub fn fit<S: System + Clone + Send>(
         return Err(EstimateError::TooFewSamples { samples, free: variables.len() });
     }
 
+    let mut total = Total::default();
+    let mut stepping = Stepping::first(problem, &variables, &z)?;
+    loop {
+        let options = stepping.applied(problem.options);
+        let stepped = OutputErrorProblem { options, ..problem.clone() };
+        let (end, at, sigma) = estimate(&stepped, &variables, z, data, &mut total)?;
+        match stepping.next(problem, &variables, &end)? {
+            Some(next) => (stepping, z) = (next, end),
+            None => return Ok(finish(&stepped, &variables, &end, &at, sigma, stepping, total)),
+        }
+    }
+}
+
+/// Estimates with given steps from z on: where that ended, what was evaluated there, and σ.
+fn estimate<S: System + Clone + Send>(
+    problem: &OutputErrorProblem<'_, S>,
+    variables: &Variables,
+    mut z: Vec<f64>,
+    data: usize,
+    total: &mut Total,
+) -> Result<(Vec<f64>, Weighted, Vec<Option<f64>>), EstimateError> {
     let least = least_noise(problem);
     let mut sigma = first_noise(problem, &least);
     let bounds: Vec<(f64, f64)> = variables.all.iter().map(Variable::bounds).collect();
     let freedom = (data - variables.len()).max(1) as f64;
     let reduction = problem.stopping.reduction.max(NEGLIGIBLE_REDUCTION / freedom);
-    let mut total = Total { evaluations: 1, ..Total::default() };
-    let first = simulate_all(problem, &variables, &z).map_err(EstimateError::Start)?;
-    let mut at = weigh(problem, &variables, &z, &sigma, first);
+    total.evaluations += 1;
+    let first = simulate_all(problem, variables, &z).map_err(EstimateError::Start)?;
+    let mut at = weigh(problem, variables, &z, &sigma, first);
     for round in 1.. {
         let left = problem.stopping.evaluations.saturating_sub(total.evaluations);
         let rule = StoppingRule { reduction, evaluations: left, ..problem.stopping };
         let minimum = minimise(z, at, &bounds, &rule, |z| {
-            let sums = simulate_all(problem, &variables, z)?;
-            Ok(weigh(problem, &variables, z, &sigma, sums))
+            let sums = simulate_all(problem, variables, z)?;
+            Ok(weigh(problem, variables, z, &sigma, sums))
         });
         let termination = minimum.termination;
         (z, at) = total.add(minimum);
@@ -149,9 +173,9 @@ pub fn fit<S: System + Clone + Send>(
             break;
         }
         sigma = next;
-        at = weigh(problem, &variables, &z, &sigma, at.sums);
+        at = weigh(problem, variables, &z, &sigma, at.sums);
     }
-    Ok(finish(problem, &variables, &z, &at, sigma, total))
+    Ok((z, at, sigma))
 }
 
 /// The best of fits that start from several points, and which it was.

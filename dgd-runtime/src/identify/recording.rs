@@ -2,11 +2,12 @@
 
 use crate::error::IntegrateError;
 use crate::identify::error::TrialFailure;
+use crate::integrate::locked::{Sink, can_stream, stream};
 use crate::integrate::{simulate, simulate_with_sensitivities};
 use crate::observe::{Observations, observe};
 use crate::problem::{Options, Problem};
-use crate::signal::Inputs;
-use crate::system::System;
+use crate::signal::{Inputs, Segment};
+use crate::system::{Point, Storage, System};
 
 /// One experiment.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,7 +93,7 @@ pub(crate) enum Derivatives {
 
 /// Outputs at the sample times of a recording, as its sensors would read them.
 ///
-/// All estimation sees a model through this function.
+/// All estimation sees a model through this function and [`simulated_sums`].
 pub(crate) fn outputs_of<S: System>(
     system: &S,
     recording: &Recording,
@@ -152,6 +153,34 @@ pub(crate) struct Sums {
     pub information: Vec<f64>,
 }
 
+impl Sums {
+    fn zeros(n: usize) -> Self {
+        Self { gradient: vec![0.0; n], information: vec![0.0; n * n], ..Self::default() }
+    }
+
+    /// Adds a sample: its error e and ∂e/∂z.
+    #[inline]
+    fn add(&mut self, e: f64, slopes: &[f64]) {
+        self.samples += 1;
+        self.squares += e * e;
+        let n = slopes.len();
+        if n == 0 {
+            return;
+        }
+        if slopes.iter().any(|slope| !slope.is_finite()) {
+            self.without_sensitivity += 1;
+            return;
+        }
+        let rows = self.information.chunks_exact_mut(n).zip(&mut self.gradient);
+        for (i, ((row, gradient), a)) in rows.zip(slopes).enumerate() {
+            *gradient += a * e;
+            for (sum, b) in row[..=i].iter_mut().zip(slopes) {
+                *sum += a * b;
+            }
+        }
+    }
+}
+
 /// Sums over the samples of each measured output, with e = w − measured.
 pub(crate) fn sums(
     recording: &Recording,
@@ -159,40 +188,127 @@ pub(crate) fn sums(
     columns: &[Column],
     output_name: impl Fn(usize) -> String,
 ) -> Result<Vec<Sums>, TrialFailure> {
-    let n = columns.len();
     let n_w = observations.n_w;
-    let mut slopes = vec![0.0; n];
+    let mut slopes = vec![0.0; columns.len()];
     let mut all = Vec::with_capacity(n_w);
     for output in 0..n_w {
-        let mut sums =
-            Sums { gradient: vec![0.0; n], information: vec![0.0; n * n], ..Sums::default() };
+        let mut sums = Sums::zeros(columns.len());
         for (k, measured) in recording.counted(output) {
             let e = observations.w(k)[output] - measured;
             if !e.is_finite() {
                 let (output, t) = (output_name(output), recording.times[k]);
                 return Err(TrialFailure::OutputNotFinite { output, t });
             }
-            sums.samples += 1;
-            sums.squares += e * e;
-            if n == 0 {
-                continue;
+            if !columns.is_empty() {
+                write_slopes(observations.dw(k), n_w, output, columns, &mut slopes);
             }
-            let dw = observations.dw(k);
-            for (slope, column) in slopes.iter_mut().zip(columns) {
-                *slope = dw[column.direction * n_w + output] * column.slope;
-            }
-            if slopes.iter().any(|slope| !slope.is_finite()) {
-                sums.without_sensitivity += 1;
-                continue;
-            }
-            for (i, a) in slopes.iter().enumerate() {
-                sums.gradient[i] += a * e;
-                for (sum, b) in sums.information[i * n..].iter_mut().zip(&slopes[..=i]) {
-                    *sum += a * b;
-                }
-            }
+            sums.add(e, &slopes);
         }
         all.push(sums);
     }
     Ok(all)
+}
+
+/// ∂w/∂z of one output.
+#[inline]
+fn write_slopes(dw: &[f64], n_w: usize, output: usize, columns: &[Column], slopes: &mut [f64]) {
+    for (slope, column) in slopes.iter_mut().zip(columns) {
+        *slope = dw[column.direction * n_w + output] * column.slope;
+    }
+}
+
+/// [`sums`] of a simulation, with derivatives; where it can be, each sample is added as it is reached.
+pub(crate) fn simulated_sums<S: System>(
+    system: &S,
+    recording: &Recording,
+    (p, start): (&[f64], &[(usize, f64)]),
+    options: &Options,
+    columns: &[Column],
+    output_name: impl Fn(usize) -> String,
+) -> Result<Vec<Sums>, TrialFailure> {
+    let problem = Problem { system, p, inputs: &recording.inputs, start };
+    if !can_stream(&problem, options) {
+        let observations = outputs_of(system, recording, p, start, options, Derivatives::Yes)
+            .map_err(TrialFailure::Simulation)?;
+        return sums(recording, &observations, columns, output_name);
+    }
+    let mut adding = Adding::new(&problem, recording, columns);
+    stream(&problem, &recording.times, options, &mut adding).map_err(TrialFailure::Simulation)?;
+    match adding.spoilt {
+        None => Ok(adding.sums),
+        Some((k, output)) => {
+            let (output, t) = (output_name(output), recording.times[k]);
+            Err(TrialFailure::OutputNotFinite { output, t })
+        }
+    }
+}
+
+/// Adds samples while a simulation goes on.
+struct Adding<'a, S: System> {
+    problem: Problem<'a, S>,
+    /// Measured values of each output, none for one that was not measured.
+    measured: Vec<&'a [f64]>,
+    /// Samples before this one do not count.
+    first: usize,
+    columns: &'a [Column],
+    /// Position of the next sample.
+    k: usize,
+    u: S::Inputs,
+    w: Vec<f64>,
+    dw: Vec<f64>,
+    slopes: Vec<f64>,
+    sums: Vec<Sums>,
+    /// The first output that is not a number where it was measured, with its sample.
+    spoilt: Option<(usize, usize)>,
+}
+
+impl<'a, S: System> Adding<'a, S> {
+    fn new(problem: &Problem<'a, S>, recording: &'a Recording, columns: &'a [Column]) -> Self {
+        let signature = problem.system.signature();
+        let n_w = signature.outputs.len();
+        Self {
+            problem: *problem,
+            measured: recording
+                .measured
+                .iter()
+                .map(|samples| samples.as_deref().unwrap_or_default())
+                .collect(),
+            first: recording.times.partition_point(|t| *t < recording.counts_from),
+            columns,
+            k: 0,
+            u: S::Inputs::zeros(signature.n_u()),
+            w: vec![0.0; n_w],
+            dw: vec![0.0; n_w * signature.directions.len()],
+            slopes: vec![0.0; columns.len()],
+            sums: vec![Sums::zeros(columns.len()); n_w],
+            spoilt: None,
+        }
+    }
+}
+
+impl<S: System> Sink for Adding<'_, S> {
+    #[inline]
+    fn take(&mut self, t: f64, segment: Segment<'_>, y: &[f64], s: &[f64]) {
+        let k = self.k;
+        self.k += 1;
+        let counts = |samples: &&[f64]| samples.get(k).is_some_and(|value| value.is_finite());
+        if k < self.first || !self.measured.iter().any(counts) {
+            return;
+        }
+        let Problem { system, p, .. } = self.problem;
+        segment.value(t, self.u.as_mut());
+        let at = Point { t, y, u: self.u.as_ref(), p, z: &[] };
+        system.output_sensitivities(at, s, &mut self.w, &mut self.dw);
+        let n_w = self.w.len();
+        for (output, (sums, samples)) in self.sums.iter_mut().zip(&self.measured).enumerate() {
+            let Some(measured) = samples.get(k).filter(|value| value.is_finite()) else { continue };
+            let e = self.w[output] - measured;
+            if !e.is_finite() {
+                self.spoilt.get_or_insert((k, output));
+                continue;
+            }
+            write_slopes(&self.dw, n_w, output, self.columns, &mut self.slopes);
+            sums.add(e, &self.slopes);
+        }
+    }
 }

@@ -4,7 +4,7 @@ use crate::identify::error::{TrialFailed, TrialFailure};
 use crate::identify::levenberg_marquardt::NormalEquations;
 use crate::identify::output_error::OutputErrorProblem;
 use crate::identify::parallel::in_parallel;
-use crate::identify::recording::{Derivatives, Misfit, Sums, outputs_of, sums};
+use crate::identify::recording::{Misfit, Sums, simulated_sums};
 use crate::identify::variables::Variables;
 use crate::system::System;
 
@@ -32,10 +32,9 @@ pub(super) fn simulate_all<S: System + Clone + Send>(
     let results = in_parallel(*system, recordings.len(), *threads, |system, r| {
         let recording = &recordings[r];
         let start = variables.starts(r, &recording.start, z);
-        let observations = outputs_of(system, recording, &p, &start, options, Derivatives::Yes)
-            .map_err(TrialFailure::Simulation)?;
         let columns = variables.columns(r, z);
-        sums(recording, &observations, &columns, |i| names[i].clone())
+        let name = |i: usize| names[i].clone();
+        simulated_sums(system, recording, (&p, &start), options, &columns, name)
     });
     let failed = |(recording, result): (usize, Result<Vec<Sums>, TrialFailure>)| {
         result.map_err(|reason| TrialFailed { recording, reason })

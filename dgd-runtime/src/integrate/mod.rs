@@ -33,6 +33,7 @@ mod history;
 mod initial_step;
 mod instant;
 mod locate;
+pub(crate) mod locked;
 mod moving_jump;
 mod newton;
 mod order;
@@ -55,13 +56,14 @@ use crate::linalg::Singular;
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
 use crate::signal::{Segment, Side};
-use crate::solution::{Solution, Statistics};
+use crate::solution::Solution;
 use crate::system::{Direction, Point, Signature, Storage, System};
 use breaks::Breaks;
 use catalogue::{Method, MethodKind};
 use controller::Controller;
 use drive::Drive;
 use events::Hybrid;
+use locked::Steps;
 use moving_jump::MovingJumps;
 use stepper::{At, Base, Directions, Failed, Stepper, Trial};
 use taylor::Expansion;
@@ -118,23 +120,9 @@ fn run<S: System>(
     let signature = problem.system.signature();
     assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
     assert_eq!(problem.inputs.len(), signature.inputs.len(), "number of inputs");
-    let n = signature.unknowns.len();
     let n_s = if directions.is_some() { signature.directions.len() } else { 0 };
-    let mut solution = Solution {
-        n,
-        n_s,
-        times: Vec::new(),
-        y: Vec::new(),
-        s: Vec::new(),
-        late: Vec::new(),
-        n_z: signature.discrete.len(),
-        z: Vec::new(),
-        n_past: if outputs_read_past(signature) { signature.past().len() } else { 0 },
-        past: Vec::new(),
-        events: Vec::new(),
-        undefined: Vec::new(),
-        statistics: Statistics::default(),
-    };
+    let mut solution = Solution::empty(signature, n_s);
+    solution.n_past = if outputs_read_past(signature) { signature.past().len() } else { 0 };
     let verified = verify(problem, times, options).and_then(|()| {
         history::verify(problem, n_s > 0)?;
         if let MethodKind::Taylor(_) = options.method.kind {
@@ -149,7 +137,14 @@ fn run<S: System>(
     };
     let read = Problem { inputs: &inputs, ..*problem };
     let all = late.as_ref().map_or(times, |late| &late.all);
-    let outcome = run_to(&read, all, options, directions, &mut solution);
+    let outcome = match options.steps {
+        Steps::PerSample(per_sample) => {
+            locked::run(&read, all, options, per_sample, directions, &mut solution)
+        }
+        Steps::Automatic | Steps::Adaptive => {
+            run_to(&read, all, options, directions, &mut solution)
+        }
+    };
     if let Some(late) = late {
         solution = late.split(times, solution);
     }

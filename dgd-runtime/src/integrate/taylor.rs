@@ -60,8 +60,8 @@ pub(crate) struct Expansion {
     y: Vec<f64>,
     /// Sₖ, order by order, row by row.
     s: Vec<f64>,
-    /// Sums and errors of S, row by row.
-    rows: [Vec<f64>; 2],
+    /// A sum of S, row by row.
+    rows: Vec<f64>,
 }
 
 impl Expansion {
@@ -77,65 +77,109 @@ impl Expansion {
             kept: vec![[0.0; MOST_ORDER + 1]; kept.unknowns.max(kept.sensitivities)],
             y: vec![0.0; (order + 1) * n],
             s: vec![0.0; (order + 1) * n * n_s],
-            rows: [vec![0.0; n * n_s], vec![0.0; n * n_s]],
+            rows: vec![0.0; n * n_s],
         }
     }
 
-    /// y at h₀θ, from its series; and its error from the last two terms.
+    /// The order of the series.
+    pub(super) fn order(&self) -> usize {
+        self.order
+    }
+
+    /// Computes the series at a point, for steps of about the size h; S is given for the beginning, or
+    /// nothing where it is not wanted.
     #[inline(always)]
-    fn sum(&self, theta: f64, y: &[f64], out: &mut [f64], error: &mut [f64]) {
-        add_terms(&self.y, self.order, theta, out, error);
+    pub(super) fn compute<S: System>(
+        &mut self,
+        system: &S,
+        at: Point<'_>,
+        udot: &[f64],
+        h: f64,
+        given: &[f64],
+    ) {
+        let Self { order, h: own, kept, y, s, .. } = self;
+        *own = h;
+        if given.is_empty() {
+            system.taylor(at, udot, h, *order, kept, y);
+            return;
+        }
+        let n = at.y.len();
+        let n_s = given.len() / n.max(1);
+        transpose(given, n, &mut s[..given.len()], n_s);
+        system.sensitivity_taylor(at, udot, h, *order, kept, y, s);
+    }
+
+    /// y at h₀θ, from its series.
+    #[inline(always)]
+    pub(super) fn sum(&self, theta: f64, y: &[f64], out: &mut [f64]) {
+        add_terms(&self.y, self.order, theta, out);
         // What is added to y is small against it: only this sum rounds.
         for (out, y) in out.iter_mut().zip(y) {
             *out += y;
         }
     }
 
-    /// S at h₀θ, and its error.
+    /// S at h₀θ.
     #[inline(always)]
-    fn sum_sensitivities(
-        &mut self,
-        theta: f64,
-        s: &[f64],
-        n: usize,
-        out: &mut [f64],
-        error: &mut [f64],
-    ) {
-        let n_s = s.len() / n.max(1);
-        let [sum, last] = &mut self.rows;
-        let last = &mut last[..error.len()];
-        add_terms(&self.s, self.order, theta, sum, last);
-        for j in 0..n_s {
-            for i in 0..n {
-                out[j * n + i] = s[j * n + i] + sum[i * n_s + j];
-            }
+    pub(super) fn sum_sensitivities(&mut self, theta: f64, s: &[f64], n: usize, out: &mut [f64]) {
+        let rows = &mut self.rows[..out.len()];
+        add_terms(&self.s, self.order, theta, rows);
+        transpose(rows, s.len() / n.max(1), out, n);
+        for (out, s) in out.iter_mut().zip(s) {
+            *out += s;
         }
-        if !error.is_empty() {
-            for j in 0..n_s {
-                for i in 0..n {
-                    error[j * n + i] = last[i * n_s + j];
-                }
-            }
-        }
+    }
+
+    /// Error of y at h₀θ.
+    #[inline(always)]
+    pub(super) fn error(&self, theta: f64, error: &mut [f64]) {
+        last_terms(&self.y, self.order, theta, error);
+    }
+
+    /// Error of S at h₀θ.
+    #[inline(always)]
+    pub(super) fn sensitivity_error(&mut self, theta: f64, n: usize, error: &mut [f64]) {
+        let rows = &mut self.rows[..error.len()];
+        last_terms(&self.s, self.order, theta, rows);
+        transpose(rows, error.len() / n.max(1), error, n);
     }
 }
 
-/// The terms of series but those of order 0; and the last two as an error, if one is asked for.
+/// The terms of series but those of order 0.
 #[inline(always)]
-fn add_terms(series: &[f64], order: usize, theta: f64, out: &mut [f64], error: &mut [f64]) {
+fn add_terms(series: &[f64], order: usize, theta: f64, out: &mut [f64]) {
     let len = out.len();
-    let (mut power, mut before) = (1.0, 1.0);
+    let mut power = 1.0;
     out.fill(0.0);
     for k in 1..=order {
-        before = power;
         power *= theta;
         for (out, term) in out.iter_mut().zip(&series[k * len..(k + 1) * len]) {
             *out += power * term;
         }
     }
+}
+
+/// The larger of the last two terms of series, the last but one by its part.
+#[inline(always)]
+fn last_terms(series: &[f64], order: usize, theta: f64, error: &mut [f64]) {
+    let len = error.len();
+    let mut before = 1.0;
+    for _ in 1..order {
+        before *= theta;
+    }
     let last = series[order * len..].iter().zip(&series[(order - 1) * len..]);
     for (error, (last, but_one)) in error.iter_mut().zip(last) {
-        *error = larger((power * last).abs(), (BUT_ONE * before * but_one).abs());
+        *error = larger((theta * before * last).abs(), (BUT_ONE * before * but_one).abs());
+    }
+}
+
+/// Numbers by `m` columns of n made those by n columns of `m`.
+#[inline(always)]
+fn transpose(from: &[f64], n: usize, to: &mut [f64], m: usize) {
+    for j in 0..m {
+        for i in 0..n {
+            to[i * m + j] = from[j * n + i];
+        }
     }
 }
 
@@ -150,22 +194,10 @@ impl<S: System> Stepper<S> {
         h: f64,
         directions: Option<&Directions<S>>,
     ) {
-        let Expansion { order, h: own, kept, y: series, s, .. } = &mut self.expansion;
-        *own = h;
         let (u, udot) = drive.with_slope(base.t, y);
         let at = Point { t: base.t, y, u, p: base.p, z: base.z };
-        match directions.map(|directions| directions.s.as_ref()).filter(|s| !s.is_empty()) {
-            None => base.system.taylor(at, udot, h, *order, kept, series),
-            Some(given) => {
-                let (n, n_s) = (y.len(), given.len() / y.len().max(1));
-                for (i, row) in s[..given.len()].chunks_exact_mut(n_s).enumerate() {
-                    for (j, s) in row.iter_mut().enumerate() {
-                        *s = given[j * n + i];
-                    }
-                }
-                base.system.sensitivity_taylor(at, udot, h, *order, kept, series, s);
-            }
-        }
+        let s = directions.map_or(&[][..], |directions| directions.s.as_ref());
+        self.expansion.compute(base.system, at, udot, h, s);
     }
 
     /// Tries a step along the series at (t, y).
@@ -177,16 +209,18 @@ impl<S: System> Stepper<S> {
     ) {
         let Self { expansion, y_new, error, .. } = self;
         let theta = trial.h / expansion.h;
-        expansion.sum(theta, trial.y, y_new.as_mut(), error.as_mut());
+        let n = trial.y.len();
+        expansion.sum(theta, trial.y, y_new.as_mut());
+        expansion.error(theta, error.as_mut());
         if let Some(Directions { s, s_new, error, .. }) = directions {
-            let (s_new, error) = (s_new.as_mut(), error.as_mut());
-            expansion.sum_sensitivities(theta, s.as_ref(), trial.y.len(), s_new, error);
+            expansion.sum_sensitivities(theta, s.as_ref(), n, s_new.as_mut());
+            expansion.sensitivity_error(theta, n, error.as_mut());
         }
     }
 
     /// y at a time h after the start of the step tried last.
     pub(super) fn series_at(&self, h: f64, y: &[f64], out: &mut [f64]) {
-        self.expansion.sum(h / self.expansion.h, y, out, &mut []);
+        self.expansion.sum(h / self.expansion.h, y, out);
     }
 
     /// S at a time h after the start of the step tried last.
@@ -237,7 +271,7 @@ impl<S: System> Simulation<'_, S> {
 }
 
 /// Whether a problem can be solved along Taylor series.
-pub(super) fn verify<S: System>(
+pub(crate) fn verify<S: System>(
     problem: &Problem<'_, S>,
     method: &'static str,
 ) -> Result<(), IntegrateError> {

@@ -1,0 +1,70 @@
+//! The number of steps per sample, while it is sought.
+
+use super::PerSample;
+use super::choice::Measured;
+use super::error::PerSampleError;
+use crate::error::IntegrateError;
+
+/// More steps per sample are not tried.
+pub(super) const MOST: u32 = 64;
+
+/// The number of steps per sample.
+pub(super) struct Count {
+    pub(super) n: u32,
+    wanted: PerSample,
+    method: &'static str,
+}
+
+impl Count {
+    pub(super) fn new(wanted: PerSample, method: &'static str) -> Self {
+        let n = match wanted {
+            PerSample::Automatic => 1,
+            PerSample::Exactly(n) => n.get(),
+        };
+        Self { n, wanted, method }
+    }
+
+    /// Whether it depends on errors.
+    pub(super) fn is_open(&self) -> bool {
+        self.wanted == PerSample::Automatic
+    }
+
+    /// Takes over a first guess.
+    pub(super) fn begin_with(&mut self, n: u32) {
+        self.n = n;
+    }
+
+    /// Takes note of a run that leads beyond all numbers from `t` on.
+    pub(super) fn refuse(&mut self, t: f64) -> Result<(), IntegrateError> {
+        if self.is_open() && self.n < MOST {
+            self.n = (2 * self.n).min(MOST);
+            return Ok(());
+        }
+        let (per_sample, method) = (self.n, self.method);
+        Err(IntegrateError::PerSample(PerSampleError::NotFinite { t, per_sample, method }))
+    }
+
+    /// Takes note of the errors of a whole run, which fall with the power `exponent` of steps; whether
+    /// they are small enough.
+    pub(super) fn settle(
+        &mut self,
+        measured: Measured,
+        exponent: u32,
+    ) -> Result<bool, IntegrateError> {
+        if !self.is_open() {
+            return Ok(true);
+        }
+        let Some(n) = measured.wants_more_than(self.n, exponent) else {
+            return Ok(true);
+        };
+        if self.n == MOST {
+            return Err(IntegrateError::PerSample(PerSampleError::Inaccurate {
+                per_sample: self.n,
+                method: self.method,
+                error: measured.largest.sqrt(),
+            }));
+        }
+        self.n = n;
+        Ok(false)
+    }
+}

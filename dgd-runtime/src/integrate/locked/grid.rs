@@ -1,0 +1,47 @@
+//! How many equal steps each segment of the inputs gets.
+
+use crate::signal::{Inputs, Side};
+
+/// Steps of a run: equal within each segment, and nowhere longer than a share of the sample interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Grid {
+    per_sample: u32,
+    /// One over the longest step.
+    rate: f64,
+}
+
+/// Segments longer than a whole number of steps by less than this part of a step get no step more.
+const ROUNDING: f64 = 1e-9;
+
+impl Grid {
+    /// `per_sample` steps in each sample interval.
+    pub(crate) fn new(interval: f64, per_sample: u32) -> Self {
+        Self { per_sample, rate: f64::from(per_sample) / interval }
+    }
+
+    /// Steps in a sample interval.
+    pub(crate) fn per_sample(self) -> u32 {
+        self.per_sample
+    }
+
+    /// Steps in a segment of this length.
+    #[inline]
+    pub(crate) fn steps(self, length: f64) -> usize {
+        // Rounded up, without the library call that this is where the processor has no instruction.
+        (length * self.rate - ROUNDING) as usize + 1
+    }
+}
+
+/// The mean distance of the asked times, or of the points at which inputs change, whichever is the
+/// shorter.
+pub(crate) fn sample_interval(inputs: &Inputs, times: &[f64]) -> f64 {
+    let (Some(from), Some(until)) = (times.first(), times.last()) else {
+        return f64::INFINITY;
+    };
+    (until - from) / (times.len() - 1).max(segments(inputs, *from, *until)).max(1) as f64
+}
+
+/// Segments of the inputs in a run.
+pub(crate) fn segments(inputs: &Inputs, from: f64, until: f64) -> usize {
+    inputs.segment_at(until, Side::Left) + 1 - inputs.segment_at(from, Side::Right)
+}
