@@ -7,6 +7,7 @@ use std::cell::RefCell;
 use std::path::Path;
 
 use dgd::system::{DelayedUnknown, PastLayout};
+use dgd::taylor::MOST_ORDER;
 use dgd::{Direction, Pattern, Point, System, discrete_numbers};
 use dgd_execute::Interpreted;
 use support::{
@@ -568,6 +569,19 @@ fn bits(system: &impl System, at: &At) -> Vec<Vec<u64>> {
     let mut drdy = numbers(discrete.reset_jacobian.len());
     system.reset_sensitivities(point, &udot, &s, &mut dr, &mut drdy, &mut drdt);
     all.extend([de, dedy, dedt, dr, drdy, drdt]);
+    if let Ok(kept) = system.taylor_series() {
+        const ORDER: usize = 12;
+        let terms = vec![[0.0; MOST_ORDER + 1]; kept.unknowns.max(kept.sensitivities)];
+        let (mut y, mut s_series) = (numbers((ORDER + 1) * n), numbers((ORDER + 1) * n * n_s));
+        system.taylor(point, &udot, 0.01, ORDER, &mut terms.clone(), &mut y);
+        all.push(y.clone());
+        if n_s > 0 {
+            s_series[..n * n_s].copy_from_slice(&s);
+            let kept = &mut terms.clone();
+            system.sensitivity_taylor(point, &udot, 0.01, ORDER, kept, &mut y, &mut s_series);
+            all.extend([y, s_series]);
+        }
+    }
     all.iter().map(|values| values.iter().map(|x| bits_of(*x)).collect()).collect()
 }
 
@@ -603,6 +617,7 @@ fn check_agreement(generated: &impl System, path: &str, choices: &[(&str, &str)]
         assert_eq!(bits(generated, at), expected, "generated: {}", label());
         assert_eq!(bits(&native, at), expected, "native: {}", label());
     };
+    assert_eq!(generated.taylor_series(), interpreted.taylor_series(), "{path} {choices:?}");
     let mut noise = Noise::new(17);
     for round in 0..20 {
         let at = At::near_start(&interpreted, &mut noise);

@@ -62,7 +62,7 @@ fn results_tell_the_method() {
     assert_eq!(told(&["--method", "auto"]), "rodas5p");
     assert_eq!(told(&["--method", "bdf"]), "bdf");
     let listed = dgd(&["methods"]).done().out;
-    for name in ["rodas5p", "kencarp4", "bdf", "tsit5", "auto"] {
+    for name in ["rodas5p", "kencarp4", "bdf", "tsit5", "taylor", "auto"] {
         assert!(listed.contains(name), "{listed}");
     }
 }

@@ -96,8 +96,6 @@ pub enum IntegrateError {
         /// An algebraic unknown.
         unknown: String,
     },
-    /// Equal steps per sample are not possible, or not accurate enough.
-    PerSample(PerSampleError),
     /// The method goes along Taylor series, and the model has none.
     NoTaylorSeries {
         /// The method.
@@ -113,6 +111,8 @@ pub enum IntegrateError {
         /// The input.
         input: String,
     },
+    /// Equal steps per sample are not possible, or not accurate enough.
+    PerSample(PerSampleError),
     /// Newton's method does not find the values at the end of a step, however small that is.
     NewtonDiverged {
         /// Time reached, s.

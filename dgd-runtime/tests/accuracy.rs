@@ -22,9 +22,7 @@ fn methods(algebraic: bool) -> impl Iterator<Item = (&'static Method, f64)> {
     METHODS.iter().filter_map(move |method| match method.kind {
         MethodKind::Rosenbrock(_) | MethodKind::Esdirk(_) => Some((method, GLOBAL)),
         MethodKind::Bdf(_) => Some((method, 5.0 * GLOBAL)),
-        MethodKind::Explicit(_) => (!algebraic).then_some((method, GLOBAL)),
-        // These systems are written by hand, without series.
-        MethodKind::Taylor(_) => None,
+        MethodKind::Explicit(_) | MethodKind::Taylor(_) => (!algebraic).then_some((method, GLOBAL)),
     })
 }
 

@@ -6,9 +6,7 @@ mod support;
 use std::alloc::{GlobalAlloc, Layout, System as Allocator};
 use std::cell::Cell;
 
-use dgd_runtime::{
-    Inputs, METHODS, Method, MethodKind, Options, Problem, System, simulate_with_sensitivities,
-};
+use dgd_runtime::{Inputs, METHODS, Method, Options, Problem, System, simulate_with_sensitivities};
 use support::problems::{RobertsonDae, RobertsonDaeStacked};
 use support::{Heaped, parameters};
 
@@ -48,7 +46,7 @@ fn work(system: &impl System, method: &'static Method, tolerance: f64) -> (usize
 #[test]
 fn the_number_of_allocations_does_not_depend_on_the_number_of_steps() {
     fn compare(system: &impl System) {
-        let implicit = METHODS.iter().filter(|m| !matches!(m.kind, MethodKind::Explicit(_)));
+        let implicit = METHODS.iter().filter(|m| m.kind.is_implicit());
         for method in implicit {
             let (few, some_steps) = work(system, method, 1e-4);
             let (many, more_steps) = work(system, method, 1e-8);

@@ -2,8 +2,8 @@
 
 use dgd_runtime::linalg::AutoLu;
 use dgd_runtime::{
-    Direction, Discrete, Inputs, METHODS, MethodKind, Options, Parameter, Pattern, Point, Problem,
-    Signature, Solution, System, Unit, Unknown, automatic_method, simulate_with_sensitivities,
+    Direction, Discrete, Inputs, METHODS, Options, Parameter, Pattern, Point, Problem, Signature,
+    Solution, System, Unit, Unknown, automatic_method, simulate_with_sensitivities,
 };
 
 /// Diffusion on a line between ends at zero, and an algebraic unknown beside each cell:
@@ -220,7 +220,7 @@ fn ten_thousand_unknowns() {
     let lambda = 4.0 * half.sin() * half.sin();
     // One time constant of the mode.
     let t = 1.0 / lambda;
-    let implicit = METHODS.iter().filter(|m| !matches!(m.kind, MethodKind::Explicit(_)));
+    let implicit = METHODS.iter().filter(|m| m.kind.is_implicit());
     for method in implicit {
         let options = Options { rtol: tolerance, atol: tolerance, method, ..Options::default() };
         let solution = simulate_with_sensitivities(&problem, &[0.0, t], &options).unwrap();

@@ -3,8 +3,9 @@
 use std::fmt;
 
 use super::{
-    Argument, Array, Direction, Family, Function, Loop, Operation, OutputArray, Program,
-    ResultKind, Run, Store, Transition, Trigger, ValueId,
+    Argument, Array, Direction, Entry, Factor, Family, Function, Loop, NoTaylor, Operation,
+    OutputArray, Program, Recurrence, ResultKind, Run, Series, Store, Taylor, Transition, Trigger,
+    ValueId,
 };
 use crate::expr::Past;
 use crate::expr::display::number;
@@ -107,7 +108,79 @@ impl fmt::Display for Program {
             writeln!(f, "pattern {kind:?}: {}", places.join(" "))?;
         }
         let mut functions = self.functions.iter().filter(|function| self.computes(function.kind));
-        functions.try_for_each(|function| write!(f, "{function}"))
+        functions.try_for_each(|function| write!(f, "{function}"))?;
+        match &self.taylor {
+            Ok(Taylor { unknowns, sensitivities }) => {
+                write!(f, "\nseries of f\n{unknowns}")?;
+                write!(f, "\nseries of f and its derivatives\n{sensitivities}")
+            }
+            Err(NoTaylor::Algebraic) => {
+                writeln!(f, "\nno Taylor series: unknowns are algebraic, always or in some modes")
+            }
+            Err(NoTaylor::Delays) => writeln!(f, "\nno Taylor series: unknowns are read late"),
+            Err(NoTaylor::Arrays) => writeln!(f, "\nno Taylor series: unknowns are arrays"),
+        }
+    }
+}
+
+/// Values at the beginning, then the coefficient of order k of those that move.
+impl fmt::Display for Series {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut names = self.names.iter().peekable();
+        for (i, operation) in self.body.iter().enumerate() {
+            write!(f, "  %{i} = {operation}")?;
+            if let Some((_, name)) = names.next_if(|(value, _)| value.index() == i) {
+                write!(f, "    # {name}")?;
+            }
+            writeln!(f)?;
+        }
+        for (i, recurrence) in self.recurrences.iter().enumerate() {
+            if let Some(recurrence) = recurrence {
+                writeln!(f, "  %{i}[k] = {}", self.spelt(ValueId(i as u32), *recurrence))?;
+            }
+        }
+        let f_row: Vec<String> = self.f.iter().map(ToString::to_string).collect();
+        writeln!(f, "  f = [{}]", f_row.join(", "))?;
+        for (name, entries) in [("df/dy", &self.jacobian), ("df/dtheta", &self.directions)] {
+            for Entry { row, column, value } in entries {
+                writeln!(f, "  {name}({row},{column}) = {value}")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Series {
+    /// A recurrence as a formula of whole series, or of their coefficients where it is linear.
+    fn spelt(&self, own: ValueId, recurrence: Recurrence) -> String {
+        let part = |a: Option<ValueId>| a.map_or("0".to_owned(), |a| format!("{a}[k]"));
+        match recurrence {
+            Recurrence::Time => "h for k = 1".to_owned(),
+            Recurrence::Input(i) => format!("h udot[{i}] for k = 1"),
+            Recurrence::Unknown(i) => format!("y[{i}][k]"),
+            Recurrence::Linear { first, count } => {
+                let terms =
+                    self.terms[first..first + count].iter().map(|(factor, a)| match factor {
+                        Factor::One => format!("{a}[k]"),
+                        Factor::MinusOne => format!("-{a}[k]"),
+                        Factor::Of(c) => format!("{c} * {a}[k]"),
+                    });
+                terms.collect::<Vec<_>>().join(" + ")
+            }
+            Recurrence::Multiply(a, b) | Recurrence::MultiplyLine(a, b) => {
+                format!("({a} * {b})[k]")
+            }
+            Recurrence::Square(a) => format!("({a}^2)[k]"),
+            Recurrence::Divide(a, b, _) => {
+                format!("({} - ({b} * {own})[k])/{b}", part(a))
+            }
+            Recurrence::Chain(x, d) => format!("integral of {d} d{x}"),
+            Recurrence::Root(a, _) => format!("sqrt({a})[k]"),
+            Recurrence::Log(a, _) => format!("log({a})[k]"),
+            Recurrence::Power(a, exponent, _) => format!("({a}^{exponent})[k]"),
+            Recurrence::Magnitude(a) => format!("abs({a})[k]"),
+            Recurrence::Select(c, a, b) => format!("if {c} then {} else {}", part(a), part(b)),
+        }
     }
 }
 

@@ -52,6 +52,15 @@ impl MethodKind {
         }
     }
 
+    /// Whether it solves equations for the end of a step, so that models may be stiff and unknowns
+    /// algebraic.
+    pub const fn is_implicit(self) -> bool {
+        match self {
+            Self::Rosenbrock(_) | Self::Esdirk(_) | Self::Bdf(_) => true,
+            Self::Explicit(_) | Self::Taylor(_) => false,
+        }
+    }
+
     /// How steps are controlled.
     pub(crate) const fn law(self) -> Law {
         match self {

@@ -248,7 +248,7 @@ impl<S: System> Stepper<S> {
     /// Whether algebraic unknowns can be solved for.
     #[inline]
     pub(crate) fn solves_algebraic(&self) -> bool {
-        !matches!(self.kind, MethodKind::Explicit(_) | MethodKind::Taylor(_))
+        self.kind.is_implicit()
     }
 
     /// Evaluates everything that a step from (t, y) shares between its stages.

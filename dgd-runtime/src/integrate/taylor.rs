@@ -24,6 +24,9 @@
 //! Jorba and Zou, A software package for the numerical integration of ODEs by means of high-order
 //! Taylor methods, Experimental Mathematics 14 (2005) 99–117, §3.
 
+// Lengths are constants where storage has a fixed size, and only once inlined there.
+#![allow(clippy::inline_always)]
+
 use super::drive::Drive;
 use super::stepper::{Base, Directions, Spoilt, Stepper, Trial};
 use super::{Simulation, base, larger};
@@ -57,6 +60,8 @@ pub(crate) struct Expansion {
     y: Vec<f64>,
     /// Sₖ, order by order, row by row.
     s: Vec<f64>,
+    /// A sum of S, row by row.
+    rows: Vec<f64>,
 }
 
 impl Expansion {
@@ -72,67 +77,109 @@ impl Expansion {
             kept: vec![[0.0; MOST_ORDER + 1]; kept.unknowns.max(kept.sensitivities)],
             y: vec![0.0; (order + 1) * n],
             s: vec![0.0; (order + 1) * n * n_s],
+            rows: vec![0.0; n * n_s],
         }
     }
 
-    /// y at h₀θ, from its series; and the last two terms as its error.
-    fn sum(&self, theta: f64, y: &[f64], out: &mut [f64], error: &mut [f64]) {
-        out.fill(0.0);
-        let mut power = 1.0;
-        let mut rows = self.y.chunks_exact(y.len().max(1)).skip(1);
-        for k in 1..=self.order {
-            power *= theta;
-            let Some(row) = rows.next() else { break };
-            for (out, term) in out.iter_mut().zip(row) {
-                *out += power * term;
-            }
-            if k + 1 >= self.order && !error.is_empty() {
-                note(error, row.iter().map(|term| power * term), k == self.order);
-            }
+    /// The order of the series.
+    pub(super) fn order(&self) -> usize {
+        self.order
+    }
+
+    /// Computes the series at a point, for steps of about the size h; S is given for the beginning, or
+    /// nothing where it is not wanted.
+    #[inline(always)]
+    pub(super) fn compute<S: System>(
+        &mut self,
+        system: &S,
+        at: Point<'_>,
+        udot: &[f64],
+        h: f64,
+        given: &[f64],
+    ) {
+        let Self { order, h: own, kept, y, s, .. } = self;
+        *own = h;
+        if given.is_empty() {
+            system.taylor(at, udot, h, *order, kept, y);
+            return;
         }
+        let n = at.y.len();
+        let n_s = given.len() / n.max(1);
+        transpose(given, n, &mut s[..given.len()], n_s);
+        system.sensitivity_taylor(at, udot, h, *order, kept, y, s);
+    }
+
+    /// y at h₀θ, from its series.
+    #[inline(always)]
+    pub(super) fn sum(&self, theta: f64, y: &[f64], out: &mut [f64]) {
+        add_terms(&self.y, self.order, theta, out);
         // What is added to y is small against it: only this sum rounds.
         for (out, y) in out.iter_mut().zip(y) {
             *out += y;
         }
     }
 
-    /// S at h₀θ, and its error.
-    fn sum_sensitivities(
-        &self,
-        theta: f64,
-        s: &[f64],
-        n: usize,
-        out: &mut [f64],
-        error: &mut [f64],
-    ) {
-        let n_s = s.len() / n.max(1);
-        out.fill(0.0);
-        let mut power = 1.0;
-        let mut orders = self.s.chunks_exact(s.len().max(1)).skip(1);
-        for k in 1..=self.order {
-            power *= theta;
-            let Some(rows) = orders.next() else { break };
-            let is_error = k + 1 >= self.order && !error.is_empty();
-            for (i, row) in rows.chunks_exact(n_s).enumerate() {
-                for (j, term) in row.iter().enumerate() {
-                    out[j * n + i] += power * term;
-                }
-            }
-            if is_error {
-                let terms = (0..n * n_s).map(|at| power * rows[at % n * n_s + at / n]);
-                note(error, terms, k == self.order);
-            }
-        }
+    /// S at h₀θ.
+    #[inline(always)]
+    pub(super) fn sum_sensitivities(&mut self, theta: f64, s: &[f64], n: usize, out: &mut [f64]) {
+        let rows = &mut self.rows[..out.len()];
+        add_terms(&self.s, self.order, theta, rows);
+        transpose(rows, s.len() / n.max(1), out, n);
         for (out, s) in out.iter_mut().zip(s) {
             *out += s;
         }
     }
+
+    /// Error of y at h₀θ.
+    #[inline(always)]
+    pub(super) fn error(&self, theta: f64, error: &mut [f64]) {
+        last_terms(&self.y, self.order, theta, error);
+    }
+
+    /// Error of S at h₀θ.
+    #[inline(always)]
+    pub(super) fn sensitivity_error(&mut self, theta: f64, n: usize, error: &mut [f64]) {
+        let rows = &mut self.rows[..error.len()];
+        last_terms(&self.s, self.order, theta, rows);
+        transpose(rows, error.len() / n.max(1), error, n);
+    }
 }
 
-/// Takes the last term, or the one before it, into an estimate of errors.
-fn note(error: &mut [f64], terms: impl Iterator<Item = f64>, is_last: bool) {
-    for (error, term) in error.iter_mut().zip(terms) {
-        *error = if is_last { larger(*error, term.abs()) } else { BUT_ONE * term.abs() };
+/// The terms of series but those of order 0.
+#[inline(always)]
+fn add_terms(series: &[f64], order: usize, theta: f64, out: &mut [f64]) {
+    let len = out.len();
+    let mut power = 1.0;
+    out.fill(0.0);
+    for k in 1..=order {
+        power *= theta;
+        for (out, term) in out.iter_mut().zip(&series[k * len..(k + 1) * len]) {
+            *out += power * term;
+        }
+    }
+}
+
+/// The larger of the last two terms of series, the last but one by its part.
+#[inline(always)]
+fn last_terms(series: &[f64], order: usize, theta: f64, error: &mut [f64]) {
+    let len = error.len();
+    let mut before = 1.0;
+    for _ in 1..order {
+        before *= theta;
+    }
+    let last = series[order * len..].iter().zip(&series[(order - 1) * len..]);
+    for (error, (last, but_one)) in error.iter_mut().zip(last) {
+        *error = larger((theta * before * last).abs(), (BUT_ONE * before * but_one).abs());
+    }
+}
+
+/// Numbers by `m` columns of n made those by n columns of `m`.
+#[inline(always)]
+fn transpose(from: &[f64], n: usize, to: &mut [f64], m: usize) {
+    for j in 0..m {
+        for i in 0..n {
+            to[i * m + j] = from[j * n + i];
+        }
     }
 }
 
@@ -147,22 +194,10 @@ impl<S: System> Stepper<S> {
         h: f64,
         directions: Option<&Directions<S>>,
     ) {
-        let Expansion { order, h: own, kept, y: series, s } = &mut self.expansion;
-        *own = h;
         let (u, udot) = drive.with_slope(base.t, y);
         let at = Point { t: base.t, y, u, p: base.p, z: base.z };
-        match directions.map(|directions| directions.s.as_ref()).filter(|s| !s.is_empty()) {
-            None => base.system.taylor(at, udot, h, *order, kept, series),
-            Some(given) => {
-                let (n, n_s) = (y.len(), given.len() / y.len().max(1));
-                for (i, row) in s[..given.len()].chunks_exact_mut(n_s).enumerate() {
-                    for (j, s) in row.iter_mut().enumerate() {
-                        *s = given[j * n + i];
-                    }
-                }
-                base.system.sensitivity_taylor(at, udot, h, *order, kept, series, s);
-            }
-        }
+        let s = directions.map_or(&[][..], |directions| directions.s.as_ref());
+        self.expansion.compute(base.system, at, udot, h, s);
     }
 
     /// Tries a step along the series at (t, y).
@@ -174,22 +209,38 @@ impl<S: System> Stepper<S> {
     ) {
         let Self { expansion, y_new, error, .. } = self;
         let theta = trial.h / expansion.h;
-        expansion.sum(theta, trial.y.as_ref(), y_new.as_mut(), error.as_mut());
+        let n = trial.y.as_ref().len();
+        expansion.sum(theta, trial.y.as_ref(), y_new.as_mut());
+        expansion.error(theta, error.as_mut());
         if let Some(Directions { s, s_new, error, .. }) = directions {
-            let (s_new, error) = (s_new.as_mut(), error.as_mut());
-            expansion.sum_sensitivities(theta, s.as_ref(), trial.y.as_ref().len(), s_new, error);
+            expansion.sum_sensitivities(theta, s.as_ref(), n, s_new.as_mut());
+            expansion.sensitivity_error(theta, n, error.as_mut());
         }
     }
 
     /// y at a time h after the start of the step tried last.
     pub(super) fn series_at(&self, h: f64, y: &[f64], out: &mut [f64]) {
-        self.expansion.sum(h / self.expansion.h, y, out, &mut []);
+        self.expansion.sum(h / self.expansion.h, y, out);
     }
 
     /// S at a time h after the start of the step tried last.
     pub(super) fn sensitivity_series_at(&self, h: f64, s: &[f64], out: &mut [f64]) {
-        let n = self.y_new.as_ref().len();
-        self.expansion.sum_sensitivities(h / self.expansion.h, s, n, out, &mut []);
+        let Expansion { order, h: own, s: series, .. } = &self.expansion;
+        let n = self.y_new.as_ref().len().max(1);
+        let (theta, n_s) = (h / own, s.len() / n);
+        out.fill(0.0);
+        let mut power = 1.0;
+        for rows in series.chunks_exact(s.len().max(1)).skip(1).take(*order) {
+            power *= theta;
+            for (i, row) in rows.chunks_exact(n_s).enumerate() {
+                for (j, term) in row.iter().enumerate() {
+                    out[j * n + i] += power * term;
+                }
+            }
+        }
+        for (out, s) in out.iter_mut().zip(s) {
+            *out += s;
+        }
     }
 
     /// The first coefficient that is not finite.
@@ -220,7 +271,7 @@ impl<S: System> Simulation<'_, S> {
 }
 
 /// Whether a problem can be solved along Taylor series.
-pub(super) fn verify<S: System>(
+pub(crate) fn verify<S: System>(
     problem: &Problem<'_, S>,
     method: &'static str,
 ) -> Result<(), IntegrateError> {

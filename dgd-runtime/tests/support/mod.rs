@@ -4,15 +4,18 @@
 #![allow(dead_code, unreachable_pub, missing_docs)]
 
 mod hyper_dual;
+mod jet;
 pub mod problems;
 
 use dgd_runtime::linalg::{AutoLu, FixedLu};
+use dgd_runtime::taylor::{KeptSeries, NoTaylor, Terms};
 use dgd_runtime::{
     Direction, Discrete, Input, Interpolation, Output, Parameter, Pattern, Point, Signature,
     System, Unit, Unknown,
 };
 
 pub use hyper_dual::{HyperDual, Number};
+pub use jet::Jet;
 
 /// The most unknowns, inputs or parameters a test problem may have.
 const MOST: usize = 16;
@@ -68,7 +71,8 @@ fn signature<E: Equations>() -> Signature {
             .map(|&name| Input {
                 name: name.into(),
                 unit: unit(),
-                interpolation: Interpolation::Hold,
+                // Equations for inputs of either kind.
+                interpolation: Interpolation::Linear,
             })
             .collect(),
         delays: Vec::new().into(),
@@ -168,6 +172,52 @@ fn evaluate<E: Equations>(seeds: &Seeds<'_>) -> [HyperDual; MOST] {
     f
 }
 
+/// Continues the series of y, and of a column of S for each direction, order by order.
+fn expand<E: Equations>(
+    at: Point<'_>,
+    udot: &[f64],
+    h: f64,
+    order: usize,
+    y: &mut [f64],
+    s: &mut [f64],
+) {
+    let n = at.y.len();
+    let n_s = s.len() / y.len().max(1);
+    y[..n].copy_from_slice(at.y);
+    for k in 0..order {
+        for j in 0..n_s.max(1) {
+            let line = |value: f64, slope: f64| {
+                let mut jet = Jet::from(value);
+                jet.value[1] = h * slope;
+                jet
+            };
+            let mut ys = [Jet::from(0.0); MOST];
+            for (i, jet) in ys.iter_mut().enumerate().take(n) {
+                for order in 0..=k {
+                    jet.value[order] = y[order * n + i];
+                    if n_s > 0 {
+                        jet.derivative[order] = s[(order * n + i) * n_s + j];
+                    }
+                }
+            }
+            let us: Vec<Jet> = at.u.iter().zip(udot).map(|(u, udot)| line(*u, *udot)).collect();
+            let mut ps: Vec<Jet> = at.p.iter().map(|p| Jet::from(*p)).collect();
+            if let Some(p) = ps.get_mut(j) {
+                p.derivative[0] = 1.0;
+            }
+            let mut f = [Jet::from(0.0); MOST];
+            E::f(line(at.t, 1.0), &ys[..n], &us, &ps, &mut f[..n]);
+            let per = h / (k + 1) as f64;
+            for (i, f) in f.iter().enumerate().take(n) {
+                y[(k + 1) * n + i] = per * f.value[k];
+                if n_s > 0 {
+                    s[((k + 1) * n + i) * n_s + j] = per * f.derivative[k];
+                }
+            }
+        }
+    }
+}
+
 macro_rules! system {
     ($equations:ident) => {
         fn signature(&self) -> &Signature {
@@ -261,6 +311,38 @@ macro_rules! system {
                     dgdt[j * n + i] = d[i].ab;
                 }
             }
+        }
+
+        fn taylor_series(&self) -> Result<KeptSeries, NoTaylor> {
+            let all_differential =
+                $equations::UNKNOWNS.iter().all(|(.., differential)| *differential);
+            let none = KeptSeries { unknowns: 0, sensitivities: 0 };
+            if all_differential { Ok(none) } else { Err(NoTaylor::Algebraic) }
+        }
+
+        fn taylor(
+            &self,
+            at: Point<'_>,
+            udot: &[f64],
+            h: f64,
+            order: usize,
+            _: &mut [Terms],
+            y: &mut [f64],
+        ) {
+            expand::<$equations>(at, udot, h, order, y, &mut []);
+        }
+
+        fn sensitivity_taylor(
+            &self,
+            at: Point<'_>,
+            udot: &[f64],
+            h: f64,
+            order: usize,
+            _: &mut [Terms],
+            y: &mut [f64],
+            s: &mut [f64],
+        ) {
+            expand::<$equations>(at, udot, h, order, y, s);
         }
 
         fn parameter_jacobian(&self, at: Point<'_>, values: &mut [f64]) {

@@ -10,6 +10,9 @@ use crate::system::{Point, Storage, System};
 
 /// Numbers that obey ẋ = F(t, x, u): y, or y and S as one system.
 pub(crate) trait Carried<S: System>: Clone {
+    /// Whether S is among them.
+    const HAS_SENSITIVITIES: bool;
+
     /// Zeros of a model's length.
     fn zeros(system: &S) -> Self;
 
@@ -21,6 +24,9 @@ pub(crate) trait Carried<S: System>: Clone {
 
     /// S, direction by direction; nothing where there is none.
     fn s(&self) -> &[f64];
+
+    /// y and S to be written.
+    fn parts_mut(&mut self) -> (&mut [f64], &mut [f64]);
 
     /// F at these numbers; `at.y` is not read.
     fn slopes(&self, system: &S, at: Point<'_>, out: &mut Self);
@@ -69,6 +75,8 @@ impl<S: System> Clone for WithSensitivities<S> {
 }
 
 impl<S: System> Carried<S> for Unknowns<S> {
+    const HAS_SENSITIVITIES: bool = false;
+
     fn zeros(system: &S) -> Self {
         Self { y: S::Vector::zeros(system.signature().unknowns.len()) }
     }
@@ -85,6 +93,11 @@ impl<S: System> Carried<S> for Unknowns<S> {
     #[inline(always)]
     fn s(&self) -> &[f64] {
         &[]
+    }
+
+    #[inline(always)]
+    fn parts_mut(&mut self) -> (&mut [f64], &mut [f64]) {
+        (self.y.as_mut(), &mut [])
     }
 
     #[inline(always)]
@@ -122,6 +135,8 @@ impl<S: System> Carried<S> for Unknowns<S> {
 }
 
 impl<S: System> Carried<S> for WithSensitivities<S> {
+    const HAS_SENSITIVITIES: bool = true;
+
     fn zeros(system: &S) -> Self {
         let signature = system.signature();
         let n = signature.unknowns.len();
@@ -141,6 +156,11 @@ impl<S: System> Carried<S> for WithSensitivities<S> {
     #[inline(always)]
     fn s(&self) -> &[f64] {
         self.s.as_ref()
+    }
+
+    #[inline(always)]
+    fn parts_mut(&mut self) -> (&mut [f64], &mut [f64]) {
+        (self.y.as_mut(), self.s.as_mut())
     }
 
     #[inline(always)]

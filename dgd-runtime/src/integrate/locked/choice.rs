@@ -183,7 +183,7 @@ fn measure_on<S: System>(
     }
     simulation.start(&mut solution)?;
     let task = MeasuredRun::<S, Unknowns<S>>::new(&simulation, times, grid);
-    dispatch(problem.system, options.method.kind, task)
+    dispatch(problem.system, (options.method.kind, options.rtol), task)
 }
 
 /// A run for its errors.

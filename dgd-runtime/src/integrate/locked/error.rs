@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::integrate::catalogue::{Method, MethodKind};
 use crate::integrate::tableaux::TSIT5;
+use crate::integrate::taylor;
 use crate::problem::Problem;
 use crate::system::{Signature, System};
 
@@ -24,6 +25,11 @@ pub enum PerSampleError {
     },
     /// The method does not make steps of given size.
     Method {
+        /// The method.
+        method: &'static str,
+    },
+    /// The method goes along Taylor series, and the model has none, or none for these inputs.
+    Series {
         /// The method.
         method: &'static str,
     },
@@ -74,10 +80,11 @@ pub(crate) fn verify<S: System>(
                 }),
             }
         }
-        MethodKind::Explicit(_)
-        | MethodKind::Esdirk(_)
-        | MethodKind::Bdf(_)
-        | MethodKind::Taylor(_) => Err(PerSampleError::Method { method: method.name }),
+        MethodKind::Taylor(_) => taylor::verify(problem, method.name)
+            .map_err(|_| PerSampleError::Series { method: method.name }),
+        MethodKind::Explicit(_) | MethodKind::Esdirk(_) | MethodKind::Bdf(_) => {
+            Err(PerSampleError::Method { method: method.name })
+        }
     }
 }
 
@@ -124,6 +131,11 @@ impl fmt::Display for PerSampleError {
                 f,
                 "`{method}` makes no steps of given size; {INSTEAD}, or `rodas5p`, or `tsit5` \
                  where the model is neither stiff nor algebraic"
+            ),
+            Self::Series { method } => write!(
+                f,
+                "`{method}` goes along Taylor series, and the model has none, or none for these inputs; \
+                 `rodas5p` needs none"
             ),
             Self::Algebraic { method, unknown } => write!(
                 f,

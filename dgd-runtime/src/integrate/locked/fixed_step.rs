@@ -23,13 +23,11 @@ impl<S> Copy for Equations<'_, S> {}
 /// Inputs are straight lines from [`FixedStep::enter`] on. A step that follows another begins where
 /// that ended, unless inputs have been entered in between.
 pub(crate) trait FixedStep<S: System, C: Carried<S>> {
-    /// Local errors, as they are estimated, fall with this power of h.
-    const EXPONENT: u32;
     /// Evaluations of F in a step.
     const EVALUATIONS: usize;
 
-    /// Work space for a model.
-    fn new(system: &S) -> Self;
+    /// Local errors, as they are estimated, fall with this power of h.
+    fn exponent(&self) -> u32;
 
     /// Goes on with the inputs of a segment; nothing that was evaluated before holds any more.
     fn enter(&mut self, segment: Segment<'_>);

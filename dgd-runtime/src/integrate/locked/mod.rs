@@ -29,6 +29,7 @@ mod fixed_step;
 mod grid;
 mod rosenbrock;
 mod sweep;
+mod taylor;
 mod tsit5;
 
 use std::num::NonZeroU32;
@@ -37,6 +38,7 @@ use super::Simulation;
 use super::catalogue::MethodKind;
 use super::stepper::Directions;
 use super::tableaux::TSIT5;
+use super::taylor::order;
 use crate::error::IntegrateError;
 use crate::problem::{Options, Problem};
 use crate::signal::Segment;
@@ -52,6 +54,7 @@ use fixed_step::{Equations, FixedStep};
 use grid::{Grid, sample_interval};
 pub(crate) use sweep::Sink;
 use sweep::{Course, Gauge, Stopped, sweep};
+use taylor::Taylor;
 use tsit5::Tsit5;
 
 /// How long steps are.
@@ -106,10 +109,10 @@ pub(super) fn run<S: System>(
     simulation.start(solution)?;
     if with_sensitivities {
         let task = WholeRun::<S, WithSensitivities<S>>::new(&simulation, times, count, solution);
-        dispatch(problem.system, options.method.kind, task)
+        dispatch(problem.system, (options.method.kind, options.rtol), task)
     } else {
         let task = WholeRun::<S, Unknowns<S>>::new(&simulation, times, count, solution);
-        dispatch(problem.system, options.method.kind, task)
+        dispatch(problem.system, (options.method.kind, options.rtol), task)
     }
 }
 
@@ -138,7 +141,7 @@ pub(crate) fn stream<S: System>(
     simulation.start(&mut solution)?;
     let count = Count::new(per_sample, options.method.name);
     let task = Streamed::<S, WithSensitivities<S>, _>::new(&simulation, times, count, sink);
-    dispatch(problem.system, options.method.kind, task)
+    dispatch(problem.system, (options.method.kind, options.rtol), task)
 }
 
 /// What is to be done with a method that makes steps of given size.
@@ -152,12 +155,15 @@ trait Task<S: System, C: Carried<S>> {
 #[inline(always)]
 fn dispatch<S: System, C: Carried<S>, T: Task<S, C>>(
     system: &S,
-    kind: MethodKind,
+    (kind, rtol): (MethodKind, f64),
     task: T,
 ) -> T::Done {
     match kind {
         MethodKind::Explicit(tableau) if std::ptr::eq(tableau, &raw const TSIT5) => {
             task.with(Tsit5::new(system))
+        }
+        MethodKind::Taylor(asked) => {
+            task.with(Taylor::new(system, order(asked, rtol), C::HAS_SENSITIVITIES))
         }
         _ => unreachable!("only methods that make equal steps get here"),
     }
@@ -254,7 +260,7 @@ impl<S: System, C: Carried<S>> Task<S, C> for WholeRun<'_, S, C> {
                     solution.statistics.steps = steps;
                     solution.statistics.evaluations = steps * M::EVALUATIONS;
                     solution.statistics.segments = course.segments();
-                    if count.settle(gauge.measured(), M::EXPONENT)? {
+                    if count.settle(gauge.measured(), method.exponent())? {
                         return Ok(());
                     }
                 }

@@ -46,6 +46,21 @@ pub(crate) struct Tsit5<S: System, C> {
 }
 
 impl<S: System, C: Carried<S>> Tsit5<S, C> {
+    /// Work space for a model.
+    pub(crate) fn new(system: &S) -> Self {
+        let inputs = || S::Inputs::zeros(system.signature().n_u());
+        Self {
+            t0: 0.0,
+            start: inputs(),
+            slope: inputs(),
+            now: inputs(),
+            is_constant: true,
+            k: std::array::from_fn(|_| C::zeros(system)),
+            stage: C::zeros(system),
+            has_end: false,
+        }
+    }
+
     /// kᵢ = F(t + cᵢ h, x + h Σⱼ aᵢⱼ kⱼ).
     #[inline(always)]
     fn stage<const I: usize>(&mut self, equations: Equations<'_, S>, t: f64, h: f64, now: &C) {
@@ -86,21 +101,10 @@ impl<S: System, C: Carried<S>> Tsit5<S, C> {
 }
 
 impl<S: System, C: Carried<S>> FixedStep<S, C> for Tsit5<S, C> {
-    const EXPONENT: u32 = TABLEAU.estimate_order + 1;
     const EVALUATIONS: usize = TABLEAU.stages() - 1;
 
-    fn new(system: &S) -> Self {
-        let inputs = || S::Inputs::zeros(system.signature().n_u());
-        Self {
-            t0: 0.0,
-            start: inputs(),
-            slope: inputs(),
-            now: inputs(),
-            is_constant: true,
-            k: std::array::from_fn(|_| C::zeros(system)),
-            stage: C::zeros(system),
-            has_end: false,
-        }
+    fn exponent(&self) -> u32 {
+        TABLEAU.estimate_order + 1
     }
 
     #[inline(always)]

@@ -4,6 +4,7 @@ use super::*;
 use crate::integrate::catalogue::METHODS;
 use crate::signal::Side;
 use crate::system::Signature;
+use crate::taylor::MOST_ORDER;
 use crate::{Inputs, Problem, System};
 use support::problems::{Logistic, LogisticDae};
 use support::{Equations, Heaped, parameters};
@@ -65,6 +66,9 @@ fn errors<E: Equations>(kind: MethodKind, steps: u32, exact: Exact) -> [f64; 3] 
     let sizes = vec![1.0; n];
 
     let mut stepper = Stepper::new(&system, kind);
+    if let MethodKind::Taylor(order) = kind {
+        stepper.expansion = Expansion::new(&system, order.unwrap_or(MOST_ORDER), true);
+    }
     let mut d = Directions::new(&system);
     d.s.copy_from_slice(&s);
     d.sizes.fill(1.0);
@@ -89,6 +93,9 @@ fn errors<E: Equations>(kind: MethodKind, steps: u32, exact: Exact) -> [f64; 3] 
         let base = Base { system: &system, p: &p, z: &[], mass: &mass, t };
         if stepper.wants_jacobian() {
             stepper.linearize(base, &mut drive, &y, Some((&mut d, At::Start)));
+        }
+        if stepper.wants_series() {
+            stepper.expand(base, &mut drive, &y, h, Some(&d));
         }
         let trial = Trial { base, y: &y, h, sizes: &sizes, tolerances };
         stepper.attempt(trial, &mut drive, Some(&mut d), &mut statistics).unwrap();
@@ -137,6 +144,15 @@ fn every_method_has_its_order() {
             }
             MethodKind::Explicit(_) => {
                 verify::<Logistic>(name, kind, [order, order], 64, logistic);
+            }
+            // Beyond these, errors are rounding.
+            MethodKind::Taylor(_) => {
+                for order in 2..=8 {
+                    let kind = MethodKind::Taylor(Some(order));
+                    let name = format!("{name} of order {order}");
+                    let order = u32::try_from(order).unwrap();
+                    verify::<Logistic>(&name, kind, [order, order], 16, logistic);
+                }
             }
             MethodKind::Esdirk(_) => {
                 verify::<Logistic>(name, kind, [order, order], 32, logistic);

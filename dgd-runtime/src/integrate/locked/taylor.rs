@@ -1,0 +1,89 @@
+//! Steps of given size along Taylor series.
+
+// Lengths are constants where storage has a fixed size, and only once inlined there.
+#![allow(clippy::inline_always)]
+
+use super::carried::Carried;
+use super::fixed_step::{Equations, FixedStep, Made};
+use crate::integrate::taylor::Expansion;
+use crate::signal::Segment;
+use crate::system::{Point, Storage, System};
+
+/// Work space of the method.
+pub(crate) struct Taylor<S: System> {
+    t0: f64,
+    /// u at t₀, its slope, and u where the step starts.
+    start: S::Inputs,
+    slope: S::Inputs,
+    now: S::Inputs,
+    is_constant: bool,
+    expansion: Expansion,
+}
+
+impl<S: System> Taylor<S> {
+    /// Work space for a model.
+    pub(crate) fn new(system: &S, order: usize, with_sensitivities: bool) -> Self {
+        let inputs = || S::Inputs::zeros(system.signature().n_u());
+        Self {
+            t0: 0.0,
+            start: inputs(),
+            slope: inputs(),
+            now: inputs(),
+            is_constant: true,
+            expansion: Expansion::new(system, order, with_sensitivities),
+        }
+    }
+}
+
+impl<S: System, C: Carried<S>> FixedStep<S, C> for Taylor<S> {
+    const EVALUATIONS: usize = 1;
+
+    fn exponent(&self) -> u32 {
+        self.expansion.order() as u32
+    }
+
+    #[inline(always)]
+    fn enter(&mut self, segment: Segment<'_>) {
+        self.t0 = segment.t0;
+        self.start.as_mut().copy_from_slice(segment.u);
+        self.slope.as_mut().copy_from_slice(segment.udot);
+        self.now.as_mut().copy_from_slice(segment.u);
+        self.is_constant = segment.is_constant();
+    }
+
+    #[inline(always)]
+    fn step(&mut self, equations: Equations<'_, S>, t: f64, h: f64, now: &C, next: &mut C) {
+        let (u, udot) = (self.start.as_ref(), self.slope.as_ref());
+        if !self.is_constant {
+            let segment = Segment { t0: self.t0, t1: f64::INFINITY, u, udot };
+            segment.value(t, self.now.as_mut());
+        }
+        let Equations { system, p } = equations;
+        let at = Point { t, y: now.y(), u: self.now.as_ref(), p, z: &[] };
+        self.expansion.compute(system, at, udot, h, now.s());
+        let (y, s) = next.parts_mut();
+        self.expansion.sum(1.0, now.y(), y);
+        if C::HAS_SENSITIVITIES {
+            self.expansion.sum_sensitivities(1.0, now.s(), y.len(), s);
+        }
+    }
+
+    /// No rate of the model is known; where steps are too long for one, terms of the series are large.
+    #[inline(always)]
+    fn estimate(&mut self, _: Equations<'_, S>, _: Made<'_, C>, error: &mut C) -> f64 {
+        let (y, s) = error.parts_mut();
+        self.expansion.error(1.0, y);
+        if C::HAS_SENSITIVITIES {
+            self.expansion.sensitivity_error(1.0, y.len(), s);
+        }
+        0.0
+    }
+
+    fn interpolate(&mut self, _: Equations<'_, S>, made: Made<'_, C>, theta: f64, out: &mut C) {
+        let (y, s) = out.parts_mut();
+        self.expansion.sum(theta, made.from.y(), y);
+        if C::HAS_SENSITIVITIES {
+            self.expansion.sum_sensitivities(theta, made.from.s(), y.len(), s);
+        }
+    }
+}
