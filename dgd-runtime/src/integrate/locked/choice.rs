@@ -148,7 +148,7 @@ fn per_sample_within<S: System>(
                 }
             }
             Err(IntegrateError::PerSample(PerSampleError::NotFinite { t, .. })) => {
-                count.refuse(t)?
+                count.refuse(t)?;
             }
             Err(error) => return Err(error),
         }

@@ -35,7 +35,7 @@ pub(super) fn run<S: System>(
                 }
             }
             Err(IntegrateError::PerSample(PerSampleError::NotFinite { t, .. })) => {
-                count.refuse(t)?
+                count.refuse(t)?;
             }
             Err(error) => return Err(error),
         }
