@@ -131,13 +131,11 @@ pub fn fit<S: System + Clone + Send>(
         let options = stepping.applied(problem.options);
         let stepped = OutputErrorProblem { options, ..problem.clone() };
         let ended = estimate(&stepped, &variables, z, data, &mut total)?;
-        match stepping.next(problem, &variables, &ended.z)? {
-            Some(next) => (stepping, z) = (next, ended.z),
-            None => {
-                let Ended { z, at, sigma } = ended;
-                return Ok(finish(&stepped, &variables, &z, &at, sigma, stepping, total));
-            }
-        }
+        let Some(next) = stepping.next(problem, &variables, &ended.z)? else {
+            let Ended { z, at, sigma } = ended;
+            return Ok(finish(&stepped, &variables, &z, &at, sigma, stepping, total));
+        };
+        (stepping, z) = (next, ended.z);
     }
 }
 
