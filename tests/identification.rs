@@ -3,10 +3,10 @@
 mod support;
 
 use dgd::identify::{
-    Bound, EstimateError, Fit, Noise, OutputErrorProblem, Prior, Recording, TrialFailure, evaluate,
-    fit, fit_from, fit_starts,
+    Bound, EstimateError, Fit, Noise, OutputErrorProblem, Prior, Recording, Stepping, TrialFailure,
+    evaluate, fit, fit_from, fit_starts, outputs_with_sensitivities,
 };
-use dgd::{Column, Inputs, Interpolation, System};
+use dgd::{Column, Inputs, Interpolation, Options, PerSample, Steps, System, find_method};
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Directions, compile};
@@ -244,6 +244,119 @@ fn what_no_output_sees_is_named() {
     let changes: Vec<f64> = product.terms.iter().map(|term| term.change).collect();
     let [of_a, of_b] = changes.as_slice() else { panic!("{changes:?}") };
     close(of_a * 2.0 * found.p[1] + of_b * 3.0 * found.p[0], 0.0, 1e-3);
+}
+
+/// A recording of the heater with an input that changes at every sample, without noise.
+fn heated_by_the_second(x0: f64) -> Recording {
+    let [gain, tau, _] = TRUTH;
+    let times: Vec<f64> = (0..300).map(f64::from).collect();
+    let u: Vec<f64> = times.iter().map(|t| 3.0 + 2.0 * (0.3 * t).sin()).collect();
+    let (mut y, mut z, mut x) = (Vec::new(), Vec::new(), x0);
+    for u in &u {
+        y.push(x);
+        z.push(3.0 * x + u);
+        x = gain * u + (x - gain * u) * (-1.0 / tau).exp();
+    }
+    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &u };
+    let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
+    Recording::new(times, inputs, vec![Some(y), Some(z)])
+}
+
+#[test]
+fn steps_per_sample_lead_to_the_same_fit() {
+    let system = system(HEATER);
+    let p = declared(&system);
+    let recordings = [heated_by_the_second(2.0), heated_by_the_second(3.0)];
+    let fitted = |steps: Steps, threads: usize| {
+        let problem = OutputErrorProblem::new(&system, &p, &recordings);
+        let options = Options { steps, ..problem.options };
+        let problem = OutputErrorProblem { noise: known(), options, threads, ..problem };
+        fit(&problem).expect("a fit")
+    };
+    let locked = fitted(Steps::Automatic, 1);
+    let Stepping::PerSample(choice) = locked.stepping else { panic!("{:?}", locked.stepping) };
+    // tau = 40 s: one step of a second is far more accurate than the tolerance.
+    assert_eq!((choice.steps.get(), choice.method.name), (1, "tsit5"));
+    let adaptive = fitted(Steps::Adaptive, 1);
+    assert!(matches!(adaptive.stepping, Stepping::Adaptive));
+    for (a, b) in locked.estimates.iter().zip(&adaptive.estimates) {
+        // Both solve to 1e-6; what that moves an estimate by is far below its uncertainty.
+        close(a.value, b.value, 1e-2 * a.std.expect("determined"));
+    }
+    let bits = |fit: &Fit| values(fit).iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+    assert_eq!(bits(&locked), bits(&fitted(Steps::Automatic, 2)));
+
+    // Where inputs rest for most samples, long steps are better.
+    let resting = [heated(1, 2.0, SIGMA)];
+    let problem = OutputErrorProblem::new(&system, &p, &resting);
+    let found = fit(&problem).expect("a fit");
+    assert!(matches!(found.stepping, Stepping::Adaptive), "{:?}", found.stepping);
+}
+
+#[test]
+fn steps_per_sample_suffice_where_the_fit_ends() {
+    // tau starts at 40 s and is 0.4 s: there a sample is no longer one step.
+    let system = system(HEATER.replace("in 1 .. 1000", "in 0.01 .. 1000").as_str());
+    let p = declared(&system);
+    let mut recording = heated_by_the_second(2.0);
+    let (gain, tau) = (0.5, 0.4);
+    let mut x: f64 = 2.0;
+    for (k, t) in recording.times.iter().enumerate() {
+        let u = 3.0 + 2.0 * (0.3 * t).sin();
+        recording.measured[0].as_mut().expect("measured")[k] = x;
+        recording.measured[1].as_mut().expect("measured")[k] = 3.0 * x + u;
+        x = gain * u + (x - gain * u) * f64::exp(-1.0 / tau);
+    }
+    let recordings = [recording];
+    let problem = OutputErrorProblem::new(&system, &p, &recordings);
+    let automatic = Steps::PerSample(PerSample::Automatic);
+    let method = find_method("tsit5").expect("a method");
+    let options = Options { steps: automatic, method, ..problem.options };
+    let found = fit(&OutputErrorProblem { noise: known(), options, ..problem }).expect("a fit");
+    let Stepping::PerSample(choice) = found.stepping else { panic!("{:?}", found.stepping) };
+    assert!(choice.steps.get() > 1, "{choice:?}");
+    // The data is exact: what is left is the error of the simulation.
+    close(found.p[1], tau, 1e-5);
+}
+
+#[test]
+fn cost_and_gradient_belong_to_the_same_steps() {
+    let system = system(HEATER);
+    let recordings = [heated_by_the_second(2.0)];
+    let p = [0.7, 0.8];
+    let start = [(0, 1.5)];
+    let steps = Steps::PerSample(PerSample::Exactly(std::num::NonZeroU32::MIN));
+    for method in ["tsit5", "rodas5p"] {
+        let method = find_method(method).expect("a method");
+        let options = Options { steps, method, ..Options::default() };
+        let cost = |p: &[f64]| {
+            let problem = OutputErrorProblem::new(&system, p, &recordings);
+            let problem = OutputErrorProblem { noise: known(), options, ..problem };
+            evaluate(&problem, p, &[start.to_vec()]).expect("a simulation").cost
+        };
+        let run = outputs_with_sensitivities(&system, &recordings[0], &p, &start, &options)
+            .expect("a simulation");
+        for (j, name) in ["gain", "tau"].iter().enumerate() {
+            let mut gradient = 0.0;
+            for k in 0..recordings[0].times.len() {
+                for (i, sigma) in SIGMA.iter().enumerate() {
+                    let measured = recordings[0].measured[i].as_ref().expect("measured")[k];
+                    let e = run.w(k)[i] - measured;
+                    gradient += 2.0 * e * run.dw(k)[j * 2 + i] / (sigma * sigma);
+                }
+            }
+            let d = 1e-3 * p[j];
+            let at = |times: f64| {
+                let mut p = p;
+                p[j] += times * d;
+                cost(&p)
+            };
+            // Of order (d/p)⁴ = 1e-12; rounding of the cost over d/p is 1e-13.
+            let difference = (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * d);
+            close(gradient / difference, 1.0, 1e-7);
+            assert!(gradient != 0.0, "{name}");
+        }
+    }
 }
 
 const EXPLOSION: &str = "\

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
+use dgd_runtime::{PerSample, Steps};
 
 /// A physical model in a small equation language: checked, simulated, differentiated, fitted.
 #[derive(Debug, Parser)]
@@ -264,6 +265,12 @@ pub(crate) struct SolveArgs {
     /// Integration method, see `dgd methods`; `auto` goes by the model
     #[arg(long, value_name = "NAME", default_value = AUTOMATIC)]
     pub method: String,
+    /// How long steps are: `auto`, `adaptive`, `per-sample`, or `per-sample=N`
+    ///
+    /// `per-sample` makes equal steps between the samples of recorded inputs, as many as the tolerance
+    /// demands, or N. `auto` is `adaptive`, and in fits `per-sample` where model and recordings allow it.
+    #[arg(long, value_name = "STEPS", default_value = AUTOMATIC, value_parser = steps)]
+    pub steps: Steps,
     /// Tolerance relative to each value
     #[arg(long, value_name = "TOL", default_value_t = 1e-6, allow_hyphen_values = true)]
     pub rtol: f64,
@@ -296,6 +303,22 @@ impl From<Engine> for dgd_execute::Engine {
             Engine::Native => dgd_execute::Engine::Native,
             Engine::Interpreter => dgd_execute::Engine::Interpreter,
         }
+    }
+}
+
+/// Reads what `--steps` says.
+fn steps(text: &str) -> Result<Steps, String> {
+    match text {
+        AUTOMATIC => Ok(Steps::Automatic),
+        "adaptive" => Ok(Steps::Adaptive),
+        "per-sample" => Ok(Steps::PerSample(PerSample::Automatic)),
+        _ => match text.strip_prefix("per-sample=").map(str::parse) {
+            Some(Ok(n)) => Ok(Steps::PerSample(PerSample::Exactly(n))),
+            Some(Err(_)) => Err("steps per sample are a whole number from 1 on".to_owned()),
+            None => {
+                Err(format!("there is `{AUTOMATIC}`, `adaptive`, `per-sample`, and `per-sample=N`"))
+            }
+        },
     }
 }
 

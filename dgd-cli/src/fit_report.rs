@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use dgd_compiler::model::Variant;
-use dgd_runtime::identify::{Bound, Estimate, Evaluation, Fit, Misfit, Starts};
-use dgd_runtime::{Direction, Signature, Unit};
+use dgd_runtime::identify::{Bound, Estimate, Evaluation, Fit, Misfit, Starts, Stepping};
+use dgd_runtime::{Direction, PerSampleChoice, Signature, Unit};
 use serde_json::{Map, Value, json};
 
 /// Correlations above this are pointed out.
@@ -111,6 +111,12 @@ impl Outcome<'_> {
             "evaluations": fit.evaluations,
             "failures": fit.failures,
             "termination": fit.termination.name(),
+            "steps": match fit.stepping {
+                Stepping::Adaptive => json!("adaptive"),
+                Stepping::PerSample(PerSampleChoice { method, steps }) => {
+                    json!({ "per_sample": steps, "method": method.name })
+                }
+            },
         })
     }
 

@@ -111,6 +111,11 @@ fn write_to(
     print(&String::from_utf8_lossy(&text))
 }
 
+/// Equal steps per sample, for `--format json`: none where steps were adaptive.
+pub(crate) fn per_sample(solution: &Solution) -> Option<u32> {
+    Some(solution.statistics.per_sample).filter(|n| *n > 0)
+}
+
 /// What happened at events, for `--format json`: the modes of a `when` have no names.
 pub(crate) fn events(solution: &Solution) -> Vec<Value> {
     let event = |event: &Event| {

@@ -6,7 +6,7 @@ use dgd_execute::Engine;
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::{
     BadRequest, Failure, Inputs, IntegrateError, Observations, Options, Problem, Signature,
-    Solution, System, automatic_method, find_method, observe, simulate,
+    Solution, Steps, System, automatic_method, choose_per_sample, find_method, observe, simulate,
     simulate_with_sensitivities,
 };
 
@@ -74,6 +74,7 @@ impl Run {
             let Run { times, measured, options, .. } = &run;
             run.start = measured_start(&run.problem(), times[0], measured, options)?;
         }
+        run.options = with_method_per_sample(run.options, &args.solve, &run.problem(), &run.times)?;
         Ok(run)
     }
 
@@ -154,8 +155,12 @@ pub(crate) fn executable(
 
 /// How to integrate.
 pub(crate) fn options(args: &SolveArgs) -> Result<Options, CommandError> {
-    let mut options =
-        Options { rtol: args.rtol, atol: args.atol.unwrap_or(args.rtol), ..Options::default() };
+    let mut options = Options {
+        rtol: args.rtol,
+        atol: args.atol.unwrap_or(args.rtol),
+        steps: args.steps,
+        ..Options::default()
+    };
     if args.method != AUTOMATIC {
         let found = find_method(&args.method);
         options.method = found.map_err(|error| CommandError::Usage(error.to_string()))?;
@@ -171,6 +176,22 @@ pub(crate) fn with_method(options: Options, args: &SolveArgs, signature: &Signat
     } else {
         options
     }
+}
+
+/// The same with the method that suits steps per sample, where those are asked for and no method is
+/// named.
+pub(crate) fn with_method_per_sample(
+    options: Options,
+    args: &SolveArgs,
+    problem: &Problem<'_, Interpreted>,
+    times: &[f64],
+) -> Result<Options, CommandError> {
+    if args.method != AUTOMATIC || !matches!(options.steps, Steps::PerSample(_)) {
+        return Ok(options);
+    }
+    let choice = choose_per_sample(problem, times, &options)
+        .map_err(|error| CommandError::Computation(error.to_string()))?;
+    Ok(Options { method: choice.method, ..options })
 }
 
 /// Times of the rows: the data's, or every so often.

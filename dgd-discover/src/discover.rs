@@ -14,8 +14,8 @@ use dgd_compiler::diagnostics::{Diagnostics, Reported};
 use dgd_compiler::effects::Effect;
 use dgd_compiler::model::resolve;
 use dgd_compiler::source::Sources;
-use dgd_runtime::Options;
 use dgd_runtime::identify::Recording;
+use dgd_runtime::{Options, Steps};
 
 use crate::account::{gap, ranking_of, reason, screened, traces, unexplained};
 use crate::candidates::candidates;
@@ -95,6 +95,9 @@ pub fn discover(
     diagnostics: &mut Diagnostics,
 ) -> Result<Discovery, DiscoverError> {
     let Request { base, library, options, threads, .. } = *request;
+    // Structures with events and without are compared, and all are to step alike.
+    let steps = if options.steps == Steps::Automatic { Steps::Adaptive } else { options.steps };
+    let options = Options { steps, ..options };
     let (train, valid) = (request.train.0, request.valid.0);
     if train.is_empty() {
         return Err(DiscoverError::NoRecording);

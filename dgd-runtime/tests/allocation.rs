@@ -5,9 +5,13 @@ mod support;
 
 use std::alloc::{GlobalAlloc, Layout, System as Allocator};
 use std::cell::Cell;
+use std::num::NonZeroU32;
 
-use dgd_runtime::{Inputs, METHODS, Method, Options, Problem, System, simulate_with_sensitivities};
-use support::problems::{RobertsonDae, RobertsonDaeStacked};
+use dgd_runtime::{
+    Column, Inputs, Interpolation, METHODS, Method, MethodKind, Options, PerSample, Problem, Steps,
+    System, simulate_with_sensitivities,
+};
+use support::problems::{Relaxation, RelaxationStacked, RobertsonDae, RobertsonDaeStacked};
 use support::{Heaped, parameters};
 
 /// Counts the allocations of each thread.
@@ -56,4 +60,32 @@ fn the_number_of_allocations_does_not_depend_on_the_number_of_steps() {
     }
     compare(&RobertsonDaeStacked::new());
     compare(&Heaped::<RobertsonDae>::new());
+}
+
+#[test]
+fn equal_steps_do_not_allocate() {
+    fn work(system: &impl System, method: &'static Method, n: u32) -> usize {
+        let p = parameters::<Relaxation>();
+        let times: Vec<f64> = (0..200).map(f64::from).collect();
+        let values: Vec<f64> = times.iter().map(|t| t.sin()).collect();
+        let column = Column { name: "u", interpolation: Interpolation::Hold, values: &values };
+        let inputs = Inputs::recorded(&times, &[column]).unwrap();
+        let problem = Problem { system, p: &p, inputs: &inputs, start: &[] };
+        let steps = Steps::PerSample(PerSample::Exactly(NonZeroU32::new(n).unwrap()));
+        let options = Options { method, steps, ..Options::default() };
+        let before = COUNT.get();
+        let solution = simulate_with_sensitivities(&problem, &times, &options).unwrap();
+        assert_eq!(solution.statistics.steps, 199 * n as usize);
+        COUNT.get() - before
+    }
+    for method in METHODS {
+        if matches!(method.kind, MethodKind::Rosenbrock(_) | MethodKind::Explicit(_)) {
+            let (stacked, heaped) = (RelaxationStacked::new(), Heaped::<Relaxation>::new());
+            assert_eq!(work(&stacked, method, 1), work(&stacked, method, 5), "{}", method.name);
+            let few = work(&heaped, method, 1);
+            assert_eq!(few, work(&heaped, method, 5), "{}", method.name);
+            // Nor do segments: there are 199.
+            assert!(few < 199, "{}: {few}", method.name);
+        }
+    }
 }

@@ -11,7 +11,7 @@ use dgd_runtime::identify::{
     EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Prior, Recording, Termination,
     TrialFailed, evaluate, fit, fit_starts,
 };
-use dgd_runtime::{Direction, Options, System};
+use dgd_runtime::{Direction, Options, Problem, System};
 use serde_json::Value;
 
 use crate::args::{FitArgs, NoiseFrom};
@@ -24,7 +24,7 @@ use crate::fitted_model;
 use crate::load::Compilation;
 use crate::plot::Text;
 use crate::recording;
-use crate::run::{executable, options, with_method};
+use crate::run::{executable, options, with_method, with_method_per_sample};
 
 /// Start values of a held-out recording are estimated from this long, which does not count in its
 /// errors, s.
@@ -130,6 +130,13 @@ impl Task {
         };
         let train = experiments(train, &args.data)?;
         let valid = experiments(valid, &args.valid)?;
+        let options = match train.first() {
+            None => options,
+            Some(Recording { inputs, start, times, .. }) => {
+                let problem = Problem { system: &system, p: &p, inputs, start };
+                with_method_per_sample(options, &args.solve, &problem, times)?
+            }
+        };
         let noise = (0..signature.outputs.len())
             .map(|i| {
                 let measured = train.iter().any(|recording| recording.measured[i].is_some());

@@ -44,6 +44,7 @@ pub(crate) fn run(args: &SensitivityArgs, console: Console<'_>) -> Result<(), Co
         "method": run.options.method.name,
         "steps": solution.statistics.steps,
         "rejected": solution.statistics.rejected,
+        "steps_per_sample": result::per_sample(&solution),
         "events": result::events(&solution),
         "undefined": solution.undefined.iter().map(|stretch| json!({
             "from": stretch.from,

@@ -31,6 +31,7 @@ pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), Comma
         "method": run.options.method.name,
         "steps": solution.statistics.steps,
         "rejected": solution.statistics.rejected,
+        "steps_per_sample": result::per_sample(&solution),
         "events": result::events(&solution),
     });
     if let Some(error) = stopped {

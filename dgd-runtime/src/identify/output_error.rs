@@ -130,22 +130,30 @@ pub fn fit<S: System + Clone + Send>(
     loop {
         let options = stepping.applied(problem.options);
         let stepped = OutputErrorProblem { options, ..problem.clone() };
-        let (end, at, sigma) = estimate(&stepped, &variables, z, data, &mut total)?;
-        match stepping.next(problem, &variables, &end)? {
-            Some(next) => (stepping, z) = (next, end),
-            None => return Ok(finish(&stepped, &variables, &end, &at, sigma, stepping, total)),
-        }
+        let ended = estimate(&stepped, &variables, z, data, &mut total)?;
+        let Some(next) = stepping.next(problem, &variables, &ended.z)? else {
+            let Ended { z, at, sigma } = ended;
+            return Ok(finish(&stepped, &variables, &z, &at, sigma, stepping, total));
+        };
+        (stepping, z) = (next, ended.z);
     }
 }
 
-/// Estimates with given steps from z on: where that ended, what was evaluated there, and σ.
+/// Where an estimation ended.
+struct Ended {
+    z: Vec<f64>,
+    at: Weighted,
+    sigma: Vec<Option<f64>>,
+}
+
+/// Estimates with given steps from z on.
 fn estimate<S: System + Clone + Send>(
     problem: &OutputErrorProblem<'_, S>,
     variables: &Variables,
     mut z: Vec<f64>,
     data: usize,
     total: &mut Total,
-) -> Result<(Vec<f64>, Weighted, Vec<Option<f64>>), EstimateError> {
+) -> Result<Ended, EstimateError> {
     let least = least_noise(problem);
     let mut sigma = first_noise(problem, &least);
     let bounds: Vec<(f64, f64)> = variables.all.iter().map(Variable::bounds).collect();
@@ -175,7 +183,7 @@ fn estimate<S: System + Clone + Send>(
         sigma = next;
         at = weigh(problem, variables, &z, &sigma, at.sums);
     }
-    Ok((z, at, sigma))
+    Ok(Ended { z, at, sigma })
 }
 
 /// The best of fits that start from several points, and which it was.

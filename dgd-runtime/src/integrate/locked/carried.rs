@@ -3,8 +3,8 @@
 // Lengths are constants where storage has a fixed size, and only once inlined there.
 #![allow(clippy::inline_always)]
 
+use crate::integrate::larger;
 use crate::integrate::tableau::MAX_STAGES;
-use crate::integrate::{larger, largest_block};
 use crate::linalg::norm::Tolerances;
 use crate::system::{Point, Storage, System};
 
@@ -45,7 +45,8 @@ pub(crate) trait Carried<S: System>: Clone {
 
     /// Square of the error in units of the tolerance, of the unknowns and of each direction apart,
     /// the largest; `sizes` are those of these numbers. NaN if one is.
-    fn error_norm(&self, tolerances: Tolerances, from: &Self, to: &Self, sizes: &Self) -> f64;
+    /// Overwrites the errors.
+    fn error_norm(&mut self, tolerances: Tolerances, from: &Self, to: &Self, sizes: &Self) -> f64;
 
     /// Whether all numbers are finite.
     fn is_finite(&self) -> bool;
@@ -124,7 +125,7 @@ impl<S: System> Carried<S> for Unknowns<S> {
     }
 
     #[inline(always)]
-    fn error_norm(&self, tolerances: Tolerances, from: &Self, to: &Self, sizes: &Self) -> f64 {
+    fn error_norm(&mut self, tolerances: Tolerances, from: &Self, to: &Self, sizes: &Self) -> f64 {
         tolerances.mean_square(self.y(), from.y(), to.y(), sizes.y())
     }
 
@@ -192,11 +193,14 @@ impl<S: System> Carried<S> for WithSensitivities<S> {
     }
 
     #[inline(always)]
-    fn error_norm(&self, tolerances: Tolerances, from: &Self, to: &Self, sizes: &Self) -> f64 {
-        let of_unknowns = tolerances.mean_square(self.y(), from.y(), to.y(), sizes.y());
+    fn error_norm(&mut self, tolerances: Tolerances, from: &Self, to: &Self, sizes: &Self) -> f64 {
+        let mut largest = tolerances.mean_square(self.y(), from.y(), to.y(), sizes.y());
+        square_ratios(self.s.as_mut(), tolerances, from.s(), to.s(), sizes.s());
         let n = self.y().len().max(1);
-        let sizes = sizes.s();
-        larger(largest_block(tolerances, n, self.s(), from.s(), to.s(), sizes), of_unknowns)
+        for column in self.s().chunks_exact(n) {
+            largest = larger(column.iter().sum::<f64>() / n as f64, largest);
+        }
+        largest
     }
 
     #[inline(always)]
@@ -241,6 +245,22 @@ fn weighted_sum<const J: usize>(
             value += h * weights[j] * k[j][i];
         }
         *out = value;
+    }
+}
+
+/// (eᵢ / wᵢ)² in place of the eᵢ, all in one loop for the processor's lanes.
+#[inline(always)]
+fn square_ratios(
+    errors: &mut [f64],
+    tolerances: Tolerances,
+    from: &[f64],
+    to: &[f64],
+    sizes: &[f64],
+) {
+    for (((error, from), to), size) in errors.iter_mut().zip(from).zip(to).zip(sizes) {
+        let (from, to) = (from.abs(), to.abs());
+        let ratio = *error / tolerances.weight(if from > to { from } else { to }, *size);
+        *error = ratio * ratio;
     }
 }
 

@@ -120,14 +120,18 @@ pub fn choose_per_sample<S: System>(
     }
 }
 
+/// The number of rows in the beginning of a run.
+pub(super) fn head(times: &[f64]) -> usize {
+    (times.len() / PART).max(LEAST_ROWS).min(times.len())
+}
+
 /// How many steps per sample the beginning of a run needs for the unknowns to have the tolerance.
 pub(crate) fn per_sample_of_head<S: System>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
 ) -> Result<u32, IntegrateError> {
-    let rows = (times.len() / PART).max(LEAST_ROWS).min(times.len());
-    per_sample_within(problem, times, &times[..rows], options)
+    per_sample_within(problem, times, &times[..head(times)], options)
 }
 
 /// How many steps per sample of a run to `times` keep the unknowns' errors within the tolerance up to
@@ -148,7 +152,7 @@ fn per_sample_within<S: System>(
                 }
             }
             Err(IntegrateError::PerSample(PerSampleError::NotFinite { t, .. })) => {
-                count.refuse(t)?
+                count.refuse(t)?;
             }
             Err(error) => return Err(error),
         }

@@ -29,11 +29,6 @@ impl Count {
         self.wanted == PerSample::Automatic
     }
 
-    /// Takes over a first guess.
-    pub(super) fn begin_with(&mut self, n: u32) {
-        self.n = n;
-    }
-
     /// Takes note of a run that leads beyond all numbers from `t` on.
     pub(super) fn refuse(&mut self, t: f64) -> Result<(), IntegrateError> {
         if self.is_open() && self.n < MOST {

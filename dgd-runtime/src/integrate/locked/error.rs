@@ -110,7 +110,7 @@ fn refusal(signature: &Signature) -> Option<PerSampleError> {
 
 impl fmt::Display for PerSampleError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        const INSTEAD: &str = "use adaptive steps";
+        const INSTEAD: &str = "use adaptive steps (`--steps adaptive`, `Steps::Adaptive`)";
         match self {
             Self::Modes { automaton } => write!(
                 f,

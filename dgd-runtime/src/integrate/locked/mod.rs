@@ -45,6 +45,7 @@ use crate::signal::Segment;
 use crate::solution::Solution;
 use crate::system::System;
 use carried::{Carried, Unknowns, WithSensitivities};
+use choice::head;
 pub use choice::{PerSampleChoice, choose_per_sample};
 pub(crate) use choice::{inputs_change_by_sample, measure, per_sample_of_head};
 use count::Count;
@@ -98,10 +99,7 @@ pub(super) fn run<S: System>(
     solution.y.reserve(solution.n * times.len());
     solution.s.reserve(solution.n * solution.n_s * times.len());
     let with_sensitivities = directions.is_some();
-    let mut count = Count::new(per_sample, options.method.name);
-    if count.is_open() {
-        count.begin_with(per_sample_of_head(problem, times, options)?);
-    }
+    let count = Count::new(per_sample, options.method.name);
     if !is_swept(options.method.kind) {
         return rosenbrock::run(problem, times, options, count, solution);
     }
@@ -215,7 +213,8 @@ impl<S: System, C: Carried<S>, K: Sink> Task<S, C> for Streamed<'_, S, C, K> {
     }
 }
 
-/// A run to all asked times into a solution.
+/// A run to all asked times into a solution; where the number of steps is sought, over its beginning
+/// first.
 struct WholeRun<'a, S: System, C> {
     problem: Problem<'a, S>,
     times: &'a [f64],
@@ -247,13 +246,14 @@ impl<S: System, C: Carried<S>> Task<S, C> for WholeRun<'_, S, C> {
         let Self { problem, times, max_steps, mut count, start, mut gauge, solution } = self;
         let Problem { system, p, inputs, .. } = problem;
         let interval = sample_interval(inputs, times);
+        let mut rows = if count.is_open() { head(times) } else { times.len() };
         loop {
             solution.forget_rows();
             solution.statistics.per_sample = count.n;
             gauge.reset();
             let gauged = if count.is_open() { Some(&mut gauge) } else { None };
             let (grid, equations) = (Grid::new(interval, count.n), Equations { system, p });
-            let course = Course { equations, inputs, times, grid, max_steps };
+            let course = Course { equations, inputs, times: &times[..rows], grid, max_steps };
             let mut now = start.clone();
             match sweep(&course, &mut method, &mut now, gauged, solution) {
                 Ok(steps) => {
@@ -261,7 +261,10 @@ impl<S: System, C: Carried<S>> Task<S, C> for WholeRun<'_, S, C> {
                     solution.statistics.evaluations = steps * M::EVALUATIONS;
                     solution.statistics.segments = course.segments();
                     if count.settle(gauge.measured(), method.exponent())? {
-                        return Ok(());
+                        if rows == times.len() {
+                            return Ok(());
+                        }
+                        rows = times.len();
                     }
                 }
                 Err(Stopped::TooMany { t }) => {

@@ -1,7 +1,7 @@
 //! Equal steps per sample for stiff models and those with algebraic unknowns, by the general loop's
 //! own steps: what is consistent after a jump, and where sensitivities end, is the same.
 
-use super::choice::Measured;
+use super::choice::{Measured, head};
 use super::count::Count;
 use super::error::PerSampleError;
 use super::grid::{Grid, sample_interval};
@@ -23,19 +23,23 @@ pub(super) fn run<S: System>(
 ) -> Result<(), IntegrateError> {
     let interval = sample_interval(problem.inputs, times);
     let exponent = options.method.kind.estimate_order(options.rtol) + 1;
+    let mut rows = if count.is_open() { head(times) } else { times.len() };
     loop {
         solution.forget_rows();
         let directions = (solution.n_s > 0).then(|| Directions::new(problem.system));
         let mut simulation = Simulation::new(problem, options, times[0], directions);
         let grid = Grid::new(interval, count.n);
-        match measure(&mut simulation, times, grid, solution) {
+        match measure(&mut simulation, &times[..rows], grid, solution) {
             Ok(measured) => {
                 if count.settle(measured, exponent)? {
-                    return Ok(());
+                    if rows == times.len() {
+                        return Ok(());
+                    }
+                    rows = times.len();
                 }
             }
             Err(IntegrateError::PerSample(PerSampleError::NotFinite { t, .. })) => {
-                count.refuse(t)?
+                count.refuse(t)?;
             }
             Err(error) => return Err(error),
         }
