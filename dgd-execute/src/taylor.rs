@@ -3,7 +3,7 @@
 use dgd_compiler::program::{Entry, Factor, Program, Recurrence, Series, ValueId};
 use dgd_runtime::taylor::{self, MOST_ORDER, Terms};
 
-/// Where the coefficients of order k stand in the numbers of all orders.
+/// What series are made for, and where they go.
 pub(crate) struct Expansion<'a> {
     /// Inputs' slopes.
     pub(crate) udot: &'a [f64],
@@ -11,12 +11,12 @@ pub(crate) struct Expansion<'a> {
     pub(crate) order: usize,
     pub(crate) kept: &'a mut [Terms],
     pub(crate) y: &'a mut [f64],
-    /// Of the sensitivities; nothing without.
+    /// Series of the sensitivities, with those of order 0 given; nothing without.
     pub(crate) s: &'a mut [f64],
 }
 
-/// Continues series from their values at the beginning, `values`, which are overwritten by the
-/// coefficients of the highest order; `fixed` holds them from then on.
+/// Continues series from their values at the beginning, `fixed`; `now` is work space for the coefficients
+/// of one order.
 pub(crate) fn expand(
     program: &Program,
     series: &Series,

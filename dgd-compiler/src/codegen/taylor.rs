@@ -27,14 +27,19 @@ pub(super) fn methods(program: &Program) -> TokenStream {
             (quote!(::core::result::Result::Err(#path::NoTaylor::#reason)), TokenStream::new())
         }
         Ok(taylor) => {
+            // Without unknowns there is nothing to compute.
+            let has_unknowns = program.n() > 0;
             let unknowns = index(taylor.unknowns.n_kept());
             let sensitivities = index(taylor.sensitivities.n_kept());
             let kept = quote!(#path::KeptSeries {
                 unknowns: #unknowns,
                 sensitivities: #sensitivities,
             });
-            let mut functions = method(program, &taylor.unknowns, false);
-            if !program.directions.is_empty() {
+            let mut functions = TokenStream::new();
+            if has_unknowns {
+                functions.extend(method(program, &taylor.unknowns, false));
+            }
+            if has_unknowns && !program.directions.is_empty() {
                 functions.extend(method(program, &taylor.sensitivities, true));
             }
             (quote!(::core::result::Result::Ok(#kept)), functions)
@@ -135,10 +140,10 @@ impl Code<'_> {
             let Piece { tokens, .. } = &pieces[&value];
             tokens.clone()
         };
-        let keeps = self.keeps(quote!(0), &value);
+        let keeps = self.keeps(&value);
+        let n = index(self.program.n());
         let f = series.f.iter().map(|f| value(*f));
         let g = self.slopes_of_sensitivities(
-            quote!(0),
             &value,
             |entry| {
                 let (value, column) = (value(entry.value), index(entry.column));
@@ -155,7 +160,7 @@ impl Code<'_> {
             #(#statements)*
             #keeps
             #(#fixed)*
-            let mut _f: [f64; _] = [#(#f),*];
+            let mut _f: [f64; #n] = [#(#f),*];
             #g
         }
     }
@@ -181,7 +186,6 @@ impl Code<'_> {
         let f = series.f.iter().map(|f| value(*f));
         let n = index(self.program.n());
         let g = self.slopes_of_sensitivities(
-            quote!(_k),
             &value,
             |entry| {
                 let column = index(entry.column);
@@ -209,10 +213,10 @@ impl Code<'_> {
         }
     }
 
-    /// g of an order, row by row.
+    /// g of an order, row by row: what `add` makes of the entries of ∂f/∂y, and the entries of ∂f/∂θ that
+    /// count.
     fn slopes_of_sensitivities(
         &self,
-        _order: TokenStream,
         value: &dyn Fn(ValueId) -> TokenStream,
         add: impl Fn(&Entry) -> TokenStream,
         counts: impl Fn(&Entry) -> bool,
@@ -240,14 +244,14 @@ impl Code<'_> {
         quote!(#(#rows)*)
     }
 
-    /// Keeps the values of an order.
-    fn keeps(&self, order: TokenStream, value: &dyn Fn(ValueId) -> TokenStream) -> TokenStream {
+    /// Keeps the values at the beginning.
+    fn keeps(&self, value: &dyn Fn(ValueId) -> TokenStream) -> TokenStream {
         let kept = (0u32..)
             .zip(&self.series.kept)
             .filter_map(|(value, own)| own.map(|own| (ValueId(value), own)));
         let keeps = kept.map(|(kept, own)| {
             let (own, value) = (format_ident!("_c{}", own), value(kept));
-            quote!(::dgd::__runtime::taylor::keep(#own, #order, #value);)
+            quote!(::dgd::__runtime::taylor::keep(#own, 0, #value);)
         });
         quote!(#(#keeps)*)
     }

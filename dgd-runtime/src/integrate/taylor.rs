@@ -149,11 +149,21 @@ impl Expansion {
 #[inline(always)]
 fn add_terms(series: &[f64], order: usize, theta: f64, out: &mut [f64]) {
     let len = out.len();
-    let mut power = 1.0;
     out.fill(0.0);
-    for k in 1..=order {
+    let terms = series[len..(order + 1) * len].chunks_exact(len.max(1));
+    // Steps of the size that the series are made for: the same without factors of 1.
+    if theta == 1.0 {
+        for row in terms {
+            for (out, term) in out.iter_mut().zip(row) {
+                *out += term;
+            }
+        }
+        return;
+    }
+    let mut power = 1.0;
+    for row in terms {
         power *= theta;
-        for (out, term) in out.iter_mut().zip(&series[k * len..(k + 1) * len]) {
+        for (out, term) in out.iter_mut().zip(row) {
             *out += power * term;
         }
     }
