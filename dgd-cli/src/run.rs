@@ -183,7 +183,7 @@ pub(crate) fn with_method(options: Options, args: &SolveArgs, signature: &Signat
 pub(crate) fn with_method_per_sample(
     options: Options,
     args: &SolveArgs,
-    problem: &Problem<'_, Interpreted>,
+    problem: &Problem<'_, dgd_execute::Loaded>,
     times: &[f64],
 ) -> Result<Options, CommandError> {
     if args.method != AUTOMATIC || !matches!(options.steps, Steps::PerSample(_)) {

@@ -8,8 +8,8 @@ mod loaded;
 mod sets;
 
 use dgd::{
-    Column, Inputs, Interpolation, Method, Options, Problem, Solution, System, find_method,
-    simulate, simulate_with_sensitivities,
+    Column, Inputs, Interpolation, Method, Options, PerSample, Problem, Solution, Steps, System,
+    find_method, simulate, simulate_with_sensitivities,
 };
 use dgd_compiler::pipeline::Directions;
 use peers_problems::request::{Answer, Failure, Request};
@@ -84,10 +84,26 @@ fn recorded(request: &Request) -> Result<(Inputs, Vec<f64>), Failure> {
 }
 
 /// Both tolerances are relative to sizes that the model gives: of the unknowns, and of the parameters.
+///
+/// A method is one by its name, with adaptive steps; `tsit5 per sample` and `tsit5 2 per sample` are the
+/// same with equal steps. `auto` is what a user gets who says nothing.
 fn options(request: &Request) -> Result<Options, Failure> {
-    let name = request.method.trim_end_matches(LOADED);
+    let words: Vec<&str> = request.method.trim_end_matches(LOADED).split(' ').collect();
+    let (name, steps) = match words.as_slice() {
+        ["auto"] => ("rodas5p", Steps::Automatic),
+        [name] => (*name, Steps::Adaptive),
+        [name, "per", "sample"] => (*name, Steps::PerSample(PerSample::Automatic)),
+        [name, n, "per", "sample"] => (*name, Steps::PerSample(PerSample::Exactly(n.parse()?))),
+        _ => return Err(format!("no method is called `{}`", request.method).into()),
+    };
     let method: &'static Method = find_method(name)?;
-    Ok(Options { rtol: request.rtol, atol: 0.01 * request.rtol, method, ..Options::default() })
+    Ok(Options {
+        rtol: request.rtol,
+        atol: 0.01 * request.rtol,
+        method,
+        steps,
+        ..Options::default()
+    })
 }
 
 /// Values of the parameters that the model declares.
