@@ -38,7 +38,7 @@ pub use initial::{ConsistentStart, consistent_start};
 pub use integrate::catalogue::{
     METHODS, Method, MethodKind, UnknownMethod, automatic as automatic_method, find as find_method,
 };
-pub use integrate::{simulate, simulate_with_sensitivities};
+pub use integrate::{simulate, simulate_chosen, simulate_with_sensitivities};
 pub use measured_start::{MeasuredStartError, start_from_outputs};
 pub use observe::{Observations, observe};
 pub use problem::{Options, Problem};

@@ -27,7 +27,7 @@
 
 use std::borrow::Cow;
 
-use crate::arrays::Run;
+use crate::arrays::{Labels, Run, Unknowns};
 use crate::linalg::Factorisation;
 
 /// Numbers of a size that is known when the program is compiled, `[f64; N]`, or when it runs,
@@ -288,9 +288,9 @@ pub struct Signature {
     /// The model's name.
     pub name: Text,
     /// Unknowns y, n of them.
-    pub unknowns: List<Unknown>,
+    pub unknowns: Unknowns,
     /// Label of the equation behind row i of f.
-    pub equations: List<Text>,
+    pub equations: Labels,
     /// Parameters p.
     pub parameters: List<Parameter>,
     /// Inputs, as declared.
@@ -493,10 +493,7 @@ impl Signature {
     ///
     /// If there are not as many numbers as unknowns.
     pub fn write_mass(&self, mass: &mut [f64]) {
-        assert_eq!(mass.len(), self.unknowns.len(), "one number for each unknown");
-        for (mass, unknown) in mass.iter_mut().zip(self.unknowns.iter()) {
-            *mass = f64::from(u8::from(unknown.differential));
-        }
+        self.unknowns.write_mass(mass);
     }
 
     /// What the j-th direction is called: a parameter by its name, a start value as `x(0)`.
@@ -507,7 +504,7 @@ impl Signature {
     pub fn direction_name(&self, j: usize) -> Text {
         match self.directions[j] {
             Direction::Parameter(i) => self.parameters[i].name.clone(),
-            Direction::Start(i) => format!("{}(0)", self.unknowns[i].name).into(),
+            Direction::Start(i) => format!("{}(0)", self.unknowns.name(i)).into(),
         }
     }
 
@@ -519,7 +516,7 @@ impl Signature {
     pub fn direction_unit(&self, j: usize) -> &Unit {
         match self.directions[j] {
             Direction::Parameter(i) => &self.parameters[i].unit,
-            Direction::Start(i) => &self.unknowns[i].unit,
+            Direction::Start(i) => self.unknowns.unit(i),
         }
     }
 }

@@ -23,6 +23,7 @@ mod bdf;
 mod breaks;
 pub mod butcher;
 pub mod catalogue;
+mod chosen;
 mod controller;
 mod diagnose;
 pub(crate) mod drive;
@@ -86,7 +87,26 @@ pub fn simulate<S: System>(
     times: &[f64],
     options: &Options,
 ) -> Result<Solution, Failure> {
-    run(problem, times, options, None)
+    run(problem, times, options, None, None)
+}
+
+/// [`simulate`], of which only the unknowns at the positions `chosen` are kept, in this order: a run of a
+/// large model then needs no memory for each of its unknowns at each time.
+///
+/// # Errors
+///
+/// [`Failure`], with what was reached.
+///
+/// # Panics
+///
+/// As [`simulate`], and where an unknown does not exist.
+pub fn simulate_chosen<S: System>(
+    problem: &Problem<'_, S>,
+    chosen: &[usize],
+    times: &[f64],
+    options: &Options,
+) -> Result<Solution, Failure> {
+    run(problem, times, options, None, Some(chosen))
 }
 
 /// [`simulate`], with the sensitivities of all unknowns to the model's directions.
@@ -103,7 +123,7 @@ pub fn simulate_with_sensitivities<S: System>(
     times: &[f64],
     options: &Options,
 ) -> Result<Solution, Failure> {
-    run(problem, times, options, Some(Directions::new(problem.system)))
+    run(problem, times, options, Some(Directions::new(problem.system)), None)
 }
 
 /// Runs to all times that the outputs need, and gives the solution at the asked ones.
@@ -112,11 +132,16 @@ fn run<S: System>(
     times: &[f64],
     options: &Options,
     directions: Option<Directions<S>>,
+    chosen: Option<&[usize]>,
 ) -> Result<Solution, Failure> {
     let signature = problem.system.signature();
     assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
     assert_eq!(problem.inputs.len(), signature.inputs.len(), "number of inputs");
     let n = signature.unknowns.len();
+    if let Some(chosen) = chosen {
+        assert!(chosen.iter().all(|i| *i < n), "chosen unknowns");
+    }
+    let n = chosen.map_or(n, <[usize]>::len);
     let n_s = if directions.is_some() { signature.directions.len() } else { 0 };
     let mut solution = Solution {
         n,
@@ -127,7 +152,11 @@ fn run<S: System>(
         late: Vec::new(),
         n_z: signature.discrete.len(),
         z: Vec::new(),
-        n_past: if outputs_read_past(signature) { signature.past().len() } else { 0 },
+        n_past: if chosen.is_none() && outputs_read_past(signature) {
+            signature.past().len()
+        } else {
+            0
+        },
         past: Vec::new(),
         events: Vec::new(),
         undefined: Vec::new(),
@@ -144,7 +173,7 @@ fn run<S: System>(
     };
     let read = Problem { inputs: &inputs, ..*problem };
     let all = late.as_ref().map_or(times, |late| &late.all);
-    let outcome = run_to(&read, all, options, directions, &mut solution);
+    let outcome = run_to(&read, all, options, directions, chosen, &mut solution);
     if let Some(late) = late {
         solution = late.split(times, solution);
     }
@@ -155,11 +184,12 @@ fn run<S: System>(
 }
 
 /// Runs to `times`; the problem's inputs are those that the model reads.
-fn run_to<S: System>(
-    problem: &Problem<'_, S>,
+fn run_to<'a, S: System>(
+    problem: &'a Problem<'a, S>,
     times: &[f64],
     options: &Options,
     directions: Option<Directions<S>>,
+    chosen: Option<&'a [usize]>,
     solution: &mut Solution,
 ) -> Result<(), IntegrateError> {
     let (Some(&from), Some(&until)) = (times.first(), times.last()) else {
@@ -171,6 +201,7 @@ fn run_to<S: System>(
     solution.z.reserve(solution.n_z * times.len());
     solution.past.reserve(solution.n_past * times.len());
     let mut simulation = Simulation::new(problem, options, from, directions);
+    simulation.chosen = chosen;
     let outcome = simulation.integrate(times, until, solution);
     let reached = simulation.t;
     for stretch in &mut solution.undefined {
@@ -265,6 +296,8 @@ struct Simulation<'a, S: System> {
     span: f64,
     row: S::Vector,
     sensitivity_row: Option<S::Sensitivity>,
+    /// The unknowns to be recorded; all without it.
+    chosen: Option<&'a [usize]>,
 }
 
 impl<'a, S: System> Simulation<'a, S> {
@@ -308,6 +341,7 @@ impl<'a, S: System> Simulation<'a, S> {
             span: 0.0,
             row: S::Vector::zeros(n),
             sensitivity_row,
+            chosen: None,
         }
     }
 

@@ -427,6 +427,33 @@ impl<S: System> Stepper<S> {
         }
     }
 
+    /// Appends y at the fraction θ of the step tried last, of `chosen` unknowns only. `row` is work
+    /// space.
+    pub(crate) fn interpolate_chosen(
+        &mut self,
+        theta: f64,
+        y: &[f64],
+        chosen: &[usize],
+        row: &mut [f64],
+        out: &mut Vec<f64>,
+    ) {
+        if let MethodKind::Rosenbrock(tableau) = self.kind {
+            let (y_new, k) = (self.y_new.as_ref(), &self.k[..tableau.stages()]);
+            out.extend(chosen.iter().map(|&i| {
+                let dense = tableau.dense.map(|weights| {
+                    weights.iter().zip(k).fold([0.0], |[sum], (w, k)| [sum + w * k.as_ref()[i]])
+                });
+                let mut value = [0.0];
+                interpolate(theta, &[y[i]], &[y_new[i]], &dense, &mut value);
+                value[0]
+            }));
+            return;
+        }
+        self.prepare_dense(None);
+        self.interpolate(theta, y, row);
+        out.extend(chosen.iter().map(|i| row[*i]));
+    }
+
     /// S at the fraction θ of the step tried last.
     #[inline]
     pub(crate) fn interpolate_sensitivities(

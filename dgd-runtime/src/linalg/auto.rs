@@ -1,4 +1,4 @@
-use super::order::{Bandwidth, Order, narrowest};
+use super::order::{Bandwidth, narrowest};
 use super::{BandedLu, DenseLu, Factorisation, Pivot, Singular, SparseLu, TridiagonalLu};
 use crate::system::Pattern;
 
@@ -20,6 +20,14 @@ pub enum AutoLu {
     Sparse(Box<SparseLu>),
 }
 
+impl AutoLu {
+    /// Whether it takes the matrix of `n` unknowns for a band.
+    pub(crate) fn is_for_band(n: usize, jacobian: &Pattern) -> bool {
+        let (_, width) = narrowest(n, jacobian);
+        matches!(cheapest(n, jacobian.len(), width), Kind::Tridiagonal | Kind::Banded)
+    }
+}
+
 impl Factorisation for AutoLu {
     fn new(n: usize, jacobian: &Pattern) -> Self {
         if n <= DENSE_UP_TO {
@@ -28,10 +36,10 @@ impl Factorisation for AutoLu {
         let (order, width) = narrowest(n, jacobian);
         match cheapest(n, jacobian.len(), width) {
             Kind::Tridiagonal => Self::Tridiagonal(TridiagonalLu::new(n, order)),
-            Kind::Banded => Self::Banded(BandedLu::new(n, order, width)),
+            Kind::Banded => Self::Banded(BandedLu::with_order(n, order, width)),
             Kind::Dense => Self::Dense(DenseLu::new(n, jacobian)),
             Kind::Sparse => {
-                drop::<Order>(order);
+                drop(order);
                 Self::Sparse(Box::new(SparseLu::new(n, jacobian)))
             }
         }
@@ -56,7 +64,7 @@ impl Factorisation for AutoLu {
         match self {
             Self::Dense(lu) => lu.solve(b),
             Self::Tridiagonal(lu) => b.chunks_exact_mut(lu.len()).for_each(|b| lu.solve(b)),
-            Self::Banded(lu) => b.chunks_exact_mut(lu.len()).for_each(|b| lu.solve(b)),
+            Self::Banded(lu) => lu.solve(b),
             Self::Sparse(lu) => lu.solve(b),
         }
     }

@@ -5,8 +5,8 @@
 //!
 //! Source: Golub and Van Loan, *Matrix Computations*, 4th ed. (2013), §4.3.
 
-use super::order::{Bandwidth, Order};
-use super::{Pivot, Singular};
+use super::order::{Bandwidth, Order, narrowest};
+use super::{Factorisation, Pivot, Singular};
 use crate::system::Pattern;
 
 /// LU factorisation of a matrix that is banded in a certain order of the unknowns.
@@ -28,7 +28,7 @@ pub struct BandedLu {
 
 impl BandedLu {
     /// Work space for `n` unknowns, whose `order` gives the matrix this bandwidth.
-    pub(super) fn new(n: usize, order: Order, width: Bandwidth) -> Self {
+    pub(super) fn with_order(n: usize, order: Order, width: Bandwidth) -> Self {
         let height = 2 * width.lower + width.upper + 1;
         let permuted = match order {
             Order::Natural => Vec::new(),
@@ -45,14 +45,15 @@ impl BandedLu {
             permuted,
         }
     }
+}
 
-    /// Number of unknowns.
-    pub(super) fn len(&self) -> usize {
-        self.n
+impl Factorisation for BandedLu {
+    fn new(n: usize, jacobian: &Pattern) -> Self {
+        let (order, width) = narrowest(n, jacobian);
+        Self::with_order(n, order, width)
     }
 
-    /// Factorises c M − J.
-    pub(super) fn factorise(
+    fn factorise(
         &mut self,
         c: f64,
         differential: impl Fn(usize) -> bool,
@@ -121,8 +122,7 @@ impl BandedLu {
         Ok(())
     }
 
-    /// Overwrites b with W⁻¹ b.
-    pub(super) fn solve(&mut self, b: &mut [f64]) {
+    fn solve(&mut self, b: &mut [f64]) {
         let Self { n, order, width, factors, reciprocal_pivots, exchanges, permuted, .. } = self;
         let band = Band {
             filled: width.lower + width.upper,
@@ -131,22 +131,23 @@ impl BandedLu {
             reciprocal_pivots,
             exchanges,
         };
-        match order {
-            Order::Natural => band.solve(&mut b[..*n]),
-            Order::Permuted { unknowns, .. } => {
-                for (x, unknown) in permuted.iter_mut().zip(&*unknowns) {
-                    *x = b[*unknown as usize];
-                }
-                band.solve(permuted);
-                for (x, unknown) in permuted.iter().zip(&*unknowns) {
-                    b[*unknown as usize] = *x;
+        for b in b.chunks_exact_mut((*n).max(1)) {
+            match order {
+                Order::Natural => band.solve(b),
+                Order::Permuted { unknowns, .. } => {
+                    for (x, unknown) in permuted.iter_mut().zip(&*unknowns) {
+                        *x = b[*unknown as usize];
+                    }
+                    band.solve(permuted);
+                    for (x, unknown) in permuted.iter().zip(&*unknowns) {
+                        b[*unknown as usize] = *x;
+                    }
                 }
             }
         }
     }
 
-    /// The smallest pivot of the last factorisation.
-    pub(super) fn smallest_pivot(&self) -> Option<Pivot> {
+    fn smallest_pivot(&self) -> Option<Pivot> {
         let height = 2 * self.width.lower + self.width.upper + 1;
         let filled = self.width.lower + self.width.upper;
         let magnitudes = self.factors.chunks_exact(height).map(|column| column[filled].abs());

@@ -123,6 +123,7 @@ mod tests {
         assert!(residual::<FixedLu<12>>(12, &pattern, &values) < 1e-12);
         assert!(residual::<DenseLu>(12, &pattern, &values) < 1e-12);
         assert!(residual::<SparseLu>(12, &pattern, &values) < 1e-12);
+        assert!(residual::<BandedLu>(12, &pattern, &values) < 1e-12);
         let (pattern, values) = scattered(90);
         assert!(residual::<SparseLu>(90, &pattern, &values) < 1e-10);
         assert!(residual::<AutoLu>(90, &pattern, &values) < 1e-10);
