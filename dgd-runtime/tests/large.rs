@@ -233,7 +233,7 @@ fn ten_thousand_unknowns() {
 
 #[test]
 fn the_choice_goes_by_size_by_algebraic_unknowns_and_by_the_pattern() {
-    let chosen = |cells, all_differential, is_band| {
+    let chosen = |cells, all_differential: bool, is_band: bool| {
         let Diffusion { mut signature, .. } = Diffusion::new(cells);
         if all_differential {
             let unknowns = signature.unknowns.iter();

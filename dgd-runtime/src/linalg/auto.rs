@@ -1,4 +1,5 @@
-use super::order::{Bandwidth, narrowest};
+use super::order::narrowest;
+use super::staircase::Staircase;
 use super::{BandedLu, DenseLu, Factorisation, Pivot, Singular, SparseLu, TridiagonalLu};
 use crate::system::Pattern;
 
@@ -14,7 +15,7 @@ pub enum AutoLu {
     Dense(DenseLu),
     /// A matrix with neighbours only, in some order.
     Tridiagonal(TridiagonalLu),
-    /// A matrix with a narrow band, in some order.
+    /// A matrix with a narrow band, or with small blocks beside its diagonal ones, in some order.
     Banded(BandedLu),
     /// A large matrix with few non-zeros all over.
     Sparse(Box<SparseLu>),
@@ -23,8 +24,9 @@ pub enum AutoLu {
 impl AutoLu {
     /// Whether it takes the matrix of `n` unknowns for a band.
     pub(crate) fn is_for_band(n: usize, jacobian: &Pattern) -> bool {
-        let (_, width) = narrowest(n, jacobian);
-        matches!(cheapest(n, jacobian.len(), width), Kind::Tridiagonal | Kind::Banded)
+        let (order, width) = narrowest(n, jacobian);
+        width.lower.max(width.upper) <= 1
+            || cheapest(n, jacobian.len(), &Staircase::new(n, jacobian, &order)) == Kind::Banded
     }
 }
 
@@ -34,12 +36,15 @@ impl Factorisation for AutoLu {
             return Self::Dense(DenseLu::new(n, jacobian));
         }
         let (order, width) = narrowest(n, jacobian);
-        match cheapest(n, jacobian.len(), width) {
-            Kind::Tridiagonal => Self::Tridiagonal(TridiagonalLu::new(n, order)),
-            Kind::Banded => Self::Banded(BandedLu::with_order(n, order, width)),
+        if width.lower.max(width.upper) <= 1 {
+            return Self::Tridiagonal(TridiagonalLu::new(n, order));
+        }
+        let steps = Staircase::new(n, jacobian, &order);
+        match cheapest(n, jacobian.len(), &steps) {
+            Kind::Banded => Self::Banded(BandedLu::with_order(n, order, width, steps)),
             Kind::Dense => Self::Dense(DenseLu::new(n, jacobian)),
             Kind::Sparse => {
-                drop(order);
+                drop((order, steps));
                 Self::Sparse(Box::new(SparseLu::new(n, jacobian)))
             }
         }
@@ -82,7 +87,6 @@ impl Factorisation for AutoLu {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Dense,
-    Tridiagonal,
     Banded,
     Sparse,
 }
@@ -91,21 +95,19 @@ enum Kind {
 /// multiplication in a loop over consecutive numbers.
 ///
 /// ```text
-///   dense     2/3 n³ + 2 s n²                              all below and right of the pivot
-///   banded    n (l (l + u) + 2 l + u) + s n (2 l + u)      l rows below it, l + u columns right of it
-///   sparse    20 z̄ log₂ n (z̄ + s)                          z̄ = z/n non-zeros a row; fill-in as on a grid
+///   dense     n³/3 + s n²
+///   banded    Σ below (right + 1) + s Σ (below + right)    of each pivot, to the steps of the band
+///   sparse    20 z̄ n log₂ n (z̄ + s)                        z̄ non-zeros a row; fill-in as on a grid
 /// ```
 ///
-/// Twenty is what an indexed access costs.
-fn cheapest(n: usize, non_zeros: usize, width: Bandwidth) -> Kind {
-    let Bandwidth { lower, upper } = width;
-    if lower.max(upper) <= 1 {
-        return Kind::Tridiagonal;
-    }
-    let (n, l, u) = (n as f64, lower as f64, upper as f64);
+/// Twenty is what an indexed access costs. A band has to save a fifth, as its columns are longer than
+/// those of a full matrix and its right-hand sides are put in order.
+fn cheapest(n: usize, non_zeros: usize, steps: &Staircase) -> Kind {
+    let (elimination, solution) = steps.work();
+    let n = n as f64;
     let per_row = 1.0 + non_zeros as f64 / n;
     let dense = n * n * (n / 3.0 + SOLUTIONS);
-    let banded = n * ((l + 1.0) * (l + u) + SOLUTIONS * (2.0 * l + u));
+    let banded = 1.25 * (elimination + SOLUTIONS * solution);
     let sparse = 20.0 * n * per_row * n.log2() * (per_row + SOLUTIONS);
     if banded <= dense && banded <= sparse {
         Kind::Banded
