@@ -25,12 +25,14 @@ pub mod linalg;
 pub mod math;
 mod measured_start;
 mod observe;
+mod pattern;
 mod problem;
 mod readings;
 mod signal;
 mod solution;
 mod state_selection;
 pub mod system;
+mod unknowns;
 
 pub use discrete::discrete_numbers;
 pub use error::{BadRequest, Evaluation, Failure, InitialError, IntegrateError};
