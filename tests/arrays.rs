@@ -145,7 +145,7 @@ fn a_model_with_arrays_is_the_model_written_out() {
     assert_eq!((n, n_s), (sb.unknowns.len(), sb.directions.len()));
     let place = positions(&sa, &sb);
     for (i, &other) in place.iter().enumerate() {
-        assert_eq!(sa.unknowns[i].differential, sb.unknowns[other].differential);
+        assert_eq!(sa.unknowns.is_differential(i), sb.unknowns.is_differential(other));
     }
     let row = |r: usize| r / n * n + place[r % n];
     let own = |c: usize| c;

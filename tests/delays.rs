@@ -308,7 +308,7 @@ fn sensitivities_to_delays_agree_with_differences() {
         };
         for i in 0..n {
             let size = solution.y(0)[i].abs();
-            check(&signature.unknowns[i].name, i, n, &|k| solution.s(k)[j * n + i], &y1, &y2, size);
+            check(&signature.unknowns.name(i), i, n, &|k| solution.s(k)[j * n + i], &y1, &y2, size);
         }
         for i in 0..n_w {
             let size = (0..times.len()).fold(0.0f64, |m, k| m.max(observed.w(k)[i].abs()));

@@ -71,7 +71,7 @@ fn assert_slopes_are_differences(system: &Interpreted, inputs: &Inputs, times: &
             assert!(
                 (found[i] - difference).abs() <= close * size,
                 "d({})/d(p[{j}]) = {} is not {difference}",
-                system.signature().unknowns[i].name,
+                system.signature().unknowns.name(i),
                 found[i]
             );
         }

@@ -47,7 +47,7 @@ fn error(system: &Interpreted, case: &Case, options: &Options) -> (f64, &'static
     for &(name, reference) in case.ends {
         let unknown = signature.unknowns.iter().position(|unknown| unknown.name == name);
         let i = unknown.unwrap_or_else(|| panic!("{}: no `{name}`", case.model));
-        let unknown = &signature.unknowns[i];
+        let unknown = signature.unknowns.at(i);
         let reference = reference * unknown.unit.factor;
         // As the solver: the start value where no size is declared, and one of the unit for zero.
         let size = unknown.nominal.unwrap_or(start[i]).abs();

@@ -106,7 +106,7 @@ fn generated_code_has_the_names_of_parts_with_underscores() {
     assert_eq!(&*signature.parameters[0].name, "pump.c0");
     let static_variant =
         compiled(Path::new("tests/parts/mud_circulation.dgd"), &[("line.flow", "static")]);
-    let generated: Vec<&str> = signature.unknowns.iter().map(|x| &*x.name).collect();
+    let generated: Vec<String> = signature.unknowns.iter().map(|x| x.name.into_owned()).collect();
     let interpreted: Vec<&str> =
         static_variant.dae.unknowns.iter().map(|x| x.name.as_str()).collect();
     assert_eq!(generated, interpreted);

@@ -255,15 +255,15 @@ fn all_methods_come_to_the_same() {
         };
         let verify = |what: &str, found: &[f64], numbers: &[f64], len: usize| {
             for (k, (f, e)) in found.iter().zip(numbers).enumerate() {
-                let unknown = &unknowns[k % len % n];
+                let i = k % len % n;
                 // As the solver: sizes of S are those of the unknown over those of the parameter.
                 let over = match (what, signature.directions.get(k % len / n)) {
                     ("S", Some(Direction::Parameter(j))) => ready.p[*j].abs(),
                     _ => 1.0,
                 };
-                let nominal = unknown.nominal.unwrap_or(expected.y[k % len % n]).abs() / over;
+                let nominal = unknowns.nominal(i).unwrap_or(expected.y[i]).abs() / over;
                 let size = scale(numbers, len, k % len).max(nominal);
-                let unknown = &unknown.name;
+                let unknown = unknowns.name(i);
                 let error = (f - e).abs();
                 assert!(
                     error <= most * size,

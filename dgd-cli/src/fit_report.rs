@@ -135,7 +135,7 @@ impl Outcome<'_> {
             });
             let name = match estimate.of {
                 Direction::Parameter(_) => estimate.name.clone(),
-                Direction::Start(i) => self.signature.unknowns[i].name.to_string(),
+                Direction::Start(i) => self.signature.unknowns.name(i).to_string(),
             };
             let entry = json!({
                 "value": in_unit(estimate.value, unit),
@@ -152,7 +152,7 @@ impl Outcome<'_> {
         let Some(tested) = &self.valid else { return json!([]) };
         let of = |(path, starts): (&PathBuf, &Starts)| {
             let entry = |(i, value): &(usize, f64)| {
-                let unknown = &self.signature.unknowns[*i];
+                let unknown = self.signature.unknowns.at(*i);
                 let value = in_unit(*value, &unknown.unit);
                 (unknown.name.to_string(), json!({ "value": value, "unit": unknown.unit.symbol }))
             };
@@ -171,7 +171,7 @@ impl Outcome<'_> {
     fn unit(&self, estimate: &Estimate) -> &Unit {
         match estimate.of {
             Direction::Parameter(i) => &self.signature.parameters[i].unit,
-            Direction::Start(i) => &self.signature.unknowns[i].unit,
+            Direction::Start(i) => self.signature.unknowns.unit(i),
         }
     }
 

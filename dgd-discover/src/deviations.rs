@@ -205,7 +205,8 @@ impl<'a> Linearization<'a> {
         let system = model.system();
         let signature = system.signature();
         let n = signature.unknowns.len();
-        let (differential, algebraic) = (0..n).partition(|i| signature.unknowns[*i].differential);
+        let (differential, algebraic) =
+            (0..n).partition(|i| signature.unknowns.is_differential(*i));
         let n_u = signature.inputs.len();
         let n_places = model.places().len();
         let given = inputs.len();
@@ -337,8 +338,8 @@ impl<'a> Linearization<'a> {
         self.differential
             .iter()
             .map(|&i| {
-                let size = unknowns[i].nominal.map_or_else(|| largest(i), f64::abs);
-                if size > 0.0 { size } else { unknowns[i].unit.factor.abs() }
+                let size = unknowns.nominal(i).map_or_else(|| largest(i), f64::abs);
+                if size > 0.0 { size } else { unknowns.unit(i).factor.abs() }
             })
             .collect()
     }

@@ -167,7 +167,7 @@ impl Values {
         let p = parameters.zip(p).map(|(parameter, v)| (parameter.name.to_string(), *v)).collect();
         let named = |starts: &Starts| {
             let starts = starts.iter();
-            starts.map(|(i, v)| (signature.unknowns[*i].name.to_string(), *v)).collect()
+            starts.map(|(i, v)| (signature.unknowns.name(*i).to_string(), *v)).collect()
         };
         Values { p, starts: starts.iter().map(named).collect() }
     }

@@ -55,7 +55,7 @@ pub(crate) fn run(
     problem: &Problem<'_, Loaded>,
     times: &[f64],
     options: &Options,
-    wanted: Wanted,
+    wanted: Wanted<'_>,
 ) -> Result<Solution, Failure> {
     match problem.system.0.program().n() {
         1 => run_fixed::<1>(problem, times, options, wanted),
@@ -70,7 +70,7 @@ fn run_fixed<const N: usize>(
     problem: &Problem<'_, Loaded>,
     times: &[f64],
     options: &Options,
-    wanted: Wanted,
+    wanted: Wanted<'_>,
 ) -> Result<Solution, Failure> {
     let system = Executed(Fixed::<N>(&problem.system.0));
     let Problem { p, inputs, start, .. } = *problem;

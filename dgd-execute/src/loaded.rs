@@ -159,7 +159,7 @@ impl Perform for OnDemand {
         problem: &Problem<'_, Loaded>,
         times: &[f64],
         options: &Options,
-        wanted: Wanted,
+        wanted: Wanted<'_>,
     ) -> Result<Solution, Failure> {
         fixed::run(problem, times, options, wanted)
     }

@@ -56,7 +56,7 @@ pub trait Perform {
         problem: &Problem<'_, Executed<Self>>,
         times: &[f64],
         options: &Options,
-        wanted: Wanted,
+        wanted: Wanted<'_>,
     ) -> Result<Solution, Failure>
     where
         Self: Sized,
@@ -86,7 +86,7 @@ impl<P: Perform> System for Executed<P> {
         problem: &Problem<'_, Self>,
         times: &[f64],
         options: &Options,
-        wanted: Wanted,
+        wanted: Wanted<'_>,
     ) -> Result<Solution, Failure> {
         P::integrate(problem, times, options, wanted)
     }

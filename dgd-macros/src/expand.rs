@@ -4,10 +4,11 @@ use std::path::Path;
 
 use dgd_compiler::codegen;
 use dgd_compiler::diagnostics::{Diagnostics, render};
-use dgd_compiler::model::ModelOptions;
+use dgd_compiler::model::{ModelOptions, Setting};
 use dgd_compiler::pipeline::{Directions, compile};
 use dgd_compiler::source::{Source, SourceId, Sources, Span};
 use dgd_compiler::syntax::ast::Name;
+use dgd_compiler::syntax::parse_setting;
 use proc_macro2::TokenStream;
 use quote::{quote, quote_spanned};
 
@@ -36,7 +37,11 @@ pub(crate) fn expand(input: &Input, folder: &Path) -> TokenStream {
                 (argument(variant, &mut sources), argument(choice, &mut sources))
             })
             .collect(),
-        settings: Vec::new(),
+        settings: input
+            .sizes
+            .iter()
+            .filter_map(|(name, number)| size(name, number, &mut sources, &mut diagnostics))
+            .collect(),
     };
     let directions = match &input.sensitivities {
         None => Directions::All,
@@ -73,6 +78,19 @@ fn argument(name: &str, sources: &mut Sources) -> Name {
     Name { text, span: Span { source, start: 0, end } }
 }
 
+/// A size with the number that the macro gives it; anything else is in the diagnostics.
+fn size(
+    name: &str,
+    number: &str,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Option<Setting> {
+    let text = format!("{name} = {number}");
+    let source = sources.add(Source { name: "dgd::model!".to_owned(), text });
+    let (name, value) = parse_setting(source, sources, diagnostics).ok()?;
+    Some(Setting { name, value })
+}
+
 fn read(folder: &Path, path: &str) -> Result<String, String> {
     std::fs::read_to_string(folder.join(path)).map_err(|error| error.to_string())
 }
@@ -105,6 +123,17 @@ fn track(folder: &Path, sources: &Sources) -> TokenStream {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_size_is_given_by_the_macro() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../models");
+        let arguments = "\"transmission_line.dgd\", N = 37, as line";
+        let input = syn::parse_str(arguments).expect("arguments of the macro");
+        let tokens = expand(&input, &folder).to_string();
+        assert!(tokens.contains("pub p : [f64 ; 37]"), "{tokens}");
+        let input = syn::parse_str("\"transmission_line.dgd\", M = 37").expect("arguments");
+        assert!(expand(&input, &folder).to_string().contains("compile_error"));
+    }
 
     #[test]
     fn an_edit_of_the_file_or_of_what_it_imports_rebuilds() {

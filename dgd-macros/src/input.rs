@@ -2,7 +2,7 @@
 
 use syn::ext::IdentExt;
 use syn::parse::{Parse, ParseStream};
-use syn::{Ident, LitStr, Token, bracketed};
+use syn::{Ident, LitInt, LitStr, Token, bracketed};
 
 /// The arguments of `dgd::model!`.
 pub(crate) struct Input {
@@ -10,6 +10,8 @@ pub(crate) struct Input {
     pub(crate) path: LitStr,
     /// `variant = choice`.
     pub(crate) variants: Vec<(String, String)>,
+    /// `SIZE = number`.
+    pub(crate) sizes: Vec<(String, String)>,
     /// `sensitivities = [a, b]`; all parameters without it.
     pub(crate) sensitivities: Option<Vec<String>>,
     /// `as name`.
@@ -18,8 +20,13 @@ pub(crate) struct Input {
 
 impl Parse for Input {
     fn parse(input: ParseStream<'_>) -> syn::Result<Self> {
-        let mut parsed =
-            Input { path: input.parse()?, variants: Vec::new(), sensitivities: None, module: None };
+        let mut parsed = Input {
+            path: input.parse()?,
+            variants: Vec::new(),
+            sizes: Vec::new(),
+            sensitivities: None,
+            module: None,
+        };
         while !input.is_empty() {
             input.parse::<Token![,]>()?;
             if input.is_empty() {
@@ -37,6 +44,9 @@ impl Parse for Input {
                 bracketed!(list in input);
                 let names = list.parse_terminated(dotted, Token![,])?;
                 parsed.sensitivities = Some(names.into_iter().collect());
+            } else if input.peek(LitInt) {
+                let size: LitInt = input.parse()?;
+                parsed.sizes.push((name, size.base10_digits().to_owned()));
             } else {
                 parsed.variants.push((name, dotted(input)?));
             }

@@ -12,12 +12,14 @@ use std::path::{Path, PathBuf};
 /// dgd::model!("models/mud_circulation.dgd");
 /// dgd::model!("models/mud_circulation.dgd", flow = static);
 /// dgd::model!("models/mud_circulation.dgd", sensitivities = [c0, c2], as quasi_static);
+/// dgd::model!("models/transmission_line.dgd", N = 1000);
 /// ```
 ///
 /// The path is relative to the crate's `Cargo.toml`; one that begins with `./` or `../` is relative
 /// to the Rust file. Behind it, in any order:
 ///
 /// - `VARIANT = CHOICE` picks a variant,
+/// - `SIZE = NUMBER` gives a `size` another value,
 /// - `sensitivities = [NAMES]` says to which parameters, and to which states' start values,
 ///   sensitivities are generated; to all parameters without it,
 /// - `as NAME` names the module; it has the model's name without it.

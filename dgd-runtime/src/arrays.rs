@@ -1,6 +1,8 @@
 //! The description of a model with arrays, from one that does not grow with them.
 
-use crate::system::{List, Output, Signature, Text, Unit, Unknown};
+use crate::system::{List, Output, Signature, Text, Unit};
+use crate::unknowns::element_name;
+pub use crate::unknowns::{Labels, Unknowns};
 
 /// An array of unknowns; in y its elements follow what is in front of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,37 +75,16 @@ pub struct Arrays {
 }
 
 /// The description of a whole model, given that of its single unknowns and what arrays add.
+///
+/// It does not grow with the arrays, outputs for each element aside.
 pub fn with_arrays(mut signature: Signature, added: &Arrays) -> Signature {
-    let families = added.families.iter();
-    let rows: Vec<(bool, Text)> = families
-        .flat_map(|family| {
-            let indices = family.lower.unwrap_or_default()..;
-            indices.take(family.count).map(|index| {
-                let label = match family.lower {
-                    Some(_) => element(&family.equation, index),
-                    None => family.equation.clone(),
-                };
-                (family.differential, label)
-            })
-        })
-        .collect();
-    let elements = added.arrays.iter();
-    let elements =
-        elements.flat_map(|array| (array.lower..).take(array.count).map(move |i| (array, i)));
-    let unknowns = signature.unknowns.to_mut();
-    for ((array, i), (differential, _)) in elements.zip(&rows) {
-        unknowns.push(Unknown {
-            name: element(&array.name, i),
-            unit: array.unit.clone(),
-            nominal: array.nominal,
-            differential: *differential,
-        });
-    }
-    signature.equations.to_mut().extend(rows.into_iter().map(|(_, label)| label));
+    signature.unknowns.arrays.clone_from(&added.arrays);
+    signature.unknowns.families.clone_from(&added.families);
+    signature.equations.families.clone_from(&added.families);
     let outputs = signature.outputs.to_mut();
     for array in added.outputs.iter() {
         outputs.extend((array.lower..).take(array.count).map(|i| Output {
-            name: element(&array.name, i),
+            name: element_name(&array.name, i),
             unit: array.unit.clone(),
             noise: array.noise,
             delay: None,
@@ -120,20 +101,15 @@ pub fn with_arrays(mut signature: Signature, added: &Arrays) -> Signature {
         dwdp,
     ];
     for (pattern, runs) in patterns.into_iter().zip(&added.runs) {
-        pattern.runs = runs.clone();
+        pattern.runs.clone_from(runs);
     }
     signature
-}
-
-/// `p[3]`
-fn element(name: &str, index: i64) -> Text {
-    format!("{name}[{index}]").into()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::system::{Discrete, Pattern};
+    use crate::system::{Discrete, Pattern, Unknown};
 
     #[test]
     fn elements_and_places_follow_those_of_single_unknowns() {
@@ -143,8 +119,8 @@ mod tests {
             Unknown { name: "x".into(), unit: unit.clone(), nominal: None, differential: false };
         let signature = Signature {
             name: "test".into(),
-            unknowns: vec![single].into(),
-            equations: vec!["own".into()].into(),
+            unknowns: std::iter::once(single).collect(),
+            equations: std::iter::once(Text::Borrowed("own")).collect(),
             parameters: List::Borrowed(&[]),
             inputs: List::Borrowed(&[]),
             delays: List::Borrowed(&[]),
@@ -192,11 +168,26 @@ mod tests {
             ],
         };
         let whole = with_arrays(signature, &added);
-        let names: Vec<&str> = whole.unknowns.iter().map(|unknown| &*unknown.name).collect();
+        let names: Vec<Text> = whole.unknowns.iter().map(|unknown| unknown.name).collect();
         assert_eq!(names, ["x", "p[3]", "p[4]", "p[5]"]);
-        assert_eq!(whole.equations.to_vec(), ["own", "row", "row[7]", "row[8]"]);
+        let labels: Vec<Text> = whole.equations.iter().collect();
+        assert_eq!(labels, ["own", "row", "row[7]", "row[8]"]);
         let differential: Vec<bool> = whole.unknowns.iter().map(|u| u.differential).collect();
         assert_eq!(differential, [false, false, true, true]);
+        let mut mass = [f64::NAN; 4];
+        whole.write_mass(&mut mass);
+        assert_eq!(mass, [0.0, 0.0, 1.0, 1.0]);
+        assert_eq!((whole.unknowns.len(), whole.unknowns.n_algebraic()), (4, 2));
+        for (i, unknown) in whole.unknowns.iter().enumerate() {
+            assert_eq!(unknown, whole.unknowns.at(i));
+            let named = Unknown {
+                name: whole.unknowns.name(i),
+                unit: whole.unknowns.unit(i).clone(),
+                nominal: whole.unknowns.nominal(i),
+                differential: whole.unknowns.is_differential(i),
+            };
+            assert_eq!((named, &labels[i]), (unknown, &whole.equations.at(i)));
+        }
         let places: Vec<_> = whole.jacobian.positions().collect();
         assert_eq!(places, [(0, 0), (2, 1), (3, 2), (2, 0), (3, 0)]);
         let read: Vec<_> = whole.output_jacobians[0].positions().collect();

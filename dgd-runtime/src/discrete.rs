@@ -33,7 +33,7 @@ pub(crate) fn choose_sides<S: System>(
     system.event_functions(Point { t, y, u, p, z }, e);
     for (k, (position, transition)) in discrete.transitions().enumerate() {
         let automaton = &discrete.automata[position];
-        let algebraic = transition.resets.iter().all(|i| !unknowns[*i].differential);
+        let algebraic = transition.resets.iter().all(|i| !unknowns.is_differential(*i));
         if chosen(automaton.kind)
             && algebraic
             && transition.from == automaton.start

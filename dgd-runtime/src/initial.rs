@@ -117,7 +117,7 @@ pub(crate) fn start_values<S: System>(
     match y.iter().position(|value| !value.is_finite()) {
         None => Ok(()),
         Some(i) => Err(InitialError::StartNotFinite {
-            unknown: problem.system.signature().unknowns[i].name.to_string(),
+            unknown: problem.system.signature().unknowns.name(i).to_string(),
             t: at.t,
         }),
     }
@@ -158,10 +158,14 @@ impl<S: System> Algebraic<S> {
         let zeros = || S::Vector::zeros(n);
         let mut mass = zeros();
         signature.write_mass(mass.as_mut());
+        let count = signature.unknowns.n_algebraic();
+        // Without algebraic unknowns in any mode nothing is factorised.
+        let is_explicit = count == 0 && signature.discrete.automata.is_empty();
+        let pattern = if is_explicit { &Pattern::EMPTY } else { &signature.jacobian };
         Self {
             mass,
-            count: signature.unknowns.iter().filter(|unknown| !unknown.differential).count(),
-            factorisation: S::Factorisation::new(n, &signature.jacobian),
+            count,
+            factorisation: S::Factorisation::new(n, pattern),
             rows: S::Jacobian::zeros(signature.jacobian.len()),
             row_sizes: zeros(),
             f: zeros(),
@@ -361,7 +365,7 @@ impl<S: System> Algebraic<S> {
         let Place { t, u, p, z } = at;
         let signature = system.signature();
         let pattern = &signature.jacobian;
-        let equation = |row: usize| signature.equations[row].to_string();
+        let equation = |row: usize| signature.equations.at(row).to_string();
         let mut nudges = 0;
 
         for iteration in 1..=MOST_ITERATIONS {
@@ -506,9 +510,9 @@ impl<S: System> Algebraic<S> {
         InitialError::NotConverged {
             t,
             iterations,
-            equation: signature.equations[row].to_string(),
+            equation: signature.equations.at(row).to_string(),
             residual: self.f.as_ref()[row],
-            unknown: signature.unknowns[unknown].name.to_string(),
+            unknown: signature.unknowns.name(unknown).to_string(),
             correction: correction[unknown],
             at: readings(system, at, row),
         }
@@ -542,7 +546,7 @@ impl<S: System> Algebraic<S> {
         let block = block.unwrap_or_else(|| vec![row]);
         let first = block.iter().copied().max_by(|i, j| f[*i].abs().total_cmp(&f[*j].abs()));
         let row = first.unwrap_or(row);
-        let label = |row: usize| signature.equations[row].to_string();
+        let label = |row: usize| signature.equations.at(row).to_string();
         InitialError::Singular {
             equation: label(row),
             t: at.t,

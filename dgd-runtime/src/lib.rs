@@ -25,6 +25,7 @@ pub mod linalg;
 pub mod math;
 mod measured_start;
 mod observe;
+mod pattern;
 mod problem;
 mod readings;
 mod signal;
@@ -32,6 +33,7 @@ mod solution;
 mod state_selection;
 pub mod system;
 pub mod taylor;
+mod unknowns;
 
 pub use discrete::discrete_numbers;
 pub use error::{BadRequest, Evaluation, Failure, InitialError, IntegrateError};
@@ -40,7 +42,7 @@ pub use integrate::catalogue::{
     METHODS, Method, MethodKind, UnknownMethod, automatic as automatic_method, find as find_method,
 };
 pub use integrate::locked::{PerSample, PerSampleChoice, PerSampleError, Steps, choose_per_sample};
-pub use integrate::{simulate, simulate_with_sensitivities};
+pub use integrate::{simulate, simulate_chosen, simulate_with_sensitivities};
 pub use measured_start::{MeasuredStartError, start_from_outputs};
 pub use observe::{Observations, observe};
 pub use problem::{Options, Problem};

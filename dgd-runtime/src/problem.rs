@@ -140,9 +140,13 @@ impl Options {
 
 /// Sizes of the unknowns, SI: declared, or the size of the start value, or one of the unit.
 pub(crate) fn unknown_sizes<S: System>(system: &S, start: &[f64], sizes: &mut [f64]) {
-    let unknowns = system.signature().unknowns.iter();
-    for ((size, unknown), start) in sizes.iter_mut().zip(unknowns).zip(start) {
-        *size = size_of(unknown.nominal.unwrap_or(*start), unknown.unit.factor);
+    let mut first = 0;
+    for (count, nominal, unit) in system.signature().unknowns.groups() {
+        let members = first..first + count;
+        first = members.end;
+        for (size, start) in sizes[members.clone()].iter_mut().zip(&start[members]) {
+            *size = size_of(nominal.unwrap_or(*start), unit.factor);
+        }
     }
     share_sizes(system, sizes);
 }

@@ -73,7 +73,7 @@ pub(crate) fn readings<S: System>(system: &S, at: Point<'_>, row: usize) -> Vec<
     };
     let mut all: Vec<(Reading, bool)> = Vec::new();
     for (i, slope) in in_row(&signature.jacobian, by_y.as_ref()) {
-        let unknown = &signature.unknowns[i];
+        let unknown = signature.unknowns.at(i);
         all.push((Reading::new(&unknown.name, at.y[i], &unknown.unit), slope.is_finite()));
     }
     for (i, slope) in in_row(&signature.input_jacobian, &by_u) {

@@ -139,6 +139,13 @@ pub struct Statistics {
 }
 
 impl Solution {
+    /// Keeps the unknowns at the positions `chosen` alone, in this order.
+    pub(crate) fn keep(&mut self, chosen: &[usize]) {
+        let rows = self.y.chunks_exact(self.n.max(1));
+        self.y = rows.flat_map(|row| chosen.iter().map(|i| row[*i])).collect();
+        self.n = chosen.len();
+    }
+
     /// Number of times.
     pub fn len(&self) -> usize {
         self.times.len()

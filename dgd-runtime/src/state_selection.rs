@@ -45,9 +45,9 @@ pub(crate) fn share_sizes<S: System>(system: &S, sizes: &mut [f64]) {
     for (k, _) in selecting(signature).enumerate().filter(|(_, selects)| *selects) {
         let is_tied = tied_by(system, k);
         let tied: Vec<usize> = (0..sizes.len())
-            .filter(|i| is_tied[*i] && signature.unknowns[*i].nominal.is_none())
+            .filter(|i| is_tied[*i] && signature.unknowns.nominal(*i).is_none())
             .collect();
-        let of_kind = |i: usize, j: usize| signature.unknowns[i].unit == signature.unknowns[j].unit;
+        let of_kind = |i: usize, j: usize| signature.unknowns.unit(i) == signature.unknowns.unit(j);
         let shared: Vec<f64> = tied
             .iter()
             .map(|&i| tied.iter().filter(|j| of_kind(i, **j)).fold(0.0, |s, j| sizes[*j].max(s)))

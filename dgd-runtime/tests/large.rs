@@ -1,9 +1,12 @@
 //! A model of many unknowns, with a sparse Jacobian.
 
+use std::collections::BTreeSet;
+
 use dgd_runtime::linalg::AutoLu;
 use dgd_runtime::{
-    Direction, Discrete, Inputs, METHODS, Options, Parameter, Pattern, Point, Problem, Signature,
-    Solution, System, Unit, Unknown, automatic_method, simulate_with_sensitivities,
+    Direction, Discrete, Inputs, METHODS, MethodKind, Options, Parameter, Pattern, Point, Problem,
+    Signature, Solution, System, Unit, Unknown, automatic_method, simulate, simulate_chosen,
+    simulate_with_sensitivities,
 };
 
 /// Diffusion on a line between ends at zero, and an algebraic unknown beside each cell:
@@ -229,17 +232,49 @@ fn ten_thousand_unknowns() {
 }
 
 #[test]
-fn the_choice_goes_by_size_and_by_algebraic_unknowns() {
-    let chosen = |cells, all_differential| {
+fn the_choice_goes_by_size_by_algebraic_unknowns_and_by_the_pattern() {
+    let chosen = |cells, all_differential: bool, is_band: bool| {
         let Diffusion { mut signature, .. } = Diffusion::new(cells);
         if all_differential {
-            signature.unknowns.to_mut().iter_mut().for_each(|unknown| unknown.differential = true);
+            let unknowns = signature.unknowns.iter();
+            signature.unknowns = unknowns.map(|x| Unknown { differential: true, ..x }).collect();
+        }
+        if !is_band {
+            // 7919 is a prime: each reads some that are far apart.
+            let n = 2 * cells;
+            let places = (1..4).flat_map(|k| (0..n).map(move |i| (i, i * i * k * 7919 % n)));
+            signature.jacobian =
+                Pattern::of(&places.collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>());
         }
         automatic_method(&signature).name
     };
-    assert_eq!(chosen(500, true), "rodas5p");
-    assert_eq!(chosen(501, true), "bdf");
-    assert_eq!(chosen(501, false), "rodas5p");
+    assert_eq!(chosen(500, true, false), "rodas5p");
+    assert_eq!(chosen(501, true, false), "bdf");
+    assert_eq!(chosen(501, true, true), "rodas5p");
+    assert_eq!(chosen(501, false, false), "rodas5p");
+}
+
+/// The same polynomials, evaluated for some unknowns or for all.
+#[test]
+fn chosen_unknowns_are_those_of_all() {
+    let system = Diffusion::new(60);
+    let inputs = Inputs::none();
+    let problem = Problem { system: &system, p: &[1.0], inputs: &inputs, start: &[] };
+    let times: Vec<f64> = (0..30).map(|k| f64::from(k * k)).collect();
+    let chosen = [119, 3, 60];
+    for method in METHODS.iter().filter(|m| !matches!(m.kind, MethodKind::Explicit(_))) {
+        let options = Options { method, ..Options::default() };
+        let all = simulate(&problem, &times, &options).unwrap();
+        let some = simulate_chosen(&problem, &chosen, &times, &options).unwrap();
+        assert_eq!((some.n, &some.times, some.statistics), (3, &all.times, all.statistics));
+        for k in 0..times.len() {
+            for (value, i) in some.y(k).iter().zip(chosen) {
+                // Terms are below 10, and a few dozen are added up.
+                let rounding = 400.0 * f64::EPSILON;
+                assert!((value - all.y(k)[i]).abs() <= rounding, "{} {k} {i}", method.name);
+            }
+        }
+    }
 }
 
 /// A small multiple of the tolerance.

@@ -104,7 +104,7 @@ pub(crate) fn assert_slopes_are_differences(
             assert!(
                 (found[i] - difference).abs() <= close * size.max(1e-9),
                 "d({})/d(p[{j}]) = {} is not {difference}",
-                system.signature().unknowns[i].name,
+                system.signature().unknowns.name(i),
                 found[i]
             );
         }

@@ -26,7 +26,7 @@ pub(crate) fn run(console: Console<'_>) -> Result<(), CommandError> {
     }
     let _ = writeln!(
         text,
-        "{AUTOMATIC:<12} {}; bdf for more than {MOST_FOR_DEFAULT} unknowns, none of them algebraic",
+        "{AUTOMATIC:<12} {}; bdf for more than {MOST_FOR_DEFAULT} unknowns, none of them algebraic, and no band",
         DEFAULT.name
     );
     console.result(&text)

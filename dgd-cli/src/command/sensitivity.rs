@@ -130,10 +130,10 @@ fn load(args: &SensitivityArgs) -> Result<(Loaded, Vec<Of>), CommandError> {
 }
 
 impl Of {
-    fn name_and_unit(self, signature: &Signature) -> (&str, &Unit) {
+    fn name_and_unit(self, signature: &Signature) -> (String, &Unit) {
         match self {
-            Of::Unknown(i) => (&signature.unknowns[i].name, &signature.unknowns[i].unit),
-            Of::Output(i) => (&signature.outputs[i].name, &signature.outputs[i].unit),
+            Of::Unknown(i) => (signature.unknowns.name(i).into_owned(), signature.unknowns.unit(i)),
+            Of::Output(i) => (signature.outputs[i].name.to_string(), &signature.outputs[i].unit),
         }
     }
 
@@ -244,7 +244,7 @@ fn subjects(
         let (name, unit) = of.name_and_unit(signature);
         let values = of.values(solution, observations);
         subjects.push(Subject {
-            title: Text::name(name),
+            title: Text::name(&name),
             unit: unit.symbol.to_string(),
             lines: line(values.iter().map(|v| (v - unit.offset) / unit.factor).collect()),
         });

@@ -60,7 +60,7 @@ impl Of {
 
     fn name(self, signature: &Signature) -> String {
         match self {
-            Of::Unknown(i) => signature.unknowns[i].name.to_string(),
+            Of::Unknown(i) => signature.unknowns.name(i).to_string(),
             Of::Output(i) => signature.outputs[i].name.to_string(),
         }
     }
@@ -83,7 +83,7 @@ impl Of {
     /// Its size, for what is zero all along.
     fn size(self, signature: &Signature, of: &Trajectory) -> f64 {
         let (declared, unit) = match self {
-            Of::Unknown(i) => (signature.unknowns[i].nominal, &signature.unknowns[i].unit),
+            Of::Unknown(i) => (signature.unknowns.nominal(i), signature.unknowns.unit(i)),
             Of::Output(i) => (None, &signature.outputs[i].unit),
         };
         let largest =
@@ -119,7 +119,7 @@ fn direction_size(run: &Run, given: &Trajectory, j: usize, direction: Direction)
     let signature = run.signature();
     let (value, nominal) = match direction {
         Direction::Parameter(i) => (run.p[i], signature.parameters[i].nominal),
-        Direction::Start(i) => (given.solution.y(0)[i], signature.unknowns[i].nominal),
+        Direction::Start(i) => (given.solution.y(0)[i], signature.unknowns.nominal(i)),
     };
     let size = if value == 0.0 { nominal.unwrap_or(0.0) } else { value };
     if size != 0.0 {

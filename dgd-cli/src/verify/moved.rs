@@ -129,7 +129,7 @@ fn trajectory(
         Direction::Start(i) => {
             start.retain(|(unknown, _)| *unknown != i);
             start.push((i, value));
-            run.signature().unknowns[i].name.to_string()
+            run.signature().unknowns.name(i).to_string()
         }
     };
     let problem = Problem { p: &p, start: &start, ..run.problem() };

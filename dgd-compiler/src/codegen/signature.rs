@@ -131,8 +131,8 @@ pub(super) fn signature(program: &Program) -> TokenStream {
     let signature = quote! {
         ::dgd::__runtime::Signature {
             name: Text::Borrowed(#name),
-            unknowns: List::Borrowed(&[#(#unknowns),*]),
-            equations: List::Borrowed(&[#(#equations),*]),
+            unknowns: ::dgd::__runtime::arrays::Unknowns::single(&[#(#unknowns),*]),
+            equations: ::dgd::__runtime::arrays::Labels::single(&[#(#equations),*]),
             parameters: List::Borrowed(&[#(#parameters),*]),
             inputs: List::Borrowed(&[#(#inputs),*]),
             delays: List::Borrowed(&[#(#delays),*]),

@@ -8,6 +8,7 @@ use super::controller::Law;
 use super::tableau::RosenbrockTableau;
 use super::tableaux::{KENCARP4, RODAS5P, TSIT5};
 use super::taylor;
+use crate::linalg::AutoLu;
 use crate::system::Signature;
 use crate::taylor::MOST_ORDER;
 
@@ -121,11 +122,15 @@ pub const MOST_FOR_DEFAULT: usize = 1000;
 
 /// The method for a model like this: `rodas5p`, whose errors are nearest to the tolerance and which goes
 /// through points where an equation stops determining its unknown; and for models of more than
-/// [`MOST_FOR_DEFAULT`] unknowns, none of them algebraic, `bdf`, which evaluates and factorises least
-/// often, for an error ten to a hundred times as large.
+/// [`MOST_FOR_DEFAULT`] unknowns, none of them algebraic and the matrix no band, `bdf`, which evaluates
+/// and factorises least often, for an error ten to a hundred times as large.
+///
+/// A band costs little to factorise. It is that of a line, whose waves `bdf` may take a hundred times
+/// the steps for: above order 2 it is not A-stable.
 pub fn automatic(signature: &Signature) -> &'static Method {
-    let is_large = signature.unknowns.len() > MOST_FOR_DEFAULT;
-    if is_large && signature.unknowns.iter().all(|unknown| unknown.differential) {
+    let n = signature.unknowns.len();
+    let is_large = n > MOST_FOR_DEFAULT && signature.unknowns.n_algebraic() == 0;
+    if is_large && !AutoLu::is_for_band(n, &signature.jacobian) {
         let mut large = METHODS.iter().filter(|method| matches!(method.kind, MethodKind::Bdf(_)));
         large.next().unwrap_or(DEFAULT)
     } else {

@@ -9,7 +9,7 @@ use crate::system::{Point, System};
 
 impl<S: System> Simulation<'_, S> {
     pub(super) fn singular_iteration(&self, h: f64, row: usize) -> IntegrateError {
-        let equation = self.problem.system.signature().equations[row].to_string();
+        let equation = self.problem.system.signature().equations.at(row).to_string();
         IntegrateError::SingularIteration { t: self.t, h, equation }
     }
 
@@ -40,7 +40,7 @@ impl<S: System> Simulation<'_, S> {
         IntegrateError::StepSizeTooSmall {
             t: self.t,
             h,
-            unknown: signature.unknowns[index % n].name.to_string(),
+            unknown: signature.unknowns.name(index % n).to_string(),
             parameter,
             error,
         }
@@ -64,8 +64,8 @@ impl<S: System> Simulation<'_, S> {
         };
         let Problem { system, p, .. } = *self.problem;
         let signature = system.signature();
-        let equation = signature.equations[row].to_string();
-        let unknown = signature.unknowns[row].name.to_string();
+        let equation = signature.equations.at(row).to_string();
+        let unknown = signature.unknowns.name(row).to_string();
         let u = self.drive.at(self.t, self.y.as_ref());
         let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
         let values = readings(system, at, row);
@@ -73,7 +73,7 @@ impl<S: System> Simulation<'_, S> {
     }
 
     pub(super) fn newton_diverged(&self, h: f64, unknown: usize) -> IntegrateError {
-        let unknown = self.problem.system.signature().unknowns[unknown].name.to_string();
+        let unknown = self.problem.system.signature().unknowns.name(unknown).to_string();
         IntegrateError::NewtonDiverged { t: self.t, h, unknown }
     }
 
@@ -90,7 +90,7 @@ impl<S: System> Simulation<'_, S> {
     pub(super) fn unsuited_method(&self) -> IntegrateError {
         let mut masses = self.algebraic.mass.as_ref().iter();
         let unknown = masses.position(|mass| *mass == 0.0).unwrap_or(0);
-        let unknown = self.problem.system.signature().unknowns[unknown].name.to_string();
+        let unknown = self.problem.system.signature().unknowns.name(unknown).to_string();
         IntegrateError::UnsuitedMethod { t: self.t, method: self.method.name, unknown }
     }
 }

@@ -80,7 +80,7 @@ impl<S: System> Simulation<'_, S> {
 
         let h0 = (0.01 * d0 / d1).min(span);
         let h0 = if h0 > 0.0 { h0 } else { 1e-6 * span };
-        let euler = self.row.as_mut();
+        let euler = self.stepper.rhs.as_mut();
         for ((euler, y), slope) in euler.iter_mut().zip(y).zip(slope.as_ref()) {
             *euler = y + h0 * slope;
         }

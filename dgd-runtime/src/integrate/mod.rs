@@ -23,6 +23,7 @@ mod bdf;
 mod breaks;
 pub mod butcher;
 pub mod catalogue;
+mod chosen;
 mod controller;
 mod diagnose;
 pub(crate) mod drive;
@@ -93,6 +94,25 @@ pub fn simulate<S: System>(
     S::integrate(problem, times, options, Wanted::Unknowns)
 }
 
+/// [`simulate`], of which only the unknowns at the positions `chosen` are kept, in this order: a run of a
+/// large model then needs no memory for each of its unknowns at each time.
+///
+/// # Errors
+///
+/// [`Failure`], with what was reached.
+///
+/// # Panics
+///
+/// As [`simulate`], and where an unknown does not exist.
+pub fn simulate_chosen<S: System>(
+    problem: &Problem<'_, S>,
+    chosen: &[usize],
+    times: &[f64],
+    options: &Options,
+) -> Result<Solution, Failure> {
+    S::integrate(problem, times, options, Wanted::Chosen(chosen))
+}
+
 /// [`simulate`], with the sensitivities of all unknowns to the model's directions.
 ///
 /// # Errors
@@ -112,9 +132,11 @@ pub fn simulate_with_sensitivities<S: System>(
 
 /// What a run gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wanted {
+pub enum Wanted<'a> {
     /// The unknowns alone.
     Unknowns,
+    /// The unknowns at these positions alone, in this order.
+    Chosen(&'a [usize]),
     /// The unknowns and their sensitivities to the model's directions.
     Sensitivities,
 }
@@ -132,13 +154,14 @@ pub fn integrate<S: System>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
-    wanted: Wanted,
+    wanted: Wanted<'_>,
 ) -> Result<Solution, Failure> {
-    let directions = match wanted {
-        Wanted::Unknowns => None,
-        Wanted::Sensitivities => Some(Directions::new(problem.system)),
+    let (directions, chosen) = match wanted {
+        Wanted::Unknowns => (None, None),
+        Wanted::Chosen(chosen) => (None, Some(chosen)),
+        Wanted::Sensitivities => (Some(Directions::new(problem.system)), None),
     };
-    run(problem, times, options, directions)
+    run(problem, times, options, directions, chosen)
 }
 
 /// Runs to all times that the outputs need, and gives the solution at the asked ones.
@@ -147,13 +170,20 @@ fn run<S: System>(
     times: &[f64],
     options: &Options,
     directions: Option<Directions<S>>,
+    chosen: Option<&[usize]>,
 ) -> Result<Solution, Failure> {
     let signature = problem.system.signature();
     assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
     assert_eq!(problem.inputs.len(), signature.inputs.len(), "number of inputs");
+    if let Some(chosen) = chosen {
+        let n = signature.unknowns.len();
+        assert!(chosen.iter().all(|i| *i < n), "chosen unknowns");
+    }
     let n_s = if directions.is_some() { signature.directions.len() } else { 0 };
     let mut solution = Solution::empty(signature, n_s);
-    solution.n_past = if outputs_read_past(signature) { signature.past().len() } else { 0 };
+    if chosen.is_none() && outputs_read_past(signature) {
+        solution.n_past = signature.past().len();
+    }
     let verified = verify(problem, times, options).and_then(|()| {
         history::verify(problem, n_s > 0)?;
         if let MethodKind::Taylor(_) = options.method.kind {
@@ -170,10 +200,15 @@ fn run<S: System>(
     let all = late.as_ref().map_or(times, |late| &late.all);
     let outcome = match options.steps {
         Steps::PerSample(per_sample) => {
-            locked::run(&read, all, options, per_sample, directions, &mut solution)
+            let outcome = locked::run(&read, all, options, per_sample, directions, &mut solution);
+            if let Some(chosen) = chosen {
+                solution.keep(chosen);
+            }
+            outcome
         }
         Steps::Automatic | Steps::Adaptive => {
-            run_to(&read, all, options, directions, &mut solution)
+            solution.n = chosen.map_or(solution.n, <[usize]>::len);
+            run_to(&read, all, options, directions, chosen, &mut solution)
         }
     };
     if let Some(late) = late {
@@ -186,11 +221,12 @@ fn run<S: System>(
 }
 
 /// Runs to `times`; the problem's inputs are those that the model reads.
-fn run_to<S: System>(
-    problem: &Problem<'_, S>,
+fn run_to<'a, S: System>(
+    problem: &'a Problem<'a, S>,
     times: &[f64],
     options: &Options,
     directions: Option<Directions<S>>,
+    chosen: Option<&'a [usize]>,
     solution: &mut Solution,
 ) -> Result<(), IntegrateError> {
     let (Some(&from), Some(&until)) = (times.first(), times.last()) else {
@@ -202,6 +238,7 @@ fn run_to<S: System>(
     solution.z.reserve(solution.n_z * times.len());
     solution.past.reserve(solution.n_past * times.len());
     let mut simulation = Simulation::new(problem, options, from, directions);
+    simulation.chosen = chosen;
     let outcome = simulation.integrate(times, until, solution);
     let reached = simulation.t;
     for stretch in &mut solution.undefined {
@@ -305,6 +342,8 @@ struct Simulation<'a, S: System> {
     span: f64,
     row: S::Vector,
     sensitivity_row: Option<S::Sensitivity>,
+    /// The unknowns to be recorded; all without it.
+    chosen: Option<&'a [usize]>,
 }
 
 impl<'a, S: System> Simulation<'a, S> {
@@ -355,6 +394,7 @@ impl<'a, S: System> Simulation<'a, S> {
             span: 0.0,
             row: S::Vector::zeros(n),
             sensitivity_row,
+            chosen: None,
         }
     }
 

@@ -15,18 +15,15 @@ impl<S: System> Simulation<'_, S> {
         times: &[f64],
         solution: &mut Solution,
     ) {
-        let done = solution.times.len();
-        let asked = &times[done..];
-        if asked.first().is_none_or(|&t| t > t_new) {
+        let asked = &times[solution.times.len()..];
+        let (inside, at_end) = due(asked, t_new, stop);
+        if inside + at_end == 0 {
             return;
         }
-        let inside = asked.iter().take_while(|&&t| t < t_new).count();
-        let at_end = asked[inside..].iter().take_while(|&&t| t == t_new).count();
-        // The last of equal times at a jump is a right value, which is had after it.
-        let at_end = match stop {
-            Stop::Change => at_end.saturating_sub(1),
-            Stop::None => at_end,
-        };
+        if let Some(chosen) = self.chosen {
+            self.record_chosen(chosen, &asked[..inside], at_end, t_new, solution);
+            return;
+        }
 
         if inside > 0 {
             self.record_inside(t_new, &asked[..inside], solution);
@@ -74,6 +71,10 @@ impl<S: System> Simulation<'_, S> {
     #[inline]
     pub(super) fn record_now(&mut self, times: &[f64], solution: &mut Solution) {
         while times.get(solution.times.len()) == Some(&self.t) {
+            if let Some(chosen) = self.chosen {
+                self.record_chosen_now(chosen, solution);
+                continue;
+            }
             solution.times.push(self.t);
             if S::FEATURES.events {
                 solution.z.extend_from_slice(self.discrete.z());
@@ -85,6 +86,18 @@ impl<S: System> Simulation<'_, S> {
             }
         }
         fill_undefined(solution);
+    }
+}
+
+/// How many of the asked times are within the step to `t_new`, and how many at its end.
+#[inline]
+fn due(asked: &[f64], t_new: f64, stop: Stop) -> (usize, usize) {
+    let inside = asked.iter().take_while(|&&t| t < t_new).count();
+    let at_end = asked[inside..].iter().take_while(|&&t| t == t_new).count();
+    // The last of equal times at a jump is a right value, which is had after it.
+    match stop {
+        Stop::Change => (inside, at_end.saturating_sub(1)),
+        Stop::None => (inside, at_end),
     }
 }
 

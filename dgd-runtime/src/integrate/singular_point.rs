@@ -204,7 +204,7 @@ impl<S: System> Simulation<'_, S> {
 
     pub(super) fn end_sensitivities(&mut self, from: f64, row: usize, solution: &mut Solution) {
         self.directions = None;
-        let equation = self.problem.system.signature().equations[row].to_string();
+        let equation = self.problem.system.signature().equations.at(row).to_string();
         let cause = UndefinedCause::Singular;
         solution.undefined.push(UndefinedSensitivity { from, until: from, equation, cause });
     }

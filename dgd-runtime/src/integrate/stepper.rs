@@ -489,6 +489,33 @@ impl<S: System> Stepper<S> {
         }
     }
 
+    /// Appends y at the fraction θ of the step tried last, of `chosen` unknowns only. `row` is work
+    /// space.
+    pub(crate) fn interpolate_chosen(
+        &mut self,
+        theta: f64,
+        y: &[f64],
+        chosen: &[usize],
+        row: &mut [f64],
+        out: &mut Vec<f64>,
+    ) {
+        if let MethodKind::Rosenbrock(tableau) = self.kind {
+            let y_new = self.y_new.as_ref();
+            out.extend(chosen.iter().map(|&i| {
+                let k = self.k.each_ref().map(|k| [k.as_ref().get(i).copied().unwrap_or(0.0)]);
+                let (mut dense, mut value) = ([[0.0]; 4], [0.0]);
+                let stages = tableau.stages();
+                dense_vectors(tableau, &[y[i]], &[y_new[i]], &k[..stages], &mut dense);
+                interpolate(theta, &[y[i]], &dense, &mut value);
+                value[0]
+            }));
+            return;
+        }
+        self.prepare_dense(y, None);
+        self.interpolate(theta, y, row);
+        out.extend(chosen.iter().map(|i| row[*i]));
+    }
+
     /// S at the fraction θ of the step tried last.
     #[inline]
     pub(crate) fn interpolate_sensitivities(

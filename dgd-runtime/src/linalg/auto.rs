@@ -1,6 +1,7 @@
 #[cfg(feature = "sparse")]
 use super::SparseLu;
-use super::order::{Bandwidth, narrowest};
+use super::order::narrowest;
+use super::staircase::Staircase;
 use super::{BandedLu, DenseLu, Factorisation, Pivot, Singular, TridiagonalLu};
 use crate::system::Pattern;
 
@@ -16,11 +17,20 @@ pub enum AutoLu {
     Dense(DenseLu),
     /// A matrix with neighbours only, in some order.
     Tridiagonal(TridiagonalLu),
-    /// A matrix with a narrow band, in some order.
+    /// A matrix with a narrow band, or with small blocks beside its diagonal ones, in some order.
     Banded(BandedLu),
     /// A large matrix with few non-zeros all over.
     #[cfg(feature = "sparse")]
     Sparse(Box<SparseLu>),
+}
+
+impl AutoLu {
+    /// Whether it takes the matrix of `n` unknowns for a band.
+    pub(crate) fn is_for_band(n: usize, jacobian: &Pattern) -> bool {
+        let (order, width) = narrowest(n, jacobian);
+        width.lower.max(width.upper) <= 1
+            || cheapest(n, jacobian.len(), &Staircase::new(n, jacobian, &order)) == Kind::Banded
+    }
 }
 
 impl Factorisation for AutoLu {
@@ -29,13 +39,16 @@ impl Factorisation for AutoLu {
             return Self::Dense(DenseLu::new(n, jacobian));
         }
         let (order, width) = narrowest(n, jacobian);
-        match cheapest(n, jacobian.len(), width) {
-            Kind::Tridiagonal => Self::Tridiagonal(TridiagonalLu::new(n, order)),
-            Kind::Banded => Self::Banded(BandedLu::new(n, order, width)),
+        if width.lower.max(width.upper) <= 1 {
+            return Self::Tridiagonal(TridiagonalLu::new(n, order));
+        }
+        let steps = Staircase::new(n, jacobian, &order);
+        match cheapest(n, jacobian.len(), &steps) {
+            Kind::Banded => Self::Banded(BandedLu::with_order(n, order, width, steps)),
             Kind::Dense => Self::Dense(DenseLu::new(n, jacobian)),
             #[cfg(feature = "sparse")]
             Kind::Sparse => {
-                drop(order);
+                drop((order, steps));
                 Self::Sparse(Box::new(SparseLu::new(n, jacobian)))
             }
         }
@@ -61,7 +74,7 @@ impl Factorisation for AutoLu {
         match self {
             Self::Dense(lu) => lu.solve(b),
             Self::Tridiagonal(lu) => b.chunks_exact_mut(lu.len()).for_each(|b| lu.solve(b)),
-            Self::Banded(lu) => b.chunks_exact_mut(lu.len()).for_each(|b| lu.solve(b)),
+            Self::Banded(lu) => lu.solve(b),
             #[cfg(feature = "sparse")]
             Self::Sparse(lu) => lu.solve(b),
         }
@@ -81,7 +94,6 @@ impl Factorisation for AutoLu {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Dense,
-    Tridiagonal,
     Banded,
     #[cfg(feature = "sparse")]
     Sparse,
@@ -91,21 +103,19 @@ enum Kind {
 /// multiplication in a loop over consecutive numbers.
 ///
 /// ```text
-///   dense     2/3 n³ + 2 s n²                              all below and right of the pivot
-///   banded    n (l (l + u) + 2 l + u) + s n (2 l + u)      l rows below it, l + u columns right of it
-///   sparse    20 z̄ log₂ n (z̄ + s)                          z̄ = z/n non-zeros a row; fill-in as on a grid
+///   dense     n³/3 + s n²
+///   banded    Σ below (right + 1) + s Σ (below + right)    of each pivot, to the steps of the band
+///   sparse    20 z̄ n log₂ n (z̄ + s)                        z̄ non-zeros a row; fill-in as on a grid
 /// ```
 ///
-/// Twenty is what an indexed access costs.
+/// Twenty is what an indexed access costs. A band has to save a fifth, as its columns are longer than
+/// those of a full matrix and its right-hand sides are put in order.
 #[cfg_attr(not(feature = "sparse"), allow(unused_variables))]
-fn cheapest(n: usize, non_zeros: usize, width: Bandwidth) -> Kind {
-    let Bandwidth { lower, upper } = width;
-    if lower.max(upper) <= 1 {
-        return Kind::Tridiagonal;
-    }
-    let (n, l, u) = (n as f64, lower as f64, upper as f64);
+fn cheapest(n: usize, non_zeros: usize, steps: &Staircase) -> Kind {
+    let (elimination, solution) = steps.work();
+    let n = n as f64;
     let dense = n * n * (n / 3.0 + SOLUTIONS);
-    let banded = n * ((l + 1.0) * (l + u) + SOLUTIONS * (2.0 * l + u));
+    let banded = 1.25 * (elimination + SOLUTIONS * solution);
     #[cfg(feature = "sparse")]
     {
         let per_row = 1.0 + non_zeros as f64 / n;

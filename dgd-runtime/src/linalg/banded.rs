@@ -1,12 +1,18 @@
-//! LU factorisation of a banded matrix with partial pivoting within the band.
+//! LU factorisation of a banded or block-tridiagonal matrix with partial pivoting within the band.
 //!
 //! Columns are stored one after the other, each with the l + u places above the diagonal that the
 //! exchange of rows can fill, its diagonal element and the l below it, as LAPACK's `dgbtrf` has them.
 //!
+//! Where the band ends in steps, elimination goes to the steps only ([`Staircase`]). Those of a matrix
+//! of b × b blocks beside its diagonal ones are the blocks' ends: 2b rows are then worked on for the
+//! columns of a block, b fewer than the band has at its widest, and 3b columns, which halves the work.
+//! Pivots are taken from the rows of both blocks, so that a block may be singular.
+//!
 //! Source: Golub and Van Loan, *Matrix Computations*, 4th ed. (2013), §4.3.
 
-use super::order::{Bandwidth, Order};
-use super::{Pivot, Singular};
+use super::order::{Bandwidth, Order, narrowest};
+use super::staircase::Staircase;
+use super::{Factorisation, Pivot, Singular};
 use crate::system::Pattern;
 
 /// LU factorisation of a matrix that is banded in a certain order of the unknowns.
@@ -15,6 +21,7 @@ pub struct BandedLu {
     n: usize,
     order: Order,
     width: Bandwidth,
+    steps: Staircase,
     /// Column by column: U on and above the diagonal, the multiples of L below.
     factors: Vec<f64>,
     reciprocal_pivots: Vec<f64>,
@@ -27,8 +34,8 @@ pub struct BandedLu {
 }
 
 impl BandedLu {
-    /// Work space for `n` unknowns, whose `order` gives the matrix this bandwidth.
-    pub(super) fn new(n: usize, order: Order, width: Bandwidth) -> Self {
+    /// Work space for `n` unknowns, whose `order` gives the matrix this bandwidth and these steps.
+    pub(super) fn with_order(n: usize, order: Order, width: Bandwidth, steps: Staircase) -> Self {
         let height = 2 * width.lower + width.upper + 1;
         let permuted = match order {
             Order::Natural => Vec::new(),
@@ -38,6 +45,7 @@ impl BandedLu {
             n,
             order,
             width,
+            steps,
             factors: vec![0.0; n * height],
             reciprocal_pivots: vec![0.0; n],
             exchanges: vec![0; n],
@@ -45,21 +53,23 @@ impl BandedLu {
             permuted,
         }
     }
+}
 
-    /// Number of unknowns.
-    pub(super) fn len(&self) -> usize {
-        self.n
+impl Factorisation for BandedLu {
+    fn new(n: usize, jacobian: &Pattern) -> Self {
+        let (order, width) = narrowest(n, jacobian);
+        let steps = Staircase::new(n, jacobian, &order);
+        Self::with_order(n, order, width, steps)
     }
 
-    /// Factorises c M − J.
-    pub(super) fn factorise(
+    fn factorise(
         &mut self,
         c: f64,
         differential: impl Fn(usize) -> bool,
         jacobian: &Pattern,
         values: &[f64],
     ) -> Result<(), Singular> {
-        let Self { n, order, width, factors, reciprocal_pivots, exchanges, rows, .. } = self;
+        let Self { n, order, width, steps, factors, reciprocal_pivots, exchanges, rows, .. } = self;
         let (n, lower, filled) = (*n, width.lower, width.lower + width.upper);
         let height = filled + lower + 1;
 
@@ -78,10 +88,8 @@ impl BandedLu {
             *row = place as u32;
         }
 
-        // The last column that row k or an earlier one reaches into.
-        let mut reach = 0;
         for k in 0..n {
-            let below = lower.min(n - 1 - k);
+            let (below, reach) = (steps.bottom(k) - k, steps.reach(k) - k);
             let (left, right) = factors.split_at_mut((k + 1) * height);
             let column = &mut left[k * height + filled..][..=below];
 
@@ -100,7 +108,6 @@ impl BandedLu {
                 return Err(Singular { row: order.unknown(rows[k] as usize) });
             }
             exchanges[k] = exchange as u32;
-            reach = (k + width.upper + exchange).min(n - 1).max(reach);
 
             column.swap(0, exchange);
             let (pivot, multiples) = column.split_at_mut(1);
@@ -109,7 +116,7 @@ impl BandedLu {
             for multiple in &mut *multiples {
                 *multiple *= reciprocal;
             }
-            for (distance, column) in (1..=reach - k).zip(right.chunks_exact_mut(height)) {
+            for (distance, column) in (1..=reach).zip(right.chunks_exact_mut(height)) {
                 let column = &mut column[filled - distance..];
                 column.swap(0, exchange);
                 let (u, rest) = column.split_at_mut(1);
@@ -121,32 +128,34 @@ impl BandedLu {
         Ok(())
     }
 
-    /// Overwrites b with W⁻¹ b.
-    pub(super) fn solve(&mut self, b: &mut [f64]) {
-        let Self { n, order, width, factors, reciprocal_pivots, exchanges, permuted, .. } = self;
+    fn solve(&mut self, b: &mut [f64]) {
+        let Self { n, order, width, steps, factors, .. } = self;
+        let Self { reciprocal_pivots, exchanges, permuted, .. } = self;
         let band = Band {
             filled: width.lower + width.upper,
             lower: width.lower,
+            steps,
             factors,
             reciprocal_pivots,
             exchanges,
         };
-        match order {
-            Order::Natural => band.solve(&mut b[..*n]),
-            Order::Permuted { unknowns, .. } => {
-                for (x, unknown) in permuted.iter_mut().zip(&*unknowns) {
-                    *x = b[*unknown as usize];
-                }
-                band.solve(permuted);
-                for (x, unknown) in permuted.iter().zip(&*unknowns) {
-                    b[*unknown as usize] = *x;
+        for b in b.chunks_exact_mut((*n).max(1)) {
+            match order {
+                Order::Natural => band.solve(b),
+                Order::Permuted { unknowns, .. } => {
+                    for (x, unknown) in permuted.iter_mut().zip(&*unknowns) {
+                        *x = b[*unknown as usize];
+                    }
+                    band.solve(permuted);
+                    for (x, unknown) in permuted.iter().zip(&*unknowns) {
+                        b[*unknown as usize] = *x;
+                    }
                 }
             }
         }
     }
 
-    /// The smallest pivot of the last factorisation.
-    pub(super) fn smallest_pivot(&self) -> Option<Pivot> {
+    fn smallest_pivot(&self) -> Option<Pivot> {
         let height = 2 * self.width.lower + self.width.upper + 1;
         let filled = self.width.lower + self.width.upper;
         let magnitudes = self.factors.chunks_exact(height).map(|column| column[filled].abs());
@@ -159,6 +168,7 @@ impl BandedLu {
 struct Band<'a> {
     filled: usize,
     lower: usize,
+    steps: &'a Staircase,
     factors: &'a [f64],
     reciprocal_pivots: &'a [f64],
     exchanges: &'a [u32],
@@ -167,12 +177,12 @@ struct Band<'a> {
 impl Band<'_> {
     /// Overwrites x, by places, with the solution.
     fn solve(&self, x: &mut [f64]) {
-        let Self { filled, lower, factors, reciprocal_pivots, exchanges } = self;
+        let Self { filled, lower, steps, factors, reciprocal_pivots, exchanges } = self;
         let height = filled + lower + 1;
         // x ← L⁻¹ P x
         for ((k, column), exchange) in factors.chunks_exact(height).enumerate().zip(*exchanges) {
             x.swap(k, k + *exchange as usize);
-            let (x_k, below) = (x[k], &mut x[k + 1..]);
+            let (x_k, below) = (x[k], &mut x[k + 1..=steps.bottom(k)]);
             for (value, multiple) in below.iter_mut().zip(&column[filled + 1..]) {
                 *value -= multiple * x_k;
             }
@@ -180,7 +190,7 @@ impl Band<'_> {
         // x ← U⁻¹ x
         let columns = factors.chunks_exact(height).enumerate().zip(*reciprocal_pivots);
         for ((k, column), reciprocal) in columns.rev() {
-            let above = (*filled).min(k);
+            let above = k - steps.top(k);
             let (before, rest) = x.split_at_mut(k);
             rest[0] *= reciprocal;
             for (value, u) in before[k - above..].iter_mut().zip(&column[filled - above..*filled]) {

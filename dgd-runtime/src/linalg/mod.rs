@@ -3,8 +3,8 @@
 //! [`FixedLu`] and [`DenseLu`] run the same elimination, on the stack and on the heap, so that a
 //! generated model and its interpreted twin give the same bits. Models of more than a few dozen unknowns
 //! have [`AutoLu`], which looks at the pattern: [`TridiagonalLu`] and [`BandedLu`] where an order of the
-//! unknowns with a narrow band is found, otherwise `SparseLu`, of the feature `sparse`, or [`DenseLu`]
-//! where nothing is gained.
+//! unknowns with a narrow band, or with small blocks beside its diagonal, is found, otherwise `SparseLu`,
+//! of the feature `sparse`, or [`DenseLu`] where nothing is gained.
 
 mod auto;
 mod banded;
@@ -13,6 +13,7 @@ pub(crate) mod norm;
 mod order;
 #[cfg(feature = "sparse")]
 mod sparse;
+mod staircase;
 mod tridiagonal;
 
 pub use auto::AutoLu;
@@ -127,6 +128,7 @@ mod tests {
         assert!(residual::<DenseLu>(12, &pattern, &values) < 1e-12);
         #[cfg(feature = "sparse")]
         assert!(residual::<SparseLu>(12, &pattern, &values) < 1e-12);
+        assert!(residual::<BandedLu>(12, &pattern, &values) < 1e-12);
         let (pattern, values) = scattered(90);
         #[cfg(feature = "sparse")]
         assert!(residual::<SparseLu>(90, &pattern, &values) < 1e-10);
@@ -162,6 +164,36 @@ mod tests {
                 assert!(rest < 1e-12 * n as f64 * n as f64, "{n} {width}: {rest}");
             }
         }
+    }
+
+    #[test]
+    fn blocks_in_a_row_are_solved_by_their_steps() {
+        // Dense blocks of six and their neighbours, shuffled; the first diagonal block is singular.
+        let (b, n) = (6, 300);
+        let shuffled = |i: usize| (i * 7 + 3) % n;
+        let mut next = random_numbers();
+        let (mut places, mut values) = (Vec::new(), Vec::new());
+        for j in 0..n {
+            for i in (0..n).filter(|i| (i / b).abs_diff(j / b) <= 1) {
+                places.push((shuffled(i), shuffled(j)));
+                values.push(if i < b && j < b { 1.0 } else { next() });
+            }
+        }
+        let pattern = Pattern::of(&places);
+        assert!(matches!(AutoLu::new(n, &pattern), AutoLu::Banded(_)));
+        let banded = residual::<AutoLu>(n, &pattern, &values);
+        assert!(banded < 1e-12 * n as f64 * n as f64, "{banded}");
+    }
+
+    #[test]
+    fn matrices_without_a_band_are_full_or_sparse() {
+        let (pattern, _) = scattered(90);
+        assert!(matches!(AutoLu::new(90, &pattern), AutoLu::Dense(_)));
+        // Each reads two that are far away.
+        let n = 3000;
+        let far = (0..n).flat_map(|i| [1, 7919].map(|k| (i, (i * i * k + 5) % n)));
+        let pattern = Pattern::of(&far.collect::<Vec<_>>());
+        assert!(matches!(AutoLu::new(n, &pattern), AutoLu::Sparse(_)));
     }
 
     #[test]

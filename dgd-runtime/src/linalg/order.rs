@@ -59,13 +59,7 @@ pub(super) fn narrowest(n: usize, places: &Pattern) -> (Order, Bandwidth) {
     if natural.lower.max(natural.upper) <= 1 || u32::try_from(n).is_err() {
         return (Order::Natural, natural);
     }
-    let mut unknowns = cuthill_mckee(&Graph::new(n, places));
-    unknowns.reverse();
-    let mut places_of = vec![0; n];
-    for (place, unknown) in unknowns.iter().enumerate() {
-        places_of[*unknown as usize] = place as u32;
-    }
-    let order = Order::Permuted { unknowns, places: places_of };
+    let order = reverse_cuthill_mckee(&Graph::new(n, places));
     let permuted = bandwidth(places, &order);
     if permuted.lower + permuted.upper < natural.lower + natural.upper {
         (order, permuted)
@@ -147,8 +141,8 @@ impl Graph {
     }
 }
 
-/// Unknowns level by level, component by component.
-fn cuthill_mckee(graph: &Graph) -> Vec<u32> {
+/// Unknowns level by level, component by component, and then from behind.
+fn reverse_cuthill_mckee(graph: &Graph) -> Order {
     let n = graph.len();
     let mut search = Search { graph, seen: vec![0; n], round: 0, listed: Vec::with_capacity(n) };
     for first in 0..n as u32 {
@@ -158,7 +152,12 @@ fn cuthill_mckee(graph: &Graph) -> Vec<u32> {
         let root = search.end_of_component(first);
         search.list(root);
     }
-    search.listed
+    let Search { listed: mut unknowns, seen: mut places, .. } = search;
+    unknowns.reverse();
+    for (place, unknown) in unknowns.iter().enumerate() {
+        places[*unknown as usize] = place as u32;
+    }
+    Order::Permuted { unknowns, places }
 }
 
 /// Breadth-first searches, component by component.

@@ -18,17 +18,9 @@ use super::order::Order;
 use super::{Pivot, Singular};
 use crate::system::Pattern;
 
-/// What eliminating one unknown leaves: the reciprocal pivot r, the other two elements of the row of U
-/// times r, and the multiple of the pivot row that is taken from the other.
-///
-/// Before elimination the elements left of, on and right of the diagonal, in this order.
-#[derive(Debug, Clone, Copy, Default)]
-struct Row {
-    reciprocal: f64,
-    next: f64,
-    after: f64,
-    multiple: f64,
-}
+/// What eliminating one unknown leaves: the reciprocal pivot r and the other two elements of the row of U
+/// times r. Before elimination: the elements left of, on and right of the diagonal.
+type Row = [f64; 3];
 
 /// LU factorisation of a matrix that is tridiagonal in a certain order of the unknowns.
 #[derive(Debug, Clone)]
@@ -36,6 +28,9 @@ pub struct TridiagonalLu {
     order: Order,
     /// By place.
     rows: Vec<Row>,
+    /// The multiple of each pivot row that was taken from the other. By themselves: only half of each
+    /// solution reads them, and for many unknowns reading is what takes the time.
+    multiples: Vec<f64>,
     /// Whether the row ahead was the pivot row.
     exchanged: Vec<bool>,
     smallest: Option<Pivot>,
@@ -78,9 +73,10 @@ impl Pivots {
     }
 }
 
-/// Eliminates one unknown; whether by the row ahead, and the row to go on with.
+/// Eliminates one unknown: what that leaves, whether it was done by the row ahead, and the row to go on
+/// with.
 #[inline]
-fn eliminate(active: Active, ahead: Ahead, pivots: &mut Pivots) -> (Row, bool, Active) {
+fn eliminate(active: Active, ahead: Ahead, pivots: &mut Pivots) -> (Row, f64, bool, Active) {
     if ahead.under.abs() > active.here.abs() {
         pivots.note(ahead.place, ahead.under.abs());
         let reciprocal = 1.0 / ahead.under;
@@ -88,7 +84,7 @@ fn eliminate(active: Active, ahead: Ahead, pivots: &mut Pivots) -> (Row, bool, A
         let (next, after) = (ahead.diagonal * reciprocal, ahead.next * reciprocal);
         let here = active.next - multiple * ahead.diagonal;
         let active = Active { place: active.place, here, next: -multiple * ahead.next };
-        (Row { reciprocal, next, after, multiple }, true, active)
+        ([reciprocal, next, after], multiple, true, active)
     } else {
         pivots.note(active.place, active.here.abs());
         let reciprocal = 1.0 / active.here;
@@ -96,7 +92,7 @@ fn eliminate(active: Active, ahead: Ahead, pivots: &mut Pivots) -> (Row, bool, A
         let next = active.next * reciprocal;
         let here = ahead.diagonal - multiple * active.next;
         let active = Active { place: ahead.place, here, next: ahead.next };
-        (Row { reciprocal, next, after: 0.0, multiple }, false, active)
+        ([reciprocal, next, 0.0], multiple, false, active)
     }
 }
 
@@ -104,7 +100,13 @@ impl TridiagonalLu {
     /// Work space for at least two unknowns, whose `order` makes the matrix tridiagonal.
     pub(super) fn new(n: usize, order: Order) -> Self {
         assert!(n >= 2, "at least two unknowns");
-        Self { order, rows: vec![Row::default(); n], exchanged: vec![false; n], smallest: None }
+        Self {
+            order,
+            rows: vec![[0.0; 3]; n],
+            multiples: vec![0.0; n],
+            exchanged: vec![false; n],
+            smallest: None,
+        }
     }
 
     /// Place of the last unknown that is eliminated downwards.
@@ -121,10 +123,10 @@ impl TridiagonalLu {
         values: &[f64],
     ) {
         let Self { order, rows, .. } = self;
-        rows.fill(Row::default());
+        rows.fill([0.0; 3]);
         jacobian.for_each(values, |row, column, value| {
             let (row, column) = (order.place(row), order.place(column));
-            let Row { reciprocal: left, next: diagonal, after: right, .. } = &mut rows[row];
+            let [left, diagonal, right] = &mut rows[row];
             match column.cmp(&row) {
                 Ordering::Less => *left = -value,
                 Ordering::Equal => *diagonal = -value,
@@ -133,7 +135,7 @@ impl TridiagonalLu {
         });
         for unknown in 0..rows.len() {
             if differential(unknown) {
-                rows[order.place(unknown)].next += c;
+                rows[order.place(unknown)][1] += c;
             }
         }
     }
@@ -153,30 +155,32 @@ impl TridiagonalLu {
     ) -> Result<(), Singular> {
         self.assemble(c, differential, jacobian, values);
         let middle = self.middle();
-        let Self { order, rows, exchanged, .. } = self;
+        let Self { order, rows, multiples, exchanged, .. } = self;
         let n = rows.len();
         let mut pivots = Pivots { smallest: f64::INFINITY, place: 0, spoilt: None };
 
-        let mut down = Active { place: 0, here: rows[0].next, next: rows[0].after };
-        let mut up = Active { place: n - 1, here: rows[n - 1].next, next: rows[n - 1].reciprocal };
+        let mut down = Active { place: 0, here: rows[0][1], next: rows[0][2] };
+        let mut up = Active { place: n - 1, here: rows[n - 1][1], next: rows[n - 1][0] };
         for step in 0..=middle {
             // Upwards first: one step less at least, and the last row downwards meets is its.
             let place = n - 1 - step;
             if place > middle + 1 {
-                let Row { reciprocal: left, next: diagonal, after: right, .. } = rows[place - 1];
+                let [left, diagonal, right] = rows[place - 1];
                 let ahead = Ahead { place: place - 1, under: right, diagonal, next: left };
-                (rows[place], exchanged[place], up) = eliminate(up, ahead, &mut pivots);
+                (rows[place], multiples[place], exchanged[place], up) =
+                    eliminate(up, ahead, &mut pivots);
             }
             let ahead = if step < middle {
-                let Row { reciprocal: left, next: diagonal, after: right, .. } = rows[step + 1];
+                let [left, diagonal, right] = rows[step + 1];
                 Ahead { place: step + 1, under: left, diagonal, next: right }
             } else {
                 Ahead { place: up.place, under: up.next, diagonal: up.here, next: 0.0 }
             };
-            (rows[step], exchanged[step], down) = eliminate(down, ahead, &mut pivots);
+            (rows[step], multiples[step], exchanged[step], down) =
+                eliminate(down, ahead, &mut pivots);
         }
         pivots.note(down.place, down.here.abs());
-        rows[middle + 1] = Row { reciprocal: 1.0 / down.here, ..Row::default() };
+        rows[middle + 1] = [1.0 / down.here, 0.0, 0.0];
 
         let Pivots { smallest, place, spoilt } = pivots;
         let pivot = Pivot { row: order.unknown(place), magnitude: smallest };
@@ -205,7 +209,8 @@ impl TridiagonalLu {
     fn solve_in_order(&self, b: &mut [f64], unknown: impl Fn(usize) -> usize) {
         let (n, middle) = (self.rows.len(), self.middle());
         let b = &mut b[..n];
-        let (rows, exchanged) = (&self.rows[..n], &self.exchanged[..n]);
+        let (rows, multiples) = (&self.rows[..n], &self.multiples[..n]);
+        let exchanged = &self.exchanged[..n];
         // y ← L⁻¹ P b, each way with the row that it comes with.
         let (mut down, mut up) = (b[unknown(0)], b[unknown(n - 1)]);
         for step in 0..=middle {
@@ -214,21 +219,21 @@ impl TridiagonalLu {
                 let ahead = b[unknown(place - 1)];
                 let (pivot, other) = if exchanged[place] { (ahead, up) } else { (up, ahead) };
                 b[unknown(place)] = pivot;
-                up = other - rows[place].multiple * pivot;
+                up = other - multiples[place] * pivot;
             }
             let ahead = if step < middle { b[unknown(step + 1)] } else { up };
             let (pivot, other) = if exchanged[step] { (ahead, down) } else { (down, ahead) };
             b[unknown(step)] = pivot;
-            down = other - rows[step].multiple * pivot;
+            down = other - multiples[step] * pivot;
         }
         // x ← U⁻¹ y, from the middle to both ends.
-        let last = down * rows[middle + 1].reciprocal;
+        let last = down * rows[middle + 1][0];
         b[unknown(middle + 1)] = last;
         let (mut down, mut down_after) = (last, 0.0);
         let (mut up, mut up_after) = (last, 0.0);
         for step in (0..=middle).rev() {
-            let row = &rows[step];
-            let x = b[unknown(step)] * row.reciprocal - row.after * down_after - row.next * down;
+            let [reciprocal, next, after] = rows[step];
+            let x = b[unknown(step)] * reciprocal - after * down_after - next * down;
             b[unknown(step)] = x;
             (down, down_after) = (x, down);
             if step == middle {
@@ -236,8 +241,8 @@ impl TridiagonalLu {
             }
             let place = n - 1 - step;
             if place > middle + 1 {
-                let row = &rows[place];
-                let x = b[unknown(place)] * row.reciprocal - row.after * up_after - row.next * up;
+                let [reciprocal, next, after] = rows[place];
+                let x = b[unknown(place)] * reciprocal - after * up_after - next * up;
                 b[unknown(place)] = x;
                 (up, up_after) = (x, up);
             }

@@ -97,11 +97,12 @@ fn refusal(signature: &Signature) -> Option<PerSampleError> {
         return Some(PerSampleError::TimeCondition);
     }
     let late_input =
-        signature.delayed_inputs.first().map(|late| &signature.inputs[late.input].name);
+        signature.delayed_inputs.first().map(|late| signature.inputs[late.input].name.clone());
     let late_unknown =
-        signature.delayed_unknowns.first().map(|late| &signature.unknowns[late.unknown].name);
+        signature.delayed_unknowns.first().map(|late| signature.unknowns.name(late.unknown));
     let mut outputs = signature.outputs.iter();
-    let late_output = outputs.find(|output| output.delay.is_some()).map(|output| &output.name);
+    let late_output = outputs.find(|output| output.delay.is_some());
+    let late_output = late_output.map(|output| output.name.clone());
     late_input
         .or(late_unknown)
         .or(late_output)

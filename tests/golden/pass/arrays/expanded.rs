@@ -139,7 +139,7 @@ pub mod cells {
         ::dgd::__runtime::arrays::with_arrays(
             ::dgd::__runtime::Signature {
                 name: Text::Borrowed("cells"),
-                unknowns: List::Borrowed(
+                unknowns: ::dgd::__runtime::arrays::Unknowns::single(
                     &[
                         ::dgd::__runtime::system::Unknown {
                             name: Text::Borrowed("held"),
@@ -153,7 +153,9 @@ pub mod cells {
                         },
                     ],
                 ),
-                equations: List::Borrowed(&[Text::Borrowed("memory")]),
+                equations: ::dgd::__runtime::arrays::Labels::single(
+                    &[Text::Borrowed("memory")],
+                ),
                 parameters: List::Borrowed(
                     &[
                         ::dgd::__runtime::system::Parameter {
@@ -207,35 +209,23 @@ pub mod cells {
                 directions: List::Borrowed(
                     &[::dgd::__runtime::system::Direction::Parameter(0)],
                 ),
-                jacobian: ::dgd::__runtime::system::Pattern {
-                    rows: List::Borrowed(&[0, 44, 44, 41, 44, 0]),
-                    columns: List::Borrowed(&[0, 0, 3, 41, 44, 81]),
-                },
-                sensitivity_jacobian: ::dgd::__runtime::system::Pattern {
-                    rows: List::Borrowed(&[0, 44, 0]),
-                    columns: List::Borrowed(&[0, 3, 81]),
-                },
-                parameter_jacobian: ::dgd::__runtime::system::Pattern {
-                    rows: List::Borrowed(&[0]),
-                    columns: List::Borrowed(&[0]),
-                },
-                input_jacobian: ::dgd::__runtime::system::Pattern {
-                    rows: List::Borrowed(&[41]),
-                    columns: List::Borrowed(&[0]),
-                },
+                jacobian: ::dgd::__runtime::system::Pattern::single(
+                    &[0, 44, 44, 41, 44, 0],
+                    &[0, 0, 3, 41, 44, 81],
+                ),
+                sensitivity_jacobian: ::dgd::__runtime::system::Pattern::single(
+                    &[0, 44, 0],
+                    &[0, 3, 81],
+                ),
+                parameter_jacobian: ::dgd::__runtime::system::Pattern::single(
+                    &[0],
+                    &[0],
+                ),
+                input_jacobian: ::dgd::__runtime::system::Pattern::single(&[41], &[0]),
                 output_jacobians: [
-                    ::dgd::__runtime::system::Pattern {
-                        rows: List::Borrowed(&[0]),
-                        columns: List::Borrowed(&[40]),
-                    },
-                    ::dgd::__runtime::system::Pattern {
-                        rows: List::Borrowed(&[]),
-                        columns: List::Borrowed(&[]),
-                    },
-                    ::dgd::__runtime::system::Pattern {
-                        rows: List::Borrowed(&[]),
-                        columns: List::Borrowed(&[]),
-                    },
+                    ::dgd::__runtime::system::Pattern::single(&[0], &[40]),
+                    ::dgd::__runtime::system::Pattern::single(&[], &[]),
+                    ::dgd::__runtime::system::Pattern::single(&[], &[]),
                 ],
                 discrete: ::dgd::__runtime::system::Discrete::NONE,
             },

@@ -124,7 +124,7 @@ pub mod vessel {
     use ::dgd::__runtime::system::{List, Text};
     static SIGNATURE: ::dgd::__runtime::Signature = ::dgd::__runtime::Signature {
         name: Text::Borrowed("vessel"),
-        unknowns: List::Borrowed(
+        unknowns: ::dgd::__runtime::arrays::Unknowns::single(
             &[
                 ::dgd::__runtime::system::Unknown {
                     name: Text::Borrowed("p"),
@@ -158,7 +158,7 @@ pub mod vessel {
                 },
             ],
         ),
-        equations: List::Borrowed(
+        equations: ::dgd::__runtime::arrays::Labels::single(
             &[Text::Borrowed("mass"), Text::Borrowed("outflow"), Text::Borrowed("stem")],
         ),
         parameters: List::Borrowed(
@@ -255,35 +255,23 @@ pub mod vessel {
                 ::dgd::__runtime::system::Direction::Parameter(1),
             ],
         ),
-        jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[1, 0, 1, 1, 2]),
-            columns: List::Borrowed(&[0, 1, 1, 2, 2]),
-        },
-        sensitivity_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[1, 4, 1, 4, 1, 4, 5]),
-            columns: List::Borrowed(&[0, 0, 1, 1, 2, 2, 2]),
-        },
-        parameter_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[1, 2, 0]),
-            columns: List::Borrowed(&[0, 1, 2]),
-        },
-        input_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[2]),
-            columns: List::Borrowed(&[0]),
-        },
+        jacobian: ::dgd::__runtime::system::Pattern::single(
+            &[1, 0, 1, 1, 2],
+            &[0, 1, 1, 2, 2],
+        ),
+        sensitivity_jacobian: ::dgd::__runtime::system::Pattern::single(
+            &[1, 4, 1, 4, 1, 4, 5],
+            &[0, 0, 1, 1, 2, 2, 2],
+        ),
+        parameter_jacobian: ::dgd::__runtime::system::Pattern::single(
+            &[1, 2, 0],
+            &[0, 1, 2],
+        ),
+        input_jacobian: ::dgd::__runtime::system::Pattern::single(&[2], &[0]),
         output_jacobians: [
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[0, 1]),
-                columns: List::Borrowed(&[0, 1]),
-            },
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[]),
-                columns: List::Borrowed(&[]),
-            },
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[]),
-                columns: List::Borrowed(&[]),
-            },
+            ::dgd::__runtime::system::Pattern::single(&[0, 1], &[0, 1]),
+            ::dgd::__runtime::system::Pattern::single(&[], &[]),
+            ::dgd::__runtime::system::Pattern::single(&[], &[]),
         ],
         discrete: ::dgd::__runtime::system::Discrete::NONE,
     };

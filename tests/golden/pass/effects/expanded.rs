@@ -140,7 +140,7 @@ pub mod filled_tank {
     use ::dgd::__runtime::system::{List, Text};
     static SIGNATURE: ::dgd::__runtime::Signature = ::dgd::__runtime::Signature {
         name: Text::Borrowed("filled_tank"),
-        unknowns: List::Borrowed(
+        unknowns: ::dgd::__runtime::arrays::Unknowns::single(
             &[
                 ::dgd::__runtime::system::Unknown {
                     name: Text::Borrowed("h"),
@@ -174,7 +174,7 @@ pub mod filled_tank {
                 },
             ],
         ),
-        equations: List::Borrowed(
+        equations: ::dgd::__runtime::arrays::Labels::single(
             &[Text::Borrowed("level"), Text::Borrowed("total"), Text::Borrowed("drive")],
         ),
         parameters: List::Borrowed(
@@ -287,35 +287,23 @@ pub mod filled_tank {
                 ::dgd::__runtime::system::Direction::Parameter(3),
             ],
         ),
-        jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[0, 0, 1, 2]),
-            columns: List::Borrowed(&[0, 2, 2, 2]),
-        },
-        sensitivity_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[0, 3, 6, 9, 5]),
-            columns: List::Borrowed(&[0, 0, 0, 0, 2]),
-        },
-        parameter_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[0, 2, 2]),
-            columns: List::Borrowed(&[0, 1, 3]),
-        },
-        input_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[2]),
-            columns: List::Borrowed(&[0]),
-        },
+        jacobian: ::dgd::__runtime::system::Pattern::single(
+            &[0, 0, 1, 2],
+            &[0, 2, 2, 2],
+        ),
+        sensitivity_jacobian: ::dgd::__runtime::system::Pattern::single(
+            &[0, 3, 6, 9, 5],
+            &[0, 0, 0, 0, 2],
+        ),
+        parameter_jacobian: ::dgd::__runtime::system::Pattern::single(
+            &[0, 2, 2],
+            &[0, 1, 3],
+        ),
+        input_jacobian: ::dgd::__runtime::system::Pattern::single(&[2], &[0]),
         output_jacobians: [
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[0, 1]),
-                columns: List::Borrowed(&[0, 0]),
-            },
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[]),
-                columns: List::Borrowed(&[]),
-            },
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[1, 0]),
-                columns: List::Borrowed(&[0, 2]),
-            },
+            ::dgd::__runtime::system::Pattern::single(&[0, 1], &[0, 0]),
+            ::dgd::__runtime::system::Pattern::single(&[], &[]),
+            ::dgd::__runtime::system::Pattern::single(&[1, 0], &[0, 2]),
         ],
         discrete: ::dgd::__runtime::system::Discrete::NONE,
     };

@@ -126,7 +126,7 @@ pub mod basins {
     use ::dgd::__runtime::system::{List, Text};
     static SIGNATURE: ::dgd::__runtime::Signature = ::dgd::__runtime::Signature {
         name: Text::Borrowed("basins"),
-        unknowns: List::Borrowed(
+        unknowns: ::dgd::__runtime::arrays::Unknowns::single(
             &[
                 ::dgd::__runtime::system::Unknown {
                     name: Text::Borrowed("h_1"),
@@ -170,7 +170,7 @@ pub mod basins {
                 },
             ],
         ),
-        equations: List::Borrowed(
+        equations: ::dgd::__runtime::arrays::Labels::single(
             &[
                 Text::Borrowed("upper"),
                 Text::Borrowed("lower"),
@@ -246,35 +246,20 @@ pub mod basins {
                 ::dgd::__runtime::system::Direction::Parameter(1),
             ],
         ),
-        jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[2, 3, 2, 3, 0, 1, 2, 3, 2, 3]),
-            columns: List::Borrowed(&[0, 0, 1, 1, 2, 2, 2, 2, 3, 3]),
-        },
-        sensitivity_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[0, 2, 3, 5, 6, 7, 2, 3, 6, 7]),
-            columns: List::Borrowed(&[2, 2, 2, 2, 2, 2, 3, 3, 3, 3]),
-        },
-        parameter_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[0, 1]),
-            columns: List::Borrowed(&[0, 1]),
-        },
-        input_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[]),
-            columns: List::Borrowed(&[]),
-        },
+        jacobian: ::dgd::__runtime::system::Pattern::single(
+            &[2, 3, 2, 3, 0, 1, 2, 3, 2, 3],
+            &[0, 0, 1, 1, 2, 2, 2, 2, 3, 3],
+        ),
+        sensitivity_jacobian: ::dgd::__runtime::system::Pattern::single(
+            &[0, 2, 3, 5, 6, 7, 2, 3, 6, 7],
+            &[2, 2, 2, 2, 2, 2, 3, 3, 3, 3],
+        ),
+        parameter_jacobian: ::dgd::__runtime::system::Pattern::single(&[0, 1], &[0, 1]),
+        input_jacobian: ::dgd::__runtime::system::Pattern::single(&[], &[]),
         output_jacobians: [
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[1, 1, 0]),
-                columns: List::Borrowed(&[0, 1, 2]),
-            },
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[]),
-                columns: List::Borrowed(&[]),
-            },
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[]),
-                columns: List::Borrowed(&[]),
-            },
+            ::dgd::__runtime::system::Pattern::single(&[1, 1, 0], &[0, 1, 2]),
+            ::dgd::__runtime::system::Pattern::single(&[], &[]),
+            ::dgd::__runtime::system::Pattern::single(&[], &[]),
         ],
         discrete: ::dgd::__runtime::system::Discrete {
             automata: List::Borrowed(
@@ -364,14 +349,11 @@ pub mod basins {
                 ],
             ),
             n_time_conditions: 0,
-            event_jacobian: ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[2, 3, 2, 3, 0, 1, 2, 3, 6, 7, 2, 3, 4, 5]),
-                columns: List::Borrowed(&[0, 0, 1, 1, 2, 2, 2, 2, 2, 2, 3, 3, 3, 3]),
-            },
-            reset_jacobian: ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[]),
-                columns: List::Borrowed(&[]),
-            },
+            event_jacobian: ::dgd::__runtime::system::Pattern::single(
+                &[2, 3, 2, 3, 0, 1, 2, 3, 6, 7, 2, 3, 4, 5],
+                &[0, 0, 1, 1, 2, 2, 2, 2, 2, 2, 3, 3, 3, 3],
+            ),
+            reset_jacobian: ::dgd::__runtime::system::Pattern::single(&[], &[]),
         },
     };
     #[automatically_derived]

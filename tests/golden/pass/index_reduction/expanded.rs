@@ -155,7 +155,7 @@ pub mod bead {
     use ::dgd::__runtime::system::{List, Text};
     static SIGNATURE: ::dgd::__runtime::Signature = ::dgd::__runtime::Signature {
         name: Text::Borrowed("bead"),
-        unknowns: List::Borrowed(
+        unknowns: ::dgd::__runtime::arrays::Unknowns::single(
             &[
                 ::dgd::__runtime::system::Unknown {
                     name: Text::Borrowed("x"),
@@ -239,7 +239,7 @@ pub mod bead {
                 },
             ],
         ),
-        equations: List::Borrowed(
+        equations: ::dgd::__runtime::arrays::Labels::single(
             &[
                 Text::Borrowed("right / ring"),
                 Text::Borrowed("ring / up"),
@@ -293,45 +293,23 @@ pub mod bead {
             ],
         ),
         directions: List::Borrowed(&[]),
-        jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(
-                &[
-                    0, 1, 2, 3, 4, 0, 1, 2, 3, 4, 0, 2, 3, 4, 1, 2, 3, 4, 2, 3, 4, 5, 6,
-                    7, 5, 6, 5,
-                ],
-            ),
-            columns: List::Borrowed(
-                &[
-                    0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 5, 5,
-                    5, 6, 6, 7,
-                ],
-            ),
-        },
-        sensitivity_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[]),
-            columns: List::Borrowed(&[]),
-        },
-        parameter_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[]),
-            columns: List::Borrowed(&[]),
-        },
-        input_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[]),
-            columns: List::Borrowed(&[]),
-        },
+        jacobian: ::dgd::__runtime::system::Pattern::single(
+            &[
+                0, 1, 2, 3, 4, 0, 1, 2, 3, 4, 0, 2, 3, 4, 1, 2, 3, 4, 2, 3, 4, 5, 6, 7,
+                5, 6, 5,
+            ],
+            &[
+                0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 5, 5, 5,
+                6, 6, 7,
+            ],
+        ),
+        sensitivity_jacobian: ::dgd::__runtime::system::Pattern::single(&[], &[]),
+        parameter_jacobian: ::dgd::__runtime::system::Pattern::single(&[], &[]),
+        input_jacobian: ::dgd::__runtime::system::Pattern::single(&[], &[]),
         output_jacobians: [
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[0, 2, 1]),
-                columns: List::Borrowed(&[0, 3, 4]),
-            },
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[]),
-                columns: List::Borrowed(&[]),
-            },
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[]),
-                columns: List::Borrowed(&[]),
-            },
+            ::dgd::__runtime::system::Pattern::single(&[0, 2, 1], &[0, 3, 4]),
+            ::dgd::__runtime::system::Pattern::single(&[], &[]),
+            ::dgd::__runtime::system::Pattern::single(&[], &[]),
         ],
         discrete: ::dgd::__runtime::system::Discrete {
             automata: List::Borrowed(
@@ -365,14 +343,11 @@ pub mod bead {
                 ],
             ),
             n_time_conditions: 0,
-            event_jacobian: ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[0, 1, 0, 1]),
-                columns: List::Borrowed(&[0, 0, 1, 1]),
-            },
-            reset_jacobian: ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[]),
-                columns: List::Borrowed(&[]),
-            },
+            event_jacobian: ::dgd::__runtime::system::Pattern::single(
+                &[0, 1, 0, 1],
+                &[0, 0, 1, 1],
+            ),
+            reset_jacobian: ::dgd::__runtime::system::Pattern::single(&[], &[]),
         },
     };
     #[automatically_derived]

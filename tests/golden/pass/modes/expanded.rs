@@ -120,7 +120,7 @@ pub mod tank {
     use ::dgd::__runtime::system::{List, Text};
     static SIGNATURE: ::dgd::__runtime::Signature = ::dgd::__runtime::Signature {
         name: Text::Borrowed("tank"),
-        unknowns: List::Borrowed(
+        unknowns: ::dgd::__runtime::arrays::Unknowns::single(
             &[
                 ::dgd::__runtime::system::Unknown {
                     name: Text::Borrowed("h"),
@@ -144,7 +144,9 @@ pub mod tank {
                 },
             ],
         ),
-        equations: List::Borrowed(&[Text::Borrowed("level"), Text::Borrowed("spill")]),
+        equations: ::dgd::__runtime::arrays::Labels::single(
+            &[Text::Borrowed("level"), Text::Borrowed("spill")],
+        ),
         parameters: List::Borrowed(
             &[
                 ::dgd::__runtime::system::Parameter {
@@ -230,35 +232,14 @@ pub mod tank {
                 ::dgd::__runtime::system::Direction::Parameter(2),
             ],
         ),
-        jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[0, 1]),
-            columns: List::Borrowed(&[0, 1]),
-        },
-        sensitivity_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[]),
-            columns: List::Borrowed(&[]),
-        },
-        parameter_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[0]),
-            columns: List::Borrowed(&[0]),
-        },
-        input_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[0, 1]),
-            columns: List::Borrowed(&[0, 0]),
-        },
+        jacobian: ::dgd::__runtime::system::Pattern::single(&[0, 1], &[0, 1]),
+        sensitivity_jacobian: ::dgd::__runtime::system::Pattern::single(&[], &[]),
+        parameter_jacobian: ::dgd::__runtime::system::Pattern::single(&[0], &[0]),
+        input_jacobian: ::dgd::__runtime::system::Pattern::single(&[0, 1], &[0, 0]),
         output_jacobians: [
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[0]),
-                columns: List::Borrowed(&[0]),
-            },
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[]),
-                columns: List::Borrowed(&[]),
-            },
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[]),
-                columns: List::Borrowed(&[]),
-            },
+            ::dgd::__runtime::system::Pattern::single(&[0], &[0]),
+            ::dgd::__runtime::system::Pattern::single(&[], &[]),
+            ::dgd::__runtime::system::Pattern::single(&[], &[]),
         ],
         discrete: ::dgd::__runtime::system::Discrete {
             automata: List::Borrowed(
@@ -292,14 +273,8 @@ pub mod tank {
                 ],
             ),
             n_time_conditions: 1,
-            event_jacobian: ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[0, 1]),
-                columns: List::Borrowed(&[0, 1]),
-            },
-            reset_jacobian: ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[0]),
-                columns: List::Borrowed(&[0]),
-            },
+            event_jacobian: ::dgd::__runtime::system::Pattern::single(&[0, 1], &[0, 1]),
+            reset_jacobian: ::dgd::__runtime::system::Pattern::single(&[0], &[0]),
         },
     };
     #[automatically_derived]

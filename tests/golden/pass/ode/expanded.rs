@@ -122,7 +122,7 @@ pub mod spring {
     use ::dgd::__runtime::system::{List, Text};
     static SIGNATURE: ::dgd::__runtime::Signature = ::dgd::__runtime::Signature {
         name: Text::Borrowed("spring"),
-        unknowns: List::Borrowed(
+        unknowns: ::dgd::__runtime::arrays::Unknowns::single(
             &[
                 ::dgd::__runtime::system::Unknown {
                     name: Text::Borrowed("x"),
@@ -146,7 +146,9 @@ pub mod spring {
                 },
             ],
         ),
-        equations: List::Borrowed(&[Text::Borrowed("motion"), Text::Borrowed("newton")]),
+        equations: ::dgd::__runtime::arrays::Labels::single(
+            &[Text::Borrowed("motion"), Text::Borrowed("newton")],
+        ),
         parameters: List::Borrowed(
             &[
                 ::dgd::__runtime::system::Parameter {
@@ -227,35 +229,17 @@ pub mod spring {
                 ::dgd::__runtime::system::Direction::Parameter(1),
             ],
         ),
-        jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[1, 0, 1]),
-            columns: List::Borrowed(&[0, 1, 1]),
-        },
-        sensitivity_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[1, 3]),
-            columns: List::Borrowed(&[0, 1]),
-        },
-        parameter_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[1, 1]),
-            columns: List::Borrowed(&[0, 1]),
-        },
-        input_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[1]),
-            columns: List::Borrowed(&[0]),
-        },
+        jacobian: ::dgd::__runtime::system::Pattern::single(&[1, 0, 1], &[0, 1, 1]),
+        sensitivity_jacobian: ::dgd::__runtime::system::Pattern::single(
+            &[1, 3],
+            &[0, 1],
+        ),
+        parameter_jacobian: ::dgd::__runtime::system::Pattern::single(&[1, 1], &[0, 1]),
+        input_jacobian: ::dgd::__runtime::system::Pattern::single(&[1], &[0]),
         output_jacobians: [
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[0, 1, 1]),
-                columns: List::Borrowed(&[0, 0, 1]),
-            },
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[]),
-                columns: List::Borrowed(&[]),
-            },
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[1]),
-                columns: List::Borrowed(&[0]),
-            },
+            ::dgd::__runtime::system::Pattern::single(&[0, 1, 1], &[0, 0, 1]),
+            ::dgd::__runtime::system::Pattern::single(&[], &[]),
+            ::dgd::__runtime::system::Pattern::single(&[1], &[0]),
         ],
         discrete: ::dgd::__runtime::system::Discrete::NONE,
     };

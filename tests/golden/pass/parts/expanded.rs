@@ -122,7 +122,7 @@ pub mod cascade {
     use ::dgd::__runtime::system::{List, Text};
     static SIGNATURE: ::dgd::__runtime::Signature = ::dgd::__runtime::Signature {
         name: Text::Borrowed("cascade"),
-        unknowns: List::Borrowed(
+        unknowns: ::dgd::__runtime::arrays::Unknowns::single(
             &[
                 ::dgd::__runtime::system::Unknown {
                     name: Text::Borrowed("upper.h"),
@@ -146,7 +146,7 @@ pub mod cascade {
                 },
             ],
         ),
-        equations: List::Borrowed(
+        equations: ::dgd::__runtime::arrays::Labels::single(
             &[Text::Borrowed("upper.level"), Text::Borrowed("lower.level")],
         ),
         parameters: List::Borrowed(
@@ -224,35 +224,20 @@ pub mod cascade {
             ],
         ),
         directions: List::Borrowed(&[::dgd::__runtime::system::Direction::Parameter(0)]),
-        jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[0, 1, 1]),
-            columns: List::Borrowed(&[0, 0, 1]),
-        },
-        sensitivity_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[0, 1, 1]),
-            columns: List::Borrowed(&[0, 0, 1]),
-        },
-        parameter_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[0, 1, 1]),
-            columns: List::Borrowed(&[0, 0, 1]),
-        },
-        input_jacobian: ::dgd::__runtime::system::Pattern {
-            rows: List::Borrowed(&[0]),
-            columns: List::Borrowed(&[0]),
-        },
+        jacobian: ::dgd::__runtime::system::Pattern::single(&[0, 1, 1], &[0, 0, 1]),
+        sensitivity_jacobian: ::dgd::__runtime::system::Pattern::single(
+            &[0, 1, 1],
+            &[0, 0, 1],
+        ),
+        parameter_jacobian: ::dgd::__runtime::system::Pattern::single(
+            &[0, 1, 1],
+            &[0, 0, 1],
+        ),
+        input_jacobian: ::dgd::__runtime::system::Pattern::single(&[0], &[0]),
         output_jacobians: [
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[0, 1]),
-                columns: List::Borrowed(&[0, 1]),
-            },
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[]),
-                columns: List::Borrowed(&[]),
-            },
-            ::dgd::__runtime::system::Pattern {
-                rows: List::Borrowed(&[1]),
-                columns: List::Borrowed(&[0]),
-            },
+            ::dgd::__runtime::system::Pattern::single(&[0, 1], &[0, 1]),
+            ::dgd::__runtime::system::Pattern::single(&[], &[]),
+            ::dgd::__runtime::system::Pattern::single(&[1], &[0]),
         ],
         discrete: ::dgd::__runtime::system::Discrete::NONE,
     };
