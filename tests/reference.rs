@@ -10,7 +10,7 @@ use dgd_cli::data::{Table, read, select};
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::Sources;
 use dgd_compiler::units::parse_unit;
-use support::{interpreted, root};
+use support::{interpreted, native, root};
 
 /// A model file in its variants, as generated Rust.
 mod models {
@@ -80,13 +80,16 @@ fn run(system: &impl System, case: &Case, times: &[f64]) -> Solution {
     simulate_with_sensitivities(&problem, times, &case.options).expect("a solution")
 }
 
-/// Runs a case on generated Rust and on the interpreter, and compares with the reference.
+/// Runs a case on generated Rust, on the interpreter and as native code, and compares with the
+/// reference.
 fn check(generated: &impl System, case: &Case) {
     let reference = table(case.reference);
     let times = reference.time.as_deref().expect("a recording");
     let solution = run(generated, case, times);
     let interpreted = interpreted(case.model, case.variants);
+    let native = native(case.model, case.variants);
     assert_eq!(solution, run(&interpreted, case, times), "{}: not the same bits", case.reference);
+    assert_eq!(solution, run(&native, case, times), "{}: not the bits", case.reference);
     assert!(solution.undefined.is_empty());
 
     let signature = generated.signature();

@@ -18,9 +18,9 @@ use dgd::{
     Column, Direction, Inputs, METHODS, Method, MethodKind, Options, Problem, Solution, System,
     simulate, simulate_with_sensitivities,
 };
-use dgd_execute::Interpreted;
+use dgd_execute::Loaded;
 use golden::Goldens;
-use support::{interpreted, root};
+use support::{interpreted, native, root};
 
 /// Counts the allocations of each thread.
 struct Counting;
@@ -129,17 +129,23 @@ const CASES: &[Case] = &[
 ];
 
 /// A case made ready.
-struct Ready {
+struct Ready<S> {
     name: String,
-    system: Interpreted,
+    system: S,
     p: Vec<f64>,
     inputs: Inputs,
     times: &'static [f64],
 }
 
-impl Ready {
+impl Ready<Loaded> {
+    /// The case as machine code.
     fn new(case: &Case) -> Self {
-        let system = interpreted(&format!("models/{}.dgd", case.model), case.variants);
+        Self::of(native(&format!("models/{}.dgd", case.model), case.variants), case)
+    }
+}
+
+impl<S: System> Ready<S> {
+    fn of(system: S, case: &Case) -> Self {
         let signature = system.signature();
         let columns: Vec<Column<'_>> = signature
             .inputs
@@ -198,7 +204,7 @@ impl Ready {
     }
 }
 
-fn cases() -> impl Iterator<Item = (Ready, &'static Method)> {
+fn cases() -> impl Iterator<Item = (Ready<Loaded>, &'static Method)> {
     CASES.iter().flat_map(|case| {
         METHODS.iter().filter_map(move |method| {
             let ready = Ready::new(case);
@@ -276,6 +282,25 @@ fn all_methods_come_to_the_same() {
         assert_eq!(found.events.len(), expected.events.len(), "{}", ready.name);
         verify("y", &found.y, &expected.y, n);
         verify("S", &found.s, &expected.s, n * expected.n_s);
+    }
+}
+
+/// As machine code, with the number of unknowns as a constant where there are few, and interpreted.
+#[test]
+fn all_back_ends_take_the_same_steps_to_the_same_bits() {
+    for case in CASES {
+        let native = Ready::new(case);
+        let path = format!("models/{}.dgd", case.model);
+        let interpreted = Ready::of(interpreted(&path, case.variants), case);
+        for method in METHODS.iter().filter(|method| native.suits(method)) {
+            let label = format!("{}, {}", native.name, method.name);
+            // Undefined sensitivities are no numbers, which equal nothing.
+            let text = |solution: Solution| format!("{solution:?}");
+            let expected = text(interpreted.run(method, 1e-5));
+            assert!(text(native.run(method, 1e-5)) == expected, "{label}");
+            let expected = text(interpreted.run_without_sensitivities(method, 1e-5));
+            assert!(text(native.run_without_sensitivities(method, 1e-5)) == expected, "{label}");
+        }
     }
 }
 

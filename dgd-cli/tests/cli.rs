@@ -53,6 +53,18 @@ fn exit_codes_are_as_promised() {
 }
 
 #[test]
+fn results_do_not_depend_on_the_engine() {
+    for command in ["simulate", "sensitivity"] {
+        let by = |engine: &str| tank(command, &["--engine", engine]).done().out;
+        let interpreted = by("interpreter");
+        assert!(by("native") == interpreted, "{command}");
+        assert!(by("auto") == interpreted, "{command}");
+        assert!(tank(command, &[]).done().out == interpreted, "{command}");
+    }
+    tank("simulate", &["--engine", "steam"]).refused(2, &["steam", "native", "interpreter"]);
+}
+
+#[test]
 fn results_tell_the_method() {
     let told = |more: &[&str]| {
         let run = tank("simulate", &[&["--format", "json"], more].concat()).done().json();

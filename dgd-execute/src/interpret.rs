@@ -1,10 +1,12 @@
 //! The interpreter: performs a program's operations one after another.
 
-use std::cell::{RefCell, RefMut};
+use std::cell::RefCell;
+#[cfg(feature = "native")]
+use std::cell::RefMut;
 use std::sync::Arc;
 
 use dgd_compiler::expr::intrinsics::Definition;
-use dgd_compiler::program::{Argument, FunctionKind, Operation, Program, Series, Taylor};
+use dgd_compiler::program::{Argument, Function, FunctionKind, Operation, Program, Series, Taylor};
 use dgd_runtime::linalg::AutoLu;
 use dgd_runtime::{Point, Signature};
 
@@ -38,21 +40,27 @@ impl Interpreted {
 
 impl Interpreter {
     pub(crate) fn new(program: Program) -> Self {
+        let length = |function: &Function| {
+            let of_loops = function.loops.iter().map(|part| part.body.len()).max();
+            function.body.len() + of_loops.unwrap_or(0)
+        };
+        let longest = program.functions.iter().map(length).max().unwrap_or(0);
+        let longest_series = program
+            .taylor
+            .as_ref()
+            .map_or(0, |taylor| taylor.unknowns.body.len().max(taylor.sensitivities.body.len()));
         Interpreter {
             signature: Arc::new(signature(&program)),
             program: Arc::new(program),
-            registers: RefCell::new(Vec::new()),
-            coefficients: RefCell::new(Vec::new()),
+            registers: RefCell::new(vec![0.0; longest.max(longest_series)]),
+            coefficients: RefCell::new(vec![0.0; longest_series]),
         }
     }
 
-    /// Work space for at least so many values.
-    pub(crate) fn registers(&self, len: usize) -> RefMut<'_, Vec<f64>> {
-        let mut registers = self.registers.borrow_mut();
-        if registers.len() < len {
-            registers.resize(len, 0.0);
-        }
-        registers
+    /// Work space with a place for each value of any function.
+    #[cfg(feature = "native")]
+    pub(crate) fn registers(&self) -> RefMut<'_, Vec<f64>> {
+        self.registers.borrow_mut()
     }
 
     /// Expands a solution into its series.
@@ -67,14 +75,11 @@ impl Interpreter {
         };
         let series = of(taylor);
         let len = series.body.len();
-        let mut registers = self.registers(len);
+        let mut registers = self.registers.borrow_mut();
         let read = Read { at, udot: expansion.udot, s: &[] };
         evaluate(&series.body, 0, 0, &read, &mut registers);
         expansion.y[..at.y.len()].copy_from_slice(at.y);
         let mut now = self.coefficients.borrow_mut();
-        if now.len() < len {
-            now.resize(len, 0.0);
-        }
         expand(&self.program, series, &registers[..len], &mut now, &mut expansion);
     }
 }
@@ -108,8 +113,7 @@ impl Perform for Interpreter {
         results: &mut [&mut [f64]],
     ) {
         let function = self.program.function(kind);
-        let of_loops = function.loops.iter().map(|part| part.body.len()).max();
-        let mut registers = self.registers(function.body.len() + of_loops.unwrap_or(0));
+        let mut registers = self.registers.borrow_mut();
         let read = Read { at, udot, s };
         evaluate(&function.body, 0, 0, &read, &mut registers);
         let places = function.results.iter().zip(&function.places).zip(&function.lengths);

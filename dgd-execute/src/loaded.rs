@@ -146,9 +146,10 @@ impl Perform for OnDemand {
         if let Some(native) = &self.native
             && let Some(code) = native.called(self.program(), kind)
         {
-            match code.scratch() {
-                0 => code.call(at, udot, s, results, &mut []),
-                len => code.call(at, udot, s, results, &mut self.interpreter.registers(len)),
+            if code.scratch() == 0 {
+                code.call(at, udot, s, results, &mut []);
+            } else {
+                code.call(at, udot, s, results, &mut self.interpreter.registers());
             }
             return;
         }

@@ -23,18 +23,26 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// Where the address of the scratch memory stands, in bytes.
-    pub(super) const SCRATCH: usize = offset_of!(Frame, scratch);
-
-    /// Where the address of an argument stands.
-    pub(super) fn argument(position: usize) -> usize {
-        offset_of!(Frame, arguments) + position * size_of::<*const f64>()
+    /// Where the address of an argument stands, in bytes.
+    pub(super) fn argument(position: usize) -> i32 {
+        distance(offset_of!(Frame, arguments), position)
     }
 
     /// Where the address of a result stands.
-    pub(super) fn result(position: usize) -> usize {
-        offset_of!(Frame, results) + position * size_of::<*mut f64>()
+    pub(super) fn result(position: usize) -> i32 {
+        distance(offset_of!(Frame, results), position)
     }
+
+    /// Where the address of the scratch memory stands.
+    pub(super) fn scratch() -> i32 {
+        distance(offset_of!(Frame, scratch), 0)
+    }
+}
+
+/// Bytes from the begin of a frame to one of its addresses.
+fn distance(first: usize, position: usize) -> i32 {
+    let bytes = first + position * size_of::<*const f64>();
+    i32::try_from(bytes).unwrap_or_else(|_| unreachable!("a frame has a few addresses"))
 }
 
 /// A piece of machine code: t and a frame whose arrays have the lengths of the code's plan.

@@ -122,7 +122,7 @@ impl Native {
 
     fn compile(&self, function: &Function) -> Result<Code, Refused> {
         let isa =
-            self.isa.get_or_init(|| target((self.machine)()?)).as_ref().map_err(Clone::clone)?;
+            self.isa.get_or_init(|| target(&(self.machine)()?)).as_ref().map_err(Clone::clone)?;
         let plan = Plan::new(function)?;
         let failed = |error: &dyn fmt::Display| Refused::Failed(error.to_string());
         let mut module = JITModule::new(JITBuilder::with_isa(isa.clone(), default_libcall_names()));
@@ -132,10 +132,9 @@ impl Native {
             context.func.signature = translate::signature(&**isa);
             translate::translate(&plan, piece, &mut context.func, &mut builder, &**isa);
             let signature = context.func.signature.clone();
-            let id = module
-                .declare_anonymous_function(&signature)
-                .and_then(|id| module.define_function(id, &mut context).map(|()| id));
-            pieces.push(id.map_err(|error| failed(&error))?);
+            let id = module.declare_anonymous_function(&signature).map_err(|e| failed(&e))?;
+            module.define_function(id, &mut context).map_err(|e| failed(&e))?;
+            pieces.push(id);
             context.clear();
         }
         module.finalize_definitions().map_err(|error| failed(&error))?;
@@ -146,7 +145,7 @@ impl Native {
 }
 
 /// How code is made for a machine.
-fn target(machine: isa::Builder) -> Result<OwnedTargetIsa, Refused> {
+fn target(machine: &isa::Builder) -> Result<OwnedTargetIsa, Refused> {
     let flags = [
         // What is asked of Cranelift is checked by tests, not in every run.
         ("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" }),

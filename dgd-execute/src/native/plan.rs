@@ -60,7 +60,7 @@ impl<'a> Plan<'a> {
             for store in &part.stores {
                 let last = store.first.checked_add(part.count as usize);
                 let fits = function.lengths.get(store.result).zip(last);
-                if !fits.is_some_and(|(length, last)| last <= *length)
+                if fits.is_none_or(|(length, last)| last > *length)
                     || number(&of_loop, store.value).is_err()
                 {
                     return Err(Refused::Malformed);

@@ -25,7 +25,7 @@ use super::plan::{Kind, Piece, Plan, distance, is_immediate, position};
 pub(super) const ADDRESS: Type = types::I64;
 
 /// Bytes from one number of an array to the next.
-const STRIDE: i64 = size_of::<f64>() as i64;
+const STRIDE: i64 = size_of::<f64>().cast_signed() as i64;
 
 /// What every piece takes and gives.
 pub(super) fn signature(isa: &dyn TargetIsa) -> Signature {
@@ -306,8 +306,8 @@ impl Translation<'_, '_> {
         of: &[Value],
     ) -> Value {
         let mut arguments = of.to_vec();
-        arguments.push(self.builder.ins().iconst(ADDRESS, function.addr() as i64));
-        let through = self.builder.ins().iconst(ADDRESS, through.addr() as i64);
+        arguments.push(self.builder.ins().iconst(ADDRESS, function.addr().cast_signed() as i64));
+        let through = self.builder.ins().iconst(ADDRESS, through.addr().cast_signed() as i64);
         let call = self.builder.ins().call_indirect(self.calls[signature], through, &arguments);
         self.builder.inst_results(call)[0]
     }
@@ -346,10 +346,10 @@ impl Translation<'_, '_> {
         let at = match array {
             Array::Argument(argument) => Frame::argument(position(argument)),
             Array::Result(result) => Frame::result(result),
-            Array::Scratch => Frame::SCRATCH,
+            Array::Scratch => Frame::scratch(),
         };
         let flags = MemFlagsData::trusted().with_readonly().with_can_move();
-        let address = self.builder.ins().load(ADDRESS, flags, self.frame, at as i32);
+        let address = self.builder.ins().load(ADDRESS, flags, self.frame, at);
         self.addresses.insert(array, address);
         address
     }
