@@ -315,7 +315,8 @@ fn the_number_of_allocations_does_not_depend_on_the_number_of_steps() {
         let name = format!("{}, {}", ready.name, method.name);
         let (few, some_steps) = count(&|| ready.run(method, 1e-4));
         let (many, more_steps) = count(&|| ready.run(method, 1e-8));
-        assert!(more_steps > some_steps, "{name}");
+        // Taylor series go to a higher order instead.
+        assert_ne!(more_steps, some_steps, "{name}");
         assert_eq!(few, many, "{name}");
         let (few, _) = count(&|| ready.run_without_sensitivities(method, 1e-4));
         let (many, _) = count(&|| ready.run_without_sensitivities(method, 1e-8));

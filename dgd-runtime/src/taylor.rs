@@ -8,6 +8,9 @@
 //!
 //! Griewank and Walther, Evaluating Derivatives, 2nd ed. (2008), tables 13.1 and 13.2.
 
+// Orders are constants of the loops that these are inlined into.
+#![allow(clippy::inline_always)]
+
 use std::fmt;
 
 /// The highest order.

@@ -37,10 +37,10 @@ pub(super) fn methods(program: &Program) -> TokenStream {
             });
             let mut functions = TokenStream::new();
             if has_unknowns {
-                functions.extend(method(program, &taylor.unknowns, false));
+                functions.extend(method(program, &taylor.unknowns, Name::Taylor));
             }
             if has_unknowns && !program.directions.is_empty() {
-                functions.extend(method(program, &taylor.sensitivities, true));
+                functions.extend(method(program, &taylor.sensitivities, Name::SensitivityTaylor));
             }
             (quote!(::core::result::Result::Ok(#kept)), functions)
         }
@@ -56,12 +56,22 @@ pub(super) fn methods(program: &Program) -> TokenStream {
     }
 }
 
-fn method(program: &Program, series: &Series, with_sensitivities: bool) -> TokenStream {
+/// The method that a series becomes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Name {
+    Taylor,
+    SensitivityTaylor,
+}
+
+fn method(program: &Program, series: &Series, name: Name) -> TokenStream {
     let n = index(program.n());
     let n_s = index(program.directions.len());
     let n_kept = index(series.n_kept());
-    let name = if with_sensitivities { "sensitivity_taylor" } else { "taylor" };
-    let name = Ident::new(name, Span::call_site());
+    let with_sensitivities = name == Name::SensitivityTaylor;
+    let name = match name {
+        Name::Taylor => Ident::new("taylor", Span::call_site()),
+        Name::SensitivityTaylor => Ident::new("sensitivity_taylor", Span::call_site()),
+    };
     let slopes_of_inputs = series
         .recurrences
         .iter()

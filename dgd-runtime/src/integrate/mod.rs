@@ -369,7 +369,7 @@ impl<'a, S: System> Simulation<'a, S> {
         let mut stepper = Stepper::new(system, kind);
         if let MethodKind::Taylor(order) = kind {
             let order = taylor::order(order, options.rtol);
-            stepper.expansion = Expansion::new(system, order, directions.is_some());
+            stepper.expansion = Expansion::new(system, order, n_s);
         }
         Self {
             problem,

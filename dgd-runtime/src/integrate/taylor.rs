@@ -65,12 +65,10 @@ pub(crate) struct Expansion {
 }
 
 impl Expansion {
-    /// Work space for a system that has series.
-    pub(crate) fn new<S: System>(system: &S, order: usize, with_sensitivities: bool) -> Self {
+    /// Work space for a system that has series, and for so many directions.
+    pub(crate) fn new<S: System>(system: &S, order: usize, n_s: usize) -> Self {
         let Ok(kept) = system.taylor_series() else { return Self::default() };
-        let signature = system.signature();
-        let n = signature.unknowns.len();
-        let n_s = if with_sensitivities { signature.directions.len() } else { 0 };
+        let n = system.signature().unknowns.len();
         Self {
             order,
             h: 1.0,

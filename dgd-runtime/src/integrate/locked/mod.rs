@@ -161,7 +161,8 @@ fn dispatch<S: System, C: Carried<S>, T: Task<S, C>>(
             task.with(Tsit5::new(system))
         }
         MethodKind::Taylor(asked) => {
-            task.with(Taylor::new(system, order(asked, rtol), C::HAS_SENSITIVITIES))
+            let n_s = if C::HAS_SENSITIVITIES { system.signature().directions.len() } else { 0 };
+            task.with(Taylor::new(system, order(asked, rtol), n_s))
         }
         _ => unreachable!("only methods that make equal steps get here"),
     }

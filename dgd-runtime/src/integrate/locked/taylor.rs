@@ -21,8 +21,8 @@ pub(crate) struct Taylor<S: System> {
 }
 
 impl<S: System> Taylor<S> {
-    /// Work space for a model.
-    pub(crate) fn new(system: &S, order: usize, with_sensitivities: bool) -> Self {
+    /// Work space for a model and so many directions.
+    pub(crate) fn new(system: &S, order: usize, n_s: usize) -> Self {
         let inputs = || S::Inputs::zeros(system.signature().n_u());
         Self {
             t0: 0.0,
@@ -30,7 +30,7 @@ impl<S: System> Taylor<S> {
             slope: inputs(),
             now: inputs(),
             is_constant: true,
-            expansion: Expansion::new(system, order, with_sensitivities),
+            expansion: Expansion::new(system, order, n_s),
         }
     }
 }

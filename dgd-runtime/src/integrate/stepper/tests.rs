@@ -67,7 +67,7 @@ fn errors<E: Equations>(kind: MethodKind, steps: u32, exact: Exact) -> [f64; 3] 
 
     let mut stepper = Stepper::new(&system, kind);
     if let MethodKind::Taylor(order) = kind {
-        stepper.expansion = Expansion::new(&system, order.unwrap_or(MOST_ORDER), true);
+        stepper.expansion = Expansion::new(&system, order.unwrap_or(MOST_ORDER), s.len() / n);
     }
     let mut d = Directions::new(&system);
     d.s.copy_from_slice(&s);

@@ -800,5 +800,14 @@ pub mod cells {
                 _s0[41 + _k] = 0.0;
             }
         }
+        #[inline]
+        fn taylor_series(
+            &self,
+        ) -> ::core::result::Result<
+            ::dgd::__runtime::taylor::KeptSeries,
+            ::dgd::__runtime::taylor::NoTaylor,
+        > {
+            ::core::result::Result::Err(::dgd::__runtime::taylor::NoTaylor::Arrays)
+        }
     }
 }

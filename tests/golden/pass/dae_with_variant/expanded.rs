@@ -566,5 +566,14 @@ pub mod vessel {
                 0.0,
             ];
         }
+        #[inline]
+        fn taylor_series(
+            &self,
+        ) -> ::core::result::Result<
+            ::dgd::__runtime::taylor::KeptSeries,
+            ::dgd::__runtime::taylor::NoTaylor,
+        > {
+            ::core::result::Result::Err(::dgd::__runtime::taylor::NoTaylor::Algebraic)
+        }
     }
 }

@@ -634,5 +634,190 @@ pub mod filled_tank {
                 q_in,
             ];
         }
+        #[inline]
+        fn taylor_series(
+            &self,
+        ) -> ::core::result::Result<
+            ::dgd::__runtime::taylor::KeptSeries,
+            ::dgd::__runtime::taylor::NoTaylor,
+        > {
+            ::core::result::Result::Ok(::dgd::__runtime::taylor::KeptSeries {
+                unknowns: 1,
+                sensitivities: 3,
+            })
+        }
+        #[inline]
+        fn taylor(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _udot: &[f64],
+            _h: f64,
+            _order: usize,
+            _kept: &mut [::dgd::__runtime::taylor::Terms],
+            _series: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<4>(_at.p);
+            let _udot = ::dgd::__runtime::codegen::fixed::<1>(_udot);
+            let [_c0] = ::dgd::__runtime::taylor::kept::<1>(_kept);
+            let _series = ::dgd::__runtime::taylor::rows::<3>(_series);
+            let gain = _p[3];
+            let q_in = _u[0];
+            let q_pump = _y[2];
+            let k = _p[0];
+            let h = _y[0];
+            let _v6 = ::core::primitive::f64::sqrt(h);
+            let _v8 = 0.5 / _v6;
+            let tau = _p[1];
+            let _v17 = 1.0 / tau;
+            let _v19 = -0.5 * k;
+            let _v20 = -_v17;
+            let _v21 = _v17 * gain;
+            ::dgd::__runtime::taylor::keep(_c0, 0, _v6);
+            let _f8 = _v8;
+            let _f13 = 0.5;
+            let _f19 = _v19;
+            let _f20 = _v20;
+            let _f21 = _v21;
+            let mut _f: [f64; 3] = [
+                0.5 * (q_pump - k * _v6),
+                q_pump,
+                (gain * q_in - q_pump) / tau,
+            ];
+            _series[0] = *::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            for _k in 1..=_order {
+                let _per = _h / _k as f64;
+                _series[_k] = ::dgd::__runtime::taylor::advance(&_f, _per);
+                if _k == _order {
+                    break;
+                }
+                let _d1: f64 = ::dgd::__runtime::taylor::line(_h * _udot[0], _k);
+                let _d3: f64 = _series[_k][2];
+                let _d5: f64 = _series[_k][0];
+                let _d6: f64 = ::dgd::__runtime::taylor::root(_d5, _c0, _f8, _k);
+                ::dgd::__runtime::taylor::keep(_c0, _k, _d6);
+                let _d14: f64 = _f13 * _d3 + _f19 * _d6;
+                let _d15: f64 = _f21 * _d1 + _f20 * _d3;
+                _f = [_d14, _d3, _d15];
+            }
+        }
+        #[inline]
+        fn sensitivity_taylor(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _udot: &[f64],
+            _h: f64,
+            _order: usize,
+            _kept: &mut [::dgd::__runtime::taylor::Terms],
+            _series: &mut [f64],
+            _s: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<4>(_at.p);
+            let _udot = ::dgd::__runtime::codegen::fixed::<1>(_udot);
+            let [_c0, _c1, _c2] = ::dgd::__runtime::taylor::kept::<3>(_kept);
+            let _series = ::dgd::__runtime::taylor::rows::<3>(_series);
+            let _s = ::dgd::__runtime::taylor::rows::<4>(_s);
+            let mut _g = [[0.0; 4]; 3];
+            let gain = _p[3];
+            let q_in = _u[0];
+            let q_pump = _y[2];
+            let k = _p[0];
+            let h = _y[0];
+            let _v7 = ::core::primitive::f64::sqrt(h);
+            let _v9 = 0.5 / _v7;
+            let tau = _p[1];
+            let _v18 = 1.0 / tau;
+            let _v20 = -0.5 * k;
+            let _v21 = 0.5 / _v7;
+            let _v23 = 1.0 / _v7;
+            let _v24 = _v20 * _v21;
+            let _v25 = 1.0 / tau;
+            let _v26 = -_v25;
+            let _v32 = -0.5 * k;
+            let _v33 = -_v18;
+            let _v34 = _v18 * gain;
+            let _v35 = -_v25;
+            ::dgd::__runtime::taylor::keep(_c0, 0, _v7);
+            ::dgd::__runtime::taylor::keep(_c1, 0, _v21);
+            ::dgd::__runtime::taylor::keep(_c2, 0, _v24);
+            let _f0 = 1.0;
+            let _f9 = _v9;
+            let _f14 = 0.5;
+            let _f19 = -0.5;
+            let _f20 = _v20;
+            let _f23 = _v23;
+            let _f25 = _v25;
+            let _f26 = _v26;
+            let _f32 = _v32;
+            let _f33 = _v33;
+            let _f34 = _v34;
+            let _f35 = _v35;
+            let mut _f: [f64; 3] = [
+                0.5 * (q_pump - k * _v7),
+                q_pump,
+                (gain * q_in - q_pump) / tau,
+            ];
+            let _row = &mut _g[0];
+            *_row = [0.0; 4];
+            ::dgd::__runtime::taylor::add_scaled(_row, _v24, &_s[0]);
+            ::dgd::__runtime::taylor::add_scaled(_row, 0.5, &_s[2]);
+            _row[0] += -0.5 * _v7;
+            let _row = &mut _g[1];
+            *_row = [0.0; 4];
+            ::dgd::__runtime::taylor::add_scaled(_row, 1.0, &_s[2]);
+            let _row = &mut _g[2];
+            *_row = [0.0; 4];
+            ::dgd::__runtime::taylor::add_scaled(_row, _v26, &_s[2]);
+            _row[1] += -(_v25 * ((gain * q_in - q_pump) / tau));
+            _row[3] += _v25 * q_in;
+            _series[0] = *::dgd::__runtime::codegen::fixed::<3>(_at.y);
+            for _k in 1..=_order {
+                let _per = _h / _k as f64;
+                _series[_k] = ::dgd::__runtime::taylor::advance(&_f, _per);
+                _s[_k * 3 + 0] = ::dgd::__runtime::taylor::advance(&_g[0], _per);
+                _s[_k * 3 + 1] = ::dgd::__runtime::taylor::advance(&_g[1], _per);
+                _s[_k * 3 + 2] = ::dgd::__runtime::taylor::advance(&_g[2], _per);
+                if _k == _order {
+                    break;
+                }
+                let _d2: f64 = ::dgd::__runtime::taylor::line(_h * _udot[0], _k);
+                let _d4: f64 = _series[_k][2];
+                let _d6: f64 = _series[_k][0];
+                let _d7: f64 = ::dgd::__runtime::taylor::root(_d6, _c0, _f9, _k);
+                ::dgd::__runtime::taylor::keep(_c0, _k, _d7);
+                let _d15: f64 = _f14 * _d4 + _f32 * _d7;
+                let _d16: f64 = _f34 * _d2 + _f33 * _d4;
+                let _d21: f64 = ::dgd::__runtime::taylor::divide(
+                    0.0,
+                    _c0,
+                    _c1,
+                    _f23,
+                    _k,
+                );
+                ::dgd::__runtime::taylor::keep(_c1, _k, _d21);
+                let _d24: f64 = _f20 * _d21;
+                ::dgd::__runtime::taylor::keep(_c2, _k, _d24);
+                let _d27: f64 = _f19 * _d7;
+                let _d29: f64 = _f35 * _d16;
+                let _d30: f64 = _f25 * _d2;
+                _f = [_d15, _d4, _d16];
+                let _row = &mut _g[0];
+                *_row = [0.0; 4];
+                ::dgd::__runtime::taylor::add_product(_row, _c2, _s, (3, 0), _k);
+                ::dgd::__runtime::taylor::add_scaled(_row, _f14, &_s[_k * 3 + 2]);
+                _row[0] += _d27;
+                let _row = &mut _g[1];
+                *_row = [0.0; 4];
+                ::dgd::__runtime::taylor::add_scaled(_row, _f0, &_s[_k * 3 + 2]);
+                let _row = &mut _g[2];
+                *_row = [0.0; 4];
+                ::dgd::__runtime::taylor::add_scaled(_row, _f26, &_s[_k * 3 + 2]);
+                _row[1] += _d29;
+                _row[3] += _d30;
+            }
+        }
     }
 }

@@ -1104,5 +1104,14 @@ pub mod basins {
             *::dgd::__runtime::codegen::fixed_mut::<0>(_drdy) = [];
             *::dgd::__runtime::codegen::fixed_mut::<0>(_drdt) = [];
         }
+        #[inline]
+        fn taylor_series(
+            &self,
+        ) -> ::core::result::Result<
+            ::dgd::__runtime::taylor::KeptSeries,
+            ::dgd::__runtime::taylor::NoTaylor,
+        > {
+            ::core::result::Result::Err(::dgd::__runtime::taylor::NoTaylor::Algebraic)
+        }
     }
 }

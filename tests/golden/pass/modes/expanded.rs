@@ -606,5 +606,14 @@ pub mod tank {
             *::dgd::__runtime::codegen::fixed_mut::<1>(_drdy) = [1.0];
             *::dgd::__runtime::codegen::fixed_mut::<1>(_drdt) = [0.0];
         }
+        #[inline]
+        fn taylor_series(
+            &self,
+        ) -> ::core::result::Result<
+            ::dgd::__runtime::taylor::KeptSeries,
+            ::dgd::__runtime::taylor::NoTaylor,
+        > {
+            ::core::result::Result::Err(::dgd::__runtime::taylor::NoTaylor::Algebraic)
+        }
     }
 }

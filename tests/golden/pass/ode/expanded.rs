@@ -471,5 +471,130 @@ pub mod spring {
         ) {
             *::dgd::__runtime::codegen::fixed_mut::<4>(_s0) = [0.0, 0.0, 0.0, 0.0];
         }
+        #[inline]
+        fn taylor_series(
+            &self,
+        ) -> ::core::result::Result<
+            ::dgd::__runtime::taylor::KeptSeries,
+            ::dgd::__runtime::taylor::NoTaylor,
+        > {
+            ::core::result::Result::Ok(::dgd::__runtime::taylor::KeptSeries {
+                unknowns: 0,
+                sensitivities: 0,
+            })
+        }
+        #[inline]
+        fn taylor(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _udot: &[f64],
+            _h: f64,
+            _order: usize,
+            _kept: &mut [::dgd::__runtime::taylor::Terms],
+            _series: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let _udot = ::dgd::__runtime::codegen::fixed::<1>(_udot);
+            let [] = ::dgd::__runtime::taylor::kept::<0>(_kept);
+            let _series = ::dgd::__runtime::taylor::rows::<2>(_series);
+            let v = _y[1];
+            let force = _u[0];
+            let k = _p[0];
+            let x = _y[0];
+            let d = _p[1];
+            let _v12 = -0.5 * d;
+            let _v14 = -0.5 * k;
+            let _f9 = 0.5;
+            let _f12 = _v12;
+            let _f14 = _v14;
+            let mut _f: [f64; 2] = [v, 0.5 * (force - k * x - d * v)];
+            _series[0] = *::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            for _k in 1..=_order {
+                let _per = _h / _k as f64;
+                _series[_k] = ::dgd::__runtime::taylor::advance(&_f, _per);
+                if _k == _order {
+                    break;
+                }
+                let _d0: f64 = _series[_k][1];
+                let _d1: f64 = ::dgd::__runtime::taylor::line(_h * _udot[0], _k);
+                let _d3: f64 = _series[_k][0];
+                let _d10: f64 = _f12 * _d0 + _f9 * _d1 + _f14 * _d3;
+                _f = [_d0, _d10];
+            }
+        }
+        #[inline]
+        fn sensitivity_taylor(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _udot: &[f64],
+            _h: f64,
+            _order: usize,
+            _kept: &mut [::dgd::__runtime::taylor::Terms],
+            _series: &mut [f64],
+            _s: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let _udot = ::dgd::__runtime::codegen::fixed::<1>(_udot);
+            let [] = ::dgd::__runtime::taylor::kept::<0>(_kept);
+            let _series = ::dgd::__runtime::taylor::rows::<2>(_series);
+            let _s = ::dgd::__runtime::taylor::rows::<2>(_s);
+            let mut _g = [[0.0; 2]; 2];
+            let v = _y[1];
+            let force = _u[0];
+            let k = _p[0];
+            let x = _y[0];
+            let d = _p[1];
+            let _v13 = -0.5 * d;
+            let _v14 = -0.5 * k;
+            let _v18 = -0.5 * d;
+            let _v20 = -0.5 * k;
+            let _f0 = 1.0;
+            let _f10 = 0.5;
+            let _f12 = -0.5;
+            let _f13 = _v13;
+            let _f14 = _v14;
+            let _f18 = _v18;
+            let _f20 = _v20;
+            let mut _f: [f64; 2] = [v, 0.5 * (force - k * x - d * v)];
+            let _row = &mut _g[0];
+            *_row = [0.0; 2];
+            ::dgd::__runtime::taylor::add_scaled(_row, 1.0, &_s[1]);
+            let _row = &mut _g[1];
+            *_row = [0.0; 2];
+            ::dgd::__runtime::taylor::add_scaled(_row, _v14, &_s[0]);
+            ::dgd::__runtime::taylor::add_scaled(_row, _v13, &_s[1]);
+            _row[0] += -0.5 * x;
+            _row[1] += -0.5 * v;
+            _series[0] = *::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            for _k in 1..=_order {
+                let _per = _h / _k as f64;
+                _series[_k] = ::dgd::__runtime::taylor::advance(&_f, _per);
+                _s[_k * 2 + 0] = ::dgd::__runtime::taylor::advance(&_g[0], _per);
+                _s[_k * 2 + 1] = ::dgd::__runtime::taylor::advance(&_g[1], _per);
+                if _k == _order {
+                    break;
+                }
+                let _d1: f64 = _series[_k][1];
+                let _d2: f64 = ::dgd::__runtime::taylor::line(_h * _udot[0], _k);
+                let _d4: f64 = _series[_k][0];
+                let _d11: f64 = _f18 * _d1 + _f10 * _d2 + _f20 * _d4;
+                let _d15: f64 = _f12 * _d1;
+                let _d16: f64 = _f12 * _d4;
+                _f = [_d1, _d11];
+                let _row = &mut _g[0];
+                *_row = [0.0; 2];
+                ::dgd::__runtime::taylor::add_scaled(_row, _f0, &_s[_k * 2 + 1]);
+                let _row = &mut _g[1];
+                *_row = [0.0; 2];
+                ::dgd::__runtime::taylor::add_scaled(_row, _f14, &_s[_k * 2 + 0]);
+                ::dgd::__runtime::taylor::add_scaled(_row, _f13, &_s[_k * 2 + 1]);
+                _row[0] += _d16;
+                _row[1] += _d15;
+            }
+        }
     }
 }

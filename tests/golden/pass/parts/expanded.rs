@@ -494,5 +494,185 @@ pub mod cascade {
         ) {
             *::dgd::__runtime::codegen::fixed_mut::<2>(_s0) = [0.0, 0.0];
         }
+        #[inline]
+        fn taylor_series(
+            &self,
+        ) -> ::core::result::Result<
+            ::dgd::__runtime::taylor::KeptSeries,
+            ::dgd::__runtime::taylor::NoTaylor,
+        > {
+            ::core::result::Result::Ok(::dgd::__runtime::taylor::KeptSeries {
+                unknowns: 1,
+                sensitivities: 4,
+            })
+        }
+        #[inline]
+        fn taylor(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _udot: &[f64],
+            _h: f64,
+            _order: usize,
+            _kept: &mut [::dgd::__runtime::taylor::Terms],
+            _series: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let _udot = ::dgd::__runtime::codegen::fixed::<1>(_udot);
+            let [_c0] = ::dgd::__runtime::taylor::kept::<1>(_kept);
+            let _series = ::dgd::__runtime::taylor::rows::<2>(_series);
+            let k = _p[0];
+            let upper_h = _y[0];
+            let _v3 = ::core::primitive::f64::sqrt(upper_h);
+            let _v5 = 0.5 / _v3;
+            let lower_q_in = k * _v3;
+            let lower_k = 0.5 * k;
+            let lower_h = _y[1];
+            let lower_q_out = lower_k * lower_h;
+            let rain = _u[0];
+            let clog = _p[1];
+            let _v14 = 1.0 - clog;
+            let _v19 = -0.5;
+            let _v22 = -0.5 * _v14 * lower_k;
+            ::dgd::__runtime::taylor::keep(_c0, 0, _v3);
+            let _f1 = k;
+            let _f5 = _v5;
+            let _f7 = 0.5;
+            let _f19 = _v19;
+            let _f22 = _v22;
+            let mut _f: [f64; 2] = [
+                0.5 * (rain - lower_q_in),
+                0.5 * (lower_q_in - _v14 * lower_q_out),
+            ];
+            _series[0] = *::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            for _k in 1..=_order {
+                let _per = _h / _k as f64;
+                _series[_k] = ::dgd::__runtime::taylor::advance(&_f, _per);
+                if _k == _order {
+                    break;
+                }
+                let _d2: f64 = _series[_k][0];
+                let _d3: f64 = ::dgd::__runtime::taylor::root(_d2, _c0, _f5, _k);
+                ::dgd::__runtime::taylor::keep(_c0, _k, _d3);
+                let _d6: f64 = _f1 * _d3;
+                let _d9: f64 = _series[_k][1];
+                let _d11: f64 = ::dgd::__runtime::taylor::line(_h * _udot[0], _k);
+                let _d17: f64 = _f19 * _d6 + _f7 * _d11;
+                let _d18: f64 = _f7 * _d6 + _f22 * _d9;
+                _f = [_d17, _d18];
+            }
+        }
+        #[inline]
+        fn sensitivity_taylor(
+            &self,
+            _at: ::dgd::__runtime::Point<'_>,
+            _udot: &[f64],
+            _h: f64,
+            _order: usize,
+            _kept: &mut [::dgd::__runtime::taylor::Terms],
+            _series: &mut [f64],
+            _s: &mut [f64],
+        ) {
+            let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            let _u = ::dgd::__runtime::codegen::fixed::<1>(_at.u);
+            let _p = ::dgd::__runtime::codegen::fixed::<2>(_at.p);
+            let _udot = ::dgd::__runtime::codegen::fixed::<1>(_udot);
+            let [_c0, _c1, _c2, _c3] = ::dgd::__runtime::taylor::kept::<4>(_kept);
+            let _series = ::dgd::__runtime::taylor::rows::<2>(_series);
+            let _s = ::dgd::__runtime::taylor::rows::<1>(_s);
+            let mut _g = [[0.0; 1]; 2];
+            let k = _p[0];
+            let upper_h = _y[0];
+            let _v3 = ::core::primitive::f64::sqrt(upper_h);
+            let _v5 = 0.5 / _v3;
+            let lower_q_in = k * _v3;
+            let lower_k = 0.5 * k;
+            let lower_h = _y[1];
+            let lower_q_out = lower_k * lower_h;
+            let rain = _u[0];
+            let clog = _p[1];
+            let _v14 = 1.0 - clog;
+            let _v20 = -0.5 * k;
+            let _v21 = 0.5 / _v3;
+            let _v23 = 1.0 / _v3;
+            let _v24 = _v20 * _v21;
+            let _v25 = -0.5 * _v14;
+            let _v26 = _v25 * lower_k;
+            let _v27 = lower_k * _v21;
+            let _v33 = -0.5;
+            let _v36 = -0.5 * _v14 * lower_k;
+            let _v37 = 0.5 * _v25;
+            ::dgd::__runtime::taylor::keep(_c0, 0, _v3);
+            ::dgd::__runtime::taylor::keep(_c1, 0, _v21);
+            ::dgd::__runtime::taylor::keep(_c2, 0, _v24);
+            ::dgd::__runtime::taylor::keep(_c3, 0, _v27);
+            let _f1 = k;
+            let _f5 = _v5;
+            let _f7 = 0.5;
+            let _f8 = lower_k;
+            let _f19 = -0.5;
+            let _f20 = _v20;
+            let _f23 = _v23;
+            let _f26 = _v26;
+            let _f33 = _v33;
+            let _f36 = _v36;
+            let _f37 = _v37;
+            let mut _f: [f64; 2] = [
+                0.5 * (rain - lower_q_in),
+                0.5 * (lower_q_in - _v14 * lower_q_out),
+            ];
+            let _row = &mut _g[0];
+            *_row = [0.0; 1];
+            ::dgd::__runtime::taylor::add_scaled(_row, _v24, &_s[0]);
+            _row[0] += -0.5 * _v3;
+            let _row = &mut _g[1];
+            *_row = [0.0; 1];
+            ::dgd::__runtime::taylor::add_scaled(_row, _v27, &_s[0]);
+            ::dgd::__runtime::taylor::add_scaled(_row, _v26, &_s[1]);
+            _row[0] += 0.5 * (_v25 * lower_h) + 0.5 * _v3;
+            _series[0] = *::dgd::__runtime::codegen::fixed::<2>(_at.y);
+            for _k in 1..=_order {
+                let _per = _h / _k as f64;
+                _series[_k] = ::dgd::__runtime::taylor::advance(&_f, _per);
+                _s[_k * 2 + 0] = ::dgd::__runtime::taylor::advance(&_g[0], _per);
+                _s[_k * 2 + 1] = ::dgd::__runtime::taylor::advance(&_g[1], _per);
+                if _k == _order {
+                    break;
+                }
+                let _d2: f64 = _series[_k][0];
+                let _d3: f64 = ::dgd::__runtime::taylor::root(_d2, _c0, _f5, _k);
+                ::dgd::__runtime::taylor::keep(_c0, _k, _d3);
+                let _d6: f64 = _f1 * _d3;
+                let _d9: f64 = _series[_k][1];
+                let _d11: f64 = ::dgd::__runtime::taylor::line(_h * _udot[0], _k);
+                let _d17: f64 = _f33 * _d6 + _f7 * _d11;
+                let _d18: f64 = _f7 * _d6 + _f36 * _d9;
+                let _d21: f64 = ::dgd::__runtime::taylor::divide(
+                    0.0,
+                    _c0,
+                    _c1,
+                    _f23,
+                    _k,
+                );
+                ::dgd::__runtime::taylor::keep(_c1, _k, _d21);
+                let _d24: f64 = _f20 * _d21;
+                ::dgd::__runtime::taylor::keep(_c2, _k, _d24);
+                let _d27: f64 = _f8 * _d21;
+                ::dgd::__runtime::taylor::keep(_c3, _k, _d27);
+                let _d28: f64 = _f19 * _d3;
+                let _d32: f64 = _f7 * _d3 + _f37 * _d9;
+                _f = [_d17, _d18];
+                let _row = &mut _g[0];
+                *_row = [0.0; 1];
+                ::dgd::__runtime::taylor::add_product(_row, _c2, _s, (2, 0), _k);
+                _row[0] += _d28;
+                let _row = &mut _g[1];
+                *_row = [0.0; 1];
+                ::dgd::__runtime::taylor::add_product(_row, _c3, _s, (2, 0), _k);
+                ::dgd::__runtime::taylor::add_scaled(_row, _f26, &_s[_k * 2 + 1]);
+                _row[0] += _d32;
+            }
+        }
     }
 }
