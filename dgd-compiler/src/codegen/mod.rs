@@ -6,6 +6,7 @@
 
 mod fields;
 mod function;
+mod lanes;
 mod loops;
 mod signature;
 
@@ -74,6 +75,7 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
         .iter()
         .filter(|function| program.computes(function.kind))
         .map(|function| function::method(program, function, sources));
+    let lanes = on_stack.then(|| lanes::methods(program));
     quote! {
         #[automatically_derived]
         impl ::dgd::__runtime::System for Model {
@@ -90,6 +92,7 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
             }
 
             #(#functions)*
+            #lanes
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The problems, solved with dgd: `.dgd` files by `dgd::model!`, run by the public façade.
 
+mod ensemble;
 mod fit;
 
 use std::process::ExitCode;
@@ -30,17 +31,22 @@ fn main() -> ExitCode {
             let (inputs, times) = recorded(request)?;
             fit::solve(request, &models::fitted::Model, inputs, times, options(request)?)
         }
+        "p4" => ensemble::solve(request, &models::ode::Model, options(request)?),
         case => Err(format!("no program for {case}").into()),
     })
 }
 
 /// The pump's speed jumps at 100 s; outputs at whole seconds.
 fn jump(request: &Request, system: &impl System) -> Result<(), Failure> {
+    let (inputs, outputs) = stretches()?;
+    run(request, system, &inputs, &outputs)
+}
+
+/// The jump of the speed, and the whole seconds.
+fn stretches() -> Result<(Inputs, Vec<f64>), Failure> {
     let times: Vec<f64> = STRETCHES.iter().map(|(from, _, _)| f64::from(*from)).collect();
     let column = Column { name: "w", interpolation: Interpolation::Hold, values: &SPEEDS };
-    let inputs = Inputs::recorded(&times, &[column])?;
-    let outputs: Vec<f64> = (0..=1000).map(f64::from).collect();
-    run(request, system, &inputs, &outputs)
+    Ok((Inputs::recorded(&times, &[column])?, (0..=1000).map(f64::from).collect()))
 }
 
 /// Inputs of 6000 s at 1 Hz, and their times.
