@@ -71,7 +71,10 @@ fn programs_are_told_the_same() {
     let h = told["columns"].as_array().expect("columns").iter().find(|c| c["name"] == "h");
     let h: Vec<f64> =
         serde_json::from_value(h.expect("a state")["values"].clone()).expect("numbers");
-    assert_eq!(h, column(&table, "h [m]"));
+    // The reader of JSON rounds the last bit otherwise.
+    for (told, written) in h.iter().zip(column(&table, "h [m]")) {
+        assert!((told - written).abs() <= 2.0 * f64::EPSILON * written.abs());
+    }
     assert_eq!(told["set"].as_array().map(Vec::len), Some(h.len()));
 }
 
