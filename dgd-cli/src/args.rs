@@ -143,6 +143,10 @@ pub(crate) struct ExplainArgs {
 pub(crate) struct SimulateArgs {
     #[command(flatten)]
     pub run: RunArgs,
+    /// Run once for each row of this file: its columns are parameters, and states for their start
+    /// values, as in `c0 [m]`
+    #[arg(long, value_name = "SETS")]
+    pub ensemble: Option<PathBuf>,
     /// Add sensor noise to the outputs, drawn with this seed
     #[arg(long, value_name = "N")]
     pub noise_seed: Option<u64>,

@@ -15,6 +15,7 @@ mod recording;
 mod report;
 mod result;
 mod run;
+mod sets;
 mod verify;
 
 use std::process::ExitCode;

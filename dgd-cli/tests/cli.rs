@@ -32,7 +32,10 @@ fn mistakes_in_data_are_shown_as_expected() {
         if name == "good.csv" {
             continue;
         }
-        let run = dgd_in(&folder, &["simulate", "model.dgd", "--data", name]);
+        let is_set = name.starts_with("E613");
+        let data: &[&str] =
+            if is_set { &["--data", "good.csv", "--ensemble", name] } else { &["--data", name] };
+        let run = dgd_in(&folder, &[&["simulate", "model.dgd"], data].concat());
         // Columns that are not used are worth a note only.
         let refused = !name.starts_with("E611");
         assert_eq!(run.code, i32::from(refused), "{name}: {}", run.err);

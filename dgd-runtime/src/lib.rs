@@ -5,6 +5,7 @@
 //!   simulate(problem, times, options)                    → Solution: y
 //!   simulate_with_sensitivities(problem, times, options) → Solution: y and S = ∂y/∂θ
 //!   observe(problem, solution)                           → Observations: w and ∂w/∂θ
+//!   ensemble::simulate(members, times, options, threads) → w and y of each of many
 //!   identify::fit(problem)                               → Fit: θ, its covariance, what is not determined
 //! ```
 
@@ -17,6 +18,7 @@ mod blocks;
 pub mod codegen;
 mod delay;
 mod discrete;
+pub mod ensemble;
 mod error;
 pub mod identify;
 mod initial;

@@ -28,6 +28,7 @@
 use std::borrow::Cow;
 
 use crate::arrays::{Labels, Unknowns};
+use crate::ensemble::lanes::{self, LanePoint, LaneStorage, Lanes};
 use crate::error::Failure;
 use crate::integrate::{self, Wanted};
 use crate::linalg::Factorisation;
@@ -40,6 +41,11 @@ pub use crate::pattern::Pattern;
 /// Numbers of a size that is known when the program is compiled, `[f64; N]`, or when it runs,
 /// `Vec<f64>`.
 pub trait Storage: AsRef<[f64]> + AsMut<[f64]> + Clone {
+    /// As many numbers for each of several members of an ensemble.
+    type Lanes: LaneStorage;
+    /// The square of as many.
+    type LaneSquare: LaneStorage;
+
     /// `len` zeros.
     ///
     /// # Panics
@@ -54,6 +60,9 @@ pub trait Storage: AsRef<[f64]> + AsMut<[f64]> + Clone {
 }
 
 impl<const N: usize> Storage for [f64; N] {
+    type Lanes = [Lanes; N];
+    type LaneSquare = [[Lanes; N]; N];
+
     #[inline]
     fn zeros(len: usize) -> Self {
         assert_eq!(len, N, "storage of fixed size");
@@ -67,6 +76,9 @@ impl<const N: usize> Storage for [f64; N] {
 }
 
 impl Storage for Vec<f64> {
+    type Lanes = Vec<Lanes>;
+    type LaneSquare = Vec<Lanes>;
+
     fn zeros(len: usize) -> Self {
         vec![0.0; len]
     }
@@ -374,6 +386,32 @@ pub trait System {
         Self: Sized,
     {
         integrate::integrate(problem, times, options, wanted)
+    }
+
+    /// [`System::rhs`] for several members of an ensemble: the same bits. Only models without discrete
+    /// numbers, small enough for lanes, are asked.
+    #[inline]
+    fn rhs_lanes(&self, at: LanePoint<'_>, f: &mut [Lanes]) {
+        lanes::rhs_of_any(self, at, f);
+    }
+
+    /// [`System::linearize`] for several members of an ensemble.
+    #[inline]
+    fn linearize_lanes(
+        &self,
+        at: LanePoint<'_>,
+        udot: &[Lanes],
+        f: &mut [Lanes],
+        jacobian: &mut [Lanes],
+        dfdt: &mut [Lanes],
+    ) {
+        lanes::linearize_any(self, at, udot, f, jacobian, dfdt);
+    }
+
+    /// [`System::outputs`] for several members of an ensemble, or several times of one.
+    #[inline]
+    fn outputs_lanes(&self, at: LanePoint<'_>, w: &mut [Lanes]) {
+        lanes::outputs_of_any(self, at, w);
     }
 
     /// F = M ẏ − f. ∂F/∂ẏ = M, and the other derivatives of F are those of −f.

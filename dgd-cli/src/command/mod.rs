@@ -3,6 +3,7 @@
 pub(crate) mod check;
 pub(crate) mod discover;
 pub(crate) mod emit;
+mod ensemble;
 pub(crate) mod explain;
 pub(crate) mod fit;
 pub(crate) mod fmt;

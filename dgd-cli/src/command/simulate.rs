@@ -15,6 +15,9 @@ use crate::result::{self, NamedColumn};
 use crate::run::{Reached, Run};
 
 pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), CommandError> {
+    if let Some(table) = &args.ensemble {
+        return super::ensemble::run(args, table, console);
+    }
     figure::verify_formats(&args.run.solve.plot)?;
     let loaded =
         load(&args.run.model, &args.run.choices, |_| dgd_compiler::pipeline::Directions::None)?;
@@ -70,13 +73,13 @@ fn columns(run: &Run, solution: &Solution, observations: &Observations) -> Vec<N
 
 /// Whether this is an element of an array, of which there may be many: outputs ask for those to be
 /// shown.
-fn is_element(unknown: &str) -> bool {
+pub(super) fn is_element(unknown: &str) -> bool {
     unknown.ends_with(']')
 }
 
 /// Whether the model does not declare this: a derivative, a combination or a share, which the table
 /// has and the figure leaves out.
-fn is_added(unknown: &str) -> bool {
+pub(super) fn is_added(unknown: &str) -> bool {
     unknown.ends_with(')')
 }
 
@@ -146,7 +149,7 @@ fn subjects(run: &Run, solution: &Solution, observations: &Observations) -> Vec<
     subjects
 }
 
-fn in_unit(values: &[f64], unit: &dgd_runtime::Unit) -> Vec<f64> {
+pub(super) fn in_unit(values: &[f64], unit: &dgd_runtime::Unit) -> Vec<f64> {
     values.iter().map(|value| (value - unit.offset) / unit.factor).collect()
 }
 

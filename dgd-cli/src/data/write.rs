@@ -46,11 +46,26 @@ pub fn write_table(
         "columns of one table have one length"
     );
 
+    write_header(out, &columns)?;
+    write_rows(out, &columns)
+}
+
+/// Writes the header line of these columns.
+pub fn write_header(out: &mut (impl Write + ?Sized), columns: &[Written<'_>]) -> io::Result<()> {
     let headers: Vec<_> = columns
         .iter()
         .map(|column| quoted(&format!("{} [{}]", column.name, column.unit.symbol)))
         .collect();
-    writeln!(out, "{}", headers.join(","))?;
+    writeln!(out, "{}", headers.join(","))
+}
+
+/// Writes the rows of these columns.
+///
+/// # Panics
+///
+/// If a column is shorter than the first.
+pub fn write_rows(out: &mut (impl Write + ?Sized), columns: &[Written<'_>]) -> io::Result<()> {
+    let n_rows = columns.first().map_or(0, |column| column.values.len());
     let mut line = String::new();
     for row in 0..n_rows {
         line.clear();
@@ -83,15 +98,23 @@ pub fn save_table(
     time: Option<&[f64]>,
     columns: &[Written<'_>],
 ) -> Result<(), WriteError> {
+    save(path, |out| write_table(out, time, columns))
+}
+
+/// Writes a file that appears whole or not at all; compressed if its name ends in `.gz`.
+pub fn save(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), WriteError> {
     write_whole(path, |out| {
         if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz")) {
             // The header of the stream holds neither name nor time: equal tables, equal files.
             let mut compressed = GzEncoder::new(out, Compression::default());
-            write_table(&mut compressed, time, columns)?;
+            write(&mut compressed)?;
             compressed.finish()?;
             Ok(())
         } else {
-            write_table(out, time, columns)
+            write(out)
         }
     })
 }

@@ -6,6 +6,7 @@
 
 mod fields;
 mod function;
+mod lanes;
 mod loops;
 mod signature;
 mod taylor;
@@ -77,6 +78,7 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
         .filter(|function| program.computes(function.kind))
         .map(|function| function::method(program, function, sources));
     let taylor = taylor::methods(program);
+    let lanes = on_stack.then(|| lanes::methods(program));
     quote! {
         #[automatically_derived]
         impl ::dgd::__runtime::System for Model {
@@ -96,6 +98,7 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
 
             #(#functions)*
             #taylor
+            #lanes
         }
     }
 }

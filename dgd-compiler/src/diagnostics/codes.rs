@@ -1237,6 +1237,23 @@ Right:
     time [s],q_in [lpm]
     0,300
 "
+E613 "set of something else" "
+A column of a table of sets bears the name of no parameter and of no state. What a set does not say is
+as in the model, so that a misspelt column would go unnoticed. Constants are part of the compiled model:
+what is to change from set to set is declared as a `parameter`, here `c0`.
+
+Wrong:
+
+    C0 [m]
+    270
+    280
+
+Right:
+
+    c0 [m]
+    270
+    280
+"
 }
 
 #[cfg(test)]

@@ -25,7 +25,7 @@ mod fit;
 mod levenberg_marquardt;
 mod noise;
 mod output_error;
-mod parallel;
+pub(crate) mod parallel;
 mod recording;
 mod stepping;
 mod uncertainty;

@@ -1,7 +1,7 @@
 //! Work on several recordings at a time.
 
 /// Results of `work` for 0 … count − 1, in this order, by so many threads with a system each.
-pub(super) fn in_parallel<S: Clone + Send, T: Send>(
+pub(crate) fn in_parallel<S: Clone + Send, T: Send>(
     system: &S,
     count: usize,
     threads: usize,

@@ -61,18 +61,18 @@ struct Accepted {
     root: f64,
 }
 
-const SAFETY: f64 = 0.9;
-const MOST_GROWTH: f64 = 6.0;
-const LEAST_AFTER_ACCEPTANCE: f64 = 0.2;
-const LEAST_AFTER_REJECTION: f64 = 0.1;
+pub(crate) const SAFETY: f64 = 0.9;
+pub(crate) const MOST_GROWTH: f64 = 6.0;
+pub(crate) const LEAST_AFTER_ACCEPTANCE: f64 = 0.2;
+pub(crate) const LEAST_AFTER_REJECTION: f64 = 0.1;
 /// The same where slopes say so, too.
 const LEAST_BY_SLOPE: f64 = 1e-3;
 /// Errors below this (squared) say no more than that the step may grow as much as it can.
-const NEGLIGIBLE: f64 = 1e-12;
+pub(crate) const NEGLIGIBLE: f64 = 1e-12;
 /// The least error before (squared) that proportional and integral control remembers.
-const REMEMBERED: f64 = 1e-8;
+pub(crate) const REMEMBERED: f64 = 1e-8;
 /// A step this much shorter than the natural one was cut by a segment's end.
-const CUT: f64 = 0.5;
+pub(crate) const CUT: f64 = 0.5;
 
 impl Controller {
     pub(crate) fn new(h: f64, estimate_order: u32, law: Law) -> Self {

@@ -24,7 +24,7 @@ mod breaks;
 pub mod butcher;
 pub mod catalogue;
 mod chosen;
-mod controller;
+pub(crate) mod controller;
 mod diagnose;
 pub(crate) mod drive;
 mod esdirk;
@@ -56,7 +56,7 @@ use crate::initial::{Algebraic, Place, start_values};
 use crate::linalg::Singular;
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
-use crate::signal::{Segment, Side};
+use crate::signal::{InputError, Segment, Side};
 use crate::solution::Solution;
 use crate::system::{Direction, Point, Signature, Storage, System};
 use breaks::Breaks;
@@ -258,12 +258,24 @@ fn verify<S: System>(
     times: &[f64],
     options: &Options,
 ) -> Result<(), IntegrateError> {
-    options.verify().and_then(|()| verify_times(times)).map_err(IntegrateError::BadRequest)?;
+    verify_request(times, options).map_err(IntegrateError::BadRequest)?;
+    verify_inputs(problem, times).map_err(IntegrateError::Inputs)
+}
+
+/// Whether options and times make sense.
+pub(crate) fn verify_request(times: &[f64], options: &Options) -> Result<(), BadRequest> {
+    options.verify().and_then(|()| verify_times(times))
+}
+
+/// Whether the inputs reach as far as the times, and are smooth where they must be.
+pub(crate) fn verify_inputs<S: System>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+) -> Result<(), InputError> {
     match (times.first(), times.last()) {
         (Some(&from), Some(&until)) => {
             let covered = problem.inputs.cover(from, until);
-            let smooth = covered.and_then(|()| problem.verify_smooth(from, until));
-            smooth.map_err(IntegrateError::Inputs)
+            covered.and_then(|()| problem.verify_smooth(from, until))
         }
         _ => Ok(()),
     }

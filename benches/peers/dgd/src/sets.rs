@@ -1,23 +1,22 @@
-//! P4: many parameter sets of P1a.
+//! P4: the mean level over all parameter sets and outputs.
 
 use std::num::NonZero;
 use std::thread;
 
-use dgd::{Inputs, Options, Problem, System, simulate};
+use dgd::System;
+use dgd::ensemble::{Ensemble, Member, Wanted, reduce};
 use peers_problems::request::{Answer, Failure, Request};
 use peers_problems::two_state::{SETS, ensemble};
 
 use crate::{jump_of_speed, options};
 
-/// Sum of the levels over all outputs, and steps.
-type Sum = (f64, usize);
-
-/// The mean level over all sets and outputs: of `p4` on one core, of `p4-threads` on all.
+/// The mean level over all sets and outputs: of `p4` on one core, of `p4-threads` on all. Parameters of
+/// the model are M, c0, c1, c2, F, as those of the problem.
 pub(crate) fn solve(
     request: &Request,
     system: &(impl System + Clone + Send + Sync),
 ) -> Result<(), Failure> {
-    let sets: Vec<[f64; 5]> = ensemble(request.size().unwrap_or(SETS)).collect();
+    let n = request.size().unwrap_or(SETS);
     let threads = if request.case == "p4-threads" {
         thread::available_parallelism().map_or(1, NonZero::get)
     } else {
@@ -27,37 +26,34 @@ pub(crate) fn solve(
     let options = options(request)?;
     request.measure(
         || {
-            let run = |sets: &[[f64; 5]]| levels(system, sets, &inputs, &times, &options);
-            let parts: Vec<Result<Sum, String>> = thread::scope(|scope| {
-                let chunks = sets.chunks(sets.len().div_ceil(threads));
-                let running: Vec<_> = chunks.map(|sets| scope.spawn(move || run(sets))).collect();
-                let lost = |_| Err("a thread panicked".to_owned());
-                running.into_iter().map(|thread| thread.join().unwrap_or_else(lost)).collect()
-            });
-            let mut total = (0.0, 0);
-            for part in parts {
-                let (sum, steps) = part?;
-                total = (total.0 + sum, total.1 + steps);
+            let sets: Vec<[f64; 5]> = ensemble(n).collect();
+            let members: Vec<Member<'_>> =
+                sets.iter().map(|p| Member { p, inputs: &inputs, start: &[] }).collect();
+            let ensemble = Ensemble { system, members: &members };
+            let levels =
+                reduce(&ensemble, &times, &options, Wanted::Values, threads, |_, outcome| {
+                    outcome.map(|run| (sum(run.unknown(0)), run.statistics.steps))
+                });
+            let (mut total, mut steps) = (0.0, 0);
+            for level in levels {
+                let (level, taken) = level?;
+                total += level;
+                steps += taken;
             }
-            Ok(total)
+            Ok((total, steps))
         },
-        |(sum, steps)| Answer::new(vec![sum / (sets.len() * times.len()) as f64], steps),
+        |(total, steps)| Answer::new(vec![total / (n * times.len()) as f64], steps),
     )
 }
 
-fn levels(
-    system: &impl System,
-    sets: &[[f64; 5]],
-    inputs: &Inputs,
-    times: &[f64],
-    options: &Options,
-) -> Result<Sum, String> {
-    let (mut sum, mut steps) = (0.0, 0);
-    for p in sets {
-        let problem = Problem { system, p, inputs, start: &[] };
-        let solution = simulate(&problem, times, options).map_err(|error| error.to_string())?;
-        sum += (0..times.len()).map(|k| solution.y(k)[0]).sum::<f64>();
-        steps += solution.statistics.steps;
+/// In eight parts, which do not wait for each other.
+fn sum(values: &[f64]) -> f64 {
+    let (eights, rest) = values.as_chunks::<8>();
+    let mut parts = [0.0; 8];
+    for eight in eights {
+        for (part, value) in parts.iter_mut().zip(eight) {
+            *part += value;
+        }
     }
-    Ok((sum, steps))
+    parts.iter().sum::<f64>() + rest.iter().sum::<f64>()
 }

@@ -163,8 +163,6 @@ fn every_method_has_its_order() {
                 // Algebraic unknowns between step ends are a power of h worse.
                 verify::<LogisticDae>(name, kind, [order, order - 1], 32, algebraic);
             }
-            // These systems are written by hand, without series.
-            MethodKind::Taylor(_) => {}
         }
     }
 }

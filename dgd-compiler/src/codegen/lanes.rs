@@ -1,0 +1,43 @@
+//! The functions at several points at once: those at one point in a loop, of which the sizes are known.
+
+use proc_macro2::TokenStream;
+use quote::quote;
+
+use super::index;
+use crate::program::{Program, ResultKind};
+
+/// Methods of `System` for ensembles; none for models with discrete numbers, which are not run so.
+pub(super) fn methods(program: &Program) -> TokenStream {
+    if program.n_discrete() > 0 {
+        return TokenStream::new();
+    }
+    let (n, n_u, n_p) = (index(program.n()), index(program.n_u()), index(program.parameters.len()));
+    let n_w = index(program.n_w());
+    let places = index(program.n_places(ResultKind::Jacobian));
+    let lanes = quote!(::dgd::__runtime::ensemble::lanes);
+    quote! {
+        #[inline(always)]
+        fn rhs_lanes(&self, _at: #lanes::LanePoint<'_>, _f: &mut [#lanes::Lanes]) {
+            #lanes::rhs::<Self, #n, #n_u, #n_p>(self, _at, _f);
+        }
+
+        #[inline(always)]
+        fn linearize_lanes(
+            &self,
+            _at: #lanes::LanePoint<'_>,
+            _udot: &[#lanes::Lanes],
+            _f: &mut [#lanes::Lanes],
+            _jacobian: &mut [#lanes::Lanes],
+            _dfdt: &mut [#lanes::Lanes],
+        ) {
+            #lanes::linearize::<Self, #n, #n_u, #n_p, #places>(
+                self, _at, _udot, _f, _jacobian, _dfdt,
+            );
+        }
+
+        #[inline(always)]
+        fn outputs_lanes(&self, _at: #lanes::LanePoint<'_>, _w: &mut [#lanes::Lanes]) {
+            #lanes::outputs::<Self, #n, #n_u, #n_p, #n_w>(self, _at, _w);
+        }
+    }
+}

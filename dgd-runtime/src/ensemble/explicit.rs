@@ -1,0 +1,153 @@
+//! One step of an explicit Runge–Kutta method in each lane.
+
+#![allow(clippy::inline_always)]
+
+use super::lanes::{LANES, LaneStorage, Lanes};
+use super::stage::{LaneInputs, LaneTrial};
+use crate::integrate::butcher::RungeKuttaTableau;
+use crate::integrate::tableau::MAX_STAGES;
+use crate::system::{Storage, System};
+
+/// Work space.
+pub(super) struct Explicit<S: System> {
+    stage: <S::Vector as Storage>::Lanes,
+    k: [<S::Vector as Storage>::Lanes; MAX_STAGES],
+    error: <S::Vector as Storage>::Lanes,
+    /// Whether k₁ is to be evaluated in a lane: its solution begins, or its inputs have changed.
+    pub(super) is_fresh: [bool; LANES],
+}
+
+impl<S: System> Explicit<S> {
+    pub(super) fn new(n: usize) -> Self {
+        let zeros = || <S::Vector as Storage>::Lanes::zeros(n);
+        Self {
+            stage: zeros(),
+            k: std::array::from_fn(|_| zeros()),
+            error: zeros(),
+            is_fresh: [true; LANES],
+        }
+    }
+
+    /// Tries a step; gives y⁺.
+    ///
+    /// ```text
+    ///   Yᵢ = y + h Σⱼ aᵢⱼ kⱼ,  kᵢ = f(t + cᵢ h, Yᵢ),  y⁺ = Y_s,  local error ≈ h Σ eᵢ kᵢ
+    /// ```
+    #[inline(always)]
+    pub(super) fn attempt(
+        &mut self,
+        tableau: &RungeKuttaTableau,
+        trial: &LaneTrial<'_, S>,
+        inputs: &mut LaneInputs<S>,
+        y_new: &mut [Lanes],
+    ) {
+        let Self { stage, k, error, is_fresh } = self;
+        let (y, h) = (trial.y, trial.h);
+        let last = tableau.stages() - 1;
+        if is_fresh.contains(&true) {
+            // An evaluation that stands where the step before ended has its bits already.
+            let f = stage.lanes_mut();
+            trial.rhs(0.0, y, inputs, f);
+            for (k, f) in k[0].lanes_mut().iter_mut().zip(f) {
+                *k = k.choose(*f, *is_fresh);
+            }
+            *is_fresh = [false; LANES];
+        }
+        for i in 1..=last {
+            let (earlier, rest) = k.split_at_mut(i);
+            let stage = if i == last { &mut *y_new } else { stage.lanes_mut() };
+            extrapolate(y, h, earlier, &tableau.a[i], stage);
+            trial.rhs(tableau.c[i], stage, inputs, rest[0].lanes_mut());
+        }
+        let error = error.lanes_mut();
+        error.fill(Lanes::ZERO);
+        for (weight, k) in tableau.error.iter().zip(&*k) {
+            for (error, k) in error.iter_mut().zip(k.lanes()) {
+                *error = *error + *weight * *h * *k;
+            }
+        }
+    }
+
+    /// The local error of the step tried last.
+    #[inline(always)]
+    pub(super) fn error(&self) -> &[Lanes] {
+        self.error.lanes()
+    }
+
+    /// Takes the slope at the end of the step tried last where it is accepted.
+    #[inline(always)]
+    pub(super) fn advance(&mut self, tableau: &RungeKuttaTableau, accepted: [bool; LANES]) {
+        let (first, rest) = self.k.split_at_mut(1);
+        let last = rest[tableau.stages() - 2].lanes();
+        for (first, last) in first[0].lanes_mut().iter_mut().zip(last) {
+            *first = first.choose(*last, accepted);
+        }
+    }
+
+    /// Unknown i of lane l at fractions θ of the step tried last, from y by h:
+    /// y + h Σₚ θᵖ Σⱼ dⱼₚ kⱼ.
+    #[inline(always)]
+    pub(super) fn dense(
+        &self,
+        tableau: &RungeKuttaTableau,
+        (i, l): (usize, usize),
+        (y, h): (f64, f64),
+        thetas: Lanes,
+    ) -> Lanes {
+        let mut powers = [0.0; 4];
+        for (weights, k) in tableau.dense.iter().zip(&self.k) {
+            let k = k.lanes()[i].0[l];
+            for (power, weight) in powers.iter_mut().zip(weights) {
+                *power += weight * k;
+            }
+        }
+        let [d1, d2, d3, d4] = powers;
+        thetas.map(|theta| y + h * (theta * (d1 + theta * (d2 + theta * (d3 + theta * d4)))))
+    }
+}
+
+/// `out` ← y + Σ (h wⱼ) kⱼ.
+#[inline(always)]
+fn extrapolate<V: LaneStorage>(
+    y: &[Lanes],
+    h: &Lanes,
+    k: &[V],
+    weights: &[f64; MAX_STAGES],
+    out: &mut [Lanes],
+) {
+    match k.len() {
+        1 => extrapolate_all::<1, V>(y, h, k, weights, out),
+        2 => extrapolate_all::<2, V>(y, h, k, weights, out),
+        3 => extrapolate_all::<3, V>(y, h, k, weights, out),
+        4 => extrapolate_all::<4, V>(y, h, k, weights, out),
+        5 => extrapolate_all::<5, V>(y, h, k, weights, out),
+        6 => extrapolate_all::<6, V>(y, h, k, weights, out),
+        _ => extrapolate_all::<7, V>(y, h, k, weights, out),
+    }
+}
+
+#[inline(always)]
+fn extrapolate_all<const J: usize, V: LaneStorage>(
+    y: &[Lanes],
+    h: &Lanes,
+    k: &[V],
+    weights: &[f64; MAX_STAGES],
+    out: &mut [Lanes],
+) {
+    let n = y.len();
+    let mut all: [&[Lanes]; J] = [&[]; J];
+    for (lanes, k) in all.iter_mut().zip(k) {
+        *lanes = &k.lanes()[..n];
+    }
+    let mut scaled = [Lanes::ZERO; J];
+    for (scaled, weight) in scaled.iter_mut().zip(weights) {
+        *scaled = *weight * *h;
+    }
+    for (i, out) in out[..n].iter_mut().enumerate() {
+        let mut value = y[i];
+        for j in 0..J {
+            value = value + scaled[j] * all[j][i];
+        }
+        *out = value;
+    }
+}

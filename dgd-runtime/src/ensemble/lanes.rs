@@ -1,0 +1,390 @@
+//! Eight numbers at a time, and a model's functions at eight points at a time.
+//!
+//! A function at eight points is the function itself in a loop over lanes: the same operations, so
+//! the same bits. Where the numbers of a model have fixed sizes, and its function is inlined there,
+//! the loop is over arrays of which lane l of each is read and written, and compilers make vector
+//! operations of it. What is read is copied before, so that nothing written can be part of it.
+
+// Loops become vector operations of the caller's width only where they are inlined into it.
+#![allow(clippy::inline_always)]
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::system::{Point, Signature, System};
+
+/// Numbers in one [`Lanes`].
+pub const LANES: usize = 8;
+
+/// One number for each of several members of an ensemble.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(align(64))]
+pub struct Lanes(pub [f64; LANES]);
+
+impl Lanes {
+    /// Zeros.
+    pub const ZERO: Self = Self([0.0; LANES]);
+
+    /// The same number for all.
+    #[inline(always)]
+    pub const fn splat(value: f64) -> Self {
+        Self([value; LANES])
+    }
+
+    /// `f` of each number.
+    #[must_use]
+    #[inline(always)]
+    pub fn map(mut self, f: impl Fn(f64) -> f64) -> Self {
+        for number in &mut self.0 {
+            *number = f(*number);
+        }
+        self
+    }
+
+    /// The numbers of `other` in these lanes.
+    #[must_use]
+    #[inline(always)]
+    pub fn choose(mut self, other: Self, lanes: [bool; LANES]) -> Self {
+        for ((a, b), is_other) in self.0.iter_mut().zip(other.0).zip(lanes) {
+            *a = if is_other { b } else { *a };
+        }
+        self
+    }
+
+    /// In which lanes `holds` of the number and its counterpart.
+    #[inline(always)]
+    pub fn lanes_where(self, other: Self, holds: impl Fn(f64, f64) -> bool) -> [bool; LANES] {
+        let mut lanes = [false; LANES];
+        for ((lane, a), b) in lanes.iter_mut().zip(self.0).zip(other.0) {
+            *lane = holds(a, b);
+        }
+        lanes
+    }
+
+    /// `f` of each number and its counterpart.
+    #[must_use]
+    #[inline(always)]
+    pub fn with(mut self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        for (a, b) in self.0.iter_mut().zip(other.0) {
+            *a = f(*a, b);
+        }
+        self
+    }
+}
+
+/// Operations on values: all lanes are read before one is written.
+macro_rules! operation {
+    ($trait:ident, $method:ident, $operator:tt) => {
+        impl $trait for Lanes {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                self.with(other, |a, b| a $operator b)
+            }
+        }
+    };
+}
+
+operation!(Add, add, +);
+operation!(Sub, sub, -);
+operation!(Mul, mul, *);
+operation!(Div, div, /);
+
+impl Mul<Lanes> for f64 {
+    type Output = Lanes;
+
+    #[inline(always)]
+    fn mul(self, other: Lanes) -> Lanes {
+        other.map(|b| self * b)
+    }
+}
+
+impl Neg for Lanes {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.map(|a| -a)
+    }
+}
+
+/// Several points at which a model is evaluated; lengths are those of a
+/// [`Point`](crate::system::Point). Models with discrete numbers have no such points.
+#[derive(Debug, Clone, Copy)]
+pub struct LanePoint<'a> {
+    /// Time, s.
+    pub t: &'a Lanes,
+    /// Unknowns.
+    pub y: &'a [Lanes],
+    /// Inputs.
+    pub u: &'a [Lanes],
+    /// Parameters.
+    pub p: &'a [Lanes],
+}
+
+/// Numbers in lanes, of a size that is known when the program is compiled or when it runs.
+pub trait LaneStorage: Clone {
+    /// `len` zeros.
+    ///
+    /// # Panics
+    ///
+    /// If the size is fixed and is not `len`.
+    fn zeros(len: usize) -> Self;
+
+    /// All of them.
+    fn lanes(&self) -> &[Lanes];
+
+    /// All of them, to write to.
+    fn lanes_mut(&mut self) -> &mut [Lanes];
+}
+
+impl<const N: usize> LaneStorage for [Lanes; N] {
+    #[inline(always)]
+    fn zeros(len: usize) -> Self {
+        assert_eq!(len, N, "storage of fixed size");
+        [Lanes::ZERO; N]
+    }
+
+    #[inline(always)]
+    fn lanes(&self) -> &[Lanes] {
+        self
+    }
+
+    #[inline(always)]
+    fn lanes_mut(&mut self) -> &mut [Lanes] {
+        self
+    }
+}
+
+/// A square matrix, column by column.
+impl<const N: usize> LaneStorage for [[Lanes; N]; N] {
+    #[inline(always)]
+    fn zeros(len: usize) -> Self {
+        assert_eq!(len, N * N, "storage of fixed size");
+        [[Lanes::ZERO; N]; N]
+    }
+
+    #[inline(always)]
+    fn lanes(&self) -> &[Lanes] {
+        self.as_flattened()
+    }
+
+    #[inline(always)]
+    fn lanes_mut(&mut self) -> &mut [Lanes] {
+        self.as_flattened_mut()
+    }
+}
+
+impl LaneStorage for Vec<Lanes> {
+    fn zeros(len: usize) -> Self {
+        vec![Lanes::ZERO; len]
+    }
+
+    fn lanes(&self) -> &[Lanes] {
+        self
+    }
+
+    fn lanes_mut(&mut self) -> &mut [Lanes] {
+        self
+    }
+}
+
+/// Numbers of lane l; of fixed size, so that they stay in registers.
+#[inline(always)]
+fn lane<const N: usize>(numbers: &[Lanes; N], l: usize) -> [f64; N] {
+    let mut values = [0.0; N];
+    for (value, number) in values.iter_mut().zip(numbers) {
+        *value = number.0[l];
+    }
+    values
+}
+
+#[inline(always)]
+fn set_lane<const N: usize>(numbers: &mut [Lanes; N], l: usize, values: &[f64; N]) {
+    for (number, value) in numbers.iter_mut().zip(values) {
+        number.0[l] = *value;
+    }
+}
+
+#[inline(always)]
+fn fixed<const N: usize>(numbers: &[Lanes]) -> &[Lanes; N] {
+    numbers.try_into().unwrap_or_else(|_| wrong_length(numbers.len(), N))
+}
+
+#[inline(always)]
+fn fixed_mut<const N: usize>(numbers: &mut [Lanes]) -> &mut [Lanes; N] {
+    let len = numbers.len();
+    numbers.try_into().unwrap_or_else(|_| wrong_length(len, N))
+}
+
+#[cold]
+fn wrong_length(found: usize, expected: usize) -> ! {
+    panic!("expected {expected} numbers, found {found}")
+}
+
+/// [`System::rhs`] lane by lane, for a model of these sizes.
+///
+/// # Panics
+///
+/// Where a slice has another length.
+#[inline(always)]
+pub fn rhs<S: System, const N: usize, const U: usize, const P: usize>(
+    system: &S,
+    at: LanePoint<'_>,
+    f: &mut [Lanes],
+) {
+    let (t, y, u, p) = (*at.t, *fixed::<N>(at.y), *fixed::<U>(at.u), *fixed::<P>(at.p));
+    let mut all = [Lanes::ZERO; N];
+    for l in 0..LANES {
+        let (y, u, p) = (lane(&y, l), lane(&u, l), lane(&p, l));
+        let mut row = [0.0; N];
+        system.rhs(Point { t: t.0[l], y: &y, u: &u, p: &p, z: &[] }, &mut row);
+        set_lane(&mut all, l, &row);
+    }
+    *fixed_mut::<N>(f) = all;
+}
+
+/// [`System::linearize`] lane by lane, for a model of these sizes, J of them of ∂f/∂y.
+///
+/// # Panics
+///
+/// Where a slice has another length.
+#[inline(always)]
+pub fn linearize<S: System, const N: usize, const U: usize, const P: usize, const J: usize>(
+    system: &S,
+    at: LanePoint<'_>,
+    udot: &[Lanes],
+    f: &mut [Lanes],
+    jacobian: &mut [Lanes],
+    dfdt: &mut [Lanes],
+) {
+    let (t, y, u, p) = (*at.t, *fixed::<N>(at.y), *fixed::<U>(at.u), *fixed::<P>(at.p));
+    let udot = *fixed::<U>(udot);
+    let (mut rows, mut slopes) = ([Lanes::ZERO; N], [Lanes::ZERO; N]);
+    let mut all = [Lanes::ZERO; J];
+    for l in 0..LANES {
+        let (y, u, p) = (lane(&y, l), lane(&u, l), lane(&p, l));
+        let (mut row, mut entries, mut slope) = ([0.0; N], [0.0; J], [0.0; N]);
+        let at = Point { t: t.0[l], y: &y, u: &u, p: &p, z: &[] };
+        system.linearize(at, &lane(&udot, l), &mut row, &mut entries, &mut slope);
+        set_lane(&mut rows, l, &row);
+        set_lane(&mut all, l, &entries);
+        set_lane(&mut slopes, l, &slope);
+    }
+    *fixed_mut::<N>(f) = rows;
+    *fixed_mut::<J>(jacobian) = all;
+    *fixed_mut::<N>(dfdt) = slopes;
+}
+
+/// [`System::outputs`] lane by lane, for a model of these sizes.
+///
+/// # Panics
+///
+/// Where a slice has another length.
+#[inline(always)]
+pub fn outputs<S: System, const N: usize, const U: usize, const P: usize, const W: usize>(
+    system: &S,
+    at: LanePoint<'_>,
+    w: &mut [Lanes],
+) {
+    let (t, y, u, p) = (*at.t, *fixed::<N>(at.y), *fixed::<U>(at.u), *fixed::<P>(at.p));
+    let mut all = [Lanes::ZERO; W];
+    for l in 0..LANES {
+        let (y, u, p) = (lane(&y, l), lane(&u, l), lane(&p, l));
+        let mut row = [0.0; W];
+        system.outputs(Point { t: t.0[l], y: &y, u: &u, p: &p, z: &[] }, &mut row);
+        set_lane(&mut all, l, &row);
+    }
+    *fixed_mut::<W>(w) = all;
+}
+
+/// The most numbers of each kind, unknowns, inputs, parameters, outputs, of a model that is
+/// evaluated in lanes; non-zeros of ∂f/∂y are up to [`MOST_NONZEROS`].
+pub(super) const MOST: usize = 64;
+pub(super) const MOST_NONZEROS: usize = 576;
+/// The most unknowns: full elimination in all lanes is worth its while up to about here.
+const MOST_UNKNOWNS: usize = 24;
+
+/// Numbers of lane l of a model whose sizes are known when it runs.
+fn gather<'a>(numbers: &[Lanes], l: usize, into: &'a mut [f64]) -> &'a [f64] {
+    let into = &mut into[..numbers.len()];
+    for (value, number) in into.iter_mut().zip(numbers) {
+        *value = number.0[l];
+    }
+    into
+}
+
+fn scatter(values: &[f64], l: usize, numbers: &mut [Lanes]) {
+    for (number, value) in numbers.iter_mut().zip(values) {
+        number.0[l] = *value;
+    }
+}
+
+/// Calls `evaluate` with the point of each lane.
+fn each_point(at: LanePoint<'_>, mut evaluate: impl FnMut(usize, Point<'_>)) {
+    let (mut y, mut u, mut p) = ([0.0; MOST], [0.0; MOST], [0.0; MOST]);
+    for l in 0..LANES {
+        let (y, u) = (gather(at.y, l, &mut y), gather(at.u, l, &mut u));
+        let p = gather(at.p, l, &mut p);
+        evaluate(l, Point { t: at.t.0[l], y, u, p, z: &[] });
+    }
+}
+
+/// [`System::rhs`] lane by lane.
+pub(crate) fn rhs_of_any<S: System + ?Sized>(system: &S, at: LanePoint<'_>, f: &mut [Lanes]) {
+    let mut row = [0.0; MOST];
+    let row = &mut row[..f.len()];
+    each_point(at, |l, at| {
+        system.rhs(at, row);
+        scatter(row, l, f);
+    });
+}
+
+/// [`System::linearize`] lane by lane.
+pub(crate) fn linearize_any<S: System + ?Sized>(
+    system: &S,
+    at: LanePoint<'_>,
+    udot: &[Lanes],
+    f: &mut [Lanes],
+    jacobian: &mut [Lanes],
+    dfdt: &mut [Lanes],
+) {
+    let (mut row, mut slope, mut slopes) = ([0.0; MOST], [0.0; MOST], [0.0; MOST]);
+    let mut entries = [0.0; MOST_NONZEROS];
+    let (row, slope) = (&mut row[..f.len()], &mut slope[..f.len()]);
+    let entries = &mut entries[..jacobian.len()];
+    each_point(at, |l, at| {
+        system.linearize(at, gather(udot, l, &mut slopes), row, entries, slope);
+        scatter(row, l, f);
+        scatter(entries, l, jacobian);
+        scatter(slope, l, dfdt);
+    });
+}
+
+/// [`System::outputs`] lane by lane.
+pub(crate) fn outputs_of_any<S: System + ?Sized>(system: &S, at: LanePoint<'_>, w: &mut [Lanes]) {
+    let mut row = [0.0; MOST];
+    let row = &mut row[..w.len()];
+    each_point(at, |l, at| {
+        system.outputs(at, row);
+        scatter(row, l, w);
+    });
+}
+
+/// Whether a model can be run in lanes: nothing happens but what its equations say, and it is small.
+pub(super) fn suit(signature: &Signature) -> bool {
+    let sizes = [
+        signature.unknowns.len(),
+        signature.n_u(),
+        signature.parameters.len(),
+        signature.outputs.len(),
+    ];
+    let is_small = sizes.iter().all(|size| *size <= MOST)
+        && signature.jacobian.len() <= MOST_NONZEROS
+        && signature.unknowns.len() <= MOST_UNKNOWNS;
+    let is_late = !(signature.delays.is_empty()
+        && signature.varying_delays.is_empty()
+        && signature.delayed_inputs.is_empty()
+        && signature.delayed_unknowns.is_empty());
+    is_small && !is_late && signature.discrete.is_empty()
+}

@@ -1,0 +1,248 @@
+//! One model many times: other parameters, start values or inputs.
+//!
+//! Several members are run side by side, one in each lane of the machine's vector registers
+//! ([`lanes`]), and these by several threads. A member's result depends on itself alone: not on
+//! its neighbours, its place, or the number of threads. It is that of
+//! [`simulate`](crate::simulate) up to the rounding of step sizes.
+//!
+//! Lanes are for models without events, delays and sensitivities, with up to a few dozen unknowns, by
+//! Rosenbrock and explicit methods. Everything else, and a member of which something comes out
+//! wrong, is run by `simulate` itself.
+
+mod control;
+mod elimination;
+mod explicit;
+mod first_step;
+pub mod lanes;
+mod observer;
+mod pack;
+mod power;
+mod rosenbrock;
+mod single;
+mod stage;
+mod times;
+mod width;
+
+pub use lanes::{LANES, LanePoint, LaneStorage, Lanes};
+
+use crate::error::Failure;
+use crate::identify::parallel::in_parallel;
+use crate::problem::{Options, Problem};
+use crate::signal::Inputs;
+use crate::solution::Statistics;
+use crate::system::System;
+use pack::Pack;
+
+/// A model and what its members differ in.
+#[derive(Debug)]
+pub struct Ensemble<'a, S> {
+    /// The model.
+    pub system: &'a S,
+    /// The members.
+    pub members: &'a [Member<'a>],
+}
+
+/// One of many.
+#[derive(Debug, Clone, Copy)]
+pub struct Member<'a> {
+    /// Parameters, all of them, SI.
+    pub p: &'a [f64],
+    /// Inputs, in the order of the signature.
+    pub inputs: &'a Inputs,
+    /// Start values that replace the model's, by position of the unknown, SI.
+    pub start: &'a [(usize, f64)],
+}
+
+impl<'a> Member<'a> {
+    /// The member as a problem of its own.
+    pub fn of<S>(&self, system: &'a S) -> Problem<'a, S> {
+        Problem { system, p: self.p, inputs: self.inputs, start: self.start }
+    }
+}
+
+/// What a member gives, quantity by quantity: the unknowns y, the outputs w, and where they were asked
+/// for, the sensitivities of both, in the order of [`System`].
+#[derive(Debug, Clone, Copy)]
+pub struct Trajectory<'a> {
+    /// The asked times, s.
+    pub times: &'a [f64],
+    /// Work done.
+    pub statistics: Statistics,
+    /// y, w, ∂y/∂θ and ∂w/∂θ.
+    values: [&'a [f64]; 4],
+    /// From one quantity to the next.
+    stride: usize,
+}
+
+impl<'a> Trajectory<'a> {
+    /// The i-th unknown at all times.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such unknown.
+    pub fn unknown(&self, i: usize) -> &'a [f64] {
+        self.quantity(0, i)
+    }
+
+    /// The i-th output at all times.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such output.
+    pub fn output(&self, i: usize) -> &'a [f64] {
+        self.quantity(1, i)
+    }
+
+    /// The i-th sensitivity of the unknowns, ∂yₖ/∂θⱼ with i = j n + k, at all times.
+    ///
+    /// # Panics
+    ///
+    /// If there is none, or none was asked for.
+    pub fn sensitivity(&self, i: usize) -> &'a [f64] {
+        self.quantity(2, i)
+    }
+
+    /// The i-th sensitivity of the outputs, ∂wₖ/∂θⱼ with i = j n_w + k, at all times.
+    ///
+    /// # Panics
+    ///
+    /// If there is none, or none was asked for.
+    pub fn output_sensitivity(&self, i: usize) -> &'a [f64] {
+        self.quantity(3, i)
+    }
+
+    fn quantity(&self, kind: usize, i: usize) -> &'a [f64] {
+        let values = &self.values[kind][i * self.stride..(i + 1) * self.stride];
+        &values[..self.times.len()]
+    }
+
+    /// The same, to keep.
+    pub fn to_kept(&self) -> Kept {
+        let all = |kind: usize| {
+            let count = self.values[kind].len() / self.stride.max(1);
+            (0..count).flat_map(|i| self.quantity(kind, i)).copied().collect()
+        };
+        Kept { values: [all(0), all(1), all(2), all(3)], statistics: self.statistics }
+    }
+}
+
+/// What a member has given.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kept {
+    /// Work done.
+    pub statistics: Statistics,
+    /// As in [`Trajectory`], without gaps.
+    values: [Vec<f64>; 4],
+}
+
+impl Kept {
+    /// Values that were had otherwise: unknowns and outputs, each at all times.
+    pub fn new(unknowns: Vec<f64>, outputs: Vec<f64>, statistics: Statistics) -> Self {
+        Self { statistics, values: [unknowns, outputs, Vec::new(), Vec::new()] }
+    }
+
+    /// It, at the times that it was asked for.
+    ///
+    /// # Panics
+    ///
+    /// When quantities are read at another number of times.
+    pub fn at<'a>(&'a self, times: &'a [f64]) -> Trajectory<'a> {
+        let values = self.values.each_ref().map(Vec::as_slice);
+        Trajectory { times, statistics: self.statistics, values, stride: times.len() }
+    }
+}
+
+/// What is computed of each member.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Wanted {
+    /// Unknowns and outputs.
+    #[default]
+    Values,
+    /// Sensitivities to the model's directions, too.
+    Sensitivities,
+}
+
+/// Runs all members to all asked `times`, by up to so many threads, and gives what they give in their
+/// order; the failure of one is its own.
+///
+/// # Panics
+///
+/// As [`simulate`](crate::simulate).
+pub fn simulate<S: System + Clone + Send>(
+    ensemble: &Ensemble<'_, S>,
+    times: &[f64],
+    options: &Options,
+    threads: usize,
+) -> Vec<Result<Kept, Failure>> {
+    reduce(ensemble, times, options, Wanted::Values, threads, |_, outcome| {
+        outcome.map(|trajectory| trajectory.to_kept())
+    })
+}
+
+/// [`simulate`], with what `reduce` makes of each member in place of all its values; it is given the
+/// member's number.
+///
+/// # Panics
+///
+/// As [`simulate`](crate::simulate).
+pub fn reduce<S: System + Clone + Send, T: Send>(
+    ensemble: &Ensemble<'_, S>,
+    times: &[f64],
+    options: &Options,
+    wanted: Wanted,
+    threads: usize,
+    reduce: impl Fn(usize, Result<Trajectory<'_>, Failure>) -> T + Sync,
+) -> Vec<T> {
+    let count = ensemble.members.len();
+    let threads = threads.clamp(1, count.div_ceil(LANES).max(1));
+    // Whole packs, so that no thread has lanes left over.
+    let share = count.div_ceil(threads).next_multiple_of(LANES);
+    let parts = in_parallel(ensemble.system, threads, threads, |system, part| {
+        let range = (part * share).min(count)..((part + 1) * share).min(count);
+        let members = &ensemble.members[range.clone()];
+        run_part(system, members, times, options, wanted, |i, outcome| {
+            reduce(range.start + i, outcome)
+        })
+    });
+    parts.into_iter().flatten().collect()
+}
+
+/// Runs the members of one thread.
+fn run_part<'a, S: System, T>(
+    system: &'a S,
+    members: &'a [Member<'a>],
+    times: &'a [f64],
+    options: &'a Options,
+    wanted: Wanted,
+    reduce: impl Fn(usize, Result<Trajectory<'_>, Failure>) -> T,
+) -> Vec<T> {
+    let mut results: Vec<Option<T>> = members.iter().map(|_| None).collect();
+    let has_lanes = wanted == Wanted::Values && lanes::suit(system.signature());
+    if has_lanes && let Some(mut pack) = Pack::new(system, times, options) {
+        let mut waiting = members.iter().enumerate();
+        let next = || waiting.next().map(|(i, member)| (i, member.of(system)));
+        pack.run(next, |done| {
+            // What is missing is run below.
+            if let Ok(done) = done {
+                let trajectory = Trajectory {
+                    times,
+                    statistics: done.statistics,
+                    values: [done.unknowns, done.outputs, &[], &[]],
+                    stride: done.stride,
+                };
+                results[done.member] = Some(reduce(done.member, Ok(trajectory)));
+            }
+        });
+    }
+    let singly = |(i, result): (usize, Option<T>)| {
+        result.unwrap_or_else(|| {
+            let outcome = single::run(&members[i].of(system), times, options, wanted);
+            let outcome = outcome.as_ref().map_err(Failure::clone);
+            reduce(i, outcome.map(|kept| kept.at(times)))
+        })
+    };
+    results.into_iter().enumerate().map(singly).collect()
+}
+
+#[cfg(test)]
+mod tests;

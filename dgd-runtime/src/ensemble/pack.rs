@@ -1,0 +1,523 @@
+//! Members under way, one in each lane.
+//!
+//! Each lane has its own time, step size, segment of its inputs, and says yes or no to its own step:
+//! what a member gives depends neither on its neighbours nor on when it comes into its lane. A lane
+//! whose member is done takes the next one.
+//!
+//! What happens seldom, the start of a member and the end of a segment, is done for one lane by the
+//! integrator's own functions. Whatever goes wrong ends the lane: the member is then run by
+//! [`simulate`](crate::simulate), which finds out what is the matter.
+
+#![allow(clippy::inline_always)]
+
+use super::control::Control;
+use super::explicit::Explicit;
+use super::first_step::first_step;
+use super::lanes::{LANES, LaneStorage, Lanes};
+use super::observer::Observer;
+use super::rosenbrock::Rosenbrock;
+use super::stage::{LaneInputs, LaneTrial, mean_square};
+use super::times::Times;
+use super::width::Width;
+use crate::initial::{Algebraic, Place, start_values};
+use crate::integrate::butcher::RungeKuttaTableau;
+use crate::integrate::catalogue::MethodKind;
+use crate::integrate::{verify_inputs, verify_request};
+use crate::linalg::norm::Tolerances;
+use crate::problem::{Options, Problem, unknown_sizes};
+use crate::signal::{Segment, Side};
+use crate::solution::Statistics;
+use crate::system::{Point, Storage, System};
+
+/// What a step of each lane is tried with.
+enum Family<S: System> {
+    Rosenbrock(Box<Rosenbrock<S>>),
+    Explicit(Box<Explicit<S>>),
+}
+
+/// What the dense output of a step is made from.
+enum Dense<'a, S: System> {
+    Rosenbrock(&'a Rosenbrock<S>),
+    Explicit(&'a Explicit<S>, &'static RungeKuttaTableau),
+}
+
+/// What becomes of a lane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Fate {
+    /// It goes on.
+    UnderWay,
+    /// All asked times are recorded.
+    Done,
+    /// Something is the matter.
+    Stopped,
+}
+
+/// The member in a lane.
+struct Seat<'a, S> {
+    problem: Problem<'a, S>,
+    /// Its number.
+    member: usize,
+    segment: usize,
+    /// Asked times that are recorded.
+    recorded: usize,
+    statistics: Statistics,
+    /// Unknown by unknown, each at all asked times.
+    rows: Vec<f64>,
+    fate: Fate,
+}
+
+/// Members under way.
+pub(super) struct Pack<'a, S: System> {
+    system: &'a S,
+    times: Times<'a>,
+    options: &'a Options,
+    tolerances: Tolerances,
+    pub(super) width: Width,
+    family: Family<S>,
+    control: Control,
+    inputs: LaneInputs<S>,
+    t: Lanes,
+    /// Where the segment of each lane ends, or the run.
+    end: Lanes,
+    h: Lanes,
+    t_new: Lanes,
+    y: <S::Vector as Storage>::Lanes,
+    y_new: <S::Vector as Storage>::Lanes,
+    sizes: <S::Vector as Storage>::Lanes,
+    p: Vec<Lanes>,
+    mass: S::Vector,
+    accepted: [bool; LANES],
+    seats: [Option<Seat<'a, S>>; LANES],
+    /// Work space.
+    algebraic: Algebraic<S>,
+    jacobian: S::Jacobian,
+    row: S::Vector,
+    slope: S::Vector,
+    observer: Observer<S>,
+}
+
+/// What a member gives that is done.
+pub(super) struct Done<'a> {
+    pub(super) member: usize,
+    pub(super) unknowns: &'a [f64],
+    pub(super) outputs: &'a [f64],
+    /// Numbers of one quantity; those beyond the asked times mean nothing.
+    pub(super) stride: usize,
+    pub(super) statistics: Statistics,
+}
+
+impl<'a, S: System> Pack<'a, S> {
+    /// Lanes for members of this system; `None` where its method has no lanes, and where what is asked
+    /// makes no sense.
+    pub(super) fn new(system: &'a S, times: &'a [f64], options: &'a Options) -> Option<Self> {
+        verify_request(times, options).ok()?;
+        let times = Times::new(times);
+        let stride = times.stride();
+        let signature = system.signature();
+        let n = signature.unknowns.len();
+        let family = match options.method.kind {
+            MethodKind::Rosenbrock(_) => Family::Rosenbrock(Box::new(Rosenbrock::new(system))),
+            MethodKind::Explicit(_) => Family::Explicit(Box::new(Explicit::new(n))),
+            MethodKind::Esdirk(_) | MethodKind::Bdf(_) | MethodKind::Taylor(_) => return None,
+        };
+        let kind = options.method.kind;
+        let zeros = || <S::Vector as Storage>::Lanes::zeros(n);
+        let algebraic = Algebraic::new(system);
+        Some(Self {
+            system,
+            times,
+            options,
+            tolerances: Tolerances { rtol: options.rtol, atol: options.atol },
+            width: Width::widest(),
+            family,
+            control: Control::new(kind.estimate_order(options.rtol), kind.law()),
+            inputs: LaneInputs::new(signature.n_u()),
+            t: Lanes::ZERO,
+            end: Lanes::ZERO,
+            h: Lanes::ZERO,
+            t_new: Lanes::ZERO,
+            y: zeros(),
+            y_new: zeros(),
+            sizes: zeros(),
+            p: vec![Lanes::ZERO; signature.parameters.len()],
+            mass: algebraic.mass.clone(),
+            accepted: [false; LANES],
+            seats: std::array::from_fn(|_| None),
+            algebraic,
+            jacobian: S::Jacobian::zeros(signature.jacobian.len()),
+            row: S::Vector::zeros(n),
+            slope: S::Vector::zeros(n),
+            observer: Observer::new(system, stride),
+        })
+    }
+
+    /// Runs all members that `next` gives; `done` takes each that is done, and the number of each that
+    /// could not be run to the end here.
+    pub(super) fn run(
+        &mut self,
+        mut next: impl FnMut() -> Option<(usize, Problem<'a, S>)>,
+        mut done: impl FnMut(Result<Done<'_>, usize>),
+    ) {
+        loop {
+            let mut is_empty = true;
+            for l in 0..LANES {
+                // A member may be done at once.
+                while self.seats[l].as_ref().is_none_or(|seat| seat.fate != Fate::UnderWay) {
+                    if let Some(seat) = &self.seats[l] {
+                        let (member, fate) = (seat.member, seat.fate);
+                        match fate {
+                            Fate::Done => done(Ok(self.show(l))),
+                            Fate::Stopped | Fate::UnderWay => done(Err(member)),
+                        }
+                    }
+                    let Some((member, problem)) = next() else {
+                        self.vacate(l);
+                        break;
+                    };
+                    self.seat(l, member, problem);
+                }
+                is_empty &= self.seats[l].is_none();
+            }
+            if is_empty {
+                return;
+            }
+            Width::step(self.width, self);
+            for l in 0..LANES {
+                self.follow_up(l);
+            }
+        }
+    }
+
+    /// Leaves lane l empty: with numbers that cost nothing.
+    fn vacate(&mut self, l: usize) {
+        self.seats[l] = None;
+        self.control.begin(l, 1.0);
+        self.end.0[l] = self.t.0[l];
+    }
+
+    /// Begins a member in lane l.
+    fn seat(&mut self, l: usize, member: usize, problem: Problem<'a, S>) {
+        let before = self.seats[l].take();
+        let n = self.system.signature().unknowns.len();
+        let rows = before.map_or_else(|| vec![0.0; n * self.times.stride()], |seat| seat.rows);
+        self.seats[l] = Some(Seat {
+            problem,
+            member,
+            segment: 0,
+            recorded: 0,
+            statistics: Statistics { segments: 1, ..Statistics::default() },
+            rows,
+            fate: Fate::UnderWay,
+        });
+        let fate = self.begin(l, problem).unwrap_or(Fate::Stopped);
+        if let Some(seat) = &mut self.seats[l] {
+            seat.fate = fate;
+        }
+    }
+
+    /// Start values and the first step; `None` where something is the matter.
+    fn begin(&mut self, l: usize, problem: Problem<'a, S>) -> Option<Fate> {
+        let signature = self.system.signature();
+        assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
+        assert_eq!(problem.inputs.len(), signature.inputs.len(), "number of inputs");
+        verify_inputs(&problem, self.times.asked).ok()?;
+        let (Some(&from), Some(&until)) = (self.times.asked.first(), self.times.asked.last())
+        else {
+            return Some(Fate::Done);
+        };
+        if !matches!(self.options.method.kind, MethodKind::Rosenbrock(_))
+            && !self.algebraic.is_empty()
+        {
+            return None;
+        }
+        let index = problem.inputs.segment_at(from, Side::Right);
+        let segment = problem.inputs.segment(index);
+        let mut u = S::Inputs::zeros(problem.inputs.len());
+        segment.value(from, u.as_mut());
+        let at = Point { t: from, y: &[], u: u.as_ref(), p: problem.p, z: &[] };
+        start_values(&problem, at, self.row.as_mut()).ok()?;
+        unknown_sizes(self.system, self.row.as_ref(), self.slope.as_mut());
+        set_lane(&mut self.sizes, l, self.slope.as_ref());
+        let at = Place { t: from, u: u.as_ref(), p: problem.p, z: &[] };
+        let (y, sizes) = (self.row.as_mut(), self.slope.as_ref());
+        let jacobian = self.jacobian.as_mut();
+        self.algebraic.enter_modes(self.mass.as_ref());
+        let consistent =
+            self.algebraic.make_consistent(self.system, at, y, jacobian, sizes, self.tolerances);
+        consistent.ok()?;
+
+        set_lane(&mut self.y, l, self.row.as_ref());
+        for (lanes, p) in self.p.iter_mut().zip(problem.p) {
+            lanes.0[l] = *p;
+        }
+        self.t.0[l] = from;
+        self.end.0[l] = segment.t1.min(until);
+        self.inputs.enter(l, segment);
+        if let Some(seat) = &mut self.seats[l] {
+            seat.segment = index;
+        }
+        if let Family::Explicit(explicit) = &mut self.family {
+            explicit.is_fresh[l] = true;
+        }
+        self.record_now(l);
+        if from == until {
+            return Some(Fate::Done);
+        }
+        let span = self.end.0[l] - from;
+        let h = self.options.initial_step.unwrap_or_else(|| {
+            let sizes = self.slope.as_ref();
+            let order = self.options.method.kind.estimate_order(self.options.rtol);
+            let at = (self.row.as_ref(), sizes, self.mass.as_ref());
+            first_step(&problem, segment, from, at, self.tolerances, order, span)
+        });
+        self.control.begin(l, h);
+        if let Some(seat) = &mut self.seats[l] {
+            seat.statistics.evaluations += 2;
+        }
+        Some(Fate::UnderWay)
+    }
+
+    /// Tries a step in each lane, and records what was asked for where it is accepted.
+    #[inline(always)]
+    pub(super) fn step(&mut self) {
+        let Self { system, family, control, inputs, t, end, h, t_new, y, y_new, p, mass, .. } =
+            self;
+        let (tolerances, sizes) = (self.tolerances, &self.sizes);
+        let kind = self.options.method.kind;
+        let remaining = *end - *t;
+        *h = control.propose(remaining);
+        let is_inside = h.lanes_where(remaining, |h, remaining| h < remaining);
+        *t_new = end.choose(*t + *h, is_inside);
+        let trial = LaneTrial { system: *system, p, mass: mass.as_ref(), t, y: y.lanes(), h };
+        let y_new = y_new.lanes_mut();
+        let e = match (&mut *family, kind) {
+            (Family::Rosenbrock(family), MethodKind::Rosenbrock(tableau)) => {
+                family.attempt(tableau, &trial, inputs, y_new);
+                family.error(tableau)
+            }
+            (Family::Explicit(family), MethodKind::Explicit(tableau)) => {
+                family.attempt(tableau, &trial, inputs, y_new);
+                family.error()
+            }
+            _ => unreachable!("work space is that of the method"),
+        };
+        let errors = mean_square(tolerances, e, y.lanes(), y_new, sizes.lanes());
+        control.judge(*h, errors);
+        for (l, accepted) in self.accepted.iter_mut().enumerate() {
+            *accepted = errors.0[l] <= 1.0;
+        }
+        self.record_steps();
+
+        let Self { family, t, t_new, y, y_new, accepted, .. } = self;
+        for (y, y_new) in y.lanes_mut().iter_mut().zip(y_new.lanes()) {
+            *y = y.choose(*y_new, *accepted);
+        }
+        *t = t.choose(*t_new, *accepted);
+        if let (Family::Explicit(family), MethodKind::Explicit(tableau)) = (family, kind) {
+            family.advance(tableau, *accepted);
+        }
+    }
+
+    /// Records the asked times in (t, t⁺] of the lanes whose steps are accepted.
+    #[inline(always)]
+    fn record_steps(&mut self) {
+        let mut is_prepared = false;
+        for l in 0..LANES {
+            let Some(seat) = &mut self.seats[l] else { continue };
+            let (t, t_new) = (self.t.0[l], self.t_new.0[l]);
+            let asked = &self.times.all()[seat.recorded..];
+            if !self.accepted[l] || asked[0] > t_new {
+                continue;
+            }
+            let dense = match (&mut self.family, self.options.method.kind) {
+                (Family::Rosenbrock(family), MethodKind::Rosenbrock(tableau)) => {
+                    if !is_prepared {
+                        family.prepare_dense(tableau);
+                        is_prepared = true;
+                    }
+                    Dense::Rosenbrock(family)
+                }
+                (Family::Explicit(family), MethodKind::Explicit(tableau)) => {
+                    Dense::Explicit(family, tableau)
+                }
+                _ => unreachable!("work space is that of the method"),
+            };
+            let per_h = 1.0 / (t_new - t);
+            let stride = self.times.stride();
+            while self.times.all()[seat.recorded] < t_new {
+                // What is written beyond the step is written again by the next.
+                let asked = self.times.eight(seat.recorded);
+                let thetas = asked.map(|asked| (asked - t) * per_h);
+                for (i, row) in seat.rows.chunks_exact_mut(stride).enumerate() {
+                    let (y, y_new) = (self.y.lanes()[i].0[l], self.y_new.lanes()[i].0[l]);
+                    let values = match &dense {
+                        Dense::Rosenbrock(family) => family.dense((i, l), (y, y_new), thetas),
+                        Dense::Explicit(family, tableau) => {
+                            family.dense(tableau, (i, l), (y, self.h.0[l]), thetas)
+                        }
+                    };
+                    row[seat.recorded..seat.recorded + LANES].copy_from_slice(&values.0);
+                }
+                seat.recorded += if asked.0[LANES - 1] < t_new {
+                    LANES
+                } else {
+                    asked.0.iter().filter(|asked| **asked < t_new).count()
+                };
+            }
+            // The last of equal times at a jump is a right value, which is had after it.
+            let asked = &self.times.all()[seat.recorded..];
+            let mut at_end = asked.iter().take_while(|&&asked| asked == t_new).count();
+            if t_new == seat.problem.inputs.segment(seat.segment).t1 {
+                at_end = at_end.saturating_sub(1);
+            }
+            for _ in 0..at_end {
+                for (row, y_new) in seat.rows.chunks_exact_mut(stride).zip(self.y_new.lanes()) {
+                    row[seat.recorded] = y_new.0[l];
+                }
+                seat.recorded += 1;
+            }
+        }
+    }
+
+    /// Records the asked times that are now.
+    fn record_now(&mut self, l: usize) {
+        let Some(seat) = &mut self.seats[l] else { return };
+        let stride = self.times.stride();
+        while self.times.all()[seat.recorded] == self.t.0[l] {
+            for (row, y) in seat.rows.chunks_exact_mut(stride).zip(self.y.lanes()) {
+                row[seat.recorded] = y.0[l];
+            }
+            seat.recorded += 1;
+        }
+    }
+
+    /// What follows from the step that lane l has tried.
+    #[inline]
+    fn follow_up(&mut self, l: usize) {
+        let Some(seat) = &mut self.seats[l] else { return };
+        let (t, end) = (self.t.0[l], self.end.0[l]);
+        if self.accepted[l] {
+            seat.statistics.steps += 1;
+        } else {
+            seat.statistics.rejected += 1;
+            // As the integrator gives up.
+            let least = 4.0 * f64::EPSILON * t.abs().max(f64::EPSILON * self.times.span);
+            if self.control.h.0[l].is_nan() || self.control.h.0[l] <= least {
+                seat.fate = Fate::Stopped;
+                return;
+            }
+        }
+        if t < end {
+            if seat.statistics.steps + seat.statistics.rejected >= self.options.max_steps {
+                seat.fate = Fate::Stopped;
+            }
+        } else {
+            let fate = self.end_segment(l).unwrap_or(Fate::Stopped);
+            if let Some(seat) = &mut self.seats[l] {
+                seat.fate = fate;
+            }
+        }
+    }
+
+    /// Goes on with the next segment in lane l; `None` where something is the matter.
+    fn end_segment(&mut self, l: usize) -> Option<Fate> {
+        let (t, until) = (self.t.0[l], *self.times.asked.last()?);
+        let seat = self.seats[l].as_mut()?;
+        if seat.recorded == self.times.asked.len() {
+            return Some(Fate::Done);
+        }
+        let inputs = seat.problem.inputs;
+        let before = inputs.segment(seat.segment);
+        if t == before.t1 {
+            seat.segment += 1;
+            seat.statistics.segments += 1;
+            let after = inputs.segment(seat.segment);
+            if !self.algebraic.is_empty() {
+                self.make_consistent(l, before, after)?;
+            }
+            self.inputs.enter(l, after);
+            self.end.0[l] = after.t1.min(until);
+            if let Family::Explicit(explicit) = &mut self.family {
+                explicit.is_fresh[l] = true;
+            }
+        }
+        self.record_now(l);
+        let seat = self.seats[l].as_ref()?;
+        Some(if seat.recorded == self.times.asked.len() { Fate::Done } else { Fate::UnderWay })
+    }
+
+    /// Makes algebraic unknowns of lane l consistent, where their equations see a jump of the inputs.
+    fn make_consistent(&mut self, l: usize, before: Segment<'_>, after: Segment<'_>) -> Option<()> {
+        let seat = self.seats[l].as_mut()?;
+        let (t, p) = (self.t.0[l], seat.problem.p);
+        let y = &mut self.row;
+        for (y, lanes) in y.as_mut().iter_mut().zip(self.y.lanes()) {
+            *y = lanes.0[l];
+        }
+        let mut u = S::Inputs::zeros(after.u.len());
+        let (mut f, mut f_new) = (self.slope.clone(), self.slope.clone());
+        before.value(t, u.as_mut());
+        let at = Point { t, y: y.as_ref(), u: u.as_ref(), p, z: &[] };
+        self.system.rhs(at, f.as_mut());
+        after.value(t, u.as_mut());
+        let at = Point { t, y: y.as_ref(), u: u.as_ref(), p, z: &[] };
+        self.system.rhs(at, f_new.as_mut());
+        seat.statistics.evaluations += 2;
+        if !self.algebraic.differs(f.as_ref(), f_new.as_ref()) {
+            return Some(());
+        }
+        for (size, lanes) in self.slope.as_mut().iter_mut().zip(self.sizes.lanes()) {
+            *size = lanes.0[l];
+        }
+        let at = Place { t, u: u.as_ref(), p, z: &[] };
+        let (sizes, jacobian) = (self.slope.as_ref(), self.jacobian.as_mut());
+        // What is learnt about the sizes of equations is learnt about one member.
+        self.algebraic.enter_modes(self.mass.as_ref());
+        let (system, tolerances) = (self.system, self.tolerances);
+        let algebraic = &mut self.algebraic;
+        algebraic.make_consistent(system, at, y.as_mut(), jacobian, sizes, tolerances).ok()?;
+        set_lane(&mut self.y, l, self.row.as_ref());
+        Some(())
+    }
+
+    /// The member in lane l that is done, with its outputs.
+    fn show(&mut self, l: usize) -> Done<'_> {
+        Width::observe(self.width, self, l);
+        let Some(seat) = &mut self.seats[l] else {
+            unreachable!("a lane that is shown has a member")
+        };
+        let stages = match self.options.method.kind {
+            MethodKind::Rosenbrock(tableau) => tableau.stages() - 1,
+            MethodKind::Explicit(tableau) => tableau.stages() - 1,
+            MethodKind::Esdirk(_) | MethodKind::Bdf(_) | MethodKind::Taylor(_) => 0,
+        };
+        let statistics = &mut seat.statistics;
+        let tried = statistics.steps + statistics.rejected;
+        statistics.evaluations += stages * tried;
+        if matches!(self.family, Family::Rosenbrock(_)) {
+            statistics.linearizations = tried;
+            statistics.factorisations = tried;
+        }
+        Done {
+            member: seat.member,
+            unknowns: &seat.rows,
+            outputs: &self.observer.outputs,
+            stride: self.times.stride(),
+            statistics: *statistics,
+        }
+    }
+
+    /// Evaluates the outputs of the member in lane l.
+    #[inline(always)]
+    pub(super) fn observe(&mut self, l: usize) {
+        if let Some(Seat { problem, rows, .. }) = &self.seats[l] {
+            self.observer.observe(problem, &self.times, rows);
+        }
+    }
+}
+
+fn set_lane<V: LaneStorage>(lanes: &mut V, l: usize, values: &[f64]) {
+    for (lanes, value) in lanes.lanes_mut().iter_mut().zip(values) {
+        lanes.0[l] = *value;
+    }
+}

@@ -1,0 +1,31 @@
+//! Members one by one.
+
+use super::{Kept, Wanted};
+use crate::error::Failure;
+use crate::integrate::{simulate, simulate_with_sensitivities};
+use crate::observe::observe;
+use crate::problem::{Options, Problem};
+use crate::system::System;
+
+/// Runs one member.
+pub(super) fn run<S: System>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+    options: &Options,
+    wanted: Wanted,
+) -> Result<Kept, Failure> {
+    let solution = match wanted {
+        Wanted::Values => simulate(problem, times, options),
+        Wanted::Sensitivities => simulate_with_sensitivities(problem, times, options),
+    }?;
+    let observed = observe(problem, &solution);
+    let values = [&solution.y, &observed.w, &solution.s, &observed.dw];
+    let values = values.map(|values| by_quantity(values, times.len()));
+    Ok(Kept { statistics: solution.statistics, values })
+}
+
+/// Numbers that stand time by time, quantity by quantity.
+fn by_quantity(values: &[f64], times: usize) -> Vec<f64> {
+    let width = values.len() / times.max(1);
+    (0..width).flat_map(|i| values.iter().skip(i).step_by(width).copied()).collect()
+}

@@ -1,0 +1,45 @@
+//! The machine's vectors, against each other.
+
+#![allow(clippy::duplicate_mod, reason = "the steppers' tests have the same problems")]
+
+use super::Member;
+use super::pack::Pack;
+use super::width::Width;
+use crate::{Inputs, Options, find_method};
+use support::problems::LogisticStacked;
+
+#[path = "../../tests/support/mod.rs"]
+mod support;
+
+#[test]
+fn all_widths_give_the_same_bits() {
+    let system = LogisticStacked::new();
+    let inputs = Inputs::constant(&[0.0]);
+    let sets: Vec<[f64; 3]> = (0..11).map(|k| [1.0 + 0.1 * f64::from(k), 2.0, 0.1]).collect();
+    let times: Vec<f64> = (0..50).map(|k| 0.1 * f64::from(k)).collect();
+    for method in ["rodas5p", "tsit5"] {
+        let method = find_method(method).expect("a method");
+        let options = Options { method, ..Options::default() };
+        let at = |width: Width| {
+            let mut rows = vec![Vec::new(); sets.len()];
+            let mut pack = Pack::new(&system, &times, &options).expect("a method with lanes");
+            pack.width = width;
+            let mut waiting = sets.iter().enumerate();
+            let next = || {
+                let (k, p) = waiting.next()?;
+                Some((k, Member { p, inputs: &inputs, start: &[] }.of(&system)))
+            };
+            pack.run(next, |done| {
+                let done = done.expect("a run to the end");
+                rows[done.member] = done.unknowns[..times.len()].to_vec();
+            });
+            rows
+        };
+        let widest = at(Width::widest());
+        assert_eq!(at(Width::Compiled), widest);
+        #[cfg(target_arch = "x86_64")]
+        if Width::widest() == Width::Avx512 {
+            assert_eq!(at(Width::Avx2), widest);
+        }
+    }
+}

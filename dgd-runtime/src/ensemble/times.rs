@@ -1,0 +1,48 @@
+//! The asked times, eight at a time.
+
+#![allow(clippy::inline_always)]
+
+use super::lanes::{LANES, Lanes};
+
+/// The asked times, with as many behind them as make eight from each of them on.
+pub(super) struct Times<'a> {
+    pub(super) asked: &'a [f64],
+    padded: Vec<f64>,
+    /// From the first to the last.
+    pub(super) span: f64,
+}
+
+impl<'a> Times<'a> {
+    pub(super) fn new(asked: &'a [f64]) -> Self {
+        // Never reached.
+        let padding = [f64::INFINITY; LANES];
+        let span = asked.last().zip(asked.first()).map_or(0.0, |(last, first)| last - first);
+        Self { asked, padded: [asked, &padding].concat(), span }
+    }
+
+    /// The asked times, then others that are never reached.
+    #[inline(always)]
+    pub(super) fn all(&self) -> &[f64] {
+        &self.padded
+    }
+
+    /// How many numbers of one quantity are kept.
+    #[inline(always)]
+    pub(super) fn stride(&self) -> usize {
+        self.padded.len()
+    }
+
+    /// Eight of them, from this one on.
+    #[inline(always)]
+    pub(super) fn eight(&self, first: usize) -> Lanes {
+        eight(&self.padded, first)
+    }
+}
+
+/// Eight numbers, from this one on.
+#[inline(always)]
+pub(super) fn eight(values: &[f64], first: usize) -> Lanes {
+    let mut eight = Lanes::ZERO;
+    eight.0.copy_from_slice(&values[first..first + LANES]);
+    eight
+}
