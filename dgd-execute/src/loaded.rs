@@ -4,6 +4,8 @@ use std::fmt;
 #[cfg(feature = "native")]
 use std::sync::Arc;
 
+#[cfg(feature = "native")]
+use dgd_compiler::program::{Function, Loop};
 use dgd_compiler::program::{FunctionKind, Program};
 use dgd_runtime::integrate::Wanted;
 use dgd_runtime::linalg::AutoLu;
@@ -15,9 +17,27 @@ use crate::interpret::Interpreter;
 use crate::native::Native;
 use crate::system::{Executed, Perform};
 
-/// So often a function is interpreted before it is compiled: then both have cost about the same.
+/// How long it takes to compile a function of no operations, and each operation more, and to interpret
+/// an operation, all in ns. Only when functions are compiled depends on it.
 #[cfg(feature = "native")]
-const CALLS_BEFORE: u32 = 500;
+const COMPILING: usize = 100_000;
+#[cfg(feature = "native")]
+const COMPILING_OPERATION: usize = 3000;
+#[cfg(feature = "native")]
+const INTERPRETING_OPERATION: usize = 2;
+
+/// How often a function is interpreted before it is compiled: until that has taken as long as compiling
+/// it will, so that both together take at most twice as long as the better choice.
+#[cfg(feature = "native")]
+fn calls_before(function: &Function) -> u32 {
+    let of_loops = |passages: fn(&Loop) -> usize| {
+        function.loops.iter().map(|part| part.body.len() * passages(part)).sum::<usize>()
+    };
+    let written = function.body.len() + of_loops(|_| 1);
+    let performed = function.body.len() + of_loops(|part| part.count as usize);
+    let compiling = COMPILING + COMPILING_OPERATION * written;
+    (compiling / (INTERPRETING_OPERATION * performed.max(1))) as u32
+}
 
 /// How the functions of a loaded model are performed. The bits do not depend on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -70,9 +90,15 @@ impl Loaded {
     pub fn with_engine(program: Program, engine: Engine) -> Self {
         match engine {
             #[cfg(feature = "native")]
-            Engine::Auto => Self::by(program, Native::for_host(CALLS_BEFORE)),
+            Engine::Auto => {
+                let native = Native::for_host(&program, calls_before);
+                Self::by(program, native)
+            }
             #[cfg(feature = "native")]
-            Engine::Native => Self::by(program, Native::for_host(0)),
+            Engine::Native => {
+                let native = Native::for_host(&program, |_| 0);
+                Self::by(program, native)
+            }
             #[cfg(not(feature = "native"))]
             Engine::Auto | Engine::Native => Self::with_engine(program, Engine::Interpreter),
             Engine::Interpreter => Executed(OnDemand {

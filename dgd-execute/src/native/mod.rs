@@ -25,7 +25,7 @@ use cranelift_codegen::settings::{self, Configurable};
 use cranelift_frontend::FunctionBuilderContext;
 use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{Module, default_libcall_names};
-use dgd_compiler::program::{FUNCTIONS, Function, FunctionKind, Program};
+use dgd_compiler::program::{Function, FunctionKind, Program};
 
 use code::Code;
 use plan::Plan;
@@ -59,7 +59,7 @@ pub(crate) struct Native {
     /// What code is made for.
     machine: fn() -> Result<isa::Builder, Refused>,
     isa: OnceLock<Result<OwnedTargetIsa, Refused>>,
-    /// One for each row of [`FUNCTIONS`].
+    /// One for each function of the program.
     functions: Vec<Slot>,
 }
 
@@ -81,15 +81,23 @@ impl fmt::Debug for Native {
 
 impl Native {
     /// For the machine that this runs on; a function is compiled after so many calls.
-    pub(crate) fn for_host(calls_before: u32) -> Self {
+    pub(crate) fn for_host(program: &Program, calls_before: fn(&Function) -> u32) -> Self {
         let host =
             || cranelift_native::builder().map_err(|reason| Refused::Machine(reason.to_owned()));
-        Self::new(host, calls_before)
+        Self::new(program, host, calls_before)
     }
 
-    fn new(machine: fn() -> Result<isa::Builder, Refused>, calls_before: u32) -> Self {
-        let slot = |_| Slot { calls_left: AtomicU32::new(calls_before), code: OnceLock::new() };
-        Native { machine, isa: OnceLock::new(), functions: FUNCTIONS.iter().map(slot).collect() }
+    fn new(
+        program: &Program,
+        machine: fn() -> Result<isa::Builder, Refused>,
+        calls_before: fn(&Function) -> u32,
+    ) -> Self {
+        let slot = |function| Slot {
+            calls_left: AtomicU32::new(calls_before(function)),
+            code: OnceLock::new(),
+        };
+        let functions = program.functions.iter().map(slot).collect();
+        Native { machine, isa: OnceLock::new(), functions }
     }
 
     /// The code of a function if it is there, or if this is the call at which it is compiled.

@@ -195,7 +195,7 @@ fn functions_of_several_pieces_give_the_bits_of_the_interpreter() {
 #[test]
 fn a_function_is_compiled_when_it_has_been_called_often() {
     let program = program(&model(&mut Noise(3), 1));
-    let native = Native::for_host(2);
+    let native = Native::for_host(&program, |_| 2);
     let compiled = |kind| native.called(&program, kind).is_some();
     let calls = [(); 4].map(|()| compiled(FunctionKind::Rhs));
     assert_eq!(calls, [false, false, true, true]);
@@ -209,7 +209,7 @@ fn the_interpreter_takes_over_on_other_machines() {
         isa::lookup_by_name("sparc-unknown-linux-gnu")
             .map_err(|error| Refused::Machine(error.to_string()))
     };
-    let native = Native::new(unknown, 0);
+    let native = Native::new(&program, unknown, |_| 0);
     assert!(matches!(native.code(&program, FunctionKind::Rhs), Err(Refused::Machine(_))));
     let loaded = Loaded::by(program.clone(), native);
     let message = loaded.compile().expect_err("no code").to_string();
