@@ -399,3 +399,40 @@ equation relaxation: der(x) = (u - x) * 1 [1/s]
     let message = said(text, &lines);
     assert!(message.contains("`u`") && message.contains("declare it `linear`"), "{message}");
 }
+
+/// A step along series ends at a threshold as any other does, and sensitivities go through it.
+#[test]
+fn events_are_passed() {
+    let system = inline::system(
+        "
+model ball
+parameter g  [m/s^2] = 9.81
+parameter h0 [m]     = 2
+parameter e  [1]     = 0.8
+parameter c  [1/m]   = 0.1
+state h [m]   = h0
+state v [m/s] = 0  nominal 1
+equation way: der(h) = v
+modes ball {
+  flying { equation fall: der(v) = -g - c*v*abs(v) }
+  flying -> flying when h falls below 0 [m] { reset v = -e*v }
+}
+",
+    );
+    let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();
+    let inputs = Inputs::none();
+    let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+    let times = [0.0, 0.5, 1.0, 1.7, 2.0];
+    let [series, expected] = ["taylor", "rodas5p"].map(|name| {
+        let method = find_method(name).expect("a method");
+        let options = Options { rtol: 1e-10, atol: 1e-10, method, ..Options::default() };
+        simulate_with_sensitivities(&problem, &times, &options).expect("a solution")
+    });
+    assert!(series.events.len() >= 2, "{:?}", series.events);
+    assert_eq!(series.events.len(), expected.events.len());
+    let pairs = series.y.iter().zip(&expected.y).chain(series.s.iter().zip(&expected.s));
+    for (found, expected) in pairs {
+        // Local errors of some ten steps, larger by the slopes at impacts of numbers up to 10.
+        assert!((found - expected).abs() <= 1e-7, "{found} {expected}");
+    }
+}

@@ -199,19 +199,17 @@ impl Code<'_> {
             &value,
             |entry| {
                 let column = index(entry.column);
-                match series.kept[entry.value.index()].filter(|_| series.moves(entry.value)) {
-                    Some(own) => {
-                        let own = format_ident!("_c{}", own);
-                        quote!(::dgd::__runtime::taylor::add_product(
-                            _row, #own, _s, (#n, #column), _k,
-                        );)
-                    }
-                    None => {
-                        let fixed = fixed_name(entry.value);
-                        quote!(::dgd::__runtime::taylor::add_scaled(
-                            _row, #fixed, &_s[_k * #n + #column],
-                        );)
-                    }
+                let own = series.kept[entry.value.index()].filter(|_| series.moves(entry.value));
+                if let Some(own) = own {
+                    let own = format_ident!("_c{}", own);
+                    quote!(::dgd::__runtime::taylor::add_product(
+                        _row, #own, _s, (#n, #column), _k,
+                    );)
+                } else {
+                    let fixed = fixed_name(entry.value);
+                    quote!(::dgd::__runtime::taylor::add_scaled(
+                        _row, #fixed, &_s[_k * #n + #column],
+                    );)
                 }
             },
             |entry| series.moves(entry.value),

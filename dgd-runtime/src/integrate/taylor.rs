@@ -220,9 +220,9 @@ impl<S: System> Stepper<S> {
         let n = trial.y.as_ref().len();
         expansion.sum(theta, trial.y.as_ref(), y_new.as_mut());
         expansion.error(theta, error.as_mut());
-        if let Some(Directions { s, s_new, error, .. }) = directions {
-            expansion.sum_sensitivities(theta, s.as_ref(), n, s_new.as_mut());
-            expansion.sensitivity_error(theta, n, error.as_mut());
+        if let Some(d) = directions {
+            expansion.sum_sensitivities(theta, d.s.as_ref(), n, d.s_new.as_mut());
+            expansion.sensitivity_error(theta, n, d.error.as_mut());
         }
     }
 
