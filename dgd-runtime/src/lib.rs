@@ -3,6 +3,7 @@
 //! ```text
 //!   System + parameters + Inputs + start values = Problem
 //!   simulate(problem, times, options)                    → Solution: y
+//!   simulate_chosen(problem, chosen, times, options)     → Solution: a few of y
 //!   simulate_with_sensitivities(problem, times, options) → Solution: y and S = ∂y/∂θ
 //!   observe(problem, solution)                           → Observations: w and ∂w/∂θ
 //!   ensemble::simulate(members, times, options, threads) → w and y of each of many

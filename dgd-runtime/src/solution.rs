@@ -8,7 +8,7 @@ use crate::system::{Signature, Text};
 /// Values at the asked times.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
-    /// Number of unknowns n.
+    /// Number of unknowns n, or of those that were chosen.
     pub n: usize,
     /// Number of directions n_s; 0 without sensitivities.
     pub n_s: usize,

@@ -208,7 +208,7 @@ fn pairs(
             } else {
                 quotient(unit, signature.direction_unit(j))
             };
-            let (of, to) = (name.to_owned(), signature.direction_name(j).into_owned());
+            let (of, to) = (name.clone(), signature.direction_name(j).into_owned());
             pairs.push(Pair { of, to, scaled, unit, values });
         }
     }
