@@ -27,7 +27,10 @@ fn processor() -> String {
     let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
     let name = model.map_or(std::env::consts::ARCH, |(_, name)| name);
-    format!("{name}, {cores} cores")
+    // The run itself is one of them: what is more had a part in the times.
+    let load = fs::read_to_string("/proc/loadavg").unwrap_or_default();
+    let load = load.split(' ').nth(1).map_or(String::new(), |load| format!(" with load {load}"));
+    format!("{name}, {cores} cores{load}")
 }
 
 /// What a command prints; nothing where it cannot be run.
