@@ -284,6 +284,7 @@ impl<'a, S: System> Simulation<'a, S> {
         directions: Option<Directions<S>>,
     ) -> Self {
         let system = problem.system;
+        debug_assert!(S::FEATURES.cover(system.signature()), "features that the type leaves out");
         let n = system.signature().unknowns.len();
         let segment = problem.inputs.segment_at(from, Side::Right);
         let n_s = if directions.is_some() { system.signature().directions.len() } else { 0 };
