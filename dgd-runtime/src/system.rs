@@ -52,7 +52,7 @@ impl<const N: usize> Storage for [f64; N] {
         [0.0; N]
     }
 
-    #[inline(always)]
+    #[inline]
     fn take(&mut self) -> Self {
         *self
     }
