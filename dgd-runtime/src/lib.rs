@@ -55,7 +55,7 @@ pub use solution::{
     Event, LateValues, Solution, Statistics, UndefinedCause, UndefinedSensitivity, side,
 };
 pub use system::{
-    Automaton, AutomatonKind, Crossing, DelayedInput, Direction, Discrete, Input, Interpolation,
-    List, Output, Parameter, Pattern, Point, Signature, Storage, System, Text, Transition, Unit,
-    Unknown,
+    Automaton, AutomatonKind, Crossing, DelayedInput, Direction, Discrete, Features, Input,
+    Interpolation, List, Output, Parameter, Pattern, Point, Signature, Storage, System, Text,
+    Transition, Unit, Unknown,
 };

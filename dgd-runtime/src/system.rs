@@ -69,7 +69,7 @@ impl<const N: usize> Storage for [f64; N] {
         [0.0; N]
     }
 
-    #[inline(always)]
+    #[inline]
     fn take(&mut self) -> Self {
         *self
     }
@@ -119,6 +119,15 @@ pub struct Features {
 impl Features {
     /// Whatever a model can have.
     pub const ANY: Self = Self { events: true, past: true, algebraic: true };
+
+    /// Whether a model like this keeps to them.
+    pub fn cover(self, signature: &Signature) -> bool {
+        let delayed = signature.delayed_inputs.len() + signature.delayed_unknowns.len();
+        let algebraic = signature.unknowns.iter().any(|unknown| !unknown.differential);
+        (self.events || signature.discrete.is_empty())
+            && (self.past || delayed == 0)
+            && (self.algebraic || !algebraic)
+    }
 }
 
 /// A compiled model.

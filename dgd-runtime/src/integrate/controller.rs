@@ -171,6 +171,35 @@ mod tests {
     }
 
     #[test]
+    fn segments_of_equal_length_keep_the_natural_step_while_errors_allow_it() {
+        // e ~ h⁵ with e = 1 at h = 10: a step of 1 is far below, whatever comes before.
+        let mut controller = Controller::new(9.0, 4, Law::Predictive);
+        for _ in 0..100 {
+            assert_eq!(controller.propose(1.0), 1.0);
+            controller.accept(1.0, 0.1_f64.powi(10));
+        }
+        assert_eq!(controller.h, 9.0);
+        // A shorter segment in between is judged by its own part of the natural step.
+        controller.accept(0.5, 0.05_f64.powi(10));
+        assert_eq!(controller.h, 9.0);
+        controller.accept(1.0, 1.0);
+        assert_eq!(controller.h, 1.0);
+    }
+
+    #[test]
+    fn slopes_shorten_a_rejected_step_further_but_not_to_nothing() {
+        let mut controller = Controller::new(100.0, 4, Law::Predictive);
+        controller.reject(100.0, 1e8);
+        let by_error = controller.h;
+        controller.limit(100.0, f64::INFINITY);
+        assert_eq!(controller.h, by_error);
+        controller.limit(100.0, 1.0);
+        assert_eq!(controller.h, SAFETY);
+        controller.limit(100.0, 0.0);
+        assert_eq!(controller.h, SAFETY * LEAST_BY_SLOPE * 100.0);
+    }
+
+    #[test]
     fn what_remains_is_split_equally() {
         let controller = Controller::new(1.0, 4, Law::Predictive);
         assert_eq!(controller.propose(1.0), 1.0);

@@ -49,14 +49,9 @@ impl<S: System> Simulation<'_, S> {
         self.stepper.prepare_dense(self.y.as_ref(), self.directions.as_mut());
         let step = (self.t, t_new);
         let recorded = solution.y.len();
-        solution.y.resize(recorded + solution.n * asked.len(), 0.0);
-        let rows = &mut solution.y[recorded..];
-        self.stepper.interpolate_all(step, asked, &self.y, rows);
-        if let Some(d) = &self.directions {
-            let recorded = solution.s.len();
-            solution.s.resize(recorded + solution.n * solution.n_s * asked.len(), 0.0);
-            let rows = &mut solution.s[recorded..];
-            self.stepper.interpolate_all_sensitivities(step, asked, d, rows);
+        self.stepper.interpolate_all(step, asked, &self.y, &mut self.row, &mut solution.y);
+        if let (Some(d), Some(row)) = (&self.directions, &mut self.sensitivity_row) {
+            self.stepper.interpolate_all_sensitivities(step, asked, d, row, &mut solution.s);
         }
         if S::FEATURES.past && solution.n_past > 0 {
             for (k, t) in asked.iter().enumerate() {

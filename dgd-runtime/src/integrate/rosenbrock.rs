@@ -328,30 +328,29 @@ pub(super) fn interpolate<V: Storage>(theta: f64, y: &[f64], dense: &[V; 4], out
     }
 }
 
-/// [`interpolate`] at each of the `asked` times, θ = (t − from)/h. Not inlined, so that `out` is known
-/// to be apart from what is read.
+/// [`interpolate`] at each of the `asked` times, θ = (t − from)/h, appended to `out`. `row` is work
+/// space. Not inlined, so that what is written is known to be apart from what is read.
 #[inline(never)]
 pub(super) fn interpolate_all<V: Storage>(
     (from, per_h): (f64, f64),
     asked: &[f64],
     y: &V,
     dense: &[V; 4],
-    out: &mut [f64],
+    row: &mut V,
+    out: &mut Vec<f64>,
 ) {
-    let n = y.as_ref().len().max(1);
-    for (t, out) in asked.iter().zip(out.chunks_exact_mut(n)) {
-        let theta = (t - from) * per_h;
-        // Times are put side by side in vector instructions where they alone fill them.
-        if n <= 2 {
-            interpolate(theta, y.as_ref(), dense, out);
-        } else {
-            interpolate_row(theta, y, dense, out);
+    let n = y.as_ref().len();
+    if n > 2 {
+        for t in asked {
+            interpolate((t - from) * per_h, y.as_ref(), dense, row.as_mut());
+            out.extend_from_slice(row.as_ref());
         }
+        return;
     }
-}
-
-/// [`interpolate`], with components side by side.
-#[inline(never)]
-fn interpolate_row<V: Storage>(theta: f64, y: &V, dense: &[V; 4], out: &mut [f64]) {
-    interpolate(theta, y.as_ref(), dense, out);
+    // Few components do not fill vector instructions: times are put side by side.
+    let recorded = out.len();
+    out.resize(recorded + n * asked.len(), 0.0);
+    for (t, out) in asked.iter().zip(out[recorded..].chunks_exact_mut(n.max(1))) {
+        interpolate((t - from) * per_h, y.as_ref(), dense, out);
+    }
 }

@@ -449,43 +449,48 @@ impl<S: System> Stepper<S> {
         }
     }
 
-    /// y at each of the `asked` times within the step tried last, from one time to the other.
+    /// Appends y at each of the `asked` times within the step tried last, from one time to the other;
+    /// `row` is work space.
     #[inline]
     pub(crate) fn interpolate_all(
         &self,
         (from, to): (f64, f64),
         asked: &[f64],
         y: &S::Vector,
-        out: &mut [f64],
+        row: &mut S::Vector,
+        out: &mut Vec<f64>,
     ) {
         let per_h = 1.0 / (to - from);
         if let MethodKind::Rosenbrock(_) = self.kind {
-            interpolate_all((from, per_h), asked, y, &self.dense, out);
+            interpolate_all((from, per_h), asked, y, &self.dense, row, out);
             return;
         }
-        let y = y.as_ref();
-        for (t, out) in asked.iter().zip(out.chunks_exact_mut(y.len().max(1))) {
-            self.interpolate((t - from) * per_h, y, out);
+        for t in asked {
+            self.interpolate((t - from) * per_h, y.as_ref(), row.as_mut());
+            out.extend_from_slice(row.as_ref());
         }
     }
 
-    /// S at each of the `asked` times within the step tried last, from one time to the other.
+    /// Appends S at each of the `asked` times within the step tried last, from one time to the other;
+    /// `row` is work space.
     #[inline]
     pub(crate) fn interpolate_all_sensitivities(
         &self,
         (from, to): (f64, f64),
         asked: &[f64],
         directions: &Directions<S>,
-        out: &mut [f64],
+        row: &mut S::Sensitivity,
+        out: &mut Vec<f64>,
     ) {
         let per_h = 1.0 / (to - from);
-        let Directions { s, dense, .. } = directions;
         if let MethodKind::Rosenbrock(_) = self.kind {
-            interpolate_all((from, per_h), asked, s, dense, out);
+            let Directions { s, dense, .. } = directions;
+            interpolate_all((from, per_h), asked, s, dense, row, out);
             return;
         }
-        for (t, out) in asked.iter().zip(out.chunks_exact_mut(s.as_ref().len().max(1))) {
-            self.interpolate_sensitivities((t - from) * per_h, directions, out);
+        for t in asked {
+            self.interpolate_sensitivities((t - from) * per_h, directions, row.as_mut());
+            out.extend_from_slice(row.as_ref());
         }
     }
 

@@ -83,6 +83,8 @@ impl<const N: usize> FixedLu<N> {
     }
 
     /// x ← U⁻¹ L⁻¹ x for L columns at once, row by row: they are the lanes of vector instructions.
+    // Places by their numbers: iterators over rows and lanes are not taken apart into vectors.
+    #[allow(clippy::needless_range_loop)]
     #[inline(always)]
     fn substitute_lanes<const L: usize>(&self, columns: &mut [[f64; N]; L]) {
         let mut x = [[0.0; L]; N];
