@@ -46,7 +46,7 @@ pub(crate) fn run(
     };
     let run = Run::prepare(&args.run, Loaded { compiled, sources, changed }, console)?;
 
-    let mut all = Sets::new(&run, &sets, console.threads());
+    let mut all = Runs::new(&run, &sets, console.threads());
     let keeps = !args.run.solve.plot.is_empty();
     let mut kept: Vec<Vec<Vec<f64>>> = Vec::new();
     let mut gathered: Vec<Vec<f64>> = Vec::new();
@@ -55,7 +55,7 @@ pub(crate) fn run(
         save(path, |out| {
             all.write(out, |values| {
                 if keeps {
-                    kept.push(values)
+                    kept.push(values);
                 }
             })
         })?;
@@ -121,7 +121,7 @@ fn all_units(run: &Run) -> Vec<Unit> {
 }
 
 /// All sets, and what became of them.
-struct Sets<'a> {
+struct Runs<'a> {
     run: &'a Run,
     sets: &'a [Set],
     threads: usize,
@@ -132,7 +132,7 @@ struct Sets<'a> {
     failed: Vec<(usize, String)>,
 }
 
-impl<'a> Sets<'a> {
+impl<'a> Runs<'a> {
     fn new(run: &'a Run, sets: &'a [Set], threads: usize) -> Self {
         let statistics = Statistics::default();
         let shown = shown(run);
@@ -248,16 +248,15 @@ impl<'a> Sets<'a> {
         if self.failed.is_empty() {
             return Ok(());
         }
-        let mut message =
-            format!("{} of {} sets could not be run", self.failed.len(), self.sets.len());
-        for (set, error) in self.failed.iter().take(MOST_TOLD) {
-            message.push_str(&format!("\n  set {set}: {error}"));
-        }
+        let mut lines =
+            vec![format!("{} of {} sets could not be run", self.failed.len(), self.sets.len())];
+        let told = self.failed.iter().take(MOST_TOLD);
+        lines.extend(told.map(|(set, error)| format!("  set {set}: {error}")));
         if self.failed.len() > MOST_TOLD {
-            message.push_str("\n  …");
+            lines.push("  …".to_owned());
         }
         // Those that could are written, and JSON says which could not.
-        Err(CommandError::Stopped(message))
+        Err(CommandError::Stopped(lines.join("\n")))
     }
 }
 
@@ -292,7 +291,7 @@ fn gather(
     }
 }
 
-/// One panel for each state and output: where a half, nine tenths and all of the sets are.
+/// One panel for each state and output: where half and nine tenths of the sets are.
 fn figure(run: &Run, sets: &[Vec<Vec<f64>>]) -> Figure {
     let mut panels = Vec::new();
     for (j, Shown { name, unit, of }) in shown(run).iter().enumerate() {
@@ -317,13 +316,14 @@ fn figure(run: &Run, sets: &[Vec<Vec<f64>>]) -> Figure {
             continue;
         }
         let quantiles = quantiles(sets, j, times.len());
-        let [least, low, lower, middle, upper, high, most] =
-            quantiles.map(|values| in_unit(&values, unit));
+        let [low, lower, middle, upper, high] = quantiles.map(|values| in_unit(&values, unit));
         panel.series.push(line("median", middle, Style::Line));
-        for (name, low, high) in [("all", least, most), ("90 %", low, high), ("50 %", lower, upper)]
+        // Grey, and in the colour of the line.
+        for (name, around, low, high) in
+            [("90 %", None, low, high), ("50 %", Some(0), lower, upper)]
         {
             let name = Text::plain(name);
-            panel.envelopes.push(Envelope { name, around: Some(0), x: times.clone(), low, high });
+            panel.envelopes.push(Envelope { name, around, x: times.clone(), low, high });
         }
         if let Of::Output(i) = of
             && let Some(Some(samples)) = run.measured.outputs.get(*i)
@@ -341,11 +341,11 @@ fn figure(run: &Run, sets: &[Vec<Vec<f64>>]) -> Figure {
 }
 
 /// Fractions of the sets that are below the edges of the bands.
-const FRACTIONS: [f64; 7] = [0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0];
+const FRACTIONS: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
 /// Quantiles of a quantity over all sets, at each time: between two sets along a straight line.
-fn quantiles(sets: &[Vec<Vec<f64>>], quantity: usize, times: usize) -> [Vec<f64>; 7] {
-    let mut all = [const { Vec::new() }; 7];
+fn quantiles(sets: &[Vec<Vec<f64>>], quantity: usize, times: usize) -> [Vec<f64>; 5] {
+    let mut all = [const { Vec::new() }; 5];
     let mut sorted: Vec<f64> = Vec::with_capacity(sets.len());
     for k in 0..times {
         sorted.clear();
@@ -370,10 +370,9 @@ mod tests {
     fn quantiles_lie_between_the_sets() {
         let sets: Vec<Vec<Vec<f64>>> =
             [3.0, 1.0, 2.0, 0.0, 4.0].map(|x| vec![vec![x, -x]]).to_vec();
-        let [least, low, lower, middle, _, _, most] = quantiles(&sets, 0, 2);
-        assert_eq!((least, most), (vec![0.0, -4.0], vec![4.0, 0.0]));
+        let [low, lower, middle, _, high] = quantiles(&sets, 0, 2);
         assert_eq!((lower, middle), (vec![1.0, -3.0], vec![2.0, -2.0]));
         // 0.05 · 4 intervals.
-        assert!((low[0] - 0.2).abs() < 1e-12);
+        assert!((low[0] - 0.2).abs() < 1e-12 && (high[1] + 0.2).abs() < 1e-12);
     }
 }
