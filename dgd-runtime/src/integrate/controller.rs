@@ -172,15 +172,15 @@ mod tests {
 
     #[test]
     fn segments_of_equal_length_keep_the_natural_step_while_errors_allow_it() {
-        // e ~ h⁵ with e = 1 at h = 10: a step of 1 is far below, whatever comes before.
+        // e ~ h⁵ with e = 1 at h = 16, so that steps of 9 are good.
         let mut controller = Controller::new(9.0, 4, Law::Predictive);
         for _ in 0..100 {
             assert_eq!(controller.propose(1.0), 1.0);
-            controller.accept(1.0, 0.1_f64.powi(10));
+            controller.accept(1.0, (1.0_f64 / 16.0).powi(10));
         }
         assert_eq!(controller.h, 9.0);
         // A shorter segment in between is judged by its own part of the natural step.
-        controller.accept(0.5, 0.05_f64.powi(10));
+        controller.accept(0.5, (0.5_f64 / 16.0).powi(10));
         assert_eq!(controller.h, 9.0);
         controller.accept(1.0, 1.0);
         assert_eq!(controller.h, 1.0);
