@@ -651,6 +651,7 @@ pub mod filled_tank {
             ::core::result::Result::Ok(::dgd::__runtime::taylor::KeptSeries {
                 unknowns: 1,
                 sensitivities: 3,
+                has_branches: false,
             })
         }
         #[inline]
