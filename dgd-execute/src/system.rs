@@ -282,6 +282,7 @@ impl<P: Perform> System for Executed<P> {
             Ok(Taylor { unknowns, sensitivities }) => Ok(KeptSeries {
                 unknowns: unknowns.n_kept(),
                 sensitivities: sensitivities.n_kept(),
+                has_branches: sensitivities.has_branches,
             }),
             Err(program::NoTaylor::Algebraic) => Err(NoTaylor::Algebraic),
             Err(program::NoTaylor::Delays) => Err(NoTaylor::Delays),

@@ -26,6 +26,9 @@ pub struct KeptSeries {
     pub unknowns: usize,
     /// For [`System::sensitivity_taylor`](crate::System::sensitivity_taylor).
     pub sensitivities: usize,
+    /// Whether series are those of one branch of an `if`, `abs` or `sign`, which a solution may leave
+    /// within a step.
+    pub has_branches: bool,
 }
 
 /// Why a model has no Taylor series.

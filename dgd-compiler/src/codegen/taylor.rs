@@ -31,9 +31,11 @@ pub(super) fn methods(program: &Program) -> TokenStream {
             let has_unknowns = program.n() > 0;
             let unknowns = index(taylor.unknowns.n_kept());
             let sensitivities = index(taylor.sensitivities.n_kept());
+            let has_branches = taylor.sensitivities.has_branches;
             let kept = quote!(#path::KeptSeries {
                 unknowns: #unknowns,
                 sensitivities: #sensitivities,
+                has_branches: #has_branches,
             });
             let mut functions = TokenStream::new();
             if has_unknowns {

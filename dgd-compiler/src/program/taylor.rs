@@ -71,6 +71,8 @@ pub struct Series {
     /// For each value the number under which its coefficients are kept, as recurrences read those of
     /// earlier orders.
     pub kept: Vec<Option<usize>>,
+    /// Whether a condition, or the sign of something, may change along a solution.
+    pub has_branches: bool,
     /// Right-hand sides.
     pub f: Vec<ValueId>,
     /// Non-zeros of ∂f/∂y.
@@ -331,7 +333,18 @@ impl<'a> Builder<'a> {
             Some(Continued::Sum(_)) | None => None,
         });
         let recurrences = recurrences.collect();
-        Series { body: self.body, names, recurrences, terms, kept, f, jacobian, directions }
+        let has_branches = order.iter().any(|id| self.branches(*id));
+        Series {
+            body: self.body,
+            names,
+            recurrences,
+            terms,
+            kept,
+            has_branches,
+            f,
+            jacobian,
+            directions,
+        }
     }
 
     /// x^y for an exponent that moves is exp(y log x).
@@ -455,6 +468,18 @@ impl<'a> Builder<'a> {
             Definition::One { derivative, .. } if own(f).is_none() => {
                 let slope = derivative(self.graph, a);
                 self.graph.value(slope) == Some(0.0)
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether an expression jumps, or its slope, where what it reads moves.
+    fn branches(&mut self, id: ExprId) -> bool {
+        match self.graph.node(id) {
+            Node::Compare(_, a, b) => self.moving.contains(&a) || self.moving.contains(&b),
+            Node::Call1(f, a) => {
+                let jumps = own(f) == Some(Own::Magnitude) || self.is_flat(f, a);
+                jumps && self.moving.contains(&a)
             }
             _ => false,
         }

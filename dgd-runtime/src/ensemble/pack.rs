@@ -22,6 +22,7 @@ use super::width::Width;
 use crate::initial::{Algebraic, Place, start_values};
 use crate::integrate::butcher::RungeKuttaTableau;
 use crate::integrate::catalogue::MethodKind;
+use crate::integrate::locked::Steps;
 use crate::integrate::{verify_inputs, verify_request};
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, unknown_sizes};
@@ -115,6 +116,9 @@ impl<'a, S: System> Pack<'a, S> {
         let stride = times.stride();
         let signature = system.signature();
         let n = signature.unknowns.len();
+        if let Steps::PerSample(_) = options.steps {
+            return None;
+        }
         let family = match options.method.kind {
             MethodKind::Rosenbrock(_) => Family::Rosenbrock(Box::new(Rosenbrock::new(system))),
             MethodKind::Explicit(_) => Family::Explicit(Box::new(Explicit::new(n))),

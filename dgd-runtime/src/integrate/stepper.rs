@@ -344,7 +344,7 @@ impl<S: System> Stepper<S> {
             }
             MethodKind::Bdf(_) => self.attempt_bdf(trial, drive, directions, statistics),
             MethodKind::Taylor(_) => {
-                self.attempt_taylor(trial, directions);
+                self.attempt_taylor(trial, drive, directions);
                 Ok(())
             }
         }

@@ -55,6 +55,7 @@ pub(crate) struct Expansion {
     order: usize,
     /// h₀.
     h: f64,
+    has_branches: bool,
     kept: Vec<Terms>,
     /// yₖ, order by order.
     y: Vec<f64>,
@@ -72,11 +73,59 @@ impl Expansion {
         Self {
             order,
             h: 1.0,
+            has_branches: kept.has_branches,
             kept: vec![[0.0; MOST_ORDER + 1]; kept.unknowns.max(kept.sensitivities)],
             y: vec![0.0; (order + 1) * n],
             s: vec![0.0; (order + 1) * n * n_s],
             rows: vec![0.0; n * n_s],
         }
+    }
+
+    /// Adds to errors at h₀θ by how much the slopes there, g, are not those of the series: a solution
+    /// that has left its branch is not the one that the series goes on with.
+    fn add_defect(
+        &self,
+        series: &[f64],
+        theta: f64,
+        slopes: impl Fn(usize) -> f64,
+        error: &mut [f64],
+    ) {
+        let len = error.len();
+        for (i, error) in error.iter_mut().enumerate() {
+            let (mut power, mut slope) = (theta, 0.0);
+            for k in 1..=self.order {
+                slope += k as f64 * power * series[k * len + i];
+                power *= theta;
+            }
+            *error = larger(*error, (self.h * theta * slopes(i) - slope).abs());
+        }
+    }
+
+    /// Adds the defects of y⁺ and S⁺, at the end of a step by h₀θ, to their errors.
+    pub(super) fn add_defects<S: System>(
+        &mut self,
+        (system, at): (&S, Point<'_>),
+        theta: f64,
+        s: &[f64],
+        (f, g): (&mut [f64], &mut [f64]),
+        (error, error_of_s): (&mut [f64], &mut [f64]),
+    ) {
+        if !self.has_branches {
+            return;
+        }
+        if s.is_empty() {
+            system.rhs(at, f);
+        } else {
+            system.sensitivity_rhs(at, s, f, g);
+            let n = f.len();
+            let n_s = s.len() / n.max(1);
+            let mut rows = std::mem::take(&mut self.rows);
+            transpose(error_of_s, n, &mut rows, n_s);
+            self.add_defect(&self.s, theta, |at| g[at % n_s * n + at / n_s], &mut rows);
+            transpose(&rows, n_s, error_of_s, n);
+            self.rows = rows;
+        }
+        self.add_defect(&self.y, theta, |i| f[i], error);
     }
 
     /// The order of the series.
@@ -213,9 +262,10 @@ impl<S: System> Stepper<S> {
     pub(super) fn attempt_taylor(
         &mut self,
         trial: Trial<'_, S>,
+        drive: &mut Drive<S>,
         directions: Option<&mut Directions<S>>,
     ) {
-        let Self { expansion, y_new, error, .. } = self;
+        let Self { expansion, y_new, error, rhs, .. } = self;
         let theta = trial.h / expansion.h;
         let n = trial.y.as_ref().len();
         expansion.sum(theta, trial.y.as_ref(), y_new.as_mut());
@@ -223,6 +273,14 @@ impl<S: System> Stepper<S> {
         if let Some(d) = directions {
             expansion.sum_sensitivities(theta, d.s.as_ref(), n, d.s_new.as_mut());
             expansion.sensitivity_error(theta, n, d.error.as_mut());
+            let at = end(trial, drive, y_new.as_ref());
+            let slopes = (rhs.as_mut(), d.rhs.as_mut());
+            let errors = (error.as_mut(), d.error.as_mut());
+            expansion.add_defects((trial.base.system, at), theta, d.s_new.as_ref(), slopes, errors);
+        } else {
+            let at = end(trial, drive, y_new.as_ref());
+            let (slopes, errors) = ((rhs.as_mut(), &mut [][..]), (error.as_mut(), &mut [][..]));
+            expansion.add_defects((trial.base.system, at), theta, &[], slopes, errors);
         }
     }
 
@@ -264,6 +322,13 @@ impl<S: System> Stepper<S> {
         let of_s = || bad(s).map(|at| Spoilt::Derivative(at / n_s % n));
         Some((trial.base.t, of_y.or_else(of_s)?))
     }
+}
+
+/// Where a step ends.
+fn end<'a, S: System>(trial: Trial<'a, S>, drive: &'a mut Drive<S>, y: &'a [f64]) -> Point<'a> {
+    let Base { p, z, t, .. } = trial.base;
+    let t = t + trial.h;
+    Point { t, y, u: drive.at(t, y), p, z }
 }
 
 impl<S: System> Simulation<'_, S> {

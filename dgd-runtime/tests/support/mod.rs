@@ -316,7 +316,7 @@ macro_rules! system {
         fn taylor_series(&self) -> Result<KeptSeries, NoTaylor> {
             let all_differential =
                 $equations::UNKNOWNS.iter().all(|(.., differential)| *differential);
-            let none = KeptSeries { unknowns: 0, sensitivities: 0 };
+            let none = KeptSeries { unknowns: 0, sensitivities: 0, has_branches: true };
             if all_differential { Ok(none) } else { Err(NoTaylor::Algebraic) }
         }
 

@@ -17,6 +17,9 @@ pub(crate) struct Taylor<S: System> {
     slope: S::Inputs,
     now: S::Inputs,
     is_constant: bool,
+    /// Slopes where the step made last ends.
+    f: S::Vector,
+    g: Vec<f64>,
     expansion: Expansion,
 }
 
@@ -30,6 +33,8 @@ impl<S: System> Taylor<S> {
             slope: inputs(),
             now: inputs(),
             is_constant: true,
+            f: S::Vector::zeros(system.signature().unknowns.len()),
+            g: vec![0.0; system.signature().unknowns.len() * n_s],
             expansion: Expansion::new(system, order, n_s),
         }
     }
@@ -70,12 +75,22 @@ impl<S: System, C: Carried<S>> FixedStep<S, C> for Taylor<S> {
 
     /// No rate of the model is known; where steps are too long for one, terms of the series are large.
     #[inline(always)]
-    fn estimate(&mut self, _: Equations<'_, S>, _: Made<'_, C>, error: &mut C) -> f64 {
+    fn estimate(&mut self, equations: Equations<'_, S>, made: Made<'_, C>, error: &mut C) -> f64 {
         let (y, s) = error.parts_mut();
         self.expansion.error(1.0, y);
         if C::HAS_SENSITIVITIES {
             self.expansion.sensitivity_error(1.0, y.len(), s);
         }
+        let t = made.t + made.h;
+        let (u, udot) = (self.start.as_ref(), self.slope.as_ref());
+        if !self.is_constant {
+            let segment = Segment { t0: self.t0, t1: f64::INFINITY, u, udot };
+            segment.value(t, self.now.as_mut());
+        }
+        let Equations { system, p } = equations;
+        let at = Point { t, y: made.to.y(), u: self.now.as_ref(), p, z: &[] };
+        let slopes = (self.f.as_mut(), &mut self.g[..]);
+        self.expansion.add_defects((system, at), 1.0, made.to.s(), slopes, (y, s));
         0.0
     }
 

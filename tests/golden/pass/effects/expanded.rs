@@ -644,6 +644,7 @@ pub mod filled_tank {
             ::core::result::Result::Ok(::dgd::__runtime::taylor::KeptSeries {
                 unknowns: 1,
                 sensitivities: 3,
+                has_branches: false,
             })
         }
         #[inline]

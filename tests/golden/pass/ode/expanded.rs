@@ -481,6 +481,7 @@ pub mod spring {
             ::core::result::Result::Ok(::dgd::__runtime::taylor::KeptSeries {
                 unknowns: 0,
                 sensitivities: 0,
+                has_branches: false,
             })
         }
         #[inline]

@@ -504,6 +504,7 @@ pub mod cascade {
             ::core::result::Result::Ok(::dgd::__runtime::taylor::KeptSeries {
                 unknowns: 1,
                 sensitivities: 4,
+                has_branches: false,
             })
         }
         #[inline]
