@@ -575,5 +575,44 @@ pub mod vessel {
         > {
             ::core::result::Result::Err(::dgd::__runtime::taylor::NoTaylor::Algebraic)
         }
+        #[inline(always)]
+        fn rhs_lanes(
+            &self,
+            _at: ::dgd::__runtime::ensemble::lanes::LanePoint<'_>,
+            _f: &mut [::dgd::__runtime::ensemble::lanes::Lanes],
+        ) {
+            ::dgd::__runtime::ensemble::lanes::rhs::<Self, 3, 1, 3>(self, _at, _f);
+        }
+        #[inline(always)]
+        fn linearize_lanes(
+            &self,
+            _at: ::dgd::__runtime::ensemble::lanes::LanePoint<'_>,
+            _udot: &[::dgd::__runtime::ensemble::lanes::Lanes],
+            _f: &mut [::dgd::__runtime::ensemble::lanes::Lanes],
+            _jacobian: &mut [::dgd::__runtime::ensemble::lanes::Lanes],
+            _dfdt: &mut [::dgd::__runtime::ensemble::lanes::Lanes],
+        ) {
+            ::dgd::__runtime::ensemble::lanes::linearize::<
+                Self,
+                3,
+                1,
+                3,
+                5,
+            >(self, _at, _udot, _f, _jacobian, _dfdt);
+        }
+        #[inline(always)]
+        fn outputs_lanes(
+            &self,
+            _at: ::dgd::__runtime::ensemble::lanes::LanePoint<'_>,
+            _w: &mut [::dgd::__runtime::ensemble::lanes::Lanes],
+        ) {
+            ::dgd::__runtime::ensemble::lanes::outputs::<
+                Self,
+                3,
+                1,
+                3,
+                2,
+            >(self, _at, _w);
+        }
     }
 }
