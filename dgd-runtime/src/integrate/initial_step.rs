@@ -24,13 +24,13 @@ impl<S: System> Simulation<'_, S> {
         if !self.algebraic.is_empty() || !matches!(self.method.kind, MethodKind::Rosenbrock(_)) {
             return f64::INFINITY;
         }
-        let (f, curvature) = (self.stepper.f.as_ref(), self.row.as_mut());
+        let (f, curvature) = (self.stepper.f.as_ref(), self.stepper.rhs.as_mut());
         curvature.copy_from_slice(self.stepper.dfdt.as_ref());
         let pattern = &self.problem.system.signature().jacobian;
         add_product(curvature, pattern, self.stepper.jacobian.as_ref(), f);
         let (y, sizes) = (self.y.as_ref(), self.sizes.as_ref());
         let norm = |values: &[f64]| self.tolerances.mean_square(values, y, y, sizes).sqrt();
-        let (slope, rate) = (norm(f), norm(self.row.as_ref()) / norm(f));
+        let (slope, rate) = (norm(f), norm(self.stepper.rhs.as_ref()) / norm(f));
         let k = f64::from(self.method.kind.estimate_order(self.tolerances.rtol) + 1);
         let h = (rate / (ESTIMATE * slope)).powf(1.0 / k) / rate;
         if h > 0.0 { h } else { f64::INFINITY }

@@ -65,9 +65,11 @@ impl<S: System> Stepper<S> {
         }
         make!(0 1 2 3 4 5 6 7);
 
-        // y⁺ = Y_s + U_s
+        // y⁺ = Y_s + U_s. Y is kept where y⁺ comes to be: one vector less for large models.
         let last = stages - 1;
-        sum(self.stage.as_ref(), self.k[last].as_ref(), self.y_new.as_mut());
+        for (y, u) in self.y_new.as_mut().iter_mut().zip(self.k[last].as_ref()) {
+            *y += u;
+        }
         if let Some(d) = directions {
             sum(d.stage.as_ref(), d.v[last].as_ref(), d.s_new.as_mut());
         }
@@ -90,7 +92,7 @@ impl<S: System> Stepper<S> {
         let (a, c) = (&tableau.a[I], &tableau.c[I]);
 
         // Yᵢ = y + Σ aᵢⱼ Uⱼ,  Uᵢ ← Σ cᵢⱼ Uⱼ
-        let (mut stage, mut u_i) = (self.stage.take(), self.k[I].take());
+        let (mut stage, mut u_i) = (self.y_new.take(), self.k[I].take());
         combine::<I, _>(y, &self.k, a, c, closes, stage.as_mut(), u_i.as_mut());
         let mut of_s = directions.as_deref_mut().map(|d| {
             let (mut stage, mut v_i) = (d.stage.take(), d.v[I].take());
@@ -132,7 +134,7 @@ impl<S: System> Stepper<S> {
             add_product(v_i, pattern, d.dgdy.as_ref(), u_i.as_ref());
             self.factorisation.solve(v_i);
         }
-        self.stage = stage;
+        self.y_new = stage;
         self.k[I] = u_i;
         if let (Some(d), Some((stage, v_i))) = (directions, of_s) {
             d.stage = stage;
