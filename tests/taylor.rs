@@ -5,10 +5,12 @@
 mod inline;
 mod support;
 
+use std::num::NonZeroU32;
+
 use dgd::taylor::{MOST_ORDER, Terms};
 use dgd::{
-    Column, Inputs, Interpolation, Method, MethodKind, Options, Point, Problem, Solution, System,
-    discrete_numbers, find_method, simulate, simulate_with_sensitivities,
+    Column, Inputs, Interpolation, Method, MethodKind, Options, PerSample, Point, Problem,
+    Solution, Steps, System, discrete_numbers, find_method, simulate, simulate_with_sensitivities,
 };
 use dgd_compiler::dae::Dae;
 use dgd_compiler::expr::intrinsics::{INTRINSICS, Intrinsic};
@@ -435,4 +437,44 @@ modes ball {
         // Local errors of some ten steps, larger by the slopes at impacts of numbers up to 10.
         assert!((found - expected).abs() <= 1e-7, "{found} {expected}");
     }
+}
+
+#[test]
+fn the_order_per_sample_is_as_low_as_the_tolerance_allows() {
+    let text = "model relaxing\n\
+                parameter k [1/s] = 0.3\n\
+                input u [1/s^2] hold\n\
+                state x [1/s] = 1\n\
+                der(x) = u - k*x - 0.1 [s]*x^2*k\n";
+    let compiled = inline::compile(text);
+    let system = Interpreted::new(compiled.program);
+    let times: Vec<f64> = (0..400).map(f64::from).collect();
+    let values: Vec<f64> = times.iter().map(|t| (0.7 * t).sin()).collect();
+    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &values };
+    let inputs = Inputs::recorded(&times, &[column]).unwrap();
+    let problem = Problem { system: &system, p: &[0.3], inputs: &inputs, start: &[] };
+    let run = |method: &str, steps: Steps, tolerance: f64| {
+        let method = find_method(method).unwrap();
+        let options =
+            Options { method, steps, rtol: tolerance, atol: tolerance, ..Options::default() };
+        simulate_with_sensitivities(&problem, &times, &options).unwrap()
+    };
+    let exact = run("rodas5p", Steps::Adaptive, 1e-12);
+    let mut errors = Vec::new();
+    for tolerance in [1e-3, 1e-5, 1e-7, 1e-9] {
+        let found = run("taylor", Steps::PerSample(PerSample::Automatic), tolerance);
+        assert_eq!(found.statistics.steps, 399, "one step per sample at {tolerance}");
+        let differences = |a: &[f64], b: &[f64]| {
+            a.iter().zip(b).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()))
+        };
+        let error = differences(&found.y, &exact.y).max(differences(&found.s, &exact.s));
+        // Errors of steps are below the tolerance of numbers near 3, and die out in three samples.
+        assert!(error <= 10.0 * tolerance, "{error} at {tolerance}");
+        errors.push(error);
+    }
+    // No more accurate than asked for by more than what one order gives.
+    assert!(errors.windows(2).all(|pair| pair[1] < 0.5 * pair[0]), "{errors:?}");
+    let named = run("taylor2", Steps::PerSample(PerSample::Exactly(NonZeroU32::MIN)), 1e-9);
+    assert!(named.y.iter().zip(&exact.y).any(|(a, b)| (a - b).abs() > 1e-4));
+    assert!(find_method("taylor1").is_err() && find_method("taylor32").is_err());
 }

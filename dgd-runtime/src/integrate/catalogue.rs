@@ -104,12 +104,37 @@ pub static METHODS: &[Method] = &[
     },
     Method {
         name: "taylor",
-        description: "Taylor series of an order by the tolerance, for smooth models that are not stiff",
+        description: "Taylor series of an order by the tolerance, `taylor2` to `taylor31` of a given one; smooth models, not stiff",
         order: MOST_ORDER as u32,
         source: "Jorba and Zou, Experimental Mathematics 14 (2005) 99–117",
         kind: MethodKind::Taylor(None),
     },
 ];
+
+/// Methods for these orders.
+macro_rules! taylor_of_order {
+    ($($order:literal)*) => {
+        [$(Method {
+            name: concat!("taylor", $order),
+            description: "Taylor series of this order, for smooth models that are not stiff",
+            order: $order,
+            source: "Jorba and Zou, Experimental Mathematics 14 (2005) 99–117",
+            kind: MethodKind::Taylor(Some($order)),
+        }),*]
+    };
+}
+
+/// Taylor series of a given order, from [`taylor::LEAST_ORDER`] on.
+static TAYLOR: [Method; MOST_ORDER - taylor::LEAST_ORDER + 1] = taylor_of_order![
+    2 3 4 5 6 7 8 9 10 11 12 13 14 15 16
+    17 18 19 20 21 22 23 24 25 26 27 28 29 30 31
+];
+
+/// Taylor series of orders up to this one, ascending.
+pub(crate) fn taylor_up_to(order: usize) -> &'static [Method] {
+    let count = (order + 1).saturating_sub(taylor::LEAST_ORDER).min(TAYLOR.len());
+    &TAYLOR[..count]
+}
 
 /// The method used where none is named.
 pub static DEFAULT: &Method = &METHODS[0];
@@ -146,6 +171,7 @@ pub fn automatic(signature: &Signature) -> &'static Method {
 pub fn find(name: &str) -> Result<&'static Method, UnknownMethod> {
     METHODS
         .iter()
+        .chain(&TAYLOR)
         .find(|method| method.name == name)
         .ok_or_else(|| UnknownMethod { name: name.to_owned() })
 }
@@ -163,6 +189,8 @@ impl fmt::Display for UnknownMethod {
         for (i, method) in METHODS.iter().enumerate() {
             write!(f, "{} `{}`", if i == 0 { "" } else { "," }, method.name)?;
         }
+        let (least, most) = (TAYLOR[0].name, TAYLOR[TAYLOR.len() - 1].name);
+        write!(f, ", of a given order `{least}` to `{most}`")?;
         Ok(())
     }
 }

@@ -37,7 +37,7 @@ use crate::system::{Interpolation, Point, System};
 use crate::taylor::{MOST_ORDER, Terms};
 
 /// The lowest order that is taken for a tolerance.
-const LEAST_ORDER: usize = 2;
+pub(crate) const LEAST_ORDER: usize = 2;
 /// The last term but one counts as an error by this part: where terms shrink by e² it is about as large
 /// as the last.
 const BUT_ONE: f64 = 0.1;

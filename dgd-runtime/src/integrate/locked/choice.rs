@@ -2,10 +2,11 @@
 //!
 //! | candidate | cost of a step |
 //! |---|---|
-//! | explicit | its evaluations of f |
-//! | Rosenbrock | three times as much, as measured on models of a few unknowns |
+//! | explicit | 11 |
+//! | Taylor series of order p, the lowest that is accurate in one step | p + 2 |
+//! | Rosenbrock | 33 |
 //!
-//! The cheapest candidate is the choice. What the beginning says is verified by the whole: in a
+//! as measured on models of a few unknowns. The cheapest candidate is the choice. What the beginning says is verified by the whole: in a
 //! simulation by its own errors, in a fit by a run where it has ended.
 
 use std::num::NonZeroU32;
@@ -16,9 +17,11 @@ use super::error::{PerSampleError, verify};
 use super::fixed_step::{Equations, FixedStep};
 use super::grid::{Grid, sample_interval, segments};
 use super::sweep::{Course, Gauge, Stopped, sweep};
+use super::taylor::Taylor;
 use super::{Nothing, PerSample, Steps, Task, dispatch, is_swept, rosenbrock, started};
 use crate::error::IntegrateError;
-use crate::integrate::catalogue::{METHODS, Method, MethodKind};
+use crate::integrate::catalogue::{METHODS, Method, MethodKind, taylor_up_to};
+use crate::integrate::taylor::order;
 use crate::integrate::{Simulation, larger};
 use crate::problem::{Options, Problem};
 use crate::solution::Solution;
@@ -28,8 +31,14 @@ use crate::system::System;
 const PART: usize = 16;
 const LEAST_ROWS: usize = 64;
 
-/// How much dearer a step of a Rosenbrock method is than one of an explicit method.
-const ROSENBROCK_COST: u32 = 3;
+/// What a step costs.
+fn cost(method: &Method) -> u32 {
+    match method.kind {
+        MethodKind::Taylor(_) => method.order + 2,
+        MethodKind::Rosenbrock(_) => 33,
+        _ => 11,
+    }
+}
 
 /// Errors of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,17 +101,12 @@ pub fn choose_per_sample<S: System>(
         let options = Options { method, ..*options };
         let found = verify(problem, method)
             .map_err(IntegrateError::PerSample)
-            .and_then(|()| per_sample_of_head(problem, times, &options));
+            .and_then(|()| candidate(problem, times, &options));
         match found {
-            Ok(n) => {
-                let cost = match method.kind {
-                    MethodKind::Rosenbrock(_) => ROSENBROCK_COST * n,
-                    _ => n,
-                };
-                if let (Some(steps), None | Some(true)) =
-                    (NonZeroU32::new(n), best.map(|(least, _)| cost < least))
-                {
-                    best = Some((cost, PerSampleChoice { method, steps }));
+            Ok(choice) => {
+                let cost = cost(choice.method) * choice.steps.get();
+                if best.is_none_or(|(least, _)| cost < least) {
+                    best = Some((cost, choice));
                 }
             }
             Err(error) => {
@@ -118,6 +122,41 @@ pub fn choose_per_sample<S: System>(
             Err(IntegrateError::PerSample(PerSampleError::Method { method }))
         }
     }
+}
+
+/// What a method needs in the beginning of a run.
+fn candidate<S: System>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+    options: &Options,
+) -> Result<PerSampleChoice, IntegrateError> {
+    if let MethodKind::Taylor(None) = options.method.kind {
+        let mut solution = Solution::empty(problem.system.signature(), 0);
+        let mut simulation = Simulation::new(problem, options, times[0], None);
+        simulation.start(&mut solution)?;
+        if let Some(method) = lowest_order::<S, Unknowns<S>>(&simulation, times) {
+            return Ok(PerSampleChoice { method, steps: NonZeroU32::MIN });
+        }
+    }
+    let n = per_sample_of_head(problem, times, options)?;
+    let steps = NonZeroU32::new(n).unwrap_or(NonZeroU32::MIN);
+    Ok(PerSampleChoice { method: options.method, steps })
+}
+
+/// The Taylor series of lowest order with which one step per sample keeps errors within the tolerance in
+/// the beginning of a run; up to the order that suits the tolerance.
+pub(super) fn lowest_order<S: System, C: Carried<S>>(
+    simulation: &Simulation<'_, S>,
+    times: &[f64],
+) -> Option<&'static Method> {
+    let system = simulation.problem.system;
+    let n_s = if C::HAS_SENSITIVITIES { system.signature().directions.len() } else { 0 };
+    let grid = Grid::new(sample_interval(simulation.problem.inputs, times), 1);
+    taylor_up_to(order(None, simulation.tolerances.rtol)).iter().find(|method| {
+        let run = MeasuredRun::<S, C>::new(simulation, &times[..head(times)], grid);
+        let measured = run.with(Taylor::new(system, method.order as usize, n_s));
+        measured.is_ok_and(|measured| measured.wants_more_than(1, method.order).is_none())
+    })
 }
 
 /// The number of rows in the beginning of a run.

@@ -106,12 +106,29 @@ pub(super) fn run<S: System>(
     let mut simulation = Simulation::new(problem, options, from, directions);
     simulation.start(solution)?;
     if with_sensitivities {
-        let task = WholeRun::<S, WithSensitivities<S>>::new(&simulation, times, count, solution);
-        dispatch(problem.system, (options.method.kind, options.rtol), task)
+        whole_run::<S, WithSensitivities<S>>(&simulation, times, options, count, solution)
     } else {
-        let task = WholeRun::<S, Unknowns<S>>::new(&simulation, times, count, solution);
-        dispatch(problem.system, (options.method.kind, options.rtol), task)
+        whole_run::<S, Unknowns<S>>(&simulation, times, options, count, solution)
     }
+}
+
+fn whole_run<S: System, C: Carried<S>>(
+    simulation: &Simulation<'_, S>,
+    times: &[f64],
+    options: &Options,
+    count: Count,
+    solution: &mut Solution,
+) -> Result<(), IntegrateError> {
+    // Of Taylor series the order is chosen first, then the number.
+    let kind = match options.method.kind {
+        MethodKind::Taylor(None) if count.is_open() => {
+            let lowest = choice::lowest_order::<S, C>(simulation, times);
+            lowest.map_or(options.method.kind, |method| method.kind)
+        }
+        kind => kind,
+    };
+    let task = WholeRun::<S, C>::new(simulation, times, count, solution);
+    dispatch(simulation.problem.system, (kind, options.rtol), task)
 }
 
 /// Whether [`stream`] can run with these options.
