@@ -441,13 +441,14 @@ modes ball {
 
 #[test]
 fn the_order_per_sample_is_as_low_as_the_tolerance_allows() {
-    let text = "model relaxing\n\
-                parameter k [1/s] = 0.3\n\
-                input u [1/s^2] hold\n\
-                state x [1/s] = 1\n\
-                der(x) = u - k*x - 0.1 [s]*x^2*k\n";
-    let compiled = inline::compile(text);
-    let system = Interpreted::new(compiled.program);
+    let text = "
+model relaxing
+parameter k [1/s] = 0.3
+input u [1/s] hold
+state x [1] = 1
+equation relaxation: der(x) = u - k*x - 0.1*k*x^2
+";
+    let system = inline::system(text);
     let times: Vec<f64> = (0..400).map(f64::from).collect();
     let values: Vec<f64> = times.iter().map(|t| (0.7 * t).sin()).collect();
     let column = Column { name: "u", interpolation: Interpolation::Hold, values: &values };
