@@ -309,18 +309,23 @@ impl<S: System> Stepper<S> {
         }
     }
 
-    /// The first coefficient that is not finite.
+    /// The first coefficient, or slope at the end of the step, that is not finite.
     pub(super) fn spoilt_series(&self, trial: Trial<'_, S>) -> Option<(f64, Spoilt)> {
         let n = trial.y.as_ref().len().max(1);
         let bad = |numbers: &[f64]| numbers.iter().position(|number| !number.is_finite());
-        let Expansion { y, s, .. } = &self.expansion;
+        let Expansion { y, s, has_branches, .. } = &self.expansion;
         let of_y = bad(y).map(|at| match at / n {
             0 | 1 => Spoilt::Equation(at % n),
             _ => Spoilt::Derivative(at % n),
         });
         let n_s = s.len() / y.len().max(1);
         let of_s = || bad(s).map(|at| Spoilt::Derivative(at / n_s % n));
-        Some((trial.base.t, of_y.or_else(of_s)?))
+        if let Some(spoilt) = of_y.or_else(of_s) {
+            return Some((trial.base.t, spoilt));
+        }
+        // The slopes at the end, where those of a branch are looked at.
+        let of_end = bad(self.rhs.as_ref()).filter(|_| *has_branches);
+        of_end.map(|at| (trial.base.t + trial.h, Spoilt::Equation(at)))
     }
 }
 
