@@ -44,7 +44,8 @@ fn each_set_gives_what_a_run_with_its_values_gives() {
 
 #[test]
 fn files_are_the_same_for_any_number_of_threads() {
-    let rows: String = (0..40).map(|k| format!("{}\n", 0.5 + 0.02 * f64::from(k))).collect();
+    let rows: Vec<String> = (0..40).map(|k| format!("{}\n", 0.5 + 0.02 * f64::from(k))).collect();
+    let rows = rows.concat();
     let folder = folder_with(&[("sets.csv", format!("k [1]\n{rows}").as_bytes())]);
     let sets = path(&folder, "sets.csv");
     let run = |threads: &str, out: &str| {

@@ -109,7 +109,7 @@ impl Neg for Lanes {
 }
 
 /// Several points at which a model is evaluated; lengths are those of a
-/// [`Point`](crate::system::Point). Models with discrete numbers have no such points.
+/// [`Point`]. Models with discrete numbers have no such points.
 #[derive(Debug, Clone, Copy)]
 pub struct LanePoint<'a> {
     /// Time, s.

@@ -3,7 +3,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`two_state`] | P1, P2, P4, P5: a level and a flow, by hand as a user of a library has to write them |
-//! | [`line`] | P3: a hydraulic line of n cells |
+//! | [`mod@line`] | P3: a hydraulic line of n cells |
 //! | [`request`] | what the driver asks a program, and the answer |
 
 pub mod line;
