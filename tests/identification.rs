@@ -6,7 +6,9 @@ use dgd::identify::{
     Bound, EstimateError, Fit, Noise, OutputErrorProblem, Prior, Recording, Stepping, TrialFailure,
     evaluate, fit, fit_from, fit_starts, outputs_with_sensitivities,
 };
-use dgd::{Column, Inputs, Interpolation, Options, PerSample, Steps, System, find_method};
+use dgd::{
+    Column, Inputs, Interpolation, MethodKind, Options, PerSample, Steps, System, find_method,
+};
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Directions, compile};
@@ -275,8 +277,10 @@ fn steps_per_sample_lead_to_the_same_fit() {
     };
     let locked = fitted(Steps::Automatic, 1);
     let Stepping::PerSample(choice) = locked.stepping else { panic!("{:?}", locked.stepping) };
-    // tau = 40 s: one step of a second is far more accurate than the tolerance.
-    assert_eq!((choice.steps.get(), choice.method.name), (1, "tsit5"));
+    // tau = 40 s: one step of a second along a series of few terms is accurate enough, and cheapest.
+    assert_eq!(choice.steps.get(), 1);
+    let is_series = matches!(choice.method.kind, MethodKind::Taylor(Some(2..=6)));
+    assert!(is_series, "{}", choice.method.name);
     let adaptive = fitted(Steps::Adaptive, 1);
     assert!(matches!(adaptive.stepping, Stepping::Adaptive));
     for (a, b) in locked.estimates.iter().zip(&adaptive.estimates) {
