@@ -41,6 +41,11 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
+/// Whether a method goes along series, whose orders are low enough to be cheapest here.
+fn is_series(method: &serde_json::Value) -> bool {
+    method.as_str().is_some_and(|name| name.starts_with("taylor"))
+}
+
 #[test]
 fn runs_and_fits_step_from_sample_to_sample() {
     let folder = folder();
@@ -52,7 +57,8 @@ fn runs_and_fits_step_from_sample_to_sample() {
         let run =
             |steps: &str| json(&[command, "model.dgd", "--data", "inputs.csv", "--steps", steps]);
         let locked = run("per-sample=2");
-        assert_eq!((&locked["steps_per_sample"], &locked["method"]), (&json!(2), &json!("tsit5")));
+        assert_eq!(locked["steps_per_sample"], json!(2));
+        assert!(is_series(&locked["method"]), "{}", locked["method"]);
         assert_eq!(locked["steps"], json!(2 * 399));
         assert!(run("per-sample")["steps_per_sample"].is_u64());
         assert!(run("auto")["steps_per_sample"].is_null());
@@ -64,7 +70,8 @@ fn runs_and_fits_step_from_sample_to_sample() {
     };
     let three = ["--free", "M,c0,c2"];
     let locked = fit(&three);
-    assert_eq!(locked["steps"], json!({ "per_sample": 1, "method": "tsit5" }));
+    assert_eq!(locked["steps"]["per_sample"], json!(1));
+    assert!(is_series(&locked["steps"]["method"]), "{}", locked["steps"]);
     let adaptive = fit(&[&three[..], &["--steps", "adaptive"]].concat());
     assert_eq!(adaptive["steps"], json!("adaptive"));
     for name in ["M", "c0", "c2"] {
