@@ -1,19 +1,16 @@
 //! Inputs while a run goes on, and what delayed unknowns were.
 
+use super::along::Along;
 use super::history::History;
 use crate::linalg::norm::Tolerances;
 use crate::problem::Problem;
 use crate::signal::Segment;
-use crate::system::{Storage, System};
+use crate::system::System;
 
 /// Inputs along the current segment.
 pub(crate) struct Drive<'a, S: System> {
     problem: &'a Problem<'a, S>,
-    t0: f64,
-    start: S::Inputs,
-    slope: S::Inputs,
-    now: S::Inputs,
-    constant: bool,
+    inputs: Along<S>,
     /// What is read late of the unknowns, behind the inputs; `None` where nothing is.
     pub(super) history: Option<Box<History>>,
 }
@@ -30,11 +27,7 @@ impl<'a, S: System> Drive<'a, S> {
         let n_u = segment.u.len();
         let mut drive = Self {
             problem,
-            t0: 0.0,
-            start: S::Inputs::zeros(n_u),
-            slope: S::Inputs::zeros(n_u),
-            now: S::Inputs::zeros(n_u),
-            constant: true,
+            inputs: Along::new(n_u),
             history: if S::FEATURES.past {
                 History::new(problem, from, n_s, tolerances)
             } else {
@@ -46,45 +39,33 @@ impl<'a, S: System> Drive<'a, S> {
     }
 
     pub(crate) fn enter(&mut self, segment: Segment<'_>) {
-        self.t0 = segment.t0;
-        self.start.as_mut().copy_from_slice(segment.u);
-        self.slope.as_mut().copy_from_slice(segment.udot);
-        self.now.as_mut().copy_from_slice(segment.u);
-        self.constant = segment.is_constant();
+        self.inputs.enter(segment);
     }
 
     /// u(t); what is read late may depend on y(t).
     #[inline]
     pub(crate) fn at(&mut self, t: f64, y: &[f64]) -> &[f64] {
-        if !self.constant {
-            let segment = Segment {
-                t0: self.t0,
-                t1: f64::INFINITY,
-                u: self.start.as_ref(),
-                udot: self.slope.as_ref(),
-            };
-            segment.value(t, self.now.as_mut());
-        }
+        self.inputs.at(t);
         if S::FEATURES.past
             && let Some(history) = &mut self.history
         {
-            history.write(self.problem, t, y, self.now.as_mut());
+            history.write(self.problem, t, y, self.inputs.now.as_mut());
         }
-        self.now.as_ref()
+        self.inputs.now.as_ref()
     }
 
     /// u(t) and u̇; what was is known with its own slopes.
     #[inline]
     pub(crate) fn with_slope(&mut self, t: f64, y: &[f64]) -> (&[f64], &[f64]) {
         self.at(t, y);
-        (self.now.as_ref(), self.slope.as_ref())
+        self.inputs.with_slope()
     }
 
     /// Begins the history with consistent values at `t`.
     pub(crate) fn begin_history(&mut self, t: f64, y: &[f64], s: Option<&[f64]>, sizes: &[f64]) {
         self.at(t, y);
         if let Some(history) = &mut self.history {
-            history.begin(self.problem, (y, s), sizes, self.now.as_ref());
+            history.begin(self.problem, (y, s), sizes, self.inputs.now.as_ref());
         }
     }
 
@@ -94,7 +75,7 @@ impl<'a, S: System> Drive<'a, S> {
             return None;
         }
         self.at(t, y);
-        self.history.as_mut()?.passed(self.problem, (t, y), self.now.as_ref())
+        self.history.as_mut()?.passed(self.problem, (t, y), self.inputs.now.as_ref())
     }
 
     /// The smallest of the delays that vary, and its value.
@@ -104,6 +85,6 @@ impl<'a, S: System> Drive<'a, S> {
             return None;
         }
         self.at(t, y);
-        self.history.as_mut()?.earliest(self.problem, (t, y), self.now.as_ref())
+        self.history.as_mut()?.earliest(self.problem, (t, y), self.inputs.now.as_ref())
     }
 }

@@ -19,6 +19,7 @@
 // Lengths are constants where storage has a fixed size, and only once inlined there.
 #![allow(clippy::inline_always)]
 
+mod along;
 mod bdf;
 mod breaks;
 pub mod butcher;

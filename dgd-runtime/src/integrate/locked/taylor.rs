@@ -5,18 +5,14 @@
 
 use super::carried::Carried;
 use super::fixed_step::{Equations, FixedStep, Made};
+use crate::integrate::along::Along;
 use crate::integrate::taylor::Expansion;
 use crate::signal::Segment;
 use crate::system::{Point, Storage, System};
 
 /// Work space of the method.
 pub(crate) struct Taylor<S: System> {
-    t0: f64,
-    /// u at t₀, its slope, and u where the step starts.
-    start: S::Inputs,
-    slope: S::Inputs,
-    now: S::Inputs,
-    is_constant: bool,
+    inputs: Along<S>,
     /// Slopes where the step made last ends.
     f: S::Vector,
     g: Vec<f64>,
@@ -26,13 +22,8 @@ pub(crate) struct Taylor<S: System> {
 impl<S: System> Taylor<S> {
     /// Work space for a model and so many directions.
     pub(crate) fn new(system: &S, order: usize, n_s: usize) -> Self {
-        let inputs = || S::Inputs::zeros(system.signature().n_u());
         Self {
-            t0: 0.0,
-            start: inputs(),
-            slope: inputs(),
-            now: inputs(),
-            is_constant: true,
+            inputs: Along::new(system.signature().n_u()),
             f: S::Vector::zeros(system.signature().unknowns.len()),
             g: vec![0.0; system.signature().unknowns.len() * n_s],
             expansion: Expansion::new(system, order, n_s),
@@ -49,22 +40,15 @@ impl<S: System, C: Carried<S>> FixedStep<S, C> for Taylor<S> {
 
     #[inline(always)]
     fn enter(&mut self, segment: Segment<'_>) {
-        self.t0 = segment.t0;
-        self.start.as_mut().copy_from_slice(segment.u);
-        self.slope.as_mut().copy_from_slice(segment.udot);
-        self.now.as_mut().copy_from_slice(segment.u);
-        self.is_constant = segment.is_constant();
+        self.inputs.enter(segment);
     }
 
     #[inline(always)]
     fn step(&mut self, equations: Equations<'_, S>, t: f64, h: f64, now: &C, next: &mut C) {
-        let (u, udot) = (self.start.as_ref(), self.slope.as_ref());
-        if !self.is_constant {
-            let segment = Segment { t0: self.t0, t1: f64::INFINITY, u, udot };
-            segment.value(t, self.now.as_mut());
-        }
+        self.inputs.at(t);
+        let (u, udot) = self.inputs.with_slope();
         let Equations { system, p } = equations;
-        let at = Point { t, y: now.y(), u: self.now.as_ref(), p, z: &[] };
+        let at = Point { t, y: now.y(), u, p, z: &[] };
         self.expansion.compute(system, at, udot, h, now.s());
         let (y, s) = next.parts_mut();
         self.expansion.sum(1.0, now.y(), y);
@@ -82,13 +66,8 @@ impl<S: System, C: Carried<S>> FixedStep<S, C> for Taylor<S> {
             self.expansion.sensitivity_error(1.0, y.len(), s);
         }
         let t = made.t + made.h;
-        let (u, udot) = (self.start.as_ref(), self.slope.as_ref());
-        if !self.is_constant {
-            let segment = Segment { t0: self.t0, t1: f64::INFINITY, u, udot };
-            segment.value(t, self.now.as_mut());
-        }
         let Equations { system, p } = equations;
-        let at = Point { t, y: made.to.y(), u: self.now.as_ref(), p, z: &[] };
+        let at = Point { t, y: made.to.y(), u: self.inputs.at(t), p, z: &[] };
         let slopes = (self.f.as_mut(), &mut self.g[..]);
         self.expansion.add_defects((system, at), 1.0, made.to.s(), slopes, (y, s));
         0.0

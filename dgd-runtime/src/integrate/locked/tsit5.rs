@@ -9,11 +9,12 @@
 
 use super::carried::Carried;
 use super::fixed_step::{Equations, FixedStep, Made};
+use crate::integrate::along::Along;
 use crate::integrate::butcher::RungeKuttaTableau;
 use crate::integrate::tableau::MAX_STAGES;
 use crate::integrate::tableaux::TSIT5;
 use crate::signal::Segment;
-use crate::system::{Point, Storage, System};
+use crate::system::{Point, System};
 
 const TABLEAU: &RungeKuttaTableau = &TSIT5;
 
@@ -33,12 +34,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// Work space of the method.
 pub(crate) struct Tsit5<S: System, C> {
-    t0: f64,
-    /// u at t₀, its slope, and u where it was asked for last.
-    start: S::Inputs,
-    slope: S::Inputs,
-    now: S::Inputs,
-    is_constant: bool,
+    inputs: Along<S>,
     k: [C; 7],
     stage: C,
     /// Whether the last of the `k` is the slope where the step made last ended.
@@ -48,13 +44,8 @@ pub(crate) struct Tsit5<S: System, C> {
 impl<S: System, C: Carried<S>> Tsit5<S, C> {
     /// Work space for a model.
     pub(crate) fn new(system: &S) -> Self {
-        let inputs = || S::Inputs::zeros(system.signature().n_u());
         Self {
-            t0: 0.0,
-            start: inputs(),
-            slope: inputs(),
-            now: inputs(),
-            is_constant: true,
+            inputs: Along::new(system.signature().n_u()),
             k: std::array::from_fn(|_| C::zeros(system)),
             stage: C::zeros(system),
             has_end: false,
@@ -67,8 +58,7 @@ impl<S: System, C: Carried<S>> Tsit5<S, C> {
         now.advanced::<I>(h, &TABLEAU.a[I], &self.k, &mut self.stage);
         let Equations { system, p } = equations;
         let t = t + TABLEAU.c[I] * h;
-        self.set_inputs(t);
-        let at = Point { t, y: &[], u: self.now.as_ref(), p, z: &[] };
+        let at = Point { t, y: &[], u: self.inputs.at(t), p, z: &[] };
         self.stage.slopes(system, at, &mut self.k[I]);
     }
 
@@ -76,18 +66,8 @@ impl<S: System, C: Carried<S>> Tsit5<S, C> {
     #[inline(always)]
     fn slopes<const I: usize>(&mut self, equations: Equations<'_, S>, t: f64, x: &C) {
         let Equations { system, p } = equations;
-        self.set_inputs(t);
-        let at = Point { t, y: &[], u: self.now.as_ref(), p, z: &[] };
+        let at = Point { t, y: &[], u: self.inputs.at(t), p, z: &[] };
         x.slopes(system, at, &mut self.k[I]);
-    }
-
-    #[inline(always)]
-    fn set_inputs(&mut self, t: f64) {
-        if !self.is_constant {
-            let (u, udot) = (self.start.as_ref(), self.slope.as_ref());
-            let segment = Segment { t0: self.t0, t1: f64::INFINITY, u, udot };
-            segment.value(t, self.now.as_mut());
-        }
     }
 
     /// The seventh stage.
@@ -109,11 +89,7 @@ impl<S: System, C: Carried<S>> FixedStep<S, C> for Tsit5<S, C> {
 
     #[inline(always)]
     fn enter(&mut self, segment: Segment<'_>) {
-        self.t0 = segment.t0;
-        self.start.as_mut().copy_from_slice(segment.u);
-        self.slope.as_mut().copy_from_slice(segment.udot);
-        self.now.as_mut().copy_from_slice(segment.u);
-        self.is_constant = segment.is_constant();
+        self.inputs.enter(segment);
         self.has_end = false;
     }
 
