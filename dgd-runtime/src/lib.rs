@@ -37,6 +37,7 @@ mod state_selection;
 pub mod system;
 pub mod taylor;
 mod unknowns;
+mod width;
 
 pub use discrete::discrete_numbers;
 pub use error::{BadRequest, Evaluation, Failure, InitialError, IntegrateError};

@@ -46,6 +46,9 @@ pub trait Storage: AsRef<[f64]> + AsMut<[f64]> + Clone {
     /// The square of as many.
     type LaneSquare: LaneStorage;
 
+    /// Whether their number is known when the program is compiled.
+    const FIXED: bool;
+
     /// `len` zeros.
     ///
     /// # Panics
@@ -63,6 +66,8 @@ impl<const N: usize> Storage for [f64; N] {
     type Lanes = [Lanes; N];
     type LaneSquare = [[Lanes; N]; N];
 
+    const FIXED: bool = true;
+
     #[inline]
     fn zeros(len: usize) -> Self {
         assert_eq!(len, N, "storage of fixed size");
@@ -78,6 +83,8 @@ impl<const N: usize> Storage for [f64; N] {
 impl Storage for Vec<f64> {
     type Lanes = Vec<Lanes>;
     type LaneSquare = Vec<Lanes>;
+
+    const FIXED: bool = false;
 
     fn zeros(len: usize) -> Self {
         vec![0.0; len]

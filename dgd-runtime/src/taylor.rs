@@ -70,6 +70,13 @@ pub fn keep(a: &mut Terms, k: usize, value: f64) {
 /// Σⱼ aⱼ b₍ₖ₋ⱼ₎, j = 1 … k − 1.
 #[inline(always)]
 fn inner(a: &Terms, b: &Terms, k: usize) -> f64 {
+    // Low orders without a loop: what it costs to go round is more than what is summed.
+    match k {
+        1 => return 0.0,
+        2 => return a[1] * b[1],
+        3 => return a[1] * b[2] + a[2] * b[1],
+        _ => {}
+    }
     let mut sum = if k.is_multiple_of(2) { at(a, k / 2) * at(b, k / 2) } else { 0.0 };
     for j in (1..k.div_ceil(2)).rev() {
         sum += at(a, j) * at(b, k - j) + at(a, k - j) * at(b, j);
@@ -80,6 +87,12 @@ fn inner(a: &Terms, b: &Terms, k: usize) -> f64 {
 /// Σⱼ aⱼ a₍ₖ₋ⱼ₎, j = 1 … k − 1.
 #[inline(always)]
 fn inner_square(a: &Terms, k: usize) -> f64 {
+    match k {
+        1 => return 0.0,
+        2 => return a[1] * a[1],
+        3 => return 2.0 * (a[1] * a[2]),
+        _ => {}
+    }
     let mut half = 0.0;
     for j in (1..k.div_ceil(2)).rev() {
         half += at(a, j) * at(a, k - j);

@@ -1,6 +1,6 @@
 //! Dae → Program: derivatives are taken, patterns found, expressions put in execution order.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::functions::{Argument, FUNCTIONS, ResultKind};
 use super::loops::{Number, schedule};
@@ -190,18 +190,45 @@ impl<'a> Derivation<'a> {
         }
     }
 
+    /// The roots with a/b as a (1/b) where no unknown reaches b: 1/b does not wait for the unknowns,
+    /// and what waits for them multiplies.
+    fn by_reciprocals(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
+        let mut moving = HashSet::new();
+        let mut built: HashMap<ExprId, ExprId> = HashMap::new();
+        for (id, node) in self.graph.listed(roots.iter().copied()) {
+            if is_of_unknowns(node) || node.operands().any(|operand| moving.contains(&operand)) {
+                moving.insert(id);
+            }
+            let here = match node {
+                Node::Divide(a, b) if moving.contains(&a) && !moving.contains(&b) => {
+                    let one = self.graph.constant(1.0);
+                    let reciprocal = self.graph.divide(one, built[&b]);
+                    self.graph.multiply(built[&a], reciprocal)
+                }
+                _ => self.graph.simplified(node.map(|operand| built[&operand])),
+            };
+            built.insert(id, here);
+        }
+        roots.iter().map(|root| built[root]).collect()
+    }
+
     /// f, and the non-zeros of ∂f/∂y and ∂f/∂θ with their places.
     pub(super) fn for_taylor(&mut self) -> (Vec<ExprId>, Vec<Place>, Vec<Place>) {
         let f = self.f();
         let values = self.result(ResultKind::Jacobian);
+        let values = self.by_reciprocals(&values);
         let places = self.patterns.get(&ResultKind::Jacobian).into_iter().flatten();
         let jacobian = places.zip(values).map(|(&(row, column), value)| (row, column, value));
         let jacobian = jacobian.collect();
         let mut directions = Vec::new();
         for (row, f) in f.iter().enumerate() {
             let slopes = self.by_direction(*f);
-            directions.extend(slopes.into_iter().map(|(column, value)| (row, column, value)));
+            let values: Vec<ExprId> = slopes.iter().map(|(_, value)| *value).collect();
+            let values = self.by_reciprocals(&values);
+            let columns = slopes.into_iter().map(|(column, _)| column);
+            directions.extend(columns.zip(values).map(|(column, value)| (row, column, value)));
         }
+        let f = self.by_reciprocals(&f);
         (f, jacobian, directions)
     }
 
@@ -225,6 +252,7 @@ impl<'a> Derivation<'a> {
     /// The numbers of a result with their places.
     fn numbers(&mut self, result: ResultKind) -> Vec<Number> {
         let values = self.result(result);
+        let values = self.by_reciprocals(&values);
         let single = |(place, value)| Number { value, place, rows: None };
         if let Some(runs) = self.runs.get(&result) {
             let n_single = values.len() - runs.len();
@@ -686,6 +714,16 @@ fn rows(single: usize, behind: impl Iterator<Item = (usize, u32)>) -> Vec<RowPla
 
 /// Marks the position of an unknown that moves with the row of a family.
 const MOVING: usize = 1 << (usize::BITS - 1);
+
+/// Whether a node is a number that steps change from stage to stage: unknowns, their sensitivities,
+/// and what was known of them.
+fn is_of_unknowns(node: Node) -> bool {
+    use Symbol::{Past, Sensitivity, Swept, SweptSensitivity, Unknown};
+    matches!(
+        node,
+        Node::Symbol(Unknown(_) | Sensitivity(_) | Swept(_) | SweptSensitivity(_) | Past(..))
+    )
+}
 
 fn unknown(symbol: Symbol) -> Option<usize> {
     match symbol {

@@ -705,7 +705,17 @@ impl<'a> Builder<'a> {
                 flat.insert(value, sum);
             }
         }
-        flat.into_iter().map(|(value, factor)| (factor, value)).collect()
+        // What is known first comes first: no term waits for one that is behind it.
+        let mut terms: Vec<Term> =
+            flat.into_iter().map(|(value, factor)| (factor, value)).collect();
+        terms.sort_by_key(|(_, value)| !self.is_of_symbol(*value));
+        terms
+    }
+
+    /// Whether the series of a value is there before those of expressions are.
+    fn is_of_symbol(&self, value: ValueId) -> bool {
+        use Recurrence::{Input, Time, Unknown};
+        matches!(self.recurrences.get(&value), Some(Continued::By(Unknown(_) | Input(_) | Time)))
     }
 
     fn product(&mut self, a: Factor, b: Factor) -> Factor {

@@ -2,6 +2,7 @@
 
 #![allow(clippy::inline_always)]
 
+use super::dense::Polynomials;
 use super::lanes::{LANES, LaneStorage, Lanes};
 use super::stage::{LaneInputs, LaneTrial};
 use crate::integrate::butcher::RungeKuttaTableau;
@@ -84,25 +85,23 @@ impl<S: System> Explicit<S> {
         }
     }
 
-    /// Unknown i of lane l at fractions θ of the step tried last, from y by h:
-    /// y + h Σₚ θᵖ Σⱼ dⱼₚ kⱼ.
+    /// The dense output of the step tried last, by h: cₗ = h Σⱼ dⱼₗ kⱼ.
     #[inline(always)]
-    pub(super) fn dense(
+    pub(super) fn write_dense(
         &self,
         tableau: &RungeKuttaTableau,
-        (i, l): (usize, usize),
-        (y, h): (f64, f64),
-        thetas: Lanes,
-    ) -> Lanes {
-        let mut powers = [0.0; 4];
-        for (weights, k) in tableau.dense.iter().zip(&self.k) {
-            let k = k.lanes()[i].0[l];
-            for (power, weight) in powers.iter_mut().zip(weights) {
-                *power += weight * k;
+        h: Lanes,
+        out: &mut Polynomials<S>,
+    ) {
+        for (l, c) in out.c.iter_mut().enumerate() {
+            for (i, c) in c.lanes_mut().iter_mut().enumerate() {
+                let mut sum = Lanes::ZERO;
+                for (weights, k) in tableau.dense.iter().zip(&self.k) {
+                    sum = sum + weights[l] * k.lanes()[i];
+                }
+                *c = h * sum;
             }
         }
-        let [d1, d2, d3, d4] = powers;
-        thetas.map(|theta| y + h * (theta * (d1 + theta * (d2 + theta * (d3 + theta * d4)))))
     }
 }
 

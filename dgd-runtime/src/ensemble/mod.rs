@@ -10,6 +10,7 @@
 //! wrong, is run by `simulate` itself.
 
 mod control;
+mod dense;
 mod elimination;
 mod explicit;
 mod first_step;
@@ -21,7 +22,6 @@ mod rosenbrock;
 mod single;
 mod stage;
 mod times;
-mod width;
 
 pub use lanes::{LANES, LanePoint, LaneStorage, Lanes};
 
@@ -155,6 +155,8 @@ impl Kept {
 /// What is computed of each member.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Wanted {
+    /// Unknowns alone.
+    Unknowns,
     /// Unknowns and outputs.
     #[default]
     Values,
@@ -217,8 +219,8 @@ fn run_part<'a, S: System, T>(
     reduce: impl Fn(usize, Result<Trajectory<'_>, Failure>) -> T,
 ) -> Vec<T> {
     let mut results: Vec<Option<T>> = members.iter().map(|_| None).collect();
-    let has_lanes = wanted == Wanted::Values && lanes::suit(system.signature());
-    if has_lanes && let Some(mut pack) = Pack::new(system, times, options) {
+    let has_lanes = wanted != Wanted::Sensitivities && lanes::suit(system.signature());
+    if has_lanes && let Some(mut pack) = Pack::new(system, times, options, wanted) {
         let mut waiting = members.iter().enumerate();
         let next = || waiting.next().map(|(i, member)| (i, member.of(system)));
         pack.run(next, |done| {

@@ -21,6 +21,7 @@ pub(super) struct Observer<S: System> {
 }
 
 impl<S: System> Observer<S> {
+    /// For so many numbers of each output; zero where none is wanted.
     pub(super) fn new(system: &S, stride: usize) -> Self {
         let signature = system.signature();
         let n_w = signature.outputs.len();

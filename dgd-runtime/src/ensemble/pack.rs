@@ -10,7 +10,9 @@
 
 #![allow(clippy::inline_always)]
 
+use super::Wanted;
 use super::control::Control;
+use super::dense::Polynomials;
 use super::explicit::Explicit;
 use super::first_step::first_step;
 use super::lanes::{LANES, LaneStorage, Lanes};
@@ -18,9 +20,7 @@ use super::observer::Observer;
 use super::rosenbrock::Rosenbrock;
 use super::stage::{LaneInputs, LaneTrial, mean_square};
 use super::times::Times;
-use super::width::Width;
 use crate::initial::{Algebraic, Place, start_values};
-use crate::integrate::butcher::RungeKuttaTableau;
 use crate::integrate::catalogue::MethodKind;
 use crate::integrate::locked::Steps;
 use crate::integrate::{verify_inputs, verify_request};
@@ -29,17 +29,12 @@ use crate::problem::{Options, Problem, unknown_sizes};
 use crate::signal::{Segment, Side};
 use crate::solution::Statistics;
 use crate::system::{Point, Storage, System};
+use crate::width::{Width, Work};
 
 /// What a step of each lane is tried with.
 enum Family<S: System> {
     Rosenbrock(Box<Rosenbrock<S>>),
     Explicit(Box<Explicit<S>>),
-}
-
-/// What the dense output of a step is made from.
-enum Dense<'a, S: System> {
-    Rosenbrock(&'a Rosenbrock<S>),
-    Explicit(&'a Explicit<S>, &'static RungeKuttaTableau),
 }
 
 /// What becomes of a lane.
@@ -87,6 +82,7 @@ pub(super) struct Pack<'a, S: System> {
     sizes: <S::Vector as Storage>::Lanes,
     p: Vec<Lanes>,
     mass: S::Vector,
+    dense: Polynomials<S>,
     accepted: [bool; LANES],
     seats: [Option<Seat<'a, S>>; LANES],
     /// Work space.
@@ -110,10 +106,15 @@ pub(super) struct Done<'a> {
 impl<'a, S: System> Pack<'a, S> {
     /// Lanes for members of this system; `None` where its method has no lanes, and where what is asked
     /// makes no sense.
-    pub(super) fn new(system: &'a S, times: &'a [f64], options: &'a Options) -> Option<Self> {
+    pub(super) fn new(
+        system: &'a S,
+        times: &'a [f64],
+        options: &'a Options,
+        wanted: Wanted,
+    ) -> Option<Self> {
         verify_request(times, options).ok()?;
         let times = Times::new(times);
-        let stride = times.stride();
+        let of_outputs = if wanted == Wanted::Unknowns { 0 } else { times.stride() };
         let signature = system.signature();
         let n = signature.unknowns.len();
         if let Steps::PerSample(_) = options.steps {
@@ -145,13 +146,14 @@ impl<'a, S: System> Pack<'a, S> {
             sizes: zeros(),
             p: vec![Lanes::ZERO; signature.parameters.len()],
             mass: algebraic.mass.clone(),
+            dense: Polynomials::new(n),
             accepted: [false; LANES],
             seats: std::array::from_fn(|_| None),
             algebraic,
             jacobian: S::Jacobian::zeros(signature.jacobian.len()),
             row: S::Vector::zeros(n),
             slope: S::Vector::zeros(n),
-            observer: Observer::new(system, stride),
+            observer: Observer::new(system, of_outputs),
         })
     }
 
@@ -185,7 +187,7 @@ impl<'a, S: System> Pack<'a, S> {
             if is_empty {
                 return;
             }
-            Width::step(self.width, self);
+            self.width.run(Step(self));
             for l in 0..LANES {
                 self.follow_up(l);
             }
@@ -283,7 +285,7 @@ impl<'a, S: System> Pack<'a, S> {
 
     /// Tries a step in each lane, and records what was asked for where it is accepted.
     #[inline(always)]
-    pub(super) fn step(&mut self) {
+    fn step(&mut self) {
         let Self { system, family, control, inputs, t, end, h, t_new, y, y_new, p, mass, .. } =
             self;
         let (tolerances, sizes) = (self.tolerances, &self.sizes);
@@ -327,47 +329,28 @@ impl<'a, S: System> Pack<'a, S> {
     fn record_steps(&mut self) {
         let mut is_prepared = false;
         for l in 0..LANES {
-            let Some(seat) = &mut self.seats[l] else { continue };
+            let Some(seat) = &self.seats[l] else { continue };
             let (t, t_new) = (self.t.0[l], self.t_new.0[l]);
             let asked = &self.times.all()[seat.recorded..];
             if !self.accepted[l] || asked[0] > t_new {
                 continue;
             }
-            let dense = match (&mut self.family, self.options.method.kind) {
-                (Family::Rosenbrock(family), MethodKind::Rosenbrock(tableau)) => {
-                    if !is_prepared {
-                        family.prepare_dense(tableau);
-                        is_prepared = true;
-                    }
-                    Dense::Rosenbrock(family)
-                }
-                (Family::Explicit(family), MethodKind::Explicit(tableau)) => {
-                    Dense::Explicit(family, tableau)
-                }
-                _ => unreachable!("work space is that of the method"),
-            };
-            let per_h = 1.0 / (t_new - t);
-            let stride = self.times.stride();
-            while self.times.all()[seat.recorded] < t_new {
-                // What is written beyond the step is written again by the next.
-                let asked = self.times.eight(seat.recorded);
-                let thetas = asked.map(|asked| (asked - t) * per_h);
-                for (i, row) in seat.rows.chunks_exact_mut(stride).enumerate() {
-                    let (y, y_new) = (self.y.lanes()[i].0[l], self.y_new.lanes()[i].0[l]);
-                    let values = match &dense {
-                        Dense::Rosenbrock(family) => family.dense((i, l), (y, y_new), thetas),
-                        Dense::Explicit(family, tableau) => {
-                            family.dense(tableau, (i, l), (y, self.h.0[l]), thetas)
-                        }
-                    };
-                    row[seat.recorded..seat.recorded + LANES].copy_from_slice(&values.0);
-                }
-                seat.recorded += if asked.0[LANES - 1] < t_new {
-                    LANES
-                } else {
-                    asked.0.iter().filter(|asked| **asked < t_new).count()
-                };
+            if !is_prepared {
+                self.write_dense();
+                is_prepared = true;
             }
+            let Some(seat) = &mut self.seats[l] else { continue };
+            let per_h = 1.0 / (t_new - t);
+            let (stride, first) = (self.times.stride(), seat.recorded);
+            let count = self.times.before(first, t_new);
+            // What is written beyond the step is written again by the next.
+            let eights = first..first + count.next_multiple_of(LANES);
+            let asked = &self.times.all()[eights.clone()];
+            for (i, row) in seat.rows.chunks_exact_mut(stride).enumerate() {
+                let y = self.y.lanes()[i].0[l];
+                self.dense.write((i, l), (t, y, per_h), asked, &mut row[eights.clone()]);
+            }
+            seat.recorded += count;
             // The last of equal times at a jump is a right value, which is had after it.
             let asked = &self.times.all()[seat.recorded..];
             let mut at_end = asked.iter().take_while(|&&asked| asked == t_new).count();
@@ -380,6 +363,21 @@ impl<'a, S: System> Pack<'a, S> {
                 }
                 seat.recorded += 1;
             }
+        }
+    }
+
+    /// The dense output of the steps tried last.
+    #[inline(always)]
+    fn write_dense(&mut self) {
+        let Self { family, y, y_new, h, dense, .. } = self;
+        match (family, self.options.method.kind) {
+            (Family::Rosenbrock(family), MethodKind::Rosenbrock(tableau)) => {
+                family.write_dense(tableau, y.lanes(), y_new.lanes(), dense);
+            }
+            (Family::Explicit(family), MethodKind::Explicit(tableau)) => {
+                family.write_dense(tableau, *h, dense);
+            }
+            _ => unreachable!("work space is that of the method"),
         }
     }
 
@@ -486,7 +484,7 @@ impl<'a, S: System> Pack<'a, S> {
 
     /// The member in lane l that is done, with its outputs.
     fn show(&mut self, l: usize) -> Done<'_> {
-        Width::observe(self.width, self, l);
+        self.width.run(Observe(self, l));
         let Some(seat) = &mut self.seats[l] else {
             unreachable!("a lane that is shown has a member")
         };
@@ -513,10 +511,30 @@ impl<'a, S: System> Pack<'a, S> {
 
     /// Evaluates the outputs of the member in lane l.
     #[inline(always)]
-    pub(super) fn observe(&mut self, l: usize) {
+    fn observe(&mut self, l: usize) {
         if let Some(Seat { problem, rows, .. }) = &self.seats[l] {
             self.observer.observe(problem, &self.times, rows);
         }
+    }
+}
+
+/// A step of each lane.
+struct Step<'p, 'a, S: System>(&'p mut Pack<'a, S>);
+
+impl<S: System> Work for Step<'_, '_, S> {
+    #[inline(always)]
+    fn run(self) {
+        self.0.step();
+    }
+}
+
+/// The outputs of a lane.
+struct Observe<'p, 'a, S: System>(&'p mut Pack<'a, S>, usize);
+
+impl<S: System> Work for Observe<'_, '_, S> {
+    #[inline(always)]
+    fn run(self) {
+        self.0.observe(self.1);
     }
 }
 

@@ -2,6 +2,7 @@
 
 #![allow(clippy::inline_always)]
 
+use super::dense::Polynomials;
 use super::elimination::LaneLu;
 use super::lanes::{LanePoint, LaneStorage, Lanes};
 use super::stage::{LaneInputs, LaneTrial};
@@ -17,8 +18,6 @@ pub(super) struct Rosenbrock<S: System> {
     stage: <S::Vector as Storage>::Lanes,
     rhs: <S::Vector as Storage>::Lanes,
     k: [<S::Vector as Storage>::Lanes; MAX_STAGES],
-    /// Of the dense output.
-    dense: [<S::Vector as Storage>::Lanes; 3],
 }
 
 impl<S: System> Rosenbrock<S> {
@@ -34,7 +33,6 @@ impl<S: System> Rosenbrock<S> {
             stage: zeros(),
             rhs: zeros(),
             k: std::array::from_fn(|_| zeros()),
-            dense: std::array::from_fn(|_| zeros()),
         }
     }
 
@@ -96,35 +94,36 @@ impl<S: System> Rosenbrock<S> {
         self.k[tableau.stages() - 1].lanes()
     }
 
-    /// Prepares [`Rosenbrock::dense`]: kₗ = Σⱼ dₗⱼ Uⱼ.
+    /// The dense output of the step tried last, from y to y⁺, with kₗ = Σⱼ dₗⱼ Uⱼ:
+    ///
+    /// ```text
+    ///   c₁ = y⁺ − y + k₁,   c₂ = k₂ − k₁,   c₃ = k₃ − k₂,   c₄ = −k₃
+    /// ```
     #[inline(always)]
-    pub(super) fn prepare_dense(&mut self, tableau: &RosenbrockTableau) {
-        for (weights, out) in tableau.dense.iter().zip(&mut self.dense) {
-            let out = out.lanes_mut();
-            out.fill(Lanes::ZERO);
-            for (weight, k) in weights.iter().zip(&self.k) {
-                for (out, k) in out.iter_mut().zip(k.lanes()) {
-                    *out = *out + *weight * *k;
-                }
-            }
-        }
-    }
-
-    /// Unknown i of lane l at fractions θ of the step tried last, from y to y⁺:
-    /// (1−θ) y + θ (y⁺ + (1−θ) (k₁ + θ (k₂ + θ k₃))).
-    #[inline(always)]
-    pub(super) fn dense(
+    pub(super) fn write_dense(
         &self,
-        (i, l): (usize, usize),
-        (y, y_new): (f64, f64),
-        thetas: Lanes,
-    ) -> Lanes {
-        let lane = |d: usize| self.dense[d].lanes()[i].0[l];
-        let (k1, k2, k3) = (lane(0), lane(1), lane(2));
-        thetas.map(|theta| {
-            let rest = 1.0 - theta;
-            rest * y + theta * (y_new + rest * (k1 + theta * (k2 + theta * k3)))
-        })
+        tableau: &RosenbrockTableau,
+        y: &[Lanes],
+        y_new: &[Lanes],
+        out: &mut Polynomials<S>,
+    ) {
+        let [c1, c2, c3, c4] = &mut out.c;
+        let (c1, c2) = (c1.lanes_mut(), c2.lanes_mut());
+        let (c3, c4) = (c3.lanes_mut(), c4.lanes_mut());
+        for i in 0..y.len() {
+            let [d1, d2, d3] = tableau.dense;
+            let (mut k1, mut k2, mut k3) = (Lanes::ZERO, Lanes::ZERO, Lanes::ZERO);
+            for (((d1, d2), d3), k) in d1.iter().zip(d2).zip(d3).zip(&self.k) {
+                let k = k.lanes()[i];
+                k1 = k1 + *d1 * k;
+                k2 = k2 + *d2 * k;
+                k3 = k3 + *d3 * k;
+            }
+            c1[i] = y_new[i] - y[i] + k1;
+            c2[i] = k2 - k1;
+            c3[i] = k3 - k2;
+            c4[i] = -k3;
+        }
     }
 }
 

@@ -15,12 +15,16 @@ pub(super) fn run<S: System>(
     wanted: Wanted,
 ) -> Result<Kept, Failure> {
     let solution = match wanted {
-        Wanted::Values => simulate(problem, times, options),
+        Wanted::Unknowns | Wanted::Values => simulate(problem, times, options),
         Wanted::Sensitivities => simulate_with_sensitivities(problem, times, options),
     }?;
+    let by_quantity = |values: &[f64]| by_quantity(values, times.len());
+    if wanted == Wanted::Unknowns {
+        return Ok(Kept::new(by_quantity(&solution.y), Vec::new(), solution.statistics));
+    }
     let observed = observe(problem, &solution);
     let values = [&solution.y, &observed.w, &solution.s, &observed.dw];
-    let values = values.map(|values| by_quantity(values, times.len()));
+    let values = values.map(|values| by_quantity(values));
     Ok(Kept { statistics: solution.statistics, values })
 }
 

@@ -2,9 +2,9 @@
 
 #![allow(clippy::duplicate_mod, reason = "the steppers' tests have the same problems")]
 
-use super::Member;
 use super::pack::Pack;
-use super::width::Width;
+use super::{Member, Wanted};
+use crate::width::Width;
 use crate::{Inputs, Options, find_method};
 use support::problems::LogisticStacked;
 
@@ -22,7 +22,8 @@ fn all_widths_give_the_same_bits() {
         let options = Options { method, ..Options::default() };
         let at = |width: Width| {
             let mut rows = vec![Vec::new(); sets.len()];
-            let mut pack = Pack::new(&system, &times, &options).expect("a method with lanes");
+            let pack = Pack::new(&system, &times, &options, Wanted::Unknowns);
+            let mut pack = pack.expect("a method with lanes");
             pack.width = width;
             let mut waiting = sets.iter().enumerate();
             let next = || {

@@ -32,6 +32,16 @@ impl<'a> Times<'a> {
         self.padded.len()
     }
 
+    /// How many from this one on are before `t`.
+    #[inline(always)]
+    pub(super) fn before(&self, first: usize, t: f64) -> usize {
+        let mut k = first;
+        while self.padded[k + LANES - 1] < t {
+            k += LANES;
+        }
+        k - first + self.eight(k).0.iter().filter(|asked| **asked < t).count()
+    }
+
     /// Eight of them, from this one on.
     #[inline(always)]
     pub(super) fn eight(&self, first: usize) -> Lanes {

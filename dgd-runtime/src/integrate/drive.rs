@@ -1,16 +1,21 @@
 //! Inputs while a run goes on, and what delayed unknowns were.
 
-use super::along::Along;
 use super::history::History;
 use crate::linalg::norm::Tolerances;
 use crate::problem::Problem;
 use crate::signal::Segment;
-use crate::system::System;
+use crate::system::{Storage, System};
 
 /// Inputs along the current segment.
 pub(crate) struct Drive<'a, S: System> {
     problem: &'a Problem<'a, S>,
-    inputs: Along<S>,
+    /// The segment: where it begins, u there, and u̇.
+    t0: f64,
+    start: S::Inputs,
+    slope: S::Inputs,
+    is_constant: bool,
+    /// u where it was asked for last.
+    now: S::Inputs,
     /// What is read late of the unknowns, behind the inputs; `None` where nothing is.
     pub(super) history: Option<Box<History>>,
 }
@@ -24,10 +29,14 @@ impl<'a, S: System> Drive<'a, S> {
         n_s: usize,
         tolerances: Tolerances,
     ) -> Self {
-        let n_u = segment.u.len();
+        let zeros = || S::Inputs::zeros(segment.u.len());
         let mut drive = Self {
             problem,
-            inputs: Along::new(n_u),
+            t0: segment.t0,
+            start: zeros(),
+            slope: zeros(),
+            is_constant: true,
+            now: zeros(),
             history: if S::FEATURES.past {
                 History::new(problem, from, n_s, tolerances)
             } else {
@@ -39,33 +48,41 @@ impl<'a, S: System> Drive<'a, S> {
     }
 
     pub(crate) fn enter(&mut self, segment: Segment<'_>) {
-        self.inputs.enter(segment);
+        self.t0 = segment.t0;
+        self.start.as_mut().copy_from_slice(segment.u);
+        self.slope.as_mut().copy_from_slice(segment.udot);
+        self.now.as_mut().copy_from_slice(segment.u);
+        self.is_constant = segment.is_constant();
     }
 
     /// u(t); what is read late may depend on y(t).
     #[inline]
     pub(crate) fn at(&mut self, t: f64, y: &[f64]) -> &[f64] {
-        self.inputs.at(t);
+        if !self.is_constant {
+            let (u, udot) = (self.start.as_ref(), self.slope.as_ref());
+            let segment = Segment { t0: self.t0, t1: f64::INFINITY, u, udot };
+            segment.value(t, self.now.as_mut());
+        }
         if S::FEATURES.past
             && let Some(history) = &mut self.history
         {
-            history.write(self.problem, t, y, self.inputs.now.as_mut());
+            history.write(self.problem, t, y, self.now.as_mut());
         }
-        self.inputs.now.as_ref()
+        self.now.as_ref()
     }
 
     /// u(t) and u̇; what was is known with its own slopes.
     #[inline]
     pub(crate) fn with_slope(&mut self, t: f64, y: &[f64]) -> (&[f64], &[f64]) {
         self.at(t, y);
-        self.inputs.with_slope()
+        (self.now.as_ref(), self.slope.as_ref())
     }
 
     /// Begins the history with consistent values at `t`.
     pub(crate) fn begin_history(&mut self, t: f64, y: &[f64], s: Option<&[f64]>, sizes: &[f64]) {
         self.at(t, y);
         if let Some(history) = &mut self.history {
-            history.begin(self.problem, (y, s), sizes, self.inputs.now.as_ref());
+            history.begin(self.problem, (y, s), sizes, self.now.as_ref());
         }
     }
 
@@ -75,7 +92,7 @@ impl<'a, S: System> Drive<'a, S> {
             return None;
         }
         self.at(t, y);
-        self.history.as_mut()?.passed(self.problem, (t, y), self.inputs.now.as_ref())
+        self.history.as_mut()?.passed(self.problem, (t, y), self.now.as_ref())
     }
 
     /// The smallest of the delays that vary, and its value.
@@ -85,6 +102,6 @@ impl<'a, S: System> Drive<'a, S> {
             return None;
         }
         self.at(t, y);
-        self.history.as_mut()?.earliest(self.problem, (t, y), self.inputs.now.as_ref())
+        self.history.as_mut()?.earliest(self.problem, (t, y), self.now.as_ref())
     }
 }

@@ -891,11 +891,11 @@ fn largest_block(
     y_new: &[f64],
     sizes: &[f64],
 ) -> f64 {
-    let blocks = e.chunks_exact(n).zip(y.chunks_exact(n)).zip(y_new.chunks_exact(n));
     let mut largest = 0.0;
-    for (((e, y), y_new), sizes) in blocks.zip(sizes.chunks_exact(n)) {
-        let block = tolerances.mean_square(e, y, y_new, sizes);
-        largest = larger(largest, block);
+    for first in (0..e.len()).step_by(n) {
+        let block = first..first + n;
+        let [e, y, y_new] = [&e[block.clone()], &y[block.clone()], &y_new[block.clone()]];
+        largest = larger(largest, tolerances.mean_square(e, y, y_new, &sizes[block]));
     }
     largest
 }

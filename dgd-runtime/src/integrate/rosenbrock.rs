@@ -19,6 +19,30 @@ use super::stepper::{Base, Directions, Spoilt, Stepper, Trial};
 use super::tableau::{MAX_STAGES, RosenbrockTableau};
 use crate::linalg::{Factorisation, Singular};
 use crate::system::{Pattern, Point, Storage, System};
+use crate::width::{Width, Work};
+
+/// Does something with each block of numbers from `$first` on, `$len` of them as a constant: what is
+/// summed up over a block is in registers, and what is read cannot be what is written. Where all lengths
+/// are constants, compilers do as well by themselves.
+macro_rules! in_blocks {
+    ($n:expr, |$len:ident, $first:ident| $body:block) => {
+        let mut $first = 0;
+        while $first + 4 <= $n {
+            const $len: usize = 4;
+            $body
+            $first += $len;
+        }
+        if $first + 2 <= $n {
+            const $len: usize = 2;
+            $body
+            $first += $len;
+        }
+        if $first < $n {
+            const $len: usize = 1;
+            $body
+        }
+    };
+}
 
 impl<S: System> Stepper<S> {
     /// Tries a step; the stepper is linearised where it starts.
@@ -126,9 +150,11 @@ impl<S: System> Stepper<S> {
             let v_i = v_i.as_mut();
             let g = if I == 0 { d.g.as_ref() } else { d.rhs.as_ref() };
             let n = mass.len().max(1);
-            let columns = v_i.chunks_exact_mut(n).zip(g.chunks_exact(n));
-            for ((v, g), dgdt) in columns.zip(d.dgdt.as_ref().chunks_exact(n)) {
-                add_rates::<S>(v, g, dgdt, mass, per_h, slope);
+            let dgdt = d.dgdt.as_ref();
+            for first in (0..v_i.len()).step_by(n) {
+                let column = first..first + n;
+                let (g, dgdt) = (&g[column.clone()], &dgdt[column.clone()]);
+                add_rates::<S>(&mut v_i[column], g, dgdt, mass, per_h, slope);
             }
             let pattern = &system.signature().sensitivity_jacobian;
             add_product(v_i, pattern, d.dgdy.as_ref(), u_i.as_ref());
@@ -217,27 +243,58 @@ fn combine<const J: usize, V: Storage>(
     coupling: &mut [f64],
 ) {
     let n = y.len();
-    let k: [&[f64]; J] = std::array::from_fn(|j| &k[j].as_ref()[..n]);
     let (stage, coupling) = (&mut stage[..n], &mut coupling[..n]);
-    coupling.fill(0.0);
-    if J > 0 && closes {
-        for i in 0..n {
-            stage[i] += k[J - 1][i];
+    if V::FIXED {
+        coupling.fill(0.0);
+        if J > 0 && closes {
+            let last = &k[J - 1].as_ref()[..n];
+            for i in 0..n {
+                stage[i] += last[i];
+            }
+        } else {
+            stage.copy_from_slice(y);
         }
         for j in 0..J {
+            let k = &k[j].as_ref()[..n];
             for i in 0..n {
-                coupling[i] += c[j] * k[j][i];
+                if !closes {
+                    stage[i] += a[j] * k[i];
+                }
+                coupling[i] += c[j] * k[i];
             }
         }
-    } else {
-        stage.copy_from_slice(y);
-        for j in 0..J {
-            for i in 0..n {
-                stage[i] += a[j] * k[j][i];
-                coupling[i] += c[j] * k[j][i];
-            }
-        }
+        return;
     }
+    in_blocks!(n, |L, first| {
+        let block = first..first + L;
+        let (mut sum, mut coupled) = (block_at::<L>(y, first), [0.0; L]);
+        if J > 0 && closes {
+            sum = block_at(stage, first);
+            let last = block_at::<L>(k[J - 1].as_ref(), first);
+            for l in 0..L {
+                sum[l] += last[l];
+            }
+        }
+        for j in 0..J {
+            let k = block_at::<L>(k[j].as_ref(), first);
+            for l in 0..L {
+                if !closes {
+                    sum[l] += a[j] * k[l];
+                }
+                coupled[l] += c[j] * k[l];
+            }
+        }
+        stage[block.clone()].copy_from_slice(&sum);
+        coupling[block].copy_from_slice(&coupled);
+    });
+}
+
+/// L numbers from this place on.
+#[inline(always)]
+fn block_at<const L: usize>(values: &[f64], first: usize) -> [f64; L] {
+    let mut block = [0.0; L];
+    block.copy_from_slice(&values[first..first + L]);
+    block
 }
 
 /// `stage` ← y + Σ aⱼ kⱼ of all increments in `k`.
@@ -260,9 +317,11 @@ fn add_rates<S: System>(
     per_h: f64,
     slope: f64,
 ) {
-    for (((b, f), dfdt), mass) in b.iter_mut().zip(f).zip(dfdt).zip(mass) {
-        let mass = if S::FEATURES.algebraic { *mass } else { 1.0 };
-        *b = f + mass * per_h * *b + slope * dfdt;
+    let n = b.len();
+    let (f, dfdt, mass) = (&f[..n], &dfdt[..n], &mass[..n]);
+    for i in 0..n {
+        let mass = if S::FEATURES.algebraic { mass[i] } else { 1.0 };
+        b[i] = f[i] + mass * per_h * b[i] + slope * dfdt[i];
     }
 }
 
@@ -293,20 +352,43 @@ pub(super) fn dense_vectors<V: Storage>(
     k: &[V],
     dense: &mut [V; 4],
 ) {
-    let [c1, c2, c3, c4] = dense.each_mut().map(AsMut::as_mut);
+    let [c1, c2, c3, c4] = dense;
     let n = y.len();
-    let (c1, c2, c3, c4) = (&mut c1[..n], &mut c2[..n], &mut c3[..n], &mut c4[..n]);
+    let (c1, c2) = (&mut c1.as_mut()[..n], &mut c2.as_mut()[..n]);
+    let (c3, c4) = (&mut c3.as_mut()[..n], &mut c4.as_mut()[..n]);
     let [d1, d2, d3] = tableau.dense;
-    weigh(d1, k, c1);
-    weigh(d2, k, c2);
-    weigh(d3, k, c3);
-    for i in 0..n {
-        let [k1, k2, k3] = [c1[i], c2[i], c3[i]];
-        c1[i] = y_new[i] - y[i] + k1;
-        c2[i] = k2 - k1;
-        c3[i] = k3 - k2;
-        c4[i] = -k3;
+    if V::FIXED {
+        weigh(d1, k, c1);
+        weigh(d2, k, c2);
+        weigh(d3, k, c3);
+        for i in 0..n {
+            let [k1, k2, k3] = [c1[i], c2[i], c3[i]];
+            c1[i] = y_new[i] - y[i] + k1;
+            c2[i] = k2 - k1;
+            c3[i] = k3 - k2;
+            c4[i] = -k3;
+        }
+        return;
     }
+    in_blocks!(n, |L, first| {
+        let (mut k1, mut k2, mut k3) = ([0.0; L], [0.0; L], [0.0; L]);
+        for (((d1, d2), d3), k) in d1.iter().zip(d2).zip(d3).zip(k) {
+            let k = block_at::<L>(k.as_ref(), first);
+            for l in 0..L {
+                k1[l] += d1 * k[l];
+                k2[l] += d2 * k[l];
+                k3[l] += d3 * k[l];
+            }
+        }
+        let (y, y_new) = (block_at::<L>(y, first), block_at::<L>(y_new, first));
+        for l in 0..L {
+            let i = first + l;
+            c1[i] = y_new[l] - y[l] + k1[l];
+            c2[i] = k2[l] - k1[l];
+            c3[i] = k3[l] - k2[l];
+            c4[i] = -k3[l];
+        }
+    });
 }
 
 /// `sum` ← Σ wⱼ kⱼ.
@@ -324,35 +406,84 @@ fn weigh<V: Storage>(weights: &[f64], k: &[V], sum: &mut [f64]) {
 #[inline(always)]
 pub(super) fn interpolate<V: Storage>(theta: f64, y: &[f64], dense: &[V; 4], out: &mut [f64]) {
     let n = y.len();
-    let [c1, c2, c3, c4] = dense.each_ref().map(|c| &c.as_ref()[..n]);
+    let [c1, c2, c3, c4] = dense;
+    let (c1, c2) = (&c1.as_ref()[..n], &c2.as_ref()[..n]);
+    let (c3, c4) = (&c3.as_ref()[..n], &c4.as_ref()[..n]);
     for (i, out) in out[..n].iter_mut().enumerate() {
         *out = y[i] + theta * (c1[i] + theta * (c2[i] + theta * (c3[i] + theta * c4[i])));
     }
 }
 
-/// [`interpolate`] at each of the `asked` times, θ = (t − from)/h, appended to `out`. `row` is work
-/// space. Not inlined, so that what is written is known to be apart from what is read.
-#[inline(never)]
+/// [`interpolate`] at each of the `asked` times, θ = (t − from)/h, appended to `out`.
 pub(super) fn interpolate_all<V: Storage>(
     (from, per_h): (f64, f64),
     asked: &[f64],
     y: &V,
     dense: &[V; 4],
-    row: &mut V,
     out: &mut Vec<f64>,
 ) {
-    let n = y.as_ref().len();
-    if n > 2 {
-        for t in asked {
-            interpolate((t - from) * per_h, y.as_ref(), dense, row.as_mut());
-            out.extend_from_slice(row.as_ref());
-        }
-        return;
-    }
-    // Few components do not fill vector instructions: times are put side by side.
     let recorded = out.len();
-    out.resize(recorded + n * asked.len(), 0.0);
-    for (t, out) in asked.iter().zip(out[recorded..].chunks_exact_mut(n.max(1))) {
-        interpolate((t - from) * per_h, y.as_ref(), dense, out);
+    out.resize(recorded + y.as_ref().len() * asked.len(), 0.0);
+    let out = &mut out[recorded..];
+    Width::widest_for_rows().run(Rows { from, per_h, asked, y, dense, out });
+}
+
+/// Rows of dense output to be written.
+struct Rows<'a, V> {
+    from: f64,
+    per_h: f64,
+    asked: &'a [f64],
+    y: &'a V,
+    dense: &'a [V; 4],
+    out: &'a mut [f64],
+}
+
+impl<V: Storage> Work for Rows<'_, V> {
+    #[inline(always)]
+    fn run(self) {
+        match self.y.as_ref().len() {
+            1 => self.run_few::<1, 8>(),
+            2 => self.run_few::<2, 4>(),
+            4 => self.run_few::<4, 2>(),
+            n => {
+                let Self { from, per_h, asked, y, dense, out } = self;
+                for (t, out) in asked.iter().zip(out.chunks_exact_mut(n.max(1))) {
+                    interpolate((t - from) * per_h, y.as_ref(), dense, out);
+                }
+            }
+        }
+    }
+}
+
+impl<V: Storage> Rows<'_, V> {
+    /// Rows of N numbers, too few to fill vector operations: T of them side by side.
+    #[inline(always)]
+    fn run_few<const N: usize, const T: usize>(self) {
+        let Self { from, per_h, asked, y, dense, out } = self;
+        let (blocks, rest) = asked.as_chunks::<T>();
+        let (blocks_out, rest_out) = out.as_chunks_mut::<N>().0.as_chunks_mut::<T>();
+        let mut parts = [[[0.0; N]; T]; 5];
+        for (part, values) in parts.iter_mut().zip([y].into_iter().chain(dense)) {
+            for row in part {
+                row.copy_from_slice(values.as_ref());
+            }
+        }
+        let [y, c1, c2, c3, c4] = parts;
+        for (t, rows) in blocks.iter().zip(blocks_out) {
+            for k in 0..T {
+                let theta = (t[k] - from) * per_h;
+                for i in 0..N {
+                    let inner = c2[k][i] + theta * (c3[k][i] + theta * c4[k][i]);
+                    rows[k][i] = y[k][i] + theta * (c1[k][i] + theta * inner);
+                }
+            }
+        }
+        for (t, row) in rest.iter().zip(rest_out) {
+            let theta = (t - from) * per_h;
+            for i in 0..N {
+                let inner = c2[0][i] + theta * (c3[0][i] + theta * c4[0][i]);
+                row[i] = y[0][i] + theta * (c1[0][i] + theta * inner);
+            }
+        }
     }
 }

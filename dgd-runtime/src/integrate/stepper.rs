@@ -462,7 +462,7 @@ impl<S: System> Stepper<S> {
     ) {
         let per_h = 1.0 / (to - from);
         if let MethodKind::Rosenbrock(_) = self.kind {
-            interpolate_all((from, per_h), asked, y, &self.dense, row, out);
+            interpolate_all((from, per_h), asked, y, &self.dense, out);
             return;
         }
         for t in asked {
@@ -485,7 +485,7 @@ impl<S: System> Stepper<S> {
         let per_h = 1.0 / (to - from);
         if let MethodKind::Rosenbrock(_) = self.kind {
             let Directions { s, dense, .. } = directions;
-            interpolate_all((from, per_h), asked, s, dense, row, out);
+            interpolate_all((from, per_h), asked, s, dense, out);
             return;
         }
         for t in asked {

@@ -22,10 +22,12 @@ impl Tolerances {
         if e.is_empty() {
             return 0.0;
         }
+        let n = e.len();
+        let (y, y_new, sizes) = (&y[..n], &y_new[..n], &sizes[..n]);
         let mut sum = 0.0;
-        for (((e, y), y_new), size) in e.iter().zip(y).zip(y_new).zip(sizes) {
-            let larger = if y.abs() > y_new.abs() { *y } else { *y_new };
-            let ratio = e / self.weight(larger, *size);
+        for i in 0..n {
+            let larger = if y[i].abs() > y_new[i].abs() { y[i] } else { y_new[i] };
+            let ratio = e[i] / self.weight(larger, sizes[i]);
             sum += ratio * ratio;
         }
         sum / e.len() as f64

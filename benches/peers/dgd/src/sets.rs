@@ -31,7 +31,7 @@ pub(crate) fn solve(
                 sets.iter().map(|p| Member { p, inputs: &inputs, start: &[] }).collect();
             let ensemble = Ensemble { system, members: &members };
             let levels =
-                reduce(&ensemble, &times, &options, Wanted::Values, threads, |_, outcome| {
+                reduce(&ensemble, &times, &options, Wanted::Unknowns, threads, |_, outcome| {
                     outcome.map(|run| (sum(run.unknown(0)), run.statistics.steps))
                 });
             let (mut total, mut steps) = (0.0, 0);

@@ -14,9 +14,9 @@ use std::num::NonZeroU32;
 use super::carried::{Carried, Unknowns};
 use super::count::{Count, MOST};
 use super::error::{PerSampleError, verify};
-use super::fixed_step::{Equations, FixedStep};
+use super::fixed_step::FixedStep;
 use super::grid::{Grid, sample_interval, segments};
-use super::sweep::{Course, Gauge, Stopped, sweep};
+use super::sweep::{Course, Gauge, sweep};
 use super::taylor::Taylor;
 use super::{Nothing, PerSample, Steps, Task, dispatch, is_swept, rosenbrock, started};
 use crate::error::IntegrateError;
@@ -260,16 +260,13 @@ impl<S: System, C: Carried<S>> Task<S, C> for MeasuredRun<'_, S, C> {
     fn with<M: FixedStep<S, C>>(self, mut stepper: M) -> Self::Done {
         let Self { problem, times, max_steps, grid, mut start, mut gauge, method } = self;
         let Problem { system, p, inputs, .. } = problem;
-        let course = Course { equations: Equations { system, p }, inputs, times, grid, max_steps };
+        let course = Course { system, p, inputs, times, grid, max_steps };
         match sweep(&course, &mut stepper, &mut start, Some(&mut gauge), &mut Nothing) {
             Ok(_) => Ok(gauge.measured()),
-            Err(Stopped::TooMany { t }) => {
-                Err(IntegrateError::TooManySteps { t, steps: max_steps })
-            }
-            Err(Stopped::NotFinite { t }) => {
+            Err(stopped) => stopped.into_error(max_steps, |t| {
                 let (per_sample, method) = (grid.per_sample(), method.name);
                 Err(IntegrateError::PerSample(PerSampleError::NotFinite { t, per_sample, method }))
-            }
+            }),
         }
     }
 }

@@ -1,13 +1,14 @@
 //! The contract between the loop over samples and a method that makes steps of given size.
 
 use super::carried::Carried;
-use crate::signal::Segment;
+use crate::integrate::along::Along;
 use crate::system::System;
 
-/// A model with its parameters.
+/// A model with its parameters, and its inputs along a segment.
 pub(crate) struct Equations<'a, S> {
     pub(crate) system: &'a S,
     pub(crate) p: &'a [f64],
+    pub(crate) inputs: Along<'a>,
 }
 
 impl<S> Clone for Equations<'_, S> {
@@ -20,8 +21,8 @@ impl<S> Copy for Equations<'_, S> {}
 
 /// A method that makes steps of given size, for models all of whose unknowns are differential.
 ///
-/// Inputs are straight lines from [`FixedStep::enter`] on. A step that follows another begins where
-/// that ended, unless inputs have been entered in between.
+/// A step that follows another begins where that ended, with the same inputs, unless
+/// [`FixedStep::enter`] is called in between.
 pub(crate) trait FixedStep<S: System, C: Carried<S>> {
     /// Evaluations of F in a step.
     const EVALUATIONS: usize;
@@ -29,8 +30,8 @@ pub(crate) trait FixedStep<S: System, C: Carried<S>> {
     /// Local errors, as they are estimated, fall with this power of h.
     fn exponent(&self) -> u32;
 
-    /// Goes on with the inputs of a segment; nothing that was evaluated before holds any more.
-    fn enter(&mut self, segment: Segment<'_>);
+    /// Goes on with other inputs: nothing that was evaluated before holds any more.
+    fn enter(&mut self);
 
     /// Makes a step of size h from `now` at `t` to `next`.
     fn step(&mut self, equations: Equations<'_, S>, t: f64, h: f64, now: &C, next: &mut C);

@@ -27,8 +27,9 @@ impl Grid {
     /// Steps in a segment of this length.
     #[inline]
     pub(crate) fn steps(self, length: f64) -> usize {
-        // Rounded up, without the library call that this is where the processor has no instruction.
-        (length * self.rate - ROUNDING) as usize + 1
+        // Rounded up, without the library call that this is where the processor has no instruction; by
+        // a number with a sign, to which it has one to convert.
+        (length * self.rate - ROUNDING) as i64 as usize + 1
     }
 }
 

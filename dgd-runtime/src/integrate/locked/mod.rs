@@ -51,10 +51,10 @@ pub(crate) use choice::{inputs_change_by_sample, measure, per_sample_of_head};
 use count::Count;
 pub use error::PerSampleError;
 use error::verify;
-use fixed_step::{Equations, FixedStep};
+use fixed_step::FixedStep;
 use grid::{Grid, sample_interval};
 pub(crate) use sweep::Sink;
-use sweep::{Course, Gauge, Stopped, sweep};
+use sweep::{Course, Gauge, sweep};
 use taylor::Taylor;
 use tsit5::Tsit5;
 
@@ -220,13 +220,10 @@ impl<S: System, C: Carried<S>, K: Sink> Task<S, C> for Streamed<'_, S, C, K> {
         let Self { problem, times, max_steps, mut count, mut start, sink } = self;
         let Problem { system, p, inputs, .. } = problem;
         let grid = Grid::new(sample_interval(inputs, times), count.n);
-        let course = Course { equations: Equations { system, p }, inputs, times, grid, max_steps };
+        let course = Course { system, p, inputs, times, grid, max_steps };
         match sweep(&course, &mut method, &mut start, None, sink) {
             Ok(_) => Ok(()),
-            Err(Stopped::TooMany { t }) => {
-                Err(IntegrateError::TooManySteps { t, steps: max_steps })
-            }
-            Err(Stopped::NotFinite { t }) => count.refuse(t),
+            Err(stopped) => stopped.into_error(max_steps, |t| count.refuse(t)),
         }
     }
 }
@@ -270,8 +267,8 @@ impl<S: System, C: Carried<S>> Task<S, C> for WholeRun<'_, S, C> {
             solution.statistics.per_sample = count.n;
             gauge.reset();
             let gauged = if count.is_open() { Some(&mut gauge) } else { None };
-            let (grid, equations) = (Grid::new(interval, count.n), Equations { system, p });
-            let course = Course { equations, inputs, times: &times[..rows], grid, max_steps };
+            let grid = Grid::new(interval, count.n);
+            let course = Course { system, p, inputs, times: &times[..rows], grid, max_steps };
             let mut now = start.clone();
             match sweep(&course, &mut method, &mut now, gauged, solution) {
                 Ok(steps) => {
@@ -285,10 +282,7 @@ impl<S: System, C: Carried<S>> Task<S, C> for WholeRun<'_, S, C> {
                         rows = times.len();
                     }
                 }
-                Err(Stopped::TooMany { t }) => {
-                    return Err(IntegrateError::TooManySteps { t, steps: max_steps });
-                }
-                Err(Stopped::NotFinite { t }) => count.refuse(t)?,
+                Err(stopped) => stopped.into_error(max_steps, |t| count.refuse(t))?,
             }
         }
     }

@@ -16,6 +16,8 @@ use super::carried::Carried;
 use super::choice::Measured;
 use super::fixed_step::{Equations, FixedStep, Made};
 use super::grid::Grid;
+use crate::error::IntegrateError;
+use crate::integrate::along::Along;
 use crate::integrate::larger;
 use crate::linalg::norm::Tolerances;
 use crate::signal::{Inputs, Segment, Side};
@@ -23,7 +25,8 @@ use crate::system::System;
 
 /// What is run.
 pub(crate) struct Course<'a, S> {
-    pub(crate) equations: Equations<'a, S>,
+    pub(crate) system: &'a S,
+    pub(crate) p: &'a [f64],
     pub(crate) inputs: &'a Inputs,
     /// Asked times, ascending, one at least.
     pub(crate) times: &'a [f64],
@@ -95,6 +98,20 @@ pub(crate) enum Stopped {
     NotFinite { t: f64 },
 }
 
+impl Stopped {
+    /// The error of more than `max_steps` steps, or what is made of a step that is not finite.
+    pub(crate) fn into_error<T>(
+        self,
+        max_steps: usize,
+        not_finite: impl FnOnce(f64) -> Result<T, IntegrateError>,
+    ) -> Result<T, IntegrateError> {
+        match self {
+            Self::TooMany { t } => Err(IntegrateError::TooManySteps { t, steps: max_steps }),
+            Self::NotFinite { t } => not_finite(t),
+        }
+    }
+}
+
 /// Runs from x at the first of the asked times, in `now`, to the last; gives the number of steps.
 ///
 /// Where the run stops, `now` is what was reached.
@@ -106,7 +123,7 @@ pub(crate) fn sweep<S: System, C: Carried<S>, M: FixedStep<S, C>>(
     mut gauge: Option<&mut Gauge<C>>,
     sink: &mut impl Sink,
 ) -> Result<usize, Stopped> {
-    let Course { equations, inputs, times, grid, max_steps } = *course;
+    let Course { system, p, inputs, times, grid, max_steps } = *course;
     let (mut t, until) = (times[0], times[times.len() - 1]);
     let mut next = now.clone();
     let mut row = now.clone();
@@ -114,7 +131,8 @@ pub(crate) fn sweep<S: System, C: Carried<S>, M: FixedStep<S, C>>(
     let mut index = inputs.segment_at(t, Side::Right);
     loop {
         let segment = inputs.segment(index);
-        method.enter(segment);
+        let equations = Equations { system, p, inputs: Along::new(segment) };
+        method.enter();
         while asked < times.len() && times[asked] == t {
             sink.take(t, segment, now.y(), now.s());
             asked += 1;

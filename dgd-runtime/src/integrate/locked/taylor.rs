@@ -5,14 +5,13 @@
 
 use super::carried::Carried;
 use super::fixed_step::{Equations, FixedStep, Made};
-use crate::integrate::along::Along;
 use crate::integrate::taylor::Expansion;
-use crate::signal::Segment;
 use crate::system::{Point, Storage, System};
 
 /// Work space of the method.
 pub(crate) struct Taylor<S: System> {
-    inputs: Along<S>,
+    /// Inputs where the step begins or ends, where they change.
+    u: S::Inputs,
     /// Slopes where the step made last ends.
     f: S::Vector,
     g: Vec<f64>,
@@ -23,7 +22,7 @@ impl<S: System> Taylor<S> {
     /// Work space for a model and so many directions.
     pub(crate) fn new(system: &S, order: usize, n_s: usize) -> Self {
         Self {
-            inputs: Along::new(system.signature().n_u()),
+            u: S::Inputs::zeros(system.signature().n_u()),
             f: S::Vector::zeros(system.signature().unknowns.len()),
             g: vec![0.0; system.signature().unknowns.len() * n_s],
             expansion: Expansion::new(system, order, n_s),
@@ -39,17 +38,13 @@ impl<S: System, C: Carried<S>> FixedStep<S, C> for Taylor<S> {
     }
 
     #[inline(always)]
-    fn enter(&mut self, segment: Segment<'_>) {
-        self.inputs.enter(segment);
-    }
+    fn enter(&mut self) {}
 
     #[inline(always)]
     fn step(&mut self, equations: Equations<'_, S>, t: f64, h: f64, now: &C, next: &mut C) {
-        self.inputs.at(t);
-        let (u, udot) = self.inputs.with_slope();
-        let Equations { system, p } = equations;
-        let at = Point { t, y: now.y(), u, p, z: &[] };
-        self.expansion.compute(system, at, udot, h, now.s());
+        let Equations { system, p, inputs } = equations;
+        let at = Point { t, y: now.y(), u: inputs.at(t, self.u.as_mut()), p, z: &[] };
+        self.expansion.compute(system, at, inputs.slope(), h, now.s());
         let (y, s) = next.parts_mut();
         self.expansion.sum(1.0, now.y(), y);
         if C::HAS_SENSITIVITIES {
@@ -66,8 +61,8 @@ impl<S: System, C: Carried<S>> FixedStep<S, C> for Taylor<S> {
             self.expansion.sensitivity_error(1.0, y.len(), s);
         }
         let t = made.t + made.h;
-        let Equations { system, p } = equations;
-        let at = Point { t, y: made.to.y(), u: self.inputs.at(t), p, z: &[] };
+        let Equations { system, p, inputs } = equations;
+        let at = Point { t, y: made.to.y(), u: inputs.at(t, self.u.as_mut()), p, z: &[] };
         let slopes = (self.f.as_mut(), &mut self.g[..]);
         self.expansion.add_defects((system, at), 1.0, made.to.s(), slopes, (y, s));
         0.0

@@ -9,12 +9,10 @@
 
 use super::carried::Carried;
 use super::fixed_step::{Equations, FixedStep, Made};
-use crate::integrate::along::Along;
 use crate::integrate::butcher::RungeKuttaTableau;
 use crate::integrate::tableau::MAX_STAGES;
 use crate::integrate::tableaux::TSIT5;
-use crate::signal::Segment;
-use crate::system::{Point, System};
+use crate::system::{Point, Storage, System};
 
 const TABLEAU: &RungeKuttaTableau = &TSIT5;
 
@@ -34,7 +32,8 @@ const ROUNDING: f64 = 1e-9;
 
 /// Work space of the method.
 pub(crate) struct Tsit5<S: System, C> {
-    inputs: Along<S>,
+    /// Inputs of a stage, where they change.
+    u: S::Inputs,
     k: [C; 7],
     stage: C,
     /// Whether the last of the `k` is the slope where the step made last ended.
@@ -45,7 +44,7 @@ impl<S: System, C: Carried<S>> Tsit5<S, C> {
     /// Work space for a model.
     pub(crate) fn new(system: &S) -> Self {
         Self {
-            inputs: Along::new(system.signature().n_u()),
+            u: S::Inputs::zeros(system.signature().n_u()),
             k: std::array::from_fn(|_| C::zeros(system)),
             stage: C::zeros(system),
             has_end: false,
@@ -56,17 +55,17 @@ impl<S: System, C: Carried<S>> Tsit5<S, C> {
     #[inline(always)]
     fn stage<const I: usize>(&mut self, equations: Equations<'_, S>, t: f64, h: f64, now: &C) {
         now.advanced::<I>(h, &TABLEAU.a[I], &self.k, &mut self.stage);
-        let Equations { system, p } = equations;
+        let Equations { system, p, inputs } = equations;
         let t = t + TABLEAU.c[I] * h;
-        let at = Point { t, y: &[], u: self.inputs.at(t), p, z: &[] };
+        let at = Point { t, y: &[], u: inputs.at(t, self.u.as_mut()), p, z: &[] };
         self.stage.slopes(system, at, &mut self.k[I]);
     }
 
     /// Makes one of the `k` the slope at `x`.
     #[inline(always)]
     fn slopes<const I: usize>(&mut self, equations: Equations<'_, S>, t: f64, x: &C) {
-        let Equations { system, p } = equations;
-        let at = Point { t, y: &[], u: self.inputs.at(t), p, z: &[] };
+        let Equations { system, p, inputs } = equations;
+        let at = Point { t, y: &[], u: inputs.at(t, self.u.as_mut()), p, z: &[] };
         x.slopes(system, at, &mut self.k[I]);
     }
 
@@ -88,8 +87,7 @@ impl<S: System, C: Carried<S>> FixedStep<S, C> for Tsit5<S, C> {
     }
 
     #[inline(always)]
-    fn enter(&mut self, segment: Segment<'_>) {
-        self.inputs.enter(segment);
+    fn enter(&mut self) {
         self.has_end = false;
     }
 

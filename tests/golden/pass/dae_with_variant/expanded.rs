@@ -305,12 +305,12 @@ pub mod vessel {
             let p = _y[0];
             let tau = _p[1];
             /// `mass` (model.dgd:17): der(p) =
-            let _row_0: f64 = -(w / (2.0 * k));
+            let _row_0: f64 = -(w * (1.0 / (2.0 * k)));
             /// `outflow` (model.dgd:18): 0 =
             let _row_1: f64 = s * p
                 - (R * w + 10000.0 * (w * ::core::primitive::f64::abs(w)));
             /// `stem` (model.dgd:22): der(s) =
-            let _row_2: f64 = (opening - s) / tau;
+            let _row_2: f64 = (opening - s) * (1.0 / tau);
             *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [_row_0, _row_1, _row_2];
         }
         #[inline]
@@ -335,23 +335,23 @@ pub mod vessel {
             let s = _y[2];
             let p = _y[0];
             let tau = _p[1];
-            let _v28 = 1.0 / tau;
+            let _v24 = 1.0 / tau;
             *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
-                -(w / _v3),
+                -(w * (1.0 / _v3)),
                 s * p - (R * w + 10000.0 * (w * _v8)),
-                (opening - s) / tau,
+                (opening - s) * _v24,
             ];
             *::dgd::__runtime::codegen::fixed_mut::<5>(_jacobian) = [
                 s,
                 -1.0 / _v3,
                 -20000.0 * _v8 - R,
                 p,
-                -_v28,
+                -_v24,
             ];
             *::dgd::__runtime::codegen::fixed_mut::<3>(_dfdt) = [
                 0.0,
                 0.0,
-                _v28 * _udot[0],
+                _v24 * _udot[0],
             ];
         }
         #[inline]
@@ -375,22 +375,22 @@ pub mod vessel {
             let s = _y[2];
             let p = _y[0];
             let tau = _p[1];
-            let _v22 = (opening - s) / tau;
-            let _v23 = -1.0 / _v3;
-            let _v26 = -20000.0 * _v8 - R;
-            let _v27 = 1.0 / tau;
+            let _v23 = 1.0 / tau;
+            let _v24 = (opening - s) * _v23;
+            let _v25 = -1.0 / _v3;
+            let _v28 = -20000.0 * _v8 - R;
             *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
-                -(w / _v3),
+                -(w * (1.0 / _v3)),
                 s * p - (R * w + 10000.0 * (w * _v8)),
-                _v22,
+                _v24,
             ];
             *::dgd::__runtime::codegen::fixed_mut::<6>(_g) = [
-                _v23 * _s[1],
-                s * _s[0] + _v26 * _s[1] + p * _s[2] - w,
-                -(_v27 * _s[2]),
-                _v23 * _s[4],
-                s * _s[3] + _v26 * _s[4] + p * _s[5],
-                -(_v27 * _s[5]) - _v27 * _v22,
+                _v25 * _s[1],
+                s * _s[0] + _v28 * _s[1] + p * _s[2] - w,
+                -(_v23 * _s[2]),
+                _v25 * _s[4],
+                s * _s[3] + _v28 * _s[4] + p * _s[5],
+                -(_v23 * _s[5]) - _v23 * _v24,
             ];
         }
         #[inline]
@@ -420,45 +420,45 @@ pub mod vessel {
             let s = _y[2];
             let p = _y[0];
             let tau = _p[1];
-            let _v23 = (opening - s) / tau;
-            let _v24 = -1.0 / _v3;
-            let _v27 = -20000.0 * _v8 - R;
-            let _v28 = 1.0 / tau;
-            let _v58 = -20000.0 * ::dgd::__runtime::math::sign(w);
-            let _v62 = _v28 / tau;
+            let _v24 = 1.0 / tau;
+            let _v25 = (opening - s) * _v24;
+            let _v26 = -1.0 / _v3;
+            let _v29 = -20000.0 * _v8 - R;
+            let _v59 = -20000.0 * ::dgd::__runtime::math::sign(w);
+            let _v63 = _v24 / tau;
             *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
-                -(w / _v3),
+                -(w * (1.0 / _v3)),
                 s * p - (R * w + 10000.0 * (w * _v8)),
-                _v23,
+                _v25,
             ];
             *::dgd::__runtime::codegen::fixed_mut::<5>(_jacobian) = [
                 s,
-                _v24,
-                _v27,
+                _v26,
+                _v29,
                 p,
-                -_v28,
+                -_v24,
             ];
             *::dgd::__runtime::codegen::fixed_mut::<3>(_dfdt) = [
                 0.0,
                 0.0,
-                _v28 * _udot[0],
+                _v24 * _udot[0],
             ];
             *::dgd::__runtime::codegen::fixed_mut::<6>(_g) = [
-                _v24 * _s[1],
-                s * _s[0] + _v27 * _s[1] + p * _s[2] - w,
-                -(_v28 * _s[2]),
-                _v24 * _s[4],
-                s * _s[3] + _v27 * _s[4] + p * _s[5],
-                -(_v28 * _s[5]) - _v28 * _v23,
+                _v26 * _s[1],
+                s * _s[0] + _v29 * _s[1] + p * _s[2] - w,
+                -(_v24 * _s[2]),
+                _v26 * _s[4],
+                s * _s[3] + _v29 * _s[4] + p * _s[5],
+                -(_v24 * _s[5]) - _v24 * _v25,
             ];
             *::dgd::__runtime::codegen::fixed_mut::<7>(_dgdy) = [
                 _s[2],
                 _s[5],
-                _v58 * _s[1] + -1.0,
-                _v58 * _s[4],
+                _v59 * _s[1] + -1.0,
+                _v59 * _s[4],
                 _s[0],
                 _s[3],
-                _v62,
+                _v63,
             ];
             *::dgd::__runtime::codegen::fixed_mut::<6>(_dgdt) = [
                 0.0,
@@ -466,7 +466,7 @@ pub mod vessel {
                 0.0,
                 0.0,
                 0.0,
-                -(_v62 * _udot[0]),
+                -(_v63 * _udot[0]),
             ];
         }
         #[inline]
@@ -484,10 +484,11 @@ pub mod vessel {
             let w = _y[1];
             let s = _y[2];
             let tau = _p[1];
+            let _v14 = 1.0 / tau;
             *::dgd::__runtime::codegen::fixed_mut::<3>(_values) = [
                 -w,
-                -(1.0 / tau * ((opening - s) / tau)),
-                -2.0 * (-1.0 / _v3 * (w / _v3)),
+                -(_v14 * ((opening - s) * _v14)),
+                -2.0 * (-1.0 / _v3 * (w * (1.0 / _v3))),
             ];
         }
         #[inline]

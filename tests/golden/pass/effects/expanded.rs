@@ -340,7 +340,7 @@ pub mod filled_tank {
             /// `total` (model.dgd:18): der(v) =
             let _row_1: f64 = q_pump;
             /// `drive` (effects/lag.dgd:9): der(q_pump) =
-            let _row_2: f64 = (gain * q_in - q_pump) / tau;
+            let _row_2: f64 = (gain * q_in - q_pump) * (1.0 / tau);
             *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [_row_0, _row_1, _row_2];
         }
         #[inline]
@@ -363,22 +363,22 @@ pub mod filled_tank {
             let h = _y[0];
             let _v7 = ::core::primitive::f64::sqrt(h);
             let tau = _p[1];
-            let _v20 = 1.0 / tau;
+            let _v15 = 1.0 / tau;
             *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
                 0.5 * (q_pump - k * _v7),
                 q_pump,
-                (gain * q_in - q_pump) / tau,
+                (gain * q_in - q_pump) * _v15,
             ];
             *::dgd::__runtime::codegen::fixed_mut::<4>(_jacobian) = [
                 -0.5 * k * (0.5 / _v7),
                 0.5,
                 1.0,
-                -_v20,
+                -_v15,
             ];
             *::dgd::__runtime::codegen::fixed_mut::<3>(_dfdt) = [
                 0.0,
                 0.0,
-                _v20 * gain * _udot[0],
+                _v15 * gain * _udot[0],
             ];
         }
         #[inline]
@@ -400,27 +400,27 @@ pub mod filled_tank {
             let h = _y[0];
             let _v7 = ::core::primitive::f64::sqrt(h);
             let tau = _p[1];
-            let _v14 = (gain * q_in - q_pump) / tau;
-            let _v18 = -0.5 * k * (0.5 / _v7);
-            let _v19 = 1.0 / tau;
+            let _v14 = 1.0 / tau;
+            let _v15 = (gain * q_in - q_pump) * _v14;
+            let _v19 = -0.5 * k * (0.5 / _v7);
             *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
                 0.5 * (q_pump - k * _v7),
                 q_pump,
-                _v14,
+                _v15,
             ];
             *::dgd::__runtime::codegen::fixed_mut::<12>(_g) = [
-                _v18 * _s[0] + 0.5 * _s[2] + -0.5 * _v7,
+                _v19 * _s[0] + 0.5 * _s[2] + -0.5 * _v7,
                 _s[2],
-                -(_v19 * _s[2]),
-                _v18 * _s[3] + 0.5 * _s[5],
+                -(_v14 * _s[2]),
+                _v19 * _s[3] + 0.5 * _s[5],
                 _s[5],
-                -(_v19 * _s[5]) - _v19 * _v14,
-                _v18 * _s[6] + 0.5 * _s[8],
+                -(_v14 * _s[5]) - _v14 * _v15,
+                _v19 * _s[6] + 0.5 * _s[8],
                 _s[8],
-                -(_v19 * _s[8]),
-                _v18 * _s[9] + 0.5 * _s[11],
+                -(_v14 * _s[8]),
+                _v19 * _s[9] + 0.5 * _s[11],
                 _s[11],
-                _v19 * q_in - _v19 * _s[11],
+                _v14 * q_in - _v14 * _s[11],
             ];
         }
         #[inline]
@@ -448,42 +448,42 @@ pub mod filled_tank {
             let h = _y[0];
             let _v7 = ::core::primitive::f64::sqrt(h);
             let tau = _p[1];
-            let _v15 = (gain * q_in - q_pump) / tau;
-            let _v17 = -0.5 * k;
-            let _v18 = 0.5 / _v7;
-            let _v19 = _v17 * _v18;
-            let _v20 = 1.0 / tau;
-            let _v60 = _v17 / _v7 * _v18 * _v18;
-            let _v71 = _v20 / tau;
+            let _v15 = 1.0 / tau;
+            let _v16 = (gain * q_in - q_pump) * _v15;
+            let _v18 = -0.5 * k;
+            let _v19 = 0.5 / _v7;
+            let _v20 = _v18 * _v19;
+            let _v60 = _v18 / _v7 * _v19 * _v19;
+            let _v71 = _v15 / tau;
             *::dgd::__runtime::codegen::fixed_mut::<3>(_f) = [
                 0.5 * (q_pump - k * _v7),
                 q_pump,
-                _v15,
+                _v16,
             ];
             *::dgd::__runtime::codegen::fixed_mut::<4>(_jacobian) = [
-                _v19,
+                _v20,
                 0.5,
                 1.0,
-                -_v20,
+                -_v15,
             ];
             *::dgd::__runtime::codegen::fixed_mut::<3>(_dfdt) = [
                 0.0,
                 0.0,
-                _v20 * gain * _udot[0],
+                _v15 * gain * _udot[0],
             ];
             *::dgd::__runtime::codegen::fixed_mut::<12>(_g) = [
-                _v19 * _s[0] + 0.5 * _s[2] + -0.5 * _v7,
+                _v20 * _s[0] + 0.5 * _s[2] + -0.5 * _v7,
                 _s[2],
-                -(_v20 * _s[2]),
-                _v19 * _s[3] + 0.5 * _s[5],
+                -(_v15 * _s[2]),
+                _v20 * _s[3] + 0.5 * _s[5],
                 _s[5],
-                -(_v20 * _s[5]) - _v20 * _v15,
-                _v19 * _s[6] + 0.5 * _s[8],
+                -(_v15 * _s[5]) - _v15 * _v16,
+                _v20 * _s[6] + 0.5 * _s[8],
                 _s[8],
-                -(_v20 * _s[8]),
-                _v19 * _s[9] + 0.5 * _s[11],
+                -(_v15 * _s[8]),
+                _v20 * _s[9] + 0.5 * _s[11],
                 _s[11],
-                _v20 * q_in - _v20 * _s[11],
+                _v15 * q_in - _v15 * _s[11],
             ];
             *::dgd::__runtime::codegen::fixed_mut::<5>(_dgdy) = [
                 -0.25 / _v7 - _v60 * _s[0],
@@ -504,7 +504,7 @@ pub mod filled_tank {
                 0.0,
                 0.0,
                 0.0,
-                _v20 * _udot[0],
+                _v15 * _udot[0],
             ];
         }
         #[inline]
@@ -521,11 +521,11 @@ pub mod filled_tank {
             let q_pump = _y[2];
             let h = _y[0];
             let tau = _p[1];
-            let _v11 = 1.0 / tau;
+            let _v9 = 1.0 / tau;
             *::dgd::__runtime::codegen::fixed_mut::<3>(_values) = [
                 -0.5 * ::core::primitive::f64::sqrt(h),
-                -(_v11 * ((gain * q_in - q_pump) / tau)),
-                _v11 * q_in,
+                -(_v9 * ((gain * q_in - q_pump) * _v9)),
+                _v9 * q_in,
             ];
         }
         #[inline]
@@ -668,23 +668,23 @@ pub mod filled_tank {
             let q_pump = _y[2];
             let k = _p[0];
             let h = _y[0];
-            let _v6 = ::core::primitive::f64::sqrt(h);
-            let _v8 = 0.5 / _v6;
+            let _v7 = ::core::primitive::f64::sqrt(h);
+            let _v9 = 0.5 / _v7;
             let tau = _p[1];
-            let _v17 = 1.0 / tau;
+            let _v16 = 1.0 / tau;
             let _v19 = -0.5 * k;
-            let _v20 = -_v17;
-            let _v21 = _v17 * gain;
-            ::dgd::__runtime::taylor::keep(_c0, 0, _v6);
-            let _f8 = _v8;
-            let _f13 = 0.5;
+            let _v20 = -_v16;
+            let _v21 = _v16 * gain;
+            ::dgd::__runtime::taylor::keep(_c0, 0, _v7);
+            let _f9 = _v9;
+            let _f14 = 0.5;
             let _f19 = _v19;
             let _f20 = _v20;
             let _f21 = _v21;
             let mut _f: [f64; 3] = [
-                0.5 * (q_pump - k * _v6),
+                0.5 * (q_pump - k * _v7),
                 q_pump,
-                (gain * q_in - q_pump) / tau,
+                (gain * q_in - q_pump) * _v16,
             ];
             _series[0] = *::dgd::__runtime::codegen::fixed::<3>(_at.y);
             for _k in 1..=_order {
@@ -693,14 +693,14 @@ pub mod filled_tank {
                 if _k == _order {
                     break;
                 }
-                let _d1: f64 = ::dgd::__runtime::taylor::line(_h * _udot[0], _k);
-                let _d3: f64 = _series[_k][2];
-                let _d5: f64 = _series[_k][0];
-                let _d6: f64 = ::dgd::__runtime::taylor::root(_d5, _c0, _f8, _k);
-                ::dgd::__runtime::taylor::keep(_c0, _k, _d6);
-                let _d14: f64 = _f13 * _d3 + _f19 * _d6;
-                let _d15: f64 = _f21 * _d1 + _f20 * _d3;
-                _f = [_d14, _d3, _d15];
+                let _d2: f64 = ::dgd::__runtime::taylor::line(_h * _udot[0], _k);
+                let _d4: f64 = _series[_k][2];
+                let _d6: f64 = _series[_k][0];
+                let _d7: f64 = ::dgd::__runtime::taylor::root(_d6, _c0, _f9, _k);
+                ::dgd::__runtime::taylor::keep(_c0, _k, _d7);
+                let _d15: f64 = _f14 * _d4 + _f19 * _d7;
+                let _d17: f64 = _f21 * _d2 + _f20 * _d4;
+                _f = [_d15, _d4, _d17];
             }
         }
         #[inline]
@@ -730,40 +730,39 @@ pub mod filled_tank {
             let _v7 = ::core::primitive::f64::sqrt(h);
             let _v9 = 0.5 / _v7;
             let tau = _p[1];
-            let _v18 = 1.0 / tau;
-            let _v20 = -0.5 * k;
-            let _v21 = 0.5 / _v7;
-            let _v23 = 1.0 / _v7;
-            let _v24 = _v20 * _v21;
-            let _v25 = 1.0 / tau;
-            let _v26 = -_v25;
-            let _v32 = -0.5 * k;
-            let _v33 = -_v18;
-            let _v34 = _v18 * gain;
-            let _v35 = -_v25;
+            let _v16 = 1.0 / tau;
+            let _v19 = -0.5 * k;
+            let _v20 = 0.5 / _v7;
+            let _v22 = 1.0 / _v7;
+            let _v23 = _v19 * _v20;
+            let _v24 = -_v16;
+            let _v30 = -0.5 * k;
+            let _v31 = -_v16;
+            let _v32 = _v16 * gain;
+            let _v33 = -_v16;
             ::dgd::__runtime::taylor::keep(_c0, 0, _v7);
-            ::dgd::__runtime::taylor::keep(_c1, 0, _v21);
-            ::dgd::__runtime::taylor::keep(_c2, 0, _v24);
+            ::dgd::__runtime::taylor::keep(_c1, 0, _v20);
+            ::dgd::__runtime::taylor::keep(_c2, 0, _v23);
             let _f0 = 1.0;
             let _f9 = _v9;
             let _f14 = 0.5;
-            let _f19 = -0.5;
-            let _f20 = _v20;
-            let _f23 = _v23;
-            let _f25 = _v25;
-            let _f26 = _v26;
+            let _f16 = _v16;
+            let _f18 = -0.5;
+            let _f19 = _v19;
+            let _f22 = _v22;
+            let _f24 = _v24;
+            let _f30 = _v30;
+            let _f31 = _v31;
             let _f32 = _v32;
             let _f33 = _v33;
-            let _f34 = _v34;
-            let _f35 = _v35;
             let mut _f: [f64; 3] = [
                 0.5 * (q_pump - k * _v7),
                 q_pump,
-                (gain * q_in - q_pump) / tau,
+                (gain * q_in - q_pump) * _v16,
             ];
             let _row = &mut _g[0];
             *_row = [0.0; 4];
-            ::dgd::__runtime::taylor::add_scaled(_row, _v24, &_s[0]);
+            ::dgd::__runtime::taylor::add_scaled(_row, _v23, &_s[0]);
             ::dgd::__runtime::taylor::add_scaled(_row, 0.5, &_s[2]);
             _row[0] += -0.5 * _v7;
             let _row = &mut _g[1];
@@ -771,9 +770,9 @@ pub mod filled_tank {
             ::dgd::__runtime::taylor::add_scaled(_row, 1.0, &_s[2]);
             let _row = &mut _g[2];
             *_row = [0.0; 4];
-            ::dgd::__runtime::taylor::add_scaled(_row, _v26, &_s[2]);
-            _row[1] += -(_v25 * ((gain * q_in - q_pump) / tau));
-            _row[3] += _v25 * q_in;
+            ::dgd::__runtime::taylor::add_scaled(_row, _v24, &_s[2]);
+            _row[1] += -(_v16 * ((gain * q_in - q_pump) * _v16));
+            _row[3] += _v16 * q_in;
             _series[0] = *::dgd::__runtime::codegen::fixed::<3>(_at.y);
             for _k in 1..=_order {
                 let _per = _h / _k as f64;
@@ -789,35 +788,35 @@ pub mod filled_tank {
                 let _d6: f64 = _series[_k][0];
                 let _d7: f64 = ::dgd::__runtime::taylor::root(_d6, _c0, _f9, _k);
                 ::dgd::__runtime::taylor::keep(_c0, _k, _d7);
-                let _d15: f64 = _f14 * _d4 + _f32 * _d7;
-                let _d16: f64 = _f34 * _d2 + _f33 * _d4;
-                let _d21: f64 = ::dgd::__runtime::taylor::divide(
+                let _d15: f64 = _f14 * _d4 + _f30 * _d7;
+                let _d17: f64 = _f32 * _d2 + _f31 * _d4;
+                let _d20: f64 = ::dgd::__runtime::taylor::divide(
                     0.0,
                     _c0,
                     _c1,
-                    _f23,
+                    _f22,
                     _k,
                 );
-                ::dgd::__runtime::taylor::keep(_c1, _k, _d21);
-                let _d24: f64 = _f20 * _d21;
-                ::dgd::__runtime::taylor::keep(_c2, _k, _d24);
-                let _d27: f64 = _f19 * _d7;
-                let _d29: f64 = _f35 * _d16;
-                let _d30: f64 = _f25 * _d2;
-                _f = [_d15, _d4, _d16];
+                ::dgd::__runtime::taylor::keep(_c1, _k, _d20);
+                let _d23: f64 = _f19 * _d20;
+                ::dgd::__runtime::taylor::keep(_c2, _k, _d23);
+                let _d25: f64 = _f18 * _d7;
+                let _d26: f64 = _f16 * _d2;
+                let _d28: f64 = _f33 * _d17;
+                _f = [_d15, _d4, _d17];
                 let _row = &mut _g[0];
                 *_row = [0.0; 4];
                 ::dgd::__runtime::taylor::add_product(_row, _c2, _s, (3, 0), _k);
                 ::dgd::__runtime::taylor::add_scaled(_row, _f14, &_s[_k * 3 + 2]);
-                _row[0] += _d27;
+                _row[0] += _d25;
                 let _row = &mut _g[1];
                 *_row = [0.0; 4];
                 ::dgd::__runtime::taylor::add_scaled(_row, _f0, &_s[_k * 3 + 2]);
                 let _row = &mut _g[2];
                 *_row = [0.0; 4];
-                ::dgd::__runtime::taylor::add_scaled(_row, _f26, &_s[_k * 3 + 2]);
-                _row[1] += _d29;
-                _row[3] += _d30;
+                ::dgd::__runtime::taylor::add_scaled(_row, _f24, &_s[_k * 3 + 2]);
+                _row[1] += _d28;
+                _row[3] += _d26;
             }
         }
         #[inline(always)]

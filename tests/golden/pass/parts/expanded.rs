@@ -559,8 +559,8 @@ pub mod cascade {
                 let _d6: f64 = _f1 * _d3;
                 let _d9: f64 = _series[_k][1];
                 let _d11: f64 = ::dgd::__runtime::taylor::line(_h * _udot[0], _k);
-                let _d17: f64 = _f19 * _d6 + _f7 * _d11;
-                let _d18: f64 = _f7 * _d6 + _f22 * _d9;
+                let _d17: f64 = _f7 * _d11 + _f19 * _d6;
+                let _d18: f64 = _f22 * _d9 + _f7 * _d6;
                 _f = [_d17, _d18];
             }
         }
@@ -647,8 +647,8 @@ pub mod cascade {
                 let _d6: f64 = _f1 * _d3;
                 let _d9: f64 = _series[_k][1];
                 let _d11: f64 = ::dgd::__runtime::taylor::line(_h * _udot[0], _k);
-                let _d17: f64 = _f33 * _d6 + _f7 * _d11;
-                let _d18: f64 = _f7 * _d6 + _f36 * _d9;
+                let _d17: f64 = _f7 * _d11 + _f33 * _d6;
+                let _d18: f64 = _f36 * _d9 + _f7 * _d6;
                 let _d21: f64 = ::dgd::__runtime::taylor::divide(
                     0.0,
                     _c0,
@@ -662,7 +662,7 @@ pub mod cascade {
                 let _d27: f64 = _f8 * _d21;
                 ::dgd::__runtime::taylor::keep(_c3, _k, _d27);
                 let _d28: f64 = _f19 * _d3;
-                let _d32: f64 = _f7 * _d3 + _f37 * _d9;
+                let _d32: f64 = _f37 * _d9 + _f7 * _d3;
                 _f = [_d17, _d18];
                 let _row = &mut _g[0];
                 *_row = [0.0; 1];
