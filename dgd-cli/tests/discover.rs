@@ -207,7 +207,8 @@ fn the_short_of_it_is_printed() {
 
 #[test]
 fn with_its_effect_applied_nothing_is_missing() {
-    let more = ["--until", "700", "--apply", "booster_u_tubing", "--format", "json"];
+    let more =
+        ["--until", "700", "--apply", "booster_u_tubing/column_with_momentum", "--format", "json"];
     let result = discover(&more).done().json();
     assert_eq!(result["verdict"], "sufficient");
     assert_eq!(result["effects"], json!([]));
