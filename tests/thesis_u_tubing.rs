@@ -234,12 +234,12 @@ fn the_final_model_is_the_circulation_with_its_effects_applied() {
         }
         // Each of them is needed: without it the level is off by half a metre at least, or the reading
         // of the flow by a twentieth of 2000 lpm.
-        for left_out in 0..EFFECTS.len() {
-            let others: Vec<&str> = (0..4).filter(|i| *i != left_out).map(|i| EFFECTS[i]).collect();
+        for left_out in EFFECTS {
+            let others: Vec<&str> = EFFECTS.into_iter().filter(|one| *one != left_out).collect();
             let run = with(&others);
             let apart = |name: &str| largest(&differences(run.column(name), whole.column(name)));
             let (level, flow) = (apart("h_r"), apart("output q_ssp"));
-            assert!(level > 0.5 || flow > 100.0 * LPM, "{}: {level}, {flow}", EFFECTS[left_out]);
+            assert!(level > 0.5 || flow > 100.0 * LPM, "{left_out}: {level}, {flow}");
         }
     }
 }
