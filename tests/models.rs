@@ -633,20 +633,26 @@ fn check_agreement(generated: &impl System, path: &str, choices: &[(&str, &str)]
 /// Compiles each model of the list with `dgd::model!` and compares it with the interpreter and with
 /// native code.
 macro_rules! agreement {
-    ($($name:ident: $path:literal $(, $variant:ident = $choice:ident)*;)*) => {
+    ($($name:ident: $path:literal $(, $variant:ident $(. $of_part:ident)* = $choice:ident)*;)*) => {
         $(mod $name {
-            dgd::model!($path $(, $variant = $choice)*, as generated);
+            dgd::model!($path $(, $variant $(. $of_part)* = $choice)*, as generated);
         })*
 
         const COMPARED: &[(&str, &[(&str, &str)])] =
-            &[$(($path, &[$((stringify!($variant), stringify!($choice))),*])),*];
+            &[$(($path, &[$((
+                    concat!(stringify!($variant) $(, ".", stringify!($of_part))*),
+                    stringify!($choice),
+                )),*])),*];
 
         #[test]
         fn generated_rust_interpreter_and_native_code_give_the_same_bits() {
             $(check_agreement(
                 &$name::generated::Model,
                 $path,
-                &[$((stringify!($variant), stringify!($choice))),*],
+                &[$((
+                    concat!(stringify!($variant) $(, ".", stringify!($of_part))*),
+                    stringify!($choice),
+                )),*],
             );)*
         }
     };
@@ -655,6 +661,8 @@ macro_rules! agreement {
 agreement! {
     bench_two_state: "models/bench_two_state.dgd";
     bench_two_state_static: "models/bench_two_state.dgd", flow = static;
+    booster_line: "models/booster_line.dgd";
+    booster_line_sealed: "models/booster_line.dgd", line.top = sealed;
     chemical_akzo_nobel: "models/test_set/chemical_akzo_nobel.dgd";
     controlled_level: "models/controlled_level.dgd";
     cstr: "models/cstr.dgd";
@@ -665,6 +673,8 @@ agreement! {
     medical_akzo_nobel: "models/medical_akzo_nobel.dgd";
     mud_circulation: "models/mud_circulation.dgd";
     mud_circulation_static: "models/mud_circulation.dgd", flow = static;
+    mud_circulation_u_tubing: "models/mud_circulation_u_tubing.dgd";
+    mud_circulation_u_tubing_static: "models/mud_circulation_u_tubing.dgd", flow = static;
     oregonator: "models/test_set/oregonator.dgd";
     pendulum: "models/pendulum.dgd";
     pendulum_cartesian: "models/pendulum_cartesian.dgd";

@@ -207,12 +207,68 @@ fn the_short_of_it_is_printed() {
 
 #[test]
 fn with_its_effect_applied_nothing_is_missing() {
-    let more = ["--until", "700", "--apply", "booster_u_tubing", "--format", "json"];
+    let more =
+        ["--until", "700", "--apply", "booster_u_tubing/column_with_momentum", "--format", "json"];
     let result = discover(&more).done().json();
     assert_eq!(result["verdict"], "sufficient");
     assert_eq!(result["effects"], json!([]));
     let friction = number(&result["parameters"]["F_b"]["value"]);
     assert!((friction / 6.8148e7 - 1.0).abs() < 0.05, "{friction}");
+}
+
+/// What is found where an effect was hidden in the model's own simulation, with noise.
+fn found_in_own(inputs: &str, hide: &[&str], base: &[&str]) -> Value {
+    let folder = folder_with(&[]);
+    let data = path(&folder, "hidden.csv");
+    let args = ["simulate", MODEL, "--data", inputs, "--noise-seed", "3", "-o", &data];
+    dgd(&[&args[..], hide].concat()).done();
+    let args = ["discover", MODEL, "--data", &data, "--format", "json"];
+    dgd(&[&args[..], base].concat()).done().json()
+}
+
+#[test]
+fn each_form_of_u_tubing_is_told_from_the_others() {
+    let forms = [
+        ("column_with_momentum", &[("F_b", 6e7)][..]),
+        ("weighted_column", &[("F_b", 6e7), ("theta_hb", 1.5), ("theta_b", 3.6)]),
+        ("delay_and_integrator", &[("tau_d", 30.0), ("tau_b", 10.0), ("theta_i", 0.05)]),
+    ];
+    for (form, truth) in forms {
+        // The riser is 200 m deep, and the base model's pump a little weaker than the true one.
+        let form_of_it = format!("booster_u_tubing/{form}");
+        let hide = ["--apply", &form_of_it, "--set", "c0=400", "--set", "h_r=200"];
+        let result = found_in_own("examples/data/case_2.csv", &hide, &["--set", "c0=390"]);
+        let [effect] = result["effects"].as_array().expect("a list").as_slice() else {
+            panic!("{form} is hidden: {}, {}", result["effects"], result["reason"])
+        };
+        assert_eq!((&effect["name"], &effect["form"]), (&json!("booster_u_tubing"), &json!(form)));
+        assert_eq!(effect["alternatives"], json!([]));
+        for (name, truth) in truth {
+            let found = &effect["parameters"][name];
+            let (value, std) = (number(&found["value"]), number(&found["std"]));
+            assert!((value - truth).abs() < 4.0 * std, "{form}: {name} = {value} ± {std}");
+            assert!(std < 0.05 * truth, "{form}: {name} is known to {std} only");
+        }
+    }
+}
+
+#[test]
+fn friction_of_higher_order_is_found_alone() {
+    // The second's terms nearly cancel each other, and the screen promises too much of them.
+    for (f3, f4) in [(3e9, 0.0), (-2e9, 8e10)] {
+        let (f3_set, f4_set) = (format!("F3={f3}"), format!("F4={f4}"));
+        let hide = ["--apply", "friction_higher_order", "--set", &f3_set, "--set", &f4_set];
+        let result = found_in_own("examples/data/circulation.csv", &hide, &[]);
+        let [effect] = result["effects"].as_array().expect("a list").as_slice() else {
+            panic!("one effect is hidden: {}, {}", result["effects"], result["reason"])
+        };
+        assert_eq!(effect["name"], "friction_higher_order");
+        for (name, truth) in [("F3", f3), ("F4", f4)] {
+            let found = &effect["parameters"][name];
+            let (value, std) = (number(&found["value"]), number(&found["std"]));
+            assert!((value - truth).abs() < 4.0 * std, "{name} = {value} ± {std}, not {truth}");
+        }
+    }
 }
 
 #[test]

@@ -9,6 +9,7 @@ use support::{column, dgd, folder_with, path, root};
 
 const MODEL: &str = "models/mud_circulation.dgd";
 const DATA: &str = "examples/data/booster_stop.train.csv";
+const U_TUBING: &str = "booster_u_tubing/column_with_momentum";
 
 /// Runs a command on the model with data of its first 700 s, in which the booster line drains.
 fn simulated(more: &[&str]) -> String {
@@ -18,22 +19,24 @@ fn simulated(more: &[&str]) -> String {
 
 #[test]
 fn an_effect_by_name_by_form_and_by_file_is_the_same() {
-    let by_name = simulated(&["--apply", "booster_u_tubing"]);
+    let by_form = simulated(&["--apply", U_TUBING]);
     // The line is full while the pump runs, and drains when it stops.
-    let level = column(&by_name, "h_b [m]");
+    let level = column(&by_form, "h_b [m]");
     assert_eq!(level[380], 0.0);
     assert!(level[450] > 5.0, "{}", level[450]);
 
-    let form = "booster_u_tubing/column_with_momentum";
-    assert_eq!(by_name, simulated(&["--apply", form]));
-    assert_eq!(by_name, simulated(&["--apply", &format!("models/effects/{form}.dgd")]));
+    assert_eq!(by_form, simulated(&["--apply", &format!("models/effects/{U_TUBING}.dgd")]));
+    assert_ne!(column(&by_form, "q_ssp [lpm]"), column(&simulated(&[]), "q_ssp [lpm]"));
+
+    let by_name = simulated(&["--apply", "pump_speed_lag"]);
+    assert_eq!(by_name, simulated(&["--apply", "models/effects/pump_speed_lag.dgd"]));
     assert_ne!(column(&by_name, "q_ssp [lpm]"), column(&simulated(&[]), "q_ssp [lpm]"));
 }
 
 #[test]
 fn the_text_of_a_model_with_an_effect_is_that_model() {
     let folder = folder_with(&[]);
-    let with = ["--apply", "booster_u_tubing", "--apply", "pressure_sensor_offset(p_in)"];
+    let with = ["--apply", U_TUBING, "--apply", "pressure_sensor_offset(p_in)"];
     let set = ["--set", "offset_p_in=0.2", "--set", "F_b=7e7"];
     let written = path(&folder, "written.dgd");
     let emitted = dgd(&[&["emit", MODEL, "--stage", "ast"][..], &with].concat()).done().out;
@@ -48,7 +51,7 @@ fn the_text_of_a_model_with_an_effect_is_that_model() {
 
 #[test]
 fn stages_show_what_an_effect_brings() {
-    let more = ["--apply", "booster_u_tubing", "--stage"];
+    let more = ["--apply", U_TUBING, "--stage"];
     let shown = |stage: &str| dgd(&[&["emit", MODEL][..], &more, &[stage]].concat()).done().out;
     let model = shown("model");
     assert!(model.contains("equation riser: A_r*der(h_r) = q_ssp - q_bo - q_tf"), "{model}");
@@ -63,7 +66,7 @@ fn a_fit_estimates_what_an_effect_brings() {
     let folder = folder_with(&[]);
     let goal = path(&folder, "fitted");
     let args = ["fit", MODEL, "--data", DATA, "--until", "700", "--start", "measured"];
-    let more = ["--apply", "booster_u_tubing", "-o", &goal];
+    let more = ["--apply", U_TUBING, "-o", &goal];
     dgd(&[&args[..], &more].concat()).done();
     let result = fs::read_to_string(format!("{goal}/result.json")).expect("a result");
     let result: Value = serde_json::from_str(&result).expect("JSON");
@@ -124,6 +127,10 @@ fn a_family_of_several_forms_wants_one_named() {
         let h = *column(&out, "h [m]").last().expect("rows");
         assert!((h - end).abs() < 1e-9, "{form}: {h}");
     }
+    // The only form of a family need not be named.
+    fs::remove_file(forms.join("fast.dgd")).expect("the file is there");
+    let alone = level(&["--apply", "leak"]).done().out;
+    assert_eq!(alone, level(&["--apply", "leak/slow"]).done().out);
 }
 
 #[test]

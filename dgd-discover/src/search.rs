@@ -336,10 +336,7 @@ impl Search<'_> {
             let mut wanted = Vec::new();
             for effect in &best {
                 let rest: Vec<usize> = best.iter().copied().filter(|c| c != effect).collect();
-                if !self.tried.contains_key(&rest) {
-                    let wanted = Wanted { chosen: rest.clone(), ..self.continued(&best) };
-                    self.confirm(vec![wanted]);
-                }
+                self.settle(&rest, &best);
                 for score in self.screened(&rest).iter().take(EXCHANGED) {
                     wanted.push(self.extended(&rest, score));
                 }
@@ -348,6 +345,32 @@ impl Search<'_> {
             if self.ranked().first() == Some(&best) {
                 return;
             }
+        }
+    }
+
+    /// Fits a part of a structure from where the whole ended, unless its own fit ended at a minimum.
+    ///
+    /// An effect that is right may have been given up early, from a point that the screen suggested;
+    /// with another one beside it it then would look as if it took both.
+    fn settle(&mut self, part: &[usize], whole: &[usize]) {
+        let is_settled = |tried: &Result<Fitted, NoFit>| {
+            tried.as_ref().map_or(true, |fitted| fitted.is_converged)
+        };
+        if self.tried.get(part).is_some_and(is_settled) {
+            return;
+        }
+        let error = |search: &Self| search.training_error(part).map(|(sum, _)| sum);
+        let (least, before) = (error(self), self.tried.remove(part));
+        let wanted = Wanted { chosen: part.to_vec(), ..self.continued(whole) };
+        self.confirm(vec![wanted]);
+        match (least, error(self)) {
+            (Some(least), Some(error)) if error < least => {
+                self.screens.remove(part);
+            }
+            (Some(_), _) => {
+                self.tried.extend(before.map(|before| (part.to_vec(), before)));
+            }
+            (None, _) => {}
         }
     }
 
