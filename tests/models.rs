@@ -633,20 +633,20 @@ fn check_agreement(generated: &impl System, path: &str, choices: &[(&str, &str)]
 /// Compiles each model of the list with `dgd::model!` and compares it with the interpreter and with
 /// native code.
 macro_rules! agreement {
-    ($($name:ident: $path:literal $(, $variant:ident = $choice:ident)*;)*) => {
+    ($($name:ident: $path:literal $(, $($variant:ident).+ = $choice:ident)*;)*) => {
         $(mod $name {
-            dgd::model!($path $(, $variant = $choice)*, as generated);
+            dgd::model!($path $(, $($variant).+ = $choice)*, as generated);
         })*
 
         const COMPARED: &[(&str, &[(&str, &str)])] =
-            &[$(($path, &[$((stringify!($variant), stringify!($choice))),*])),*];
+            &[$(($path, &[$((stringify!($($variant).+), stringify!($choice))),*])),*];
 
         #[test]
         fn generated_rust_interpreter_and_native_code_give_the_same_bits() {
             $(check_agreement(
                 &$name::generated::Model,
                 $path,
-                &[$((stringify!($variant), stringify!($choice))),*],
+                &[$((stringify!($($variant).+), stringify!($choice))),*],
             );)*
         }
     };
@@ -660,6 +660,8 @@ agreement! {
     cstr: "models/cstr.dgd";
     delayed_sensor: "models/delayed_sensor.dgd";
     dragged_load: "models/dragged_load.dgd";
+    dual_gradient_drilling: "models/dual_gradient_drilling.dgd";
+    dual_gradient_drilling_static: "models/dual_gradient_drilling.dgd", line.flow = static;
     every_intrinsic: "models/every_intrinsic.dgd";
     hires: "models/test_set/hires.dgd";
     medical_akzo_nobel: "models/medical_akzo_nobel.dgd";
@@ -682,6 +684,7 @@ agreement! {
     transmission_line: "models/transmission_line.dgd";
     transistor_amplifier: "models/test_set/transistor_amplifier.dgd";
     two_tanks: "models/two_tanks.dgd";
+    u_tube_drill_string: "models/u_tube_drill_string.dgd";
     van_der_pol: "models/van_der_pol.dgd";
 }
 
