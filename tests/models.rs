@@ -423,7 +423,15 @@ fn check_event_derivatives(system: &Interpreted, at: &At, label: &str) {
     let mut udot: Vec<f64> = at.u.iter().map(|u| 0.01 * size(*u) * noise.next()).collect();
     // Slopes of inputs, behind the inputs, are constant; what is known of the past has its own.
     udot[signature.inputs.len() + signature.delayed_inputs.len()..].fill(0.0);
-    let s: Vec<f64> = (0..n * n_s).map(|k| size(at.y[k % n]) * noise.next()).collect();
+    // As large as y is for each direction's own size: a step of a parameter of 1e9 by a part of it is
+    // not to move y by 1e6 times itself.
+    let own_size = |direction: &Direction| match *direction {
+        Direction::Parameter(p) => size(at.p[p]),
+        Direction::Start(_) => 1.0,
+    };
+    let s: Vec<f64> = (0..n * n_s)
+        .map(|k| size(at.y[k % n]) / own_size(&signature.directions[k / n]) * noise.next())
+        .collect();
 
     let values = |at: &At| {
         let (mut e, mut r) = (vec![0.0; n_e], vec![0.0; n_r]);
