@@ -406,6 +406,18 @@ fn steady_pressures_are_those_of_the_hand_calculation() {
 }
 
 #[test]
+fn it_starts_steady_with_any_pump() {
+    for set in [&["pump.c1=300"][..], &["pump.c1=0", "pump.c2=2e4", "line.F1=1e6"]] {
+        let system = model("dual_gradient_drilling.dgd", set);
+        let run = run(&system, &connection(), &[0.0, 299.0], 1e-8);
+        for (name, size) in [("riser.h", 1.0), ("line.q", 0.05), ("w", 1.0), ("string.p", BAR)] {
+            let (start, later) = (run.output(name, 0), run.output(name, 1));
+            assert!((start - later).abs() < 1e-8 * size, "{set:?}: {name}, {start} and {later}");
+        }
+    }
+}
+
+#[test]
 fn a_pipe_connection_goes_as_on_the_rig() {
     let system = model("dual_gradient_drilling.dgd", &[]);
     let run = run(&system, &connection(), &seconds(1800), 1e-8);
