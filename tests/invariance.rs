@@ -90,7 +90,10 @@ fn values(system: &Interpreted) -> BTreeMap<String, f64> {
             if unknown.differential {
                 format!("der({})", unknown.name)
             } else {
-                format!("equation {equation}")
+                // The name of a switch is its text, whose numbers may be rounded otherwise.
+                let is_switch = equation.starts_with("switch ");
+                let name = equation.replace(|c: char| is_switch && "0123456789.".contains(c), "");
+                format!("equation {name}")
             }
         })
         .collect();

@@ -423,7 +423,15 @@ fn check_event_derivatives(system: &Interpreted, at: &At, label: &str) {
     let mut udot: Vec<f64> = at.u.iter().map(|u| 0.01 * size(*u) * noise.next()).collect();
     // Slopes of inputs, behind the inputs, are constant; what is known of the past has its own.
     udot[signature.inputs.len() + signature.delayed_inputs.len()..].fill(0.0);
-    let s: Vec<f64> = (0..n * n_s).map(|k| size(at.y[k % n]) * noise.next()).collect();
+    // As large as y is for each direction's own size: a step of a parameter of 1e9 by a part of it is
+    // not to move y by 1e6 times itself.
+    let own_size = |direction: &Direction| match *direction {
+        Direction::Parameter(p) => size(at.p[p]),
+        Direction::Start(_) => 1.0,
+    };
+    let s: Vec<f64> = (0..n * n_s)
+        .map(|k| size(at.y[k % n]) / own_size(&signature.directions[k / n]) * noise.next())
+        .collect();
 
     let values = |at: &At| {
         let (mut e, mut r) = (vec![0.0; n_e], vec![0.0; n_r]);
@@ -668,6 +676,8 @@ agreement! {
     cstr: "models/cstr.dgd";
     delayed_sensor: "models/delayed_sensor.dgd";
     dragged_load: "models/dragged_load.dgd";
+    dual_gradient_drilling: "models/dual_gradient_drilling.dgd";
+    dual_gradient_drilling_static: "models/dual_gradient_drilling.dgd", line.flow = static;
     every_intrinsic: "models/every_intrinsic.dgd";
     hires: "models/test_set/hires.dgd";
     medical_akzo_nobel: "models/medical_akzo_nobel.dgd";
@@ -692,6 +702,7 @@ agreement! {
     transmission_line: "models/transmission_line.dgd";
     transistor_amplifier: "models/test_set/transistor_amplifier.dgd";
     two_tanks: "models/two_tanks.dgd";
+    u_tube_drill_string: "models/u_tube_drill_string.dgd";
     van_der_pol: "models/van_der_pol.dgd";
 }
 
