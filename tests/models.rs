@@ -423,7 +423,12 @@ fn check_event_derivatives(system: &Interpreted, at: &At, label: &str) {
     let mut udot: Vec<f64> = at.u.iter().map(|u| 0.01 * size(*u) * noise.next()).collect();
     // Slopes of inputs, behind the inputs, are constant; what is known of the past has its own.
     udot[signature.inputs.len() + signature.delayed_inputs.len()..].fill(0.0);
-    let s: Vec<f64> = (0..n * n_s).map(|k| size(at.y[k % n]) * noise.next()).collect();
+    // In units of y over that of its parameter: these may be 1e8 and more.
+    let per = |j: usize| match signature.directions[j] {
+        Direction::Parameter(p) => size(at.p[p]),
+        _ => 1.0,
+    };
+    let s: Vec<f64> = (0..n * n_s).map(|k| size(at.y[k % n]) / per(k / n) * noise.next()).collect();
 
     let values = |at: &At| {
         let (mut e, mut r) = (vec![0.0; n_e], vec![0.0; n_r]);
@@ -630,23 +635,28 @@ fn check_agreement(generated: &impl System, path: &str, choices: &[(&str, &str)]
     }
 }
 
+/// A name with the points in it, as text.
+macro_rules! dotted {
+    ($first:ident $(. $rest:ident)*) => { concat!(stringify!($first) $(, ".", stringify!($rest))*) };
+}
+
 /// Compiles each model of the list with `dgd::model!` and compares it with the interpreter and with
 /// native code.
 macro_rules! agreement {
-    ($($name:ident: $path:literal $(, $variant:ident = $choice:ident)*;)*) => {
+    ($($name:ident: $path:literal $(, $($variant:ident).+ = $choice:ident)*;)*) => {
         $(mod $name {
-            dgd::model!($path $(, $variant = $choice)*, as generated);
+            dgd::model!($path $(, $($variant).+ = $choice)*, as generated);
         })*
 
         const COMPARED: &[(&str, &[(&str, &str)])] =
-            &[$(($path, &[$((stringify!($variant), stringify!($choice))),*])),*];
+            &[$(($path, &[$((dotted!($($variant).+), stringify!($choice))),*])),*];
 
         #[test]
         fn generated_rust_interpreter_and_native_code_give_the_same_bits() {
             $(check_agreement(
                 &$name::generated::Model,
                 $path,
-                &[$((stringify!($variant), stringify!($choice))),*],
+                &[$((dotted!($($variant).+), stringify!($choice))),*],
             );)*
         }
     };
@@ -661,7 +671,20 @@ agreement! {
     delayed_sensor: "models/delayed_sensor.dgd";
     dragged_load: "models/dragged_load.dgd";
     every_intrinsic: "models/every_intrinsic.dgd";
+    friction: "models/friction.dgd";
     hires: "models/test_set/hires.dgd";
+    lines_of_the_well: "models/lines_of_the_well.dgd";
+    lines_of_the_well_string_friction: "models/lines_of_the_well.dgd", string.friction = quadratic;
+    lines_of_the_well_string_inlet: "models/lines_of_the_well.dgd", string.inlet = pressure;
+    lines_of_the_well_string_outlet: "models/lines_of_the_well.dgd", string.outlet = flow;
+    lines_of_the_well_annulus_friction: "models/lines_of_the_well.dgd", annulus.friction = quadratic;
+    lines_of_the_well_annulus_inlet: "models/lines_of_the_well.dgd", annulus.inlet = pressure;
+    lines_of_the_well_annulus_outlet: "models/lines_of_the_well.dgd", annulus.outlet = flow;
+    lines_of_the_well_return_friction: "models/lines_of_the_well.dgd", return.friction = quadratic;
+    lines_of_the_well_return_inlet: "models/lines_of_the_well.dgd", return.inlet = flow;
+    lines_of_the_well_return_outlet: "models/lines_of_the_well.dgd", return.outlet = flow;
+    lines_of_the_well_power: "models/lines_of_the_well.dgd", pump.law = power;
+    lines_of_the_well_theory: "models/lines_of_the_well.dgd", pump.law = theory;
     medical_akzo_nobel: "models/medical_akzo_nobel.dgd";
     mud_circulation: "models/mud_circulation.dgd";
     mud_circulation_static: "models/mud_circulation.dgd", flow = static;
@@ -678,8 +701,14 @@ agreement! {
     remote_level: "models/remote_level.dgd";
     robertson: "models/robertson.dgd";
     robertson_dae: "models/robertson.dgd", form = dae;
+    subsea_pump: "models/subsea_pump.dgd";
+    subsea_pump_power: "models/subsea_pump.dgd", pump.law = power;
+    subsea_pump_theory: "models/subsea_pump.dgd", pump.law = theory;
     tank_with_weir: "models/tank_with_weir.dgd";
     transmission_line: "models/transmission_line.dgd";
+    transmission_line_quadratic: "models/transmission_line.dgd", friction = quadratic;
+    transmission_line_inlet: "models/transmission_line.dgd", inlet = pressure;
+    transmission_line_outlet: "models/transmission_line.dgd", outlet = flow;
     transistor_amplifier: "models/test_set/transistor_amplifier.dgd";
     two_tanks: "models/two_tanks.dgd";
     van_der_pol: "models/van_der_pol.dgd";
