@@ -426,7 +426,7 @@ fn check_event_derivatives(system: &Interpreted, at: &At, label: &str) {
     // In units of y over that of its parameter: these may be 1e8 and more.
     let per = |j: usize| match signature.directions[j] {
         Direction::Parameter(p) => size(at.p[p]),
-        _ => 1.0,
+        Direction::Start(_) => 1.0,
     };
     let s: Vec<f64> = (0..n * n_s).map(|k| size(at.y[k % n]) / per(k / n) * noise.next()).collect();
 

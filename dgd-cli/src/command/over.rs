@@ -52,13 +52,11 @@ pub(super) fn figure(
             continue;
         }
         let label = Text::default().with_unit(&output.unit.symbol);
-        let panel = match panels.iter_mut().position(|panel| panel.y_label == label) {
-            Some(at) => &mut panels[at],
-            None => {
-                panels.push(Panel { y_label: label, ..Panel::default() });
-                panels.last_mut()?
-            }
-        };
+        let at = panels.iter().position(|panel| panel.y_label == label).unwrap_or_else(|| {
+            panels.push(Panel { y_label: label, ..Panel::default() });
+            panels.len() - 1
+        });
+        let panel = &mut panels[at];
         let values: Vec<f64> = (0..solution.len()).map(|k| observations.w(k)[i]).collect();
         panel.series.push(Series {
             name: Text::name(&output.name),
