@@ -5,7 +5,7 @@ mod support;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use dgd::{Column, Inputs, Interpolation, Options, Pattern, Point, Problem, Signature, System};
+use dgd::{Pattern, Point, Signature, System};
 use dgd_compiler::codegen;
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
@@ -347,91 +347,6 @@ fn loops_find_the_elements_that_they_determine() {
             matched(&text).into_iter().take(4).map(|(_, equation)| equation).collect();
         assert_eq!(found, expected, "{equations}");
     }
-}
-
-/// A model of the repository as text, with pieces of it replaced.
-fn edited(path: &str, edits: &[(&str, &str)]) -> String {
-    let mut text = std::fs::read_to_string(support::root().join(path)).expect("a model");
-    for (from, to) in edits {
-        assert!(text.contains(from), "`{from}` is not in {path}");
-        text = text.replace(from, to);
-    }
-    text
-}
-
-/// Unknowns at the given times.
-fn run(system: &Interpreted, inputs: &Inputs, times: &[f64], options: &Options) -> Vec<Vec<f64>> {
-    let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();
-    let problem = Problem { system, p: &p, inputs, start: &[] };
-    let solution = dgd::simulate(&problem, times, options).expect("a solution");
-    (0..times.len()).map(|k| solution.y(k).to_vec()).collect()
-}
-
-#[test]
-fn a_line_at_rest_has_the_profile_of_friction_and_height() {
-    // Enough friction for the line to settle: rates are K |q| A / rho = 0.3 per second.
-    let text = edited("models/transmission_line.dgd", &[("= 1.0e4", "= 1.0e6")]);
-    let system = interpreted(&text);
-    let (flow, behind) = (0.03, 10e5);
-    let columns = [("q_in", flow), ("p_out", behind)].map(|(name, value)| (name, [value, value]));
-    let columns = columns.each_ref().map(|(name, values)| Column {
-        name,
-        interpolation: Interpolation::Hold,
-        values,
-    });
-    let inputs = Inputs::recorded(&[0.0, 300.0], &columns).expect("inputs");
-    let options = Options { rtol: 1e-8, atol: 1e-8, ..Options::default() };
-    let y = run(&system, &inputs, &[0.0, 300.0], &options).remove(1);
-    // dp/dx = −(K q² + ρ g s); from the middle of the last cell it is half a cell to the end.
-    let (n, dx) = (10, 1200.0 / 10.0);
-    let gradient = 1e6 * flow * flow + 1000.0 * 9.81 * 0.1;
-    for (i, p) in y[..n].iter().enumerate() {
-        let expected = behind + ((n - i) as f64 - 0.5) * dx * gradient;
-        // exp(−0.3 · 300) is nothing; what is left is the tolerance of the run.
-        assert!((p - expected).abs() < 1e-6 * expected, "p[{}]: {p} {expected}", i + 1);
-    }
-    for q in &y[n..] {
-        assert!((q - flow).abs() < 1e-6 * flow, "{q}");
-    }
-}
-
-#[test]
-fn a_wave_travels_at_the_speed_of_sound() {
-    let edits = [("N = 10", "N = 200"), ("slope [1]      = 0.1", "slope [1]      = 0")];
-    let system = interpreted(&edited("models/transmission_line.dgd", &edits));
-    let (beta, rho, area, length, jump) = (1.5e9_f64, 1000.0, 0.01, 1200.0, 0.001);
-    // At rest at 50 bar; a little more flow from 0.1 s on.
-    let (begin, rest) = (0.1, 50e5);
-    let columns = [
-        Column { name: "q_in", interpolation: Interpolation::Hold, values: &[0.0, jump, jump] },
-        Column { name: "p_out", interpolation: Interpolation::Hold, values: &[rest; 3] },
-    ];
-    let inputs = Inputs::recorded(&[0.0, begin, 1.0], &columns).expect("inputs");
-    let times: Vec<f64> = (0..=900).map(|k| f64::from(k) * 1e-3).collect();
-    let pressures = run(&system, &inputs, &times, &Options::default());
-
-    // The pressure behind the front is that of Joukowsky, ρ c Δq / A.
-    let speed = (beta / rho).sqrt();
-    let behind_front = rho * speed * jump / area;
-    let n = 200;
-    for cell in [n / 4, n / 2, 3 * n / 4] {
-        let distance = (cell as f64 - 0.5) * length / n as f64;
-        let passed = times
-            .iter()
-            .zip(&pressures)
-            .find(|(_, y)| y[cell - 1] - rest > behind_front / 2.0)
-            .map(|(t, _)| *t - begin)
-            .expect("the front passes");
-        // Staggered differences smear a front over a few of its cells, by the third root of the
-        // number that it has passed: six cells after a hundred.
-        let smeared = (cell as f64).cbrt() * length / n as f64 / speed;
-        let expected = distance / speed;
-        assert!((passed - expected).abs() < 1.5 * smeared, "cell {cell}: {passed} {expected}");
-    }
-    // Far behind the front the ripples have gone by: the mean of a tenth of a second.
-    let first: Vec<f64> = pressures[700..800].iter().map(|y| y[0] - rest).collect();
-    let mean = first.iter().sum::<f64>() / first.len() as f64;
-    assert!((mean - behind_front).abs() < 0.01 * behind_front, "{mean} {behind_front}");
 }
 
 #[test]

@@ -147,6 +147,9 @@ pub(crate) struct SimulateArgs {
     /// values, as in `c0 [m]`
     #[arg(long, value_name = "SETS")]
     pub ensemble: Option<PathBuf>,
+    /// Draw the outputs over this input, state or output instead of time, those of one unit together
+    #[arg(long, value_name = "NAME", requires = "plot", conflicts_with = "ensemble")]
+    pub over: Option<String>,
     /// Add sensor noise to the outputs, drawn with this seed
     #[arg(long, value_name = "N")]
     pub noise_seed: Option<u64>,

@@ -228,6 +228,31 @@ fn pictures_are_drawn() {
 }
 
 #[test]
+fn outputs_are_drawn_over_another_quantity() {
+    let folder = folder_with(&[]);
+    let svg = path(&folder, "curves.svg");
+    let pump =
+        ["models/subsea_pump.dgd", "--data", "examples/data/pump_curves.csv", "--every", "1"];
+    let over =
+        |name: &str| dgd(&[&["simulate"], &pump[..], &["--plot", &svg, "--over", name]].concat());
+    over("q").done();
+    let picture = fs::read_to_string(&svg).expect("a picture");
+    // A panel of six heads, the system's and the operating point's, one of its flow; no panel of
+    // inputs, and no time.
+    for text in ["[lpm]", "[m]", "head", "sys", "2000", "4000"] {
+        assert!(picture.contains(text), "{text}");
+    }
+    assert!(!picture.contains("Time") && !picture.contains("[rpm]"));
+    // Where the abscissa is an output, the others are drawn over it.
+    over("h_sys").done();
+    assert!(fs::read_to_string(&svg).expect("a picture").contains("150"));
+
+    over("h_sis").refused(2, &["`--over h_sis`", "did you mean `h_sys`?"]);
+    let no_picture = dgd(&[&["simulate"], &pump[..], &["--over", "q"]].concat());
+    no_picture.refused(2, &["--plot"]);
+}
+
+#[test]
 fn no_output_is_half_written() {
     let folder = folder_with(&[("explosion.dgd", EXPLOSION), ("old.csv", b"old\n")]);
     let model = path(&folder, "explosion.dgd");

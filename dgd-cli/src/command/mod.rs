@@ -8,5 +8,6 @@ pub(crate) mod explain;
 pub(crate) mod fit;
 pub(crate) mod fmt;
 pub(crate) mod methods;
+mod over;
 pub(crate) mod sensitivity;
 pub(crate) mod simulate;

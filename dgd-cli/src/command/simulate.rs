@@ -5,6 +5,7 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 use serde_json::json;
 
+use super::over;
 use crate::args::SimulateArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
@@ -22,6 +23,9 @@ pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), Comma
     let loaded =
         load(&args.run.model, &args.run.choices, |_| dgd_compiler::pipeline::Directions::None)?;
     let run = Run::prepare(&args.run, loaded, console)?;
+    if let Some(name) = &args.over {
+        over::verify(name, run.signature())?;
+    }
     let Reached { solution, mut observations, stopped } = run.simulate()?;
     if let Some(seed) = args.noise_seed {
         add_noise(&run, &mut observations, seed);
@@ -40,7 +44,10 @@ pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), Comma
     if let Some(error) = stopped {
         return result::write_reached(console, &solution.times, &columns, details, &error);
     }
-    let figure = figure::panels(&subjects(&run, &solution, &observations));
+    let over = args.over.as_ref();
+    let figure = over.and_then(|name| over::figure(name, &run, &columns, &solution, &observations));
+    let over_time = || figure::panels(&subjects(&run, &solution, &observations));
+    let figure = figure.unwrap_or_else(over_time);
     for path in &args.run.solve.plot {
         figure::save(&figure, path, console)?;
     }

@@ -1,0 +1,105 @@
+//! `--over`: outputs drawn over another quantity than time, as characteristic curves are.
+
+use dgd_compiler::diagnostics::suggestion;
+use dgd_runtime::{Observations, Signature, Solution};
+
+use super::simulate::{in_unit, is_element};
+use crate::failure::CommandError;
+use crate::plot::{Figure, Panel, Series, Style, Text};
+use crate::result::NamedColumn;
+use crate::run::Run;
+
+/// Checks before anything is computed that there is such a quantity.
+pub(super) fn verify(name: &str, signature: &Signature) -> Result<(), CommandError> {
+    let inputs = signature.inputs.iter().map(|input| input.name.to_string());
+    let unknowns = signature.unknowns.iter().map(|unknown| unknown.name.to_string());
+    let unknowns = unknowns.filter(|name| !is_element(name));
+    let outputs = signature.outputs.iter().map(|output| output.name.to_string());
+    let known: Vec<String> = inputs.chain(unknowns).chain(outputs).collect();
+    if known.iter().any(|known| known == name) {
+        return Ok(());
+    }
+    let help = match suggestion(name, known.iter().map(String::as_str)) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("there is `{}`", known.join("`, `")),
+    };
+    let message = format!("`--over {name}`: no input, state or output is called so; {help}");
+    Err(CommandError::Usage(message))
+}
+
+/// A panel for each unit of the outputs, over a column of the result. What was measured at a row of
+/// the result is a dot there, over what was measured of that column if it was.
+pub(super) fn figure(
+    name: &str,
+    run: &Run,
+    columns: &[NamedColumn],
+    solution: &Solution,
+    observations: &Observations,
+) -> Option<Figure> {
+    let abscissa = columns.iter().find(|column| column.name == name)?;
+    let x = in_unit(&abscissa.values, &abscissa.unit);
+    let measured = |i: usize| {
+        let samples = run.measured.outputs.get(i)?.as_ref()?;
+        Some(measured_at(&solution.times, &run.measured.times, samples))
+    };
+    let outputs = &run.signature().outputs;
+    let measured_x = (outputs.iter().position(|output| output.name == name))
+        .and_then(measured)
+        .map_or_else(|| x.clone(), |samples| in_unit(&samples, &abscissa.unit));
+    let mut panels: Vec<Panel> = Vec::new();
+    for (i, output) in outputs.iter().enumerate() {
+        if output.name == name {
+            continue;
+        }
+        let label = Text::default().with_unit(&output.unit.symbol);
+        let at = panels.iter().position(|panel| panel.y_label == label).unwrap_or_else(|| {
+            panels.push(Panel { y_label: label, ..Panel::default() });
+            panels.len() - 1
+        });
+        let panel = &mut panels[at];
+        let values: Vec<f64> = (0..solution.len()).map(|k| observations.w(k)[i]).collect();
+        panel.series.push(Series {
+            name: Text::name(&output.name),
+            style: Style::Line,
+            x: x.clone(),
+            y: in_unit(&values, &output.unit),
+        });
+        if let Some(samples) = measured(i) {
+            panel.series.push(Series {
+                name: Text::plain(&format!("{} measured", output.name)),
+                style: Style::Dots,
+                x: measured_x.clone(),
+                y: in_unit(&samples, &output.unit),
+            });
+        }
+    }
+    for panel in &mut panels {
+        // A legend names two and more.
+        if let [only] = panel.series.as_slice() {
+            panel.title = only.name.clone();
+        }
+    }
+    Some(Figure::new(Text::name(name).with_unit(&abscissa.unit.symbol), panels))
+}
+
+/// Samples at the rows that have one; NaN, which is not drawn, elsewhere.
+fn measured_at(rows: &[f64], times: &[f64], samples: &[f64]) -> Vec<f64> {
+    let sample = |row: &f64| {
+        let k = times.partition_point(|time| time < row);
+        if times.get(k) == Some(row) { samples[k] } else { f64::NAN }
+    };
+    rows.iter().map(sample).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_rows_with_a_sample_have_one() {
+        let found = measured_at(&[0.0, 0.5, 1.0, 3.0], &[0.0, 1.0, 2.0], &[5.0, 6.0, 7.0]);
+        assert_eq!(found[0], 5.0);
+        assert!(found[1].is_nan() && found[3].is_nan());
+        assert_eq!(found[2], 6.0);
+    }
+}
