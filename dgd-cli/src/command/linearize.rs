@@ -1,0 +1,535 @@
+//! `dgd linearize`: the linear model close to a point of a run, or to a steady state.
+
+use std::fmt::Write as _;
+use std::io;
+
+use dgd_runtime::linearize::{
+    Channel, DMatrix, LateUnknown, OperatingPoint, Pole, Poles, Stability, StateSpace, linearize,
+    steady_state,
+};
+use dgd_runtime::{AutomatonKind, Signature, Unit};
+use serde_json::{Value, json};
+
+use crate::args::{LinearizeArgs, Place, RunArgs, SolveArgs};
+use crate::console::Console;
+use crate::data::write::{push_number, quoted, save};
+use crate::failure::CommandError;
+use crate::load::load;
+use crate::report::of_differences;
+use crate::result::quotient;
+use crate::run::Run;
+use crate::table::{push_table, significant};
+
+/// Digits of what is shown.
+const DIGITS: usize = 6;
+/// Characters in a line of a matrix.
+const WIDTH: usize = 110;
+/// Rows and columns of the largest matrix that is shown.
+const MOST_SHOWN: usize = 24;
+
+pub(crate) fn run(args: &LinearizeArgs, console: Console<'_>) -> Result<(), CommandError> {
+    for (flag, is_given) in
+        [("--plot", !args.solve.plot.is_empty()), ("--until", args.solve.until.is_some())]
+    {
+        if is_given {
+            let message =
+                format!("`{flag}` says nothing to `linearize`: `--at` is where the run ends");
+            return Err(CommandError::Usage(message));
+        }
+    }
+    let loaded = load(&args.model, &args.choices, |_| dgd_compiler::pipeline::Directions::None)?;
+    let run = Run::prepare(&run_args(args), loaded, console)?;
+    let failed = |error: String| CommandError::Computation(error);
+    let from = run.times[0];
+    let at = match args.at {
+        Place::Time(t) => OperatingPoint::reached(&run.problem(), from, t, &run.options)
+            .map_err(|error| failed(error.to_string()))?,
+        Place::Steady => steady_state(&run.problem(), from, &run.options)
+            .map_err(|error| failed(error.to_string()))?,
+    };
+    let system = linearize(&run.problem(), &at).map_err(|error| failed(error.to_string()))?;
+    let poles = system.poles().map_err(|error| failed(error.to_string()))?;
+    let shown = Shown::new(run.signature(), args.at, at, system, poles);
+    match console.out() {
+        _ if console.is_json() => console.json(&shown.to_json()),
+        Some(path) => {
+            save(path, |out| shown.write_csv(out))?;
+            console.remark(&format!("wrote {}", path.display()));
+            Ok(())
+        }
+        None => console.result(&shown.to_text()),
+    }
+}
+
+/// The run that ends at the point.
+fn run_args(args: &LinearizeArgs) -> RunArgs {
+    let LinearizeArgs { model, choices, data, at, solve } = args;
+    let until = match at {
+        Place::Time(t) => Some(*t),
+        // Only the first time matters; without data nothing else says when that is.
+        Place::Steady => data.is_none().then(|| solve.from.unwrap_or(0.0)),
+    };
+    RunArgs {
+        model: model.clone(),
+        choices: choices.clone(),
+        data: data.clone(),
+        every: None,
+        solve: SolveArgs { until, ..solve.clone() },
+    }
+}
+
+/// Something with a value at the point.
+struct Quantity {
+    name: String,
+    unit: Unit,
+    /// At the point, SI.
+    value: f64,
+}
+
+impl Quantity {
+    fn value(&self) -> f64 {
+        (self.value - self.unit.offset) / self.unit.factor
+    }
+
+    fn label(&self) -> String {
+        format!("{} [{}]", self.name, of_differences(&self.unit).symbol)
+    }
+
+    /// Its derivative to time.
+    fn rate(&self, value: f64) -> Self {
+        let seconds = Unit { symbol: "s".into(), factor: 1.0, offset: 0.0 };
+        let unit = quotient(&of_differences(&self.unit), &seconds);
+        Self { name: format!("d({})/dt", self.name), unit, value }
+    }
+}
+
+/// A matrix, with what its rows and columns are about.
+struct Matrix<'a> {
+    name: &'static str,
+    about: &'static str,
+    rows: &'a [Quantity],
+    columns: &'a [Quantity],
+    /// SI.
+    matrix: &'a DMatrix<f64>,
+}
+
+impl Matrix<'_> {
+    /// An entry in the declared units.
+    fn value(&self, i: usize, j: usize) -> f64 {
+        let value = self.matrix[(i, j)] * self.columns[j].unit.factor / self.rows[i].unit.factor;
+        // No zero with a sign.
+        value + 0.0
+    }
+
+    fn unit(&self, i: usize, j: usize) -> Unit {
+        quotient(&of_differences(&self.rows[i].unit), &of_differences(&self.columns[j].unit))
+    }
+
+    fn is_empty(&self) -> bool {
+        self.rows.is_empty() || self.columns.is_empty()
+    }
+
+    fn to_json(&self) -> Value {
+        let row = |i: usize| (0..self.columns.len()).map(|j| self.value(i, j)).collect::<Vec<_>>();
+        json!((0..self.rows.len()).map(row).collect::<Vec<_>>())
+    }
+
+    fn push_text(&self, text: &mut String) {
+        let (m, n) = (self.rows.len(), self.columns.len());
+        let _ = writeln!(text, "\n{}: {}", self.name, self.about);
+        if m.max(n) > MOST_SHOWN {
+            let _ = writeln!(
+                text,
+                "{m} x {n}, too large to be shown here: see `-o` and `--format json`"
+            );
+            return;
+        }
+        let labels: Vec<String> = self.rows.iter().map(Quantity::label).collect();
+        let stub = labels.iter().map(|label| label.chars().count()).max().unwrap_or(0);
+        let columns: Vec<Vec<String>> = (0..n)
+            .map(|j| {
+                let entries = (0..m).map(|i| significant(self.value(i, j), DIGITS));
+                std::iter::once(self.columns[j].label()).chain(entries).collect()
+            })
+            .collect();
+        let mut from = 0;
+        while from < n {
+            let mut width = stub;
+            let mut until = from;
+            while until < n {
+                let own = columns[until].iter().map(|cell| cell.chars().count()).max().unwrap_or(0);
+                width += own + 2;
+                if width > WIDTH && until > from {
+                    break;
+                }
+                until += 1;
+            }
+            let mut table = Vec::with_capacity(m + 1);
+            for i in 0..=m {
+                let label = if i == 0 { String::new() } else { labels[i - 1].clone() };
+                let cells = columns[from..until].iter().map(|column| column[i].clone());
+                table.push(std::iter::once(label).chain(cells).collect::<Vec<String>>());
+            }
+            push_table(text, &table);
+            from = until;
+        }
+    }
+}
+
+/// A linear model in declared units.
+struct Shown<'a> {
+    signature: &'a Signature,
+    place: Place,
+    at: OperatingPoint,
+    system: StateSpace,
+    poles: Poles,
+    states: Vec<Quantity>,
+    rates: Vec<Quantity>,
+    eliminated: Vec<Quantity>,
+    channels: Vec<Quantity>,
+    late: Vec<Quantity>,
+    /// What acts late, as it is now.
+    sources: Vec<Quantity>,
+    outputs: Vec<Quantity>,
+}
+
+impl<'a> Shown<'a> {
+    fn new(
+        signature: &'a Signature,
+        place: Place,
+        at: OperatingPoint,
+        system: StateSpace,
+        poles: Poles,
+    ) -> Self {
+        let unknown = |i: &usize| Quantity {
+            name: signature.unknowns.name(*i).into_owned(),
+            unit: signature.unknowns.unit(*i).clone(),
+            value: at.y[*i],
+        };
+        let states: Vec<Quantity> = system.states.iter().map(unknown).collect();
+        let rates =
+            states.iter().zip(&system.rates).map(|(state, rate)| state.rate(*rate)).collect();
+        let eliminated = system.eliminated.iter().map(unknown).collect();
+        let sources = system.late.iter().map(|late| unknown(&late.unknown)).collect();
+        let late_input = |input: usize, tau: f64| {
+            let name = &signature.inputs[input].name;
+            if tau == 0.0 { name.to_string() } else { late_name(name, tau) }
+        };
+        let channel = |(channel, value): (&Channel, &f64)| {
+            let unit = signature.inputs[channel.input()].unit.clone();
+            let own = |tau| Quantity {
+                name: late_input(channel.input(), tau),
+                unit: unit.clone(),
+                value: *value,
+            };
+            match *channel {
+                Channel::Input(_) => own(0.0),
+                Channel::Late { tau, .. } => own(tau),
+                Channel::Slope { tau, .. } => {
+                    let own = own(tau);
+                    Quantity { name: format!("der({})", own.name), ..own.rate(*value) }
+                }
+            }
+        };
+        let channels = system.channels.iter().zip(&system.u).map(channel).collect();
+        let late = |(late, value): (&LateUnknown, &f64)| {
+            let source = unknown(&late.unknown);
+            Quantity {
+                name: format!("{}(t - {} s)", source.name, late.tau),
+                value: *value,
+                ..source
+            }
+        };
+        let late = system.late.iter().zip(&system.v).map(late).collect();
+        let output = |(output, value): (&dgd_runtime::Output, &f64)| Quantity {
+            name: output.name.to_string(),
+            unit: output.unit.clone(),
+            value: *value,
+        };
+        let outputs = signature.outputs.iter().zip(&system.w).map(output).collect();
+        Self {
+            signature,
+            place,
+            states,
+            rates,
+            eliminated,
+            channels,
+            late,
+            sources,
+            outputs,
+            at,
+            system,
+            poles,
+        }
+    }
+}
+
+/// What was so long ago.
+fn late_name(name: &str, tau: f64) -> String {
+    // A delay that varies has many digits.
+    let tau: f64 = significant(tau, DIGITS).parse().unwrap_or(tau);
+    format!("{name}(t - {tau} s)")
+}
+
+impl Shown<'_> {
+    /// The matrices that have entries.
+    fn matrices(&self) -> Vec<Matrix<'_>> {
+        let StateSpace { a, b, c, d, late_a, late_c, late_x, late_u, late_v, .. } = &self.system;
+        let Self { states, rates, channels, late, sources, outputs, .. } = self;
+        // Of a state that acts late there is nothing to say.
+        let of_states = self.system.late.iter();
+        let all_states =
+            of_states.map(|late| late.unknown).all(|i| self.system.states.contains(&i));
+        let sources: &[Quantity] = if all_states { &[] } else { sources };
+        let all: [(&str, &str, &[Quantity], &[Quantity], &DMatrix<f64>); 9] = [
+            ("A", "slopes of the states by the states", rates, states, a),
+            ("B", "slopes of the states by the inputs", rates, channels, b),
+            ("C", "outputs by the states", outputs, states, c),
+            ("D", "outputs by the inputs", outputs, channels, d),
+            ("A1", "slopes of the states by what acts late", rates, late, late_a),
+            ("C1", "outputs by what acts late", outputs, late, late_c),
+            ("E", "what will act late by the states", sources, states, late_x),
+            ("F", "what will act late by the inputs", sources, channels, late_u),
+            ("G", "what will act late by what does", sources, late, late_v),
+        ];
+        all.into_iter()
+            .map(|(name, about, rows, columns, matrix)| Matrix {
+                name,
+                about,
+                rows,
+                columns,
+                matrix,
+            })
+            .collect()
+    }
+
+    /// Modes, and the sides of switches and bounds.
+    fn modes(&self) -> impl Iterator<Item = (&str, &str)> {
+        let automata = self.signature.discrete.automata.iter().zip(&self.at.z);
+        automata.filter_map(|(automaton, mode)| match automaton.kind {
+            AutomatonKind::When | AutomatonKind::Corner => None,
+            AutomatonKind::Modes
+            | AutomatonKind::Saturation
+            | AutomatonKind::States
+            | AutomatonKind::Switch => {
+                Some((&*automaton.name, &**automaton.modes.get(*mode as usize)?))
+            }
+        })
+    }
+
+    /// Outputs that are read late, and by how much.
+    fn late_outputs(&self) -> impl Iterator<Item = (&Quantity, f64)> {
+        let all = self.outputs.iter().zip(self.system.output_delays.iter().copied());
+        all.filter(|(_, tau)| *tau != 0.0)
+    }
+
+    fn to_text(&self) -> String {
+        let mut text = format!("{}, linear close to ", self.signature.name);
+        let t = self.at.t;
+        let _ = match self.place {
+            Place::Time(_) => writeln!(text, "t = {t} s"),
+            Place::Steady => writeln!(text, "its steady state with the inputs of t = {t} s"),
+        };
+        self.push_point(&mut text);
+        for matrix in self.matrices().iter().filter(|matrix| !matrix.is_empty()) {
+            matrix.push_text(&mut text);
+        }
+        self.push_poles(&mut text);
+        text
+    }
+
+    fn push_point(&self, text: &mut String) {
+        let cells = |quantity: &Quantity| {
+            [
+                quantity.name.clone(),
+                significant(quantity.value(), DIGITS),
+                quantity.unit.symbol.to_string(),
+            ]
+        };
+        if !self.states.is_empty() {
+            // At rest slopes are rounding.
+            let columns = if self.place == Place::Steady { 3 } else { 5 };
+            let heads = ["state", "value", "unit", "slope", ""].map(str::to_owned);
+            let mut table = vec![heads[..columns].to_vec()];
+            for (state, rate) in self.states.iter().zip(&self.rates) {
+                let [name, value, unit] = cells(state);
+                let slope = significant(rate.value(), 3);
+                let row = [name, value, unit, slope, rate.unit.symbol.to_string()];
+                table.push(row[..columns].to_vec());
+            }
+            text.push('\n');
+            push_table(text, &table);
+        }
+        let lists = [("input", &self.channels), ("late", &self.late), ("output", &self.outputs)];
+        for (title, quantities) in lists.into_iter().filter(|(_, all)| !all.is_empty()) {
+            let mut table = vec![[title, "value", "unit"].map(str::to_owned)];
+            table.extend(quantities.iter().map(cells));
+            text.push('\n');
+            push_table(text, &table);
+        }
+        if !self.eliminated.is_empty() {
+            let mut table = vec![["eliminated", "value", "unit", "by"].map(str::to_owned)];
+            for (quantity, row) in self.eliminated.iter().zip(&self.system.eliminated) {
+                let [name, value, unit] = cells(quantity);
+                table.push([name, value, unit, self.signature.equations.at(*row).to_string()]);
+            }
+            text.push('\n');
+            push_table(text, &table);
+        }
+        let modes: Vec<String> =
+            self.modes().map(|(name, mode)| format!("{name}: {mode}")).collect();
+        if !modes.is_empty() {
+            let _ = writeln!(text, "\nthe linear model stays in these modes: {}", modes.join("; "));
+        }
+        for (output, tau) in self.late_outputs() {
+            let late = if tau > 0.0 { "late" } else { "early" };
+            let _ = writeln!(
+                text,
+                "\n`{}` is read {} s {late}: its value and its rows are without that",
+                output.name,
+                tau.abs()
+            );
+        }
+    }
+
+    fn push_poles(&self, text: &mut String) {
+        text.push('\n');
+        if self.poles.poles.is_empty() && self.poles.complete {
+            text.push_str("no poles: nothing has a derivative\n");
+            return;
+        }
+        let heads = ["pole", "", "time constant", "damping", "period", ""];
+        let mut table = vec![heads.map(str::to_owned)];
+        // One line for a pair.
+        for pole in self.poles.poles.iter().filter(|pole| pole.im >= 0.0) {
+            let im = if pole.im == 0.0 {
+                String::new()
+            } else {
+                format!("± {}i", significant(pole.im, DIGITS))
+            };
+            let seconds = |value: f64| format!("{} s", significant(value, 5));
+            let is_zero = pole.re.abs() <= self.poles.rounding;
+            let pole = if is_zero { &Pole { re: 0.0, ..*pole } } else { pole };
+            let time = if is_zero { "-".to_owned() } else { seconds(pole.time_constant().abs()) };
+            let or_none = |value: Option<String>| value.unwrap_or_default();
+            let remark = match (is_zero, pole.re > 0.0) {
+                (true, _) if pole.im == 0.0 => "integrates",
+                (true, _) => "oscillates for ever",
+                (false, true) => "grows",
+                (false, false) => "",
+            };
+            table.push([
+                format!("{} 1/s", significant(pole.re, DIGITS)),
+                im,
+                time,
+                or_none(pole.damping().map(|damping| significant(damping, 4))),
+                or_none(pole.period().map(seconds)),
+                remark.to_owned(),
+            ]);
+        }
+        push_table(text, &table);
+        text.push_str(match self.poles.stability() {
+            Stability::Stable => "stable\n",
+            Stability::Marginal => "neither stable nor unstable, to rounding\n",
+            Stability::Unstable => "unstable\n",
+        });
+        if !self.poles.complete {
+            text.push_str(
+                "There are infinitely many poles, as unknowns act late; these are the ones furthest right.\n",
+            );
+        }
+    }
+
+    fn to_json(&self) -> Value {
+        let entry = |quantity: &Quantity| {
+            json!({
+                "name": quantity.name,
+                "unit": quantity.unit.symbol,
+                "value": quantity.value(),
+            })
+        };
+        let states = self.states.iter().zip(&self.rates).map(|(state, rate)| {
+            let mut state = entry(state);
+            state["slope"] = json!(rate.value());
+            state
+        });
+        let eliminated = self.eliminated.iter().zip(&self.system.eliminated);
+        let eliminated = eliminated.map(|(quantity, row)| {
+            let mut quantity = entry(quantity);
+            quantity["by"] = json!(self.signature.equations.at(*row));
+            quantity
+        });
+        let channels = self.channels.iter().zip(&self.system.channels).map(|(own, channel)| {
+            let mut own = entry(own);
+            let (delay, is_slope) = match *channel {
+                Channel::Input(_) => (0.0, false),
+                Channel::Late { tau, .. } => (tau, false),
+                Channel::Slope { tau, .. } => (tau, true),
+            };
+            own["input"] = json!(self.signature.inputs[channel.input()].name);
+            own["delay"] = json!(delay);
+            own["slope"] = json!(is_slope);
+            own
+        });
+        let late = self.late.iter().zip(&self.system.late).map(|(own, late)| {
+            let mut own = entry(own);
+            own["unknown"] = json!(self.signature.unknowns.name(late.unknown));
+            own["delay"] = json!(late.tau);
+            own
+        });
+        let outputs = self.outputs.iter().zip(&self.system.output_delays).map(|(own, tau)| {
+            let mut own = entry(own);
+            own["delay"] = json!(tau);
+            own
+        });
+        let modes = self.modes().map(|(name, mode)| json!({ "modes": name, "mode": mode }));
+        let poles = self.poles.poles.iter().map(|pole: &Pole| {
+            json!({
+                "re": pole.re,
+                "im": pole.im,
+                "time_constant": Some(pole.time_constant()).filter(|tau| tau.is_finite()),
+                "damping": pole.damping(),
+                "period": pole.period(),
+            })
+        });
+        let mut all = json!({
+            "model": self.signature.name,
+            "t": self.at.t,
+            "steady": self.place == Place::Steady,
+            "states": states.collect::<Vec<_>>(),
+            "inputs": channels.collect::<Vec<_>>(),
+            "outputs": outputs.collect::<Vec<_>>(),
+            "eliminated": eliminated.collect::<Vec<_>>(),
+            "late": late.collect::<Vec<_>>(),
+            "modes": modes.collect::<Vec<_>>(),
+        });
+        for matrix in self.matrices() {
+            all[matrix.name] = matrix.to_json();
+        }
+        all["poles"] = json!(poles.collect::<Vec<_>>());
+        all["all_poles"] = json!(self.poles.complete);
+        all["stable"] = match self.poles.stability() {
+            Stability::Stable => json!(true),
+            Stability::Marginal => Value::Null,
+            Stability::Unstable => json!(false),
+        };
+        all
+    }
+
+    /// A line for each entry of each matrix.
+    fn write_csv(&self, out: &mut dyn io::Write) -> io::Result<()> {
+        writeln!(out, "matrix,row,column,value,unit")?;
+        for matrix in self.matrices() {
+            for (i, row) in matrix.rows.iter().enumerate() {
+                for (j, column) in matrix.columns.iter().enumerate() {
+                    let mut number = String::new();
+                    push_number(&mut number, matrix.value(i, j));
+                    let cells = [&row.name, &column.name].map(|name| quoted(name));
+                    let unit = quoted(&matrix.unit(i, j).symbol);
+                    writeln!(out, "{},{},{number},{unit}", matrix.name, cells.join(","))?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
