@@ -408,7 +408,7 @@ impl Shown<'_> {
                 format!("± {}i", significant(pole.im, DIGITS))
             };
             let seconds = |value: f64| format!("{} s", significant(value, 5));
-            let is_zero = pole.re.abs() <= self.poles.rounding;
+            let is_zero = pole.is_on_axis();
             let pole = if is_zero { &Pole { re: 0.0, ..*pole } } else { pole };
             let time = if is_zero { "-".to_owned() } else { seconds(pole.time_constant().abs()) };
             let or_none = |value: Option<String>| value.unwrap_or_default();

@@ -21,6 +21,8 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::StateSpace;
 use super::error::LinearizeError;
+use crate::blocks::blocks;
+use crate::system::Pattern;
 
 /// Iterations for each eigenvalue; three are usual.
 const MOST_ITERATIONS: usize = 100;
@@ -43,12 +45,19 @@ pub struct Pole {
     pub re: f64,
     /// Imaginary part.
     pub im: f64,
+    /// How far rounding may have moved it, 1/s.
+    pub rounding: f64,
 }
 
 impl Pole {
     /// |s|, the angular frequency without damping, 1/s.
     pub fn frequency(self) -> f64 {
         self.re.hypot(self.im)
+    }
+
+    /// Whether it is on the imaginary axis, to rounding.
+    pub fn is_on_axis(self) -> bool {
+        self.re.abs() <= self.rounding
     }
 
     /// −1/Re s: the time in which the mode falls to 1/e, or, where it is negative, grows by e; s.
@@ -85,17 +94,19 @@ pub struct Poles {
     pub poles: Vec<Pole>,
     /// Whether these are all: with unknowns that act late there are infinitely many.
     pub complete: bool,
-    /// Real parts up to this size are rounding, 1/s.
-    pub rounding: f64,
 }
 
 impl Poles {
     /// Whether disturbances fade.
     pub fn stability(&self) -> Stability {
-        match self.poles.first() {
-            Some(pole) if pole.re > self.rounding => Stability::Unstable,
-            Some(pole) if pole.re >= -self.rounding => Stability::Marginal,
-            Some(_) | None => Stability::Stable,
+        let (on_axis, off): (Vec<Pole>, Vec<Pole>) =
+            self.poles.iter().partition(|pole| pole.is_on_axis());
+        if off.iter().any(|pole| pole.re > 0.0) {
+            Stability::Unstable
+        } else if on_axis.is_empty() {
+            Stability::Stable
+        } else {
+            Stability::Marginal
         }
     }
 }
@@ -103,11 +114,11 @@ impl Poles {
 /// The poles of a linear model.
 pub(super) fn poles(system: &StateSpace) -> Result<Poles, LinearizeError> {
     if system.late.is_empty() {
-        let (mut poles, rounding) = eigenvalues(&system.a)?;
+        let mut poles = eigenvalues(&system.a)?;
         sort(&mut poles);
-        return Ok(Poles { poles, complete: true, rounding });
+        return Ok(Poles { poles, complete: true });
     }
-    let (candidates, rounding) = eigenvalues(&transported(system))?;
+    let candidates = eigenvalues(&transported(system))?;
     let longest = system.late.iter().fold(0.0_f64, |longest, late| longest.max(late.tau));
     let mut poles: Vec<Pole> = Vec::new();
     for candidate in candidates {
@@ -127,7 +138,7 @@ pub(super) fn poles(system: &StateSpace) -> Result<Poles, LinearizeError> {
         let below = (pole.im > 0.0).then_some(Pole { im: -pole.im, ..pole });
         std::iter::once(pole).chain(below)
     };
-    Ok(Poles { poles: poles.into_iter().flat_map(pair).collect(), complete: false, rounding })
+    Ok(Poles { poles: poles.into_iter().flat_map(pair).collect(), complete: false })
 }
 
 fn sort(poles: &mut [Pole]) {
@@ -137,28 +148,41 @@ fn sort(poles: &mut [Pole]) {
     });
 }
 
-/// Eigenvalues, and how far rounding may have moved them.
-fn eigenvalues(matrix: &DMatrix<f64>) -> Result<(Vec<Pole>, f64), LinearizeError> {
+/// Eigenvalues, those of each block of states that act on each other by themselves: fast states that are
+/// driven by slow ones, or drive them, leave no rounding in these.
+fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Pole>, LinearizeError> {
     let n = matrix.nrows();
-    if n == 0 {
-        return Ok((Vec::new(), 0.0));
+    let places: Vec<(usize, usize)> =
+        (0..n).flat_map(|j| (0..n).map(move |i| (i, j))).filter(|at| matrix[*at] != 0.0).collect();
+    let values: Vec<f64> = places.iter().map(|at| matrix[*at]).collect();
+    let mut poles = Vec::with_capacity(n);
+    for block in blocks(&Pattern::of(&places), &values, &vec![0.0; n]) {
+        poles.extend(of_block(matrix.select_rows(&block).select_columns(&block))?);
+    }
+    Ok(poles)
+}
+
+/// Eigenvalues of one block.
+fn of_block(mut matrix: DMatrix<f64>) -> Result<Vec<Pole>, LinearizeError> {
+    let n = matrix.nrows();
+    if n == 1 {
+        return Ok(vec![Pole { re: matrix[(0, 0)], im: 0.0, rounding: 0.0 }]);
     }
     // States have units of very different sizes.
-    let mut balanced = matrix.clone();
-    balance_parlett_reinsch(&mut balanced);
-    let rounding = 8.0 * f64::EPSILON * n as f64 * balanced.norm();
+    balance_parlett_reinsch(&mut matrix);
+    let rounding = 16.0 * f64::EPSILON * n as f64 * matrix.norm();
     let most = MOST_ITERATIONS * n;
-    let schur = Schur::try_new(balanced.clone(), f64::EPSILON, most).or_else(|| {
+    let schur = Schur::try_new(matrix.clone(), f64::EPSILON, most).or_else(|| {
         // Double shifts leave a few matrices as they are, a cycle for example; none in another basis.
         let axis = DVector::from_fn(n, |i, _| 1.0 / (1.0 + i as f64)).normalize();
         let turn = DMatrix::identity(n, n) - &axis * axis.transpose() * 2.0;
-        Schur::try_new(&turn * &balanced * &turn, f64::EPSILON, most)
+        Schur::try_new(&turn * &matrix * &turn, f64::EPSILON, most)
     });
     let found = schur.ok_or(LinearizeError::NoEigenvalues)?.complex_eigenvalues();
     if found.iter().any(|s| !(s.re.is_finite() && s.im.is_finite())) {
         return Err(LinearizeError::NoEigenvalues);
     }
-    Ok((found.iter().map(|s| Pole { re: s.re, im: s.im }).collect(), rounding))
+    Ok(found.iter().map(|s| Pole { re: s.re, im: s.im, rounding }).collect())
 }
 
 /// The matrix of the states and of what is on its way: x, then for each late unknown r at the
@@ -243,7 +267,7 @@ fn corrected(system: &StateSpace, candidate: Pole, longest: f64) -> Option<Pole>
         }
         let Some(solved) = delta.lu().solve(&slope) else {
             // Singular to the last bit.
-            return Some(Pole { re: s.re, im: s.im });
+            return Some(Pole { re: s.re, im: s.im, ..candidate });
         };
         let step = solved.trace().inv();
         s -= step;
@@ -255,7 +279,7 @@ fn corrected(system: &StateSpace, candidate: Pole, longest: f64) -> Option<Pole>
             let is_near = moved <= 0.1 * (candidate.frequency() + 1.0 / longest);
             // Of a real pole nothing is left but rounding.
             let im = if s.im.abs() <= SAME * (s.norm() + 1.0 / longest) { 0.0 } else { s.im.abs() };
-            return is_near.then_some(Pole { re: s.re, im });
+            return is_near.then_some(Pole { re: s.re, im, rounding: CORRECTED * s.norm() });
         }
     }
     None
