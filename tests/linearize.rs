@@ -87,9 +87,9 @@ impl Equations<'_> {
             self.system.rhs(Point { y, u: &u, ..self.at.point(self.p) }, &mut f);
             f
         };
-        // Newton with differences: three corrections from a guess that is off by a small step.
+        // Newton with differences, from a guess that is off by a small step.
         let m = self.others.len();
-        for _ in 0..if m == 0 { 0 } else { 3 } {
+        for _ in 0..if m == 0 { 0 } else { 6 } {
             let f = rhs(&y);
             let mut slopes = DMatrix::zeros(m, m);
             for (j, &column) in self.others.iter().enumerate() {
@@ -187,7 +187,7 @@ fn matrices_are_differences_of_the_equations() {
         let mut column_sizes = Vec::new();
         let mut add = |size: f64, moved: &dyn Fn(f64, &mut [f64], &mut [f64])| {
             column_sizes.push(size);
-            let derivative = equations.derivative(2e-4 * size, moved);
+            let derivative = equations.derivative(1e-5 * size, moved);
             columns.push(derivative.into_iter().map(|value| value * size).collect());
         };
         for &i in &linear.states {
