@@ -430,12 +430,13 @@ impl Shown<'_> {
         push_table(text, &table);
         text.push_str(match self.poles.stability() {
             Stability::Stable => "stable\n",
-            Stability::Marginal => "neither stable nor unstable, to rounding\n",
+            Stability::Marginal => "on the border: poles on the imaginary axis, to rounding\n",
             Stability::Unstable => "unstable\n",
+            Stability::Unknown => "no pole was found right of the imaginary axis\n",
         });
         if !self.poles.complete {
             text.push_str(
-                "There are infinitely many poles, as unknowns act late; these are the ones furthest right.\n",
+                "there are infinitely many poles, as unknowns act late; these are furthest to the right\n",
             );
         }
     }
@@ -510,7 +511,7 @@ impl Shown<'_> {
         all["all_poles"] = json!(self.poles.complete);
         all["stable"] = match self.poles.stability() {
             Stability::Stable => json!(true),
-            Stability::Marginal => Value::Null,
+            Stability::Marginal | Stability::Unknown => Value::Null,
             Stability::Unstable => json!(false),
         };
         all

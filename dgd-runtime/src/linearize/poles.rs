@@ -26,10 +26,9 @@ use crate::system::Pattern;
 
 /// Iterations for each eigenvalue; three are usual.
 const MOST_ITERATIONS: usize = 100;
-/// Intervals between Chebyshev points along each delay.
-const INTERVALS: usize = 24;
-/// Waves along a delay that so many points resolve: |s| τ up to this.
-const RESOLVED: f64 = 12.0;
+/// Intervals between Chebyshev points along each delay, least and most. Half as many resolve the waves
+/// along a delay, |s| τ.
+const INTERVALS: [usize; 2] = [24, 120];
 /// Most corrections by Newton's method, and how small the last is, relative to the pole.
 const MOST_CORRECTIONS: usize = 20;
 const CORRECTED: f64 = 1e-12;
@@ -85,6 +84,8 @@ pub enum Stability {
     Marginal,
     /// A pole is right of it.
     Unstable,
+    /// None was found right of it, and unknowns that act late may have some that were not looked for.
+    Unknown,
 }
 
 /// The poles of a linear model.
@@ -94,6 +95,8 @@ pub struct Poles {
     pub poles: Vec<Pole>,
     /// Whether these are all: with unknowns that act late there are infinitely many.
     pub complete: bool,
+    /// Whether no other pole is right of the imaginary axis.
+    pub certain: bool,
 }
 
 impl Poles {
@@ -103,6 +106,8 @@ impl Poles {
             self.poles.iter().partition(|pole| pole.is_on_axis());
         if off.iter().any(|pole| pole.re > 0.0) {
             Stability::Unstable
+        } else if !self.certain {
+            Stability::Unknown
         } else if on_axis.is_empty() {
             Stability::Stable
         } else {
@@ -116,14 +121,19 @@ pub(super) fn poles(system: &StateSpace) -> Result<Poles, LinearizeError> {
     if system.late.is_empty() {
         let mut poles = eigenvalues(&system.a)?;
         sort(&mut poles);
-        return Ok(Poles { poles, complete: true });
+        return Ok(Poles { poles, complete: true, certain: true });
     }
-    let candidates = eigenvalues(&transported(system))?;
     let longest = system.late.iter().fold(0.0_f64, |longest, late| longest.max(late.tau));
+    let [least, most] = INTERVALS;
+    let wanted = radius(system).map(|radius| (2.0 * radius * longest).ceil());
+    let intervals = wanted.map_or(least, |wanted| (wanted as usize).clamp(least, most));
+    let certain = wanted.is_some_and(|wanted| wanted <= intervals as f64);
+    let resolved = 0.5 * intervals as f64;
+    let candidates = eigenvalues(&transported(system, intervals))?;
     let mut poles: Vec<Pole> = Vec::new();
     for candidate in candidates {
         // Conjugates follow.
-        if candidate.im < 0.0 || candidate.frequency() * longest > RESOLVED {
+        if candidate.im < 0.0 || candidate.frequency() * longest > resolved {
             continue;
         }
         let Some(pole) = corrected(system, candidate, longest) else { continue };
@@ -138,7 +148,23 @@ pub(super) fn poles(system: &StateSpace) -> Result<Poles, LinearizeError> {
         let below = (pole.im > 0.0).then_some(Pole { im: -pole.im, ..pole });
         std::iter::once(pole).chain(below)
     };
-    Ok(Poles { poles: poles.into_iter().flat_map(pair).collect(), complete: false })
+    let poles = poles.into_iter().flat_map(pair).collect();
+    Ok(Poles { poles, complete: false, certain })
+}
+
+/// No pole right of the imaginary axis is further from zero than this: there |e^(−sτ)| ≤ 1, and s is an
+/// eigenvalue of a matrix of entries up to those of |A| + |A₁| (1 + |G| + |G|² + …) |E|. `None` where what acts
+/// late goes round among itself, and the sum has no end.
+fn radius(system: &StateSpace) -> Option<f64> {
+    let mut way = system.late_x.abs();
+    let mut bound = system.a.abs();
+    for _ in 0..=system.late.len() {
+        bound += system.late_a.abs() * &way;
+        way = system.late_v.abs() * way;
+    }
+    balance_parlett_reinsch(&mut bound);
+    let largest = bound.row_iter().map(|row| row.sum()).fold(0.0, f64::max);
+    (way.amax() == 0.0).then_some(largest)
 }
 
 fn sort(poles: &mut [Pole]) {
@@ -187,24 +213,24 @@ fn of_block(mut matrix: DMatrix<f64>) -> Result<Vec<Pole>, LinearizeError> {
 
 /// The matrix of the states and of what is on its way: x, then for each late unknown r at the
 /// Chebyshev points behind the first, at which r = E x + G v.
-fn transported(system: &StateSpace) -> DMatrix<f64> {
+fn transported(system: &StateSpace, intervals: usize) -> DMatrix<f64> {
     let (n, n_v) = (system.a.nrows(), system.late.len());
-    let len = n + n_v * INTERVALS;
-    let place = |k: usize, point: usize| n + k * INTERVALS + point - 1;
-    let derivative = chebyshev_derivative();
+    let len = n + n_v * intervals;
+    let place = |k: usize, point: usize| n + k * intervals + point - 1;
+    let derivative = chebyshev_derivative(intervals);
     let mut matrix = DMatrix::zeros(len, len);
     matrix.view_mut((0, 0), (n, n)).copy_from(&system.a);
     for (k, late) in system.late.iter().enumerate() {
         // v_k is r_k at the last point.
-        let column = place(k, INTERVALS);
+        let column = place(k, intervals);
         for i in 0..n {
             matrix[(i, column)] += system.late_a[(i, k)];
         }
         // θ = τ (ξ − 1)/2 for −1 ≤ ξ ≤ 1.
         let per_time = 2.0 / late.tau;
-        for point in 1..=INTERVALS {
+        for point in 1..=intervals {
             let row = place(k, point);
-            for other in 1..=INTERVALS {
+            for other in 1..=intervals {
                 matrix[(row, place(k, other))] += per_time * derivative[(point, other)];
             }
             let first = per_time * derivative[(point, 0)];
@@ -212,7 +238,7 @@ fn transported(system: &StateSpace) -> DMatrix<f64> {
                 matrix[(row, i)] += first * system.late_x[(k, i)];
             }
             for j in 0..n_v {
-                matrix[(row, place(j, INTERVALS))] += first * system.late_v[(k, j)];
+                matrix[(row, place(j, intervals))] += first * system.late_v[(k, j)];
             }
         }
     }
@@ -220,8 +246,7 @@ fn transported(system: &StateSpace) -> DMatrix<f64> {
 }
 
 /// Derivatives at the points cos(iπ/N), from 1 to −1, of the polynomial through values there.
-fn chebyshev_derivative() -> DMatrix<f64> {
-    let n = INTERVALS;
+fn chebyshev_derivative(n: usize) -> DMatrix<f64> {
     let x = |i: usize| (PI * i as f64 / n as f64).cos();
     let weight = |i: usize| {
         let end = if i == 0 || i == n { 2.0 } else { 1.0 };
@@ -283,4 +308,68 @@ fn corrected(system: &StateSpace, candidate: Pole, longest: f64) -> Option<Pole>
         }
     }
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(matrix: DMatrix<f64>) -> Vec<Pole> {
+        let mut poles = eigenvalues(&matrix).expect("the iteration converges");
+        sort(&mut poles);
+        poles
+    }
+
+    #[test]
+    fn a_cycle_has_roots_of_one() {
+        // Each state drives the next: double shifts of the implicit kind leave this as it is.
+        for n in 3..9 {
+            let poles = of(DMatrix::from_fn(n, n, |i, j| f64::from(u8::from(i == (j + 1) % n))));
+            for pole in &poles {
+                let s = Complex::new(pole.re, pole.im);
+                let one = s.powu(n as u32);
+                assert!((one - 1.0).norm() < 1e-13, "{n}: {s}");
+            }
+            assert!((poles[0].re - 1.0).abs() < 1e-14 && poles.len() == n);
+        }
+    }
+
+    #[test]
+    fn what_fast_states_drive_keeps_its_digits() {
+        // Rates from 1e-12 to 1e10 1/s in a chain: they are the poles, to the bit.
+        let n = 12;
+        let rate = |i: usize| -(10_f64.powi(2 * i as i32 - 12));
+        let chain = DMatrix::from_fn(n, n, |i, j| match () {
+            () if i == j => rate(i),
+            () if i + 1 == j => -rate(j),
+            () => 0.0,
+        });
+        let found: Vec<f64> = of(chain).iter().map(|pole| pole.re).collect();
+        let mut expected: Vec<f64> = (0..n).map(rate).collect();
+        expected.sort_by(|a, b| b.total_cmp(a));
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn units_of_the_states_do_not_matter() {
+        // A mass of 2 kg on a spring of 50 N/m with 4 N s/m, its states in units 1e9 apart: −1 ± √24 i.
+        let poles = of(DMatrix::from_row_slice(2, 2, &[0.0, 1e-9, -25e9, -2.0]));
+        assert!((poles[0].re + 1.0).abs() < 1e-13 && (poles[0].im - 24_f64.sqrt()).abs() < 1e-13);
+        assert_eq!(poles[1].im, -poles[0].im);
+        assert!((poles[0].damping().expect("a pair") - 0.2).abs() < 1e-14);
+        assert!((poles[0].period().expect("a pair") - TAU / 24_f64.sqrt()).abs() < 1e-13);
+    }
+
+    #[test]
+    fn the_derivative_is_exact_for_polynomials() {
+        let n = 24;
+        let derivative = chebyshev_derivative(n);
+        let x = |i: usize| (PI * i as f64 / n as f64).cos();
+        let values = DVector::from_fn(n + 1, |i, _| x(i).powi(7) - x(i));
+        let slopes = &derivative * values;
+        for (i, slope) in slopes.iter().enumerate() {
+            // Entries up to N²/3, each good to rounding.
+            assert!((slope - (7.0 * x(i).powi(6) - 1.0)).abs() < 1e-11, "{i}");
+        }
+    }
 }
