@@ -131,6 +131,8 @@ pub(crate) enum Stage {
     Rust,
     /// Equations, typeset
     Latex,
+    /// A page: what is declared, and the equations, typeset
+    Markdown,
 }
 
 /// Arguments of `explain`.

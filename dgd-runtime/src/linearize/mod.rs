@@ -202,12 +202,11 @@ pub fn linearize<S: System>(
     // r: a state itself, or what follows for an eliminated unknown.
     let mut sources = DMatrix::zeros(n_v, n_x + n_m + n_v);
     for (k, late) in columns.late.iter().enumerate() {
-        match states.binary_search(&late.unknown) {
-            Ok(state) => sources[(k, state)] = 1.0,
-            Err(_) => {
-                let row = eliminated.partition_point(|i| *i < late.unknown);
-                sources.set_row(k, &follows.row(row));
-            }
+        if let Ok(state) = states.binary_search(&late.unknown) {
+            sources[(k, state)] = 1.0;
+        } else {
+            let row = eliminated.partition_point(|i| *i < late.unknown);
+            sources.set_row(k, &follows.row(row));
         }
     }
     let [late_x, late_u, late_v] = split(&sources);
@@ -286,10 +285,10 @@ impl Columns {
         };
         let mut places = vec![None; signature.n_u()];
         let (mut channels, mut u, mut v) = (Vec::new(), Vec::new(), Vec::new());
-        for i in 0..n_in {
-            places[i] = Some(channels.len());
+        for (i, (place, value)) in places.iter_mut().zip(&at.u).take(n_in).enumerate() {
+            *place = Some(i);
             channels.push(Channel::Input(i));
-            u.push(at.u[i]);
+            u.push(*value);
         }
         for (k, late) in signature.delayed_inputs.iter().enumerate() {
             let (input, tau) = (late.input, tau[late.delay]);

@@ -28,6 +28,8 @@ const MOST_STEPS: usize = 20_000;
 const MOST_SIDES: usize = 8;
 /// Singular values below this part of the largest are zero, rows and columns in units of their sizes.
 const SINGULAR: f64 = 1e-12;
+/// Pivots above this part of the largest are not looked at twice.
+const FAR_FROM_SINGULAR: f64 = 1e-8;
 /// Residuals below this part of the equation's terms, with unknowns of their sizes, are none.
 const AT_REST: f64 = 1e-9;
 /// Errors of a run at rest, in units of its tolerance.
@@ -62,7 +64,7 @@ pub fn steady_state<S: System>(
     let start = consistent_start(&problem, t, options).map_err(SteadyStateError::Start)?;
     let mut search =
         Search::new(&problem, t, &start.y, options).map_err(SteadyStateError::Start)?;
-    if let Some(found) = search.from(start.y.clone(), start.z, Guess::Start) {
+    if let Some(found) = search.from(&start.y, start.z, Guess::Start) {
         return search.confirmed(found);
     }
 
@@ -75,8 +77,7 @@ pub fn steady_state<S: System>(
     };
     // Later is closer to rest, unless the run came to an end before.
     for k in (0..solution.len()).rev() {
-        let (y, z) = (solution.y(k).to_vec(), solution.z(k).to_vec());
-        if let Some(found) = search.from(y, z, Guess::Run) {
+        if let Some(found) = search.from(solution.y(k), solution.z(k).to_vec(), Guess::Run) {
             return search.confirmed(found);
         }
     }
@@ -84,7 +85,7 @@ pub fn steady_state<S: System>(
     let (ran, y, z) = last.map_or((0.0, start.y, search.z.clone()), |k| {
         (solution.times[k] - t, solution.y(k).to_vec(), solution.z(k).to_vec())
     });
-    Err(search.failure(&y, z, ran))
+    Err(search.failure(&y, &z, ran))
 }
 
 /// Where a guess comes from.
@@ -140,13 +141,13 @@ impl<'a, S: System> Search<'a, S> {
     }
 
     /// A steady state from this guess, in modes that hold there.
-    fn from(&mut self, guess: Vec<f64>, mut z: Vec<f64>, of: Guess) -> Option<OperatingPoint> {
+    fn from(&mut self, guess: &[f64], mut z: Vec<f64>, of: Guess) -> Option<OperatingPoint> {
         let system = self.problem.system;
         let n_automata = system.signature().discrete.automata.len();
         // Conditions on time are as they are at t, however long a run was.
         z[n_automata..].copy_from_slice(&self.z[n_automata..]);
         let mut e = vec![0.0; system.signature().discrete.transitions().count()];
-        let mut y = guess.clone();
+        let mut y = guess.to_vec();
         for _ in 0..MOST_SIDES {
             let place = Place { t: self.t, u: &self.u, p: self.problem.p, z: &z };
             let (jacobian, tolerances) = (self.jacobian.as_mut(), self.tolerances);
@@ -157,7 +158,7 @@ impl<'a, S: System> Search<'a, S> {
                 return None;
             }
             // A run at rest may rest on a threshold.
-            let rests = of == Guess::Run && self.is_near(&y, &guess);
+            let rests = of == Guess::Run && self.is_near(&y, guess);
             if rests || self.holds(&y, &z, &mut e) {
                 self.polish(&mut y, &z);
                 select_states(
@@ -239,16 +240,16 @@ impl<'a, S: System> Search<'a, S> {
         }
     }
 
-    fn failure(&mut self, y: &[f64], z: Vec<f64>, ran: f64) -> SteadyStateError {
-        if let Some(error) = self.undetermined(y, &z) {
+    fn failure(&mut self, y: &[f64], z: &[f64], ran: f64) -> SteadyStateError {
+        if let Some(error) = self.undetermined(y, z) {
             return error;
         }
         let signature = self.problem.system.signature();
         let mut f = vec![0.0; y.len()];
-        self.problem.system.rhs(self.point(y, &z), &mut f);
+        self.problem.system.rhs(self.point(y, z), &mut f);
         let relative = |i: usize| (f[i] / self.sizes[i]).abs();
         let mut mass = vec![0.0; y.len()];
-        self.problem.system.mass(self.point(y, &z), &mut mass);
+        self.problem.system.mass(self.point(y, z), &mut mass);
         let moving = (0..y.len()).filter(|i| mass[*i] != 0.0);
         let most = moving.max_by(|i, j| relative(*i).total_cmp(&relative(*j))).unwrap_or(0);
         let unit = signature.unknowns.unit(most);
@@ -309,6 +310,11 @@ pub(super) fn open(matrix: &DMatrix<f64>) -> Option<(usize, usize)> {
         if largest > 0.0 {
             column /= largest;
         }
+    }
+    // With complete pivoting the last pivot is about as small as the smallest singular value.
+    let pivots = scaled.clone().full_piv_lu().u().diagonal().abs();
+    if pivots.min() > FAR_FROM_SINGULAR * pivots.max() {
+        return None;
     }
     let svd = scaled.svd(true, true);
     let smallest = svd.singular_values.imin();
