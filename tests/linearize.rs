@@ -56,6 +56,9 @@ fn recorded(system: &Loaded, values: &[[f64; 2]]) -> Inputs {
     Inputs::recorded(&[0.0, 1000.0], &columns).expect("two samples")
 }
 
+/// Moves unknowns and inputs by so much.
+type Move<'a> = dyn Fn(f64, &mut [f64], &mut [f64]) + 'a;
+
 /// The model's equations close to a point, algebraic unknowns solved for: no derivative of the compiler
 /// is used.
 struct Equations<'a> {
@@ -185,7 +188,7 @@ fn matrices_are_differences_of_the_equations() {
         };
         let mut columns: Vec<Vec<f64>> = Vec::new();
         let mut column_sizes = Vec::new();
-        let mut add = |size: f64, moved: &dyn Fn(f64, &mut [f64], &mut [f64])| {
+        let mut add = |size: f64, moved: &Move<'_>| {
             column_sizes.push(size);
             let derivative = equations.derivative(1e-5 * size, moved);
             columns.push(derivative.into_iter().map(|value| value * size).collect());

@@ -9,6 +9,7 @@ mod failure;
 mod figure;
 mod fit_report;
 mod fitted_model;
+mod linear_report;
 mod load;
 pub mod plot;
 mod recording;

@@ -223,9 +223,9 @@ fn steps_are_answered_alike_to_second_order() {
         let headers = ["p_r [bara]", "p_in [barg]", "p_out [barg]", "q_ssp [lpm]"];
         let columns = headers.map(|header| column(&out, header));
         for row in 0..=20 {
-            for i in 0..4 {
+            for (i, column) in columns.iter().enumerate() {
                 let w = at_rest[i] + c[i][0] * x[0] + c[i][1] * x[1] + d[i][0] * step;
-                worst[i] = worst[i].max((columns[i][row] - w).abs());
+                worst[i] = worst[i].max((column[row] - w).abs());
             }
             for _ in 0..200 {
                 let k1 = slope(x);

@@ -28,6 +28,13 @@ pub enum LinearizeError {
         /// The unknown.
         unknown: String,
     },
+    /// The matrices, which are dense, would be too large.
+    TooLarge {
+        /// Number of unknowns.
+        n: usize,
+        /// The most there may be.
+        most: usize,
+    },
     /// The iteration for the poles does not converge.
     NoEigenvalues,
 }
@@ -83,6 +90,11 @@ impl fmt::Display for LinearizeError {
                     "equations read the slope that `{unknown}` had, which has no linear model"
                 )
             }
+            Self::TooLarge { n, most } => write!(
+                f,
+                "a linear model of {n} unknowns would be too large: its matrices are dense, and {most} \
+                 unknowns are the most"
+            ),
             Self::NoEigenvalues => f.write_str("the iteration for the poles does not converge"),
         }
     }

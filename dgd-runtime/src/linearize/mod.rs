@@ -43,6 +43,9 @@ pub use point::OperatingPoint;
 pub use poles::{Pole, Poles, Stability};
 pub use steady::steady_state;
 
+/// Most unknowns of a linear model, whose matrices are dense.
+const MOST_UNKNOWNS: usize = 4000;
+
 /// Where something acts on the linear model from outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Channel {
@@ -146,8 +149,8 @@ pub struct StateSpace {
 ///
 /// # Errors
 ///
-/// [`LinearizeError`]: a derivative is not finite there, algebraic unknowns are not determined, or the
-/// equations read the slope of an unknown late.
+/// [`LinearizeError`]: a derivative is not finite there, algebraic unknowns are not determined, the
+/// equations read the slope of an unknown late, or there are too many unknowns for dense matrices.
 ///
 /// # Panics
 ///
@@ -159,6 +162,9 @@ pub fn linearize<S: System>(
     let system = problem.system;
     let signature = system.signature();
     let n = signature.unknowns.len();
+    if n > MOST_UNKNOWNS {
+        return Err(LinearizeError::TooLarge { n, most: MOST_UNKNOWNS });
+    }
     let point = at.point(problem.p);
 
     let mut mass = S::Vector::zeros(n);

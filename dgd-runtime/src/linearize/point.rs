@@ -2,6 +2,7 @@
 
 use crate::error::{Failure, IntegrateError};
 use crate::integrate::Wanted;
+use crate::integrate::locked::Steps;
 use crate::problem::{Options, Problem};
 use crate::signal::Side;
 use crate::system::{Point, System};
@@ -37,7 +38,9 @@ impl OperatingPoint {
     ) -> Result<Self, IntegrateError> {
         let both = [from, t];
         let times = if from == t { &both[1..] } else { &both[..] };
-        let solution = S::integrate(problem, times, options, Wanted::UnknownsAndPast)
+        // Equal steps are made between rows, and there are none on the way.
+        let options = Options { steps: Steps::Adaptive, ..*options };
+        let solution = S::integrate(problem, times, &options, Wanted::UnknownsAndPast)
             .map_err(|Failure { error, .. }| error)?;
         let last = times.len() - 1;
         let inputs = problem.inputs_read().map_err(IntegrateError::Inputs)?;

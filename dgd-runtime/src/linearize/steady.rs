@@ -13,6 +13,7 @@ use crate::delay::delays;
 use crate::discrete::{choose_sides, discrete_numbers};
 use crate::error::IntegrateError;
 use crate::initial::{Algebraic, Place, add_terms, consistent_start};
+use crate::integrate::locked::Steps;
 use crate::integrate::simulate;
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, unknown_sizes};
@@ -70,7 +71,7 @@ pub fn steady_state<S: System>(
 
     let mut times = vec![t];
     times.extend((-1..=LONGEST).map(|k| t + 10_f64.powi(k)));
-    let patient = Options { max_steps: MOST_STEPS, ..*options };
+    let patient = Options { max_steps: MOST_STEPS, steps: Steps::Adaptive, ..*options };
     let solution = match simulate(&problem, &times, &patient) {
         Ok(solution) => solution,
         Err(failure) => *failure.partial,
@@ -268,6 +269,9 @@ impl<'a, S: System> Search<'a, S> {
         let system = self.problem.system;
         let signature = system.signature();
         let n = y.len();
+        if n > super::MOST_UNKNOWNS {
+            return None;
+        }
         let (mut f, mut dfdt) = (S::Vector::zeros(n), S::Vector::zeros(n));
         let still = S::Inputs::zeros(signature.n_u());
         let mut jacobian = S::Jacobian::zeros(signature.jacobian.len());
