@@ -91,6 +91,10 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
         Formula::Fraction(above, below) => {
             write_parts(text, &["\\frac{", "}{", "}"], &[above, below])
         }
+        // The exponent of a name stands above its subscript.
+        Formula::Power(base, exponent) if matches!(**base, Formula::Symbol(_)) => {
+            write_parts(text, &["", "^{", "}"], &[base, exponent])
+        }
         Formula::Power(base, exponent) => write_parts(text, &["{", "}^{", "}"], &[base, exponent]),
         Formula::Root(inner) => write_parts(text, &["\\sqrt{", "}"], &[inner]),
         Formula::Fenced(fence, inner) => {
