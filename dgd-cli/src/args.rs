@@ -74,6 +74,8 @@ pub(crate) enum Command {
     Simulate(SimulateArgs),
     /// Compute derivatives of states and outputs to parameters over time
     Sensitivity(SensitivityArgs),
+    /// Compute the linear model close to a point: A, B, C, D, poles and time constants
+    Linearize(LinearizeArgs),
     /// Estimate parameters and start values from recordings
     Fit(FitArgs),
     /// Find where a model and recordings disagree, and name the effect that is missing
@@ -129,6 +131,8 @@ pub(crate) enum Stage {
     Rust,
     /// Equations, typeset
     Latex,
+    /// A page: what is declared, and the equations, typeset
+    Markdown,
 }
 
 /// Arguments of `explain`.
@@ -172,6 +176,33 @@ pub(crate) struct SensitivityArgs {
     /// Compare with differences of simulations, and report
     #[arg(long)]
     pub verify_sensitivities: bool,
+}
+
+/// Arguments of `linearize`.
+#[derive(Debug, Args)]
+pub(crate) struct LinearizeArgs {
+    /// The model file
+    pub model: PathBuf,
+    #[command(flatten)]
+    pub choices: Choices,
+    /// Inputs
+    #[arg(long, value_name = "FILE")]
+    pub data: Option<PathBuf>,
+    /// A time of the run, s since the data's first sample; or `steady`: where the model is at rest
+    /// with the inputs of the first time
+    #[arg(long, value_name = "T|steady", allow_negative_numbers = true, value_parser = place)]
+    pub at: Place,
+    #[command(flatten)]
+    pub solve: SolveArgs,
+}
+
+/// Where a model is linearised.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Place {
+    /// Where a run is at this time, s.
+    Time(f64),
+    /// Where it is at rest.
+    Steady,
 }
 
 /// What commands that run a model once share.
@@ -326,6 +357,15 @@ fn steps(text: &str) -> Result<Steps, String> {
                 Err(format!("there is `{AUTOMATIC}`, `adaptive`, `per-sample`, and `per-sample=N`"))
             }
         },
+    }
+}
+
+/// Reads what `--at` says.
+fn place(text: &str) -> Result<Place, String> {
+    match text.parse::<f64>() {
+        _ if text == "steady" => Ok(Place::Steady),
+        Ok(t) if t.is_finite() => Ok(Place::Time(t)),
+        _ => Err("there is a time in s, and `steady`".to_owned()),
     }
 }
 

@@ -8,6 +8,8 @@ use dgd_runtime::identify::{Bound, Estimate, Evaluation, Fit, Misfit, Starts, St
 use dgd_runtime::{Direction, PerSampleChoice, Signature, Unit};
 use serde_json::{Map, Value, json};
 
+use crate::table::{push_table, significant};
+
 /// Correlations above this are pointed out.
 const CORRELATED: f64 = 0.95;
 
@@ -303,28 +305,6 @@ fn in_unit(si: f64, unit: &Unit) -> f64 {
     (si - unit.offset) / unit.factor
 }
 
-/// Columns by their widest cell, numbers to the right.
-fn push_table<const N: usize>(text: &mut String, rows: &[[String; N]]) {
-    let width = |j: usize| rows.iter().map(|row| row[j].chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..N).map(width).collect();
-    for row in rows {
-        let mut line = String::new();
-        for (j, (cell, width)) in row.iter().zip(&widths).enumerate() {
-            let is_number = |cell: &str| cell == "-" || cell.parse::<f64>().is_ok();
-            let right = rows.iter().skip(1).any(|row| is_number(&row[j]));
-            let gap = if j == 0 { "" } else { "  " };
-            // Writing to a string does not fail.
-            let _ = if right {
-                write!(line, "{gap}{cell:>width$}")
-            } else {
-                write!(line, "{gap}{cell:<width$}")
-            };
-        }
-        text.push_str(line.trim_end());
-        text.push('\n');
-    }
-}
-
 /// A value to the second digit of its standard deviation.
 fn digits_of(value: f64, std: Option<f64>) -> String {
     let digits = match std {
@@ -334,18 +314,4 @@ fn digits_of(value: f64, std: Option<f64>) -> String {
         _ => 6,
     };
     significant(value, digits)
-}
-
-/// A number with so many digits, with an exponent where it would have many zeros.
-fn significant(value: f64, digits: usize) -> String {
-    let scientific = format!("{value:.*e}", digits.saturating_sub(1));
-    let exponent = scientific.rsplit_once('e').and_then(|(_, e)| e.parse::<i32>().ok());
-    match exponent {
-        Some(exponent) if value != 0.0 && (-4..6).contains(&exponent) => {
-            let decimals = (digits as f64 - 1.0 - f64::from(exponent)).max(0.0) as usize;
-            format!("{value:.decimals$}")
-        }
-        _ if value == 0.0 => "0".to_owned(),
-        _ => scientific,
-    }
 }

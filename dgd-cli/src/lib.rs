@@ -9,6 +9,7 @@ mod failure;
 mod figure;
 mod fit_report;
 mod fitted_model;
+mod linear_report;
 mod load;
 pub mod plot;
 mod recording;
@@ -16,6 +17,7 @@ mod report;
 mod result;
 mod run;
 mod sets;
+mod table;
 mod verify;
 
 use std::process::ExitCode;
@@ -40,6 +42,7 @@ pub fn run() -> ExitCode {
         Command::Explain(args) => command::explain::run(args, console),
         Command::Simulate(args) => command::simulate::run(args, console),
         Command::Sensitivity(args) => command::sensitivity::run(args, console),
+        Command::Linearize(args) => command::linearize::run(args, console),
         Command::Fit(args) => command::fit::run(args, console),
         Command::Discover(args) => command::discover::run(args, console),
         Command::Methods => command::methods::run(console),

@@ -111,6 +111,16 @@ fn write_to(
     print(&String::from_utf8_lossy(&text))
 }
 
+/// The unit of a derivative.
+pub(crate) fn quotient(of: &Unit, to: &Unit) -> Unit {
+    let symbol = match &*to.symbol {
+        "1" => of.symbol.to_string(),
+        to if to.contains(['*', '/', '·', ' ']) => format!("{}/({to})", of.symbol),
+        to => format!("{}/{to}", of.symbol),
+    };
+    Unit { symbol: symbol.into(), factor: of.factor / to.factor, offset: 0.0 }
+}
+
 /// Equal steps per sample, for `--format json`: none where steps were adaptive.
 pub(crate) fn per_sample(solution: &Solution) -> Option<u32> {
     Some(solution.statistics.per_sample).filter(|n| *n > 0)

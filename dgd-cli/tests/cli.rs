@@ -560,7 +560,7 @@ fn every_code_is_explained() {
 
 #[test]
 fn every_stage_is_shown() {
-    for stage in ["ast", "model", "dae", "program", "rust", "latex"] {
+    for stage in ["ast", "model", "dae", "program", "rust", "latex", "markdown"] {
         let run = dgd(&["emit", "models/pipe_flow.dgd", "--stage", stage]).done();
         assert!(run.out.contains("mu"), "{stage}: {}", run.out);
     }

@@ -2,8 +2,8 @@
 //!
 //! Row i belongs to unknown i, so that blocks are the strongly connected components of the graph
 //! with an edge from i to each unknown that row i reads. Tarjan, SIAM J. Comput. 1 (1972) 146–160,
-//! gives them with what they depend on first. Only messages need it: a mistake in one block spoils
-//! those behind it, and is told where it is.
+//! gives them with what they depend on first. Messages need it, as a mistake in one block spoils those
+//! behind it and is told where it is; and poles, as each block has its own.
 
 use crate::system::Pattern;
 

@@ -155,13 +155,27 @@ impl<S: System> Algebraic<S> {
     pub(crate) fn new(system: &S) -> Self {
         let signature = system.signature();
         let n = signature.unknowns.len();
-        let zeros = || S::Vector::zeros(n);
-        let mut mass = zeros();
+        let mut mass = S::Vector::zeros(n);
         signature.write_mass(mass.as_mut());
         let count = signature.unknowns.n_algebraic();
         // Without algebraic unknowns in any mode nothing is factorised.
         let is_explicit = count == 0 && signature.discrete.automata.is_empty();
         let pattern = if is_explicit { &Pattern::EMPTY } else { &signature.jacobian };
+        Self::with(system, mass, pattern)
+    }
+
+    /// All equations, as if no unknown had a derivative: 0 = f for all of y.
+    pub(crate) fn all(system: &S) -> Self {
+        let signature = system.signature();
+        let mass = S::Vector::zeros(signature.unknowns.len());
+        Self::with(system, mass, &signature.jacobian)
+    }
+
+    fn with(system: &S, mass: S::Vector, pattern: &Pattern) -> Self {
+        let signature = system.signature();
+        let n = signature.unknowns.len();
+        let count = mass.as_ref().iter().filter(|mass| **mass == 0.0).count();
+        let zeros = || S::Vector::zeros(n);
         Self {
             mass,
             count,
@@ -362,6 +376,19 @@ impl<S: System> Algebraic<S> {
         if self.is_empty() {
             return Ok(());
         }
+        self.solve(system, at, y, jacobian, sizes, tolerances)
+    }
+
+    /// The same, whether or not the type of models has algebraic unknowns.
+    pub(crate) fn solve(
+        &mut self,
+        system: &S,
+        at: Place<'_>,
+        y: &mut [f64],
+        jacobian: &mut [f64],
+        sizes: &[f64],
+        tolerances: Tolerances,
+    ) -> Result<(), InitialError> {
         let Place { t, u, p, z } = at;
         let signature = system.signature();
         let pattern = &signature.jacobian;

@@ -6,6 +6,7 @@
 //!   simulate_chosen(problem, chosen, times, options)     → Solution: a few of y
 //!   simulate_with_sensitivities(problem, times, options) → Solution: y and S = ∂y/∂θ
 //!   observe(problem, solution)                           → Observations: w and ∂w/∂θ
+//!   linearize::linearize(problem, point)               → StateSpace: A, B, C, D close to a point
 //!   ensemble::simulate(members, times, options, threads) → w and y of each of many
 //!   identify::fit(problem)                               → Fit: θ, its covariance, what is not determined
 //! ```
@@ -25,6 +26,7 @@ pub mod identify;
 mod initial;
 pub mod integrate;
 pub mod linalg;
+pub mod linearize;
 pub mod math;
 mod measured_start;
 mod observe;

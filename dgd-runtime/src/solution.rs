@@ -25,7 +25,7 @@ pub struct Solution {
     pub n_z: usize,
     /// Discrete numbers, n_z per time: modes, then conditions on time.
     pub z: Vec<f64>,
-    /// Number of numbers about delayed unknowns; 0 where no output reads them.
+    /// Number of numbers about delayed unknowns; 0 where no output reads them and they are not asked for.
     pub n_past: usize,
     /// What is known of delayed unknowns ([`PastLayout`](crate::system::PastLayout)), n_past per time.
     pub past: Vec<f64>,

@@ -2,7 +2,7 @@
 
 use dgd_compiler::codegen;
 use dgd_compiler::dae::text as dae_text;
-use dgd_compiler::model::{latex, text as model_text};
+use dgd_compiler::model::{latex, markdown, text as model_text};
 use dgd_compiler::pipeline::Directions;
 use dgd_compiler::syntax::print;
 
@@ -31,6 +31,10 @@ pub(crate) fn run(args: &EmitArgs, console: Console<'_>) -> Result<(), CommandEr
             prettyplease::unparse(&file)
         }
         Stage::Latex => latex::write(&compiled.asts, &compiled.model),
+        Stage::Markdown => {
+            let path = args.model.display().to_string();
+            markdown::write(&compiled.asts, &compiled.model, &path)
+        }
     };
     console.result(&text)
 }

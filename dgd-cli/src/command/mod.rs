@@ -7,6 +7,7 @@ mod ensemble;
 pub(crate) mod explain;
 pub(crate) mod fit;
 pub(crate) mod fmt;
+pub(crate) mod linearize;
 pub(crate) mod methods;
 mod over;
 pub(crate) mod sensitivity;

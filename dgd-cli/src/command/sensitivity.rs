@@ -11,7 +11,7 @@ use crate::failure::CommandError;
 use crate::figure::{self, Line, Subject};
 use crate::load::{Compilation, Loaded};
 use crate::plot::Text;
-use crate::result::{self, NamedColumn};
+use crate::result::{self, NamedColumn, quotient};
 use crate::run::{Reached, Run};
 use crate::verify;
 
@@ -213,16 +213,6 @@ fn pairs(
         }
     }
     pairs
-}
-
-/// The unit of a derivative.
-fn quotient(of: &Unit, to: &Unit) -> Unit {
-    let symbol = match &*to.symbol {
-        "1" => of.symbol.to_string(),
-        to if to.contains(['*', '/', '·', ' ']) => format!("{}/({to})", of.symbol),
-        to => format!("{}/{to}", of.symbol),
-    };
-    Unit { symbol: symbol.into(), factor: of.factor / to.factor, offset: 0.0 }
 }
 
 /// For each thing its own trajectory, then its derivatives.

@@ -120,7 +120,7 @@ pub fn save(
 }
 
 /// A header cell, quoted where CSV asks for it.
-pub(super) fn quoted(cell: &str) -> String {
+pub(crate) fn quoted(cell: &str) -> String {
     if cell.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", cell.replace('"', "\"\""))
     } else {

@@ -16,7 +16,7 @@ const DIGITS: i32 = 4;
 const WRITTEN_OUT: std::ops::Range<i32> = -3..6;
 
 /// The unit of differences of values in a unit; differences have no zero of their own.
-pub(super) fn of_differences(unit: &Unit) -> Unit {
+pub(crate) fn of_differences(unit: &Unit) -> Unit {
     let symbol = match parse_unit(&unit.symbol) {
         Ok(parsed) => parsed.of_differences().symbol.into(),
         Err(_) => unit.symbol.clone(),

@@ -151,91 +151,135 @@ pub enum Operator {
     Not,
 }
 
+/// A line and what is said of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Documented {
+    /// The line.
+    pub line: Line,
+    /// Doc comment of its item.
+    pub doc: Vec<String>,
+    /// Whether the item is an `output`.
+    pub is_output: bool,
+    /// The index of the loop that it stands in, and its first and last value.
+    pub index: Option<[Formula; 3]>,
+}
+
 /// The lines of a model: libraries first, then the model file.
 pub fn lines(asts: &[Ast], model: &Model) -> Vec<Line> {
+    documented(asts, model).into_iter().map(|documented| documented.line).collect()
+}
+
+/// The same with what is said of them.
+pub fn documented(asts: &[Ast], model: &Model) -> Vec<Documented> {
     // The model has been made of these trees.
     let expanded = parts::expand(asts, &mut Diagnostics::default());
     let mut lines = Vec::new();
     for ast in expanded.iter().flat_map(|expanded| expanded.asts.iter()).rev() {
-        collect(&ast.items, model, &mut lines);
+        for_each_item(&ast.items, model, &mut |item| collect(item, model, &mut lines));
     }
     lines
 }
 
-fn collect(items: &[Item], model: &Model, lines: &mut Vec<Line>) {
+/// Visits items, and in the place of a variant those of its choice.
+pub(super) fn for_each_item<'a>(
+    items: &'a [Item],
+    model: &Model,
+    visit: &mut impl FnMut(&'a Item),
+) {
     for item in items {
-        match &item.kind {
-            ItemKind::Let { name, value, .. }
-            | ItemKind::Output { name, value: Some(value), .. } => {
-                let (left, right) = (Formula::Symbol(Symbol::of(&name.text)), expression(value));
-                lines.push(Line::Equation { left, right, label: None });
+        if let ItemKind::Variant { name, choices } = &item.kind {
+            let chosen = model.variants.iter().find(|v| v.name == name.text);
+            if let Some(choice) = chosen.and_then(|v| choices.get(v.chosen)) {
+                for_each_item(&choice.items, model, visit);
             }
-            ItemKind::Function { name, arguments, body } => {
-                let arguments = arguments
-                    .iter()
-                    .map(|Argument { name, .. }| Formula::Symbol(Symbol::of(&name.text)));
-                let arguments = separated(arguments, Operator::Comma);
-                let left = Formula::Row(vec![
-                    Formula::Symbol(Symbol::of(&name.text)),
-                    Formula::Fenced(Fence::Arguments, Box::new(arguments)),
-                ]);
-                lines.push(Line::Equation { left, right: expression(body), label: None });
-            }
-            ItemKind::Equation { label, left, right } => {
-                let (left, right) = (expression(left), expression(right));
-                let label = Some(label.text.clone());
-                lines.push(Line::Equation { left, right, label });
-            }
-            ItemKind::Variant { name, choices } => {
-                let chosen = model.variants.iter().find(|v| v.name == name.text);
-                if let Some(choice) = chosen.and_then(|v| choices.get(v.chosen)) {
-                    collect(&choice.items, model, lines);
-                }
-            }
-            ItemKind::Modes { modes, transitions, .. } => {
-                for mode in modes {
-                    lines.push(Line::Mode(mode.name.text.clone()));
-                    collect(&mode.items, model, lines);
-                }
-                lines.extend(transitions.iter().map(transition));
-            }
-            ItemKind::When(reaction) => lines.push(when(reaction)),
-            ItemKind::Saturate { name, side, bound } => {
-                let left = Formula::Symbol(Symbol::of(&name.text));
-                lines.push(Line::Bound { left, side: *side, right: expression(bound) });
-            }
-            ItemKind::For { index, items, .. } => collect_loop(index, items, lines),
-            ItemKind::Import { .. }
-            | ItemKind::Constant { .. }
-            | ItemKind::Parameter { .. }
-            | ItemKind::Input { .. }
-            | ItemKind::Unknown { .. }
-            | ItemKind::Output { .. }
-            | ItemKind::Part { .. }
-            | ItemKind::Binding { .. }
-            | ItemKind::Size { .. }
-            | ItemKind::Array { .. } => {}
+        } else {
+            visit(item);
         }
     }
 }
 
-/// The items of a loop, once, with the loop's index.
-fn collect_loop(index: &Name, items: &[Item], lines: &mut Vec<Line>) {
-    for item in items {
-        match &item.kind {
-            ItemKind::Let { name, value, .. } => {
-                let name = Formula::Symbol(Symbol::of(&name.text));
-                let at = Formula::Symbol(Symbol::of(&index.text));
-                let left = Formula::Indexed(Box::new(name), Box::new(at));
-                lines.push(Line::Equation { left, right: expression(value), label: None });
-            }
-            ItemKind::Equation { label, left, right } => {
-                let (left, right) = (expression(left), expression(right));
-                let label = Some(format!("{}[{}]", label.text, index.text));
-                lines.push(Line::Equation { left, right, label });
-            }
-            _ => unreachable!("a loop holds equations and `let`s"),
+/// The lines of one item.
+fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
+    let mut push = |line| {
+        let is_output = matches!(item.kind, ItemKind::Output { .. });
+        lines.push(Documented { line, doc: item.doc.clone(), is_output, index: None });
+    };
+    match &item.kind {
+        ItemKind::Let { name, value, .. } | ItemKind::Output { name, value: Some(value), .. } => {
+            let (left, right) = (Formula::Symbol(Symbol::of(&name.text)), expression(value));
+            push(Line::Equation { left, right, label: None });
         }
+        ItemKind::Function { name, arguments, body } => {
+            let arguments = arguments
+                .iter()
+                .map(|Argument { name, .. }| Formula::Symbol(Symbol::of(&name.text)));
+            let arguments = separated(arguments, Operator::Comma);
+            let left = Formula::Row(vec![
+                Formula::Symbol(Symbol::of(&name.text)),
+                Formula::Fenced(Fence::Arguments, Box::new(arguments)),
+            ]);
+            push(Line::Equation { left, right: expression(body), label: None });
+        }
+        ItemKind::Equation { label, left, right } => {
+            let (left, right) = (expression(left), expression(right));
+            push(Line::Equation { left, right, label: Some(label.text.clone()) });
+        }
+        ItemKind::Modes { modes, transitions, .. } => {
+            for (k, mode) in modes.iter().enumerate() {
+                // What is said of the block is said once, what is said of a mode with it.
+                let doc =
+                    if k == 0 { [&item.doc[..], &mode.doc].concat() } else { mode.doc.clone() };
+                let line = Line::Mode(mode.name.text.clone());
+                lines.push(Documented { line, doc, is_output: false, index: None });
+                for_each_item(&mode.items, model, &mut |item| collect(item, model, lines));
+            }
+            let undocumented =
+                |line| Documented { line, doc: Vec::new(), is_output: false, index: None };
+            lines.extend(transitions.iter().map(transition).map(undocumented));
+        }
+        ItemKind::When(reaction) => push(when(reaction)),
+        ItemKind::Saturate { name, side, bound } => {
+            let left = Formula::Symbol(Symbol::of(&name.text));
+            push(Line::Bound { left, side: *side, right: expression(bound) });
+        }
+        ItemKind::For { index, range, items } => {
+            let at = Formula::Symbol(Symbol::of(&index.text));
+            let ends = [at, expression(&range.lower), expression(&range.upper)];
+            for item in items {
+                let line = in_loop(index, item);
+                let (doc, index) = (item.doc.clone(), Some(ends.clone()));
+                lines.push(Documented { line, doc, is_output: false, index });
+            }
+        }
+        ItemKind::Import { .. }
+        | ItemKind::Constant { .. }
+        | ItemKind::Parameter { .. }
+        | ItemKind::Input { .. }
+        | ItemKind::Unknown { .. }
+        | ItemKind::Output { .. }
+        | ItemKind::Part { .. }
+        | ItemKind::Binding { .. }
+        | ItemKind::Size { .. }
+        | ItemKind::Array { .. }
+        | ItemKind::Variant { .. } => {}
+    }
+}
+
+/// An item of a loop, once, with the loop's index.
+fn in_loop(index: &Name, item: &Item) -> Line {
+    match &item.kind {
+        ItemKind::Let { name, value, .. } => {
+            let name = Formula::Symbol(Symbol::of(&name.text));
+            let at = Formula::Symbol(Symbol::of(&index.text));
+            let left = Formula::Indexed(Box::new(name), Box::new(at));
+            Line::Equation { left, right: expression(value), label: None }
+        }
+        ItemKind::Equation { label, left, right } => {
+            let (left, right) = (expression(left), expression(right));
+            let label = Some(format!("{}[{}]", label.text, index.text));
+            Line::Equation { left, right, label }
+        }
+        _ => unreachable!("a loop holds equations and `let`s"),
     }
 }
 
@@ -320,7 +364,7 @@ pub(super) static GREEK: &[(&str, char)] = &[
     ("Omega", 'Ω'),
 ];
 
-fn expression(expr: &Expr) -> Formula {
+pub(super) fn expression(expr: &Expr) -> Formula {
     match &expr.kind {
         ExprKind::Number { value, unit, .. } => {
             let digits = number(*value);

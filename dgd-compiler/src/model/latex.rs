@@ -17,7 +17,7 @@ pub fn write(asts: &[Ast], model: &Model) -> String {
     text
 }
 
-fn line(line: &Line) -> String {
+pub(super) fn line(line: &Line) -> String {
     match line {
         Line::Equation { left, right, label } => {
             let mut text = format!("{} &= {}", formula(left), formula(right));
@@ -26,7 +26,7 @@ fn line(line: &Line) -> String {
             }
             text
         }
-        Line::Mode(name) => format!("&\\text{{{}:}}", escaped(name)),
+        Line::Mode(name) => format!("&{}", upright(&format!("{name}:"))),
         Line::Transition(line) => transition(line),
         Line::Bound { left, side, right } => {
             let sign = match side {
@@ -41,7 +41,7 @@ fn line(line: &Line) -> String {
 fn transition(Transition { modes, left, crossing, right, resets }: &Transition) -> String {
     let mut text = match modes {
         Some([from, to]) => {
-            format!("&\\text{{{}}} \\to \\text{{{}}} \\text{{ when }} ", escaped(from), escaped(to))
+            format!("&{} \\to {} \\text{{ when }} ", upright(from), upright(to))
         }
         None => "&\\text{when } ".to_owned(),
     };
@@ -57,7 +57,12 @@ fn escaped(text: &str) -> String {
     text.replace('_', "\\_")
 }
 
-fn formula(formula: &Formula) -> String {
+/// Text in a formula. Its underscores stand outside of `\text`, in which not all readers of LaTeX know them.
+pub(super) fn upright(text: &str) -> String {
+    format!("\\text{{{}}}", text.replace('_', "}\\_\\text{"))
+}
+
+pub(super) fn formula(formula: &Formula) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
     let _ = write_formula(&mut text, formula);
@@ -68,9 +73,10 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
     match formula {
         Formula::Symbol(symbol) => write_symbol(text, symbol),
         Formula::Number { digits, exponent, unit } => {
-            text.push_str(digits);
-            if let Some(exponent) = exponent {
-                write!(text, " \\cdot 10^{{{exponent}}}")?;
+            match exponent {
+                Some(exponent) if digits == "1" => write!(text, "10^{{{exponent}}}")?,
+                Some(exponent) => write!(text, "{digits} \\cdot 10^{{{exponent}}}")?,
+                None => text.push_str(digits),
             }
             if let Some(unit) = unit {
                 write!(text, "\\,\\mathrm{{{}}}", unit.replace('%', "\\%"))?;
@@ -85,21 +91,25 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
         Formula::Fraction(above, below) => {
             write_parts(text, &["\\frac{", "}{", "}"], &[above, below])
         }
+        // The exponent of a name stands above its subscript.
+        Formula::Power(base, exponent) if matches!(**base, Formula::Symbol(_)) => {
+            write_parts(text, &["", "^{", "}"], &[base, exponent])
+        }
         Formula::Power(base, exponent) => write_parts(text, &["{", "}^{", "}"], &[base, exponent]),
         Formula::Root(inner) => write_parts(text, &["\\sqrt{", "}"], &[inner]),
         Formula::Fenced(fence, inner) => {
             let (opening, closing) = match fence {
                 Fence::Round => ("\\left(", "\\right)"),
                 Fence::Arguments => ("(", ")"),
-                Fence::Bars => ("\\left|", "\\right|"),
+                Fence::Bars => ("\\left\\lvert ", " \\right\\rvert"),
             };
             write_parts(text, &[opening, closing], &[inner])
         }
         Formula::Dot(symbol) => {
             text.push_str("\\dot{");
-            write_symbol(text, symbol)?;
+            write_letters(text, &symbol.letters)?;
             text.push('}');
-            Ok(())
+            write_subscripts(text, &symbol.subscripts)
         }
         Formula::Indexed(of, index) => write_parts(text, &["{", "}_{", "}"], &[of, index]),
         Formula::Function(name, foot) => {
@@ -157,14 +167,23 @@ fn sign(operator: Operator) -> &'static str {
     }
 }
 
-fn write_symbol(text: &mut String, Symbol { letters, subscripts }: &Symbol) -> std::fmt::Result {
-    if GREEK.iter().any(|(spelling, _)| spelling == letters) {
+fn write_symbol(text: &mut String, symbol: &Symbol) -> std::fmt::Result {
+    write_letters(text, &symbol.letters)?;
+    write_subscripts(text, &symbol.subscripts)
+}
+
+fn write_letters(text: &mut String, letters: &str) -> std::fmt::Result {
+    if GREEK.iter().any(|(spelling, _)| *spelling == letters) {
         write!(text, "\\{letters}")?;
     } else if letters.chars().count() > 1 {
         write!(text, "\\mathit{{{letters}}}")?;
     } else {
         text.push_str(letters);
     }
+    Ok(())
+}
+
+fn write_subscripts(text: &mut String, subscripts: &[String]) -> std::fmt::Result {
     for (i, part) in subscripts.iter().enumerate() {
         text.push_str(if i == 0 { "_{" } else { "," });
         if part.chars().count() == 1 || part.chars().all(|c| c.is_ascii_digit()) {

@@ -9,6 +9,7 @@ mod expression;
 pub mod formula;
 mod item;
 pub mod latex;
+pub mod markdown;
 pub mod mathml;
 mod modes;
 mod resolve;

@@ -136,6 +136,8 @@ pub fn simulate_with_sensitivities<S: System>(
 pub enum Wanted<'a> {
     /// The unknowns alone.
     Unknowns,
+    /// The unknowns, and what is known of delayed ones ([`Solution::past`]) even where no output reads it.
+    UnknownsAndPast,
     /// The unknowns at these positions alone, in this order.
     Chosen(&'a [usize]),
     /// The unknowns and their sensitivities to the model's directions.
@@ -157,12 +159,7 @@ pub fn integrate<S: System>(
     options: &Options,
     wanted: Wanted<'_>,
 ) -> Result<Solution, Failure> {
-    let (directions, chosen) = match wanted {
-        Wanted::Unknowns => (None, None),
-        Wanted::Chosen(chosen) => (None, Some(chosen)),
-        Wanted::Sensitivities => (Some(Directions::new(problem.system)), None),
-    };
-    run(problem, times, options, directions, chosen)
+    run(problem, times, options, wanted)
 }
 
 /// Runs to all times that the outputs need, and gives the solution at the asked ones.
@@ -170,10 +167,14 @@ fn run<S: System>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
-    directions: Option<Directions<S>>,
-    chosen: Option<&[usize]>,
+    wanted: Wanted<'_>,
 ) -> Result<Solution, Failure> {
     let signature = problem.system.signature();
+    let (directions, chosen) = match wanted {
+        Wanted::Unknowns | Wanted::UnknownsAndPast => (None, None),
+        Wanted::Chosen(chosen) => (None, Some(chosen)),
+        Wanted::Sensitivities => (Some(Directions::new(problem.system)), None),
+    };
     assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
     assert_eq!(problem.inputs.len(), signature.inputs.len(), "number of inputs");
     if let Some(chosen) = chosen {
@@ -182,7 +183,8 @@ fn run<S: System>(
     }
     let n_s = if directions.is_some() { signature.directions.len() } else { 0 };
     let mut solution = Solution::empty(signature, n_s);
-    if chosen.is_none() && outputs_read_past(signature) {
+    let reads_past = wanted == Wanted::UnknownsAndPast || outputs_read_past(signature);
+    if chosen.is_none() && reads_past {
         solution.n_past = signature.past().len();
     }
     let verified = verify(problem, times, options).and_then(|()| {

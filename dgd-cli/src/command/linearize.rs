@@ -1,0 +1,62 @@
+//! `dgd linearize`: the linear model close to a point of a run, or to a steady state.
+
+use dgd_runtime::linearize::{OperatingPoint, linearize, steady_state};
+
+use crate::args::{LinearizeArgs, Place, RunArgs, SolveArgs};
+use crate::console::Console;
+use crate::data::write::save;
+use crate::failure::CommandError;
+use crate::linear_report::LinearReport;
+use crate::load::load;
+use crate::run::Run;
+
+pub(crate) fn run(args: &LinearizeArgs, console: Console<'_>) -> Result<(), CommandError> {
+    for (flag, is_given) in
+        [("--plot", !args.solve.plot.is_empty()), ("--until", args.solve.until.is_some())]
+    {
+        if is_given {
+            let message =
+                format!("`{flag}` says nothing to `linearize`: `--at` is where the run ends");
+            return Err(CommandError::Usage(message));
+        }
+    }
+    let loaded = load(&args.model, &args.choices, |_| dgd_compiler::pipeline::Directions::None)?;
+    let run = Run::prepare(&run_args(args), loaded, console)?;
+    let failed = |error: String| CommandError::Computation(error);
+    let from = run.times[0];
+    let at = match args.at {
+        Place::Time(t) => OperatingPoint::reached(&run.problem(), from, t, &run.options)
+            .map_err(|error| failed(error.to_string()))?,
+        Place::Steady => steady_state(&run.problem(), from, &run.options)
+            .map_err(|error| failed(error.to_string()))?,
+    };
+    let system = linearize(&run.problem(), &at).map_err(|error| failed(error.to_string()))?;
+    let poles = system.poles().map_err(|error| failed(error.to_string()))?;
+    let report = LinearReport::new(run.signature(), args.at, at, system, poles);
+    match console.out() {
+        _ if console.is_json() => console.json(&report.to_json()),
+        Some(path) => {
+            save(path, |out| report.write_csv(out))?;
+            console.remark(&format!("wrote {}", path.display()));
+            Ok(())
+        }
+        None => console.result(&report.to_text()),
+    }
+}
+
+/// The run that ends at the point.
+fn run_args(args: &LinearizeArgs) -> RunArgs {
+    let LinearizeArgs { model, choices, data, at, solve } = args;
+    let until = match at {
+        Place::Time(t) => Some(*t),
+        // Only the first time matters; without data nothing else says when that is.
+        Place::Steady => data.is_none().then(|| solve.from.unwrap_or(0.0)),
+    };
+    RunArgs {
+        model: model.clone(),
+        choices: choices.clone(),
+        data: data.clone(),
+        every: None,
+        solve: SolveArgs { until, ..solve.clone() },
+    }
+}

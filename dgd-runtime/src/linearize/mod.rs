@@ -1,0 +1,408 @@
+//! Linear models of a compiled model at a point: matrices, poles, steady states.
+//!
+//! ```text
+//!   OperatingPoint::reached(problem, from, t, options)  where a run is at a time
+//!   steady_state(problem, t, options)                   where it is at rest, 0 = f(t, y, u, p)
+//!   linearize(problem, point)                           → StateSpace: A, B, C, D
+//!   StateSpace::poles()                                 → Poles
+//! ```
+//!
+//! Close to the point, with deviations of the states x (the unknowns that have a derivative there), of the inputs u
+//! and of the outputs w from their values at it,
+//!
+//! ```text
+//!   ẋ = A x + B u + A₁ v
+//!   w = C x + D u + C₁ v             v_k(t) = r_k(t − τ_k),  r = E x + F u + G v
+//! ```
+//!
+//! where v are unknowns that equations read late, if there are any. Algebraic unknowns are eliminated:
+//! with rows and columns of d those of states and of a those of the others,
+//!
+//! ```text
+//!   0 = f_a  ⇒  ∂y_a/∂(x, u, v) = −(∂f_a/∂y_a)⁻¹ ∂f_a/∂(x, u, v)
+//!   A = ∂f_d/∂y_d + ∂f_d/∂y_a ∂y_a/∂x,  and so on
+//! ```
+//!
+//! All derivatives are the compiled ones. Modes, and the sides of switches, are those at the point: the
+//! linear model knows of no transition. Time itself stands still; a model that reads it, and a point that
+//! is not at rest, are described for a short while only.
+
+mod error;
+mod point;
+mod poles;
+mod steady;
+
+pub use nalgebra::DMatrix;
+
+use crate::delay::delays;
+use crate::problem::Problem;
+use crate::system::{Pattern, Storage, System};
+
+pub use error::{LinearizeError, SteadyStateError};
+pub use point::OperatingPoint;
+pub use poles::{Pole, Poles, Stability};
+pub use steady::steady_state;
+
+/// Most unknowns of a linear model, whose matrices are dense.
+const MOST_UNKNOWNS: usize = 4000;
+
+/// Where something acts on the linear model from outside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Channel {
+    /// The input at this position.
+    Input(usize),
+    /// The same, as it was a time τ ago.
+    Late {
+        /// Position of the input.
+        input: usize,
+        /// τ, s.
+        tau: f64,
+    },
+    /// The slope of that: an equation was differentiated through it.
+    Slope {
+        /// Position of the input.
+        input: usize,
+        /// τ, s.
+        tau: f64,
+    },
+}
+
+impl Channel {
+    /// Position of the input.
+    pub fn input(self) -> usize {
+        match self {
+            Channel::Input(input) | Channel::Late { input, .. } | Channel::Slope { input, .. } => {
+                input
+            }
+        }
+    }
+}
+
+/// An unknown that acts late.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LateUnknown {
+    /// Position of the unknown.
+    pub unknown: usize,
+    /// τ at the point, s. What it moves by where it varies is in A, B, C and D.
+    pub tau: f64,
+}
+
+/// A linear model close to an operating point.
+///
+/// | name | symbol | shape | unit |
+/// |---|---|---|---|
+/// | `a` | A | n_x × n_x | SI unit of the row's state, over that of the column's, per s |
+/// | `b` | B | n_x × n_m | the same, over that of the column's channel |
+/// | `c`, `d` | C, D | n_w × n_x, n_w × n_m | SI unit of the row's output, over that of the column |
+/// | `late_a`, `late_c` | A₁, C₁ | n_x × n_v, n_w × n_v | the same with unknowns that act late for columns |
+/// | `late_x`, `late_u`, `late_v` | E, F, G | n_v × n_x, n_v × n_m, n_v × n_v | of what acts late |
+/// | `by_x`, `by_u`, `by_v` | ∂y_a/∂(x, u, v) | n_a × n_x, n_a × n_m, n_a × n_v | of what was eliminated |
+/// | `rates` | ẋ at the point | n_x | SI unit of the state, per s |
+/// | `u`, `v`, `w` | at the point | n_m, n_v, n_w | SI units |
+#[derive(Debug, Clone, PartialEq)]
+pub struct StateSpace {
+    /// Positions of the states among the unknowns.
+    pub states: Vec<usize>,
+    /// Positions of the unknowns that follow from the states.
+    pub eliminated: Vec<usize>,
+    /// What acts from outside: the inputs as declared, then what else equations read of them.
+    pub channels: Vec<Channel>,
+    /// Unknowns that act late.
+    pub late: Vec<LateUnknown>,
+    /// By how much each output is read late: its rows are those of w(t + τ).
+    pub output_delays: Vec<f64>,
+    /// ∂ẋ/∂x.
+    pub a: DMatrix<f64>,
+    /// ∂ẋ/∂u.
+    pub b: DMatrix<f64>,
+    /// ∂w/∂x.
+    pub c: DMatrix<f64>,
+    /// ∂w/∂u.
+    pub d: DMatrix<f64>,
+    /// ∂ẋ/∂v.
+    pub late_a: DMatrix<f64>,
+    /// ∂w/∂v.
+    pub late_c: DMatrix<f64>,
+    /// ∂r/∂x.
+    pub late_x: DMatrix<f64>,
+    /// ∂r/∂u.
+    pub late_u: DMatrix<f64>,
+    /// ∂r/∂v.
+    pub late_v: DMatrix<f64>,
+    /// ∂y_a/∂x.
+    pub by_x: DMatrix<f64>,
+    /// ∂y_a/∂u.
+    pub by_u: DMatrix<f64>,
+    /// ∂y_a/∂v.
+    pub by_v: DMatrix<f64>,
+    /// ẋ at the point: zero where it is at rest.
+    pub rates: Vec<f64>,
+    /// What acts from outside, at the point.
+    pub u: Vec<f64>,
+    /// What acts late, at the point.
+    pub v: Vec<f64>,
+    /// Outputs at the point.
+    pub w: Vec<f64>,
+}
+
+/// The linear model of `problem` close to `at`.
+///
+/// # Errors
+///
+/// [`LinearizeError`]: a derivative is not finite there, algebraic unknowns are not determined, the
+/// equations read the slope of an unknown late, or there are too many unknowns for dense matrices.
+///
+/// # Panics
+///
+/// When the point is that of another problem.
+pub fn linearize<S: System>(
+    problem: &Problem<'_, S>,
+    at: &OperatingPoint,
+) -> Result<StateSpace, LinearizeError> {
+    let system = problem.system;
+    let signature = system.signature();
+    let n = signature.unknowns.len();
+    if n > MOST_UNKNOWNS {
+        return Err(LinearizeError::TooLarge { n, most: MOST_UNKNOWNS });
+    }
+    let point = at.point(problem.p);
+
+    let mut mass = S::Vector::zeros(n);
+    system.mass(point, mass.as_mut());
+    let (states, eliminated): (Vec<usize>, Vec<usize>) =
+        (0..n).partition(|i| mass.as_ref()[*i] != 0.0);
+    let columns = Columns::new(problem, at)?;
+    let slopes = Slopes::new(system, point, &columns)?;
+
+    // ∂y_a/∂(x, u, v)
+    let f_a = slopes.f.select_rows(&eliminated);
+    let of_others = select(&f_a, &states, n);
+    let follows = if eliminated.is_empty() {
+        of_others
+    } else {
+        let own = f_a.select_columns(&eliminated);
+        match (steady::open(&own), own.lu().solve(&of_others)) {
+            (None, Some(response)) => -response,
+            (open, _) => {
+                let (row, column) = open.unwrap_or((0, 0));
+                return Err(LinearizeError::Undetermined {
+                    t: at.t,
+                    equation: signature.equations.at(eliminated[row]).to_string(),
+                    unknown: signature.unknowns.name(eliminated[column]).to_string(),
+                });
+            }
+        }
+    };
+    let reduced = |rows: &DMatrix<f64>| {
+        select(rows, &states, n) + rows.select_columns(&eliminated) * &follows
+    };
+    let (n_x, n_m) = (states.len(), columns.channels.len());
+    let n_v = columns.late.len();
+    let split = |rows: &DMatrix<f64>| {
+        let part = |from, count| rows.columns(from, count).into_owned();
+        [part(0, n_x), part(n_x, n_m), part(n_x + n_m, n_v)]
+    };
+    let [a, b, late_a] = split(&reduced(&slopes.f.select_rows(&states)));
+    let [c, d, late_c] = split(&reduced(&slopes.w));
+    let [by_x, by_u, by_v] = split(&follows);
+    // r: a state itself, or what follows for an eliminated unknown.
+    let mut sources = DMatrix::zeros(n_v, n_x + n_m + n_v);
+    for (k, late) in columns.late.iter().enumerate() {
+        if let Ok(state) = states.binary_search(&late.unknown) {
+            sources[(k, state)] = 1.0;
+        } else {
+            let row = eliminated.partition_point(|i| *i < late.unknown);
+            sources.set_row(k, &follows.row(row));
+        }
+    }
+    let [late_x, late_u, late_v] = split(&sources);
+
+    let tau = delays(problem);
+    let output_delays =
+        signature.outputs.iter().map(|output| output.delay.map_or(0.0, |k| tau[k])).collect();
+    let rates = states.iter().map(|i| slopes.rates[*i]).collect();
+    Ok(StateSpace {
+        states,
+        eliminated,
+        channels: columns.channels,
+        late: columns.late,
+        output_delays,
+        a,
+        b,
+        c,
+        d,
+        late_a,
+        late_c,
+        late_x,
+        late_u,
+        late_v,
+        by_x,
+        by_u,
+        by_v,
+        rates,
+        u: columns.u,
+        v: columns.v,
+        w: slopes.outputs,
+    })
+}
+
+impl StateSpace {
+    /// Poles of the linear model.
+    ///
+    /// Where unknowns act late there are infinitely many of them, and those furthest to the right are given.
+    ///
+    /// # Errors
+    ///
+    /// [`LinearizeError::NoEigenvalues`] where the iteration does not converge.
+    pub fn poles(&self) -> Result<Poles, LinearizeError> {
+        poles::poles(self)
+    }
+}
+
+/// Columns of `rows` that belong to the states, then those behind all n unknowns.
+fn select(rows: &DMatrix<f64>, states: &[usize], n: usize) -> DMatrix<f64> {
+    let chosen: Vec<usize> = states.iter().copied().chain(n..rows.ncols()).collect();
+    rows.select_columns(&chosen)
+}
+
+/// What the columns behind those of the unknowns stand for, and where u has it.
+struct Columns {
+    channels: Vec<Channel>,
+    late: Vec<LateUnknown>,
+    /// Their values at the point.
+    u: Vec<f64>,
+    v: Vec<f64>,
+    /// For each number of u its column, counted behind the unknowns.
+    places: Vec<Option<usize>>,
+}
+
+impl Columns {
+    fn new<S: System>(
+        problem: &Problem<'_, S>,
+        at: &OperatingPoint,
+    ) -> Result<Self, LinearizeError> {
+        let signature = problem.system.signature();
+        let tau = delays(problem);
+        let (n_in, n_late) = (signature.inputs.len(), signature.delayed_inputs.len());
+        let [_, of_outputs, _] = &signature.output_jacobians;
+        let is_read = |column: usize| {
+            let read = |pattern: &Pattern| pattern.positions().any(|(_, c)| c == column);
+            read(&signature.input_jacobian) || read(of_outputs)
+        };
+        let mut places = vec![None; signature.n_u()];
+        let (mut channels, mut u, mut v) = (Vec::new(), Vec::new(), Vec::new());
+        for (i, (place, value)) in places.iter_mut().zip(&at.u).take(n_in).enumerate() {
+            *place = Some(i);
+            channels.push(Channel::Input(i));
+            u.push(*value);
+        }
+        for (k, late) in signature.delayed_inputs.iter().enumerate() {
+            let (input, tau) = (late.input, tau[late.delay]);
+            if tau == 0.0 {
+                places[n_in + k] = Some(input);
+            } else if is_read(n_in + k) {
+                places[n_in + k] = Some(channels.len());
+                channels.push(Channel::Late { input, tau });
+                u.push(at.u[n_in + k]);
+            }
+            if is_read(n_in + n_late + k) {
+                places[n_in + n_late + k] = Some(channels.len());
+                channels.push(Channel::Slope { input, tau });
+                u.push(at.u[n_in + n_late + k]);
+            }
+        }
+
+        let past = signature.past();
+        let mut late = Vec::new();
+        for (k, delayed) in signature.delayed_unknowns.iter().enumerate() {
+            // What is read now, for want of a delay, is in the Jacobian.
+            if at.u[past.first + k] == 0.0 {
+                continue;
+            }
+            let tau = if delayed.varies {
+                let mut all = vec![0.0; signature.varying_delays.len()];
+                problem.system.varying_delays(at.point(problem.p), &mut all);
+                all[delayed.delay]
+            } else {
+                tau[delayed.delay]
+            };
+            if is_read(past.first + 2 * past.n_v + k) {
+                let unknown = signature.unknowns.name(delayed.unknown).to_string();
+                return Err(LinearizeError::LateSlope { unknown });
+            }
+            if is_read(past.first + past.n_v + k) {
+                places[past.first + past.n_v + k] = Some(channels.len() + late.len());
+                late.push(LateUnknown { unknown: delayed.unknown, tau });
+                v.push(at.u[past.first + past.n_v + k]);
+            }
+        }
+        Ok(Self { channels, late, u, v, places })
+    }
+
+    fn len(&self) -> usize {
+        self.channels.len() + self.late.len()
+    }
+}
+
+/// Derivatives to the unknowns, then to the columns behind them.
+struct Slopes {
+    f: DMatrix<f64>,
+    w: DMatrix<f64>,
+    /// f itself, n numbers.
+    rates: Vec<f64>,
+    outputs: Vec<f64>,
+}
+
+impl Slopes {
+    fn new<S: System>(
+        system: &S,
+        at: crate::system::Point<'_>,
+        columns: &Columns,
+    ) -> Result<Self, LinearizeError> {
+        let signature = system.signature();
+        let n = signature.unknowns.len();
+        let (n_w, len) = (signature.outputs.len(), n + columns.len());
+        let (mut f, mut dfdt) = (S::Vector::zeros(n), S::Vector::zeros(n));
+        let mut by_y = S::Jacobian::zeros(signature.jacobian.len());
+        let still = S::Inputs::zeros(signature.n_u());
+        system.linearize(at, still.as_ref(), f.as_mut(), by_y.as_mut(), dfdt.as_mut());
+        let mut by_u = vec![0.0; signature.input_jacobian.len()];
+        system.input_jacobian(at, &mut by_u);
+        let [w_y, w_u, w_p] = &signature.output_jacobians;
+        let (mut dwdy, mut dwdu) = (vec![0.0; w_y.len()], vec![0.0; w_u.len()]);
+        let mut dwdp = vec![0.0; w_p.len()];
+        let mut outputs = vec![0.0; n_w];
+        system.output_jacobians(at, &mut dwdy, &mut dwdu, &mut dwdp, &mut outputs);
+        system.outputs(at, &mut outputs);
+
+        let mut matrices = [DMatrix::zeros(n, len), DMatrix::zeros(n_w, len)];
+        let parts = [
+            (0, &signature.jacobian, by_y.as_ref(), true),
+            (0, &signature.input_jacobian, &by_u, false),
+            (1, w_y, &dwdy, true),
+            (1, w_u, &dwdu, false),
+        ];
+        for (matrix, pattern, values, of_unknowns) in parts {
+            for ((row, column), value) in pattern.positions().zip(values) {
+                let place = if of_unknowns {
+                    Some(column)
+                } else {
+                    columns.places[column].map(|column| n + column)
+                };
+                let Some(place) = place else { continue };
+                if !value.is_finite() {
+                    let label = if matrix == 0 {
+                        signature.equations.at(row)
+                    } else {
+                        signature.outputs[row].name.clone()
+                    };
+                    return Err(LinearizeError::NotFinite { t: at.t, equation: label.to_string() });
+                }
+                // An input that is read late by no time has two places in u and one column.
+                matrices[matrix][(row, place)] += value;
+            }
+        }
+        let [of_f, of_w] = matrices;
+        Ok(Self { f: of_f, w: of_w, rates: f.as_ref().to_vec(), outputs })
+    }
+}

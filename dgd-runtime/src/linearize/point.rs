@@ -1,0 +1,58 @@
+//! Where a model is linearised.
+
+use crate::error::{Failure, IntegrateError};
+use crate::integrate::Wanted;
+use crate::integrate::locked::Steps;
+use crate::problem::{Options, Problem};
+use crate::signal::Side;
+use crate::system::{Point, System};
+
+/// All that a model's equations read at a point, SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OperatingPoint {
+    /// Time, s.
+    pub t: f64,
+    /// Unknowns.
+    pub y: Vec<f64>,
+    /// Inputs as [`Point::u`] has them.
+    pub u: Vec<f64>,
+    /// Discrete numbers.
+    pub z: Vec<f64>,
+}
+
+impl OperatingPoint {
+    /// Where a run that begins at `from` is at `t`; just after what happens at `t`.
+    ///
+    /// # Errors
+    ///
+    /// Why the run does not get there.
+    ///
+    /// # Panics
+    ///
+    /// As [`simulate`](crate::simulate).
+    pub fn reached<S: System>(
+        problem: &Problem<'_, S>,
+        from: f64,
+        t: f64,
+        options: &Options,
+    ) -> Result<Self, IntegrateError> {
+        let both = [from, t];
+        let times = if from == t { &both[1..] } else { &both[..] };
+        // Equal steps are made between rows, and there are none on the way.
+        let options = Options { steps: Steps::Adaptive, ..*options };
+        let solution = S::integrate(problem, times, &options, Wanted::UnknownsAndPast)
+            .map_err(|Failure { error, .. }| error)?;
+        let last = times.len() - 1;
+        let inputs = problem.inputs_read().map_err(IntegrateError::Inputs)?;
+        let mut u = vec![0.0; inputs.len()];
+        inputs.value(t, Side::Right, &mut u);
+        let first = u.len() - solution.n_past;
+        u[first..].copy_from_slice(solution.past(last));
+        Ok(Self { t, y: solution.y(last).to_vec(), u, z: solution.z(last).to_vec() })
+    }
+
+    /// Where functions of the model are evaluated.
+    pub fn point<'a>(&'a self, p: &'a [f64]) -> Point<'a> {
+        Point { t: self.t, y: &self.y, u: &self.u, p, z: &self.z }
+    }
+}

@@ -1,0 +1,330 @@
+//! Steady states: 0 = f(t, y, u, p) with inputs and time standing still.
+//!
+//! Damped Newton from where the model starts, for all unknowns together, in the modes that hold there.
+//! If that fails, or ends where other modes would hold, a run with the inputs held goes on until it
+//! comes to rest, through whatever modes it meets, and Newton goes on from its end. What is read
+//! late is what is read now.
+
+use nalgebra::DMatrix;
+
+use super::error::SteadyStateError;
+use super::point::OperatingPoint;
+use crate::delay::delays;
+use crate::discrete::{choose_sides, discrete_numbers};
+use crate::error::IntegrateError;
+use crate::initial::{Algebraic, Place, add_terms, consistent_start};
+use crate::integrate::locked::Steps;
+use crate::integrate::simulate;
+use crate::linalg::norm::Tolerances;
+use crate::problem::{Options, Problem, unknown_sizes};
+use crate::signal::{Inputs, Side};
+use crate::state_selection::select_states;
+use crate::system::{AutomatonKind, Point, Storage, System};
+
+/// The run that is to come to rest goes on to 10^k seconds, for k up to this.
+const LONGEST: i32 = 9;
+/// Most steps of it.
+const MOST_STEPS: usize = 20_000;
+/// How often the sides of switches are chosen again.
+const MOST_SIDES: usize = 8;
+/// Singular values below this part of the largest are zero, rows and columns in units of their sizes.
+const SINGULAR: f64 = 1e-12;
+/// Pivots above this part of the largest are not looked at twice.
+const FAR_FROM_SINGULAR: f64 = 1e-8;
+/// Residuals below this part of the equation's terms, with unknowns of their sizes, are none.
+const AT_REST: f64 = 1e-9;
+/// Errors of a run at rest, in units of its tolerance.
+const RUN: f64 = 10.0;
+/// Tolerances of the last corrections.
+const POLISHED: Tolerances = Tolerances { rtol: 1e-10, atol: 1e-10 };
+
+/// The steady state of `problem` with the inputs as they are at `t`, found from its start values there.
+///
+/// Of several steady states it is one near the start values; it need not be stable.
+///
+/// # Errors
+///
+/// [`SteadyStateError`]: there is none, there are many next to each other, or none is found.
+///
+/// # Panics
+///
+/// When the problem has another number of parameters or inputs than the model.
+pub fn steady_state<S: System>(
+    problem: &Problem<'_, S>,
+    t: f64,
+    options: &Options,
+) -> Result<OperatingPoint, SteadyStateError> {
+    let mut held = vec![0.0; problem.inputs.len()];
+    problem
+        .inputs
+        .cover(t, t)
+        .map_err(|error| SteadyStateError::Start(IntegrateError::Inputs(error)))?;
+    problem.inputs.value(t, Side::Right, &mut held);
+    let inputs = Inputs::constant(&held);
+    let problem = Problem { inputs: &inputs, ..*problem };
+    let start = consistent_start(&problem, t, options).map_err(SteadyStateError::Start)?;
+    let mut search =
+        Search::new(&problem, t, &start.y, options).map_err(SteadyStateError::Start)?;
+    if let Some(found) = search.from(&start.y, start.z, Guess::Start) {
+        return search.confirmed(found);
+    }
+
+    let mut times = vec![t];
+    times.extend((-1..=LONGEST).map(|k| t + 10_f64.powi(k)));
+    let patient = Options { max_steps: MOST_STEPS, steps: Steps::Adaptive, ..*options };
+    let solution = match simulate(&problem, &times, &patient) {
+        Ok(solution) => solution,
+        Err(failure) => *failure.partial,
+    };
+    // Later is closer to rest, unless the run came to an end before.
+    for k in (0..solution.len()).rev() {
+        if let Some(found) = search.from(solution.y(k), solution.z(k).to_vec(), Guess::Run) {
+            return search.confirmed(found);
+        }
+    }
+    let last = solution.len().checked_sub(1);
+    let (ran, y, z) = last.map_or((0.0, start.y, search.z.clone()), |k| {
+        (solution.times[k] - t, solution.y(k).to_vec(), solution.z(k).to_vec())
+    });
+    Err(search.failure(&y, &z, ran))
+}
+
+/// Where a guess comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Guess {
+    /// The start values.
+    Start,
+    /// A run, whose modes hold.
+    Run,
+}
+
+/// The search for a steady state.
+struct Search<'a, S: System> {
+    problem: &'a Problem<'a, S>,
+    t: f64,
+    /// Inputs with nothing late.
+    u: Vec<f64>,
+    /// Discrete numbers at the start.
+    z: Vec<f64>,
+    sizes: Vec<f64>,
+    tolerances: Tolerances,
+    equations: Algebraic<S>,
+    jacobian: S::Jacobian,
+}
+
+impl<'a, S: System> Search<'a, S> {
+    fn new(
+        problem: &'a Problem<'a, S>,
+        t: f64,
+        start: &[f64],
+        options: &Options,
+    ) -> Result<Self, IntegrateError> {
+        let system = problem.system;
+        let inputs = problem.inputs_read().map_err(IntegrateError::Inputs)?;
+        let mut u = vec![0.0; inputs.len()];
+        inputs.value(t, Side::Right, &mut u);
+        let mut sizes = vec![0.0; start.len()];
+        unknown_sizes(system, start, &mut sizes);
+        Ok(Self {
+            problem,
+            t,
+            u,
+            z: discrete_numbers(system, problem.p, t),
+            sizes,
+            tolerances: Tolerances { rtol: options.rtol, atol: options.atol },
+            equations: Algebraic::all(system),
+            jacobian: S::Jacobian::zeros(system.signature().jacobian.len()),
+        })
+    }
+
+    fn point<'b>(&'b self, y: &'b [f64], z: &'b [f64]) -> Point<'b> {
+        Point { t: self.t, y, u: &self.u, p: self.problem.p, z }
+    }
+
+    /// A steady state from this guess, in modes that hold there.
+    fn from(&mut self, guess: &[f64], mut z: Vec<f64>, of: Guess) -> Option<OperatingPoint> {
+        let system = self.problem.system;
+        let n_automata = system.signature().discrete.automata.len();
+        // Conditions on time are as they are at t, however long a run was.
+        z[n_automata..].copy_from_slice(&self.z[n_automata..]);
+        let mut e = vec![0.0; system.signature().discrete.transitions().count()];
+        let mut y = guess.to_vec();
+        for _ in 0..MOST_SIDES {
+            let place = Place { t: self.t, u: &self.u, p: self.problem.p, z: &z };
+            let (jacobian, tolerances) = (self.jacobian.as_mut(), self.tolerances);
+            let solved =
+                self.equations.solve(system, place, &mut y, jacobian, &self.sizes, tolerances);
+            solved.ok()?;
+            if y.iter().any(|y| !y.is_finite()) {
+                return None;
+            }
+            // A run at rest may rest on a threshold.
+            let rests = of == Guess::Run && self.is_near(&y, guess);
+            if rests || self.holds(&y, &z, &mut e) {
+                self.polish(&mut y, &z);
+                select_states(
+                    system,
+                    Point { t: self.t, y: &y, u: &self.u, p: self.problem.p, z: &[] },
+                    &mut z,
+                    &mut e,
+                );
+                return Some(self.seen_late(y, z));
+            }
+            let before = z.clone();
+            choose_sides(system, (self.t, &y, &self.u, self.problem.p), &mut e, &mut z);
+            if z == before {
+                return None;
+            }
+        }
+        None
+    }
+
+    /// Whether Newton's method has moved by what a run is wrong by, and no more.
+    fn is_near(&self, y: &[f64], guess: &[f64]) -> bool {
+        let weights = y.iter().zip(&self.sizes).map(|(y, size)| self.tolerances.weight(*y, *size));
+        y.iter()
+            .zip(guess)
+            .zip(weights)
+            .all(|((y, guess), weight)| (y - guess).abs() <= RUN * weight)
+    }
+
+    /// Goes on until nothing but rounding is left, as far as that is to be had.
+    fn polish(&mut self, y: &mut Vec<f64>, z: &[f64]) {
+        let mut polished = y.clone();
+        let place = Place { t: self.t, u: &self.u, p: self.problem.p, z };
+        let (system, jacobian) = (self.problem.system, self.jacobian.as_mut());
+        let solved =
+            self.equations.solve(system, place, &mut polished, jacobian, &self.sizes, POLISHED);
+        if solved.is_ok() && polished.iter().all(|y| y.is_finite()) {
+            *y = polished;
+        }
+    }
+
+    /// Whether no transition out of these modes is due.
+    fn holds(&self, y: &[f64], z: &[f64], e: &mut [f64]) -> bool {
+        let system = self.problem.system;
+        let discrete = &system.signature().discrete;
+        system.event_functions(self.point(y, z), e);
+        let mut transitions = discrete.transitions().zip(e.iter());
+        !transitions.any(|((automaton, transition), e)| {
+            let decides = match discrete.automata[automaton].kind {
+                AutomatonKind::Modes | AutomatonKind::Saturation | AutomatonKind::Switch => true,
+                AutomatonKind::When | AutomatonKind::States | AutomatonKind::Corner => false,
+            };
+            decides && z[automaton] == transition.from as f64 && transition.crossing.is_past(*e)
+        })
+    }
+
+    /// The point as a run at rest would see it: what is read late has been what it is.
+    fn seen_late(&self, y: Vec<f64>, z: Vec<f64>) -> OperatingPoint {
+        let signature = self.problem.system.signature();
+        let mut u = self.u.clone();
+        let past = signature.past();
+        let tau = delays(self.problem);
+        let mut varying = vec![0.0; signature.varying_delays.len()];
+        if !varying.is_empty() {
+            self.problem.system.varying_delays(self.point(&y, &z), &mut varying);
+        }
+        for (k, delayed) in signature.delayed_unknowns.iter().enumerate() {
+            let tau = if delayed.varies { varying[delayed.delay] } else { tau[delayed.delay] };
+            u[past.first + k] = f64::from(u8::from(tau != 0.0));
+            u[past.first + past.n_v + k] = y[delayed.unknown];
+        }
+        OperatingPoint { t: self.t, y, u, z }
+    }
+
+    /// The point that was found, if it is the only one near.
+    fn confirmed(&mut self, found: OperatingPoint) -> Result<OperatingPoint, SteadyStateError> {
+        match self.undetermined(&found.y, &found.z) {
+            None => Ok(found),
+            Some(error) => Err(error),
+        }
+    }
+
+    fn failure(&mut self, y: &[f64], z: &[f64], ran: f64) -> SteadyStateError {
+        if let Some(error) = self.undetermined(y, z) {
+            return error;
+        }
+        let signature = self.problem.system.signature();
+        let mut f = vec![0.0; y.len()];
+        self.problem.system.rhs(self.point(y, z), &mut f);
+        let relative = |i: usize| (f[i] / self.sizes[i]).abs();
+        let mut mass = vec![0.0; y.len()];
+        self.problem.system.mass(self.point(y, z), &mut mass);
+        let moving = (0..y.len()).filter(|i| mass[*i] != 0.0);
+        let most = moving.max_by(|i, j| relative(*i).total_cmp(&relative(*j))).unwrap_or(0);
+        let unit = signature.unknowns.unit(most);
+        SteadyStateError::NotAtRest {
+            t: self.t,
+            ran,
+            equation: signature.equations.at(most).to_string(),
+            unknown: signature.unknowns.name(most).to_string(),
+            rate: f[most] / unit.factor,
+            unit: unit.symbol.to_string(),
+        }
+    }
+
+    /// What is wrong where ∂f/∂y is singular.
+    fn undetermined(&mut self, y: &[f64], z: &[f64]) -> Option<SteadyStateError> {
+        let system = self.problem.system;
+        let signature = system.signature();
+        let n = y.len();
+        if n > super::MOST_UNKNOWNS {
+            return None;
+        }
+        let (mut f, mut dfdt) = (S::Vector::zeros(n), S::Vector::zeros(n));
+        let still = S::Inputs::zeros(signature.n_u());
+        let mut jacobian = S::Jacobian::zeros(signature.jacobian.len());
+        let (f, dfdt) = (f.as_mut(), dfdt.as_mut());
+        system.linearize(self.point(y, z), still.as_ref(), f, jacobian.as_mut(), dfdt);
+        let mut scaled = DMatrix::zeros(n, n);
+        for ((row, column), value) in signature.jacobian.positions().zip(jacobian.as_ref()) {
+            scaled[(row, column)] = value * self.sizes[column];
+        }
+        let (row, column) = open(&scaled)?;
+        let mut terms = vec![0.0; n];
+        add_terms(&mut terms, &signature.jacobian, jacobian.as_ref(), y);
+        add_terms(&mut terms, &signature.jacobian, jacobian.as_ref(), &self.sizes);
+        let is_solved = f.iter().zip(&terms).all(|(f, terms)| f.abs() <= AT_REST * terms);
+        Some(SteadyStateError::Undetermined {
+            t: self.t,
+            equation: signature.equations.at(row).to_string(),
+            residual: if is_solved { 0.0 } else { f[row] },
+            unknown: signature.unknowns.name(column).to_string(),
+        })
+    }
+}
+
+/// The row that depends most on others, and the column that is open most, if the matrix is singular
+/// with its rows in units of their largest entries.
+pub(super) fn open(matrix: &DMatrix<f64>) -> Option<(usize, usize)> {
+    if matrix.is_empty() || matrix.iter().any(|value| !value.is_finite()) {
+        return None;
+    }
+    let mut scaled = matrix.clone();
+    for mut row in scaled.row_iter_mut() {
+        let largest = row.amax();
+        if largest > 0.0 {
+            row /= largest;
+        }
+    }
+    // So that units of unknowns do not matter.
+    for mut column in scaled.column_iter_mut() {
+        let largest = column.amax();
+        if largest > 0.0 {
+            column /= largest;
+        }
+    }
+    // With complete pivoting the last pivot is about as small as the smallest singular value.
+    let pivots = scaled.clone().full_piv_lu().u().diagonal().abs();
+    if pivots.min() > FAR_FROM_SINGULAR * pivots.max() {
+        return None;
+    }
+    let svd = scaled.svd(true, true);
+    let smallest = svd.singular_values.imin();
+    if svd.singular_values[smallest] > SINGULAR * svd.singular_values.max() {
+        return None;
+    }
+    let (left, right) = (svd.u?, svd.v_t?);
+    Some((left.column(smallest).iamax(), right.row(smallest).transpose().iamax()))
+}
