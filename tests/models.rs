@@ -713,8 +713,8 @@ agreement! {
     van_der_pol: "models/van_der_pol.dgd";
 }
 
-/// Every model is in the list, with each of its own choices. Choices of parts are those of the part,
-/// compared in some model that has it.
+/// Every model is in the list, with each of its own choices; a choice of a part is one in some model that
+/// has the part.
 #[test]
 fn the_list_of_compared_models_is_complete() {
     let own_name = |variant: &str| variant.rsplit('.').next().unwrap_or(variant).to_owned();
@@ -727,12 +727,7 @@ fn the_list_of_compared_models_is_complete() {
                 let of_part = choices.iter().any(|(variant, _)| variant.contains('.'));
                 compared_choices.len() == choices.len()
                     && compared_choices.iter().zip(&choices).all(|((v, c), (v2, c2))| {
-                        let same_name = if of_part {
-                            own_name(v) == own_name(v2)
-                        } else {
-                            same_file && v == v2
-                        };
-                        same_name && c == c2
+                        if of_part { own_name(v) == own_name(v2) } else { v == v2 && c == c2 }
                     })
                     && (same_file || of_part)
             });

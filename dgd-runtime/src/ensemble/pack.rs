@@ -346,9 +346,9 @@ impl<'a, S: System> Pack<'a, S> {
             // What is written beyond the step is written again by the next.
             let eights = first..first + count.next_multiple_of(LANES);
             let asked = &self.times.all()[eights.clone()];
-            for (i, row) in seat.rows.chunks_exact_mut(stride).enumerate() {
-                let y = self.y.lanes()[i].0[l];
-                self.dense.write((i, l), (t, y, per_h), asked, &mut row[eights.clone()]);
+            for (i, y) in self.y.lanes().iter().enumerate() {
+                let row = &mut seat.rows[i * stride..][eights.clone()];
+                self.dense.write((i, l), (t, y.0[l], per_h), asked, row);
             }
             seat.recorded += count;
             // The last of equal times at a jump is a right value, which is had after it.

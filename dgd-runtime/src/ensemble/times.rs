@@ -10,6 +10,8 @@ pub(super) struct Times<'a> {
     padded: Vec<f64>,
     /// From the first to the last.
     pub(super) span: f64,
+    /// Times per second, on average.
+    rate: f64,
 }
 
 impl<'a> Times<'a> {
@@ -17,7 +19,8 @@ impl<'a> Times<'a> {
         // Never reached.
         let padding = [f64::INFINITY; LANES];
         let span = asked.last().zip(asked.first()).map_or(0.0, |(last, first)| last - first);
-        Self { asked, padded: [asked, &padding].concat(), span }
+        let rate = if span > 0.0 { (asked.len() - 1) as f64 / span } else { 0.0 };
+        Self { asked, padded: [asked, &padding].concat(), span, rate }
     }
 
     /// The asked times, then others that are never reached.
@@ -35,6 +38,13 @@ impl<'a> Times<'a> {
     /// How many from this one on are before `t`.
     #[inline(always)]
     pub(super) fn before(&self, first: usize, t: f64) -> usize {
+        // Where they are at equal distances.
+        let guess = first + ((t - self.padded[first]) * self.rate) as u32 as usize;
+        for k in [guess, guess + 1] {
+            if k > first && k < self.padded.len() && self.padded[k - 1] < t && self.padded[k] >= t {
+                return k - first;
+            }
+        }
         let mut k = first;
         while self.padded[k + LANES - 1] < t {
             k += LANES;
