@@ -38,17 +38,6 @@ impl Width {
         Self::Compiled
     }
 
-    /// The widest for work on numbers that stand apart: with more than four, compilers gather and
-    /// scatter them one by one.
-    #[inline]
-    pub(crate) fn widest_for_rows() -> Self {
-        match Self::widest() {
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => Self::Avx2,
-            width => width,
-        }
-    }
-
     /// Does the work.
     #[inline]
     #[allow(unsafe_code)]
@@ -63,6 +52,20 @@ impl Width {
             Self::Avx512 => unsafe { run_avx512(work) },
         }
     }
+}
+
+/// Does the work by four numbers where the machine can: for work on numbers that stand apart, which
+/// compilers gather and scatter one by one where there are more.
+#[inline]
+#[allow(unsafe_code)]
+pub(crate) fn run_by_fours(work: impl Work) {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx2") {
+        // SAFETY: the machine has what it needs.
+        unsafe { run_avx2(work) };
+        return;
+    }
+    work.run();
 }
 
 #[cfg(target_arch = "x86_64")]

@@ -19,7 +19,7 @@ use super::stepper::{Base, Directions, Spoilt, Stepper, Trial};
 use super::tableau::{MAX_STAGES, RosenbrockTableau};
 use crate::linalg::{Factorisation, Singular};
 use crate::system::{Pattern, Point, Storage, System};
-use crate::width::{Width, Work};
+use crate::width::{Work, run_by_fours};
 
 /// Does something with each block of numbers from `$first` on, `$len` of them as a constant: what is
 /// summed up over a block is in registers, and what is read cannot be what is written. Where all lengths
@@ -425,7 +425,7 @@ pub(super) fn interpolate_all<V: Storage>(
     let recorded = out.len();
     out.resize(recorded + y.as_ref().len() * asked.len(), 0.0);
     let out = &mut out[recorded..];
-    Width::widest_for_rows().run(Rows { from, per_h, asked, y, dense, out });
+    run_by_fours(Rows { from, per_h, asked, y, dense, out });
 }
 
 /// Rows of dense output to be written.
