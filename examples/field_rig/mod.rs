@@ -100,7 +100,7 @@ impl Rig {
             diameter: (4.0 * A_B / std::f64::consts::PI).sqrt(),
             roughness: 5e-5,
             // Its outlet into the riser is narrow, or it would never be full at a deep level.
-            minor_losses: 240.0,
+            minor_losses: 345.0,
             viscosity,
         };
         Self {
