@@ -52,7 +52,8 @@ struct Block<'a> {
 }
 
 fn pages() -> Vec<Page> {
-    let paths = [files(root(), "md"), files(&root().join("docs"), "md")].concat();
+    let folders = [root().to_owned(), root().join("docs"), root().join("data")];
+    let paths = folders.map(|folder| files(&folder, "md")).concat();
     let page = |path: std::path::PathBuf| Page {
         text: fs::read_to_string(&path).expect("a page"),
         name: path.strip_prefix(root()).expect("a path below the root").display().to_string(),

@@ -1,0 +1,39 @@
+//! The recordings in `data/`, which stand in for the field data of Haukanes 2015.
+//!
+//! ```text
+//! cargo run --release --example field_data [-- DIR]
+//! ```
+//!
+//! writes `NAME.csv.gz`, what the instruments showed, and `NAME.truth.csv.gz`, what was true, for
+//! each recording, and `truth.json` with every number behind them; into `data` unless said otherwise.
+//! The same bytes come out whenever it runs. `data/README.md` tells what is in them.
+
+mod drilling_rig;
+mod field_rig;
+
+use std::error::Error;
+use std::fs;
+use std::path::PathBuf;
+
+use dgd_cli::data::write::save;
+use field_rig::{Rig, files::truth_json, schedule::schedules};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "data".into()));
+    fs::create_dir_all(&folder)?;
+    let rig = Rig::field();
+    for schedule in schedules() {
+        let recording = rig.record(&schedule);
+        let name = schedule.name;
+        for (file, text) in [
+            (format!("{name}.csv.gz"), recording.csv()),
+            (format!("{name}.truth.csv.gz"), recording.truth_csv()),
+        ] {
+            save(&folder.join(&file), |out| out.write_all(text.as_bytes()))?;
+            println!("{file}");
+        }
+    }
+    fs::write(folder.join("truth.json"), truth_json(&rig, &schedules()))?;
+    println!("truth.json");
+    Ok(())
+}
