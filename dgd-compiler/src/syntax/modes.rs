@@ -33,6 +33,17 @@ impl<'a> Reader<'a, '_> {
         docs: &mut Vec<Token>,
         nesting: u32,
     ) -> Option<ItemKind> {
+        if let [_, _, start, ..] = statement
+            && start.kind == TokenKind::Name
+            && start.text(self.text) == "start"
+        {
+            let message = "`start` stands inside the block";
+            self.error(
+                Diagnostic::new(Code::E105, self.span(*start), message)
+                    .help("write `start MODE` in a line of its own between `{` and `}`"),
+            );
+            return None;
+        }
         let (name, mut inside, behind) = self.named_block(statement, docs, nesting)?;
         let mut modes: Vec<Choice> = Vec::new();
         let mut transitions = Vec::new();
