@@ -1,12 +1,9 @@
 //! A model of many unknowns, with a sparse Jacobian.
 
-use std::collections::BTreeSet;
-
 use dgd_runtime::linalg::AutoLu;
 use dgd_runtime::{
     Direction, Discrete, Inputs, METHODS, Options, Parameter, Pattern, Point, Problem, Signature,
-    Solution, System, Unit, Unknown, automatic_method, simulate, simulate_chosen,
-    simulate_with_sensitivities,
+    Solution, System, Unit, Unknown, simulate, simulate_chosen, simulate_with_sensitivities,
 };
 
 /// Diffusion on a line between ends at zero, and an algebraic unknown beside each cell:
@@ -235,6 +232,10 @@ fn ten_thousand_unknowns() {
 #[cfg(feature = "sparse")]
 #[test]
 fn the_choice_goes_by_size_by_algebraic_unknowns_and_by_the_pattern() {
+    use std::collections::BTreeSet;
+
+    use dgd_runtime::automatic_method;
+
     let chosen = |cells, all_differential: bool, is_band: bool| {
         let Diffusion { mut signature, .. } = Diffusion::new(cells);
         if all_differential {

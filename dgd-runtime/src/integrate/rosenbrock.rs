@@ -487,3 +487,74 @@ impl<V: Storage> Rows<'_, V> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers without a pattern, of all signs and sizes.
+    fn number(k: usize) -> f64 {
+        (k as f64 * 0.7 + 0.3).sin() * 10_f64.powf((k % 7) as f64 - 3.0)
+    }
+
+    fn rows_are_those_of_single_times<V: Storage>(n: usize) {
+        let numbers = |first: usize| {
+            let mut vector = V::zeros(n);
+            for (i, value) in vector.as_mut().iter_mut().enumerate() {
+                *value = number(100 * first + i);
+            }
+            vector
+        };
+        let (y, dense) = (numbers(0), [numbers(1), numbers(2), numbers(3), numbers(4)]);
+        let (from, per_h) = (1.5, 1.0 / 0.7);
+        for times in 0..20 {
+            let asked: Vec<f64> = (0..times).map(|k| from + 0.03 * f64::from(k)).collect();
+            let mut rows = vec![7.0];
+            interpolate_all((from, per_h), &asked, &y, &dense, &mut rows);
+            let mut expected = vec![7.0];
+            for t in &asked {
+                let mut row = vec![0.0; n];
+                interpolate((t - from) * per_h, y.as_ref(), &dense, &mut row);
+                expected.extend(row);
+            }
+            assert_eq!(rows, expected, "{n} numbers, {times} times");
+        }
+    }
+
+    #[test]
+    fn rows_of_dense_output_have_the_bits_of_single_times() {
+        rows_are_those_of_single_times::<[f64; 1]>(1);
+        rows_are_those_of_single_times::<[f64; 2]>(2);
+        rows_are_those_of_single_times::<[f64; 3]>(3);
+        rows_are_those_of_single_times::<[f64; 4]>(4);
+        rows_are_those_of_single_times::<[f64; 10]>(10);
+        rows_are_those_of_single_times::<Vec<f64>>(2);
+        rows_are_those_of_single_times::<Vec<f64>>(11);
+    }
+
+    /// The sums of the stages and of the dense output, by the two ways in which they are made.
+    #[test]
+    fn sums_have_the_same_bits_on_stack_and_heap() {
+        const N: usize = 11;
+        let values = |first: usize| -> [f64; N] { std::array::from_fn(|i| number(50 * first + i)) };
+        let k: [[f64; N]; 8] = std::array::from_fn(|j| values(j + 1));
+        let heap: Vec<Vec<f64>> = k.iter().map(|k| k.to_vec()).collect();
+        let y = values(0);
+        let a: [f64; MAX_STAGES] = std::array::from_fn(|j| number(900 + j));
+        let c: [f64; MAX_STAGES] = std::array::from_fn(|j| number(950 + j));
+        for closes in [false, true] {
+            let (mut stage, mut coupling) = (values(20), values(21));
+            let (mut on_heap, mut coupled) = (stage, coupling);
+            combine::<5, _>(&y, &k, &a, &c, closes, &mut stage, &mut coupling);
+            combine::<5, _>(&y, &heap, &a, &c, closes, &mut on_heap, &mut coupled);
+            assert_eq!((stage, coupling), (on_heap, coupled), "closes: {closes}");
+        }
+        let tableau = &crate::integrate::tableaux::RODAS5P;
+        let stages = tableau.stages();
+        let mut dense = [[0.0; N]; 4];
+        let mut on_heap: [Vec<f64>; 4] = std::array::from_fn(|_| vec![0.0; N]);
+        dense_vectors(tableau, &y, &values(30), &k[..stages], &mut dense);
+        dense_vectors(tableau, &y, &values(30), &heap[..stages], &mut on_heap);
+        assert_eq!(dense.map(|c| c.to_vec()), on_heap);
+    }
+}
