@@ -174,11 +174,13 @@ fn path_of(model: &Path, word: &str) -> Result<PathBuf, CommandError> {
     let shown = folder.display();
     let families = all.iter().filter_map(|(name, _)| name.split('/').next());
     let names: BTreeSet<&str> = all.iter().map(|(name, _)| name.as_str()).chain(families).collect();
-    let hint = match suggestion(word, names.iter().copied()) {
+    let mut begun = names.iter().copied().filter(|name| name.starts_with(word));
+    let only = begun.next().filter(|_| begun.next().is_none());
+    let hint = match only.or_else(|| suggestion(word, names.iter().copied())) {
         Some(near) => format!("did you mean `{near}`?"),
         None if names.is_empty() => "there are no effects".to_owned(),
         None => {
-            let names: Vec<&str> = names.into_iter().collect();
+            let names: Vec<&str> = all.iter().map(|(name, _)| name.as_str()).collect();
             format!("there is `{}`", names.join("`, `"))
         }
     };

@@ -85,7 +85,8 @@ fn an_effect_that_cannot_be_applied_is_explained() {
     let apply = |effect: &str| dgd(&["simulate", MODEL, "--data", DATA, "--apply", effect]);
     apply("booster_u_tubin")
         .refused(1, &["no effect `booster_u_tubin`", "did you mean `booster_u_tubing`?"]);
-    apply("booster_u_tubing/colum").refused(1, &["no effect", "booster_u_tubing/"]);
+    apply("booster_u_tubing/colum")
+        .refused(1, &["no effect", "did you mean `booster_u_tubing/column_with_momentum`?"]);
     apply("ghost").refused(1, &["no effect `ghost` in `models/effects`", "`well_influx`"]);
     apply("ghost.dgd").refused(1, &["cannot read `ghost.dgd`"]);
     apply("pressure_sensor_offset").refused(1, &["E212", "1 argument, not 0"]);

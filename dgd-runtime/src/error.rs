@@ -9,12 +9,22 @@ use crate::solution::Solution;
 use crate::taylor::NoTaylor;
 
 /// A simulation that stopped early.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct Failure {
     /// Why.
     pub error: IntegrateError,
     /// The asked times that were reached.
     pub partial: Box<Solution>,
+}
+
+/// Of what was reached only the last time: the rest would flood whoever unwraps it.
+impl fmt::Debug for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Failure")
+            .field("error", &self.error)
+            .field("reached", &self.partial.times.last())
+            .finish_non_exhaustive()
+    }
 }
 
 /// Why an integration stopped.

@@ -78,6 +78,7 @@ fn every_method_says_where_it_stopped_and_why() {
         assert!(message.contains("x`"), "{name}: {message}");
         let t = time(&failure.error);
         assert!((t - 1.0).abs() < 1e-3, "{name}: {message}");
+        assert!(format!("{failure:?}").ends_with("reached: Some(0.5), .. }"), "{failure:?}");
         // √x with x = 0 at t = 1.07: not defined from there on.
         let failure = run::<BelowZero>(&none, &times, &options).unwrap_err();
         let message = failure.to_string();
