@@ -3,6 +3,8 @@
 
 #[path = "support/golden.rs"]
 mod golden;
+#[path = "support/inline.rs"]
+mod inline;
 mod support;
 
 use std::collections::BTreeSet;
@@ -16,6 +18,7 @@ use dgd_compiler::diagnostics::{Code, Diagnostics, render};
 use dgd_compiler::effects::{self, Application, Blending, Effect};
 use dgd_compiler::model::{ModelOptions, Setting};
 use dgd_compiler::pipeline::{Compiled, Directions, compile_asts, load};
+use dgd_compiler::program::FunctionKind;
 use dgd_compiler::source::{Source, SourceId, Sources, Span};
 use dgd_compiler::syntax::ast::Name;
 use dgd_compiler::syntax::{parse, parse_setting, print};
@@ -251,4 +254,22 @@ fn examples_of_explanations_are_wrong_and_right_as_they_say() {
         let compiled = compilation.run("right.dgd", &right, &folder);
         assert!(compiled.is_some(), "{}: {}", info.code, compilation.rendered());
     }
+}
+
+/// A quotient by a parameter becomes a product on the way to a program; it keeps its name.
+#[test]
+fn names_stay_with_what_becomes_a_product() {
+    let model = "model m
+        parameter tau [s] = 2
+        state x [1] = 1
+        let rate = (1 - x)/tau
+        equation level: der(x) = rate + 0.1 [1/s]*x";
+    let program = inline::compiled(model).program;
+    for kind in [FunctionKind::Rhs, FunctionKind::Linearize, FunctionKind::SensitivityRhs] {
+        let function = program.functions.iter().find(|function| function.kind == kind);
+        let names = &function.expect("a function of each kind").names;
+        assert!(names.iter().any(|(_, name)| name == "rate"), "{kind:?}: {names:?}");
+    }
+    let series = &program.taylor.as_ref().expect("a series").unknowns;
+    assert!(series.names.iter().any(|(_, name)| name == "rate"), "{:?}", series.names);
 }

@@ -1,5 +1,7 @@
 //! Models written in a test.
 
+#![allow(dead_code, reason = "no test binary uses all of it")]
+
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Compiled, Directions, compile};

@@ -21,6 +21,7 @@ pub(super) struct Number {
 /// Puts expressions into execution order: operands first, in the order they were built.
 pub(super) fn schedule(
     graph: &Graph,
+    named: &BTreeMap<ExprId, String>,
     dae: &Dae,
     past: PastLayout,
     kind: FunctionKind,
@@ -36,7 +37,7 @@ pub(super) fn schedule(
         let operation = operation(graph.node(*id), dae, past, |operand| values[&operand]);
         let value = append(&mut body, 0, operation);
         values.insert(*id, value);
-        if let Some(name) = dae.names.get(id) {
+        if let Some(name) = named.get(id) {
             names.push((value, name.clone()));
         }
     }

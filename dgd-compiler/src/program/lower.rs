@@ -36,7 +36,8 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
         .map(|spec| {
             let results: Vec<Vec<Number>> =
                 spec.results.iter().map(|result| derivation.numbers(*result)).collect();
-            schedule(&derivation.graph, dae, past, spec.kind, &results)
+            let Derivation { graph, names, .. } = &derivation;
+            schedule(graph, names, dae, past, spec.kind, &results)
         })
         .collect();
     let taylor = taylor(&mut derivation);
@@ -156,6 +157,8 @@ pub(super) struct Derivation<'a> {
     pub(super) directions: &'a [Direction],
     past: PastLayout,
     pub(super) graph: Graph,
+    /// Of expressions that `let`s name.
+    pub(super) names: BTreeMap<ExprId, String>,
     /// w of the single outputs, then of the arrays.
     w: Vec<ExprId>,
     /// Results made so far.
@@ -183,6 +186,7 @@ impl<'a> Derivation<'a> {
             directions,
             past,
             graph,
+            names: dae.names.clone(),
             w,
             results: BTreeMap::new(),
             patterns: BTreeMap::new(),
@@ -190,13 +194,13 @@ impl<'a> Derivation<'a> {
         }
     }
 
-    /// The roots with a/b as a (1/b) where no unknown reaches b: 1/b does not wait for the unknowns,
-    /// and what waits for them multiplies.
+    /// The roots with a/b as a (1/b) where no unknown reaches b, and no counter of a loop: 1/b does not
+    /// wait for the unknowns, and what waits for them multiplies.
     fn by_reciprocals(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
         let mut moving = HashSet::new();
         let mut built: HashMap<ExprId, ExprId> = HashMap::new();
         for (id, node) in self.graph.listed(roots.iter().copied()) {
-            if is_of_unknowns(node) || node.operands().any(|operand| moving.contains(&operand)) {
+            if is_moving(node) || node.operands().any(|operand| moving.contains(&operand)) {
                 moving.insert(id);
             }
             let here = match node {
@@ -208,6 +212,9 @@ impl<'a> Derivation<'a> {
                 _ => self.graph.simplified(node.map(|operand| built[&operand])),
             };
             built.insert(id, here);
+            if let Some(name) = self.names.get(&id).cloned() {
+                self.names.entry(here).or_insert(name);
+            }
         }
         roots.iter().map(|root| built[root]).collect()
     }
@@ -715,13 +722,14 @@ fn rows(single: usize, behind: impl Iterator<Item = (usize, u32)>) -> Vec<RowPla
 /// Marks the position of an unknown that moves with the row of a family.
 const MOVING: usize = 1 << (usize::BITS - 1);
 
-/// Whether a node is a number that steps change from stage to stage: unknowns, their sensitivities,
-/// and what was known of them.
-fn is_of_unknowns(node: Node) -> bool {
-    use Symbol::{Past, Sensitivity, Swept, SweptSensitivity, Unknown};
+/// Whether a node is a number that changes from stage to stage or from row to row: unknowns, their
+/// sensitivities, what was known of them, and the counter of a loop.
+fn is_moving(node: Node) -> bool {
+    use Symbol::{Counter, Past, Sensitivity, Swept, SweptSensitivity, Unknown};
+    let Node::Symbol(symbol) = node else { return false };
     matches!(
-        node,
-        Node::Symbol(Unknown(_) | Sensitivity(_) | Swept(_) | SweptSensitivity(_) | Past(..))
+        symbol,
+        Unknown(_) | Sensitivity(_) | Swept(_) | SweptSensitivity(_) | Past(..) | Counter
     )
 }
 

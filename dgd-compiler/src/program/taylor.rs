@@ -243,10 +243,10 @@ pub(super) fn taylor(derivation: &mut Derivation<'_>) -> Result<Taylor, NoTaylor
         return Err(NoTaylor::Algebraic);
     }
     let (f, jacobian, directions) = derivation.for_taylor();
-    let graph = &mut derivation.graph;
+    let Derivation { graph, names, .. } = derivation;
     Ok(Taylor {
-        unknowns: Builder::new(graph, dae).series(&f, &[], &[]),
-        sensitivities: Builder::new(graph, dae).series(&f, &jacobian, &directions),
+        unknowns: Builder::new(graph, names, dae).series(&f, &[], &[]),
+        sensitivities: Builder::new(graph, names, dae).series(&f, &jacobian, &directions),
     })
 }
 
@@ -265,6 +265,7 @@ enum Continued {
 
 struct Builder<'a> {
     graph: &'a mut Graph,
+    names: &'a BTreeMap<ExprId, String>,
     dae: &'a Dae,
     moving: HashSet<ExprId>,
     /// Those that are straight lines.
@@ -281,9 +282,10 @@ struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    fn new(graph: &'a mut Graph, dae: &'a Dae) -> Self {
+    fn new(graph: &'a mut Graph, names: &'a BTreeMap<ExprId, String>, dae: &'a Dae) -> Self {
         Builder {
             graph,
+            names,
             dae,
             moving: HashSet::new(),
             lines: HashSet::new(),
@@ -305,7 +307,7 @@ impl<'a> Builder<'a> {
         let mut names = Vec::new();
         for &id in &order {
             let value = self.place(id);
-            if let Some(name) = self.dae.names.get(&id) {
+            if let Some(name) = self.names.get(&id) {
                 names.push((value, name.clone()));
             }
         }

@@ -474,14 +474,14 @@ pub mod cells {
             _f[44] = _row;
             for _k in 0..2 {
                 /// `share` (model.dgd:19): 0 =
-                let _row: f64 = _y[1 + _k] * _y[3] + held * (1.0 / ((_k as f64) + 1.0))
+                let _row: f64 = _y[1 + _k] * _y[3] + held / ((_k as f64) + 1.0)
                     - _y[42 + _k];
                 _f[42 + _k] = _row;
             }
             for _k in 0..37 {
                 /// `share` (model.dgd:19): 0 =
-                let _row: f64 = _y[4 + _k] * _y[3]
-                    + held * (1.0 / ((_k as f64) + 3.0 + 1.0)) - _y[45 + _k];
+                let _row: f64 = _y[4 + _k] * _y[3] + held / ((_k as f64) + 3.0 + 1.0)
+                    - _y[45 + _k];
                 _f[45 + _k] = _row;
             }
             for _k in 0..40 {
@@ -523,20 +523,20 @@ pub mod cells {
             _dfdt[41] = _udot[0];
             _dfdt[44] = 0.0;
             for _k in 0..2 {
-                let _v26 = _y[1 + _k];
-                let _v28 = 1.0 / ((_k as f64) + 1.0);
-                _f[42 + _k] = _v26 * _y[3] + held * _v28 - _y[42 + _k];
-                _jacobian[86 + _k] = _v28;
-                _jacobian[88 + _k] = _v26;
+                let _v24 = (_k as f64) + 1.0;
+                let _v27 = _y[1 + _k];
+                _f[42 + _k] = _v27 * _y[3] + held / _v24 - _y[42 + _k];
+                _jacobian[86 + _k] = 1.0 / _v24;
+                _jacobian[88 + _k] = _v27;
                 _jacobian[90 + _k] = _y[3];
                 _jacobian[92 + _k] = -1.0;
                 _dfdt[42 + _k] = 0.0;
             }
             for _k in 0..37 {
                 let _v24 = _y[4 + _k];
-                let _v29 = 1.0 / ((_k as f64) + 3.0 + 1.0);
-                _f[45 + _k] = _v24 * _y[3] + held * _v29 - _y[45 + _k];
-                _jacobian[94 + _k] = _v29;
+                let _v27 = (_k as f64) + 3.0 + 1.0;
+                _f[45 + _k] = _v24 * _y[3] + held / _v27 - _y[45 + _k];
+                _jacobian[94 + _k] = 1.0 / _v27;
                 _jacobian[131 + _k] = _v24;
                 _jacobian[168 + _k] = _y[3];
                 _jacobian[205 + _k] = -1.0;
@@ -574,17 +574,17 @@ pub mod cells {
             _g[41] = -_s[41];
             _g[44] = 0.3333333333333333 * _s[0] + 2.0 * _y[3] * _s[3] - _s[44];
             for _k in 0..2 {
-                let _v36 = _y[1 + _k];
-                let _v38 = 1.0 / ((_k as f64) + 1.0);
-                _f[42 + _k] = _v36 * _y[3] + held * _v38 - _y[42 + _k];
-                _g[42 + _k] = _v38 * _s[0] + _v36 * _s[3] + _y[3] * _s[1 + _k]
+                let _v34 = (_k as f64) + 1.0;
+                let _v37 = _y[1 + _k];
+                _f[42 + _k] = _v37 * _y[3] + held / _v34 - _y[42 + _k];
+                _g[42 + _k] = 1.0 / _v34 * _s[0] + _v37 * _s[3] + _y[3] * _s[1 + _k]
                     - _s[42 + _k];
             }
             for _k in 0..37 {
                 let _v34 = _y[4 + _k];
-                let _v39 = 1.0 / ((_k as f64) + 3.0 + 1.0);
-                _f[45 + _k] = _v34 * _y[3] + held * _v39 - _y[45 + _k];
-                _g[45 + _k] = _v39 * _s[0] + _v34 * _s[3] + _y[3] * _s[4 + _k]
+                let _v37 = (_k as f64) + 3.0 + 1.0;
+                _f[45 + _k] = _v34 * _y[3] + held / _v37 - _y[45 + _k];
+                _g[45 + _k] = 1.0 / _v37 * _s[0] + _v34 * _s[3] + _y[3] * _s[4 + _k]
                     - _s[45 + _k];
             }
             for _k in 0..40 {
@@ -645,31 +645,33 @@ pub mod cells {
             _dgdt[41] = 0.0;
             _dgdt[44] = 0.0;
             for _k in 0..2 {
-                let _v41 = _y[1 + _k];
-                let _v43 = 1.0 / ((_k as f64) + 1.0);
+                let _v39 = (_k as f64) + 1.0;
+                let _v42 = _y[1 + _k];
+                let _v46 = 1.0 / _v39;
                 let _v51 = _s[1 + _k];
-                _f[42 + _k] = _v41 * _y[3] + held * _v43 - _y[42 + _k];
-                _jacobian[86 + _k] = _v43;
-                _jacobian[88 + _k] = _v41;
+                _f[42 + _k] = _v42 * _y[3] + held / _v39 - _y[42 + _k];
+                _jacobian[86 + _k] = _v46;
+                _jacobian[88 + _k] = _v42;
                 _jacobian[90 + _k] = _y[3];
                 _jacobian[92 + _k] = -1.0;
                 _dfdt[42 + _k] = 0.0;
-                _g[42 + _k] = _v43 * _s[0] + _v41 * _s[3] + _y[3] * _v51 - _s[42 + _k];
+                _g[42 + _k] = _v46 * _s[0] + _v42 * _s[3] + _y[3] * _v51 - _s[42 + _k];
                 _dgdy[83 + _k] = _v51;
                 _dgdy[85 + _k] = _s[3];
                 _dgdt[42 + _k] = 0.0;
             }
             for _k in 0..37 {
                 let _v39 = _y[4 + _k];
-                let _v44 = 1.0 / ((_k as f64) + 3.0 + 1.0);
+                let _v42 = (_k as f64) + 3.0 + 1.0;
+                let _v47 = 1.0 / _v42;
                 let _v51 = _s[4 + _k];
-                _f[45 + _k] = _v39 * _y[3] + held * _v44 - _y[45 + _k];
-                _jacobian[94 + _k] = _v44;
+                _f[45 + _k] = _v39 * _y[3] + held / _v42 - _y[45 + _k];
+                _jacobian[94 + _k] = _v47;
                 _jacobian[131 + _k] = _v39;
                 _jacobian[168 + _k] = _y[3];
                 _jacobian[205 + _k] = -1.0;
                 _dfdt[45 + _k] = 0.0;
-                _g[45 + _k] = _v44 * _s[0] + _v39 * _s[3] + _y[3] * _v51 - _s[45 + _k];
+                _g[45 + _k] = _v47 * _s[0] + _v39 * _s[3] + _y[3] * _v51 - _s[45 + _k];
                 _dgdy[87 + _k] = _v51;
                 _dgdy[124 + _k] = _s[3];
                 _dgdt[45 + _k] = 0.0;
