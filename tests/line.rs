@@ -6,13 +6,9 @@ use std::path::Path;
 
 use dgd::linalg::{AutoLu, Factorisation};
 use dgd::{Inputs, Options, Problem, Solution, System, simulate_chosen};
-use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::model::{ModelOptions, Setting};
-use dgd_compiler::pipeline::{Directions, compile};
-use dgd_compiler::source::{Source, Sources};
-use dgd_compiler::syntax::parse_setting;
+use dgd_compiler::pipeline::Directions;
 use dgd_execute::Interpreted;
-use support::root;
+use support::{compiled_text, root};
 
 const FILE: &str = "benches/peers/dgd/line.dgd";
 const RTOL: f64 = 1e-5;
@@ -20,20 +16,10 @@ const RTOL: f64 = 1e-5;
 /// The line with `cells` cells and some items more.
 fn line(cells: usize, more: &str) -> Interpreted {
     let text = std::fs::read_to_string(root().join(FILE)).expect("the model's file");
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let setting = Source { name: "setting".to_owned(), text: format!("N = {cells}") };
-    let setting = sources.add(setting);
-    let (name, value) = parse_setting(setting, &sources, &mut diagnostics).expect("a setting");
-    let options = ModelOptions { settings: vec![Setting { name, value }], ..Default::default() };
-    let compiled = compile(
-        Source { name: FILE.to_owned(), text: text + more },
-        &options,
-        &Directions::None,
-        &mut |_| Err("no file".to_owned()),
-        &mut sources,
-        &mut diagnostics,
-    );
-    Interpreted::new(compiled.expect("a sound model").program)
+    let settings = format!("N = {cells}");
+    let choices = (&[][..], &[settings.as_str()][..]);
+    let compiled = compiled_text(Path::new(FILE), text + more, choices, &Directions::None);
+    Interpreted::new(compiled.program)
 }
 
 /// Chosen unknowns at whole seconds, with the tolerances of the benchmark.

@@ -7,13 +7,9 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use dgd::{Column, Inputs, Observations, Options, Problem, Solution, System, observe, simulate};
-use dgd_compiler::diagnostics::{Diagnostics, render};
-use dgd_compiler::model::{ModelOptions, Setting};
-use dgd_compiler::pipeline::{Directions, compile};
-use dgd_compiler::source::{Source, Sources};
-use dgd_compiler::syntax::parse_setting;
+use dgd_compiler::pipeline::Directions;
 use dgd_execute::Loaded;
-use support::{name, root};
+use support::{compiled_text, root};
 
 const G: f64 = 9.81;
 const RHO: f64 = 1120.0;
@@ -33,30 +29,9 @@ fn written(text: &str) -> Loaded {
 }
 
 fn loaded(path: &Path, text: String, variants: &[&str], settings: &[&str]) -> Loaded {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let variants = variants.iter().map(|variant| {
-        let (variant, choice) = variant.split_once('=').expect("NAME=CHOICE");
-        (name(variant), name(choice))
-    });
-    let variants = variants.collect();
-    let settings = settings.iter().map(|text| {
-        let source = Source { name: (*text).to_owned(), text: (*text).to_owned() };
-        let id = sources.add(source);
-        let (name, value) = parse_setting(id, &sources, &mut diagnostics).expect("NAME=VALUE");
-        Setting { name, value }
-    });
-    let settings = settings.collect();
-    let compiled = compile(
-        Source { name: path.display().to_string(), text },
-        &ModelOptions { variants, settings },
-        &Directions::None,
-        &mut |path| std::fs::read_to_string(path).map_err(|error| error.to_string()),
-        &mut sources,
-        &mut diagnostics,
-    );
-    let compiled = compiled.unwrap_or_else(|_| {
-        panic!("{}", render::render(&diagnostics.sorted(), &sources, render::Style::Plain))
-    });
+    let variants: Vec<(&str, &str)> =
+        variants.iter().map(|variant| variant.split_once('=').expect("NAME=CHOICE")).collect();
+    let compiled = compiled_text(path, text, (&variants, settings), &Directions::None);
     Loaded::new(compiled.program)
 }
 

@@ -7,13 +7,9 @@ mod exact;
 mod support;
 
 use dgd::{Column, Inputs, Observations, Options, Problem, Solution, System, observe, simulate};
-use dgd_compiler::diagnostics::{Diagnostics, render};
-use dgd_compiler::model::{ModelOptions, Setting};
-use dgd_compiler::pipeline::{Directions, compile};
-use dgd_compiler::source::{Source, Sources};
-use dgd_compiler::syntax::parse_setting;
+use dgd_compiler::pipeline::Directions;
 use dgd_execute::Interpreted;
-use support::root;
+use support::{compiled_text, root};
 
 const G: f64 = 9.81;
 const RHO: f64 = 1120.0;
@@ -48,26 +44,7 @@ fn a_b() -> f64 {
 fn model(name: &str, settings: &[&str]) -> Interpreted {
     let path = root().join("models").join(name);
     let text = std::fs::read_to_string(&path).expect("the model's file");
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let settings = settings.iter().map(|setting| {
-        let text = Source { name: "setting".to_owned(), text: (*setting).to_owned() };
-        let source = sources.add(text);
-        let (name, value) =
-            parse_setting(source, &sources, &mut diagnostics).expect("a setting that parses");
-        Setting { name, value }
-    });
-    let options = ModelOptions { settings: settings.collect(), ..Default::default() };
-    let compiled = compile(
-        Source { name: path.display().to_string(), text },
-        &options,
-        &Directions::None,
-        &mut |path| std::fs::read_to_string(path).map_err(|error| error.to_string()),
-        &mut sources,
-        &mut diagnostics,
-    );
-    let compiled = compiled.unwrap_or_else(|_| {
-        panic!("{}", render::render(&diagnostics.sorted(), &sources, render::Style::Plain))
-    });
+    let compiled = compiled_text(&path, text, (&[], settings), &Directions::None);
     Interpreted::new(compiled.program)
 }
 

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::process::ExitCode;
 
-use dgd_compiler::diagnostics::{Diagnostic, Diagnostics};
+use dgd_compiler::diagnostics::{Diagnostic, Diagnostics, suggestion};
 use dgd_compiler::source::Sources;
 
 /// Why a command did not succeed; each kind has its exit code.
@@ -24,6 +24,14 @@ pub(crate) enum CommandError {
     Computation(String),
     /// The computation stopped on its way, and what it reached has been written with the reason: 3.
     Stopped(String),
+}
+
+/// What a name that nothing bears was probably meant to be, or all that there is.
+pub(crate) fn meant(name: &str, known: &[&str]) -> String {
+    match suggestion(name, known.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("there is `{}`", known.join("`, `")),
+    }
 }
 
 impl CommandError {

@@ -178,11 +178,7 @@ impl<'a> LinearReport<'a> {
         let channels = system.channels.iter().zip(&system.u).map(channel).collect();
         let late = |(late, value): (&LateUnknown, &f64)| {
             let source = unknown(&late.unknown);
-            Quantity {
-                name: format!("{}(t - {} s)", source.name, late.tau),
-                value: *value,
-                ..source
-            }
+            Quantity { name: late_name(&source.name, late.tau), value: *value, ..source }
         };
         let late = system.late.iter().zip(&system.v).map(late).collect();
         let output = |(output, value): (&Output, &f64)| Quantity {
@@ -225,71 +221,20 @@ impl LinearReport<'_> {
         let all_states =
             of_states.map(|late| late.unknown).all(|i| self.system.states.contains(&i));
         let sources: &[Quantity] = if all_states { &[] } else { sources };
-        vec![
-            Matrix {
-                name: "A",
-                about: "slopes of the states by the states",
-                rows: rates,
-                columns: states,
-                entries: a,
-            },
-            Matrix {
-                name: "B",
-                about: "slopes of the states by the inputs",
-                rows: rates,
-                columns: channels,
-                entries: b,
-            },
-            Matrix {
-                name: "C",
-                about: "outputs by the states",
-                rows: outputs,
-                columns: states,
-                entries: c,
-            },
-            Matrix {
-                name: "D",
-                about: "outputs by the inputs",
-                rows: outputs,
-                columns: channels,
-                entries: d,
-            },
-            Matrix {
-                name: "A1",
-                about: "slopes of the states by what acts late",
-                rows: rates,
-                columns: late,
-                entries: late_a,
-            },
-            Matrix {
-                name: "C1",
-                about: "outputs by what acts late",
-                rows: outputs,
-                columns: late,
-                entries: late_c,
-            },
-            Matrix {
-                name: "E",
-                about: "what will act late by the states",
-                rows: sources,
-                columns: states,
-                entries: late_x,
-            },
-            Matrix {
-                name: "F",
-                about: "what will act late by the inputs",
-                rows: sources,
-                columns: channels,
-                entries: late_u,
-            },
-            Matrix {
-                name: "G",
-                about: "what will act late by what does",
-                rows: sources,
-                columns: late,
-                entries: late_v,
-            },
-        ]
+        let all: [(_, _, &[Quantity], &[Quantity], _); 9] = [
+            ("A", "slopes of the states by the states", rates, states, a),
+            ("B", "slopes of the states by the inputs", rates, channels, b),
+            ("C", "outputs by the states", outputs, states, c),
+            ("D", "outputs by the inputs", outputs, channels, d),
+            ("A1", "slopes of the states by what acts late", rates, late, late_a),
+            ("C1", "outputs by what acts late", outputs, late, late_c),
+            ("E", "what will act late by the states", sources, states, late_x),
+            ("F", "what will act late by the inputs", sources, channels, late_u),
+            ("G", "what will act late by what does", sources, late, late_v),
+        ];
+        let matrix =
+            |(name, about, rows, columns, entries)| Matrix { name, about, rows, columns, entries };
+        all.into_iter().map(matrix).collect()
     }
 
     /// Modes, and the sides of switches and bounds.

@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 
 use dgd::{DelayedInput, Input, Interpolation, Signature};
 use dgd_compiler::diagnostics::{Diagnostics, render};
-use dgd_compiler::model::ModelOptions;
+use dgd_compiler::model::{ModelOptions, Setting};
 use dgd_compiler::pipeline::{Compiled, Directions, compile};
 use dgd_compiler::source::{Source, Sources, Span};
 use dgd_compiler::syntax::ast::Name;
+use dgd_compiler::syntax::parse_setting;
 use dgd_execute::{Engine, Interpreted, Loaded};
 
 /// The repository's root.
@@ -47,14 +48,29 @@ pub(crate) fn compiled_with(
     directions: &Directions,
 ) -> Compiled {
     let path = root().join(path);
-    let options = ModelOptions {
-        variants: variants.iter().map(|(v, c)| (name(v), name(c))).collect(),
-        settings: Vec::new(),
-    };
     let text = std::fs::read_to_string(&path).expect("a model file");
-    let main = Source { name: path.display().to_string(), text };
+    compiled_text(&path, text, (variants, &[]), directions)
+}
+
+/// Compiles a text as if it stood at `path`, with the given choices and `NAME=VALUE`s.
+pub(crate) fn compiled_text(
+    path: &Path,
+    text: String,
+    (variants, settings): (&[(&str, &str)], &[&str]),
+    directions: &Directions,
+) -> Compiled {
     let mut sources = Sources::default();
     let mut diagnostics = Diagnostics::default();
+    let settings = settings.iter().map(|text| {
+        let source = Source { name: (*text).to_owned(), text: (*text).to_owned() };
+        let id = sources.add(source);
+        let (name, value) = parse_setting(id, &sources, &mut diagnostics).expect("NAME=VALUE");
+        Setting { name, value }
+    });
+    let settings = settings.collect();
+    let variants = variants.iter().map(|(v, c)| (name(v), name(c))).collect();
+    let options = ModelOptions { variants, settings };
+    let main = Source { name: path.display().to_string(), text };
     compile(
         main,
         &options,

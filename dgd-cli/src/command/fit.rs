@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, suggestion};
+use dgd_compiler::diagnostics::{Code, Diagnostic};
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Compiled, Directions};
 use dgd_compiler::source::Sources;
@@ -17,7 +17,7 @@ use serde_json::Value;
 use crate::args::{FitArgs, NoiseFrom};
 use crate::console::{Console, print};
 use crate::data::{Files, write_folder};
-use crate::failure::CommandError;
+use crate::failure::{CommandError, meant};
 use crate::figure::{self, Line, Subject};
 use crate::fit_report::{Outcome, Tested};
 use crate::fitted_model;
@@ -294,10 +294,7 @@ fn used_outputs(compilation: &mut Compilation, compiled: &Compiled, names: &[Str
             continue;
         }
         let known: Vec<&str> = outputs.iter().map(String::as_str).collect();
-        let help = match suggestion(&name.text, known.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("there is `{}`", known.join("`, `")),
-        };
+        let help = meant(&name.text, &known);
         let message = format!("no output is called `{}`", name.text);
         let diagnostic = Diagnostic::new(Code::E201, name.span, message).help(help);
         compilation.diagnostics.error(diagnostic);

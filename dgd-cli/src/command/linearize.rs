@@ -22,16 +22,15 @@ pub(crate) fn run(args: &LinearizeArgs, console: Console<'_>) -> Result<(), Comm
     }
     let loaded = load(&args.model, &args.choices, |_| dgd_compiler::pipeline::Directions::None)?;
     let run = Run::prepare(&run_args(args), loaded, console)?;
-    let failed = |error: String| CommandError::Computation(error);
     let from = run.times[0];
     let at = match args.at {
-        Place::Time(t) => OperatingPoint::reached(&run.problem(), from, t, &run.options)
-            .map_err(|error| failed(error.to_string()))?,
-        Place::Steady => steady_state(&run.problem(), from, &run.options)
-            .map_err(|error| failed(error.to_string()))?,
+        Place::Time(t) => {
+            OperatingPoint::reached(&run.problem(), from, t, &run.options).map_err(failed)?
+        }
+        Place::Steady => steady_state(&run.problem(), from, &run.options).map_err(failed)?,
     };
-    let system = linearize(&run.problem(), &at).map_err(|error| failed(error.to_string()))?;
-    let poles = system.poles().map_err(|error| failed(error.to_string()))?;
+    let system = linearize(&run.problem(), &at).map_err(failed)?;
+    let poles = system.poles().map_err(failed)?;
     let report = LinearReport::new(run.signature(), args.at, at, system, poles);
     match console.out() {
         _ if console.is_json() => console.json(&report.to_json()),
@@ -42,6 +41,11 @@ pub(crate) fn run(args: &LinearizeArgs, console: Console<'_>) -> Result<(), Comm
         }
         None => console.result(&report.to_text()),
     }
+}
+
+#[allow(clippy::needless_pass_by_value, reason = "errors are handed over so")]
+fn failed(error: impl ToString) -> CommandError {
+    CommandError::Computation(error.to_string())
 }
 
 /// The run that ends at the point.

@@ -1,10 +1,9 @@
 //! `--over`: outputs drawn over another quantity than time, as characteristic curves are.
 
-use dgd_compiler::diagnostics::suggestion;
 use dgd_runtime::{Observations, Signature, Solution};
 
 use super::simulate::{in_unit, is_element};
-use crate::failure::CommandError;
+use crate::failure::{CommandError, meant};
 use crate::plot::{Figure, Panel, Series, Style, Text};
 use crate::result::NamedColumn;
 use crate::run::Run;
@@ -19,10 +18,8 @@ pub(super) fn verify(name: &str, signature: &Signature) -> Result<(), CommandErr
     if known.iter().any(|known| known == name) {
         return Ok(());
     }
-    let help = match suggestion(name, known.iter().map(String::as_str)) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None => format!("there is `{}`", known.join("`, `")),
-    };
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    let help = meant(name, &known);
     let message = format!("`--over {name}`: no input, state or output is called so; {help}");
     Err(CommandError::Usage(message))
 }

@@ -1,13 +1,13 @@
 //! `dgd sensitivity`: derivatives of states and outputs to parameters over time.
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, suggestion};
+use dgd_compiler::diagnostics::{Code, Diagnostic};
 use dgd_compiler::pipeline::Directions;
 use dgd_runtime::{Direction, Observations, Signature, Solution, Unit};
 use serde_json::json;
 
 use crate::args::SensitivityArgs;
 use crate::console::Console;
-use crate::failure::CommandError;
+use crate::failure::{CommandError, meant};
 use crate::figure::{self, Line, Subject};
 use crate::load::{Compilation, Loaded};
 use crate::plot::Text;
@@ -108,10 +108,7 @@ fn load(args: &SensitivityArgs) -> Result<(Loaded, Vec<Of>), CommandError> {
         // An output may bear the name of its unknown.
         let others = outputs.iter().map(String::as_str);
         let known: Vec<&str> = names.chain(others.filter(|name| unknown(name).is_none())).collect();
-        let help = match suggestion(&name.text, known.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("there is `{}`", known.join("`, `")),
-        };
+        let help = meant(&name.text, &known);
         let diagnostic = Diagnostic::new(Code::E201, name.span, message).help(help);
         compilation.diagnostics.error(diagnostic);
     }

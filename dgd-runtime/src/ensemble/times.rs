@@ -45,11 +45,7 @@ impl<'a> Times<'a> {
                 return k - first;
             }
         }
-        let mut k = first;
-        while self.padded[k + LANES - 1] < t {
-            k += LANES;
-        }
-        k - first + self.eight(k).0.iter().filter(|asked| **asked < t).count()
+        self.padded[first..].partition_point(|asked| *asked < t)
     }
 
     /// Eight of them, from this one on.

@@ -468,22 +468,18 @@ impl<V: Storage> Rows<'_, V> {
                 row.copy_from_slice(values.as_ref());
             }
         }
-        let [y, c1, c2, c3, c4] = parts;
+        let [y_0, c1, c2, c3, c4] = parts;
         for (t, rows) in blocks.iter().zip(blocks_out) {
             for k in 0..T {
                 let theta = (t[k] - from) * per_h;
                 for i in 0..N {
                     let inner = c2[k][i] + theta * (c3[k][i] + theta * c4[k][i]);
-                    rows[k][i] = y[k][i] + theta * (c1[k][i] + theta * inner);
+                    rows[k][i] = y_0[k][i] + theta * (c1[k][i] + theta * inner);
                 }
             }
         }
         for (t, row) in rest.iter().zip(rest_out) {
-            let theta = (t - from) * per_h;
-            for i in 0..N {
-                let inner = c2[0][i] + theta * (c3[0][i] + theta * c4[0][i]);
-                row[i] = y[0][i] + theta * (c1[0][i] + theta * inner);
-            }
+            interpolate((t - from) * per_h, y.as_ref(), dense, row);
         }
     }
 }
