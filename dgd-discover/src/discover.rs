@@ -25,6 +25,7 @@ use crate::evidence::evidence;
 use crate::fitted::{Data, Fitted, NoFit};
 use crate::found::{Found, parameters};
 use crate::missing::missing_inputs;
+use crate::screen::StartPoint;
 use crate::search::{Outcome, Search, noise_of};
 use crate::structure::{BaseModel, Values};
 
@@ -181,7 +182,7 @@ fn refined(search: &Search<'_>, chosen: &[usize], options: Options) -> Result<Fi
     let data = Data { options, ..search.data.clone() };
     let structure = fitted.structure.clone();
     let mut fitted =
-        Fitted::new(structure, &fitted.values, &[Vec::new()], &data, LAST_EVALUATIONS)?;
+        Fitted::new(structure, &fitted.values, &[StartPoint::default()], &data, LAST_EVALUATIONS)?;
     fitted.hold_out(&data, LAST_EVALUATIONS);
     Ok(fitted)
 }

@@ -1,12 +1,14 @@
 //! Structures with estimated parameters, and how far they are from the data.
 
 use dgd_runtime::identify::{
-    Estimate, Evaluation, Noise, OutputErrorProblem, Recording, StoppingRule, evaluate, fit,
-    fit_starts,
+    Estimate, EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Recording, Starts,
+    StoppingRule, evaluate, fit, fit_starts,
 };
 use dgd_runtime::{Observations, Options, Signature, System};
 
+use crate::moments::{Moments, with_found_starts};
 use crate::noise::SensorNoise;
+use crate::screen::StartPoint;
 use crate::structure::{Structure, Values};
 
 /// Recordings, as all structures see them.
@@ -47,29 +49,32 @@ pub(crate) struct Fitted {
 pub(crate) struct NoFit(pub String);
 
 impl Fitted {
-    /// Fits a structure from several points, the first of equals being the best; each gives values
-    /// to some parameters by name.
+    /// Fits a structure from several points, the first of equals being the best.
     pub(crate) fn new(
         structure: Structure,
         from: &Values,
-        points: &[Vec<(String, f64)>],
+        points: &[StartPoint],
         data: &Data<'_>,
         evaluations: usize,
     ) -> Result<Fitted, NoFit> {
         let system = &structure.system;
         let signature = system.signature();
         let recordings = with_starts(data.train, from, &structure);
-        let mut best: Option<dgd_runtime::identify::Fit> = None;
+        let mut best: Option<(Fit, Vec<Estimate>)> = None;
         let mut failure = None;
         for point in points {
-            let mut values = from.clone();
-            values.p.extend(point.iter().cloned());
-            let mut p = values.parameters(system);
-            clip(&mut p, signature);
-            let problem = problem(&structure, &p, &recordings, data, evaluations);
-            match fit(&problem) {
-                Ok(fit) if best.as_ref().is_none_or(|best| fit.cost < best.cost) => {
-                    best = Some(fit);
+            let at = |values: &[(String, f64)]| {
+                let mut all = from.clone();
+                all.p.extend(values.iter().cloned());
+                let mut p = all.parameters(system);
+                clip(&mut p, signature);
+                p
+            };
+            let (suggested, nothing) = (at(&point.values), at(&point.at_nothing));
+            let problem = problem(&structure, &suggested, &recordings, data, evaluations);
+            match fitted(&problem, &nothing, &structure.onsets) {
+                Ok(found) if best.as_ref().is_none_or(|(best, _)| found.0.cost < best.cost) => {
+                    best = Some(found);
                 }
                 Ok(_) => {}
                 Err(error) => {
@@ -77,7 +82,7 @@ impl Fitted {
                 }
             }
         }
-        let Some(fit) = best else {
+        let Some((fit, estimates)) = best else {
             return Err(NoFit(format!("cannot be fitted: {}", failure.unwrap_or_default())));
         };
         let values = Values::of(system, &fit.p, &fit.starts);
@@ -85,8 +90,7 @@ impl Fitted {
         let Evaluation { observations: train, .. } =
             evaluate(&problem, &fit.p, &fit.starts).map_err(|error| NoFit(error.to_string()))?;
         let is_converged = fit.termination.is_converged();
-        let (p, estimates) = (fit.p, fit.estimates);
-        Ok(Fitted { structure, values, p, estimates, is_converged, train, valid: None })
+        Ok(Fitted { structure, values, p: fit.p, estimates, is_converged, train, valid: None })
     }
 
     /// Simulates the held-out recordings.
@@ -116,6 +120,54 @@ impl Fitted {
         }
         Some(all)
     }
+}
+
+/// How often moments are moved and the rest is fitted again.
+const MOST_ROUNDS: usize = 4;
+
+/// A fit from the better of two points, in which moments at which readings jump are moved sample by
+/// sample; and all estimates.
+fn fitted(
+    problem: &OutputErrorProblem<'_, dgd_execute::Loaded>,
+    other: &[f64],
+    onsets: &[usize],
+) -> Result<(Fit, Vec<Estimate>), EstimateError> {
+    let mut p = problem.p.to_vec();
+    let starts: Vec<Starts> = problem.recordings.iter().map(|r| r.start.clone()).collect();
+    let moments = Moments::jumping(problem, onsets, &mut p, &starts);
+    if other != problem.p {
+        let mut other = other.to_vec();
+        for &moment in &moments.parameters {
+            other[moment] = p[moment];
+        }
+        let cost = |p: &[f64]| evaluate(problem, p, &starts).map_or(f64::INFINITY, |e| e.cost);
+        if cost(&other) < cost(&p) {
+            p = other;
+        }
+    }
+    if moments.parameters.is_empty() {
+        let fit = fit(&OutputErrorProblem { p: &p, ..problem.clone() })?;
+        let estimates = fit.estimates.clone();
+        return Ok((fit, estimates));
+    }
+    let free = moments.held(problem);
+    let held = |p: &[f64], recordings: &[Recording]| {
+        fit(&OutputErrorProblem { p, recordings, free: free.clone(), ..problem.clone() })
+    };
+    let mut best = held(&p, problem.recordings)?;
+    for _ in 0..MOST_ROUNDS {
+        let mut p = best.p.clone();
+        // What is not fitted yet says nothing about the moment.
+        let is_moved = best.termination.is_converged()
+            && moments.settle(problem, &mut p, &best.starts).map_err(EstimateError::Start)?;
+        if !is_moved {
+            break;
+        }
+        let recordings = with_found_starts(problem.recordings, &best.starts);
+        best = held(&p, &recordings)?;
+    }
+    let estimates = moments.estimates(problem.system, &best);
+    Ok((best, estimates))
 }
 
 /// Σ (e/σ)² and the number of samples behind it, for each output.

@@ -30,6 +30,7 @@ mod found;
 mod kalman;
 mod missing;
 mod missing_terms;
+mod moments;
 mod noise;
 mod parallel;
 mod projection;

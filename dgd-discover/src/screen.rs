@@ -28,6 +28,15 @@ use crate::structure::{BaseModel, Values};
 /// Points of the grid of an onset: a fit finds an onset that lies within a tenth of the recording.
 const ONSETS: usize = 12;
 
+/// About the best onset the grid is made finer so many times each time …
+const ZOOM: i32 = 6;
+
+/// … at most so often, from a twelfth of a recording of some hours to a second …
+const MOST_ZOOMS: usize = 4;
+
+/// … and while that gains so much.
+const WORTH_ZOOMING: f64 = 1.02;
+
 /// Points of the grid of another inner constant, whose effect changes slowly with it.
 const CONSTANTS: usize = 6;
 
@@ -38,8 +47,8 @@ pub(crate) struct Score {
     pub candidate: usize,
     /// The most that it takes from Σ (e/σ)², over the grid.
     pub gain: f64,
-    /// Where to begin a fit, the best first: values of the candidate's parameters.
-    pub points: Vec<Vec<(String, f64)>>,
+    /// Where to begin a fit, the best first.
+    pub points: Vec<StartPoint>,
     /// φ⊥ at the best point of the grid, one column for each λ.
     pub columns: Vec<Vec<f64>>,
 }
@@ -126,39 +135,18 @@ impl Parts<'_> {
             .zip(&brought)
             .map(|(&other, brought)| inner_constants(&system, &all[other], brought, data))
             .collect();
+        let together = Together { others, system: &system, brought: &brought, inner: &inner };
         let points = inner.iter().flatten().map(|inner| inner.points).max().unwrap_or(1);
-        let values = &self.fitted.values;
-        let runs = in_parallel(self.threads, points, |g| {
-            let mut values = values.clone();
-            for inner in inner.iter().flatten() {
-                values.p.insert(inner.name.clone(), inner.at(g));
-            }
-            let (system, _) = base.screening(all, chosen, others).ok()?;
-            sensitivities(&system, &values, data)
-        });
-        let is_simulated = runs.iter().any(Option::is_some);
+        let grid: Vec<Place> = (0..points).map(|g| together.grid(g)).collect();
         let mut found: Vec<Vec<Promise>> = vec![Vec::new(); others.len()];
-        for (g, columns) in runs.into_iter().enumerate() {
-            let Some(columns) = columns else { continue };
-            let mut columns = columns.into_iter();
-            for ((brought, inner), found) in brought.iter().zip(&inner).zip(&mut found) {
-                let lambdas: Vec<&String> = brought.null.iter().chain(&brought.blend).collect();
-                let columns: Vec<Vec<f64>> = columns.by_ref().take(lambdas.len()).collect();
-                if g > 0 && inner.is_empty() {
-                    continue;
-                }
-                let promise =
-                    promise(&system, &lambdas, brought, &columns, self.basis, self.residual);
-                let Some(mut promise) = promise else { continue };
-                promise.point.extend(inner.iter().map(|inner| (inner.name.clone(), inner.at(g))));
-                found.push(promise);
-            }
-        }
-        if !is_simulated {
+        if !self.try_places(&together, &grid, &mut found) {
             return None;
         }
-        let scores = others.iter().zip(found).filter_map(|(&candidate, mut found)| {
+        for found in &mut found {
             found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        }
+        self.zoom(&together, &mut found);
+        let scores = others.iter().zip(found).filter_map(|(&candidate, found)| {
             let best = found.first()?;
             let (gain, columns) = (best.gain, best.columns.clone());
             let points = found.into_iter().take(MOST_POINTS).map(|promise| promise.point).collect();
@@ -166,13 +154,151 @@ impl Parts<'_> {
         });
         Some(scores.collect())
     }
+
+    /// Simulates candidates with their inner constants at some places, and adds what each promises
+    /// there; says whether anything could be simulated.
+    fn try_places(
+        &self,
+        together: &Together<'_>,
+        places: &[Place],
+        found: &mut [Vec<Promise>],
+    ) -> bool {
+        let Parts { base, all, data, .. } = *self;
+        let Together { others, system, brought, inner } = *together;
+        let chosen = &self.fitted.structure.candidates;
+        let known = &self.fitted.values;
+        let runs = in_parallel(self.threads, places.len(), |g| {
+            let mut values = known.clone();
+            for (inner, at) in inner.iter().zip(&places[g]) {
+                values.p.extend(inner.iter().map(|inner| inner.name.clone()).zip(at.clone()));
+            }
+            let (system, _) = base.screening(all, chosen, others).ok()?;
+            sensitivities(&system, &values, data)
+        });
+        let is_simulated = runs.iter().any(Option::is_some);
+        for (place, columns) in places.iter().zip(runs) {
+            let Some(columns) = columns else { continue };
+            let mut columns = columns.into_iter();
+            let parts = brought.iter().zip(inner).zip(place).zip(&mut *found);
+            for (((brought, inner), at), found) in parts {
+                let lambdas: Vec<&String> = brought.null.iter().chain(&brought.blend).collect();
+                let columns: Vec<Vec<f64>> = columns.by_ref().take(lambdas.len()).collect();
+                if !found.is_empty() && inner.is_empty() {
+                    continue;
+                }
+                let promise =
+                    promise(system, &lambdas, brought, &columns, self.basis, self.residual);
+                let Some(mut promise) = promise else { continue };
+                let at = inner.iter().map(|inner| inner.name.clone()).zip(at.clone());
+                promise.point.set(at);
+                found.push(promise);
+            }
+        }
+        is_simulated
+    }
+
+    /// Looks closer about the best onset of each candidate, until that gains nothing more: readings
+    /// that jump lose all that an onset gains within a few samples, and no fit finds it from afar.
+    /// What is found in the end takes the place of the best.
+    fn zoom(&self, together: &Together<'_>, found: &mut [Vec<Promise>]) {
+        let is_onset = |inner: &[Inner]| matches!(inner, [inner] if inner.is_onset);
+        if !together.inner.iter().any(|inner| is_onset(inner)) {
+            return;
+        }
+        let mut best: Vec<Option<Promise>> =
+            found.iter().map(|found| found.first().cloned()).collect();
+        let mut spacing = 1.0 / ONSETS as f64;
+        for _ in 0..MOST_ZOOMS {
+            spacing /= f64::from(ZOOM);
+            let place = |k: i32| -> Place {
+                let near = |(inner, best): (&Vec<Inner>, &Option<Promise>)| {
+                    let at = |inner: &Inner| match best {
+                        Some(best) if inner.is_onset => {
+                            inner.near(best.point.value(&inner.name), f64::from(k) * spacing)
+                        }
+                        _ => inner.at(0),
+                    };
+                    inner.iter().map(at).collect()
+                };
+                together.inner.iter().zip(&best).map(near).collect()
+            };
+            let about: Vec<Place> = (1 - ZOOM..ZOOM).filter(|k| *k != 0).map(place).collect();
+            let mut closer = vec![Vec::new(); found.len()];
+            self.try_places(together, &about, &mut closer);
+            let mut is_better = false;
+            for ((inner, best), closer) in together.inner.iter().zip(&mut best).zip(closer) {
+                let closest = closer.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
+                let (true, Some(best), Some(closest)) = (is_onset(inner), best.as_mut(), closest)
+                else {
+                    continue;
+                };
+                is_better |= closest.gain > WORTH_ZOOMING * best.gain;
+                if closest.gain > best.gain {
+                    *best = closest;
+                }
+            }
+            if !is_better {
+                break;
+            }
+        }
+        for (found, best) in found.iter_mut().zip(best) {
+            if let (Some(first), Some(best)) = (found.first_mut(), best) {
+                *first = best;
+            }
+        }
+    }
+}
+
+/// Inner constants of each of some candidates.
+type Place = Vec<Vec<f64>>;
+
+/// Candidates that are simulated together.
+#[derive(Clone, Copy)]
+struct Together<'a> {
+    others: &'a [usize],
+    system: &'a Loaded,
+    brought: &'a [Brought],
+    /// Inner constants of each.
+    inner: &'a [Vec<Inner>],
+}
+
+impl Together<'_> {
+    /// A point of the grid.
+    fn grid(&self, g: usize) -> Place {
+        self.inner.iter().map(|inner| inner.iter().map(|inner| inner.at(g)).collect()).collect()
+    }
+}
+
+/// Where a fit may begin: values of parameters by name, SI.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct StartPoint {
+    /// What the screen suggests.
+    pub values: Vec<(String, f64)>,
+    /// The same with the candidate at nothing: where the rest of the model would have to move a lot to go
+    /// with what is suggested, a fit is quicker from here.
+    pub at_nothing: Vec<(String, f64)>,
+}
+
+impl StartPoint {
+    /// Takes over inner constants.
+    fn set(&mut self, inner: impl Iterator<Item = (String, f64)>) {
+        for constant in inner {
+            self.values.push(constant.clone());
+            self.at_nothing.push(constant);
+        }
+    }
+
+    fn value(&self, name: &str) -> f64 {
+        let found = self.values.iter().find(|(other, _)| other == name);
+        found.map_or(f64::NAN, |(_, value)| *value)
+    }
 }
 
 /// What a candidate promises at one point of the grid.
 #[derive(Debug, Clone)]
 struct Promise {
     gain: f64,
-    point: Vec<(String, f64)>,
+    point: StartPoint,
     columns: Vec<Vec<f64>>,
 }
 
@@ -188,7 +314,7 @@ fn promise(
     residual: &[f64],
 ) -> Option<Promise> {
     let mut basis = basis.clone();
-    let (mut gain, mut point, mut kept) = (0.0, Vec::new(), Vec::new());
+    let (mut gain, mut point, mut kept) = (0.0, StartPoint::default(), Vec::new());
     for (name, column) in lambdas.iter().zip(columns) {
         let parameter = system.signature().parameters.iter().find(|p| *p.name == ***name)?;
         let Some(rest) = basis.project_out(column) else { continue };
@@ -198,7 +324,8 @@ fn promise(
         // −Δ Σ(e/σ)² = 2 λ φᵀr − λ² φᵀφ
         gain += estimate * (2.0 * along - estimate * square);
         if brought.blend.as_deref() != Some(name.as_str()) {
-            point.push(((*name).clone(), null + estimate));
+            point.values.push(((*name).clone(), null + estimate));
+            point.at_nothing.push(((*name).clone(), null));
         }
         basis.extend(&rest);
         kept.push(rest);
@@ -231,6 +358,13 @@ impl Inner {
         } else {
             self.lower + share * (self.upper - self.lower)
         }
+    }
+}
+
+impl Inner {
+    /// So far from a value, in shares of its range, and within it.
+    fn near(&self, value: f64, offset: f64) -> f64 {
+        (value + offset * (self.upper - self.lower)).clamp(self.lower, self.upper)
     }
 }
 

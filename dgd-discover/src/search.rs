@@ -22,7 +22,7 @@ use crate::candidates::Candidate;
 use crate::fitted::{Data, Fitted, NoFit, chi_square};
 use crate::noise::{SensorNoise, white_noise};
 use crate::parallel::in_parallel;
-use crate::screen::{Score, screen};
+use crate::screen::{Score, StartPoint, screen};
 use crate::structure::{BaseModel, Values};
 use crate::whiteness::whiteness;
 
@@ -198,12 +198,17 @@ impl Search<'_> {
     fn fit_base(&mut self, start: &Values) -> Result<(), NoFit> {
         let refused = |refused: crate::structure::Refused| NoFit(refused.0);
         let structure = self.base.structure(self.candidates, &[]).map_err(refused)?;
-        let fitted =
-            Fitted::new(structure.clone(), start, &[Vec::new()], &self.data, 4 * EVALUATIONS)?;
+        let fitted = Fitted::new(
+            structure.clone(),
+            start,
+            &[StartPoint::default()],
+            &self.data,
+            4 * EVALUATIONS,
+        )?;
         let changed = self.tighten_noise(&fitted);
         let fitted = if changed {
             let from = fitted.values.clone();
-            Fitted::new(structure, &from, &[Vec::new()], &self.data, EVALUATIONS)?
+            Fitted::new(structure, &from, &[StartPoint::default()], &self.data, EVALUATIONS)?
         } else {
             fitted
         };
@@ -286,7 +291,7 @@ impl Search<'_> {
     /// A structure to be fitted from where its fit ended.
     fn continued(&self, chosen: &[usize]) -> Wanted {
         let from = self.values(chosen);
-        Wanted { chosen: chosen.to_vec(), from, points: vec![Vec::new()] }
+        Wanted { chosen: chosen.to_vec(), from, points: vec![StartPoint::default()] }
     }
 
     /// Fits structures, several at a time.
@@ -503,7 +508,7 @@ struct Wanted {
     chosen: Vec<usize>,
     /// Values that it starts from.
     from: Values,
-    points: Vec<Vec<(String, f64)>>,
+    points: Vec<StartPoint>,
 }
 
 /// The noise of each output, from residuals or readings of some recordings; `None` where it is not

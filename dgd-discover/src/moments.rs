@@ -1,0 +1,167 @@
+//! Moments at which readings jump.
+//!
+//! A sensor that jumps when something sets in has no derivative to the moment: the error is constant
+//! while the moment moves between two samples, and jumps when it passes one. So such a moment is
+//! not fitted with the rest but moved from one interval between samples to another, as long as that
+//! makes the error less, and the rest is fitted again.
+//!
+//! ```text
+//!   t ∈ (t_k, t_k+1) tells the data nothing: t̂ = (t_k + t_k+1)/2, σ = (t_k+1 − t_k)/√12
+//! ```
+
+use dgd_execute::Loaded;
+use dgd_runtime::Direction;
+use dgd_runtime::System;
+use dgd_runtime::identify::{
+    Estimate, Fit, Noise, OutputErrorProblem, Recording, Starts, TrialFailed, evaluate,
+};
+
+/// A reading that changes by so many standard deviations of its noise while a moment moves by one
+/// sample jumps with it.
+const JUMP: f64 = 4.0;
+
+/// Moments that are moved sample by sample.
+#[derive(Debug, Clone)]
+pub(crate) struct Moments {
+    /// Sample times of all recordings, ascending.
+    samples: Vec<f64>,
+    /// Positions of the parameters.
+    pub parameters: Vec<usize>,
+}
+
+impl Moments {
+    /// Those of some onsets, by position of the parameter, with which readings jump; each is put
+    /// into the middle of its interval.
+    pub(crate) fn jumping(
+        problem: &OutputErrorProblem<'_, Loaded>,
+        onsets: &[usize],
+        p: &mut [f64],
+        starts: &[Starts],
+    ) -> Moments {
+        let mut samples: Vec<f64> =
+            problem.recordings.iter().flat_map(|recording| recording.times.clone()).collect();
+        samples.sort_by(f64::total_cmp);
+        samples.dedup();
+        let mut moments = Moments { samples, parameters: Vec::new() };
+        for &parameter in onsets {
+            if moments.jumps(problem, parameter, p, starts).unwrap_or(false) {
+                p[parameter] = moments.moved(p[parameter], 0);
+                moments.parameters.push(parameter);
+            }
+        }
+        moments
+    }
+
+    fn jumps(
+        &self,
+        problem: &OutputErrorProblem<'_, Loaded>,
+        parameter: usize,
+        p: &[f64],
+        starts: &[Starts],
+    ) -> Result<bool, TrialFailed> {
+        let mut later = p.to_vec();
+        later[parameter] = self.moved(p[parameter], 1);
+        let (here, there) = (evaluate(problem, p, starts)?, evaluate(problem, &later, starts)?);
+        let runs = here.observations.iter().zip(&there.observations).zip(problem.recordings);
+        Ok(runs.into_iter().any(|((here, there), recording)| {
+            (0..recording.times.len()).any(|k| {
+                let readings = here.w(k).iter().zip(there.w(k)).zip(&problem.noise);
+                readings.into_iter().any(|((here, there), noise)| match noise {
+                    Some(Noise::Known(sigma)) => (here - there).abs() > JUMP * sigma,
+                    _ => false,
+                })
+            })
+        }))
+    }
+
+    /// The middle of the interval so many samples later.
+    fn moved(&self, t: f64, by: isize) -> f64 {
+        let last = self.samples.len().saturating_sub(2);
+        let k = self.samples.partition_point(|sample| *sample <= t).saturating_sub(1).min(last);
+        let k = k.saturating_add_signed(by).min(last);
+        match self.samples.get(k..k + 2) {
+            Some([a, b]) => 0.5 * (a + b),
+            _ => t,
+        }
+    }
+
+    /// Moves the moments to where the error is least, everything else as it is; says whether one moved.
+    pub(crate) fn settle(
+        &self,
+        problem: &OutputErrorProblem<'_, Loaded>,
+        p: &mut [f64],
+        starts: &[Starts],
+    ) -> Result<bool, TrialFailed> {
+        let before = p.to_vec();
+        let mut least = evaluate(problem, p, starts)?.cost;
+        for &parameter in &self.parameters {
+            for direction in [1, -1] {
+                let mut stride = direction;
+                while stride != 0 {
+                    let mut trial = p.to_vec();
+                    trial[parameter] = self.moved(p[parameter], stride);
+                    let bounds = &problem.system.signature().parameters[parameter];
+                    let is_within = (bounds.lower..=bounds.upper).contains(&trial[parameter]);
+                    let cost = evaluate(problem, &trial, starts).map(|trial| trial.cost);
+                    match cost {
+                        Ok(cost) if is_within && cost < least => {
+                            least = cost;
+                            p.copy_from_slice(&trial);
+                            stride *= 2;
+                        }
+                        // Shorter strides again, and none after a single sample.
+                        _ => stride /= 2,
+                    }
+                }
+            }
+        }
+        Ok(p != before)
+    }
+
+    /// The directions of a problem without those of the moments.
+    pub(crate) fn held(&self, problem: &OutputErrorProblem<'_, Loaded>) -> Vec<bool> {
+        let directions = problem.system.signature().directions.iter().zip(&problem.free);
+        let is_moment = |direction: &Direction| match direction {
+            Direction::Parameter(i) => self.parameters.contains(i),
+            Direction::Start(_) => false,
+        };
+        directions.map(|(direction, free)| *free && !is_moment(direction)).collect()
+    }
+
+    /// What a fit has estimated, and the moments, in the order of the model's parameters.
+    pub(crate) fn estimates(&self, system: &Loaded, fit: &Fit) -> Vec<Estimate> {
+        let mut all = fit.estimates.clone();
+        for &parameter in &self.parameters {
+            let value = fit.p[parameter];
+            let (before, after) = (self.at(value, 0), self.at(value, 1));
+            let estimate = Estimate {
+                name: system.signature().parameters[parameter].name.to_string(),
+                of: Direction::Parameter(parameter),
+                recording: None,
+                value,
+                std: Some((after - before) / 12.0_f64.sqrt()),
+                at_bound: None,
+            };
+            let comes_before = |other: &Estimate| match other.of {
+                Direction::Parameter(i) => i < parameter,
+                Direction::Start(_) => false,
+            };
+            all.insert(all.partition_point(comes_before), estimate);
+        }
+        all
+    }
+
+    /// The sample before a time, or so many later.
+    fn at(&self, t: f64, later: usize) -> f64 {
+        let k = self.samples.partition_point(|sample| *sample <= t).saturating_sub(1) + later;
+        self.samples.get(k).or(self.samples.last()).copied().unwrap_or(t)
+    }
+}
+
+/// The recordings with start values that a fit has found.
+pub(crate) fn with_found_starts(recordings: &[Recording], starts: &[Starts]) -> Vec<Recording> {
+    let recordings = recordings.iter().zip(starts);
+    recordings
+        .map(|(recording, starts)| Recording { start: starts.clone(), ..recording.clone() })
+        .collect()
+}
