@@ -481,6 +481,14 @@ fn a_full_line_is_under_the_pressure_of_its_pump() {
     let pressure = run.between("line.p", 90.0, 90.0)[0].1;
     let expected = F_B * Q - RHO_G * 160.0;
     assert!((pressure - expected).abs() < 1.0, "{pressure} Pa, not {expected} Pa");
+
+    // With the weight of 3.12 it pumps θ q at no pressure and q from 1 bar on: the same balance with
+    // F_b q (1 + (θ − 1)(1 − p_b/bar)) has its p_b at 0.993 bar, where without it that is at 0.575 bar.
+    let (h_r, theta) = (195.0, 3.6);
+    let run = line_alone(h_r, "open", &[("line.theta_q", theta)]);
+    let pressure = run.between("line.p", 90.0, 90.0)[0].1;
+    let expected = (F_B * Q * theta - RHO_G * h_r) / (1.0 + (theta - 1.0) * F_B * Q / 1e5);
+    assert!((pressure - expected).abs() < 1.0, "{pressure} Pa, not {expected} Pa");
 }
 
 #[test]
