@@ -669,7 +669,7 @@ agreement! {
     bench_two_state: "models/bench_two_state.dgd";
     bench_two_state_static: "models/bench_two_state.dgd", flow = static;
     booster_line: "models/booster_line.dgd";
-    booster_line_sealed: "models/booster_line.dgd", line.top = sealed;
+    booster_line_sealed: "models/booster_line.dgd", top = sealed;
     chemical_akzo_nobel: "models/test_set/chemical_akzo_nobel.dgd";
     controlled_level: "models/controlled_level.dgd";
     cstr: "models/cstr.dgd";

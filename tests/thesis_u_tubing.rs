@@ -1,6 +1,6 @@
 //! What the thesis says of U-tubing in the booster line (section 3.7) and of its final model
-//! (chapter 4): `mud_circulation_u_tubing`, the forms of the effect `booster_u_tubing`, and the part
-//! `booster_line`.
+//! (chapter 4): `mud_circulation_u_tubing`, the forms of the effect `booster_u_tubing`, and the
+//! riser with its `booster_line`.
 
 mod support;
 
@@ -12,7 +12,7 @@ use dgd_compiler::pipeline::{Directions, compile_asts, load};
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::parse;
 use dgd_execute::{Engine, Loaded};
-use support::{name, root};
+use support::{compiled_text, name, root};
 
 const LPM: f64 = 1e-3 / 60.0;
 const RHO_G: f64 = 1120.0 * 9.81;
@@ -432,15 +432,19 @@ fn figures_3_14_to_3_19_have_their_shapes() {
     assert!(both < 0.2 * largest(&without), "{both} m");
 }
 
-/// The booster line alone, below a riser whose level does not move. The pump is stopped within 20 s at
-/// 100 s, and started again within 20 s at 1100 s.
-fn line_alone(h_r: f64, variants: &[(&str, &str)], more: &[(&str, f64)]) -> Recording {
+/// The booster line below a riser so wide, of 5·10⁸ m², that its level does not move. The pump is
+/// stopped within 20 s at 100 s, and started again within 20 s at 1100 s.
+fn line_alone(h_r: f64, top: &str, more: &[(&str, f64)]) -> Recording {
     let pumped = |t: f64| lines(&[(100.0, Q), (120.0, 0.0), (1100.0, 0.0), (1120.0, Q)], t);
-    let p_riser = RHO_G * (340.0 - h_r);
-    let inputs: [(&str, &dyn Fn(f64) -> f64); 2] =
-        [("q_boost", &pumped), ("p_riser", &|_| p_riser)];
-    let system = system("parts/booster_line.dgd", variants, &[]);
-    Recording::of(1600, &inputs).run(&system, more, &tolerance(1e-8))
+    let inputs: [(&str, &dyn Fn(f64) -> f64); 3] =
+        [("q_boost", &pumped), ("q_ssp", &|_| 0.0), ("q_tf", &|_| 0.0)];
+    let path = root().join("models/booster_line.dgd");
+    let text = std::fs::read_to_string(&path).expect("a file of the repository");
+    let chosen = (&[("top", top)][..], &["d_r=1e6"][..]);
+    let compiled = compiled_text(&path, text, chosen, &Directions::None);
+    let system = Loaded::with_engine(compiled.program, Engine::Native);
+    let settings = [more, &[("h_r", h_r)]].concat();
+    Recording::of(1600, &inputs).run(&system, &settings, &tolerance(1e-8))
 }
 
 #[test]
@@ -453,10 +457,10 @@ fn the_booster_line_drops_by_160_m_and_misses_45_s_of_its_pump() {
         (160.0 + vapour, "sealed", [1.0, 1.0]),
         (240.0, "open", [1.5, 3.6]),
     ] {
-        let settings = [("theta_hb", weights[0]), ("theta_b", weights[1])];
-        let run = line_alone(h_r, &[("top", top)], &settings);
+        let settings = [("line.theta_x", weights[0]), ("line.theta_q", weights[1])];
+        let run = line_alone(h_r, top, &settings);
         // After 980 s e^(-980/56) of it is left, 4e-6 m.
-        let drop = at(&run, "h_b", 1100.0);
+        let drop = at(&run, "line.x", 1100.0);
         assert!((drop - 160.0).abs() < 1e-4, "{drop} m at a level of {h_r} m, {top}");
         // What the line takes until it is full is missing in the riser: 160 m · 0.0103 m² over
         // 2200 lpm, 44.9 s, "roughly 45 seconds"; and 0.02 s for the pressure. When the line is full
@@ -464,7 +468,7 @@ fn the_booster_line_drops_by_160_m_and_misses_45_s_of_its_pump() {
         // by up to half of that.
         if weights[1] == 1.0 {
             // 490 s of full flow are pumped within the 500 s from the start of the ramp.
-            let missing = 490.0 - run.integral("q_bo", 1100.0, 1600.0) / Q;
+            let missing = 490.0 - run.integral("line.q", 1100.0, 1600.0) / Q;
             assert!((missing - 160.0 * A_B / Q).abs() < 0.1, "{missing} s");
         }
     }
@@ -472,21 +476,29 @@ fn the_booster_line_drops_by_160_m_and_misses_45_s_of_its_pump() {
 
 #[test]
 fn a_full_line_is_under_the_pressure_of_its_pump() {
-    let run = line_alone(160.0, &[], &[]);
+    let run = line_alone(160.0, "open", &[]);
     // p_b = F_b q − rho g h_r at rest, 4.4 bar.
-    let pressure = run.between("p_b", 90.0, 90.0)[0].1;
+    let pressure = run.between("line.p", 90.0, 90.0)[0].1;
     let expected = F_B * Q - RHO_G * 160.0;
+    assert!((pressure - expected).abs() < 1.0, "{pressure} Pa, not {expected} Pa");
+
+    // With the weight of 3.12 it pumps θ q at no pressure and q from 1 bar on: the same balance with
+    // F_b q (1 + (θ − 1)(1 − p_b/bar)) has its p_b at 0.993 bar, where without it that is at 0.575 bar.
+    let (h_r, theta) = (195.0, 3.6);
+    let run = line_alone(h_r, "open", &[("line.theta_q", theta)]);
+    let pressure = run.between("line.p", 90.0, 90.0)[0].1;
+    let expected = (F_B * Q * theta - RHO_G * h_r) / (1.0 + (theta - 1.0) * F_B * Q / 1e5);
     assert!((pressure - expected).abs() < 1.0, "{pressure} Pa, not {expected} Pa");
 }
 
 #[test]
 fn the_booster_line_drains_and_fills_as_fast_as_its_friction_lets_it() {
-    let run = line_alone(160.0, &[], &[]);
+    let run = line_alone(160.0, "open", &[]);
     // A_b M x″ + A_b F_b x′ + rho g x = 0 for small x = h_r − h_b, M = rho/A_b (l_bo − h_r).
     let m = 1120.0 / A_B * (340.0 - 160.0);
     let (b, c) = (F_B / m, RHO_G / (A_B * m));
     let rate = b / 2.0 - (b * b / 4.0 - c).sqrt();
-    let x = |t: f64| 160.0 - run.between("h_b", t, t)[0].1;
+    let x = |t: f64| 160.0 - run.between("line.x", t, t)[0].1;
     let found = (x(400.0) / x(500.0)).ln() / 100.0;
     // x is 1 m and less of 180 m, by which M changes, and M is a hundredth of the matter.
     assert!((found / rate - 1.0).abs() < 1e-3, "{found}, not {rate}");
@@ -494,7 +506,7 @@ fn the_booster_line_drains_and_fills_as_fast_as_its_friction_lets_it() {
     // after a ramp that counts 10 s. Its inertia, M/F_b = 0.5 s, is left out.
     let full = F_B * Q / RHO_G;
     let expected = 1110.0 + TAU_LINE * (full / (full - 160.0)).ln();
-    let filled = run.between("h_b", 1105.0, 1600.0).into_iter().find(|(_, h_b)| *h_b <= 0.0);
+    let filled = run.between("line.x", 1105.0, 1600.0).into_iter().find(|(_, x)| *x <= 0.0);
     let filled = filled.expect("it is full again").0;
     assert!((filled - expected).abs() < 2.0, "{filled} s, not {expected} s");
 }
@@ -509,7 +521,7 @@ fn riser_and_booster_line_lose_no_mud() {
     let n = recording.times.len();
     let stored = |k: usize| {
         let at = |name: &str| run.column(name)[k];
-        -A_R * at("h_r") - A_B * at("line.h_b") + 340.0 * A_B / beta * at("line.p_b")
+        -A_R * at("h_r") - A_B * at("line.x") + 340.0 * A_B / beta * at("line.p")
     };
     // Linear between samples are q_boost and q_ssp, held is q_tf.
     let end = recording.times[n - 1];
@@ -522,5 +534,5 @@ fn riser_and_booster_line_lose_no_mud() {
     assert!((change - linear - held).abs() < 1e-6, "{:e} m³ of {through}", change - linear - held);
     assert!(through > 150.0, "{through}");
     // The level in the line has been far down.
-    assert!(largest(run.column("line.h_b")) > 180.0);
+    assert!(largest(run.column("line.x")) > 180.0);
 }
