@@ -1,0 +1,148 @@
+//! Section 3.4: friction of the return line.
+
+use dgd::identify::{RegressionFit, RegressionMethod, RegressionProblem, RowOf, regress};
+
+use crate::field::{BAR, Field, LPM, slopes};
+use crate::model::{Choices, Model};
+use crate::page::{Finding, Section, computed, dots, measured, over, over_time, panel, per};
+use crate::{Fallible, expect};
+
+/// A sample is steady where the flow changes more slowly than this, m³/s².
+const STEADY: f64 = 0.6 * LPM;
+
+/// Half the width of the window in which it does, samples.
+const HALF: usize = 30;
+
+/// Coefficients of q, q², q³ and q⁴, SI, of readings.
+pub(crate) type Polynomial = [f64; 4];
+
+/// Where the flow is steady.
+pub(crate) fn steady(field: &Field) -> Vec<usize> {
+    let slopes = slopes(&field.times, field.column("q_ssp"), HALF);
+    (0..field.len()).filter(|k| slopes[*k].abs() <= STEADY).collect()
+}
+
+/// Values at some samples.
+pub(crate) fn at(values: &[f64], samples: &[usize]) -> Vec<f64> {
+    samples.iter().map(|k| values[*k]).collect()
+}
+
+/// A regression of one output on a table of rows.
+pub(crate) fn fitted(
+    model: &Model,
+    columns: &[(&str, &[f64])],
+    method: RegressionMethod,
+) -> Fallible<RegressionFit> {
+    let rows: Vec<f64> = (0..columns[0].1.len()).map(|k| k as f64).collect();
+    let recordings = [model.recording(&rows, columns, &[])?];
+    let problem = RegressionProblem::new(&model.system, &model.p, &recordings);
+    Ok(regress(&problem, method)?)
+}
+
+/// R² and mean squared error, SI², of the one output.
+pub(crate) fn quality(fit: &RegressionFit) -> (f64, f64) {
+    let row = fit.rows.iter().find(|row| matches!(row.of, RowOf::Output(_)));
+    row.map_or((f64::NAN, f64::NAN), |row| {
+        (row.r_squared.unwrap_or(f64::NAN), row.mean_squared_error)
+    })
+}
+
+/// Figs 3.5 to 3.7, and the polynomial of fourth order.
+pub(crate) fn identify(tests: &Field) -> Fallible<(Section, Polynomial)> {
+    let (t, q) = (&tests.times, tests.column("q_ssp"));
+    let loss = tests.friction();
+    let steady = steady(tests);
+    let (q_steady, loss_steady) = (at(q, &steady), at(&loss, &steady));
+    let window = |k: &usize| (1000.0..3000.0).contains(&t[*k]);
+    let shown: Vec<usize> = (0..t.len()).filter(window).collect();
+    let shown_steady: Vec<usize> = steady.iter().copied().filter(window).collect();
+    let steady_flow = Finding {
+        number: "3.5",
+        title: "Steady flow, part of the pump tests",
+        thesis: "Samples at which |dq/dt| ≤ ε are extracted.",
+        here: format!(
+            "{} of {} samples change by less than {:.1} lpm/s.",
+            steady.len(), t.len(), STEADY / LPM
+        ),
+        figure: over_time(vec![panel(
+            "Return flow",
+            "lpm",
+            vec![
+                measured("measured", &at(t, &shown), per(&at(q, &shown), LPM)),
+                dots("steady", &at(t, &shown_steady), per(&at(q, &shown_steady), LPM)),
+            ],
+        )]),
+    };
+    let all_points = Finding {
+        number: "3.6",
+        title: "Friction of the return line over the flow",
+        thesis: "Steady samples lie on a curve; all samples scatter about it.",
+        here: "The same; readings far off the curve are those in which the flow meter lags.".into(),
+        figure: over(
+            "Return flow",
+            "lpm",
+            vec![panel(
+                "ΔP − ΔG",
+                "bar",
+                vec![
+                    dots("all samples", &per(q, LPM), per(&loss, BAR)),
+                    dots("steady", &per(&q_steady, LPM), per(&loss_steady, BAR)),
+                ],
+            )],
+        ),
+    };
+
+    let order = |order: &str, free: &[&str], q: &[f64], loss: &[f64]| -> Fallible<(RegressionFit, Model)> {
+        let variants = [("order", order)];
+        let choices = Choices { variants: &variants, free, ..Choices::default() };
+        let mut model = Model::load("examples/thesis/return_line.dgd", &choices)?;
+        let columns = [("q_ssp", q), ("dp", loss)];
+        let fit = fitted(&model, &columns, RegressionMethod::LeastSquares)?;
+        model.p.clone_from(&fit.p);
+        Ok((fit, model))
+    };
+    let names = ["F1", "F2", "F3", "F4"];
+    let grid: Vec<f64> = (0..=100).map(|k| f64::from(k) * 0.01 * q.iter().fold(0.0, |a: f64, b| a.max(*b))).collect();
+    let (mut panels, mut said, mut found) = (Vec::new(), Vec::new(), [0.0; 4]);
+    let mut qualities = Vec::new();
+    for (name, free, title) in
+        [("second", &names[..2], "Second order"), ("fourth", &names[..], "Fourth order")]
+    {
+        let (of_steady, model) = order(name, free, &q_steady, &loss_steady)?;
+        let (of_all, model_of_all) = order(name, free, q, &loss)?;
+        let curve = |model: &Model| -> Fallible<Vec<f64>> {
+            let rows: Vec<f64> = (0..grid.len()).map(|k| k as f64).collect();
+            Ok(per(&model.run(&model.recording(&rows, &[("q_ssp", &grid)], &[])?)?.output("dp")?, BAR))
+        };
+        panels.push(panel(
+            title,
+            "bar",
+            vec![
+                dots("steady samples", &per(&q_steady, LPM), per(&loss_steady, BAR)),
+                computed("fitted to steady samples", &per(&grid, LPM), curve(&model)?),
+                computed("fitted to all", &per(&grid, LPM), curve(&model_of_all)?),
+            ],
+        ));
+        let (r_squared, mse) = quality(&of_steady);
+        said.push(format!(
+            "{}: R² {r_squared:.4}, MSE {:.2e} bar² (all samples: R² {:.4})",
+            title, mse / (BAR * BAR), quality(&of_all).0
+        ));
+        qualities.push((r_squared, mse));
+        for (place, parameter) in found.iter_mut().zip(names) {
+            *place = of_steady.p[model.parameter(parameter)?];
+        }
+    }
+    expect(qualities[0].0 < qualities[1].0 && qualities[1].1 < qualities[0].1, || {
+        format!("friction of fourth order fits better than of second: {qualities:?}")
+    })?;
+    let polynomials = Finding {
+        number: "3.7",
+        title: "Friction of the return line, fitted",
+        thesis: "Second order: R² 0.9929, MSE 0.0504 bar². Fourth order: R² 0.9946, MSE 0.0388 bar².",
+        here: format!("{}.", said.join(". ")),
+        figure: over("Return flow", "lpm", panels),
+    };
+    let findings = vec![steady_flow, all_points, polynomials];
+    Ok((Section { title: "3.4 Friction", findings }, found))
+}

@@ -1,0 +1,197 @@
+//! Section 3.5: the subsea pump's head.
+
+use dgd::identify::{RegressionFit, RegressionMethod};
+
+use crate::field::{Field, LPM};
+use crate::friction::{Polynomial, at, fitted, quality, steady};
+use crate::model::{Choices, Model};
+use crate::page::{Finding, Section, computed, dots, measured, over, over_time, panel, per};
+use crate::{Fallible, expect};
+
+/// Speeds that are drawn, of maximum; samples within half a per cent of one belong to it.
+const SPEEDS: [f64; 6] = [0.45, 0.52, 0.6, 0.7, 0.8, 0.9];
+
+/// Flows that belong together at one speed differ by less than this, m³/s.
+const CLUSTER: f64 = 100.0 * LPM;
+
+/// c0 ω^k − c2 q².
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pump {
+    pub(crate) c0: f64,
+    pub(crate) k: f64,
+    pub(crate) c2: f64,
+}
+
+impl Pump {
+    fn head(self, w: f64, q: f64) -> f64 {
+        self.c0 * w.powf(self.k) - self.c2 * q * q
+    }
+
+    fn of(model: &Model, fit: &RegressionFit) -> Fallible<Pump> {
+        let value = |name: &str| Ok::<f64, Box<dyn std::error::Error>>(fit.p[model.parameter(name)?]);
+        Ok(Pump { c0: value("c0")?, k: value("k")?, c2: value("c2")? })
+    }
+}
+
+/// Steady readings of speed, flow and head.
+struct Readings {
+    w: Vec<f64>,
+    q: Vec<f64>,
+    head: Vec<f64>,
+}
+
+impl Readings {
+    fn columns(&self) -> [(&str, &[f64]); 3] {
+        [("w_ssp", &self.w), ("q_ssp", &self.q), ("head", &self.head)]
+    }
+
+    /// Only those at speeds at which the pump was tried with three flows or more (section 3.5.1).
+    fn filtered(&self) -> Readings {
+        let at_speed = |speed: f64| {
+            let is_near = move |k: &usize| (self.w[*k] - speed).abs() < 0.005;
+            (0..self.w.len()).filter(is_near).collect::<Vec<usize>>()
+        };
+        let kept: Vec<usize> = SPEEDS.iter().map(|speed| at_speed(*speed)).filter(|samples| {
+            let mut flows = at(&self.q, samples);
+            flows.sort_by(f64::total_cmp);
+            1 + flows.windows(2).filter(|pair| pair[1] - pair[0] > CLUSTER).count() >= 3
+        }).flatten().collect();
+        Readings { w: at(&self.w, &kept), q: at(&self.q, &kept), head: at(&self.head, &kept) }
+    }
+}
+
+fn load(law: &str, free: &[&str]) -> Fallible<Model> {
+    let variants = [("law", law)];
+    let choices = Choices { variants: &variants, free, ..Choices::default() };
+    Model::load("examples/thesis/pump_head.dgd", &choices)
+}
+
+/// Head over flow at each speed: readings and curves.
+fn characteristics(readings: &Readings, head: impl Fn(f64, f64) -> f64) -> dgd_cli::plot::Figure {
+    let mut series = Vec::new();
+    let most = readings.q.iter().fold(0.0, |a: f64, b| a.max(*b));
+    let grid: Vec<f64> = (0..=60).map(|k| f64::from(k) / 60.0 * most).collect();
+    let mut tried = (Vec::new(), Vec::new());
+    for speed in SPEEDS {
+        for k in (0..readings.w.len()).filter(|k| (readings.w[*k] - speed).abs() < 0.005) {
+            tried.0.push(readings.q[k] / LPM);
+            tried.1.push(readings.head[k]);
+        }
+    }
+    series.push(dots("measured", &tried.0, tried.1.clone()));
+    for speed in SPEEDS {
+        let heads = grid.iter().map(|q| head(speed, *q)).collect();
+        series.push(computed(&format!("{:.0} %", 100.0 * speed), &per(&grid, LPM), heads));
+    }
+    over("Return flow", "lpm", vec![panel("Head", "m", series)])
+}
+
+/// Figs 3.8 to 3.10 and 3.24, and the pump of section 3.5.1.
+pub(crate) fn identify(
+    tests: &Field,
+    circulation: &Field,
+    friction: &Polynomial,
+) -> Fallible<(Section, Pump)> {
+    let steady = steady(tests);
+    let readings = Readings {
+        w: at(tests.column("w_ssp"), &steady),
+        q: at(tests.column("q_ssp"), &steady),
+        head: at(&tests.head(), &steady),
+    };
+
+    let original = load("original", &["c0", "c1", "c2"])?;
+    let free = fitted(&original, &readings.columns(), RegressionMethod::LeastSquares)?;
+    let bounded = fitted(&original, &readings.columns(), RegressionMethod::Bounded)?;
+    let c1 = original.parameter("c1")?;
+    expect(free.p[c1] < 0.0 && bounded.p[c1] == 0.0, || {
+        format!("c1 is infeasible and driven to its bound: {} and {}", free.p[c1], bounded.p[c1])
+    })?;
+    let of_square = Pump { k: 2.0, ..Pump::of(&original, &bounded)? };
+    let (r_squared, mse) = quality(&bounded);
+    let first = Finding {
+        number: "3.8",
+        title: "The pump's characteristics by c0 ω² − c1 ω q − c2 q²",
+        thesis: "Least squares give c1 < 0, which is infeasible; with c ≥ 0 it is c1 = 0, R² 0.9602, MSE 213 m². Low speeds do not fit.",
+        here: format!(
+            "Least squares give c1 = {:.0} s/m², with R² {:.4}; within the bounds c1 = 0, R² {r_squared:.4}, MSE {mse:.2} m².",
+            free.p[c1], quality(&free).0
+        ),
+        figure: characteristics(&readings, |w, q| of_square.head(w, q)),
+    };
+
+    let revised = load("revised", &["c0", "c2", "k"])?;
+    let simplex = fitted(&revised, &readings.columns(), RegressionMethod::NelderMead)?;
+    let projected = fitted(&revised, &readings.columns(), RegressionMethod::VariableProjection)?;
+    let pump = Pump::of(&revised, &simplex)?;
+    let other = Pump::of(&revised, &projected)?;
+    expect((pump.k / other.k - 1.0).abs() < 1e-4, || {
+        format!("two ways to the exponent agree: {} and {}", pump.k, other.k)
+    })?;
+    let (r_squared_k, mse_k) = quality(&simplex);
+    expect(mse > 10.0 * mse_k, || format!("a free exponent cuts the MSE by ten: {mse} to {mse_k} m²"))?;
+    let second = Finding {
+        number: "3.9",
+        title: "The pump's characteristics by c0 ω^k − c2 q²",
+        thesis: "Nelder and Mead's method on k over the inner least squares: R² 0.9991, MSE 4.754 m².",
+        here: format!(
+            "k = {:.3} by Nelder and Mead's method, {:.3} by variable projection; R² {r_squared_k:.5}, MSE {mse_k:.3} m², {:.0} times less.",
+            pump.k, other.k, mse / mse_k
+        ),
+        figure: characteristics(&readings, |w, q| pump.head(w, q)),
+    };
+
+    let filtered = readings.filtered();
+    let fit = fitted(&revised, &filtered.columns(), RegressionMethod::NelderMead)?;
+    let pump_filtered = Pump::of(&revised, &fit)?;
+    let (r_squared, mse) = quality(&fit);
+    let third = Finding {
+        number: "3.10",
+        title: "The same, from speeds with three clusters of flow or more",
+        thesis: "R² 0.9988, MSE 4.4118 m²; in use it is worse at low flows.",
+        here: format!(
+            "k = {:.3}, R² {r_squared:.5}, MSE {mse:.3} m², from {} of {} steady samples. Here nearly every speed was tried at three flows, so that little changes.",
+            pump_filtered.k, filtered.w.len(), readings.w.len()
+        ),
+        figure: characteristics(&filtered, |w, q| pump_filtered.head(w, q)),
+    };
+
+    let fourth = compared(circulation, friction, pump, pump_filtered)?;
+    let findings = vec![first, second, third, fourth];
+    Ok((Section { title: "3.5 The subsea pump", findings }, pump))
+}
+
+/// Fig 3.24: the flow that each of two pumps gives, levels being measured.
+fn compared(field: &Field, friction: &Polynomial, all: Pump, filtered: Pump) -> Fallible<Finding> {
+    let (t, q) = (&field.times, field.column("q_ssp"));
+    let flow = |pump: Pump| -> Fallible<Vec<f64>> {
+        let model = crate::inertia::return_flow(friction, &pump, 5e7)?;
+        let recording = model.recording(t, &field.columns(), &[("q_ssp", q[0])])?;
+        model.run(&recording)?.unknown("q_ssp")
+    };
+    let (with_all, with_filtered) = (flow(all)?, flow(filtered)?);
+    let rms = |flow: &[f64]| -> f64 {
+        let squares = flow.iter().zip(q).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+        (squares / q.len() as f64).sqrt() / LPM
+    };
+    Ok(Finding {
+        number: "3.24",
+        title: "Two identified pumps in use",
+        thesis: "The pump from filtered data gives a flow that is worse at low flows.",
+        here: format!(
+            "The flow is off by {:.1} lpm with all steady samples and by {:.1} lpm with the filtered ones, root mean square.",
+            rms(&with_all), rms(&with_filtered)
+        ),
+        figure: over_time(vec![
+            panel(
+                "Return flow",
+                "lpm",
+                vec![
+                    measured("measured", t, per(q, LPM)),
+                    computed("all steady samples", t, per(&with_all, LPM)),
+                    computed("filtered", t, per(&with_filtered, LPM)),
+                ],
+            ),
+            panel("Speed of the pump", "%", vec![measured("reference", t, per(field.column("w_ssp"), 0.01))]),
+        ]),
+    })
+}

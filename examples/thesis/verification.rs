@@ -1,0 +1,211 @@
+//! Chapter 4: both states from the pump's speed and the inflows alone; and Fig 3.23.
+
+use crate::booster::Booster;
+use crate::field::{Field, LPM, mean, smoothed};
+use crate::friction::Polynomial;
+use crate::model::{Choices, Model, Run};
+use crate::page::{Finding, Section, computed, less, measured, over_time, panel, per};
+use crate::pump::Pump;
+use crate::{Fallible, expect};
+
+/// Scales of the thesis' per cent: of a level, on which 0.5 bar are less than 0.4 %, m; and of a flow,
+/// m³/s.
+const LEVEL: f64 = 1140.0;
+const FLOW: f64 = 4500.0 * LPM;
+
+/// What was identified in chapter 3.
+pub(crate) struct Identified {
+    pub(crate) friction: Polynomial,
+    pub(crate) pump: Pump,
+    pub(crate) theta_1: f64,
+    pub(crate) booster: Booster,
+    /// M_ssp of readings, kg/m⁴.
+    pub(crate) inertia: f64,
+}
+
+impl Identified {
+    /// The final model; or, without what the booster line does, the reduced model with the effects that
+    /// the thesis found before.
+    fn model(&self, flow: &str, u_tubing: bool) -> Fallible<Model> {
+        let Identified { friction: [f1, f2, f3, f4], pump, theta_1, booster, inertia } = *self;
+        let variants = [("flow", flow)];
+        if u_tubing {
+            let choices = Choices { variants: &variants, ..Choices::default() };
+            return Model::load("models/mud_circulation_u_tubing.dgd", &choices)?.with(&[
+                ("theta_1", theta_1),
+                ("M_ssp", inertia),
+                ("c0", pump.c0),
+                ("k", pump.k),
+                ("c2", pump.c2),
+                ("F1", f1),
+                ("F2", f2),
+                ("F3", f3),
+                ("F4", f4),
+                ("tau_d", booster.tau_d),
+                ("tau_b", booster.tau_b),
+                ("theta_i", booster.theta_i),
+            ]);
+        }
+        let effects = [
+            "models/effects/pump_speed_exponent.dgd",
+            "models/effects/friction_higher_order.dgd",
+            "models/effects/flow_meter_gain.dgd",
+        ];
+        let choices = Choices { variants: &variants, effects: &effects, ..Choices::default() };
+        // Its flows are true ones, θ₁ times the readings that pump and friction were identified with.
+        Model::load("models/mud_circulation.dgd", &choices)?.with(&[
+            ("flow_gain", 1.0 / theta_1),
+            ("M_ssp", inertia / theta_1),
+            ("c0", pump.c0),
+            ("speed_exponent", pump.k),
+            ("c2", pump.c2 / theta_1.powi(2)),
+            ("F1", f1 / theta_1),
+            ("F2", f2 / theta_1.powi(2)),
+            ("F3", f3 / theta_1.powi(3)),
+            ("F4", f4 / theta_1.powi(4)),
+        ])
+    }
+
+    fn run(&self, field: &Field, flow: &str, u_tubing: bool) -> Fallible<Case> {
+        let model = self.model(flow, u_tubing)?;
+        let level = field.level();
+        let start = mean(&level[..30]);
+        let recording = model.recording(&field.times, &field.columns(), &[("h_r", start)])?;
+        let run = model.run(&recording)?;
+        // Of the reading's own noise little is left in the mean of eleven.
+        let level_error = less(&run.unknown("h_r")?, &smoothed(&level, 5));
+        let flow_error = less(&run.output("q_ssp")?, &smoothed(field.column("q_ssp"), 5));
+        Ok(Case { level, level_error, flow_error, run })
+    }
+}
+
+/// A simulation of both states, and how far it is off.
+struct Case {
+    /// As read, m.
+    level: Vec<f64>,
+    /// Computed less read, m.
+    level_error: Vec<f64>,
+    /// Computed less read, m³/s.
+    flow_error: Vec<f64>,
+    run: Run,
+}
+
+impl Case {
+    /// Panels as in Figs 4.1, 4.2 and B.1.
+    fn panels(&self, field: &Field) -> Fallible<Vec<dgd_cli::plot::Panel>> {
+        let t = &field.times;
+        let flow = field.column("q_ssp");
+        Ok(vec![
+            panel(
+                "Riser level",
+                "m",
+                vec![
+                    measured("measured", t, self.level.clone()),
+                    computed("simulated", t, self.run.unknown("h_r")?),
+                ],
+            ),
+            panel("Its error", "%", vec![computed("error", t, per(&self.level_error, LEVEL / 100.0))]),
+            panel(
+                "Return flow",
+                "lpm",
+                vec![
+                    measured("measured", t, per(flow, LPM)),
+                    computed("simulated", t, per(&self.run.output("q_ssp")?, LPM)),
+                ],
+            ),
+            panel("Its error", "%", vec![computed("error", t, per(&self.flow_error, FLOW / 100.0))]),
+        ])
+    }
+
+    /// Largest errors of level and flow, shares of their scales.
+    fn largest(&self) -> [f64; 2] {
+        let most = |errors: &[f64]| errors.iter().fold(0.0, |most: f64, e| most.max(e.abs()));
+        [most(&self.level_error) / LEVEL, most(&self.flow_error) / FLOW]
+    }
+
+    fn said(&self) -> String {
+        let [level, flow] = self.largest();
+        format!(
+            "The level is off by up to {:.3} % ({:.2} m) and the flow by up to {:.1} %",
+            100.0 * level, level * LEVEL, 100.0 * flow
+        )
+    }
+}
+
+/// Figs 3.23, 4.1, 4.2 and B.1.
+pub(crate) fn draw(circulation: &Field, ramps: &Field, identified: &Identified) -> Fallible<Section> {
+    let t = &ramps.times;
+    let flows = |case: &Case| Ok::<_, Box<dyn std::error::Error>>(per(&case.run.output("q_ssp")?, LPM));
+    let (case_2, case_static) =
+        (identified.run(ramps, "dynamic", true)?, identified.run(ramps, "static", true)?);
+    let apart = less(&flows(&case_2)?, &flows(&case_static)?);
+    let rms = (apart.iter().map(|a| a * a).sum::<f64>() / apart.len() as f64).sqrt();
+    expect(rms < 0.01 * FLOW / LPM, || format!("static and dynamic flows are nearly the same: {rms} lpm"))?;
+    let fig_23 = Finding {
+        number: "3.23",
+        title: "Dynamic and static return flow",
+        thesis: "Without its dynamics the flow is nearly identical, a little low at low flow.",
+        here: format!("The two differ by {rms:.1} lpm, root mean square."),
+        figure: over_time(vec![
+            panel(
+                "Return flow",
+                "lpm",
+                vec![
+                    measured("measured", t, per(ramps.column("q_ssp"), LPM)),
+                    computed("dynamic, 2.33", t, flows(&case_2)?),
+                    computed("static, 3.18", t, flows(&case_static)?),
+                ],
+            ),
+            panel("Dynamic less static", "lpm", vec![computed("difference", t, apart)]),
+        ]),
+    };
+
+    let case_1 = identified.run(circulation, "dynamic", true)?;
+    let [level, flow] = case_1.largest();
+    expect(level < 1e-3 && flow < 0.05, || format!("case 1: {level} and {flow} of the scales"))?;
+    let fig_41 = Finding {
+        number: "4.1",
+        title: "Case 1: normal circulation",
+        thesis: "Height within ±0.1 % and flow within ±5 % of their scales.",
+        here: format!("{}.", case_1.said()),
+        figure: over_time(case_1.panels(circulation)?),
+    };
+
+    let without = identified.run(ramps, "dynamic", false)?;
+    let [with_level, _] = case_2.largest();
+    let [without_level, _] = without.largest();
+    expect(without_level > 4.0 * with_level, || {
+        format!("case 2 is four times worse without U-tubing: {without_level} and {with_level}")
+    })?;
+    let mut panels = case_2.panels(ramps)?;
+    panels.push(panel(
+        "Booster flow",
+        "lpm",
+        vec![
+            measured("calculated of the pump", t, per(ramps.column("q_boost"), LPM)),
+            computed("out of the line", t, per(&case_2.run.unknown("q_bo")?, LPM)),
+        ],
+    ));
+    let fig_42 = Finding {
+        number: "4.2",
+        title: "Case 2: the booster pump ramped down and up",
+        thesis: "Height within −0.2 … 0.4 %, less than 0.5 bar, its error clearly tied to U-tubing.",
+        here: format!("{}.", case_2.said()),
+        figure: over_time(panels),
+    };
+    let mut panels = without.panels(ramps)?;
+    panels.push(panel(
+        "Booster flow",
+        "lpm",
+        vec![measured("calculated of the pump", t, per(ramps.column("q_boost"), LPM))],
+    ));
+    let fig_b1 = Finding {
+        number: "B.1",
+        title: "Case 2 without U-tubing",
+        thesis: "Height error up to 2 %, five times that with the model of the booster line.",
+        here: format!("{}: {:.1} times that of Fig 4.2.", without.said(), without_level / with_level),
+        figure: over_time(panels),
+    };
+    let findings = vec![fig_23, fig_41, fig_42, fig_b1];
+    Ok(Section { title: "3.8.1, 4 and B: verification", findings })
+}
