@@ -16,6 +16,16 @@ use crate::data::{self, select};
 use crate::failure::CommandError;
 use crate::run::measured_start;
 
+/// What a data file may be without a time column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Clock {
+    /// Nothing.
+    Time,
+    /// Independent rows, for a model whose outputs depend on nothing but the inputs at the same time. They
+    /// are taken as if there were one a second.
+    Rows,
+}
+
 /// A data file as far as the model knows it, SI.
 pub(crate) struct Recording {
     pub times: Vec<f64>,
@@ -44,6 +54,7 @@ impl Recording {
     pub(crate) fn read(
         path: &Path,
         dae: &Dae,
+        clock: Clock,
         sources: &mut Sources,
         diagnostics: &mut Diagnostics,
         console: Console<'_>,
@@ -61,11 +72,15 @@ impl Recording {
             .map(|(name, whole)| select::Declared { name: name.as_str(), ..declared(whole) });
         let outputs: Vec<select::Declared<'_>> =
             dae.outputs.iter().map(|output| declared(&output.declared)).chain(of_arrays).collect();
-        let times = table.recording(diagnostics);
+        let times = match clock {
+            Clock::Rows if table.time.is_none() && dae.is_static() => {
+                Ok((0..table.len()).map(|row| row as f64).collect())
+            }
+            Clock::Rows | Clock::Time => table.recording(diagnostics).map(<[f64]>::to_vec),
+        };
         let input_columns = select::inputs(&table, &inputs, diagnostics);
         let output_columns = select::measured(&table, &outputs, diagnostics);
-        let (times, inputs, outputs) =
-            (times.ok()?.to_vec(), input_columns.ok()?, output_columns.ok()?);
+        let (times, inputs, outputs) = (times.ok()?, input_columns.ok()?, output_columns.ok()?);
 
         let known: Vec<&str> = dae
             .inputs
