@@ -2,10 +2,10 @@
 
 use dgd::identify::{OutputErrorProblem, Recording, fit};
 
+use crate::Fallible;
 use crate::field::{A_B, A_R, Field, G, H_PR, LPM, P_ATM, RHO, mean, slopes, smoothed};
 use crate::model::{Choices, Model, Run};
-use crate::page::{Finding, Section, computed, measured, over_time, panel, per};
-use crate::{Fallible, expect};
+use crate::page::{Finding, Section, claim, computed, measured, over_time, panel, per};
 
 /// A long stop of the booster pump and its restart, s.
 const STOP: (f64, f64) = (440.0, 1440.0);
@@ -19,6 +19,8 @@ pub(crate) struct Booster {
     pub(crate) tau_d: f64,
     pub(crate) tau_b: f64,
     pub(crate) theta_i: f64,
+    /// Friction of turbulent flow in the line's column, Pa s²/m⁶.
+    pub(crate) friction: f64,
 }
 
 /// The riser whose return flow is metered, with any of the forms of its booster line.
@@ -65,11 +67,17 @@ impl Riser {
         let (level, measured) = (run.unknown("h_r")?, smoothed(&self.level, 5));
         let errors = level.iter().zip(&measured).map(|(a, b)| (a - b).abs());
         let samples = self.field.times.iter().zip(errors);
-        Ok(samples.filter(|(t, _)| (from..until).contains(*t)).fold(0.0, |most, (_, e)| most.max(e)))
+        Ok(samples
+            .filter(|(t, _)| (from..until).contains(*t))
+            .fold(0.0, |most, (_, e)| most.max(e)))
     }
 
     /// Panels of the level, the booster's flow and, where it has one, the level in its line.
-    fn panels(&self, runs: &[(&str, &Run)], has_level: bool) -> Fallible<Vec<dgd_cli::plot::Panel>> {
+    fn panels(
+        &self,
+        runs: &[(&str, &Run)],
+        has_level: bool,
+    ) -> Fallible<Vec<dgd_cli::plot::Panel>> {
         let t = &self.field.times;
         let mut levels = vec![measured("measured", t, smoothed(&self.level, 2))];
         let mut flows = vec![
@@ -117,20 +125,29 @@ pub(crate) fn identify(ramps: &Field, theta_1: f64) -> Fallible<(Section, Booste
     let stopped = t.partition_point(|t| *t < RESTART);
     let drained: f64 = missing[..stopped].iter().sum();
     let drop = drained / A_B;
-    expect((140.0..180.0).contains(&drop), || format!("the line drops by about 160 m: {drop} m"))?;
+    let drops =
+        claim((140.0..180.0).contains(&drop), format!("the line drops by about 160 m: {drop} m"));
     let flow = |name: &str| measured(name, &t, per(riser.field.column(name), LPM));
     let mut panels = riser.panels(&[("without U-tubing", &none)], false)?;
     panels.truncate(1);
     panels.push(panel(
         "Flows",
         "lpm",
-        vec![flow("q_ssp"), flow("q_boost"), flow("q_tf"), computed("missing, 3.10", &t, per(&missing, LPM))],
+        vec![
+            flow("q_ssp"),
+            flow("q_boost"),
+            flow("q_tf"),
+            computed("missing, 3.10", &t, per(&missing, LPM)),
+        ],
     ));
     let fig_14 = Finding {
         number: "3.14",
         title: "U-tubing: the flow that the level misses",
         thesis: "The flow that keeps the measured level drops the column in the booster line by roughly 160 m.",
-        here: format!("Until the pump is started again {drained:.2} m³ are missing, a column of {drop:.0} m."),
+        here: format!(
+            "Until the pump is started again {drained:.2} m³ are missing, a column of {drop:.0} m."
+        ),
+        claims: vec![drops],
         figure: over_time(panels),
     };
 
@@ -144,6 +161,7 @@ pub(crate) fn identify(ramps: &Field, theta_1: f64) -> Fallible<(Section, Booste
             "With these numbers the level is off by up to {down:.1} m on ramp-down and {up:.1} m on ramp-up; without U-tubing by {:.1} m.",
             riser.error(&none, 0.0, end)?
         ),
+        claims: Vec::new(),
         figure: over_time(riser.panels(&[("3.11", &column)], true)?),
     };
 
@@ -157,13 +175,18 @@ pub(crate) fn identify(ramps: &Field, theta_1: f64) -> Fallible<(Section, Booste
         thesis: "θ_hb = 1.5 and θ_b = 3.6 fit the level, and the physics fade.",
         here: format!(
             "θ_hb = {:.2} and θ_b = {:.2} fit best, with F_b = {:.2e} Pa s/m³: this rig's pump delivers what is calculated, no more. The level is off by up to {:.1} m.",
-            weights[1], weights[2], weights[0], riser.error(&weighted, 0.0, end)?
+            weights[1],
+            weights[2],
+            weights[0],
+            riser.error(&weighted, 0.0, end)?
         ),
+        claims: Vec::new(),
         figure: over_time(riser.panels(&[("3.12", &weighted)], true)?),
     };
 
     let [tau_d, tau_b, theta_i] = riser.fitted("outlet", ["tau_d", "tau_b", "theta_i"])?;
-    let booster = Booster { tau_d, tau_b, theta_i };
+    let [friction] = riser.fitted("turbulent", ["F_b2"])?;
+    let booster = Booster { tau_d, tau_b, theta_i, friction };
     let outlet = |tau_d: f64, tau_b: f64, theta_i: f64| {
         riser.run("outlet", &[("tau_d", tau_d), ("tau_b", tau_b), ("theta_i", theta_i)])
     };
@@ -174,8 +197,11 @@ pub(crate) fn identify(ramps: &Field, theta_1: f64) -> Fallible<(Section, Booste
         thesis: "A lag of 40 s alone is late at first; a delay of 30 s and a lag of 10 s fit.",
         here: format!(
             "What comes out of this line fades from the first moment: a lag of {:.0} s alone is off by up to {:.1} m on ramp-down, the thesis' delay and lag by {:.1} m.",
-            tau_d + tau_b, riser.error(&lag, 0.0, RESTART)?, riser.error(&delayed, 0.0, RESTART)?
+            tau_d + tau_b,
+            riser.error(&lag, 0.0, RESTART)?,
+            riser.error(&delayed, 0.0, RESTART)?
         ),
+        claims: Vec::new(),
         figure: over_time(riser.panels(&[("lag", &lag), ("30 s and 10 s", &delayed)], false)?),
     };
 
@@ -186,23 +212,32 @@ pub(crate) fn identify(ramps: &Field, theta_1: f64) -> Fallible<(Section, Booste
         .collect::<Fallible<_>>()?;
     let titles: Vec<String> = factors.iter().map(|f| format!("{:.4} 1/s", f * theta_i)).collect();
     let shown: Vec<(&str, &Run)> = titles.iter().map(String::as_str).zip(&runs).collect();
-    let errors = runs.iter().map(|run| riser.error(run, RESTART, end)).collect::<Fallible<Vec<_>>>()?;
-    expect(errors[1] < errors[0] && errors[1] < errors[2], || {
-        format!("of three growths the one in the middle is best: {errors:?} m")
-    })?;
+    let errors =
+        runs.iter().map(|run| riser.error(run, RESTART, end)).collect::<Fallible<Vec<_>>>()?;
+    let is_best = claim(
+        errors[1] < errors[0] && errors[1] < errors[2],
+        format!("of three growths the one in the middle is best: {errors:?} m"),
+    );
     let fig_18 = Finding {
         number: "3.18",
         title: "Ramp-up as an integrator, 3.14, with three values of θ_i",
         thesis: "Of 0.03, 0.05 and 0.07 the middle one is best.",
         here: format!(
             "Of {} the middle one is best: off by up to {:.1}, {:.1} and {:.1} m. This line takes minutes to be full again where the thesis' took 20 s.",
-            titles.join(", "), errors[0], errors[1], errors[2]
+            titles.join(", "),
+            errors[0],
+            errors[1],
+            errors[2]
         ),
+        claims: vec![is_best],
         figure: over_time(riser.panels(&shown, false)?),
     };
     let all = &runs[1];
     let (with, without) = (riser.error(all, 0.0, end)?, riser.error(&none, 0.0, end)?);
-    expect(without > 4.0 * with, || format!("3.13 and 3.14 describe U-tubing: {with}, without {without} m"))?;
+    let describes = claim(
+        without > 4.0 * with,
+        format!("3.13 and 3.14 describe U-tubing: {with}, without {without} m"),
+    );
     let fig_19 = Finding {
         number: "3.19",
         title: "Ramp-down and ramp-up together, 3.13 and 3.14",
@@ -210,6 +245,7 @@ pub(crate) fn identify(ramps: &Field, theta_1: f64) -> Fallible<(Section, Booste
         here: format!(
             "τ_d = {tau_d:.0} s, τ_b = {tau_b:.0} s and θ_i = {theta_i:.4} 1/s by output error: the level is off by up to {with:.1} m, without U-tubing by {without:.1} m."
         ),
+        claims: vec![describes],
         figure: over_time(riser.panels(&[("3.13, 3.14", all)], false)?),
     };
     let findings = vec![fig_14, fig_15, fig_16, fig_17, fig_18, fig_19];

@@ -36,9 +36,8 @@ impl Field {
     pub(crate) fn read(name: &str) -> Fallible<Field> {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("data/{name}.csv.gz"));
         let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let table = read(&file, &mut sources, &mut diagnostics).map_err(|_| {
-            render::render(&diagnostics.sorted(), &sources, render::Style::Plain)
-        })?;
+        let table = read(&file, &mut sources, &mut diagnostics)
+            .map_err(|_| render::render(&diagnostics.sorted(), &sources, render::Style::Plain))?;
         let times = table.time.ok_or("a recording has times")?;
         let columns = table.columns.into_iter().map(|column| {
             let unit = column.unit.ok_or_else(|| format!("`{}` has no unit", column.name))?;
@@ -51,7 +50,8 @@ impl Field {
     /// The part between two times, which begins at its own time zero.
     pub(crate) fn between(&self, from: f64, until: f64) -> Field {
         let [a, b] = [from, until].map(|t| self.times.partition_point(|time| *time < t));
-        let columns = self.columns.iter().map(|(name, values)| (name.clone(), values[a..b].to_vec()));
+        let columns =
+            self.columns.iter().map(|(name, values)| (name.clone(), values[a..b].to_vec()));
         let times = self.times[a..b].iter().map(|t| t - self.times[a]).collect();
         Field { times, columns: columns.collect() }
     }

@@ -1,11 +1,13 @@
 //! Section 3.4: friction of the return line.
 
-use dgd::identify::{RegressionFit, RegressionMethod, RegressionProblem, RowOf, regress};
+use dgd::identify::regression::{
+    RegressionFit, RegressionMethod, RegressionProblem, RowOf, regress,
+};
 
+use crate::Fallible;
 use crate::field::{BAR, Field, LPM, slopes};
 use crate::model::{Choices, Model};
-use crate::page::{Finding, Section, computed, dots, measured, over, over_time, panel, per};
-use crate::{Fallible, expect};
+use crate::page::{Finding, Section, claim, computed, dots, measured, over, over_time, panel, per};
 
 /// A sample is steady where the flow changes more slowly than this, m³/s².
 const STEADY: f64 = 0.6 * LPM;
@@ -62,8 +64,11 @@ pub(crate) fn identify(tests: &Field) -> Fallible<(Section, Polynomial)> {
         thesis: "Samples at which |dq/dt| ≤ ε are extracted.",
         here: format!(
             "{} of {} samples change by less than {:.1} lpm/s.",
-            steady.len(), t.len(), STEADY / LPM
+            steady.len(),
+            t.len(),
+            STEADY / LPM
         ),
+        claims: Vec::new(),
         figure: over_time(vec![panel(
             "Return flow",
             "lpm",
@@ -78,6 +83,7 @@ pub(crate) fn identify(tests: &Field) -> Fallible<(Section, Polynomial)> {
         title: "Friction of the return line over the flow",
         thesis: "Steady samples lie on a curve; all samples scatter about it.",
         here: "The same; readings far off the curve are those in which the flow meter lags.".into(),
+        claims: Vec::new(),
         figure: over(
             "Return flow",
             "lpm",
@@ -92,17 +98,20 @@ pub(crate) fn identify(tests: &Field) -> Fallible<(Section, Polynomial)> {
         ),
     };
 
-    let order = |order: &str, free: &[&str], q: &[f64], loss: &[f64]| -> Fallible<(RegressionFit, Model)> {
-        let variants = [("order", order)];
-        let choices = Choices { variants: &variants, free, ..Choices::default() };
-        let mut model = Model::load("examples/thesis/return_line.dgd", &choices)?;
-        let columns = [("q_ssp", q), ("dp", loss)];
-        let fit = fitted(&model, &columns, RegressionMethod::LeastSquares)?;
-        model.p.clone_from(&fit.p);
-        Ok((fit, model))
-    };
+    let order =
+        |order: &str, free: &[&str], q: &[f64], loss: &[f64]| -> Fallible<(RegressionFit, Model)> {
+            let variants = [("order", order)];
+            let choices = Choices { variants: &variants, free, ..Choices::default() };
+            let mut model = Model::load("examples/thesis/return_line.dgd", &choices)?;
+            let columns = [("q_ssp", q), ("dp", loss)];
+            let fit = fitted(&model, &columns, RegressionMethod::LeastSquares)?;
+            model.p.clone_from(&fit.p);
+            Ok((fit, model))
+        };
     let names = ["F1", "F2", "F3", "F4"];
-    let grid: Vec<f64> = (0..=100).map(|k| f64::from(k) * 0.01 * q.iter().fold(0.0, |a: f64, b| a.max(*b))).collect();
+    let grid: Vec<f64> = (0..=100)
+        .map(|k| f64::from(k) * 0.01 * q.iter().fold(0.0, |a: f64, b| a.max(*b)))
+        .collect();
     let (mut panels, mut said, mut found) = (Vec::new(), Vec::new(), [0.0; 4]);
     let mut qualities = Vec::new();
     for (name, free, title) in
@@ -112,7 +121,10 @@ pub(crate) fn identify(tests: &Field) -> Fallible<(Section, Polynomial)> {
         let (of_all, model_of_all) = order(name, free, q, &loss)?;
         let curve = |model: &Model| -> Fallible<Vec<f64>> {
             let rows: Vec<f64> = (0..grid.len()).map(|k| k as f64).collect();
-            Ok(per(&model.run(&model.recording(&rows, &[("q_ssp", &grid)], &[])?)?.output("dp")?, BAR))
+            Ok(per(
+                &model.run(&model.recording(&rows, &[("q_ssp", &grid)], &[])?)?.output("dp")?,
+                BAR,
+            ))
         };
         panels.push(panel(
             title,
@@ -126,21 +138,25 @@ pub(crate) fn identify(tests: &Field) -> Fallible<(Section, Polynomial)> {
         let (r_squared, mse) = quality(&of_steady);
         said.push(format!(
             "{}: R² {r_squared:.4}, MSE {:.2e} bar² (all samples: R² {:.4})",
-            title, mse / (BAR * BAR), quality(&of_all).0
+            title,
+            mse / (BAR * BAR),
+            quality(&of_all).0
         ));
         qualities.push((r_squared, mse));
         for (place, parameter) in found.iter_mut().zip(names) {
             *place = of_steady.p[model.parameter(parameter)?];
         }
     }
-    expect(qualities[0].0 < qualities[1].0 && qualities[1].1 < qualities[0].1, || {
-        format!("friction of fourth order fits better than of second: {qualities:?}")
-    })?;
+    let better = claim(
+        qualities[0].0 < qualities[1].0 && qualities[1].1 < qualities[0].1,
+        format!("friction of fourth order fits better than of second: {qualities:?}"),
+    );
     let polynomials = Finding {
         number: "3.7",
         title: "Friction of the return line, fitted",
         thesis: "Second order: R² 0.9929, MSE 0.0504 bar². Fourth order: R² 0.9946, MSE 0.0388 bar².",
         here: format!("{}.", said.join(". ")),
+        claims: vec![better],
         figure: over("Return flow", "lpm", panels),
     };
     let findings = vec![steady_flow, all_points, polynomials];

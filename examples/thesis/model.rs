@@ -71,9 +71,8 @@ impl Model {
             let directions = Directions::Estimated { free, fixed: Vec::new() };
             compile_asts(asts, &options, &directions, &mut diagnostics)
         });
-        let compiled = compiled.map_err(|_| {
-            render::render(&diagnostics.sorted(), &sources, render::Style::Plain)
-        })?;
+        let compiled = compiled
+            .map_err(|_| render::render(&diagnostics.sorted(), &sources, render::Style::Plain))?;
         let system = Loaded::new(compiled.program);
         let p = system.signature().parameters.iter().map(|parameter| parameter.value).collect();
         Ok(Model { system, p })
@@ -147,7 +146,8 @@ impl Model {
             .map_err(|failure| failure.to_string())?;
         let observations = observe(&problem, &solution);
         let signature = self.signature();
-        let unknowns = (0..signature.unknowns.len()).map(|i| signature.unknowns.name(i).to_string());
+        let unknowns =
+            (0..signature.unknowns.len()).map(|i| signature.unknowns.name(i).to_string());
         let outputs = signature.outputs.iter().map(|output| output.name.to_string());
         Ok(Run { unknowns: unknowns.collect(), outputs: outputs.collect(), solution, observations })
     }

@@ -17,7 +17,20 @@ pub(crate) struct Finding {
     pub(crate) thesis: &'static str,
     /// What is found here.
     pub(crate) here: String,
+    /// What must come out, and whether it does.
+    pub(crate) claims: Vec<Claim>,
     pub(crate) figure: Figure,
+}
+
+/// A finding of the thesis that must come out.
+pub(crate) struct Claim {
+    pub(crate) text: String,
+    pub(crate) holds: bool,
+}
+
+/// What must come out, with the numbers that say so.
+pub(crate) fn claim(holds: bool, text: String) -> Claim {
+    Claim { text, holds }
 }
 
 /// A part of the thesis.
@@ -39,16 +52,26 @@ pub(crate) fn write(folder: &Path, sections: &[Section]) -> Fallible<()> {
                 body,
                 "<figure id=\"fig_{number}\">\n<figcaption><b>Fig {number}</b> {title}</figcaption>\n\
                  <img src=\"{file}\" alt=\"{title}\">\n\
-                 <dl><dt>The thesis</dt><dd>{thesis}</dd><dt>Here</dt><dd>{here}</dd></dl>\n</figure>",
+                 <dl><dt>The thesis</dt><dd>{thesis}</dd><dt>Here</dt><dd>{here}</dd>{claims}</dl>\n</figure>",
                 number = finding.number,
                 title = escaped(finding.title),
                 thesis = escaped(finding.thesis),
                 here = escaped(&finding.here),
+                claims = claims(&finding.claims),
             )?;
         }
     }
     fs::write(folder.join("index.html"), format!("{HEAD}{body}</body>\n</html>\n"))?;
     Ok(())
+}
+
+/// What must come out, as terms of the list.
+fn claims(claims: &[Claim]) -> String {
+    let line = |claim: &Claim| {
+        let word = if claim.holds { "Comes out" } else { "Does not come out" };
+        format!("<dt>{word}</dt><dd>{}</dd>", escaped(&claim.text))
+    };
+    claims.iter().map(line).collect()
 }
 
 const HEAD: &str = r#"<!DOCTYPE html>

@@ -1,12 +1,12 @@
 //! Section 3.5: the subsea pump's head.
 
-use dgd::identify::{RegressionFit, RegressionMethod};
+use dgd::identify::regression::{RegressionFit, RegressionMethod};
 
+use crate::Fallible;
 use crate::field::{Field, LPM};
 use crate::friction::{Polynomial, at, fitted, quality, steady};
 use crate::model::{Choices, Model};
-use crate::page::{Finding, Section, computed, dots, measured, over, over_time, panel, per};
-use crate::{Fallible, expect};
+use crate::page::{Finding, Section, claim, computed, dots, measured, over, over_time, panel, per};
 
 /// Speeds that are drawn, of maximum; samples within half a per cent of one belong to it.
 const SPEEDS: [f64; 6] = [0.45, 0.52, 0.6, 0.7, 0.8, 0.9];
@@ -28,7 +28,8 @@ impl Pump {
     }
 
     fn of(model: &Model, fit: &RegressionFit) -> Fallible<Pump> {
-        let value = |name: &str| Ok::<f64, Box<dyn std::error::Error>>(fit.p[model.parameter(name)?]);
+        let value =
+            |name: &str| Ok::<f64, Box<dyn std::error::Error>>(fit.p[model.parameter(name)?]);
         Ok(Pump { c0: value("c0")?, k: value("k")?, c2: value("c2")? })
     }
 }
@@ -51,11 +52,16 @@ impl Readings {
             let is_near = move |k: &usize| (self.w[*k] - speed).abs() < 0.005;
             (0..self.w.len()).filter(is_near).collect::<Vec<usize>>()
         };
-        let kept: Vec<usize> = SPEEDS.iter().map(|speed| at_speed(*speed)).filter(|samples| {
-            let mut flows = at(&self.q, samples);
-            flows.sort_by(f64::total_cmp);
-            1 + flows.windows(2).filter(|pair| pair[1] - pair[0] > CLUSTER).count() >= 3
-        }).flatten().collect();
+        let kept: Vec<usize> = SPEEDS
+            .iter()
+            .map(|speed| at_speed(*speed))
+            .filter(|samples| {
+                let mut flows = at(&self.q, samples);
+                flows.sort_by(f64::total_cmp);
+                1 + flows.windows(2).filter(|pair| pair[1] - pair[0] > CLUSTER).count() >= 3
+            })
+            .flatten()
+            .collect();
         Readings { w: at(&self.w, &kept), q: at(&self.q, &kept), head: at(&self.head, &kept) }
     }
 }
@@ -103,9 +109,10 @@ pub(crate) fn identify(
     let free = fitted(&original, &readings.columns(), RegressionMethod::LeastSquares)?;
     let bounded = fitted(&original, &readings.columns(), RegressionMethod::Bounded)?;
     let c1 = original.parameter("c1")?;
-    expect(free.p[c1] < 0.0 && bounded.p[c1] == 0.0, || {
-        format!("c1 is infeasible and driven to its bound: {} and {}", free.p[c1], bounded.p[c1])
-    })?;
+    let infeasible = claim(
+        free.p[c1] < 0.0 && bounded.p[c1] == 0.0,
+        format!("c1 is infeasible and driven to its bound: {} and {}", free.p[c1], bounded.p[c1]),
+    );
     let of_square = Pump { k: 2.0, ..Pump::of(&original, &bounded)? };
     let (r_squared, mse) = quality(&bounded);
     let first = Finding {
@@ -114,8 +121,10 @@ pub(crate) fn identify(
         thesis: "Least squares give c1 < 0, which is infeasible; with c ≥ 0 it is c1 = 0, R² 0.9602, MSE 213 m². Low speeds do not fit.",
         here: format!(
             "Least squares give c1 = {:.0} s/m², with R² {:.4}; within the bounds c1 = 0, R² {r_squared:.4}, MSE {mse:.2} m².",
-            free.p[c1], quality(&free).0
+            free.p[c1],
+            quality(&free).0
         ),
+        claims: vec![infeasible],
         figure: characteristics(&readings, |w, q| of_square.head(w, q)),
     };
 
@@ -124,19 +133,26 @@ pub(crate) fn identify(
     let projected = fitted(&revised, &readings.columns(), RegressionMethod::VariableProjection)?;
     let pump = Pump::of(&revised, &simplex)?;
     let other = Pump::of(&revised, &projected)?;
-    expect((pump.k / other.k - 1.0).abs() < 1e-4, || {
-        format!("two ways to the exponent agree: {} and {}", pump.k, other.k)
-    })?;
+    let agrees = claim(
+        (pump.k / other.k - 1.0).abs() < 1e-4,
+        format!("two ways to the exponent agree: {} and {}", pump.k, other.k),
+    );
     let (r_squared_k, mse_k) = quality(&simplex);
-    expect(mse > 10.0 * mse_k, || format!("a free exponent cuts the MSE by ten: {mse} to {mse_k} m²"))?;
+    let cut = claim(
+        mse > 10.0 * mse_k,
+        format!("a free exponent cuts the MSE by ten: {mse} to {mse_k} m²"),
+    );
     let second = Finding {
         number: "3.9",
         title: "The pump's characteristics by c0 ω^k − c2 q²",
         thesis: "Nelder and Mead's method on k over the inner least squares: R² 0.9991, MSE 4.754 m².",
         here: format!(
             "k = {:.3} by Nelder and Mead's method, {:.3} by variable projection; R² {r_squared_k:.5}, MSE {mse_k:.3} m², {:.0} times less.",
-            pump.k, other.k, mse / mse_k
+            pump.k,
+            other.k,
+            mse / mse_k
         ),
+        claims: vec![agrees, cut],
         figure: characteristics(&readings, |w, q| pump.head(w, q)),
     };
 
@@ -150,8 +166,11 @@ pub(crate) fn identify(
         thesis: "R² 0.9988, MSE 4.4118 m²; in use it is worse at low flows.",
         here: format!(
             "k = {:.3}, R² {r_squared:.5}, MSE {mse:.3} m², from {} of {} steady samples. Here nearly every speed was tried at three flows, so that little changes.",
-            pump_filtered.k, filtered.w.len(), readings.w.len()
+            pump_filtered.k,
+            filtered.w.len(),
+            readings.w.len()
         ),
+        claims: Vec::new(),
         figure: characteristics(&filtered, |w, q| pump_filtered.head(w, q)),
     };
 
@@ -179,8 +198,10 @@ fn compared(field: &Field, friction: &Polynomial, all: Pump, filtered: Pump) -> 
         thesis: "The pump from filtered data gives a flow that is worse at low flows.",
         here: format!(
             "The flow is off by {:.1} lpm with all steady samples and by {:.1} lpm with the filtered ones, root mean square.",
-            rms(&with_all), rms(&with_filtered)
+            rms(&with_all),
+            rms(&with_filtered)
         ),
+        claims: Vec::new(),
         figure: over_time(vec![
             panel(
                 "Return flow",
@@ -191,7 +212,11 @@ fn compared(field: &Field, friction: &Polynomial, all: Pump, filtered: Pump) -> 
                     computed("filtered", t, per(&with_filtered, LPM)),
                 ],
             ),
-            panel("Speed of the pump", "%", vec![measured("reference", t, per(field.column("w_ssp"), 0.01))]),
+            panel(
+                "Speed of the pump",
+                "%",
+                vec![measured("reference", t, per(field.column("w_ssp"), 0.01))],
+            ),
         ]),
     })
 }

@@ -1,11 +1,11 @@
 //! Section 3.2: what the riser's level says of each parameter.
 
-use dgd::{Inputs, Column, Interpolation, Options, Problem, System, simulate};
-use dgd_cli::plot::{Figure, PanelOrder, Panel, Text};
+use dgd::{Column, Inputs, Interpolation, Options, Problem, System, simulate_with_sensitivities};
+use dgd_cli::plot::{Figure, Panel, PanelOrder, Text};
 
+use crate::Fallible;
 use crate::model::{Choices, Model};
-use crate::page::{Finding, Section, computed};
-use crate::{Fallible, expect};
+use crate::page::{Finding, Section, claim, computed};
 
 /// Fig 3.1.
 pub(crate) fn draw() -> Fallible<Section> {
@@ -24,7 +24,8 @@ pub(crate) fn draw() -> Fallible<Section> {
         ],
     )?;
     let problem = Problem { system: &model.system, p: &model.p, inputs: &inputs, start: &[] };
-    let solution = simulate(&problem, &times, &Options::default()).map_err(|f| f.to_string())?;
+    let solution = simulate_with_sensitivities(&problem, &times, &Options::default())
+        .map_err(|f| f.to_string())?;
     let (h, n) = (model.unknown("h")?, model.signature().unknowns.len());
     let mut panels = vec![Panel {
         title: Text::name("h"),
@@ -46,12 +47,13 @@ pub(crate) fn draw() -> Fallible<Section> {
     }
     // At steady state h = h_in − h_out + c0 ω² − c1 ω q − c2 q² − F q²/(ρ g).
     let (w, q) = (10.0f64, 0.02f64);
-    let steady = [("c0", w * w), ("c1", -w * q), ("c2", -q * q), ("F", -q * q / (1120.0 * 9.81))];
-    let towards = steady.iter().all(|(name, limit)| {
+    let limits = [("c0", w * w), ("c1", -w * q), ("c2", -q * q), ("F", -q * q / (1120.0 * 9.81))];
+    let towards = limits.iter().all(|(name, limit)| {
         let found = last.iter().find(|(other, _)| other == name);
         found.is_some_and(|(_, value)| value / limit > 0.5 && value / limit < 1.0)
     });
-    expect(towards, || format!("sensitivities go to those of the steady state: {last:?}"))?;
+    let go_to_rest =
+        claim(towards, format!("sensitivities go to those of the steady state: {last:?}"));
     let figure = Figure {
         columns: 2,
         order: PanelOrder::ByRow,
@@ -64,6 +66,7 @@ pub(crate) fn draw() -> Fallible<Section> {
         here: "The same, by the model's own sensitivity equations. Limits of all panels but dh/dM are those \
                of the thesis; its dh/dM is about 60 times as large, which looks like minutes for seconds."
             .into(),
+        claims: vec![go_to_rest],
         figure,
     };
     Ok(Section { title: "3.2 Sensitivities", findings: vec![finding] })

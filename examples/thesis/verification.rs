@@ -1,12 +1,14 @@
 //! Chapter 4: both states from the pump's speed and the inflows alone; and Fig 3.23.
 
+use crate::Fallible;
 use crate::booster::Booster;
 use crate::field::{Field, LPM, mean, smoothed};
 use crate::friction::Polynomial;
+use dgd_cli::plot::Panel;
+
 use crate::model::{Choices, Model, Run};
-use crate::page::{Finding, Section, computed, less, measured, over_time, panel, per};
+use crate::page::{Finding, Section, claim, computed, less, measured, over_time, panel, per};
 use crate::pump::Pump;
-use crate::{Fallible, expect};
 
 /// Scales of the thesis' per cent: of a level, on which 0.5 bar are less than 0.4 %, m; and of a flow,
 /// m³/s.
@@ -23,13 +25,24 @@ pub(crate) struct Identified {
     pub(crate) inertia: f64,
 }
 
+/// What is known of the booster line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Line {
+    /// Nothing.
+    None,
+    /// What comes out of it, 3.13 and 3.14.
+    Outlet,
+    /// The mud in it, 3.11, with the friction of turbulent flow.
+    Column,
+}
+
 impl Identified {
     /// The final model; or, without what the booster line does, the reduced model with the effects that
     /// the thesis found before.
-    fn model(&self, flow: &str, u_tubing: bool) -> Fallible<Model> {
+    fn model(&self, flow: &str, line: Line) -> Fallible<Model> {
         let Identified { friction: [f1, f2, f3, f4], pump, theta_1, booster, inertia } = *self;
         let variants = [("flow", flow)];
-        if u_tubing {
+        if line == Line::Outlet {
             let choices = Choices { variants: &variants, ..Choices::default() };
             return Model::load("models/mud_circulation_u_tubing.dgd", &choices)?.with(&[
                 ("theta_1", theta_1),
@@ -46,14 +59,21 @@ impl Identified {
                 ("theta_i", booster.theta_i),
             ]);
         }
-        let effects = [
+        let mut effects = vec![
             "models/effects/pump_speed_exponent.dgd",
             "models/effects/friction_higher_order.dgd",
             "models/effects/flow_meter_gain.dgd",
         ];
+        if line == Line::Column {
+            effects.push("models/effects/booster_u_tubing/turbulent_column.dgd");
+        }
         let choices = Choices { variants: &variants, effects: &effects, ..Choices::default() };
+        let mut model = Model::load("models/mud_circulation.dgd", &choices)?;
+        if line == Line::Column {
+            model = model.with(&[("F_b2", booster.friction)])?;
+        }
         // Its flows are true ones, θ₁ times the readings that pump and friction were identified with.
-        Model::load("models/mud_circulation.dgd", &choices)?.with(&[
+        model.with(&[
             ("flow_gain", 1.0 / theta_1),
             ("M_ssp", inertia / theta_1),
             ("c0", pump.c0),
@@ -66,8 +86,8 @@ impl Identified {
         ])
     }
 
-    fn run(&self, field: &Field, flow: &str, u_tubing: bool) -> Fallible<Case> {
-        let model = self.model(flow, u_tubing)?;
+    fn run(&self, field: &Field, flow: &str, line: Line) -> Fallible<Case> {
+        let model = self.model(flow, line)?;
         let level = field.level();
         let start = mean(&level[..30]);
         let recording = model.recording(&field.times, &field.columns(), &[("h_r", start)])?;
@@ -75,14 +95,12 @@ impl Identified {
         // Of the reading's own noise little is left in the mean of eleven.
         let level_error = less(&run.unknown("h_r")?, &smoothed(&level, 5));
         let flow_error = less(&run.output("q_ssp")?, &smoothed(field.column("q_ssp"), 5));
-        Ok(Case { level, level_error, flow_error, run })
+        Ok(Case { level_error, flow_error, run })
     }
 }
 
 /// A simulation of both states, and how far it is off.
 struct Case {
-    /// As read, m.
-    level: Vec<f64>,
     /// Computed less read, m.
     level_error: Vec<f64>,
     /// Computed less read, m³/s.
@@ -91,32 +109,6 @@ struct Case {
 }
 
 impl Case {
-    /// Panels as in Figs 4.1, 4.2 and B.1.
-    fn panels(&self, field: &Field) -> Fallible<Vec<dgd_cli::plot::Panel>> {
-        let t = &field.times;
-        let flow = field.column("q_ssp");
-        Ok(vec![
-            panel(
-                "Riser level",
-                "m",
-                vec![
-                    measured("measured", t, self.level.clone()),
-                    computed("simulated", t, self.run.unknown("h_r")?),
-                ],
-            ),
-            panel("Its error", "%", vec![computed("error", t, per(&self.level_error, LEVEL / 100.0))]),
-            panel(
-                "Return flow",
-                "lpm",
-                vec![
-                    measured("measured", t, per(flow, LPM)),
-                    computed("simulated", t, per(&self.run.output("q_ssp")?, LPM)),
-                ],
-            ),
-            panel("Its error", "%", vec![computed("error", t, per(&self.flow_error, FLOW / 100.0))]),
-        ])
-    }
-
     /// Largest errors of level and flow, shares of their scales.
     fn largest(&self) -> [f64; 2] {
         let most = |errors: &[f64]| errors.iter().fold(0.0, |most: f64, e| most.max(e.abs()));
@@ -126,26 +118,70 @@ impl Case {
     fn said(&self) -> String {
         let [level, flow] = self.largest();
         format!(
-            "The level is off by up to {:.3} % ({:.2} m) and the flow by up to {:.1} %",
-            100.0 * level, level * LEVEL, 100.0 * flow
+            "the level is off by up to {:.3} % ({:.2} m) and the flow by up to {:.1} %",
+            100.0 * level,
+            level * LEVEL,
+            100.0 * flow
         )
     }
 }
 
+/// Panels as in Figs 4.1, 4.2 and B.1.
+fn panels(field: &Field, cases: &[(&str, &Case)]) -> Fallible<Vec<Panel>> {
+    let t = &field.times;
+    let mut levels = vec![measured("measured", t, field.level())];
+    let mut flows = vec![measured("measured", t, per(field.column("q_ssp"), LPM))];
+    let (mut level_errors, mut flow_errors) = (Vec::new(), Vec::new());
+    for (name, case) in cases {
+        levels.push(computed(name, t, case.run.unknown("h_r")?));
+        flows.push(computed(name, t, per(&case.run.output("q_ssp")?, LPM)));
+        level_errors.push(computed(name, t, per(&case.level_error, LEVEL / 100.0)));
+        flow_errors.push(computed(name, t, per(&case.flow_error, FLOW / 100.0)));
+    }
+    Ok(vec![
+        panel("Riser level", "m", levels),
+        panel("Its error", "%", level_errors),
+        panel("Return flow", "lpm", flows),
+        panel("Its error", "%", flow_errors),
+    ])
+}
+
+/// The booster's flow, as calculated of its pump and out of its line.
+fn booster_flow(field: &Field, cases: &[(&str, &Case)]) -> Fallible<Panel> {
+    let t = &field.times;
+    let calculated = per(field.column("q_boost"), LPM);
+    let mut series = vec![measured("calculated of the pump", t, calculated)];
+    for (name, case) in cases {
+        series.push(computed(name, t, per(&case.run.unknown("q_bo")?, LPM)));
+    }
+    Ok(panel("Booster flow", "lpm", series))
+}
+
 /// Figs 3.23, 4.1, 4.2 and B.1.
-pub(crate) fn draw(circulation: &Field, ramps: &Field, identified: &Identified) -> Fallible<Section> {
+pub(crate) fn draw(
+    circulation: &Field,
+    ramps: &Field,
+    identified: &Identified,
+) -> Fallible<Section> {
     let t = &ramps.times;
-    let flows = |case: &Case| Ok::<_, Box<dyn std::error::Error>>(per(&case.run.output("q_ssp")?, LPM));
-    let (case_2, case_static) =
-        (identified.run(ramps, "dynamic", true)?, identified.run(ramps, "static", true)?);
+    let flows =
+        |case: &Case| Ok::<_, Box<dyn std::error::Error>>(per(&case.run.output("q_ssp")?, LPM));
+    let (case_2, case_static) = (
+        identified.run(ramps, "dynamic", Line::Outlet)?,
+        identified.run(ramps, "static", Line::Outlet)?,
+    );
     let apart = less(&flows(&case_2)?, &flows(&case_static)?);
     let rms = (apart.iter().map(|a| a * a).sum::<f64>() / apart.len() as f64).sqrt();
-    expect(rms < 0.01 * FLOW / LPM, || format!("static and dynamic flows are nearly the same: {rms} lpm"))?;
+    let alike = claim(
+        rms < 0.01 * FLOW / LPM,
+        format!("static and dynamic flows are nearly the same: {rms} lpm"),
+    );
     let fig_23 = Finding {
         number: "3.23",
         title: "Dynamic and static return flow",
         thesis: "Without its dynamics the flow is nearly identical, a little low at low flow.",
         here: format!("The two differ by {rms:.1} lpm, root mean square."),
+        claims: vec![alike],
         figure: over_time(vec![
             panel(
                 "Return flow",
@@ -160,51 +196,67 @@ pub(crate) fn draw(circulation: &Field, ramps: &Field, identified: &Identified) 
         ]),
     };
 
-    let case_1 = identified.run(circulation, "dynamic", true)?;
+    let case_1 = identified.run(circulation, "dynamic", Line::Outlet)?;
     let [level, flow] = case_1.largest();
-    expect(level < 1e-3 && flow < 0.05, || format!("case 1: {level} and {flow} of the scales"))?;
+    let within =
+        claim(level < 1e-3 && flow < 0.05, format!("case 1: {level} and {flow} of the scales"));
     let fig_41 = Finding {
         number: "4.1",
         title: "Case 1: normal circulation",
         thesis: "Height within ±0.1 % and flow within ±5 % of their scales.",
         here: format!("{}.", case_1.said()),
-        figure: over_time(case_1.panels(circulation)?),
+        claims: vec![within],
+        figure: over_time(panels(circulation, &[("simulated", &case_1)])?),
     };
 
-    let without = identified.run(ramps, "dynamic", false)?;
-    let [with_level, _] = case_2.largest();
-    let [without_level, _] = without.largest();
-    expect(without_level > 4.0 * with_level, || {
-        format!("case 2 is four times worse without U-tubing: {without_level} and {with_level}")
-    })?;
-    let mut panels = case_2.panels(ramps)?;
-    panels.push(panel(
-        "Booster flow",
-        "lpm",
-        vec![
-            measured("calculated of the pump", t, per(ramps.column("q_boost"), LPM)),
-            computed("out of the line", t, per(&case_2.run.unknown("q_bo")?, LPM)),
-        ],
-    ));
+    let without = identified.run(ramps, "dynamic", Line::None)?;
+    let column = identified.run(ramps, "dynamic", Line::Column)?;
+    let [outlet_level, column_level, without_level] =
+        [&case_2, &column, &without].map(|case| case.largest()[0]);
+    let worse = claim(
+        without_level > 4.0 * column_level,
+        format!(
+            "Without U-tubing the level's error is four times that with it or more: {:.3} % and {:.3} %.",
+            100.0 * without_level,
+            100.0 * column_level
+        ),
+    );
+    let small = claim(
+        outlet_level < 0.005 && column_level < 0.004,
+        format!(
+            "Height within 0.4 %, less than 0.5 bar, by the column of 3.11: {:.3} %.",
+            100.0 * column_level
+        ),
+    );
+    let shown = [("3.13, 3.14", &case_2), ("3.11, turbulent", &column)];
+    let mut of_case_2 = panels(ramps, &shown)?;
+    of_case_2.push(booster_flow(ramps, &shown)?);
     let fig_42 = Finding {
         number: "4.2",
         title: "Case 2: the booster pump ramped down and up",
         thesis: "Height within −0.2 … 0.4 %, less than 0.5 bar, its error clearly tied to U-tubing.",
-        here: format!("{}.", case_2.said()),
-        figure: over_time(panels),
+        here: format!(
+            "By 3.13 and 3.14: {}. The outlet's growth of one long stop does not suit a short stop or a              ramp in steps. By the column, 3.11, with friction of turbulent flow from that stop: {}.",
+            case_2.said(),
+            column.said()
+        ),
+        claims: vec![small],
+        figure: over_time(of_case_2),
     };
-    let mut panels = without.panels(ramps)?;
-    panels.push(panel(
-        "Booster flow",
-        "lpm",
-        vec![measured("calculated of the pump", t, per(ramps.column("q_boost"), LPM))],
-    ));
+    let mut of_none = panels(ramps, &[("simulated", &without)])?;
+    of_none.push(booster_flow(ramps, &[])?);
     let fig_b1 = Finding {
         number: "B.1",
         title: "Case 2 without U-tubing",
         thesis: "Height error up to 2 %, five times that with the model of the booster line.",
-        here: format!("{}: {:.1} times that of Fig 4.2.", without.said(), without_level / with_level),
-        figure: over_time(panels),
+        here: format!(
+            "{}: {:.1} times that of the column in Fig 4.2 and {:.1} times that of 3.13 and 3.14.",
+            without.said(),
+            without_level / column_level,
+            without_level / outlet_level
+        ),
+        claims: vec![worse],
+        figure: over_time(of_none),
     };
     let findings = vec![fig_23, fig_41, fig_42, fig_b1];
     Ok(Section { title: "3.8.1, 4 and B: verification", findings })
