@@ -79,8 +79,6 @@ impl RowKind {
 pub(crate) struct Row<'a> {
     /// Position of its kind.
     pub kind: usize,
-    pub recording: usize,
-    pub sample: usize,
     pub predicted: f64,
     pub target: f64,
     /// Multiplied, where its kind has a multiplier.
@@ -250,7 +248,7 @@ impl<'a, S: System> Rows<'a, S> {
                         });
                     }
                     let slopes = &self.slopes;
-                    visitor(Row { kind, recording, sample, predicted, target, residual, slopes });
+                    visitor(Row { kind, predicted, target, residual, slopes });
                 }
             }
         }
