@@ -62,6 +62,12 @@ fn digits(found: f64, certified: f64) -> f64 {
     (-((found - certified) / certified).abs().log10()).min(11.0)
 }
 
+/// Which parameter is which: the two terms of MGH17, b2 exp(−b4 x) and b3 exp(−b5 x), have no order, and the
+/// certified values have the slower first.
+fn order(problem: &str, p: &[f64]) -> Vec<usize> {
+    if problem == "mgh17" && p[3] > p[4] { vec![0, 2, 1, 4, 3] } else { (0..p.len()).collect() }
+}
+
 /// Digits that are asked for.
 fn wanted(problem: &str) -> f64 {
     if HARD.contains(&problem) { 4.0 } else { 6.0 }
@@ -91,9 +97,10 @@ fn all_problems_are_solved_from_both_starts_by_variable_projection() {
                     continue;
                 }
             };
-            let by_value = parameters.iter().zip(&fit.p).map(|(c, found)| digits(*found, c.value));
+            let order = order(problem, &fit.p);
+            let by_value = parameters.iter().zip(&order).map(|(c, j)| digits(fit.p[*j], c.value));
             let least = by_value.fold(f64::INFINITY, f64::min);
-            let std = fit.estimates.iter().zip(parameters);
+            let std = parameters.iter().zip(&order).map(|(c, j)| (&fit.estimates[*j], c));
             let of_std = std
                 .map(|(e, c)| e.std.map_or(0.0, |std| digits(std, c.std)))
                 .fold(f64::INFINITY, f64::min);

@@ -137,12 +137,7 @@ fn made_up(
 #[test]
 fn friction_of_fourth_order_fits_a_little_better_than_of_second() {
     let second = Case::of(FRICTION, &["F1", "F2"], &["pump_tests"]);
-    let mut problem = second.problem();
-    let names = &second.system.signature().parameters;
-    let position = |name: &str| names.iter().position(|p| p.name == name).expect("a parameter");
-    problem.free[position("F3")] = false;
-    problem.free[position("F4")] = false;
-    let second_order = regress(&problem, RegressionMethod::LeastSquares).expect("a fit");
+    let second_order = second.fit(RegressionMethod::LeastSquares);
     let fourth = Case::of(FRICTION, &[], &["pump_tests"]);
     let fourth_order = fourth.fit(RegressionMethod::LeastSquares);
     let quality = |fit: &RegressionFit| fit.rows[0].r_squared.expect("pressures differ");
@@ -393,7 +388,10 @@ parameter c [1] = 5
 output y [1] = (a + b)*x
 output z [1] = c*0*x + x
 ";
-    let case = Case::made_up(text, made_up(1.0, 20, &[("x", &|t| t)], &[&|t| 4.0 * t, &|t| t]));
+    let case = Case::made_up(
+        text,
+        made_up(1.0, 20, &[("x", &|t| t)], &[&|t| 4.0 * t + 0.01 * (9.0 * t).sin(), &|t| t]),
+    );
     match regress(&case.problem(), RegressionMethod::LeastSquares) {
         Err(RegressionError::NotRead { parameter }) => assert_eq!(parameter, "c"),
         other => panic!("{other:?}"),
@@ -403,7 +401,9 @@ output z [1] = c*0*x + x
     for method in [RegressionMethod::LeastSquares, RegressionMethod::Bounded] {
         let fit = regress(&problem, method).expect("a fit");
         assert_eq!((fit.rank, fit.undetermined.len()), (1, 1));
-        assert!((value(&fit, "a") - 1.5).abs() < 1e-9 && (value(&fit, "b") - 2.5).abs() < 1e-9);
+        let (a, b) = (value(&fit, "a"), value(&fit, "b"));
+        // What is seen is the sum; what is not, the difference, stays.
+        assert!((a + b - 4.0).abs() < 1e-3 && (b - a - 1.0).abs() < 1e-9, "{a} {b}");
         assert!(fit.estimates.iter().all(|estimate| estimate.std.is_none()));
         let changes: Vec<f64> = fit.undetermined[0].terms.iter().map(|term| term.change).collect();
         // One up by 1 %, the other down by as much: of 1 and 2.
@@ -412,7 +412,7 @@ output z [1] = c*0*x + x
     // A prior tells them apart.
     problem.priors = vec![Prior { parameter: 0, mean: 3.0, std: 0.1 }];
     let fit = regress(&problem, RegressionMethod::LeastSquares).expect("a fit");
-    assert!((value(&fit, "a") - 3.0).abs() < 1e-6 && (value(&fit, "b") - 1.0).abs() < 1e-6);
+    assert!((value(&fit, "a") - 3.0).abs() < 1e-9 && (value(&fit, "b") - 1.0).abs() < 1e-3);
     assert_eq!(fit.rank, 2);
 }
 

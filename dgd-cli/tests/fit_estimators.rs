@@ -188,7 +188,7 @@ fn what_cannot_be_had_from_readings_is_told_by_name() {
     dgd(&[&CIRCULATION[..], &["--estimator", "bounded", "--smoothing", "0"]].concat())
         .refused(2, &["--smoothing 0"]);
     dgd(&[&CIRCULATION[..], &["--estimator", "bounded", "--until", "0"]].concat())
-        .refused(1, &["`M_ssp`"]);
+        .refused(1, &["0 rows are too few"]);
     dgd(&[
         "fit",
         "models/mud_circulation_u_tubing.dgd",

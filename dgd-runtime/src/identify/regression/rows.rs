@@ -240,7 +240,9 @@ impl<'a, S: System> Rows<'a, S> {
                         self.slopes[k] += residual;
                         residual *= factor;
                     }
-                    if !residual.is_finite() || self.slopes.iter().any(|slope| !slope.is_finite()) {
+                    if !is_summable(residual)
+                        || !self.slopes.iter().all(|slope| is_summable(*slope))
+                    {
                         return Err(RegressionError::NotFinite {
                             row: self.kinds[kind].name.clone(),
                             recording,
@@ -254,4 +256,9 @@ impl<'a, S: System> Rows<'a, S> {
         }
         Ok(())
     }
+}
+
+/// Whether the square of a value is finite, too.
+fn is_summable(value: f64) -> bool {
+    (value * value).is_finite()
 }
