@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use dgd_compiler::model::Variant;
 use dgd_runtime::Signature;
 use dgd_runtime::identify::Bound;
-use dgd_runtime::identify::regression::{RegressionFit, RowOf, RowQuality};
+use dgd_runtime::identify::regression::{Followed, RegressionFit, RowOf, RowQuality};
 use serde_json::{Map, Value, json};
 
 use crate::estimator::Estimator;
@@ -21,6 +21,8 @@ pub(crate) struct RegressionOutcome<'a> {
     pub signature: &'a Signature,
     pub variants: &'a [Variant],
     pub fit: &'a RegressionFit,
+    /// Estimates over time, of the recursive estimator.
+    pub followed: Option<&'a Followed>,
     /// The recordings simulated, or why they cannot be.
     pub train: Option<Result<Tested, String>>,
     pub valid: Option<Result<Tested, String>>,
@@ -84,7 +86,40 @@ impl RegressionOutcome<'_> {
             "cost": fit.cost,
             "iterations": fit.iterations,
             "evaluations": fit.evaluations,
+            "recursive": self.followed.map(|followed| json!({
+                "samples": followed.times.len(),
+                "frozen_seconds": followed.frozen,
+                "p": self.matrix(|i, j| {
+                    Some(followed.covariance[(i, j)] / factor(i) / factor(j))
+                }),
+            })),
         })
+    }
+
+    /// The recursive estimates, sample by sample; with a column for the recording where there are several.
+    pub(crate) fn estimates_csv(&self) -> Option<String> {
+        let Self { signature, fit, followed, .. } = self;
+        let followed = (*followed)?;
+        let is_one = followed.times.iter().all(|(recording, _)| *recording == 0);
+        let units = || {
+            fit.estimates.iter().filter_map(|estimate| match estimate.of {
+                dgd_runtime::Direction::Parameter(i) => Some(&signature.parameters[i]),
+                dgd_runtime::Direction::Start(_) => None,
+            })
+        };
+        let mut text = "time [s]".to_owned();
+        for parameter in units() {
+            let _ = write!(text, ",{} [{}]", parameter.name, parameter.unit.symbol);
+        }
+        text.push_str(if is_one { "\n" } else { ",recording [1]\n" });
+        for ((recording, t), estimates) in followed.times.iter().zip(&followed.estimates) {
+            let _ = write!(text, "{t}");
+            for (value, parameter) in estimates.iter().zip(units()) {
+                let _ = write!(text, ",{}", in_unit(*value, &parameter.unit));
+            }
+            let _ = if is_one { writeln!(text) } else { writeln!(text, ",{}", recording + 1) };
+        }
+        Some(text)
     }
 
     fn name(&self) -> String {
@@ -155,7 +190,7 @@ impl RegressionOutcome<'_> {
             let remark = match estimate.at_bound {
                 Some(Bound::Lower) => format!("at its lower bound{}", unbounded()),
                 Some(Bound::Upper) => format!("at its upper bound{}", unbounded()),
-                None if std.is_none() => "not determined".to_owned(),
+                None if std.is_none() && self.followed.is_none() => "not determined".to_owned(),
                 None => String::new(),
             };
             table.push([
@@ -229,6 +264,12 @@ impl RegressionOutcome<'_> {
             let _ = writeln!(text, "{}: not linear, found by search", outer.join(", "));
         }
         push_combinations(text, &fit.undetermined, |i| fit.estimates[i].name.clone(), "row");
+        if let Some(followed) = self.followed {
+            let _ = writeln!(text, "{} samples were followed", followed.times.len());
+            if followed.frozen > 0.0 {
+                let _ = writeln!(text, "P was kept from growing for {} s", followed.frozen);
+            }
+        }
         let condition = if fit.condition_number.is_finite() {
             format!("condition number {}", significant(fit.condition_number, 3))
         } else {

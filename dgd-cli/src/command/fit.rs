@@ -67,7 +67,7 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
     };
     let json = outcome.to_json();
     if let Some(folder) = console.out() {
-        task.save(folder, args, &fit.estimates, &json)?;
+        task.save(folder, args, &fit.estimates, &json, Vec::new())?;
         console.remark(&format!("wrote {}", folder.display()));
     }
     if !args.solve.plot.is_empty() {
@@ -232,6 +232,7 @@ impl Task {
         args: &FitArgs,
         estimates: &[Estimate],
         json: &Value,
+        more: Vec<(String, Vec<u8>)>,
     ) -> Result<(), CommandError> {
         let settings = &self.options_of_model.settings;
         let text = fitted_model::text(
@@ -244,8 +245,9 @@ impl Task {
         );
         let name = fitted_model::file_name(&args.model);
         let json = format!("{json:#}\n");
-        let written =
+        let mut written =
             vec![(name, text.into_bytes()), ("result.json".to_owned(), json.into_bytes())];
+        written.extend(more);
         Ok(write_folder(folder, &Files { written, ..Files::default() })?)
     }
 

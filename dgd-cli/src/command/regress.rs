@@ -5,14 +5,15 @@ use std::path::PathBuf;
 use dgd_execute::Loaded;
 use dgd_runtime::System;
 use dgd_runtime::identify::regression::{
-    RegressionError, RegressionMethod, RegressionProblem, regress,
+    FollowOptions, Forgetting, Normalisation, RegressionError, RegressionMethod, RegressionProblem,
+    follow, regress,
 };
 use dgd_runtime::identify::{EstimateError, OutputErrorProblem, Recording};
 
 use crate::args::FitArgs;
 use crate::command::fit::Task;
 use crate::console::{Console, print};
-use crate::estimator::Estimator;
+use crate::estimator::{Estimator, Normalise, RegressionArgs};
 use crate::failure::{CommandError, meant};
 use crate::fit_report::Tested;
 use crate::regression_report::RegressionOutcome;
@@ -26,15 +27,20 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
         ));
     }
     let problem = regression_problem(task, args, console)?;
-    let method = match args.regression.estimator {
-        Estimator::LeastSquares => RegressionMethod::LeastSquares,
-        Estimator::Bounded => RegressionMethod::Bounded,
-        Estimator::NelderMead => RegressionMethod::NelderMead,
-        Estimator::Separable | Estimator::OutputError | Estimator::Recursive => {
-            RegressionMethod::VariableProjection
-        }
+    let by = |method| regress(&problem, method);
+    let mut followed = None;
+    let fit = match args.regression.estimator {
+        Estimator::LeastSquares => by(RegressionMethod::LeastSquares),
+        Estimator::Bounded => by(RegressionMethod::Bounded),
+        Estimator::NelderMead => by(RegressionMethod::NelderMead),
+        Estimator::Separable | Estimator::OutputError => by(RegressionMethod::VariableProjection),
+        Estimator::Recursive => follow(&problem, &follow_options(&args.regression)).map(|found| {
+            let fit = found.fit.clone();
+            followed = Some(found);
+            fit
+        }),
     };
-    let fit = regress(&problem, method).map_err(|error| failed(task, args, error))?;
+    let fit = fit.map_err(|error| failed(task, args, error))?;
     let simulated = |recordings: &[Recording], paths: &[PathBuf]| {
         simulated(task, console, &fit.p, recordings, paths)
     };
@@ -43,15 +49,32 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
         signature: task.system.signature(),
         variants: &task.compiled.model.variants,
         fit: &fit,
+        followed: followed.as_ref(),
         train: simulated(&task.train, &args.data),
         valid: simulated(&task.valid, &args.valid),
     };
     let json = outcome.to_json();
     if let Some(folder) = console.out() {
-        task.save(folder, args, &fit.estimates, &json)?;
+        let estimates = outcome.estimates_csv();
+        let more = estimates.map(|csv| ("estimates.csv".to_owned(), csv.into_bytes()));
+        task.save(folder, args, &fit.estimates, &json, more.into_iter().collect())?;
         console.remark(&format!("wrote {}", folder.display()));
     }
     if console.is_json() { print(&format!("{json:#}\n")) } else { print(&outcome.to_text()) }
+}
+
+fn follow_options(args: &RegressionArgs) -> FollowOptions {
+    let normalisation = match args.normalise {
+        Normalise::None => Normalisation::None,
+        Normalise::Regressors => Normalisation::Regressors,
+        Normalise::Covariance => Normalisation::Covariance,
+    };
+    let limit = args.most_variance.unwrap_or(f64::INFINITY);
+    FollowOptions {
+        time_constants: args.filter.clone(),
+        start_variance: args.start_variance,
+        forgetting: Forgetting { rate: args.forgetting, limit, normalisation },
+    }
 }
 
 fn regression_problem<'a>(
@@ -120,7 +143,10 @@ fn simulated(
 
 fn failed(task: &Task, args: &FitArgs, error: RegressionError) -> CommandError {
     match error {
-        RegressionError::NothingFree => CommandError::Usage(error.to_string()),
+        RegressionError::NothingFree
+        | RegressionError::Filter
+        | RegressionError::StartVariance
+        | RegressionError::Forgetting => CommandError::Usage(error.to_string()),
         RegressionError::NothingMeasured => task.failed(EstimateError::NothingMeasured, &args.data),
         RegressionError::NotRead { .. }
         | RegressionError::NotReconstructed { .. }

@@ -76,6 +76,12 @@ pub enum RegressionError {
         /// Evaluations of all rows.
         evaluations: usize,
     },
+    /// The time constants of the filter are not positive.
+    Filter,
+    /// The variance that estimates start with is not positive.
+    StartVariance,
+    /// The forgetting rate is below zero, or the limit of the variance not positive.
+    Forgetting,
     /// A recursive regression needs samples over time.
     NotOverTime,
 }
@@ -137,6 +143,14 @@ impl fmt::Display for RegressionError {
             Self::Variables(error) => error.fmt(f),
             Self::NotConverged { evaluations } => {
                 write!(f, "no minimum was reached in {evaluations} evaluations of all rows")
+            }
+            Self::Filter => write!(f, "the time constants of the filter must be positive"),
+            Self::Forgetting => write!(
+                f,
+                "the forgetting rate must not be below zero, and the most variance must be positive"
+            ),
+            Self::StartVariance => {
+                write!(f, "the variance that estimates start with must be positive")
             }
             Self::NotOverTime => {
                 write!(f, "a recursive estimator follows samples over time, and there are none")

@@ -75,6 +75,12 @@ impl RegressionFit {
         Some(self.uncertainty.covariance(i, j)? * self.sizes[i] * self.sizes[j])
     }
 
+    /// Says no more how sure the estimates are.
+    pub(crate) fn forget_uncertainty(&mut self) {
+        self.estimates.iter_mut().for_each(|estimate| estimate.std = None);
+        self.uncertainty.places.fill(None);
+    }
+
     /// Correlation of the errors of two estimates.
     pub fn correlation(&self, i: usize, j: usize) -> Option<f64> {
         let of = |i, j| self.uncertainty.covariance(i, j);
@@ -178,7 +184,7 @@ impl Found {
         Ok(Self { sigma, p, unbounded, least: last.least.clone(), iterations, evaluations })
     }
 
-    /// Whether another round would change nothing: weights are as they were to a part, or there is one.
+    /// Whether another round would change nothing: weights are as they were, to a part.
     pub(crate) fn is_stable(&self, last: &Self, part: f64) -> bool {
         let near = |(next, last): (&f64, &f64)| (next / last - 1.0).abs() <= part;
         self.sigma.iter().zip(&last.sigma).all(near)

@@ -21,10 +21,13 @@
 //! | `filters`, `recursive`, `follow` | the same while samples come in |
 
 mod error;
+mod filters;
 mod finish;
+mod follow;
 mod known;
 mod least_squares;
 mod prepare;
+mod recursive;
 mod rows;
 mod separable;
 mod slopes;
@@ -40,7 +43,12 @@ use crate::identify::regression::prepare::Prepared;
 use crate::system::System;
 
 pub use error::RegressionError;
+pub use filters::LambdaFilter;
 pub use finish::{RegressionFit, RowQuality};
+pub use follow::{FollowOptions, Followed, follow};
+pub use recursive::{
+    ContinuousLeastSquares, Forgetting, Normalisation, RecursiveLeastSquares, RegressorSample,
+};
 pub use rows::RowOf;
 
 /// Most rounds of re-estimated noise.
@@ -136,7 +144,9 @@ pub fn regress<S: System>(
     let mut found = Found::first(&prepared, &mut rows)?;
     for _ in 0..MOST_ROUNDS {
         let next = separable::solve(&prepared, &mut rows, &linear, &found, method)?;
-        let is_stable = next.is_stable(&found, STABLE);
+        // The weight of rows of one kind, with nothing beside them, changes nothing.
+        let is_one = next.sigma.len() == 1 && problem.priors.is_empty();
+        let is_stable = is_one || next.is_stable(&found, STABLE);
         found = next;
         if is_stable {
             break;

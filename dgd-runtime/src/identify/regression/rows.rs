@@ -79,8 +79,6 @@ impl RowKind {
 pub(crate) struct Row<'a> {
     /// Position of its kind.
     pub kind: usize,
-    pub recording: usize,
-    pub sample: usize,
     pub predicted: f64,
     pub target: f64,
     /// Multiplied, where its kind has a multiplier.
@@ -242,7 +240,9 @@ impl<'a, S: System> Rows<'a, S> {
                         self.slopes[k] += residual;
                         residual *= factor;
                     }
-                    if !residual.is_finite() || self.slopes.iter().any(|slope| !slope.is_finite()) {
+                    if !is_summable(residual)
+                        || !self.slopes.iter().all(|slope| is_summable(*slope))
+                    {
                         return Err(RegressionError::NotFinite {
                             row: self.kinds[kind].name.clone(),
                             recording,
@@ -250,10 +250,15 @@ impl<'a, S: System> Rows<'a, S> {
                         });
                     }
                     let slopes = &self.slopes;
-                    visitor(Row { kind, recording, sample, predicted, target, residual, slopes });
+                    visitor(Row { kind, predicted, target, residual, slopes });
                 }
             }
         }
         Ok(())
     }
+}
+
+/// Whether the square of a value is finite, too.
+fn is_summable(value: f64) -> bool {
+    (value * value).is_finite()
 }

@@ -89,19 +89,10 @@ pub(crate) fn solve<S: System>(
             }
             found.x
         } else {
-            let first = outer.project(rows, &inner, &outer.parameters(&p, &z), &z)?;
-            let minimum = minimise(z, first, &bounds, &prepared.problem.stopping, |z| {
-                outer.project(rows, &inner, &outer.parameters(&p, z), z)
-            });
-            evaluations += minimum.evaluations + 1;
-            iterations += minimum.iterations;
-            match (minimum.termination, minimum.last_failure) {
-                (Termination::Blocked, Some(error)) => return Err(error),
-                (Termination::Blocked | Termination::EvaluationLimit, _) => {
-                    return Err(RegressionError::NotConverged { evaluations });
-                }
-                _ => minimum.x,
-            }
+            let found = outer.search(rows, &inner, &p, z, &bounds)?;
+            evaluations += found.evaluations;
+            iterations += found.iterations;
+            found.x
         };
         p = outer.parameters(&p, &z);
     }
@@ -178,6 +169,13 @@ impl<S: System> Inner<'_, S> {
     }
 }
 
+/// Where a search ended.
+struct Searched {
+    x: Vec<f64>,
+    evaluations: usize,
+    iterations: usize,
+}
+
 /// The parameters that do not enter linearly.
 struct Outer<'a, S> {
     prepared: &'a Prepared<'a, S>,
@@ -218,6 +216,39 @@ impl<'a, S: System> Outer<'a, S> {
 
     fn parameters(&self, p: &[f64], z: &[f64]) -> Vec<f64> {
         self.variables.parameters(p, z)
+    }
+
+    /// Levenberg's and Marquardt's method on the projected problem. Where no step, however small, helps any
+    /// more, it begins anew: its scales remember the steepest place that it came by.
+    fn search(
+        &self,
+        rows: &mut Rows<'_, S>,
+        inner: &Inner<'_, S>,
+        p: &[f64],
+        mut z: Vec<f64>,
+        bounds: &[(f64, f64)],
+    ) -> Result<Searched, RegressionError> {
+        let mut rule = self.prepared.problem.stopping;
+        let mut at = self.project(rows, inner, &self.parameters(p, &z), &z)?;
+        let (mut evaluations, mut iterations) = (1, 0);
+        loop {
+            let minimum = minimise(z, at, bounds, &rule, |z| {
+                self.project(rows, inner, &self.parameters(p, z), z)
+            });
+            evaluations += minimum.evaluations;
+            iterations += minimum.iterations;
+            rule.evaluations = rule.evaluations.saturating_sub(minimum.evaluations);
+            match (minimum.termination, minimum.last_failure) {
+                (Termination::Stalled, _) if minimum.iterations > 0 => {
+                    (z, at) = (minimum.x, minimum.at);
+                }
+                (Termination::Blocked, Some(error)) => return Err(error),
+                (Termination::Blocked | Termination::EvaluationLimit, _) => {
+                    return Err(RegressionError::NotConverged { evaluations });
+                }
+                _ => return Ok(Searched { x: minimum.x, evaluations, iterations }),
+            }
+        }
     }
 
     /// The projected problem at z.

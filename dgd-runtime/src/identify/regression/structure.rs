@@ -5,8 +5,8 @@
 //! comparing derivatives over the samples: what the samples do not show makes no difference to a
 //! regression on them.
 //!
-//! An equation that is linear in all its parameters but for a common factor, as ẏ = F(p)/M, is multiplied
-//! by it.
+//! An equation with a common factor, as ẏ = F(p)/M, is multiplied by it where more parameters enter
+//! linearly then.
 
 use crate::identify::regression::rows::{RowOf, Rows};
 use crate::problem::parameter_size;
@@ -27,23 +27,42 @@ const MOST_TRIED: usize = 16;
 pub(crate) fn find_linear<S: System>(system: &S, rows: &mut Rows<'_, S>, p: &[f64]) -> Vec<bool> {
     let n = rows.free.len();
     let points = SHIFTS.map(|shift| Neighbourhood::of(system, rows, p, shift));
-    let mut conflicts = vec![vec![false; n]; n];
+    let mut conflicts = Vec::new();
     for kind in 0..rows.kinds.len() {
         let plain = conflicts_of(&points, rows, kind, None);
+        let mut found = plain.clone();
         let is_equation = matches!(rows.kinds[kind].of, RowOf::Equation(_));
         if !plain.is_empty() && is_equation {
             let factors = rows.kinds[kind].parameters.iter().map(|(j, _)| *j);
-            let linear = |m: &usize| conflicts_of(&points, rows, kind, Some(*m)).is_empty();
-            rows.kinds[kind].multiplier = factors.into_iter().find(linear);
-        }
-        if rows.kinds[kind].multiplier.is_none() {
-            for (j, k) in plain {
-                conflicts[j][k] = true;
-                conflicts[k][j] = true;
+            let size = |found: &[(usize, usize)]| {
+                largest_set(&table(n, found)).iter().filter(|member| **member).count()
+            };
+            let (mut best, mut most) = (None, size(&plain));
+            for m in factors {
+                let multiplied = conflicts_of(&points, rows, kind, Some(m));
+                if size(&multiplied) > most {
+                    most = size(&multiplied);
+                    best = Some((m, multiplied));
+                }
+            }
+            if let Some((m, multiplied)) = best {
+                rows.kinds[kind].multiplier = Some(m);
+                found = multiplied;
             }
         }
+        conflicts.extend(found);
     }
-    largest_set(&conflicts)
+    largest_set(&table(n, &conflicts))
+}
+
+/// Conflicts as a symmetric table.
+fn table(n: usize, pairs: &[(usize, usize)]) -> Vec<Vec<bool>> {
+    let mut table = vec![vec![false; n]; n];
+    for (j, k) in pairs {
+        table[*j][*k] = true;
+        table[*k][*j] = true;
+    }
+    table
 }
 
 /// A row kind in which a parameter does not enter linearly, whatever the others do.

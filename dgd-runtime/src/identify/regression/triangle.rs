@@ -76,6 +76,11 @@ impl Triangle {
         self.rows.clear();
     }
 
+    /// Puts zeros in place of ζ and ρ: what the rows say of the target has been used.
+    pub(crate) fn forget_target(&mut self) {
+        self.triangle.column_mut(self.columns - 1).fill(0.0);
+    }
+
     /// R, n × n. All rows must have been reduced.
     pub(crate) fn r(&self) -> DMatrix<f64> {
         debug_assert!(self.rows.is_empty(), "rows that are not in the triangle");
