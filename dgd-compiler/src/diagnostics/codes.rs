@@ -587,8 +587,9 @@ Right:
     }
 "
 E220 "input of a part that is not bound" "
-A part is a model, and every input of that model must be said to be something: an input of the whole,
-an unknown, or what another part puts out.
+A part is a model, and every input of that model that its chosen variants read must be said to be
+something: an input of the whole, an unknown, or what another part puts out. A choice of a variant
+that would read an input that no one binds cannot be made.
 
 Wrong:
 

@@ -56,7 +56,7 @@ fn push_run(text: &mut String, model: &Model, path: &str) {
     for variant in &model.variants {
         let choices: Vec<String> =
             variant.choices.iter().map(|choice| format!("`{choice}`")).collect();
-        let chosen = variant.choices.get(variant.chosen).map_or("", String::as_str);
+        let chosen = variant.choice();
         let _ = writeln!(
             text,
             "\nVariant `{}`: {}. This page shows `{chosen}`.",

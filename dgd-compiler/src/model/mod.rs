@@ -313,10 +313,18 @@ pub struct Saturation {
 pub struct Variant {
     /// Its name.
     pub name: String,
-    /// The choices, the default first.
+    /// The choices that can be made, in the order written, the default first; one is not that would
+    /// read an input of a part that no one binds.
     pub choices: Vec<String>,
     /// Which one the model holds.
     pub chosen: usize,
+}
+
+impl Variant {
+    /// The name of the choice that was made.
+    pub fn choice(&self) -> &str {
+        self.choices.get(self.chosen).map_or("", String::as_str)
+    }
 }
 
 impl Model {

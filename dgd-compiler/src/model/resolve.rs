@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::check_units::{Dim, being, this_is};
-use super::choose::{check_settings, choose, unknown_choice};
+use super::choose::{check_settings, choose, leave_out_impossible, unknown_choice};
 use super::define::{Definition, Scope, in_order};
 use super::expression::{Lowering, Typed, is_plain, unit_of};
 use super::{Constant, Declared, Input, Interpolation, Let, Model};
@@ -78,6 +78,9 @@ pub fn resolve(
             ));
         }
     }
+
+    parts::leave_out_unbound(&mut items, main, &parts, diagnostics)?;
+    leave_out_impossible(&mut variants, main, libraries, options);
 
     let mut scope = Scope::collect(&items, diagnostics);
     let settings = check_settings(&options.settings, &scope, diagnostics);

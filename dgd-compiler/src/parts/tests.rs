@@ -95,8 +95,8 @@ let x = one.p
 "
     );
     assert_eq!(expanded.asts.len(), 1);
-    let part = InnerModel { name: "one".into(), model: "tank".into(), doc: Vec::new() };
-    assert_eq!(expanded.parts, [part]);
+    let [part] = &expanded.parts[..] else { panic!("{:?}", expanded.parts) };
+    assert_eq!((part.name.as_str(), part.model.as_str()), ("one", "tank"));
 }
 
 #[test]
@@ -218,6 +218,75 @@ fn mistakes_are_named() {
         ),
     ] {
         assert_eq!(with(lines), [expected], "{lines}");
+    }
+}
+
+/// A line whose end is given a flow or a pressure; an input stands in a choice, another is read in one.
+const LINE: &str = "\
+model line
+state q = 1
+input slow
+let slowed = slow*q
+variant end {
+  flow { input q_end
+    equation end: der(q) = (q_end - q)/1 [s] }
+  pressure { input p_end
+    equation end: der(q) = (p_end - slowed)/1 [s] }
+}
+output late = slowed
+";
+
+#[test]
+fn inputs_that_the_chosen_variants_do_not_read_need_not_be_bound() {
+    let with = |lines: &str| {
+        let main = format!("model pond\nimport \"line.dgd\"\n{lines}\n");
+        Run::new(&[("pond.dgd", &main), ("line.dgd", LINE)])
+    };
+    let mut run = with("part one: line\none.q_end = 2");
+    let model = run.model();
+    assert!(model.inputs.is_empty());
+    // The other choice cannot be made.
+    assert_eq!(model.variants[0].choices, ["flow"]);
+    assert_eq!(model.lets.iter().map(|l| l.name.as_str()).collect::<Vec<_>>(), ["one.q_end"]);
+    // They may be bound all the same.
+    let model = with("part one: line\none.q_end = 2\none.slow = 1\none.p_end = 0").model();
+    assert_eq!(model.variants[0].choices, ["flow", "pressure"]);
+    for (lines, expected) in [
+        // Another choice reads others.
+        (
+            "part one: line(end = pressure)\none.q_end = 2",
+            "E220: inputs `one.p_end`, `one.slow` are not bound",
+        ),
+        // The whole reads what a value of the part needs.
+        (
+            "part one: line\none.q_end = 2\nlet x = one.late",
+            "E220: input `one.slow` is not bound",
+        ),
+        // Bound in one choice of the whole and missing in the chosen one.
+        (
+            "part one: line\nvariant v {\na { let x = 1 }\nb { one.q_end = 2 }\n}",
+            "E220: input `one.q_end` is not bound",
+        ),
+    ] {
+        assert_eq!(with(lines).messages(), [expected], "{lines}");
+    }
+    let lines = "part one: line\nvariant v {\na { one.q_end = 2 }\nb { let x = 1 }\n}";
+    with(lines).model();
+}
+
+#[test]
+fn an_input_that_is_not_bound_is_said_where_the_part_stands() {
+    let pair = "model pair\nimport \"line.dgd\"\npart a: line(end = pressure)\na.slow = 1\n";
+    let main = "model pond\nimport \"pair.dgd\"\npart first: pair\n";
+    let mut run = Run::new(&[("pond.dgd", main), ("pair.dgd", pair), ("line.dgd", LINE)]);
+    assert_eq!(run.messages(), ["E220: input `first.a.p_end` is not bound"]);
+    let shown = run.shown();
+    for part in [
+        "--> pair.dgd:3:6",
+        "an input of the part's model with `first.a.end = pressure`",
+        "say what it is: `a.p_end = …`",
+    ] {
+        assert!(shown.contains(part), "{part}\n{shown}");
     }
 }
 
