@@ -11,7 +11,7 @@
 //! unknowns, so that one factorisation serves all sizes and patterns.
 
 use crate::blocks::{blocks, is_singular};
-use crate::discrete::{choose_sides, discrete_numbers};
+use crate::discrete::{choose_sides, choose_start_modes, discrete_numbers};
 use crate::error::{InitialError, IntegrateError};
 use crate::integrate::drive::Drive;
 use crate::linalg::norm::Tolerances;
@@ -75,9 +75,11 @@ pub fn consistent_start<S: System>(
     let at = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
     start_values(problem, at, y.as_mut()).map_err(IntegrateError::Initial)?;
     let mut e = vec![0.0; signature.discrete.transitions().count()];
+    let place = (t, y.as_ref(), u.as_ref(), problem.p);
+    choose_start_modes(system, place, &mut e, &mut z);
     let at = Point { t, y: y.as_ref(), u: u.as_ref(), p: problem.p, z: &[] };
     select_states(system, at, &mut z, &mut e);
-    choose_sides(system, (t, y.as_ref(), u.as_ref(), problem.p), &mut e, &mut z);
+    choose_sides(system, place, &mut e, &mut z);
     let mut sizes = S::Vector::zeros(n);
     unknown_sizes(system, y.as_ref(), sizes.as_mut());
 

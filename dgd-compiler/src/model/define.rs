@@ -99,6 +99,20 @@ impl<'a> Scope<'a> {
         }
     }
 
+    /// Whether a symbol is a state, or an element of an array of states.
+    pub(super) fn is_state(&self, symbol: Symbol) -> bool {
+        let holds = |array: &Result<ArrayPlace<'_>, Reported>, i: u32| {
+            array.as_ref().is_ok_and(|a| (a.first..a.first + a.count).contains(&i))
+        };
+        self.names.values().any(|entry| match (entry.definition, symbol) {
+            (Definition::Unknown { index, state }, Symbol::Unknown(i)) => state && index == i,
+            (Definition::Array { index, state }, Symbol::Element(i)) => {
+                state && self.arrays.get(index).is_some_and(|array| holds(array, i))
+            }
+            _ => false,
+        })
+    }
+
     pub(super) fn function_names(&self) -> impl Iterator<Item = &'a str> + '_ {
         self.functions.iter().map(|function| function.name)
     }

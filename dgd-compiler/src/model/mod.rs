@@ -248,9 +248,9 @@ pub struct Automaton {
     pub doc: Vec<String>,
     /// Modes, in the order written.
     pub modes: Vec<Mode>,
-    /// The mode it starts in.
+    /// The mode it starts in where no condition says another.
     pub start: usize,
-    /// Which mode follows which, and when.
+    /// Which mode follows which, and when; then the conditions of modes to start in.
     pub transitions: Vec<Transition>,
 }
 
@@ -270,11 +270,11 @@ pub struct Mode {
 pub struct Transition {
     /// Its place.
     pub span: Span,
-    /// Position of the mode that it leaves.
-    pub from: usize,
+    /// Position of the mode that it leaves; none where it is made at the start of a run.
+    pub from: Option<usize>,
     /// Position of the mode that it enters.
     pub to: usize,
-    /// What is watched.
+    /// What is watched; of a condition of a start, 1 where it holds and −1 where it does not.
     pub left: ExprId,
     /// In which direction it passes `right`.
     pub crossing: Crossing,

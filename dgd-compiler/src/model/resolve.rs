@@ -238,8 +238,8 @@ impl<'a> Resolver<'a> {
                 let equation = self.equation(item, label, (left, right), diagnostics)?;
                 self.model.equations.push(equation);
             }
-            ItemKind::Modes { name, modes, transitions, start } => {
-                let parts = (modes.as_slice(), transitions.as_slice(), start.as_ref());
+            ItemKind::Modes { name, modes, transitions, starts } => {
+                let parts = (modes.as_slice(), transitions.as_slice(), starts.as_slice());
                 let automaton = self.automaton(item, name, parts, diagnostics)?;
                 self.model.automata.push(automaton);
             }
