@@ -520,7 +520,8 @@ Right:
 "
 E213 "incomplete effect" "
 An effect says once what kind it is, `plant`, `sensor` or `input`, and changes something: `replace`
-puts an expression in the place of a name or of an output, `add` adds to an equation.
+puts an expression in the place of a name or of an output, `add` adds to an equation. Or it brings
+what shows or acts by itself, such as an `output`: declarations alone do nothing.
 
 Wrong:
 

@@ -13,6 +13,7 @@ pub mod markdown;
 pub mod mathml;
 mod modes;
 mod resolve;
+mod start;
 pub mod text;
 mod whole;
 

@@ -113,10 +113,6 @@ impl<'a> Resolver<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Result<(), Reported> {
         let Lowering { graph, scope, .. } = &self.lowering;
-        let is_late = |id: &ExprId| match graph.node(*id) {
-            Node::Delay(x, _) => graph.symbols(x).iter().any(|s| is_unknown(*s)),
-            _ => false,
-        };
         let is_unsolved = |symbol: &Symbol| match symbol {
             Symbol::Unknown(_) | Symbol::Element(_) => !scope.is_state(*symbol),
             Symbol::Derivative(_) | Symbol::ElementRate(_) => true,
@@ -125,11 +121,11 @@ impl<'a> Resolver<'a> {
         let symbols = graph.symbols(holds);
         let culprit = match symbols.iter().find(|symbol| is_unsolved(symbol)) {
             Some(symbol) => scope.quoted_name(*symbol).unwrap_or_else(|| "an unknown".to_owned()),
-            None if graph.reachable([holds]).iter().any(is_late) => "a past".to_owned(),
+            None if self.reads_past(holds) => "the past of a state".to_owned(),
             None => return Ok(()),
         };
         let message = format!(
-            "the mode to start in depends on {culprit}, which is known once equations are solved"
+            "the mode to start in depends on {culprit}, which is not known before"
         );
         Err(diagnostics.error(
             Diagnostic::new(Code::E503, condition.span, message)
@@ -258,10 +254,6 @@ impl<'a> Resolver<'a> {
         let unit = entry.unit.unwrap_or_else(|| Ok(Unit::one()))?;
         Ok((index, unit))
     }
-}
-
-fn is_unknown(symbol: Symbol) -> bool {
-    matches!(symbol, Symbol::Unknown(_) | Symbol::Element(_))
 }
 
 /// Positions of modes by name; of two with one name the first counts.

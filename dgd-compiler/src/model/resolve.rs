@@ -105,6 +105,7 @@ pub fn resolve(
     resolver.unused_functions(diagnostics);
     resolver.unused_lets(diagnostics);
     diagnostics.check()?;
+    resolver.open_starts(diagnostics)?;
 
     let mut model = resolver.model;
     for (name, size) in &resolver.lowering.scope.sizes {

@@ -1,5 +1,6 @@
 use super::*;
 use crate::diagnostics::render;
+use crate::expr::Symbol;
 use crate::effects::{Application, Applied, Blending, Effect, apply, write};
 use crate::model::text as model_text;
 use crate::model::{Model, ModelOptions, resolve};
@@ -275,6 +276,53 @@ fn inputs_that_the_chosen_variants_do_not_read_need_not_be_bound() {
 }
 
 #[test]
+fn start_values_of_a_part_read_what_the_whole_starts_with() {
+    let pipe = "model pipe\ninput q_in [m^3/s]\nsize N = 2\nstate q [m^3/s] = 2*q_in\n\
+                state r[i in 1..N] [m^3/s] = i*q_in\n\
+                equation e: der(q) = (q_in - q)/1 [s]\n\
+                for i in 1..N { equation f[i]: der(r[i]) = (q_in - r[i])/1 [s] }\n";
+    let with = |lines: &str| {
+        let main = format!("model pond\nimport \"pipe.dgd\"\nparameter a [m^3/s] = 3\n{lines}\n");
+        Run::new(&[("pond.dgd", &main), ("pipe.dgd", pipe)])
+    };
+    // Through two parts, in either order, and an element of an array.
+    let model = with(
+        "part two: pipe\npart one: pipe\ntwo.q_in = one.q + one.r[2]\none.q_in = x\n\
+         state x [m^3/s] = 5*a\nequation e: der(x) = 0",
+    )
+    .model();
+    let start = |name: &str| {
+        let unknown = model.unknowns.iter().find(|x| x.declared.name == name).expect(name);
+        model.graph.evaluate(unknown.start, &|symbol| match symbol {
+            Symbol::Parameter(0) => 3.0,
+            _ => f64::NAN,
+        })
+    };
+    assert_eq!([start("x"), start("one.q"), start("two.q")], [15.0, 30.0, 2.0*(30.0 + 30.0)]);
+
+    for (lines, expected) in [
+        (
+            "part one: pipe\npart two: pipe\none.q_in = two.q\ntwo.q_in = one.q",
+            "E206: start values depend on each other: `one.q` → `two.q` → `one.q`",
+        ),
+        (
+            "part one: pipe\none.q_in = y\nunknown y [m^3/s]\nequation e: y = a",
+            "E503: this start value depends on `y`, which is not known before",
+        ),
+        (
+            "part one: pipe\none.q_in = a\nstate y [m^3/s] = one.q\nequation e: der(y) = 0",
+            "E503: this start value depends on `one.q`, which is not known before",
+        ),
+        (
+            "part one: pipe\none.q_in = delay(x, 1 [s])\nstate x [m^3/s]\nequation e: der(x) = 0",
+            "E503: this start value depends on an unknown, which is not known before",
+        ),
+    ] {
+        assert_eq!(with(lines).messages()[0], expected, "{lines}");
+    }
+}
+
+#[test]
 fn an_input_that_is_not_bound_is_said_where_the_part_stands() {
     let pair = "model pair\nimport \"line.dgd\"\npart a: line(end = pressure)\na.slow = 1\n";
     let main = "model pond\nimport \"pair.dgd\"\npart first: pair\n";
@@ -450,7 +498,8 @@ fn modes_functions_and_delays_of_a_part_are_its_own() {
                  function gain(k) = 2*k\n\
                  modes side {\nopen { equation e: der(x) = -gain(k)*x/1 [s] }\n\
                  shut { equation e: der(x) = 0 }\n\
-                 open -> shut when x falls below delay(u, tau) { reset x = k }\nstart shut\n}\n";
+                 open -> shut when x falls below delay(u, tau) { reset x = k }\n\
+                 start shut\nstart open if x > k and not u > tau/1 [s]\n}\n";
     let main = "model whole\nimport \"valve.dgd\"\ninput w\npart one: valve\none.u = w\n\
                 modes side {\na { equation f: y = one.x }\nb { equation f: y = 0 }\n\
                 a -> b when y rises above 2 { reset one.x = 3 }\n}\nunknown y\n";
@@ -472,6 +521,7 @@ modes one.side {
     reset one.x = one.k
   }
   start shut
+  start open if one.x > one.k and not one.u > one.tau/1 [s]
 }
 let one.u [1] = w
 ";
