@@ -784,7 +784,8 @@ modes tank {
 }
 ";
     let system = model(text);
-    let at = |h_0: f64| run_with(&system, &[h_0, 0.2], &Inputs::none(), &[0.0, 5.0]).expect("a run");
+    let at =
+        |h_0: f64| run_with(&system, &[h_0, 0.2], &Inputs::none(), &[0.0, 5.0]).expect("a run");
     let full = at(4.0);
     assert_close(full.y(1), &[3.0, 0.2]);
     assert_close(&slopes(&system, &full, "h", 1), &[0.0, 0.0]);

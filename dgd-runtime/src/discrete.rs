@@ -1,6 +1,6 @@
 //! Discrete numbers: modes and conditions on time, and when the latter switch.
 
-use crate::system::{Automaton, AutomatonKind, Point, Signature, System, Trigger};
+use crate::system::{Automaton, AutomatonKind, Point, Signature, System, Transition, Trigger};
 
 /// The discrete numbers of a simulation that starts at `t`: every automaton in the mode it starts
 /// in, conditions on time as they are just after `t`.
@@ -40,6 +40,22 @@ pub(crate) fn choose_start_modes<S: System>(
             z[position] = transition.to as f64;
         }
     }
+}
+
+/// The transitions of modes and of `when`s that hold here, by their positions.
+pub(crate) fn waiting<S: System>(system: &S, at: Point<'_>, e: &mut [f64]) -> Vec<usize> {
+    let discrete = &system.signature().discrete;
+    system.event_functions(at, e);
+    let holds = |(k, (position, transition)): (usize, (usize, &Transition))| {
+        let kind = discrete.automata[position].kind;
+        let is_declared = matches!(kind, AutomatonKind::Modes | AutomatonKind::When);
+        (is_declared
+            && transition.trigger == Trigger::Edge
+            && at.z[position] == transition.from as f64
+            && transition.crossing.is_past(e[k]))
+        .then_some(k)
+    };
+    discrete.transitions().enumerate().filter_map(holds).collect()
 }
 
 /// Puts switches on the side of their surfaces that y is on, and algebraic unknowns with bounds at

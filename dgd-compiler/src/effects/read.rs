@@ -108,8 +108,9 @@ fn verify_changes(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostic
     if !acts {
         let message = format!("effect `{}` changes nothing", header.name.text);
         diagnostics.error(
-            incomplete(header.name.span, message)
-                .help("write `replace … by …` or `add … to EQUATION`, or an `output` or `equation`"),
+            incomplete(header.name.span, message).help(
+                "write `replace … by …` or `add … to EQUATION`, or an `output` or `equation`",
+            ),
         );
     }
 }

@@ -446,7 +446,10 @@ fn an_effect_can_bring_outputs_and_change_nothing_else() {
     let text = effect("sensor", more);
     for blending in [Blending::Applied, Blending::Null] {
         let lines = changed_lines(&[(&text, &[])], blending);
-        assert_eq!(lines, ["# e", "output twice [m] = 2*h  noise 1 [cm]", "parameter unused [1] = 1"]);
+        assert_eq!(
+            lines,
+            ["# e", "output twice [m] = 2*h  noise 1 [cm]", "parameter unused [1] = 1"]
+        );
     }
     // Of another unknown, and what acts by itself.
     assert_eq!(codes(&[(&effect("plant", "state x = 1\nequation e: der(x) = -x/1 [s]"), &[])]), "");

@@ -260,10 +260,13 @@ impl<'a> Scope<'a> {
                     continue;
                 };
                 let message = format!("`{first}` and `{name}` are one name in generated code");
+                let meant = if first.contains('.') { first } else { name };
                 diagnostics.error(
                     Diagnostic::new(Code::E202, *span, message)
                         .label(place, "the other one")
-                        .help("rename one of them: there, `_` stands for the point"),
+                        .help(format!(
+                            "rename one of them, as `_` stands for the point there; or is `{meant}` meant?"
+                        )),
                 );
             }
         }

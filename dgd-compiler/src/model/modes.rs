@@ -24,8 +24,7 @@ impl<'a> Resolver<'a> {
     ) -> Result<Automaton, Reported> {
         let names = mode_names(modes, diagnostics);
         let always = starts.iter().find(|start| start.condition.is_none());
-        let start =
-            always.map_or(Ok(0), |start| position(&start.mode, &names, name, diagnostics));
+        let start = always.map_or(Ok(0), |start| position(&start.mode, &names, name, diagnostics));
         // Each part reports its own mistakes; the next is independent of them.
         let modes: Vec<Result<Mode, Reported>> =
             modes.iter().map(|mode| self.mode(mode, diagnostics)).collect();
@@ -124,9 +123,8 @@ impl<'a> Resolver<'a> {
             None if self.reads_past(holds) => "the past of a state".to_owned(),
             None => return Ok(()),
         };
-        let message = format!(
-            "the mode to start in depends on {culprit}, which is not known before"
-        );
+        let message =
+            format!("the mode to start in depends on {culprit}, which is not known before");
         Err(diagnostics.error(
             Diagnostic::new(Code::E503, condition.span, message)
                 .help("use states, parameters, constants, inputs and `time`"),

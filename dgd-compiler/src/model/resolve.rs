@@ -9,7 +9,7 @@ use super::expression::{Lowering, Typed, is_plain, unit_of};
 use super::{Constant, Declared, Input, Interpolation, Let, Model};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::ExprId;
-use crate::parts::{self, Expanded};
+use crate::parts::{self, Expanded, InnerModel};
 use crate::source::Span;
 use crate::syntax::ast::{
     Ast, AttributeKind, Expr, Item, ItemKind, Name, Unit as WrittenUnit, UnknownKind,
@@ -81,6 +81,7 @@ pub fn resolve(
 
     parts::leave_out_unbound(&mut items, main, &parts, diagnostics)?;
     leave_out_impossible(&mut variants, main, libraries, options);
+    parts::leave_out_inputs_of_other_choices(&mut items, main);
 
     let mut scope = Scope::collect(&items, diagnostics);
     let settings = check_settings(&options.settings, &scope, diagnostics);
@@ -93,7 +94,7 @@ pub fn resolve(
         model: Model {
             name: header.name.text.clone(),
             doc: header.doc.clone(),
-            parts,
+            parts: once(parts),
             ..Model::default()
         },
     };
@@ -116,6 +117,17 @@ pub fn resolve(
     model.graph = resolver.lowering.graph;
     model.variants = variants;
     Ok(model)
+}
+
+/// Parts, of which one may stand in several choices of a variant.
+fn once(parts: Vec<InnerModel>) -> Vec<InnerModel> {
+    let mut all: Vec<InnerModel> = Vec::with_capacity(parts.len());
+    for part in parts {
+        if !all.iter().any(|other| other.name == part.name && other.model == part.model) {
+            all.push(part);
+        }
+    }
+    all
 }
 
 /// Whether a number is a value, with the zero of its unit, or a size.

@@ -54,9 +54,8 @@ impl Resolver<'_> {
     fn is_outer_state(&self, symbol: Symbol, name: &Name) -> bool {
         let scope = &self.lowering.scope;
         let Some((part, _)) = name.text.rsplit_once('.') else { return false };
-        let of_part = |other: &str| {
-            other.strip_prefix(part).is_some_and(|behind| behind.starts_with('.'))
-        };
+        let of_part =
+            |other: &str| other.strip_prefix(part).is_some_and(|behind| behind.starts_with('.'));
         let other = scope.quoted_name(symbol).unwrap_or_default();
         scope.is_state(symbol) && !of_part(other.trim_matches('`'))
     }
@@ -78,7 +77,8 @@ impl Resolver<'_> {
             .filter(|(_, needed)| !needed.is_empty())
             .collect();
         while !open.is_empty() {
-            let ready = open.iter().find(|(_, needed)| needed.iter().all(|i| !open.contains_key(i)));
+            let ready =
+                open.iter().find(|(_, needed)| needed.iter().all(|i| !open.contains_key(i)));
             let Some((&i, _)) = ready else {
                 return Err(diagnostics.error(self.circle(&open)));
             };

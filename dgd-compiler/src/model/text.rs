@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::{AutomatonKind, Bound, Crossing, Declared, Equation, Interpolation, Model};
-use crate::expr::{Node, Symbol};
 use crate::expr::display::{listing, number};
+use crate::expr::{Node, Symbol};
 use crate::units::describe;
 
 /// Writes a model out.

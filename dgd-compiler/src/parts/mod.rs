@@ -13,7 +13,7 @@
 //! | `instance` | from a model to one part: names, arguments, outputs |
 //! | `unknown` | names that a part's model reads and nobody declares |
 //! | `tied` | values that are no numbers but tied to what the whole knows later |
-//! | `unbound` | inputs that no one binds: left out where they are not read |
+//! | `unbound` | inputs that the chosen variants do not read: left out |
 //! | `fold` | back to what was written |
 
 mod expansion;
@@ -36,7 +36,7 @@ use crate::syntax::visit;
 use expansion::Expansion;
 
 pub(crate) use fold::fold;
-pub(crate) use unbound::{has_unbound, leave_out_unbound};
+pub(crate) use unbound::{has_unbound, leave_out_inputs_of_other_choices, leave_out_unbound};
 
 /// A model without parts.
 #[derive(Debug, Clone, PartialEq)]

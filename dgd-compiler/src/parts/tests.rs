@@ -1,11 +1,12 @@
 use super::*;
 use crate::diagnostics::render;
-use crate::expr::Symbol;
 use crate::effects::{Application, Applied, Blending, Effect, apply, write};
+use crate::expr::Symbol;
 use crate::model::text as model_text;
 use crate::model::{Model, ModelOptions, resolve};
 use crate::pipeline::load;
 use crate::source::{Source, Sources};
+use crate::syntax::ast::Name;
 use crate::syntax::parse;
 use crate::syntax::print::print;
 
@@ -259,10 +260,7 @@ fn inputs_that_the_chosen_variants_do_not_read_need_not_be_bound() {
             "E220: inputs `one.p_end`, `one.slow` are not bound",
         ),
         // The whole reads what a value of the part needs.
-        (
-            "part one: line\none.q_end = 2\nlet x = one.late",
-            "E220: input `one.slow` is not bound",
-        ),
+        ("part one: line\none.q_end = 2\nlet x = one.late", "E220: input `one.slow` is not bound"),
         // Bound in one choice of the whole and missing in the chosen one.
         (
             "part one: line\nvariant v {\na { let x = 1 }\nb { one.q_end = 2 }\n}",
@@ -273,6 +271,23 @@ fn inputs_that_the_chosen_variants_do_not_read_need_not_be_bound() {
     }
     let lines = "part one: line\nvariant v {\na { one.q_end = 2 }\nb { let x = 1 }\n}";
     with(lines).model();
+}
+
+#[test]
+fn inputs_that_other_choices_read_are_not_asked_for() {
+    let text = "model m\ninput u\ninput v\ninput shown\nlet both = u + v\nfunction f(u) = u\n\
+                state x\nvariant law {\none { equation e: der(x) = f(v)/1 [s] }\n\
+                two { equation e: der(x) = both/1 [s] }\n}\n";
+    let inputs = |choice: &str| {
+        let mut run = Run::new(&[("m.dgd", text)]);
+        let name = |text: &str| Name { text: text.into(), span: Span::default() };
+        let variants = vec![(name("law"), name(choice))];
+        let options = ModelOptions { variants, ..ModelOptions::default() };
+        let model = resolve(&run.asts, &options, &mut run.diagnostics).expect(choice);
+        model.inputs.iter().map(|input| input.declared.name.clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(inputs("one"), ["v", "shown"]);
+    assert_eq!(inputs("two"), ["u", "v", "shown"]);
 }
 
 #[test]
@@ -298,7 +313,7 @@ fn start_values_of_a_part_read_what_the_whole_starts_with() {
             _ => f64::NAN,
         })
     };
-    assert_eq!([start("x"), start("one.q"), start("two.q")], [15.0, 30.0, 2.0*(30.0 + 30.0)]);
+    assert_eq!([start("x"), start("one.q"), start("two.q")], [15.0, 30.0, 2.0 * (30.0 + 30.0)]);
 
     for (lines, expected) in [
         (

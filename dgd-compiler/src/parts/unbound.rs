@@ -1,5 +1,6 @@
-//! Inputs of parts that no one binds. What the chosen variants read of them is a mistake; the others
-//! are left out, and with them the values that only they would need.
+//! Inputs that the chosen variants do not read: of parts, where no one binds them, and of the model,
+//! where other choices read them. They are left out, and with them the values that only they would
+//! need. What is read and not bound is a mistake.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -47,7 +48,8 @@ pub(crate) fn leave_out_unbound(
         _ => None,
     });
     let unbound: BTreeMap<&str, &Name> = inputs.map(|name| (name.text.as_str(), name)).collect();
-    let reads = Reads::of(items);
+    // The whole's own lines are sound whether anything reads them or not.
+    let reads = Reads::of(items, |name| name.contains('.'));
     let read: Vec<&Name> =
         unbound.values().copied().filter(|name| reads.needed.contains(&name.text)).collect();
     let mut result = Ok(());
@@ -55,13 +57,40 @@ pub(crate) fn leave_out_unbound(
         result = Err(diagnostics.error(not_bound(&names, &main.items, parts)));
     }
     result?;
-    let lost = reads.users(unbound.keys().map(|name| (*name).to_owned()).collect());
-    items.retain(|item| match &item.kind {
-        ItemKind::Input { .. } => !of_part(&item),
-        ItemKind::Let { name, .. } | ItemKind::Function { name, .. } => !lost.contains(&name.text),
-        _ => true,
-    });
+    items.retain(|item| !of_part(&item));
+    reads.leave_out(unbound.keys().map(|name| (*name).to_owned()).collect(), items);
     Ok(())
+}
+
+/// Leaves out of the chosen items the inputs that other choices of variants read and these do not: no
+/// data need to have them.
+pub(crate) fn leave_out_inputs_of_other_choices(items: &mut Vec<&Item>, main: &Ast) {
+    let has_choices = |item: &Item| matches!(item.kind, ItemKind::Variant { .. });
+    if !main.items.iter().any(has_choices) {
+        return;
+    }
+    let reads = Reads::of(items, |_| true);
+    let mut unread: BTreeSet<String> = BTreeSet::new();
+    for item in items.iter() {
+        if let ItemKind::Input { name, .. } = &item.kind
+            && !reads.needed.contains(&name.text)
+        {
+            unread.insert(name.text.clone());
+        }
+    }
+    if unread.is_empty() {
+        return;
+    }
+    let mut all: Vec<&Item> = Vec::new();
+    visit::items(&main.items, &mut |item| {
+        if !has_choices(item) {
+            all.push(item);
+        }
+    });
+    // One that nothing reads anywhere is there to be shown.
+    let anywhere = Reads::of(&all, |_| true).needed;
+    unread.retain(|name| anywhere.contains(name));
+    reads.leave_out(unread, items);
 }
 
 fn let_name(item: &Item) -> Option<&str> {
@@ -73,14 +102,15 @@ fn let_name(item: &Item) -> Option<&str> {
 
 /// What reads what.
 struct Reads {
-    /// Of `let`s and functions of parts: the names in their text.
+    /// Of `let`s and functions: the names in their text.
     values: BTreeMap<String, BTreeSet<String>>,
     /// The names that all else reads, directly or through these.
     needed: BTreeSet<String>,
 }
 
 impl Reads {
-    fn of(items: &[&Item]) -> Reads {
+    /// `is_value` says of which `let`s and functions it matters whether something reads them.
+    fn of(items: &[&Item], is_value: impl Fn(&str) -> bool) -> Reads {
         let mut values: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
         let mut others = BTreeSet::new();
         for item in items {
@@ -90,11 +120,10 @@ impl Reads {
                 let mut names = BTreeSet::new();
                 names_in(expr, &mut names);
                 match place {
-                    // The whole's own lines are sound whether anything reads them or not.
-                    Place::Let(name) if name.text.contains('.') && !is_loop => {
+                    Place::Let(name) if is_value(&name.text) && !is_loop => {
                         values.entry(name.text.clone()).or_default().extend(names);
                     }
-                    Place::Body(name, arguments) if name.text.contains('.') => {
+                    Place::Body(name, arguments) if is_value(&name.text) => {
                         arguments.iter().for_each(|argument| {
                             names.remove(&argument.name.text);
                         });
@@ -114,12 +143,26 @@ impl Reads {
         Reads { values, needed }
     }
 
+    /// Leaves out these inputs and the values that need one of them.
+    fn leave_out(&self, inputs: BTreeSet<String>, items: &mut Vec<&Item>) {
+        let lost = self.users(inputs);
+        items.retain(|item| match &item.kind {
+            ItemKind::Input { name, .. }
+            | ItemKind::Let { name, .. }
+            | ItemKind::Function { name, .. } => !lost.contains(&name.text),
+            _ => true,
+        });
+    }
+
     /// These names and all values that need one of them.
     fn users(&self, mut names: BTreeSet<String>) -> BTreeSet<String> {
         loop {
             let users = self.values.iter().filter(|(_, reads)| !reads.is_disjoint(&names));
-            let found: Vec<String> =
-                users.map(|(name, _)| name).filter(|name| !names.contains(*name)).cloned().collect();
+            let found: Vec<String> = users
+                .map(|(name, _)| name)
+                .filter(|name| !names.contains(*name))
+                .cloned()
+                .collect();
             if found.is_empty() {
                 return names;
             }

@@ -173,7 +173,11 @@ fn start_mode(input: Tokens<'_>) -> Parsed<'_, StartMode> {
     let (rest, _) = word("if", "`if` and a condition, or the end of the line")(rest)?;
     let (rest, condition) = expression(rest)?;
     let condition = Some(condition);
-    if rest.is_empty() { Ok((rest, StartMode { mode, condition })) } else { rest.expected(OPERATOR) }
+    if rest.is_empty() {
+        Ok((rest, StartMode { mode, condition }))
+    } else {
+        rest.expected(OPERATOR)
+    }
 }
 
 type Head = (Name, Name, Expr, Crossing, Expr);
