@@ -98,7 +98,9 @@ fn without_inputs(items: &mut Vec<Item>, is_bound: &dyn Fn(&str) -> bool) {
     items.retain_mut(|item| match &mut item.kind {
         ItemKind::Input { name, .. } => !is_bound(&name.text),
         ItemKind::Variant { choices, .. } => {
-            choices.iter_mut().for_each(|choice| without_inputs(&mut choice.items, is_bound));
+            for choice in choices {
+                without_inputs(&mut choice.items, is_bound);
+            }
             true
         }
         _ => true,

@@ -124,9 +124,9 @@ impl Reads {
                         values.entry(name.text.clone()).or_default().extend(names);
                     }
                     Place::Body(name, arguments) if is_value(&name.text) => {
-                        arguments.iter().for_each(|argument| {
+                        for argument in arguments {
                             names.remove(&argument.name.text);
-                        });
+                        }
                         values.entry(name.text.clone()).or_default().extend(names);
                     }
                     _ => others.extend(names),
