@@ -6,6 +6,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::{PerSample, Steps};
 
+use crate::screening::args::ScreenArgs;
+
 /// A physical model in a small equation language: checked, simulated, differentiated, fitted.
 #[derive(Debug, Parser)]
 #[command(name = "dgd", version, max_term_width = 100)]
@@ -80,6 +82,8 @@ pub(crate) enum Command {
     Fit(FitArgs),
     /// Find where a model and recordings disagree, and name the effect that is missing
     Discover(DiscoverArgs),
+    /// Find what is wrong with recordings before anything is fitted to them
+    Screen(ScreenArgs),
     /// List the integration methods
     Methods,
 }

@@ -6,8 +6,8 @@ use dgd_runtime::identify::{
 };
 use dgd_runtime::{Observations, Options, Signature, System};
 
-use crate::noise::SensorNoise;
 use crate::structure::{Structure, Values};
+use dgd_screen::noise::SensorNoise;
 
 /// Recordings, as all structures see them.
 #[derive(Debug, Clone)]

@@ -7,10 +7,10 @@ use std::path::Path;
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::{Source, Sources, Span};
 
-use super::Table;
 use super::header::Header;
 use super::records::Records;
 use super::rows::{Kept, Rows};
+use super::{Order, Table};
 
 /// Bytes of a text that are kept, so that a diagnostic can show the line it is about. Of a longer
 /// one only the lines down to the header are, and the diagnostic says the number of the line.
@@ -29,6 +29,20 @@ pub fn read(
     }
 }
 
+/// Reads a data file whose times may be out of order: rows that do not run forwards are left out
+/// and told in [`Table::disorder`].
+pub fn read_as_it_is(
+    path: &Path,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Table, Reported> {
+    let name = path.display().to_string();
+    match File::open(path) {
+        Ok(file) => read_keeping((KEPT, Order::Recorded), &name, file, sources, diagnostics),
+        Err(error) => Err(diagnostics.error(unreadable(&name, "", sources, &error.to_string()))),
+    }
+}
+
 /// Reads a data file from anywhere; `name` is what diagnostics call it.
 pub fn read_from(
     name: &str,
@@ -36,11 +50,11 @@ pub fn read_from(
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<Table, Reported> {
-    read_keeping(KEPT, name, input, sources, diagnostics)
+    read_keeping((KEPT, Order::Required), name, input, sources, diagnostics)
 }
 
 pub(super) fn read_keeping(
-    limit: usize,
+    (limit, order): (usize, Order),
     name: &str,
     input: impl Read,
     sources: &mut Sources,
@@ -63,7 +77,7 @@ pub(super) fn read_keeping(
             .map_err(|error| error.to_string())
             .and_then(|_| super::parquet::to_csv(head).map_err(|error| error.to_string()));
         return match text {
-            Ok(text) => read_keeping(limit, name, text.as_bytes(), sources, diagnostics),
+            Ok(text) => read_keeping((limit, order), name, text.as_bytes(), sources, diagnostics),
             Err(error) => Err(diagnostics.error(unreadable(name, "", sources, &error))),
         };
     }
@@ -100,7 +114,7 @@ pub(super) fn read_keeping(
     let shown = if whole { text } else { &text[..header.place.end] };
     let source = sources.add(Source { name: name.to_owned(), text: shown.to_owned() });
 
-    let mut rows = Rows::below(&header, Kept { source, whole }, sources, diagnostics)?;
+    let mut rows = Rows::below(&header, order, Kept { source, whole }, sources, diagnostics)?;
     loop {
         match records.next() {
             Ok(Some(record)) => rows.take(&record),

@@ -7,6 +7,7 @@ use dgd_compiler::diagnostics::{Code, Diagnostics, Reported};
 use dgd_compiler::source::Sources;
 use dgd_compiler::units::{Unit, parse_unit};
 
+use super::Order;
 use super::read::read_keeping;
 use super::select::{Declared, inputs, measured, unknown, unknown_note};
 use super::{Table, read, read_from};
@@ -267,7 +268,13 @@ fn in_a_long_file_lines_are_told_in_words() {
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
     // As if only so many bytes could be kept.
     let kept = "# long\ntime [s],x [m]\r\n0,1".len();
-    let table = read_keeping(kept, "a.csv", text.as_bytes(), &mut sources, &mut diagnostics);
+    let table = read_keeping(
+        (kept, Order::Required),
+        "a.csv",
+        text.as_bytes(),
+        &mut sources,
+        &mut diagnostics,
+    );
     assert!(table.is_err());
     let [diagnostic] = diagnostics.sorted()[..] else { panic!("{diagnostics:?}") };
     let drawn = render(&[diagnostic], &sources, Style::Plain);
@@ -316,7 +323,13 @@ fn no_bytes_make_it_panic() {
             (0..next(40)).flat_map(|_| pieces[next(pieces.len())]).copied().collect();
         let limit = next(2 * text.len() + 2);
         let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let read = read_keeping(limit, "a.csv", text.as_slice(), &mut sources, &mut diagnostics);
+        let read = read_keeping(
+            (limit, Order::Required),
+            "a.csv",
+            text.as_slice(),
+            &mut sources,
+            &mut diagnostics,
+        );
         if let Ok(table) = &read {
             let unit = unit("m");
             let declared = [Declared { name: "x", unit: &unit, place: None }];
