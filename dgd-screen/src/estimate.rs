@@ -120,15 +120,11 @@ pub fn regression(columns: &[Vec<f64>], y: &[f64], lags: usize) -> Option<Regres
     let mut meat = vec![vec![0.0; k]; k];
     for lag in 0..=lags.min(n - 1) {
         let weight = 1.0 - lag as f64 / (lags as f64 + 1.0);
-        for i in 0..k {
-            for j in 0..k {
-                let sum: f64 = (lag..n).map(|t| score(t, i) * score(t - lag, j)).sum();
-                if lag == 0 {
-                    meat[i][j] += sum;
-                } else {
-                    meat[i][j] += weight * sum;
-                    meat[j][i] += weight * sum;
-                }
+        for (i, j) in (0..k).flat_map(|i| (0..k).map(move |j| (i, j))) {
+            let sum: f64 = (lag..n).map(|t| score(t, i) * score(t - lag, j)).sum();
+            meat[i][j] += weight * sum;
+            if lag > 0 {
+                meat[j][i] += weight * sum;
             }
         }
     }

@@ -22,6 +22,8 @@ pub struct Frozen {
     pub samples: (usize, usize),
     /// What was read.
     pub value: f64,
+    /// How far the next reading is from it; `None` where there is none.
+    pub release: Option<f64>,
     /// Expected number of such runs in the record.
     pub p_value: f64,
 }
@@ -96,7 +98,7 @@ impl Life {
     /// How often a run of this length is expected among n readings.
     fn expected(self, n: usize, length: usize) -> f64 {
         // A reading may be as rare as it likes: that two are equal has a floor.
-        n as f64 * self.repeats.max(0.05).powi(length as i32 - 1)
+        n as f64 * self.repeats.max(0.05).powf(length as f64 - 1.0)
     }
 }
 
@@ -113,6 +115,7 @@ pub fn frozen(times: &[f64], values: &[f64]) -> Vec<Frozen> {
                 stretch: Stretch::of(times, first, last),
                 samples: (first, last),
                 value: values[first],
+                release: values[last + 1..].first().map(|next| (next - values[first]).abs()),
                 p_value,
             })
         })

@@ -54,7 +54,7 @@ pub struct Comparison {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Compared {
     /// They measure the same.
-    Same(Comparison),
+    Same(Box<Comparison>),
     /// They move, and not together.
     Different,
     /// The recording does not tell.
@@ -157,12 +157,22 @@ pub fn compare(
         }
         (None, regression(&[t], &d, LAGS).map(|fit| fit.coefficients[0]), Kinship::Named)
     };
-    Compared::Same(Comparison { channels, kinship, offset, gain, rate, noise, difference_noise })
+    Compared::Same(Box::new(Comparison {
+        channels,
+        kinship,
+        offset,
+        gain,
+        rate,
+        noise,
+        difference_noise,
+    }))
 }
 
 fn centred(mut values: Vec<f64>) -> Vec<f64> {
     let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
-    values.iter_mut().for_each(|value| *value -= mean);
+    for value in &mut values {
+        *value -= mean;
+    }
     values
 }
 

@@ -8,7 +8,7 @@ use crate::operating_points::{OperatingPoint, operating_points};
 use crate::record::{Record, Stretch, extremes, runs};
 use crate::redundant::{Compared, Comparison, Kinship, compare, noise_of_each, odd_one, stem};
 use crate::sampling::{Sampling, sampling};
-use crate::spikes::spikes;
+use crate::spikes::{Spike, spikes};
 use crate::steady::{Motion, motion};
 
 /// A claim is made where chance makes it less often than this.
@@ -100,6 +100,9 @@ pub enum Fault {
         value: f64,
         /// Number of readings.
         samples: usize,
+        /// Whether the channel is shown to have gone on behind it: by a jump at its end, or by another
+        /// that measures the same. Otherwise it may have been set.
+        is_shown: bool,
     },
     /// Readings pile up at a limit.
     Saturated {
@@ -109,6 +112,13 @@ pub enum Fault {
         is_upper: bool,
         /// Number of readings there.
         samples: usize,
+    },
+    /// Pulses that several channels show at once: an event rather than spikes.
+    Pulses {
+        /// Number of them.
+        count: usize,
+        /// The height of the largest, with its sign.
+        largest: f64,
     },
     /// Readings that stand alone.
     Spikes {
@@ -160,6 +170,14 @@ const HARMLESS: f64 = 0.25;
 const NOISIER: f64 = 2.0;
 /// Share of uneven spacings that is worth a remark.
 const UNEVEN: f64 = 0.05;
+/// Standard deviations by which the end of a frozen stretch jumps.
+const JUMP: f64 = 6.0;
+/// Changes of a partner that show that the quantity was alive.
+const FEW: usize = 5;
+/// Neighbours on either side that a pulse is compared with, and standard deviations outside of them
+/// that make it one in another channel.
+const AROUND: usize = 3;
+const ALONG: f64 = 2.5;
 /// Windows for slopes are at least so many samples, and so many seconds.
 const WINDOW: (f64, f64) = (20.0, 30.0);
 
@@ -178,7 +196,7 @@ pub fn screen(record: &Record<'_>, request: &Request) -> Screening {
         .kin(record, request)
         .into_iter()
         .filter_map(|kin| match kin.compared {
-            Compared::Same(comparison) => Some(comparison),
+            Compared::Same(comparison) => Some(*comparison),
             Compared::Different | Compared::Unknown => None,
         })
         .collect();
@@ -232,6 +250,9 @@ fn spacing_findings(sampling: &Sampling) -> Vec<Finding> {
     findings
 }
 
+/// Spikes, and whether other channels show them, too.
+type Marked<'a> = Vec<(&'a Spike, bool)>;
+
 /// A record without what single channels have wrong.
 struct Cleaned {
     /// Values; NaN for spikes and for what is frozen or saturated.
@@ -244,12 +265,34 @@ impl Cleaned {
     fn of(record: &Record<'_>) -> Cleaned {
         let mut cleaned = Cleaned { values: Vec::new(), noise: Vec::new(), findings: Vec::new() };
         for channel in 0..record.channels.len() {
-            cleaned.add(record, channel);
+            cleaned.add_runs(record, channel);
         }
+        let noise: Vec<Option<SensorNoise>> =
+            cleaned.values.iter().map(|values| white_noise(record.times, values, values)).collect();
+        let spikes: Vec<Vec<Spike>> =
+            cleaned.values.iter().zip(&noise).map(|(x, noise)| spikes(x, noise.as_ref())).collect();
+        let shared: Vec<Vec<bool>> = (0..spikes.len())
+            .map(|i| {
+                let is_shared = |spike: &Spike| {
+                    let others = (0..spikes.len()).filter(|j| *j != i);
+                    others.map(|j| (j, &noise[j])).any(|(j, noise)| {
+                        noise.as_ref().is_some_and(|noise| {
+                            stands_out(&cleaned.values[j], spike.samples, noise.std)
+                        })
+                    })
+                };
+                spikes[i].iter().map(is_shared).collect()
+            })
+            .collect();
+        for (channel, (spikes, shared)) in spikes.iter().zip(&shared).enumerate() {
+            cleaned.add_spikes(record, channel, spikes, shared);
+        }
+        cleaned.findings.sort_by_key(|finding| finding.channels.clone());
         cleaned
     }
 
-    fn add(&mut self, record: &Record<'_>, channel: usize) {
+    /// What stands still or is not there.
+    fn add_runs(&mut self, record: &Record<'_>, channel: usize) {
         let (times, raw) = (record.times, record.channels[channel].values);
         let mut values = raw.to_vec();
         let mut find = |fault, stretches, p_value, weight| {
@@ -259,7 +302,6 @@ impl Cleaned {
         let Some((low, high)) = extremes(raw) else {
             find(Fault::Empty, Vec::new(), None, Weight::Fault);
             self.values.push(values);
-            self.noise.push(None);
             return;
         };
         let missing = runs(raw.len(), |k| !raw[k].is_finite());
@@ -271,7 +313,6 @@ impl Cleaned {
         if low == high {
             find(Fault::Constant(low), Vec::new(), None, Weight::Remark);
             self.values.push(values);
-            self.noise.push(None);
             return;
         }
         for pile in saturated(times, raw) {
@@ -283,36 +324,81 @@ impl Cleaned {
             find(fault, pile.stretches, Some(pile.p_value), Weight::Fault);
             pile.samples.iter().for_each(|k| values[*k] = f64::NAN);
         }
-        for run in frozen(times, &values) {
+        let runs = frozen(times, &values);
+        let mut alive = values.clone();
+        for run in &runs {
+            alive[run.samples.0..=run.samples.1].fill(f64::NAN);
+        }
+        let noise = if runs.is_empty() { None } else { white_noise(times, &alive, &alive) };
+        for run in runs {
             let (first, last) = run.samples;
-            let fault = Fault::Frozen { value: run.value, samples: last - first + 1 };
-            find(fault, vec![run.stretch], Some(run.p_value), Weight::Fault);
+            // A set value goes on from where it was held.
+            let clear = JUMP * noise.map_or(0.0, |noise| noise.std);
+            let is_shown = run.release.is_some_and(|jump| jump > clear)
+                || partners(record, channel).any(|other| {
+                    let values = &record.channels[other].values[first..=last];
+                    values.windows(2).filter(|pair| pair[0] != pair[1]).count() > FEW
+                });
+            let fault = Fault::Frozen { value: run.value, samples: last - first + 1, is_shown };
+            let weight = if is_shown { Weight::Fault } else { Weight::Remark };
+            find(fault, vec![run.stretch], Some(run.p_value), weight);
             values[first..=last].fill(f64::NAN);
         }
-        let before = white_noise(times, &values, &values);
-        let spikes = spikes(&values, before.as_ref());
-        if !spikes.is_empty() {
-            let size = |height: f64| height.abs();
-            let largest = spikes
-                .iter()
-                .map(|spike| spike.height)
-                .fold(0.0, |a: f64, b| if size(b) > size(a) { b } else { a });
-            let stretches = spikes
-                .iter()
-                .map(|spike| Stretch::of(times, spike.samples.0, spike.samples.1))
-                .collect();
-            find(Fault::Spikes { count: spikes.len(), largest }, stretches, None, Weight::Fault);
-            for spike in &spikes {
-                values[spike.samples.0..=spike.samples.1].fill(f64::NAN);
-            }
-        }
-        let noise = white_noise(times, &values, &values);
-        if let Some(step) = noise.and_then(|noise| noise.quantisation)
-            && hides_noise(&values, step)
-        {
-            find(Fault::Coarse { step }, Vec::new(), None, Weight::Remark);
-        }
         self.values.push(values);
+    }
+
+    /// What stands alone, and the noise of the rest. Pulses that other channels show too are left in,
+    /// unless they leave the channel's range.
+    fn add_spikes(
+        &mut self,
+        record: &Record<'_>,
+        channel: usize,
+        spikes: &[Spike],
+        shared: &[bool],
+    ) {
+        let times = record.times;
+        let values = &mut self.values[channel];
+        let usual = usual_range(values, spikes);
+        let (pulses, spikes): (Marked<'_>, Marked<'_>) = spikes
+            .iter()
+            .zip(shared.iter().copied())
+            .partition(|(spike, shared)| *shared && spike.height.abs() < usual);
+        for (is_spike, group) in [(false, &pulses), (true, &spikes)] {
+            let heights = group.iter().map(|(spike, _)| spike.height);
+            let larger = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
+            let (count, largest) = (group.len(), heights.fold(0.0, larger));
+            if count == 0 {
+                continue;
+            }
+            let stretch = |spike: &Spike| Stretch::of(times, spike.samples.0, spike.samples.1);
+            let (fault, weight) = if is_spike {
+                (Fault::Spikes { count, largest }, Weight::Fault)
+            } else {
+                (Fault::Pulses { count, largest }, Weight::Remark)
+            };
+            self.findings.push(Finding {
+                channels: vec![channel],
+                stretches: group.iter().map(|(spike, _)| stretch(spike)).collect(),
+                fault,
+                p_value: None,
+                weight,
+            });
+        }
+        for (spike, _) in &spikes {
+            values[spike.samples.0..=spike.samples.1].fill(f64::NAN);
+        }
+        let noise = white_noise(times, values, values);
+        if let Some(step) = noise.and_then(|noise| noise.quantisation)
+            && hides_noise(values, step)
+        {
+            self.findings.push(Finding {
+                channels: vec![channel],
+                stretches: Vec::new(),
+                fault: Fault::Coarse { step },
+                p_value: None,
+                weight: Weight::Remark,
+            });
+        }
         self.noise.push(noise);
     }
 
@@ -348,6 +434,39 @@ fn hides_noise(values: &[f64], step: f64) -> bool {
     }
     // What jumps by many steps at a time is set, not rounded.
     equal as f64 > HIDDEN * all as f64 && single as f64 > HIDDEN * (all - equal) as f64
+}
+
+/// Other channels whose names differ in a last letter.
+fn partners<'a>(record: &'a Record<'_>, channel: usize) -> impl Iterator<Item = usize> + 'a {
+    let own = &record.channels[channel];
+    (0..record.channels.len()).filter(move |other| {
+        let other = &record.channels[*other];
+        other.unit == own.unit && stem(own.name, other.name).is_some_and(|(_, letter)| letter)
+    })
+}
+
+/// Whether a channel stands out from its neighbours at these samples, too.
+fn stands_out(values: &[f64], samples: (usize, usize), noise: f64) -> bool {
+    let (first, last) = samples;
+    let around = first.saturating_sub(AROUND)..first;
+    let behind = last + 1..(last + 1 + AROUND).min(values.len());
+    let neighbours = || around.clone().chain(behind.clone()).map(|k| values[k]);
+    let low = neighbours().filter(|x| x.is_finite()).fold(f64::INFINITY, f64::min);
+    let high = neighbours().filter(|x| x.is_finite()).fold(f64::NEG_INFINITY, f64::max);
+    let clear = ALONG * noise;
+    (first..=last).map(|k| values[k]).any(|x| x > high + clear || x < low - clear)
+}
+
+/// Range of what is no spike.
+fn usual_range(values: &[f64], spikes: &[Spike]) -> f64 {
+    if spikes.is_empty() {
+        return 0.0;
+    }
+    let mut rest = values.to_vec();
+    for spike in spikes {
+        rest[spike.samples.0..=spike.samples.1].fill(f64::NAN);
+    }
+    extremes(&rest).map_or(0.0, |(low, high)| high - low)
 }
 
 /// What pairs of channels say of each other.

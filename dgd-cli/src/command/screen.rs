@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::pipeline::Directions;
 use dgd_compiler::source::Sources;
+use dgd_runtime::Options;
 use dgd_screen::Weight;
 
 use crate::command_line::command_line;
@@ -11,6 +13,8 @@ use crate::console::{Console, print};
 use crate::data::{Table, read_as_it_is};
 use crate::failure::{CommandError, meant};
 use crate::figure;
+use crate::load::{Loaded, load};
+use crate::screening::against_model::Model;
 use crate::screening::args::ScreenArgs;
 use crate::screening::{self, Wishes};
 
@@ -21,7 +25,15 @@ pub(crate) fn run(args: &ScreenArgs, console: Console<'_>) -> Result<(), Command
     }
     let tables = read(args)?;
     let wishes = wishes(args, &tables)?;
-    let screened = screening::screen_all(tables, &wishes);
+    let mut screened = screening::screen_all(tables, &wishes);
+    if let Some(model) = &args.model {
+        let Loaded { compiled, .. } = load(model, &args.choices, |_| Directions::None)?;
+        let system = dgd_execute::Loaded::new(compiled.program);
+        let model = Model { system: &system, dae: &compiled.dae, options: Options::default() };
+        for one in &mut screened {
+            model.look_at(one);
+        }
+    }
     if let Some(folder) = console.out() {
         screening::write(folder, &screened, &command_line())?;
         console.remark(&format!("wrote {}", folder.display()));

@@ -119,7 +119,7 @@ fn no_column(table: &Table, input: &Declared<'_>) -> Diagnostic {
 }
 
 /// The values of a column in SI, as the model counts them.
-fn converted(column: &Column, declared: &Declared<'_>) -> Result<Vec<f64>, Diagnostic> {
+pub(crate) fn converted(column: &Column, declared: &Declared<'_>) -> Result<Vec<f64>, Diagnostic> {
     if let Some(fault) = &column.fault {
         return Err(fault.clone());
     }

@@ -6,7 +6,9 @@
 //!                                └─ summary (terminal), json, figure, page, tables (steady.csv)
 //! ```
 
+pub(crate) mod against_model;
 pub(crate) mod args;
+mod balances;
 pub(crate) mod figure;
 mod json;
 pub(crate) mod notice;

@@ -163,12 +163,30 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
             "nothing: fits take samples at any times",
             Some(Amount::exact(*uneven, "")),
         ),
-        Fault::Frozen { value, samples } => say(
+        Fault::Frozen { value, samples, is_shown } => say(
             "frozen",
             format!("`{one}` reads {} in {samples} rows on end", of(*value)),
-            "empty these cells, so that a fit leaves them out",
+            if *is_shown {
+                "it is frozen: empty these cells, so that a fit leaves them out"
+            } else {
+                "a set value may be held; a sensor would be frozen: then empty these cells"
+            },
             Some(Amount::exact(*value, unit)),
         ),
+        Fault::Pulses { count, largest } => {
+            let size = format!("{} {apart}", significant(*largest, 3)).trim_end().to_owned();
+            let number = if *count == 1 {
+                "a pulse, of".to_owned()
+            } else {
+                format!("{count} pulses, the largest of")
+            };
+            say(
+                "pulses",
+                format!("`{one}` has {number} {size}, when other columns have them, too"),
+                "an event, which samples do not resolve: nothing, or sample faster",
+                Some(Amount::exact(*largest, apart)),
+            )
+        }
         Fault::Saturated { limit, is_upper, samples } => {
             let (side, reaches) = if *is_upper { ("upper", "above") } else { ("lower", "below") };
             say(
