@@ -12,7 +12,7 @@ use dgd_runtime::{Column, Inputs, Options, Problem, Signature, System};
 
 use crate::args::{SolveArgs, Start};
 use crate::console::Console;
-use crate::data::{self, select};
+use crate::data::{self, Rename, select};
 use crate::failure::CommandError;
 use crate::run::measured_start;
 
@@ -43,12 +43,13 @@ impl Recording {
     /// Reads a data file; `None` where it has mistakes, which are reported.
     pub(crate) fn read(
         path: &Path,
+        renames: &[Rename],
         dae: &Dae,
         sources: &mut Sources,
         diagnostics: &mut Diagnostics,
         console: Console<'_>,
     ) -> Option<Recording> {
-        let table = data::read(path, sources, diagnostics).ok()?;
+        let table = data::read_renamed(path, renames, sources, diagnostics).ok()?;
         let inputs: Vec<select::Declared<'_>> =
             dae.inputs.iter().map(|input| declared(&input.declared)).collect();
         let elements: Vec<(String, &dgd_compiler::model::Declared)> = dae

@@ -10,10 +10,10 @@
 //! is tried one by one, in increments of means over blocks:
 //!
 //! ```text
-//!   ΔI = (gain − 1) ∫ x dt       the share x of a channel in f reads by a factor
-//!   ΔI = late Δx                 that channel is late
-//!   ΔI = −late Δy                the reading of y is late
-//!   ΔI = rate Δt                 something flows that is in no channel
+//!   I(t) = size ∫ x dt              the share x of a channel in f should be 1 + size times as large
+//!   I(t) = ∫ x(t + size) − x(t) dt  that channel is late
+//!   I(t) = y(t) − y(t + size)       the reading of y is late
+//!   I(t) = size t                   something flows that is in no channel
 //! ```
 //!
 //! Sources: Haukanes 2015, (3.9) and Fig. 3.11, where θ₁ q in place of q cures a level that runs away;
@@ -43,7 +43,7 @@ pub struct Imbalance {
     pub trace: Vec<f64>,
     /// Its mean slope, in the unknown's unit per second.
     pub drift: Estimate,
-    /// What explains it, each alone, the best first.
+    /// What explains it, each alone, the best first: that leaves the least sum of squares of increments.
     pub explanations: Vec<Explanation>,
 }
 
@@ -77,6 +77,8 @@ const LAGS: usize = 12;
 const BLOCKS: usize = 512;
 /// Samples of a block, at most: what is late is late by a few samples.
 const LONGEST: usize = 32;
+/// How far delays are looked for, samples.
+const FARTHEST: usize = 120;
 /// Fewest blocks.
 const FEWEST: usize = 64;
 
@@ -104,32 +106,97 @@ pub fn imbalance(balance: &Balance<'_>) -> Option<Imbalance> {
     };
     let trace =
         summed(&steps, |k| balance.unknown[k] - balance.unknown[k - 1] - area(balance.rate, k));
-    let mut candidates =
-        vec![(Cause::Flow, summed(&steps, |k| balance.times[k] - balance.times[k - 1]))];
-    for (share, x) in balance.shares.iter().enumerate() {
-        candidates.push((Cause::Gain(share), summed(&steps, |k| area(x, k))));
-        candidates.push((Cause::Late(share), summed(&steps, |k| x[k] - x[k - 1])));
-    }
-    let rate = balance.rate;
-    candidates.push((Cause::UnknownLate, summed(&steps, |k| rate[k - 1] - rate[k])));
+    let times: Vec<f64> = steps.iter().map(|k| balance.times[*k]).collect();
+    let clock = summed(&steps, |k| balance.times[k] - balance.times[k - 1]);
+    let sums: Vec<Vec<f64>> =
+        balance.shares.iter().map(|x| summed(&steps, |k| area(x, k))).collect();
+    let unknown: Vec<f64> = steps.iter().map(|k| -balance.unknown[*k]).collect();
 
-    let imbalance = increments(&trace, block);
-    let whole = extent(&imbalance);
-    let mut explanations: Vec<Explanation> = candidates
-        .iter()
-        .filter_map(|(cause, sums)| {
-            let fit = regression(&[increments(sums, block)], &imbalance, LAGS)?;
-            let left = extent(&fit.residuals) / whole;
-            Some(Explanation { cause: *cause, size: fit.coefficients[0], left })
-        })
-        .collect();
-    let drift = explanations.iter().find(|e| e.cause == Cause::Flow)?.size;
-    explanations.sort_by(|a, b| a.left.total_cmp(&b.left));
+    let left = Left { imbalance: increments(&trace, block), times, block };
+    let mut explanations: Vec<(f64, Explanation)> = Vec::new();
+    explanations.extend(left.by_factor(Cause::Flow, &clock));
+    for (share, sums) in sums.iter().enumerate() {
+        explanations.extend(left.by_factor(Cause::Gain(share), sums));
+        explanations.extend(left.by_delay(Cause::Late(share), sums));
+    }
+    explanations.extend(left.by_delay(Cause::UnknownLate, &unknown));
+    let is_flow = |(_, e): &&(f64, Explanation)| e.cause == Cause::Flow;
+    let drift = explanations.iter().find(is_flow)?.1.size;
+    explanations.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let explanations = explanations.into_iter().map(|(_, explanation)| explanation).collect();
     let mut at_times = vec![f64::NAN; n];
     for (k, sum) in steps.iter().zip(&trace) {
         at_times[*k] = *sum;
     }
     Some(Imbalance { trace: at_times, drift, explanations })
+}
+
+/// What is to be explained.
+struct Left {
+    /// Increments of means over blocks.
+    imbalance: Vec<f64>,
+    /// Times of the samples, s.
+    times: Vec<f64>,
+    /// Samples of a block.
+    block: usize,
+}
+
+impl Left {
+    /// Explained by a multiple of `sums`; with the sum of squares that is left.
+    fn by_factor(&self, cause: Cause, sums: &[f64]) -> Option<(f64, Explanation)> {
+        let fit = regression(&[increments(sums, self.block)], &self.imbalance, LAGS)?;
+        Some(self.explanation(cause, fit.coefficients[0], &fit.residuals))
+    }
+
+    /// Explained by S(t + τ) − S(t), S being `sums`, with the best τ: on a grid of samples, then by a
+    /// step of Gauss and Newton.
+    fn by_delay(&self, cause: Cause, sums: &[f64]) -> Option<(f64, Explanation)> {
+        let n = self.times.len();
+        let spacing = (self.times[n - 1] - self.times[0]) / (n - 1) as f64;
+        let farthest = i32::try_from(FARTHEST.min(n / 8)).unwrap_or(i32::MAX);
+        let residuals = |tau: f64| -> Vec<f64> {
+            let ahead = interpolated(&self.times, sums, tau);
+            let moved: Vec<f64> = ahead.iter().zip(sums).map(|(ahead, now)| ahead - now).collect();
+            let moved = increments(&moved, self.block);
+            self.imbalance.iter().zip(&moved).map(|(left, moved)| left - moved).collect()
+        };
+        let squares = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
+        let best = (-farthest..=farthest)
+            .map(|lag| f64::from(lag) * spacing)
+            .map(|tau| (squares(&residuals(tau)), tau))
+            .min_by(|a, b| a.0.total_cmp(&b.0))?
+            .1;
+        // ∂/∂τ of S(t + τ), over two samples.
+        let (before, behind) = (residuals(best - spacing), residuals(best + spacing));
+        let slope: Vec<f64> =
+            before.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * spacing)).collect();
+        let fit = regression(&[slope], &residuals(best), LAGS)?;
+        let step = fit.coefficients[0];
+        let size = Estimate { value: best + step.value.clamp(-spacing, spacing), ..step };
+        Some(self.explanation(cause, size, &residuals(size.value)))
+    }
+
+    fn explanation(&self, cause: Cause, size: Estimate, rest: &[f64]) -> (f64, Explanation) {
+        let left = extent(rest) / extent(&self.imbalance);
+        (rest.iter().map(|r| r * r).sum(), Explanation { cause, size, left })
+    }
+}
+
+/// Values at t + τ, by lines; the ends go on as they are.
+fn interpolated(times: &[f64], values: &[f64], tau: f64) -> Vec<f64> {
+    let mut right = 0;
+    let at = |t: &f64| {
+        let t = t + tau;
+        while right < times.len() && times[right] < t {
+            right += 1;
+        }
+        if right == 0 || right == times.len() {
+            return values[right.min(times.len() - 1)];
+        }
+        let share = (t - times[right - 1]) / (times[right] - times[right - 1]);
+        values[right - 1] + share * (values[right] - values[right - 1])
+    };
+    times.iter().map(at).collect()
 }
 
 /// Sums of increments from the first of these steps on.

@@ -6,7 +6,8 @@
 //!
 //! is least where the shift is l. A parabola through the least value and those beside it gives the
 //! part of a sample. Least squares of changes, the sum of squares less twice the cross-correlation,
-//! are not misled by an offset. Over w samples changes are large beside the noise. The
+//! are not misled by an offset. Over w samples changes are large beside the noise, and x is first
+//! averaged over w samples, which moves both alike and makes D smooth. The
 //! standard error is that of a jackknife that leaves out one twentieth of the record after the other.
 //!
 //! Source: Jacovitti, Scarano, Discrete time techniques for time delay estimation, IEEE Trans. Signal
@@ -37,11 +38,10 @@ pub fn shift(times: &[f64], a: &[f64], b: &[f64]) -> Option<Estimate> {
     let spacing = usual_spacing(times)?;
     let (a, b) = (even(times, a, spacing)?, even(times, b, spacing)?);
     let farthest = FARTHEST.min(a.len() / 8);
-    if farthest < 2 {
+    if farthest < 2 || a.len() < 4 * SPAN {
         return None;
     }
-    let change = |x: &[f64]| -> Vec<f64> { (SPAN..x.len()).map(|k| x[k] - x[k - SPAN]).collect() };
-    let (a, b) = (change(&a), change(&b));
+    let (a, b) = (changes(&a), changes(&b));
     let n = a.len();
     let lags = 2 * farthest + 1;
     // Sums of squares for each part and lag, over the samples that all lags have.
@@ -80,6 +80,13 @@ pub fn shift(times: &[f64], a: &[f64], b: &[f64]) -> Option<Estimate> {
     let squares: f64 = leaving.iter().map(|x| (x - centre).powi(2)).sum();
     let std_error = ((m - 1.0) / m * squares).sqrt();
     Some(Estimate { value, std_error, dof: m - 1.0 })
+}
+
+/// Δ_w of means over w samples.
+fn changes(x: &[f64]) -> Vec<f64> {
+    let mean = |k: usize| x[k..k + SPAN].iter().sum::<f64>() / SPAN as f64;
+    let means: Vec<f64> = (0..=x.len() - SPAN).map(mean).collect();
+    (SPAN..means.len()).map(|k| means[k] - means[k - SPAN]).collect()
 }
 
 /// Where a sequence is least, between its places; `None` at an end or where it hardly dips.

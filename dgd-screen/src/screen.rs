@@ -330,6 +330,7 @@ impl Cleaned {
             alive[run.samples.0..=run.samples.1].fill(f64::NAN);
         }
         let noise = if runs.is_empty() { None } else { white_noise(times, &alive, &alive) };
+        let mut held: Option<Finding> = None;
         for run in runs {
             let (first, last) = run.samples;
             // A set value goes on from where it was held.
@@ -340,10 +341,23 @@ impl Cleaned {
                     values.windows(2).filter(|pair| pair[0] != pair[1]).count() > FEW
                 });
             let fault = Fault::Frozen { value: run.value, samples: last - first + 1, is_shown };
-            let weight = if is_shown { Weight::Fault } else { Weight::Remark };
-            find(fault, vec![run.stretch], Some(run.p_value), weight);
+            match &mut held {
+                _ if is_shown => find(fault, vec![run.stretch], Some(run.p_value), Weight::Fault),
+                // What is held again and again is one remark.
+                Some(Finding { stretches, .. }) => stretches.push(run.stretch),
+                None => {
+                    held = Some(Finding {
+                        channels: vec![channel],
+                        stretches: vec![run.stretch],
+                        fault,
+                        p_value: Some(run.p_value),
+                        weight: Weight::Remark,
+                    });
+                }
+            }
             values[first..=last].fill(f64::NAN);
         }
+        self.findings.extend(held);
         self.values.push(values);
     }
 

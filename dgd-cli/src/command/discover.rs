@@ -178,7 +178,8 @@ fn recordings(
     let Compilation { sources, diagnostics } = compilation;
     let mut read = Vec::with_capacity(paths.len());
     for path in paths {
-        read.extend(recording::Recording::read(path, &compiled.dae, sources, diagnostics, console));
+        let (renames, dae) = (&args.solve.rename, &compiled.dae);
+        read.extend(recording::Recording::read(path, renames, dae, sources, diagnostics, console));
     }
     if diagnostics.check().is_err() {
         return Err(CommandError::diagnosed(diagnostics, sources.clone()));

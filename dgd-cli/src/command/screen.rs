@@ -64,7 +64,9 @@ fn read(args: &ScreenArgs) -> Result<Vec<(PathBuf, Table)>, CommandError> {
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
     let mut tables = Vec::with_capacity(args.data.len());
     for path in &args.data {
-        let Ok(table) = read_as_it_is(path, &mut sources, &mut diagnostics) else { continue };
+        let Ok(table) = read_as_it_is(path, &args.rename, &mut sources, &mut diagnostics) else {
+            continue;
+        };
         // Rows without a time are no recording.
         if table.recording(&mut diagnostics).is_ok() {
             tables.push((path.clone(), table));

@@ -16,6 +16,7 @@ mod header;
 mod parquet;
 mod read;
 mod records;
+mod rename;
 mod rows;
 pub mod select;
 #[cfg(test)]
@@ -29,7 +30,8 @@ use dgd_compiler::source::{SourceId, Span};
 use dgd_compiler::units::Unit;
 
 pub use folder::{Files, write_folder};
-pub use read::{read, read_as_it_is, read_from};
+pub use read::{read, read_as_it_is, read_from, read_renamed};
+pub use rename::Rename;
 pub use whole::{WriteError, write_whole};
 
 /// A data file.
@@ -71,6 +73,15 @@ pub(super) enum Order {
     Required,
     /// They are left out and counted.
     Recorded,
+}
+
+/// How a file is read.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reading<'a> {
+    /// Bytes of a text that are kept for diagnostics.
+    pub(super) kept: usize,
+    pub(super) order: Order,
+    pub(super) renames: &'a [Rename],
 }
 
 /// A column of a [`Table`].

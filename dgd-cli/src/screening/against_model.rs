@@ -14,7 +14,7 @@ use dgd_runtime::{
     Inputs, Options, Parameter, Point, Problem, Signature, System, start_from_outputs,
 };
 use dgd_screen::redundant::stem;
-use dgd_screen::{Estimate, Steady, Weight, mean};
+use dgd_screen::{Estimate, RARE, Steady, Stretch, Weight, mean};
 
 use super::notice::{Amount, Notice, difference_unit};
 use super::{Screened, balances, quoted};
@@ -42,6 +42,8 @@ const MOVED: f64 = 0.1;
 const DEPENDS: f64 = 0.1;
 /// Sensors agree with the model within this share of the difference between them.
 const AGREES: f64 = 0.2;
+/// Disagreements up to this many standard deviations of one reading do no harm.
+const HARMLESS: f64 = 0.5;
 /// Steady stretches that are tried.
 const TRIED: usize = 8;
 
@@ -78,6 +80,7 @@ impl Model<'_> {
         let columns = self.columns(one);
         self.of_roles(one);
         self.references(one, &columns);
+        self.agreement(one, &columns);
         let found = balances::notices(self, one, &columns);
         one.notices.extend(found);
     }
@@ -158,6 +161,13 @@ impl Model<'_> {
             self.dae.outputs.iter().map(|output| output.declared.name.as_str()).collect();
         let inputs: Vec<&str> =
             self.dae.inputs.iter().map(|input| input.declared.name.as_str()).collect();
+        // An input that is held, or at its limit, is what it is.
+        let is_of_input = |notice: &Notice| {
+            let [name] = notice.channels.as_slice() else { return false };
+            matches!(notice.kind, "constant" | "frozen" | "saturated" | "quantised")
+                && inputs.contains(&name.as_str())
+        };
+        one.notices.retain(|notice| !is_of_input(notice));
         for notice in &mut one.notices {
             let [name] = notice.channels.as_slice() else { continue };
             if notice.kind == "frozen" && outputs.contains(&name.as_str()) {
@@ -166,10 +176,6 @@ impl Model<'_> {
                     .clone_into(&mut notice.advice);
             }
             let is_input = inputs.contains(&name.as_str());
-            if is_input && matches!(notice.kind, "frozen" | "saturated") {
-                notice.weight = Weight::Remark;
-                "an input that is held or at its limit does no harm".clone_into(&mut notice.advice);
-            }
             if is_input && notice.kind == "missing" {
                 notice.weight = Weight::Fault;
                 "an input is needed at every time: fill the gaps, or cut the recording"
@@ -208,6 +214,85 @@ impl Model<'_> {
         }
     }
 
+    /// Says which outputs contradict each other at rest, where one follows from the others.
+    fn agreement(&self, one: &mut Screened, columns: &Columns) {
+        let known = self.known_outputs();
+        let mut off: Vec<(usize, Estimate, Stretch)> = Vec::new();
+        for (output, values) in columns.outputs.iter().enumerate() {
+            let Some(values) = values.as_ref().filter(|_| known[output]) else { continue };
+            let found = self.best_prediction(one, columns, output, |(first, last)| {
+                mean(&values[first..=last]).map(|mean| vec![mean])
+            });
+            let Some((predicted, means, steady)) = found else { continue };
+            let std_error = means[0].std_error.hypot(predicted.doubt);
+            let error = Estimate { value: means[0].value - predicted.value, std_error, ..means[0] };
+            let harmless = HARMLESS * self.noise()[output];
+            if error.p_value_beyond(harmless) < RARE {
+                off.push((output, error, steady.stretch));
+            }
+        }
+        let Some((output, error, stretch)) = off.first().copied() else { return };
+        let signature = self.signature();
+        let declared = &signature.outputs[output].unit;
+        let unit = difference_unit(Some(&self.dae.outputs[output].declared.unit));
+        let scaled = Estimate {
+            value: error.value / declared.factor,
+            std_error: error.std_error / declared.factor,
+            ..error
+        };
+        let amount = Amount::of(&scaled, &unit);
+        let than = if error.value > 0.0 { "more" } else { "less" };
+        let names: Vec<String> =
+            off.iter().map(|(i, ..)| signature.outputs[*i].name.to_string()).collect();
+        let text = format!(
+            "`{}` reads {} {than} at rest than the model makes of the other outputs{}",
+            names[0],
+            amount.size(),
+            match names.len() {
+                1 => String::new(),
+                _ => format!("; {} contradict each other", quoted(&names)),
+            }
+        );
+        one.notices.push(Notice {
+            weight: Weight::Fault,
+            stretches: vec![stretch],
+            p_value: Some(error.p_value()),
+            amount: Some(amount),
+            ..remark(
+                "disagrees",
+                &names,
+                text,
+                "one of these sensors is off, or a constant of the model is wrong",
+            )
+        });
+    }
+
+    /// What an output should read, where that is surest: with the means that `means` makes of the
+    /// same samples.
+    fn best_prediction<'s>(
+        &self,
+        one: &'s Screened,
+        columns: &Columns,
+        output: usize,
+        means: impl Fn((usize, usize)) -> Option<Vec<Estimate>>,
+    ) -> Option<(Predicted, Vec<Estimate>, &'s Steady)> {
+        let mut stretches: Vec<&Steady> = one.screening.motion.steady.iter().collect();
+        let length = |s: &Steady| s.stretch.until - s.stretch.from;
+        stretches.sort_by(|a, b| length(b).total_cmp(&length(a)));
+        let mut best: Option<(Predicted, Vec<Estimate>, &Steady)> = None;
+        for steady in stretches.into_iter().take(TRIED) {
+            let (Some(means), Some(predicted)) =
+                (means(steady.samples), self.predicted(columns, steady.samples, output))
+            else {
+                continue;
+            };
+            if best.as_ref().is_none_or(|(other, ..)| predicted.doubt < other.doubt) {
+                best = Some((predicted, means, steady));
+            }
+        }
+        best
+    }
+
     /// The output that two columns measure.
     fn output_of(&self, names: &[String; 2]) -> Option<usize> {
         let stem = stem(&names[0], &names[1]).map(|(stem, _)| stem);
@@ -227,24 +312,10 @@ impl Model<'_> {
             .iter()
             .map(|i| select::converted(&one.table.columns[*i], &as_declared).ok())
             .collect::<Option<_>>()?;
-        let mut stretches: Vec<&Steady> = one.screening.motion.steady.iter().collect();
-        let length = |s: &Steady| s.stretch.until - s.stretch.from;
-        stretches.sort_by(|a, b| length(b).total_cmp(&length(a)));
-        let mut best: Option<(Predicted, Vec<Estimate>, &Steady)> = None;
-        for steady in stretches.into_iter().take(TRIED) {
-            let (first, last) = steady.samples;
-            let means: Option<Vec<Estimate>> =
-                sensors.iter().map(|values| mean(&values[first..=last])).collect();
-            let (Some(means), Some(predicted)) =
-                (means, self.predicted(columns, (first, last), output))
-            else {
-                continue;
-            };
-            if best.as_ref().is_none_or(|(other, ..)| predicted.doubt < other.doubt) {
-                best = Some((predicted, means, steady));
-            }
-        }
-        let (predicted, means, steady) = best?;
+        let (predicted, means, steady) =
+            self.best_prediction(one, columns, output, |(first, last)| {
+                sensors.iter().map(|values| mean(&values[first..=last])).collect()
+            })?;
         let apart = (means[0].value - means[1].value).abs();
         if predicted.doubt > DEPENDS * apart {
             return None;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::args::Choices;
+use crate::data::Rename;
 
 /// Arguments of `screen`.
 #[derive(Debug, Args)]
@@ -16,9 +17,10 @@ pub(crate) struct ScreenArgs {
     /// A recording to look at; repeatable
     #[arg(long, value_name = "FILE", required = true)]
     pub data: Vec<PathBuf>,
-    /// Call a column by another name, as in `P_RIS=p_r`; repeatable
+    /// Call a column by another name, with its unit where the file has none, as in `P_RIS=p_r` or
+    /// 'P_RIS=p_r [barg]'; repeatable
     #[arg(long, value_name = "COLUMN=NAME")]
-    pub rename: Vec<String>,
+    pub rename: Vec<Rename>,
     /// Columns that measure the same, as in `p_main,p_backup`; repeatable [default: those whose names
     /// differ in a last letter or figure and that move together]
     #[arg(long, value_name = "NAMES")]

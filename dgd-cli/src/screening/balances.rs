@@ -17,6 +17,8 @@ use crate::report::of_differences;
 const TIMES: usize = 4000;
 /// An explanation explains if it leaves less than this of the imbalance.
 const EXPLAINS: f64 = 0.1;
+/// Where there is no drift on the whole, what is left comes and goes with noise.
+const EXPLAINS_SOME: f64 = 0.4;
 /// Other explanations are as good if they leave at most so many times as much.
 const AS_GOOD: f64 = 3.0;
 /// Unknowns that agree to this from other start values are determined.
@@ -156,9 +158,11 @@ fn balance(model: &Model<'_>, one: &Screened, found: &Reconstructed, row: usize)
         ..left.drift
     };
     let drifts = hourly.p_value() < RARE;
-    let good = good(&left.explanations);
+    let good = good(&left.explanations, if drifts { EXPLAINS } else { EXPLAINS_SOME });
     let is_late = |e: &&Explanation| matches!(e.cause, Cause::Late(_) | Cause::UnknownLate);
-    if drifts {
+    // A drift may hide in what comes and goes: a cause that explains most of it shows it, too.
+    let p_value = good.first().map_or(1.0, |best| best.size.p_value()).min(hourly.p_value());
+    if drifts || good.first().is_some_and(|e| !is_late(e)) {
         let amount = Amount::of(&hourly, &format!("{}/h", unit.symbol));
         let causes: Vec<String> =
             good.iter().filter_map(|e| subject.cause(e, &unit.symbol, unit.factor)).collect();
@@ -172,7 +176,7 @@ fn balance(model: &Model<'_>, one: &Screened, found: &Reconstructed, row: usize)
             amount.signed(),
             subject.unknown
         );
-        return vec![subject.notice("balance", text, amount, hourly.p_value())];
+        return vec![subject.notice("balance", text, amount, p_value)];
     }
     let Some(late) = good.first().filter(|e| is_late(e)) else { return Vec::new() };
     let amount = Amount::of(&late.size, "s");
@@ -182,11 +186,12 @@ fn balance(model: &Model<'_>, one: &Screened, found: &Reconstructed, row: usize)
 }
 
 /// The explanations that explain, about equally well.
-fn good(explanations: &[Explanation]) -> Vec<&Explanation> {
-    let Some(best) = explanations.first().map(|e| e.left) else { return Vec::new() };
+fn good(explanations: &[Explanation], explains: f64) -> Vec<&Explanation> {
+    let least = explanations.iter().map(|e| e.left).min_by(f64::total_cmp);
+    let Some(best) = least else { return Vec::new() };
     explanations
         .iter()
-        .filter(|e| e.left <= EXPLAINS.min(AS_GOOD * best) && e.size.p_value() < RARE)
+        .filter(|e| e.left <= explains.min(AS_GOOD * best) && e.size.p_value() < RARE)
         .collect()
 }
 

@@ -99,8 +99,12 @@ pub(super) fn notice(table: &Table, finding: &Finding) -> Notice {
     let unit = columns.first().and_then(|column| column.unit.as_ref());
     let (unit, apart) = (unit_of(unit), difference_unit(unit));
     let rows = table.len();
-    let Said { kind, text, advice, amount } =
+    let Said { kind, mut text, advice, amount } =
         said(&finding.fault, [name(0), name(1)], &unit, &apart, rows);
+    if kind == "frozen" && finding.stretches.len() > 1 {
+        let times = finding.stretches.len();
+        text = format!("`{}` reads one value for long, {times} times", name(0));
+    }
     Notice {
         kind,
         weight: finding.weight,
