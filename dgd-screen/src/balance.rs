@@ -142,10 +142,10 @@ struct Left {
 }
 
 impl Left {
-    /// Explained by a multiple of `sums`; with the sum of squares that is left.
+    /// Explained by a multiple of `sums`; with the share of the sum of squares that is left.
     fn by_factor(&self, cause: Cause, sums: &[f64]) -> Option<(f64, Explanation)> {
         let fit = regression(&[increments(sums, self.block)], &self.imbalance, LAGS)?;
-        Some(self.explanation(cause, fit.coefficients[0], &fit.residuals))
+        Some(explanation(cause, fit.coefficients[0], &self.imbalance, &fit.residuals))
     }
 
     /// Explained by S(t + τ) − S(t), S being `sums`, with the best τ: on a grid of samples, then by a
@@ -154,11 +154,21 @@ impl Left {
         let n = self.times.len();
         let spacing = (self.times[n - 1] - self.times[0]) / (n - 1) as f64;
         let farthest = i32::try_from(FARTHEST.min(n / 8)).unwrap_or(i32::MAX);
+        // Blocks that no delay leads beyond the record.
+        let margin = FARTHEST.min(n / 8) / self.block + 2;
+        let inner = margin..self.imbalance.len().saturating_sub(margin);
+        if inner.len() < FEWEST {
+            return None;
+        }
         let residuals = |tau: f64| -> Vec<f64> {
             let ahead = interpolated(&self.times, sums, tau);
             let moved: Vec<f64> = ahead.iter().zip(sums).map(|(ahead, now)| ahead - now).collect();
-            let moved = increments(&moved, self.block);
-            self.imbalance.iter().zip(&moved).map(|(left, moved)| left - moved).collect()
+            let moved = &increments(&moved, self.block)[inner.clone()];
+            self.imbalance[inner.clone()]
+                .iter()
+                .zip(moved)
+                .map(|(left, moved)| left - moved)
+                .collect()
         };
         let squares = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
         let best = (-farthest..=farthest)
@@ -173,13 +183,16 @@ impl Left {
         let fit = regression(&[slope], &residuals(best), LAGS)?;
         let step = fit.coefficients[0];
         let size = Estimate { value: best + step.value.clamp(-spacing, spacing), ..step };
-        Some(self.explanation(cause, size, &residuals(size.value)))
+        let rest = residuals(size.value);
+        Some(explanation(cause, size, &self.imbalance[inner], &rest))
     }
+}
 
-    fn explanation(&self, cause: Cause, size: Estimate, rest: &[f64]) -> (f64, Explanation) {
-        let left = extent(rest) / extent(&self.imbalance);
-        (rest.iter().map(|r| r * r).sum(), Explanation { cause, size, left })
-    }
+/// An explanation that leaves `rest` of `whole`, with the share of the sum of squares.
+fn explanation(cause: Cause, size: Estimate, whole: &[f64], rest: &[f64]) -> (f64, Explanation) {
+    let squares = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
+    let left = extent(rest) / extent(whole);
+    (squares(rest) / squares(whole), Explanation { cause, size, left })
 }
 
 /// Values at t + τ, by lines; the ends go on as they are.

@@ -429,7 +429,11 @@ impl Cleaned {
                     continue;
                 }
                 let values = [self.values[i].as_slice(), self.values[j].as_slice()];
-                let compared = compare(record.times, values, [i, j], is_same || by_letter);
+                let is_known = is_same || by_letter;
+                let compared = match compare(record.times, values, [i, j], is_known) {
+                    Compared::Different if is_known => late_twin(record.times, values, [i, j]),
+                    other => other,
+                };
                 all.push(Kin { channels: [i, j], by_letter, compared });
             }
         }
@@ -448,6 +452,26 @@ fn hides_noise(values: &[f64], step: f64) -> bool {
     }
     // What jumps by many steps at a time is set, not rounded.
     equal as f64 > HIDDEN * all as f64 && single as f64 > HIDDEN * (all - equal) as f64
+}
+
+/// Compares two channels that move apart after putting their clocks together.
+fn late_twin(times: &[f64], values: [&[f64]; 2], channels: [usize; 2]) -> Compared {
+    let [a, b] = values;
+    let (Some(late), Some(spacing)) = (shift(times, a, b), crate::usual_spacing(times)) else {
+        return Compared::Different;
+    };
+    let samples = (late.value / spacing).round();
+    let n = times.len();
+    let lag = samples.abs() as usize;
+    if lag == 0 || 2 * lag > n {
+        return Compared::Different;
+    }
+    let (kept, behind) = (..n - lag, lag..);
+    if samples > 0.0 {
+        compare(&times[kept], [&a[kept], &b[behind]], channels, true)
+    } else {
+        compare(&times[kept], [&a[behind], &b[kept]], channels, true)
+    }
 }
 
 /// Other channels whose names differ in a last letter.

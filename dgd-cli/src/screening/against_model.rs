@@ -3,8 +3,7 @@
 //!
 //! At rest an output often follows from the others without any parameter that is yet to be
 //! estimated: p_in = p_r + ρ g Δh. Where it does, sensors are compared with it. Whether it does is
-//! tried: free parameters are moved by a tenth, and start values by a tenth, and the output must not
-//! follow.
+//! tried: free parameters and start values are moved by a tenth, and the output must not follow.
 
 use dgd_compiler::dae::Dae;
 use dgd_compiler::diagnostics::Diagnostic;
@@ -44,6 +43,8 @@ const DEPENDS: f64 = 0.1;
 const AGREES: f64 = 0.2;
 /// Disagreements up to this many standard deviations of one reading do no harm.
 const HARMLESS: f64 = 0.5;
+/// An output that follows from the others moves by less of its noise with start values.
+const UNDETERMINED: f64 = 0.01;
 /// Steady stretches that are tried.
 const TRIED: usize = 8;
 
@@ -408,8 +409,10 @@ impl Model<'_> {
             moved[i] += MOVED * size(&self.signature().parameters[i]);
             doubt += (self.output_at(&u, &moved, &measured, None, output)? - value).abs();
         }
-        doubt += (self.output_at(&u, &p, &measured, Some(MOVED), output)? - value).abs();
-        Some(Predicted { value, doubt })
+        // What start values decide, the other outputs do not.
+        let moved = self.output_at(&u, &p, &measured, Some(MOVED), output)?;
+        ((moved - value).abs() <= UNDETERMINED * self.noise()[output])
+            .then_some(Predicted { value, doubt })
     }
 
     /// An output where the model's outputs are those measured; start values are moved by a share of

@@ -180,8 +180,13 @@ fn balance(model: &Model<'_>, one: &Screened, found: &Reconstructed, row: usize)
     }
     let Some(late) = good.first().filter(|e| is_late(e)) else { return Vec::new() };
     let amount = Amount::of(&late.size, "s");
-    let cause = subject.cause(late, &unit.symbol, unit.factor).unwrap_or_default();
-    let text = format!("by the balance `{}`, {cause}", subject.equation);
+    // Two that move together are late as well as the third is early.
+    let causes: Vec<String> = good
+        .iter()
+        .filter(|e| is_late(e))
+        .filter_map(|e| subject.cause(e, &unit.symbol, unit.factor))
+        .collect();
+    let text = format!("the balance `{}` is as if {}", subject.equation, causes.join(", or "));
     vec![subject.notice("late", text, amount, late.size.p_value())]
 }
 
