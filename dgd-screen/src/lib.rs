@@ -13,12 +13,15 @@
 //! where chance makes it in one record of a million; what does no harm is no claim.
 
 pub mod balance;
+mod cleaned;
 mod clock;
 pub mod distribution;
 mod estimate;
+mod finding;
 mod frozen;
 pub mod noise;
 mod operating_points;
+mod pairs;
 mod record;
 pub mod redundant;
 mod sampling;
@@ -28,10 +31,12 @@ mod steady;
 
 pub use clock::shift;
 pub use estimate::{Estimate, Regression, mean, regression};
+pub use finding::{Fault, Finding, Weight};
 pub use frozen::{Frozen, Saturated, frozen, saturated};
 pub use operating_points::{OperatingPoint, operating_points};
+pub use pairs::Kin;
 pub use record::{Channel, Record, Stretch, usual_spacing};
 pub use sampling::{Sampling, sampling};
-pub use screen::{Fault, Finding, Kin, RARE, Request, Screening, Summary, Weight, kin, screen};
+pub use screen::{RARE, Request, Screening, Summary, kin, screen};
 pub use spikes::{Spike, spikes};
 pub use steady::{Motion, Rest, Steady, Transient, motion};

@@ -70,7 +70,7 @@ const AREA: f64 = 200.0;
 
 /// `gain` is what the reading of the outflow is multiplied by, `late` its lag, s.
 fn tank(seed: u64, gain: f64, late: f64) -> Tank {
-    let n = 3600;
+    let n: usize = 3600;
     let mut normal = Normal::new(seed);
     let out = |t: f64| 30.0 + 12.0 * (t / 90.0).sin() + 5.0 * (t / 31.0).cos();
     let inflow = |t: f64| 30.0 + 8.0 * (t / 57.0).cos();

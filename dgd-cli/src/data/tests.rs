@@ -267,13 +267,7 @@ fn in_a_long_file_lines_are_told_in_words() {
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
     // As if only so many bytes could be kept.
     let kept = "# long\ntime [s],x [m]\r\n0,1".len();
-    let table = read_keeping(
-        (kept, Order::Required),
-        "a.csv",
-        text.as_bytes(),
-        &mut sources,
-        &mut diagnostics,
-    );
+    let table = read_with(reading(kept), "a.csv", text.as_bytes(), &mut sources, &mut diagnostics);
     assert!(table.is_err());
     let [diagnostic] = diagnostics.sorted()[..] else { panic!("{diagnostics:?}") };
     let drawn = render(&[diagnostic], &sources, Style::Plain);
@@ -322,13 +316,8 @@ fn no_bytes_make_it_panic() {
             (0..next(40)).flat_map(|_| pieces[next(pieces.len())]).copied().collect();
         let limit = next(2 * text.len() + 2);
         let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let read = read_keeping(
-            (limit, Order::Required),
-            "a.csv",
-            text.as_slice(),
-            &mut sources,
-            &mut diagnostics,
-        );
+        let read =
+            read_with(reading(limit), "a.csv", text.as_slice(), &mut sources, &mut diagnostics);
         if let Ok(table) = &read {
             let unit = unit("m");
             let declared = [Declared { name: "x", unit: &unit, place: None }];

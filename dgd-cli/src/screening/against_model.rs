@@ -2,18 +2,15 @@
 //! several sensors of one output is off.
 //!
 //! At rest an output often follows from the others without any parameter that is yet to be
-//! estimated: p_in = p_r + ρ g Δh. Where it does, sensors are compared with it. Whether it does is
-//! tried: free parameters and start values are moved by a tenth, and the output must not follow.
+//! estimated: p_in = p_r + ρ g Δh. Where it does (`prediction.rs`), sensors are compared with it.
 
 use dgd_compiler::dae::Dae;
 use dgd_compiler::diagnostics::Diagnostic;
 use dgd_compiler::units::Unit;
 use dgd_execute::Loaded;
-use dgd_runtime::{
-    Inputs, Options, Parameter, Point, Problem, Signature, System, start_from_outputs,
-};
+use dgd_runtime::{Options, Signature, System};
 use dgd_screen::redundant::stem;
-use dgd_screen::{Estimate, RARE, Steady, Stretch, Weight, mean};
+use dgd_screen::{Estimate, RARE, Stretch, Weight, mean};
 
 use super::notice::{Amount, Notice, difference_unit};
 use super::{Screened, balances, quoted};
@@ -35,18 +32,12 @@ pub(super) struct Columns {
     pub outputs: Vec<Option<Vec<f64>>>,
 }
 
-/// Parameters are moved by this share to see what depends on them.
-const MOVED: f64 = 0.1;
 /// What the model's output may depend on them, as a share of the difference between sensors.
 const DEPENDS: f64 = 0.1;
 /// Sensors agree with the model within this share of the difference between them.
 const AGREES: f64 = 0.2;
 /// Disagreements up to this many standard deviations of one reading do no harm.
 const HARMLESS: f64 = 0.5;
-/// An output that follows from the others moves by less of its noise with start values.
-const UNDETERMINED: f64 = 0.01;
-/// Steady stretches that are tried.
-const TRIED: usize = 8;
 
 impl Model<'_> {
     pub(super) fn signature(&self) -> &Signature {
@@ -123,7 +114,8 @@ impl Model<'_> {
             }
         }
         let unknowns = self.dae.unknowns.iter().map(|unknown| unknown.name.clone());
-        let elements = self.dae.output_arrays.iter().flat_map(|array| array.names());
+        let elements =
+            self.dae.output_arrays.iter().flat_map(dgd_compiler::dae::OutputArray::names);
         let known: Vec<String> = input_names
             .iter()
             .chain(&output_names)
@@ -268,32 +260,6 @@ impl Model<'_> {
         });
     }
 
-    /// What an output should read, where that is surest: with the means that `means` makes of the
-    /// same samples.
-    fn best_prediction<'s>(
-        &self,
-        one: &'s Screened,
-        columns: &Columns,
-        output: usize,
-        means: impl Fn((usize, usize)) -> Option<Vec<Estimate>>,
-    ) -> Option<(Predicted, Vec<Estimate>, &'s Steady)> {
-        let mut stretches: Vec<&Steady> = one.screening.motion.steady.iter().collect();
-        let length = |s: &Steady| s.stretch.until - s.stretch.from;
-        stretches.sort_by(|a, b| length(b).total_cmp(&length(a)));
-        let mut best: Option<(Predicted, Vec<Estimate>, &Steady)> = None;
-        for steady in stretches.into_iter().take(TRIED) {
-            let (Some(means), Some(predicted)) =
-                (means(steady.samples), self.predicted(columns, steady.samples, output))
-            else {
-                continue;
-            };
-            if best.as_ref().is_none_or(|(other, ..)| predicted.doubt < other.doubt) {
-                best = Some((predicted, means, steady));
-            }
-        }
-        best
-    }
-
     /// The output that two columns measure.
     fn output_of(&self, names: &[String; 2]) -> Option<usize> {
         let stem = stem(&names[0], &names[1]).map(|(stem, _)| stem);
@@ -366,131 +332,12 @@ impl Model<'_> {
             },
         })
     }
-
-    /// What an output should read in a steady stretch by the other outputs, SI.
-    fn predicted(
-        &self,
-        columns: &Columns,
-        (first, last): (usize, usize),
-        output: usize,
-    ) -> Option<Predicted> {
-        let known = self.known_outputs();
-        let u: Vec<f64> = columns
-            .inputs
-            .iter()
-            .map(|values| mean_of(&values.as_ref()?[first..=last]))
-            .collect::<Option<_>>()?;
-        let estimates: Vec<Option<Estimate>> = columns
-            .outputs
-            .iter()
-            .enumerate()
-            .map(|(i, values)| {
-                let values = values.as_ref().filter(|_| i != output && known[i])?;
-                mean(&values[first..=last])
-            })
-            .collect();
-        let measured: Vec<Option<f64>> =
-            estimates.iter().map(|estimate| estimate.map(|e| e.value)).collect();
-        let p = self.p();
-        let value = self.output_at(&u, &p, &measured, None, output)?;
-        // What noise of the others, free parameters and start values make of it.
-        let mut squares = 0.0;
-        for (i, estimate) in estimates.iter().enumerate() {
-            let Some(estimate) = estimate.filter(|estimate| estimate.std_error > 0.0) else {
-                continue;
-            };
-            let mut moved = measured.clone();
-            moved[i] = Some(estimate.value + estimate.std_error);
-            squares += (self.output_at(&u, &p, &moved, None, output)? - value).powi(2);
-        }
-        let mut doubt = squares.sqrt();
-        for i in self.free() {
-            let mut moved = p.clone();
-            moved[i] += MOVED * size(&self.signature().parameters[i]);
-            doubt += (self.output_at(&u, &moved, &measured, None, output)? - value).abs();
-        }
-        // What start values decide, the other outputs do not.
-        let moved = self.output_at(&u, &p, &measured, Some(MOVED), output)?;
-        ((moved - value).abs() <= UNDETERMINED * self.noise()[output])
-            .then_some(Predicted { value, doubt })
-    }
-
-    /// An output where the model's outputs are those measured; start values are moved by a share of
-    /// themselves first.
-    fn output_at(
-        &self,
-        u: &[f64],
-        p: &[f64],
-        measured: &[Option<f64>],
-        moved: Option<f64>,
-        output: usize,
-    ) -> Option<f64> {
-        let y = self.state_at(u, p, measured, &[], moved)?;
-        let mut w = vec![0.0; self.signature().outputs.len()];
-        self.system.outputs(Point { t: 0.0, y: &y, u, p, z: &[] }, &mut w);
-        Some(w[output]).filter(|w| w.is_finite())
-    }
-
-    /// Unknowns where the model's outputs are those measured, SI; `start` is where to begin.
-    pub(super) fn state_at(
-        &self,
-        u: &[f64],
-        p: &[f64],
-        measured: &[Option<f64>],
-        start: &[(usize, f64)],
-        moved: Option<f64>,
-    ) -> Option<Vec<f64>> {
-        let signature = self.signature();
-        // Models that remember or switch are not at rest by their unknowns alone.
-        if !signature.discrete.is_empty() || signature.n_u() != signature.inputs.len() {
-            return None;
-        }
-        let inputs = Inputs::constant(u);
-        let problem = Problem { system: self.system, p, inputs: &inputs, start };
-        let first = match moved {
-            None => start.to_vec(),
-            Some(share) => {
-                let mut y = vec![0.0; signature.unknowns.len()];
-                self.system.start(Point { t: 0.0, y: &[], u, p, z: &[] }, &mut y);
-                let differential = (0..y.len()).filter(|i| signature.unknowns.is_differential(*i));
-                let nominal =
-                    |i: usize| signature.unknowns.nominal(i).unwrap_or(y[i].abs().max(1e-3));
-                differential.map(|i| (i, y[i] + share * nominal(i))).collect()
-            }
-        };
-        let problem = Problem { start: &first, ..problem };
-        let start = if measured.iter().any(Option::is_some) {
-            start_from_outputs(&problem, 0.0, measured, &self.noise(), &self.options).ok()?
-        } else {
-            first.clone()
-        };
-        let problem = Problem { start: &start, ..problem };
-        dgd_runtime::consistent_start(&problem, 0.0, &self.options).ok().map(|found| found.y)
-    }
-}
-
-/// What an output should read, and how far that may be off.
-struct Predicted {
-    value: f64,
-    doubt: f64,
 }
 
 /// Which of two sensors is off.
 struct Judged {
     text: String,
     advice: String,
-}
-
-/// Size of a parameter for moving it.
-fn size(parameter: &Parameter) -> f64 {
-    let declared = if parameter.value == 0.0 { parameter.unit.factor } else { parameter.value };
-    parameter.nominal.unwrap_or(declared.abs())
-}
-
-fn mean_of(values: &[f64]) -> Option<f64> {
-    let valid = values.iter().filter(|value| value.is_finite());
-    let (sum, count) = valid.fold((0.0, 0), |(sum, n), value| (sum + value, n + 1));
-    (count > 0).then(|| sum / f64::from(count))
 }
 
 /// Whether a column is `output` and a letter or figure, and another such column is there.

@@ -2,8 +2,8 @@
 
 use dgd_screen::Weight;
 
-use super::Screened;
 use super::notice::unit_of;
+use super::{Screened, apart};
 use crate::plot::{Band, Figure, Panel, Series, Style, Text};
 
 /// Columns of one unit that share a panel where they measure the same.
@@ -47,8 +47,38 @@ pub(crate) fn figure(one: &Screened) -> Figure {
             ..Panel::default()
         }
     };
-    let panels: Vec<Panel> = groups.iter().map(panel).collect();
+    let mut panels: Vec<Panel> = Vec::with_capacity(groups.len());
+    for group in &groups {
+        panels.push(panel(group));
+        panels.extend(differences(one, group));
+    }
     Figure { columns: 1, ..Figure::new(Text::plain("Time").with_unit("s"), panels) }
+}
+
+/// What columns of one quantity read more than the first of them.
+fn differences(one: &Screened, group: &[usize]) -> Option<Panel> {
+    let (&first, others) = group.split_first()?;
+    let columns = &one.table.columns;
+    let series = others.iter().map(|&other| {
+        let pairs = columns[other].values.iter().zip(&columns[first].values);
+        Series {
+            name: Text::name(&columns[other].name),
+            style: Style::ThinLine,
+            x: one.times().to_vec(),
+            y: pairs.map(|(other, first)| other - first).collect(),
+        }
+    });
+    let title = match others {
+        [] => return None,
+        [other] => format!("{} less {}", columns[*other].name, columns[first].name),
+        _ => format!("less {}", columns[first].name),
+    };
+    Some(Panel {
+        title: Text::plain(&title),
+        y_label: Text::default().with_unit(&apart(&one.table, first)),
+        series: series.collect(),
+        ..Panel::default()
+    })
 }
 
 /// Dots on the samples that stand out: spikes.

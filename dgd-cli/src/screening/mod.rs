@@ -13,6 +13,7 @@ pub(crate) mod figure;
 mod json;
 pub(crate) mod notice;
 mod page;
+mod prediction;
 mod summary;
 mod tables;
 

@@ -16,11 +16,10 @@ pub(super) fn steady(screened: &[Screened]) -> String {
     let mut text = "recording,from [s],until [s],point".to_owned();
     for (name, unit) in &heads {
         let spread = unit_of_spread(unit);
-        text.push_str(&format!(
-            ",{},{}",
-            quoted(&format!("{name}{unit}")),
-            quoted(&format!("std({name}){spread}"))
-        ));
+        for cell in [format!("{name}{unit}"), format!("std({name}){spread}")] {
+            text.push(',');
+            text.push_str(&quoted(&cell));
+        }
     }
     text.push('\n');
     for (at, one) in screened.iter().enumerate() {
