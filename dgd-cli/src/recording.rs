@@ -68,6 +68,12 @@ impl Recording {
         let (times, inputs, outputs) =
             (times.ok()?.to_vec(), input_columns.ok()?, output_columns.ok()?);
 
+        let all_outputs: Vec<String> = dae
+            .outputs
+            .iter()
+            .map(|output| output.declared.name.clone())
+            .chain(elements.iter().map(|(name, _)| name.clone()))
+            .collect();
         let known: Vec<&str> = dae
             .inputs
             .iter()
@@ -79,6 +85,22 @@ impl Recording {
         if let Some(note) = select::unknown_note(&table, &known) {
             console.note(&note, sources);
         }
+        let outputs = outputs.into_iter().enumerate();
+        let outputs = outputs
+            .map(|(i, samples)| {
+                let samples = samples?;
+                if samples.iter().any(|sample| sample.is_finite()) {
+                    return Some(samples);
+                }
+                // As if there were no column: nothing was measured.
+                let name = all_outputs.get(i).map_or("", |name| name.as_str());
+                console.remark(&format!(
+                    "`{}`: the column `{name}` has no value in any row, and is not used",
+                    path.display()
+                ));
+                None
+            })
+            .collect();
         let measured = Measured { times: times.clone(), outputs };
         Some(Recording { times, inputs, measured })
     }

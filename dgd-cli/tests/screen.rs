@@ -196,6 +196,22 @@ fn a_model_names_columns_that_it_does_not_know_and_units_that_clash() {
 }
 
 #[test]
+fn columns_without_any_value_are_told_by_commands_that_run_a_model() {
+    let folder = folder_with(&[]);
+    let without = |column: &str| {
+        let name = format!("{column}.csv");
+        let text = changed(|_, name, _| (name == column).then(String::new));
+        fs::write(folder.path().join(&name), text).expect("the folder is writable");
+        path(&folder, &name)
+    };
+    let fit = dgd(&["fit", MODEL, "--data", &without("p_in"), "--format", "json"]).done();
+    assert!(fit.err.contains("the column `p_in` has no value in any row"), "{}", fit.err);
+    assert!(fit.json()["outputs"]["p_in"].is_null(), "{}", fit.out);
+    dgd(&["fit", MODEL, "--data", &without("q_tf")])
+        .refused(1, &["the input `q_tf` has no value in any row"]);
+}
+
+#[test]
 fn the_folder_and_the_picture_are_written_and_the_same_every_time() {
     let folder = folder_with(&[]);
     let run = |out: &str| {

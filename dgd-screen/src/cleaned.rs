@@ -9,8 +9,6 @@ use crate::spikes::{Spike, spikes};
 
 /// Neighbours that are equal: above this share rounding hides the noise.
 const HIDDEN: f64 = 0.5;
-/// Standard deviations by which the end of a frozen stretch jumps.
-const JUMP: f64 = 6.0;
 /// Changes of a partner that show that the quantity was alive.
 const FEW: usize = 5;
 /// Neighbours on either side that a pulse is compared with, and standard deviations outside of them
@@ -94,21 +92,14 @@ impl Cleaned {
             pile.samples.iter().for_each(|k| values[*k] = f64::NAN);
         }
         let runs = frozen(times, &values);
-        let mut alive = values.clone();
-        for run in &runs {
-            alive[run.samples.0..=run.samples.1].fill(f64::NAN);
-        }
-        let noise = if runs.is_empty() { None } else { white_noise(times, &alive, &alive) };
         let mut held: Option<Finding> = None;
         for run in runs {
             let (first, last) = run.samples;
-            // A set value goes on from where it was held.
-            let clear = JUMP * noise.map_or(0.0, |noise| noise.std);
-            let is_shown = run.release.is_some_and(|jump| jump > clear)
-                || partners(record, channel).any(|other| {
-                    let values = &record.channels[other].values[first..=last];
-                    values.windows(2).filter(|pair| pair[0] != pair[1]).count() > FEW
-                });
+            // A value that is set may be held; what another sensor of it sees move is not.
+            let is_shown = partners(record, channel).any(|other| {
+                let values = &record.channels[other].values[first..=last];
+                values.windows(2).filter(|pair| pair[0] != pair[1]).count() > FEW
+            });
             let fault = Fault::Frozen { value: run.value, samples: last - first + 1, is_shown };
             match &mut held {
                 _ if is_shown => find(fault, vec![run.stretch], Some(run.p_value), Weight::Fault),

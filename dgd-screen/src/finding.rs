@@ -47,8 +47,8 @@ pub enum Fault {
         value: f64,
         /// Number of readings.
         samples: usize,
-        /// Whether the channel is shown to have gone on behind it: by a jump at its end, or by another
-        /// that measures the same. Otherwise it may have been set.
+        /// Whether another channel that measures the same went on meanwhile. Otherwise it may have been
+        /// set.
         is_shown: bool,
     },
     /// Readings pile up at a limit.

@@ -22,8 +22,6 @@ pub struct Frozen {
     pub samples: (usize, usize),
     /// What was read.
     pub value: f64,
-    /// How far the next reading is from it; `None` where there is none.
-    pub release: Option<f64>,
     /// Expected number of such runs in the record.
     pub p_value: f64,
 }
@@ -55,6 +53,8 @@ const STILL: f64 = 0.9;
 const LIVELY: f64 = 0.3;
 /// A pile is this many times as high as the levels next to it.
 const PILE: f64 = 3.0;
+/// Fewest runs at a limit.
+const FEWEST_RUNS: usize = 3;
 /// Levels that a pile is compared with.
 const NEIGHBOURS: usize = 5;
 
@@ -115,7 +115,6 @@ pub fn frozen(times: &[f64], values: &[f64]) -> Vec<Frozen> {
                 stretch: Stretch::of(times, first, last),
                 samples: (first, last),
                 value: values[first],
-                release: values[last + 1..].first().map(|next| (next - values[first]).abs()),
                 p_value,
             })
         })
@@ -137,10 +136,14 @@ pub fn saturated(times: &[f64], values: &[f64]) -> Vec<Saturated> {
         .filter_map(|(p_value, limit, is_upper)| {
             let p_value = p_value.filter(|p| *p < RARE)?;
             let samples: Vec<usize> = (0..values.len()).filter(|k| values[*k] == limit).collect();
-            let stretches = runs(values.len(), |k| values[k] == limit)
+            let stretches: Vec<Stretch> = runs(values.len(), |k| values[k] == limit)
                 .into_iter()
                 .map(|(first, last)| Stretch::of(times, first, last))
                 .collect();
+            // Noise takes readings to a limit and off it again; one long run is a value that is held.
+            if stretches.len() < FEWEST_RUNS {
+                return None;
+            }
             Some(Saturated { limit, is_upper, stretches, samples, p_value })
         })
         .collect()

@@ -183,6 +183,21 @@ fn frozen_stretches_are_found_from_a_dozen_readings_on() {
 }
 
 #[test]
+fn a_held_value_is_a_fault_only_where_another_sensor_shows_it() {
+    let mut normal = Normal::new(21);
+    let mut a = sensor(&mut normal, 0.01, |_| 0.0);
+    let b = sensor(&mut normal, 0.01, |_| 0.0);
+    let held = a[2000];
+    a[2000..2300].fill(held);
+    let of = |screening: &Screening| -> Vec<Weight> {
+        let frozen = screening.findings.iter().filter(|f| matches!(f.fault, Fault::Frozen { .. }));
+        frozen.map(|finding| finding.weight).collect()
+    };
+    assert_eq!(of(&screened(&[("p_A", &a), ("p_B", &b)])), [Weight::Fault]);
+    assert_eq!(of(&screened(&[("p_A", &a)])), [Weight::Remark]);
+}
+
+#[test]
 fn limits_that_cut_readings_off_are_found() {
     let times = seconds(N);
     for (limit, least) in [(21.72, 0), (21.6, 100), (21.0, 100)] {

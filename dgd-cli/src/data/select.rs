@@ -43,7 +43,9 @@ pub fn inputs(
             Err(diagnostic) => reported = Err(diagnostics.error(diagnostic)),
         }
         if let Some(missing) = &column.missing {
-            let message = format!("the input `{}` has no value here", input.name);
+            let nowhere = missing.count == table.len();
+            let place = if nowhere { "in any row" } else { "here" };
+            let message = format!("the input `{}` has no value {place}", input.name);
             let diagnostic = missing
                 .diagnostic(Code::E608, message)
                 .help("an input is needed at every time: fill the gap, or cut the recording");
