@@ -200,8 +200,9 @@ fn a_held_value_is_a_fault_only_where_another_sensor_shows_it() {
 #[test]
 fn limits_that_cut_readings_off_are_found() {
     let times = seconds(N);
-    for (limit, least) in [(21.72, 0), (21.6, 100), (21.0, 100)] {
-        let mut found = 0;
+    // Far below the highest reading the limit is reached once, and that may be a value that is held.
+    for (limit, least) in [(21.72, 0), (21.6, 100), (21.0, 60)] {
+        let (mut found, mut held) = (0, 0);
         for seed in 0..100 {
             let mut normal = Normal::new(7000 + seed);
             let mut values = sensor(&mut normal, 0.01, |_| 0.0);
@@ -211,9 +212,10 @@ fn limits_that_cut_readings_off_are_found() {
             let piles = saturated(&times, &values);
             found += usize::from(piles.len() == 1 && piles[0].is_upper && piles[0].limit == limit);
             assert!(piles.len() <= 1);
+            held += usize::from(piles.is_empty() && !frozen(&times, &values).is_empty());
         }
-        println!("readings cut at {limit}: found {found} of 100");
-        assert!(found >= least, "{limit}: {found}");
+        println!("readings cut at {limit}: found {found} of 100, {held} more as held");
+        assert!(found >= least && (least == 0 || found + held == 100), "{limit}: {found}, {held}");
     }
 }
 
