@@ -6,6 +6,9 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::{PerSample, Steps};
 
+use crate::data::Rename;
+use crate::screening::args::ScreenArgs;
+
 /// A physical model in a small equation language: checked, simulated, differentiated, fitted.
 #[derive(Debug, Parser)]
 #[command(name = "dgd", version, max_term_width = 100)]
@@ -80,6 +83,8 @@ pub(crate) enum Command {
     Fit(FitArgs),
     /// Find where a model and recordings disagree, and name the effect that is missing
     Discover(DiscoverArgs),
+    /// Find what is wrong with recordings before anything is fitted to them
+    Screen(ScreenArgs),
     /// List the integration methods
     Methods,
 }
@@ -294,6 +299,10 @@ pub(crate) struct SolveArgs {
     /// Where start values come from
     #[arg(long, value_enum, default_value_t = Start::Model)]
     pub start: Start,
+    /// Call a column of the data by another name, with its unit where the file has none, as in
+    /// `P_RIS=p_r` or 'P_RIS=p_r [barg]'; repeatable
+    #[arg(long, value_name = "COLUMN=NAME")]
+    pub rename: Vec<Rename>,
     /// First time, s since the data's first sample [default: 0]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub from: Option<f64>,

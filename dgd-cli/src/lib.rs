@@ -2,6 +2,7 @@
 
 mod args;
 mod command;
+mod command_line;
 mod console;
 pub mod data;
 pub mod effects;
@@ -16,6 +17,7 @@ mod recording;
 mod report;
 mod result;
 mod run;
+mod screening;
 mod sets;
 mod table;
 mod verify;
@@ -45,6 +47,7 @@ pub fn run() -> ExitCode {
         Command::Linearize(args) => command::linearize::run(args, console),
         Command::Fit(args) => command::fit::run(args, console),
         Command::Discover(args) => command::discover::run(args, console),
+        Command::Screen(args) => command::screen::run(args, console),
         Command::Methods => command::methods::run(console),
     };
     match result {

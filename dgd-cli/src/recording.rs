@@ -12,7 +12,7 @@ use dgd_runtime::{Column, Inputs, Options, Problem, Signature, System};
 
 use crate::args::{SolveArgs, Start};
 use crate::console::Console;
-use crate::data::{self, select};
+use crate::data::{self, Rename, select};
 use crate::failure::CommandError;
 use crate::run::measured_start;
 
@@ -43,12 +43,13 @@ impl Recording {
     /// Reads a data file; `None` where it has mistakes, which are reported.
     pub(crate) fn read(
         path: &Path,
+        renames: &[Rename],
         dae: &Dae,
         sources: &mut Sources,
         diagnostics: &mut Diagnostics,
         console: Console<'_>,
     ) -> Option<Recording> {
-        let table = data::read(path, sources, diagnostics).ok()?;
+        let table = data::read_renamed(path, renames, sources, diagnostics).ok()?;
         let inputs: Vec<select::Declared<'_>> =
             dae.inputs.iter().map(|input| declared(&input.declared)).collect();
         let elements: Vec<(String, &dgd_compiler::model::Declared)> = dae
@@ -67,6 +68,12 @@ impl Recording {
         let (times, inputs, outputs) =
             (times.ok()?.to_vec(), input_columns.ok()?, output_columns.ok()?);
 
+        let all_outputs: Vec<String> = dae
+            .outputs
+            .iter()
+            .map(|output| output.declared.name.clone())
+            .chain(elements.iter().map(|(name, _)| name.clone()))
+            .collect();
         let known: Vec<&str> = dae
             .inputs
             .iter()
@@ -78,6 +85,22 @@ impl Recording {
         if let Some(note) = select::unknown_note(&table, &known) {
             console.note(&note, sources);
         }
+        let outputs = outputs.into_iter().enumerate();
+        let outputs = outputs
+            .map(|(i, samples)| {
+                let samples = samples?;
+                if samples.iter().any(|sample| sample.is_finite()) {
+                    return Some(samples);
+                }
+                // As if there were no column: nothing was measured.
+                let name = all_outputs.get(i).map_or("", |name| name.as_str());
+                console.remark(&format!(
+                    "`{}`: the column `{name}` has no value in any row, and is not used",
+                    path.display()
+                ));
+                None
+            })
+            .collect();
         let measured = Measured { times: times.clone(), outputs };
         Some(Recording { times, inputs, measured })
     }

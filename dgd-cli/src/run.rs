@@ -52,8 +52,10 @@ impl Run {
         let recording = match &args.data {
             None => None,
             Some(path) => {
+                let renames = &args.solve.rename;
+                let dae = &compiled.dae;
                 let read =
-                    Recording::read(path, &compiled.dae, &mut sources, &mut diagnostics, console);
+                    Recording::read(path, renames, dae, &mut sources, &mut diagnostics, console);
                 match read {
                     Some(recording) => Some(recording),
                     None => return Err(CommandError::diagnosed(&diagnostics, sources)),

@@ -109,8 +109,9 @@ impl Task {
         let used = used_outputs(&mut compilation, &compiled, &args.outputs);
         let mut read = |paths: &[PathBuf]| -> Vec<Option<recording::Recording>> {
             let Compilation { sources, diagnostics } = &mut compilation;
+            let (renames, dae) = (&args.solve.rename, &compiled.dae);
             let one = |path: &PathBuf| {
-                recording::Recording::read(path, &compiled.dae, sources, diagnostics, console)
+                recording::Recording::read(path, renames, dae, sources, diagnostics, console)
             };
             paths.iter().map(one).collect()
         };

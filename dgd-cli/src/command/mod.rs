@@ -10,5 +10,6 @@ pub(crate) mod fmt;
 pub(crate) mod linearize;
 pub(crate) mod methods;
 mod over;
+pub(crate) mod screen;
 pub(crate) mod sensitivity;
 pub(crate) mod simulate;

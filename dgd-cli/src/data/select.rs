@@ -43,7 +43,9 @@ pub fn inputs(
             Err(diagnostic) => reported = Err(diagnostics.error(diagnostic)),
         }
         if let Some(missing) = &column.missing {
-            let message = format!("the input `{}` has no value here", input.name);
+            let nowhere = missing.count == table.len();
+            let place = if nowhere { "in any row" } else { "here" };
+            let message = format!("the input `{}` has no value {place}", input.name);
             let diagnostic = missing
                 .diagnostic(Code::E608, message)
                 .help("an input is needed at every time: fill the gap, or cut the recording");
@@ -119,7 +121,7 @@ fn no_column(table: &Table, input: &Declared<'_>) -> Diagnostic {
 }
 
 /// The values of a column in SI, as the model counts them.
-fn converted(column: &Column, declared: &Declared<'_>) -> Result<Vec<f64>, Diagnostic> {
+pub(crate) fn converted(column: &Column, declared: &Declared<'_>) -> Result<Vec<f64>, Diagnostic> {
     if let Some(fault) = &column.fault {
         return Err(fault.clone());
     }
