@@ -25,6 +25,13 @@ pub enum TrialFailure {
         /// The time, s.
         t: f64,
     },
+    /// Derivatives are not defined.
+    NoSensitivity {
+        /// The equation to blame, or the model.
+        equation: String,
+        /// The time, s.
+        t: f64,
+    },
 }
 
 /// Why there is no fit.
@@ -73,6 +80,9 @@ impl fmt::Display for TrialFailure {
             Self::Simulation(error) => error.fmt(f),
             Self::OutputNotFinite { output, t } => {
                 write!(f, "output `{output}` is not finite at t = {t} s")
+            }
+            Self::NoSensitivity { equation, t } => {
+                write!(f, "the derivatives of `{equation}` are not defined at t = {t} s")
             }
         }
     }

@@ -18,9 +18,11 @@
 //! | `stepping` | how simulations step: the same way in all trials, where recordings allow it |
 //! | `parallel` | recordings in several threads |
 //! | `uncertainty` | covariance, and what the data does not determine |
+//! | `filter` | states and parameters while samples come in, and by the likelihood of innovations |
 
 mod box_quadratic;
 mod error;
+pub mod filter;
 mod fit;
 mod levenberg_marquardt;
 mod noise;
