@@ -44,6 +44,7 @@ pub fn run() -> ExitCode {
         Command::Sensitivity(args) => command::sensitivity::run(args, console),
         Command::Linearize(args) => command::linearize::run(args, console),
         Command::Fit(args) => command::fit::run(args, console),
+        Command::Track(args) => command::track::run(args, console),
         Command::Discover(args) => command::discover::run(args, console),
         Command::Methods => command::methods::run(console),
     };

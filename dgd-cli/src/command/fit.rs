@@ -241,7 +241,9 @@ impl Task {
                 "the model cannot be simulated: {}",
                 named(&failed, paths)
             )),
-            EstimateError::Noise { .. } | EstimateError::NotPositive { .. } => {
+            EstimateError::Noise { .. }
+            | EstimateError::NotPositive { .. }
+            | EstimateError::NotFiltered(_) => {
                 CommandError::Computation(error.to_string())
             }
         }

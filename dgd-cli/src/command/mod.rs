@@ -12,3 +12,4 @@ pub(crate) mod methods;
 mod over;
 pub(crate) mod sensitivity;
 pub(crate) mod simulate;
+pub(crate) mod track;

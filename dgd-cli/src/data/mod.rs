@@ -18,6 +18,7 @@ mod read;
 mod records;
 mod rows;
 pub mod select;
+pub mod stream;
 #[cfg(test)]
 mod tests;
 mod time;

@@ -64,6 +64,11 @@ impl Time {
         })
     }
 
+    /// Seconds in the header's unit, if it has one.
+    pub(super) fn factor(&self) -> Option<f64> {
+        self.factor
+    }
+
     /// Takes in the time of a row.
     pub(super) fn take(&mut self, record: &Record<'_>, kept: Kept) {
         let cell = record.cell(0);

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::error::IntegrateError;
+use crate::identify::filter::FilterError;
 
 /// A point at which the residuals could not be evaluated.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,6 +65,8 @@ pub enum EstimateError {
     },
     /// The model cannot be simulated at the parameters that the fit starts from.
     Start(TrialFailed),
+    /// The model cannot be filtered, which innovations need.
+    NotFiltered(Box<FilterError>),
 }
 
 impl fmt::Display for TrialFailed {
@@ -114,6 +117,7 @@ impl fmt::Display for EstimateError {
             Self::Start(failed) => {
                 write!(f, "the model cannot be simulated where the fit starts: {failed}")
             }
+            Self::NotFiltered(error) => error.fmt(f),
         }
     }
 }

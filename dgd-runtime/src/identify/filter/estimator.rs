@@ -100,6 +100,19 @@ pub struct Filter<'a, S> {
     failures: usize,
     /// The model close to the prediction, where that was needed for it.
     ahead: Option<Local>,
+    /// The innovations that were used last.
+    innovated: Innovated,
+}
+
+/// Innovations of a row.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Innovated {
+    /// Positions of the outputs.
+    pub outputs: Vec<usize>,
+    /// ε, SI.
+    pub epsilon: Vec<f64>,
+    /// S½, lower triangular.
+    pub root: DMatrix<f64>,
 }
 
 impl<'a, S: System> Filter<'a, S> {
@@ -134,9 +147,36 @@ impl<'a, S: System> Filter<'a, S> {
         let mut drive = Drive::default();
         drive.push(first.t, first.u, signature)?;
         let inputs = drive.inputs(signature)?;
-        let started =
-            Problem { system: problem.system, p: problem.p, inputs: &inputs, start: &problem.start };
-        let y = consistent_start(&started, first.t, &problem.options).map_err(FilterError::Start)?.y;
+        let mut filter = Self::new(problem, tuning, model, &inputs, first.t)?;
+        filter.drive = drive;
+        filter.last.copy_from_slice(first.measured);
+        let row = filter.correct(&inputs, first.measured)?;
+        Ok((filter, row))
+    }
+
+    /// The same with inputs that are known as functions of time, for recordings.
+    pub(super) fn begin_recorded(
+        problem: &FilterProblem<'a, S>,
+        tuning: &Tuning,
+        inputs: &Inputs,
+        (t, measured): (f64, &[f64]),
+    ) -> Result<(Self, Row), FilterError> {
+        let model = Model::new(problem)?;
+        let mut filter = Self::new(problem, tuning, model, inputs, t)?;
+        let row = filter.correct(inputs, measured)?;
+        Ok((filter, row))
+    }
+
+    /// A filter before its first row.
+    fn new(
+        problem: &FilterProblem<'a, S>,
+        tuning: &Tuning,
+        model: Model<'a, S>,
+        inputs: &Inputs,
+        t: f64,
+    ) -> Result<Self, FilterError> {
+        let started = Problem { system: problem.system, p: problem.p, inputs, start: &problem.start };
+        let y = consistent_start(&started, t, &problem.options).map_err(FilterError::Start)?.y;
         let (coordinates, variables) = Coordinates::new(problem, &y)?;
 
         let walks = tuning.states.iter().chain(&tuning.parameters);
@@ -153,14 +193,15 @@ impl<'a, S: System> Filter<'a, S> {
             Estimator::Recursive { most_covariance, .. } => most_covariance * largest,
             Estimator::ExtendedKalman | Estimator::Unscented(_) => f64::INFINITY,
         };
-        let mut filter = Self {
+        let n_outputs = tuning.noise.len();
+        Ok(Self {
             model,
             estimator: problem.estimator,
             gate: problem.gate,
             coordinates,
-            drive,
+            drive: Drive::default(),
             watch: Watch::default(),
-            t: first.t,
+            t,
             y,
             variables,
             root: DMatrix::from_diagonal(&DVector::from_column_slice(&start)),
@@ -169,12 +210,11 @@ impl<'a, S: System> Filter<'a, S> {
             densities,
             first: start.iter().map(|start| start * start).collect(),
             noise: tuning.noise.clone(),
-            last: first.measured.to_vec(),
+            last: vec![f64::NAN; n_outputs],
             failures: 0,
             ahead: None,
-        };
-        let row = filter.correct(&inputs, first.measured)?;
-        Ok((filter, row))
+            innovated: Innovated::default(),
+        })
     }
 
     /// Takes in a row. After an error about its inputs the filter is as before.
@@ -195,18 +235,8 @@ impl<'a, S: System> Filter<'a, S> {
         let p = self.coordinates.p(self.model.p, &self.variables);
         self.drive.forget(self.model.reach(&p));
         let inputs = self.drive.inputs(signature)?;
-        let (from, until) = (self.t, sample.t);
-        self.ahead = None;
         let mut measured = sample.measured.to_vec();
-        if until > from {
-            let moved = self.predict(&inputs, from, until);
-            self.t = until;
-            if let Err(failure) = moved {
-                self.last.copy_from_slice(sample.measured);
-                self.stray(until - from);
-                return self.failed(failure);
-            }
-        } else {
+        if sample.t == self.t {
             for (measured, last) in measured.iter_mut().zip(&self.last) {
                 if measured == last {
                     *measured = f64::NAN;
@@ -214,7 +244,32 @@ impl<'a, S: System> Filter<'a, S> {
             }
         }
         self.last.copy_from_slice(sample.measured);
-        self.correct(&inputs, &measured)
+        self.advance(&inputs, sample.t, &measured)
+    }
+
+    /// Moves the estimate to a time and corrects it.
+    pub(super) fn advance(
+        &mut self,
+        inputs: &Inputs,
+        until: f64,
+        measured: &[f64],
+    ) -> Result<Row, FilterError> {
+        let from = self.t;
+        self.ahead = None;
+        if until > from {
+            let moved = self.predict(inputs, from, until);
+            self.t = until;
+            if let Err(failure) = moved {
+                self.stray(until - from);
+                return self.failed(failure);
+            }
+        }
+        self.correct(inputs, measured)
+    }
+
+    /// The innovations that the last row used.
+    pub(super) fn innovated(&self) -> &Innovated {
+        &self.innovated
     }
 
     /// How many values of each input were missing so far and taken to be the last ones.
@@ -321,9 +376,9 @@ impl<'a, S: System> Filter<'a, S> {
         let seen: Vec<usize> = (0..measured.len())
             .filter(|i| measured[*i].is_finite() && self.noise[*i].is_some())
             .collect();
+        self.innovated = Innovated::default();
         if seen.is_empty() {
             self.failures = 0;
-            self.ahead = None;
             let row = self.row(vec![None; measured.len()]);
             return Ok(row);
         }
@@ -406,6 +461,8 @@ impl<'a, S: System> Filter<'a, S> {
         let of_outputs = looked.of_outputs.select_rows(&used);
         let corrected = correct(&sigma, &of_outputs, &looked.of_variables, &epsilon);
         self.root = corrected.root;
+        self.innovated =
+            Innovated { outputs: used, epsilon, root: corrected.innovation_root };
         let step = match &self.carried {
             Some(carried) => carried * corrected.step,
             None => corrected.step,
@@ -422,7 +479,7 @@ impl<'a, S: System> Filter<'a, S> {
         let square = corrected.whitened.norm_squared();
         let alarm = self.watch.take(square + rejected, seen.len());
         let row = self.row(innovations);
-        Row { normalised_square: square, log_det: corrected.log_det, samples: used.len(), alarm, ..row }
+        Row { normalised_square: square, log_det: corrected.log_det, samples: self.innovated.outputs.len(), alarm, ..row }
     }
 
     /// P ← P/λ for the parameters, unless it would wind up: then it stays what it was before the row.

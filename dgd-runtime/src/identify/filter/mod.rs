@@ -38,6 +38,9 @@ mod watch;
 
 pub use error::{FilterError, Missing};
 pub use estimator::{Filter, Innovation, Row, Tracked};
+pub use prediction_error::{
+    Level, LevelEstimate, PredictionError, PredictionErrorProblem, prediction_error,
+};
 pub use problem::{Estimator, FilterProblem, Sample, Tuning, Walk, usual_tuning};
 pub use unscented::Spread;
 pub use watch::Alarm;

@@ -46,6 +46,8 @@ pub(super) struct Corrected {
     pub whitened: DVector<f64>,
     /// ln det S.
     pub log_det: f64,
+    /// S½.
+    pub innovation_root: DMatrix<f64>,
 }
 
 /// Takes in innovations ε of outputs with noise σ. `of_outputs` and `of_variables` are roots of H P Hᵀ and
@@ -74,7 +76,13 @@ pub(super) fn correct(
         log_det += 2.0 * l[(i, i)].ln();
     }
     let gain = l.view((m, 0), (n, m));
-    Corrected { step: gain * &whitened, root: l.view((m, m), (n, n)).into(), whitened, log_det }
+    Corrected {
+        step: gain * &whitened,
+        root: l.view((m, m), (n, n)).into(),
+        whitened,
+        log_det,
+        innovation_root: l.view((0, 0), (m, m)).into(),
+    }
 }
 
 /// Covariance of what white noise of the densities `q` leaves after `dt`,
