@@ -122,9 +122,8 @@ pub(crate) struct Known<'a> {
 impl<'a> Known<'a> {
     pub(crate) fn of(dae: &'a Dae) -> Self {
         let arrays = dae.output_arrays.iter();
-        let elements = arrays
-            .flat_map(|array| array.names().map(|name| (name, &array.declared)))
-            .collect();
+        let elements =
+            arrays.flat_map(|array| array.names().map(|name| (name, &array.declared))).collect();
         Known { dae, elements }
     }
 
@@ -135,8 +134,7 @@ impl<'a> Known<'a> {
     pub(crate) fn outputs(&self) -> Vec<select::Declared<'_>> {
         let single = self.dae.outputs.iter().map(|output| declared(&output.declared));
         let elements = self.elements.iter();
-        let elements =
-            elements.map(|(name, whole)| select::Declared { name, ..declared(whole) });
+        let elements = elements.map(|(name, whole)| select::Declared { name, ..declared(whole) });
         single.chain(elements).collect()
     }
 

@@ -243,9 +243,7 @@ impl Task {
             )),
             EstimateError::Noise { .. }
             | EstimateError::NotPositive { .. }
-            | EstimateError::NotFiltered(_) => {
-                CommandError::Computation(error.to_string())
-            }
+            | EstimateError::NotFiltered(_) => CommandError::Computation(error.to_string()),
         }
     }
 

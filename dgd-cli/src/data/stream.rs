@@ -147,9 +147,8 @@ impl<'a> Stream<'a> {
                 0.0
             }),
         };
-        let t = read.map_err(|what: TimeFault| {
-            fault(record.line, what.message(&record.text(0)))
-        })?;
+        let t =
+            read.map_err(|what: TimeFault| fault(record.line, what.message(&record.text(0))))?;
         values.clear();
         for cell in cells {
             let Some(Cell { position, name, unit, si }) = cell else {
@@ -157,7 +156,8 @@ impl<'a> Stream<'a> {
                 continue;
             };
             let Some(value) = number(record.cell(*position)) else {
-                let what = format!("`{}` in column `{name}` is not a number", record.text(*position));
+                let what =
+                    format!("`{}` in column `{name}` is not a number", record.text(*position));
                 return Err(fault(record.line, what));
             };
             values.push(unit.as_ref().map_or(value, |unit| convert(value, unit, si)));

@@ -37,10 +37,8 @@ pub(crate) fn run(args: &TrackArgs, console: Console<'_>) -> Result<(), CommandE
     let mut names = |flag: &str, names: &[String]| {
         names.iter().map(|name| compilation.name(flag, name.trim())).collect()
     };
-    let directions = Directions::Tracked {
-        free: names("--free", &args.free),
-        fixed: names("--fix", &args.fix),
-    };
+    let directions =
+        Directions::Tracked { free: names("--free", &args.free), fixed: names("--fix", &args.fix) };
     let apply = &args.choices.apply;
     let compiled = compilation.compile_text(&args.model, apply, &options_of_model, &directions)?;
     let compiled = match compiled {
@@ -261,7 +259,8 @@ impl Tally {
         self.rejected += innovations.filter(|innovation| !innovation.used).count();
         if let Some(failure) = &row.failure {
             self.failures += 1;
-            console.remark(&format!("at t = {} s the model was left where it was: {failure}", row.t));
+            console
+                .remark(&format!("at t = {} s the model was left where it was: {failure}", row.t));
         }
         match row.alarm {
             Some(Alarm::Diverged { ratio, rows }) => console.remark(&format!(
@@ -290,15 +289,15 @@ impl Tally {
             console.remark(&format!("{} rows, none with a sample that was used", self.rows));
         }
         if self.rejected > 0 {
-            console.remark(&format!("{} samples were beyond the gate", self.rejected));
+            console.remark(&format!("samples beyond the gate, not used: {}", self.rejected));
         }
         if self.failures > 0 {
-            console.remark(&format!("{} rows could not be evaluated", self.failures));
+            console.remark(&format!("rows that could not be evaluated: {}", self.failures));
         }
         for (input, missing) in signature.inputs.iter().zip(&self.missing) {
             if *missing > 0 {
                 console.remark(&format!(
-                    "input `{}` was missing in {missing} rows, and kept its last value",
+                    "rows without input `{}`, which kept its last value: {missing}",
                     input.name
                 ));
             }

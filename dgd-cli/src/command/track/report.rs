@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use dgd_execute::Loaded;
-use dgd_runtime::identify::filter::{FilterProblem, Row, Tracked};
+use dgd_runtime::identify::filter::{Alarm, FilterProblem, Row, Tracked};
 use dgd_runtime::{System, Unit};
 use serde_json::{Value, json};
 
@@ -116,6 +116,10 @@ impl Report {
             "innovations": innovations,
             "nis": (row.samples > 0).then_some(row.normalised_square),
             "failure": row.failure.as_ref().map(ToString::to_string),
+            "alarm": row.alarm.map(|alarm| match alarm {
+                Alarm::Diverged { .. } => "diverged",
+                Alarm::Recovered => "recovered",
+            }),
         })
     }
 

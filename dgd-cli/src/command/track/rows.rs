@@ -48,7 +48,7 @@ impl Rows {
         console: Console<'_>,
     ) -> Option<Rows> {
         let known = Known::of(dae);
-        let mut select = |table: &data::Table, sources: &Sources, diagnostics: &mut Diagnostics| {
+        let select = |table: &data::Table, sources: &Sources, diagnostics: &mut Diagnostics| {
             Recording::select(table, &known, Gaps::Kept, sources, diagnostics, console)
         };
         let (source, recording) = if path == Path::new("-") {

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use dgd_compiler::diagnostics::{Code, Diagnostic};
 use dgd_compiler::pipeline::Compiled;
-use dgd_compiler::syntax::ast::{Expr, ExprKind, Name};
 use dgd_compiler::syntax;
+use dgd_compiler::syntax::ast::{Expr, ExprKind, Name};
 use dgd_compiler::units::{Unit, read_unit};
 use dgd_execute::Loaded;
 use dgd_runtime::System;
@@ -59,7 +59,11 @@ pub(super) struct Asked {
 
 impl Asked {
     /// Reads them; what is wrong is reported.
-    pub(super) fn read(args: &TrackArgs, compilation: &mut Compilation, compiled: &Compiled) -> Self {
+    pub(super) fn read(
+        args: &TrackArgs,
+        compilation: &mut Compilation,
+        compiled: &Compiled,
+    ) -> Self {
         let dae = &compiled.dae;
         let states = dae.unknowns.iter().filter(|unknown| unknown.differential);
         let states = states.map(|unknown| (unknown.name.clone(), unknown.unit.clone()));
@@ -147,9 +151,7 @@ fn find<'a>(
 
 /// Which estimator, with its options.
 pub(super) fn estimator(args: &TrackArgs) -> Result<Estimator, CommandError> {
-    let refuse = |option: &str, why: &str| {
-        Err(CommandError::Usage(format!("`{option}` {why}")))
-    };
+    let refuse = |option: &str, why: &str| Err(CommandError::Usage(format!("`{option}` {why}")));
     match args.estimator {
         Tracker::Ekf | Tracker::Ukf if args.forgetting.is_some() => refuse(
             "--forgetting",
@@ -222,7 +224,8 @@ impl Settings {
         let mut noise = Vec::with_capacity(measured.len());
         let mut without = Vec::new();
         for (i, output) in signature.outputs.iter().enumerate() {
-            let wanted = asked.outputs.is_empty() || asked.outputs.iter().any(|o| *o == output.name);
+            let wanted =
+                asked.outputs.is_empty() || asked.outputs.iter().any(|o| *o == output.name);
             let sigma = &mut tuning.noise[i];
             if !(wanted && measured[i]) {
                 (*sigma, _) = (None, noise.push(None));
@@ -270,13 +273,16 @@ impl Settings {
                 1.0 / (1.0 - forgetting_factor)
             );
         }
-        let mut rows = vec![["tracked", "unit", "std at first", "why", "strays in a minute", "why"]
-            .map(str::to_owned)
-            .to_vec()];
+        let mut rows = vec![
+            ["tracked", "unit", "std at first", "why", "strays in a minute", "why"]
+                .map(str::to_owned)
+                .to_vec(),
+        ];
         for (k, (name, unit, factor)) in self.tracked(problem).into_iter().enumerate() {
             let walk = self.walk(k);
             let number = |value: f64| significant(value / factor.abs(), 3);
-            let mut row = vec![name, unit, number(walk.start), self.origins[k][0].text().to_owned()];
+            let mut row =
+                vec![name, unit, number(walk.start), self.origins[k][0].text().to_owned()];
             if !recursive {
                 row.push(number(walk.rate * MINUTE.sqrt()));
                 row.push(self.origins[k][1].text().to_owned());
@@ -307,17 +313,18 @@ impl Settings {
         if let Estimator::Recursive { forgetting_factor, .. } = self.estimator {
             all.insert("forgetting_factor".to_owned(), json!(forgetting_factor));
         }
-        let tracked = self.tracked(problem).into_iter().enumerate().map(|(k, (name, unit, factor))| {
-            let (walk, origin) = (self.walk(k), self.origins[k]);
-            let entry = json!({
-                "unit": unit,
-                "start_std": walk.start / factor.abs(),
-                "start_std_from": origin[0].text(),
-                "strays_in_a_minute": walk.rate * MINUTE.sqrt() / factor.abs(),
-                "strays_from": origin[1].text(),
+        let tracked =
+            self.tracked(problem).into_iter().enumerate().map(|(k, (name, unit, factor))| {
+                let (walk, origin) = (self.walk(k), self.origins[k]);
+                let entry = json!({
+                    "unit": unit,
+                    "start_std": walk.start / factor.abs(),
+                    "start_std_from": origin[0].text(),
+                    "strays_in_a_minute": walk.rate * MINUTE.sqrt() / factor.abs(),
+                    "strays_from": origin[1].text(),
+                });
+                (name, entry)
             });
-            (name, entry)
-        });
         all.insert("tracked".to_owned(), tracked.collect::<serde_json::Map<_, _>>().into());
         let outputs = problem.system.signature().outputs.iter().zip(&self.tuning.noise);
         let noise = outputs.zip(&self.noise).filter_map(|((output, sigma), origin)| {

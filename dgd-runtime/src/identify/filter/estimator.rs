@@ -150,7 +150,7 @@ impl<'a, S: System> Filter<'a, S> {
         let mut filter = Self::new(problem, tuning, model, &inputs, first.t)?;
         filter.drive = drive;
         filter.last.copy_from_slice(first.measured);
-        let row = filter.correct(&inputs, first.measured)?;
+        let row = filter.corrected(&inputs, first.measured, None)?;
         Ok((filter, row))
     }
 
@@ -163,7 +163,7 @@ impl<'a, S: System> Filter<'a, S> {
     ) -> Result<(Self, Row), FilterError> {
         let model = Model::new(problem)?;
         let mut filter = Self::new(problem, tuning, model, inputs, t)?;
-        let row = filter.correct(inputs, measured)?;
+        let row = filter.corrected(inputs, measured, None)?;
         Ok((filter, row))
     }
 
@@ -175,7 +175,8 @@ impl<'a, S: System> Filter<'a, S> {
         inputs: &Inputs,
         t: f64,
     ) -> Result<Self, FilterError> {
-        let started = Problem { system: problem.system, p: problem.p, inputs, start: &problem.start };
+        let started =
+            Problem { system: problem.system, p: problem.p, inputs, start: &problem.start };
         let y = consistent_start(&started, t, &problem.options).map_err(FilterError::Start)?.y;
         let (coordinates, variables) = Coordinates::new(problem, &y)?;
 
@@ -256,15 +257,38 @@ impl<'a, S: System> Filter<'a, S> {
     ) -> Result<Row, FilterError> {
         let from = self.t;
         self.ahead = None;
+        let mut failure = None;
         if until > from {
             let moved = self.predict(inputs, from, until);
             self.t = until;
-            if let Err(failure) = moved {
+            if let Err(reason) = moved {
+                self.ahead = None;
                 self.stray(until - from);
-                return self.failed(failure);
+                failure = Some(reason);
             }
         }
-        self.correct(inputs, measured)
+        // What was measured may bring the states back to where the model can be evaluated.
+        self.corrected(inputs, measured, failure)
+    }
+
+    /// Corrects the estimate; `failure` is why it could not be moved before.
+    fn corrected(
+        &mut self,
+        inputs: &Inputs,
+        measured: &[f64],
+        failure: Option<TrialFailure>,
+    ) -> Result<Row, FilterError> {
+        let (row, failure) = match self.correct(inputs, measured) {
+            Ok(row) => (row, failure),
+            Err(reason) => (self.row(vec![None; measured.len()]), failure.or(Some(reason))),
+        };
+        self.failures = if failure.is_some() { self.failures + 1 } else { 0 };
+        match failure {
+            Some(failure) if self.failures >= MOST_FAILURES => {
+                Err(FilterError::Stuck { t: self.t, rows: self.failures, failure })
+            }
+            failure => Ok(Row { failure, ..row }),
+        }
     }
 
     /// The innovations that the last row used.
@@ -283,8 +307,13 @@ impl<'a, S: System> Filter<'a, S> {
             Estimator::Unscented(spread) => self.predict_points(spread, inputs, from, until),
             Estimator::ExtendedKalman | Estimator::Recursive { .. } => {
                 let Self { model, coordinates, variables, y, .. } = &*self;
-                let moved =
-                    model.move_with_sensitivities(inputs, (from, until), y, coordinates, variables)?;
+                let moved = model.move_with_sensitivities(
+                    inputs,
+                    (from, until),
+                    y,
+                    coordinates,
+                    variables,
+                )?;
                 let mut phi = DMatrix::identity(coordinates.len(), coordinates.len());
                 phi.view_mut((0, 0), moved.phi.shape()).copy_from(&moved.phi);
                 let mut next = variables.clone();
@@ -367,30 +396,25 @@ impl<'a, S: System> Filter<'a, S> {
     /// States that could not be moved are less certain.
     fn stray(&mut self, dt: f64) {
         let densities = self.guarded(dt);
-        let noise = DVector::from_iterator(densities.len(), densities.iter().map(|q| (q * dt).sqrt()));
+        let noise =
+            DVector::from_iterator(densities.len(), densities.iter().map(|q| (q * dt).sqrt()));
         self.root = triangular(&beside(&self.root, &DMatrix::from_diagonal(&noise)));
     }
 
     /// Corrects the estimate by what was measured.
-    fn correct(&mut self, inputs: &Inputs, measured: &[f64]) -> Result<Row, FilterError> {
+    fn correct(&mut self, inputs: &Inputs, measured: &[f64]) -> Result<Row, TrialFailure> {
         let seen: Vec<usize> = (0..measured.len())
             .filter(|i| measured[*i].is_finite() && self.noise[*i].is_some())
             .collect();
         self.innovated = Innovated::default();
         if seen.is_empty() {
-            self.failures = 0;
-            let row = self.row(vec![None; measured.len()]);
-            return Ok(row);
+            return Ok(self.row(vec![None; measured.len()]));
         }
         let looked = match self.estimator {
             Estimator::Unscented(spread) => self.look_by_points(spread, inputs),
             Estimator::ExtendedKalman | Estimator::Recursive { .. } => self.look(inputs),
         };
-        let looked = match looked.and_then(|looked| self.verify_outputs(looked, &seen)) {
-            Ok(looked) => looked,
-            Err(failure) => return self.failed(failure),
-        };
-        self.failures = 0;
+        let looked = looked.and_then(|looked| self.verify_outputs(looked, &seen))?;
         Ok(self.take(&looked, &seen, measured))
     }
 
@@ -461,8 +485,7 @@ impl<'a, S: System> Filter<'a, S> {
         let of_outputs = looked.of_outputs.select_rows(&used);
         let corrected = correct(&sigma, &of_outputs, &looked.of_variables, &epsilon);
         self.root = corrected.root;
-        self.innovated =
-            Innovated { outputs: used, epsilon, root: corrected.innovation_root };
+        self.innovated = Innovated { outputs: used, epsilon, root: corrected.innovation_root };
         let step = match &self.carried {
             Some(carried) => carried * corrected.step,
             None => corrected.step,
@@ -479,7 +502,13 @@ impl<'a, S: System> Filter<'a, S> {
         let square = corrected.whitened.norm_squared();
         let alarm = self.watch.take(square + rejected, seen.len());
         let row = self.row(innovations);
-        Row { normalised_square: square, log_det: corrected.log_det, samples: self.innovated.outputs.len(), alarm, ..row }
+        Row {
+            normalised_square: square,
+            log_det: corrected.log_det,
+            samples: self.innovated.outputs.len(),
+            alarm,
+            ..row
+        }
     }
 
     /// P ← P/λ for the parameters, unless it would wind up: then it stays what it was before the row.
@@ -496,16 +525,6 @@ impl<'a, S: System> Filter<'a, S> {
         if largest * largest > self.most {
             self.root.copy_from(before);
         }
-    }
-
-    /// A row without a correction because the model could not be evaluated.
-    fn failed(&mut self, failure: TrialFailure) -> Result<Row, FilterError> {
-        self.failures += 1;
-        if self.failures >= MOST_FAILURES {
-            return Err(FilterError::Stuck { t: self.t, rows: self.failures, failure });
-        }
-        let row = self.row(vec![None; self.noise.len()]);
-        Ok(Row { failure: Some(failure), ..row })
     }
 
     /// The present estimates.

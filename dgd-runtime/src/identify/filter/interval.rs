@@ -161,11 +161,7 @@ impl<'a, S: System> Model<'a, S> {
         let c = DMatrix::from_fn(n_w, coordinates.len(), |row, column| {
             dw[coordinates.directions[column] * n_w + row] * slope(column)
         });
-        if a.iter().all(|value| value.is_finite()) {
-            Ok(Local { y: y.to_vec(), w: observations.w(0).to_vec(), a, c })
-        } else {
-            Err(self.undefined(t, &solution))
-        }
+        Ok(Local { y: y.to_vec(), w: observations.w(0).to_vec(), a, c })
     }
 
     /// Parameters, and start values of all unknowns.

@@ -27,9 +27,7 @@ use super::estimator::{Filter, Innovated, Row};
 use super::problem::{Estimator, FilterProblem, Sample, Tuning, Walk, usual_tuning};
 use crate::identify::error::{EstimateError, TrialFailed, TrialFailure};
 use crate::identify::filter::FilterError;
-use crate::identify::levenberg_marquardt::{
-    NormalEquations, StoppingRule, Termination, minimise,
-};
+use crate::identify::levenberg_marquardt::{NormalEquations, StoppingRule, Termination, minimise};
 use crate::identify::noise;
 use crate::identify::output_error::Starts;
 use crate::identify::parallel::in_parallel;
@@ -100,7 +98,7 @@ impl<'a, S: System> PredictionErrorProblem<'a, S> {
             rates: vec![Level::Estimated; states],
             noise: vec![Some(Level::Estimated); signature.outputs.len()],
             options: Options { rtol: 1e-8, atol: 1e-8, ..Options::default() },
-            stopping: StoppingRule { reduction: 1e-8, ..StoppingRule::default() },
+            stopping: StoppingRule { reduction: 1e-11, ..StoppingRule::default() },
             threads: 1,
         }
     }
@@ -371,7 +369,8 @@ impl<'p> Search<'p> {
         let mut points = vec![z.to_vec()];
         let mut differences = Vec::new();
         for j in (0..z.len()).filter(|j| own(*j)) {
-            let step = if j < self.variables.len() { STEP * z[j].abs().max(1.0) } else { LEVEL_STEP };
+            let step =
+                if j < self.variables.len() { STEP * z[j].abs().max(1.0) } else { LEVEL_STEP };
             let (low, high) = bounds[j];
             let (below, above) = ((z[j] - step).max(low), (z[j] + step).min(high));
             for value in [below, above] {
@@ -447,7 +446,8 @@ impl<'p> Search<'p> {
         let whiten = |matrix: &DMatrix<f64>| {
             root.solve_lower_triangular(matrix).unwrap_or_else(|| matrix * f64::NAN)
         };
-        let epsilon_white = whiten(&DMatrix::from_column_slice(m, 1, epsilon)).column(0).clone_owned();
+        let epsilon_white =
+            whiten(&DMatrix::from_column_slice(m, 1, epsilon)).column(0).clone_owned();
         for (i, output) in outputs.iter().enumerate() {
             sum.cost += 2.0 * (root[(i, i)] / self.least[*output]).ln();
         }
@@ -474,12 +474,7 @@ impl<'p> Search<'p> {
     }
 
     /// What was found at z.
-    fn finish(
-        &self,
-        z: &[f64],
-        at: &NormalEquations,
-        signature: &Signature,
-    ) -> PredictionError {
+    fn finish(&self, z: &[f64], at: &NormalEquations, signature: &Signature) -> PredictionError {
         let bounds = self.bounds();
         let reached: Vec<Option<Bound>> = z
             .iter()

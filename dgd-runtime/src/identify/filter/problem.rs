@@ -202,9 +202,8 @@ pub(super) fn verify_tuning<S: System>(
     tuning: &Tuning,
 ) -> Result<(), FilterError> {
     let signature = problem.system.signature();
-    let wrong = |of: String, value, expected| {
-        Err(FilterError::Option(Missing { of, value, expected }))
-    };
+    let wrong =
+        |of: String, value, expected| Err(FilterError::Option(Missing { of, value, expected }));
     for (output, noise) in signature.outputs.iter().zip(&tuning.noise) {
         if let Some(sigma) = *noise
             && !(sigma > 0.0 && sigma.is_finite())
@@ -237,7 +236,9 @@ pub(super) fn verify_tuning<S: System>(
         Estimator::Recursive { most_covariance: most, .. } if !(most >= 1.0) => {
             wrong("the most covariance".to_owned(), most, "at least 1, in units of the first")
         }
-        Estimator::Unscented(spread) => spread.verify(problem.states().len() + problem.parameters().len()),
+        Estimator::Unscented(spread) => {
+            spread.verify(problem.states().len() + problem.parameters().len())
+        }
         Estimator::ExtendedKalman | Estimator::Recursive { .. } => Ok(()),
     }
 }

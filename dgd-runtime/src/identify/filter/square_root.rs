@@ -161,7 +161,8 @@ mod tests {
     #[test]
     fn white_noise_is_integrated_as_in_closed_form() {
         for (a, dt) in [(0.3, 2.0), (5.0e4, 10.0), (-0.2, 3.0)] {
-            let root = integrated_noise(&DMatrix::from_element(1, 1, -a), &[0.7], dt).expect("finite");
+            let root =
+                integrated_noise(&DMatrix::from_element(1, 1, -a), &[0.7], dt).expect("finite");
             let expected = 0.7 * (1.0 - f64::exp(-2.0 * a * dt)) / (2.0 * a);
             let found = root[(0, 0)] * root[(0, 0)];
             assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");

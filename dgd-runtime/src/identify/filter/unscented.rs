@@ -102,7 +102,9 @@ mod tests {
             spread.verify(3).expect("no weight is below zero");
             let (mean, deviations) = spread.moments(&spread.points(&x, &root), 3);
             assert!((mean - DVector::from_column_slice(&x)).amax() < 1e-14);
-            assert!((&deviations * deviations.transpose() - &root * root.transpose()).amax() < 1e-13);
+            assert!(
+                (&deviations * deviations.transpose() - &root * root.transpose()).amax() < 1e-13
+            );
         }
         assert!(Spread { alpha: 1e-3, beta: 2.0, kappa: 0.0 }.verify(3).is_err());
     }

@@ -8,6 +8,8 @@ use std::collections::VecDeque;
 
 /// Rows that are looked at together.
 const ROWS: usize = 50;
+/// A sample counts as no more than five standard deviations: single outliers are not a filter's fault.
+const MOST_SQUARE: f64 = 25.0;
 /// So many standard deviations beyond what is expected: once in a million.
 const BEYOND: f64 = 4.75;
 
@@ -41,13 +43,15 @@ impl Watch {
         if self.last.len() == ROWS {
             self.last.pop_front();
         }
-        self.last.push_back((square, samples));
+        // NaN is not small.
+        let most = MOST_SQUARE * samples as f64;
+        self.last.push_back((if square <= most { square } else { most }, samples));
         if self.last.len() < ROWS {
             return None;
         }
         let sum: f64 = self.last.iter().map(|(square, _)| square).sum();
         let samples: usize = self.last.iter().map(|(_, samples)| samples).sum();
-        let diverged = !(sum <= most(samples as f64));
+        let diverged = sum > most(samples as f64);
         if diverged == self.diverged {
             return None;
         }
@@ -77,6 +81,8 @@ mod tests {
         assert!(matches!(told(&mut watch, 8.0)[..], [Alarm::Diverged { .. }]));
         assert_eq!(told(&mut watch, 2.0), [Alarm::Recovered]);
         assert_eq!(told(&mut watch, f64::NAN).len(), 1);
+        assert_eq!(told(&mut watch, 2.0), [Alarm::Recovered]);
+        assert_eq!(watch.take(1e9, 2), None);
     }
 
     /// The quantile of χ² with 100 degrees of freedom that is exceeded once in a million times is 182.13;
