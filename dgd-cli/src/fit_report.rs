@@ -301,12 +301,12 @@ fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-fn in_unit(si: f64, unit: &Unit) -> f64 {
+pub(crate) fn in_unit(si: f64, unit: &Unit) -> f64 {
     (si - unit.offset) / unit.factor
 }
 
 /// A value to the second digit of its standard deviation.
-fn digits_of(value: f64, std: Option<f64>) -> String {
+pub(crate) fn digits_of(value: f64, std: Option<f64>) -> String {
     let digits = match std {
         Some(std) if std > 0.0 && value != 0.0 => {
             (value.abs().log10().floor() - std.log10().floor()).clamp(0.0, 12.0) as usize + 2

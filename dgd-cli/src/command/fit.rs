@@ -8,13 +8,14 @@ use dgd_compiler::pipeline::{Compiled, Directions};
 use dgd_compiler::source::Sources;
 use dgd_execute::Loaded;
 use dgd_runtime::identify::{
-    EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Prior, Recording, Termination,
-    TrialFailed, evaluate, fit, fit_starts,
+    Estimate, EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Prior, Recording,
+    Termination, TrialFailed, evaluate, fit, fit_starts,
 };
 use dgd_runtime::{Direction, Options, Problem, System};
 use serde_json::Value;
 
-use crate::args::{FitArgs, NoiseFrom};
+use crate::args::{FitArgs, FitEstimator, NoiseFrom};
+use crate::command::prediction_error;
 use crate::console::{Console, print};
 use crate::data::{Files, write_folder};
 use crate::failure::{CommandError, meant};
@@ -36,6 +37,9 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         fitted_model::verify_folder(folder, &args.model)?;
     }
     let task = Task::load(args, console)?;
+    if args.estimator == FitEstimator::PredictionError {
+        return prediction_error::run(&task, args, console);
+    }
     let problem = task.problem(console);
     let fit = fit(&problem).map_err(|error| task.failed(error, &args.data))?;
     match fit.termination {
@@ -62,7 +66,7 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
     };
     let json = outcome.to_json();
     if let Some(folder) = console.out() {
-        task.save(folder, args, &fit, &json)?;
+        task.save(folder, args, &fit.estimates, &json)?;
         console.remark(&format!("wrote {}", folder.display()));
     }
     if !args.solve.plot.is_empty() {
@@ -75,16 +79,16 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
 }
 
 /// What is to be fitted to what.
-struct Task {
-    compiled: Compiled,
+pub(super) struct Task {
+    pub(super) compiled: Compiled,
     sources: Sources,
     options_of_model: ModelOptions,
-    system: Loaded,
+    pub(super) system: Loaded,
     /// Parameters as the model file and `--set` have them, SI.
-    p: Vec<f64>,
-    train: Vec<Recording>,
-    valid: Vec<Recording>,
-    noise: Vec<Option<Noise>>,
+    pub(super) p: Vec<f64>,
+    pub(super) train: Vec<Recording>,
+    pub(super) valid: Vec<Recording>,
+    pub(super) noise: Vec<Option<Noise>>,
     options: Options,
 }
 
@@ -98,7 +102,10 @@ impl Task {
         };
         let free = names("--free", &args.free);
         let fixed = names("--fix", &args.fix);
-        let directions = Directions::Estimated { free, fixed };
+        let directions = match args.estimator {
+            FitEstimator::OutputError => Directions::Estimated { free, fixed },
+            FitEstimator::PredictionError => Directions::Tracked { free, fixed },
+        };
         let apply = &args.choices.apply;
         let compiled =
             compilation.compile_text(&args.model, apply, &options_of_model, &directions)?;
@@ -152,7 +159,7 @@ impl Task {
         Ok(Task { compiled, sources, options_of_model, system, p, train, valid, noise, options })
     }
 
-    fn problem(&self, console: Console<'_>) -> OutputErrorProblem<'_, Loaded> {
+    pub(super) fn problem(&self, console: Console<'_>) -> OutputErrorProblem<'_, Loaded> {
         let parameters = self.compiled.program.parameters.iter().enumerate();
         let prior = |(parameter, declared): (usize, &dgd_compiler::model::Parameter)| {
             declared.prior.map(|(mean, std)| Prior { parameter, mean, std })
@@ -186,33 +193,48 @@ impl Task {
         if self.valid.is_empty() {
             return Ok(None);
         }
-        let failed = |error| self.failed(error, &args.valid);
         let noise = fit.noise.iter().map(|sigma| sigma.map(Noise::Known)).collect();
         let held_out =
             OutputErrorProblem { p: &fit.p, recordings: &self.valid, noise, ..problem.clone() };
-        let starts = fit_starts(&held_out, SETTLING).map_err(failed)?;
-        let mut recordings = self.valid.clone();
+        self.simulated(&held_out, &args.valid).map(Some)
+    }
+
+    /// The recordings of a problem, simulated at its parameters with start values from their beginnings.
+    pub(super) fn simulated(
+        &self,
+        held_out: &OutputErrorProblem<'_, Loaded>,
+        paths: &[PathBuf],
+    ) -> Result<Tested, CommandError> {
+        let failed = |error| self.failed(error, paths);
+        let starts = fit_starts(held_out, SETTLING).map_err(failed)?;
+        let mut recordings = held_out.recordings.to_vec();
         for recording in &mut recordings {
             let first = recording.times.first().copied().unwrap_or(0.0);
             recording.counts_from = (first + SETTLING).next_up();
         }
-        let counted = OutputErrorProblem { recordings: &recordings, ..held_out };
-        let evaluation = evaluate(&counted, &fit.p, &starts)
+        let counted = OutputErrorProblem { recordings: &recordings, ..held_out.clone() };
+        let evaluation = evaluate(&counted, held_out.p, &starts)
             .map_err(|error| failed(EstimateError::Start(error)))?;
-        Ok(Some(Tested { paths: args.valid.clone(), starts, evaluation }))
+        Ok(Tested { paths: paths.to_vec(), starts, evaluation })
     }
 
     /// Writes the folder of results.
-    fn save(
+    pub(super) fn save(
         &self,
         folder: &Path,
         args: &FitArgs,
-        fit: &Fit,
+        estimates: &[Estimate],
         json: &Value,
     ) -> Result<(), CommandError> {
         let settings = &self.options_of_model.settings;
-        let text =
-            fitted_model::text(&self.compiled, &self.sources, settings, fit, &args.model, folder);
+        let text = fitted_model::text(
+            &self.compiled,
+            &self.sources,
+            settings,
+            estimates,
+            &args.model,
+            folder,
+        );
         let name = fitted_model::file_name(&args.model);
         let json = format!("{json:#}\n");
         let written =
@@ -220,7 +242,7 @@ impl Task {
         Ok(write_folder(folder, &Files { written, ..Files::default() })?)
     }
 
-    fn failed(&self, error: EstimateError, paths: &[PathBuf]) -> CommandError {
+    pub(super) fn failed(&self, error: EstimateError, paths: &[PathBuf]) -> CommandError {
         match error {
             EstimateError::NothingFree => CommandError::Usage(error.to_string()),
             EstimateError::NothingMeasured => {

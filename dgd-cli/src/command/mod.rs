@@ -10,6 +10,7 @@ pub(crate) mod fmt;
 pub(crate) mod linearize;
 pub(crate) mod methods;
 mod over;
+mod prediction_error;
 pub(crate) mod sensitivity;
 pub(crate) mod simulate;
 pub(crate) mod track;

@@ -90,7 +90,8 @@ impl Tracking<'_> {
         let settings = Settings::new(asked, compiled, problem, sample, &rows.measured)?;
         let used: Vec<bool> = settings.tuning.noise.iter().map(Option::is_some).collect();
         let report = Report::new(problem, &used);
-        let (filter, row) = Filter::begin(problem, &settings.tuning, sample).map_err(failed)?;
+        let (filter, row) =
+            Filter::begin(problem, &settings.tuning, sample).map_err(|error| failed(&error))?;
         self.console.remark(&settings.text(problem));
         let mut output = Output {
             tracking: &self,
@@ -161,15 +162,13 @@ impl Output<'_> {
                 io::Error::other("tracking ended")
             })
         });
-        match failed {
-            Some(error) => Err(error),
-            None => {
-                written?;
-                let rows = self.tally.rows;
-                self.tracking.console.remark(&format!("wrote {} ({rows} rows)", path.display()));
-                Ok(())
-            }
+        if let Some(error) = failed {
+            return Err(error);
         }
+        written?;
+        let rows = self.tally.rows;
+        self.tracking.console.remark(&format!("wrote {} ({rows} rows)", path.display()));
+        Ok(())
     }
 
     /// Tracks, one line for each row, each there before the next row is read.
@@ -208,7 +207,7 @@ impl Output<'_> {
             }
             let Some(next) = rows.next()? else { break };
             let sample = Sample { t: next.t, u: &next.u, measured: &next.measured };
-            row = filter.step(sample).map_err(failed)?;
+            row = filter.step(sample).map_err(|error| failed(&error))?;
         }
         self.tally.missing = filter.missing_inputs().to_vec();
         Ok(())
@@ -321,7 +320,7 @@ impl Tally {
 }
 
 /// A filter that cannot begin or go on as the end of the command.
-fn failed(error: FilterError) -> CommandError {
+fn failed(error: &FilterError) -> CommandError {
     let message = error.to_string();
     match error {
         FilterError::NothingTracked | FilterError::Option(_) | FilterError::NothingMeasured => {

@@ -193,7 +193,7 @@ impl Settings {
         measured: &[bool],
     ) -> Result<Self, CommandError> {
         let signature = problem.system.signature();
-        let mut tuning = usual_tuning(problem, first).map_err(failed)?;
+        let mut tuning = usual_tuning(problem, first).map_err(|error| failed(&error))?;
         let usual = [Origin::Usual("10 % of its size"), Origin::Usual("0.1 % of its size")];
         let usual_parameter = [Origin::Usual("30 %"), Origin::Usual("10 % in an hour")];
         let mut origins = Vec::new();
@@ -228,7 +228,8 @@ impl Settings {
                 asked.outputs.is_empty() || asked.outputs.iter().any(|o| *o == output.name);
             let sigma = &mut tuning.noise[i];
             if !(wanted && measured[i]) {
-                (*sigma, _) = (None, noise.push(None));
+                *sigma = None;
+                noise.push(None);
                 continue;
             }
             let mut origin = Origin::Declared;
@@ -278,7 +279,7 @@ impl Settings {
                 .map(str::to_owned)
                 .to_vec(),
         ];
-        for (k, (name, unit, factor)) in self.tracked(problem).into_iter().enumerate() {
+        for (k, (name, unit, factor)) in Self::tracked(problem).into_iter().enumerate() {
             let walk = self.walk(k);
             let number = |value: f64| significant(value / factor.abs(), 3);
             let mut row =
@@ -314,7 +315,7 @@ impl Settings {
             all.insert("forgetting_factor".to_owned(), json!(forgetting_factor));
         }
         let tracked =
-            self.tracked(problem).into_iter().enumerate().map(|(k, (name, unit, factor))| {
+            Self::tracked(problem).into_iter().enumerate().map(|(k, (name, unit, factor))| {
                 let (walk, origin) = (self.walk(k), self.origins[k]);
                 let entry = json!({
                     "unit": unit,
@@ -346,7 +347,7 @@ impl Settings {
     }
 
     /// Names, symbols and factors of what is tracked.
-    fn tracked(&self, problem: &FilterProblem<'_, Loaded>) -> Vec<(String, String, f64)> {
+    fn tracked(problem: &FilterProblem<'_, Loaded>) -> Vec<(String, String, f64)> {
         let signature = problem.system.signature();
         let of = |name: &str, unit: &dgd_runtime::Unit| {
             (name.to_owned(), unit.symbol.to_string(), unit.factor)

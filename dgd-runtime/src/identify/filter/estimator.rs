@@ -373,13 +373,11 @@ impl<'a, S: System> Filter<'a, S> {
             return Ok((DMatrix::zeros(n, 0), None));
         }
         let local = self.model.local(inputs, until, y, &self.coordinates, variables)?;
-        match integrated_noise(&local.a, &densities, until - from) {
-            Some(noise) => Ok((noise, Some(local))),
-            None => {
-                let equation = self.model.system.signature().name.to_string();
-                Err(TrialFailure::NoSensitivity { equation, t: until })
-            }
-        }
+        let Some(noise) = integrated_noise(&local.a, &densities, until - from) else {
+            let equation = self.model.system.signature().name.to_string();
+            return Err(TrialFailure::NoSensitivity { equation, t: until });
+        };
+        Ok((noise, Some(local)))
     }
 
     /// Densities of the walks; parameters that are as uncertain as at first do not walk.

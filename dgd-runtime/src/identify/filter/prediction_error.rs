@@ -29,7 +29,7 @@ use crate::identify::error::{EstimateError, TrialFailed, TrialFailure};
 use crate::identify::filter::FilterError;
 use crate::identify::levenberg_marquardt::{NormalEquations, StoppingRule, Termination, minimise};
 use crate::identify::noise;
-use crate::identify::output_error::Starts;
+use crate::identify::output_error::{Prior, Starts};
 use crate::identify::parallel::in_parallel;
 use crate::identify::recording::Recording;
 use crate::identify::uncertainty::{Estimate, Uncertainty, Undetermined};
@@ -75,6 +75,8 @@ pub struct PredictionErrorProblem<'a, S> {
     pub rates: Vec<Level>,
     /// For each output, the standard deviation of its noise, SI; `None` for one that is not used.
     pub noise: Vec<Option<Level>>,
+    /// What is known beforehand.
+    pub priors: Vec<Prior>,
     /// How to integrate. Differences need a tight tolerance.
     pub options: Options,
     /// When to stop.
@@ -97,6 +99,7 @@ impl<'a, S: System> PredictionErrorProblem<'a, S> {
             recordings,
             rates: vec![Level::Estimated; states],
             noise: vec![Some(Level::Estimated); signature.outputs.len()],
+            priors: Vec::new(),
             options: Options { rtol: 1e-8, atol: 1e-8, ..Options::default() },
             stopping: StoppingRule { reduction: 1e-11, ..StoppingRule::default() },
             threads: 1,
@@ -246,6 +249,7 @@ struct Search<'p> {
     /// Levels that are given.
     known_rates: &'p [Level],
     known_noise: &'p [Option<Level>],
+    priors: &'p [Prior],
     n_directions: usize,
     options: Options,
     variables: Variables,
@@ -300,6 +304,7 @@ impl<'p> Search<'p> {
             recordings,
             known_rates: &problem.rates,
             known_noise: &problem.noise,
+            priors: &problem.priors,
             n_directions: free.len(),
             options: problem.options,
             variables,
@@ -349,7 +354,20 @@ impl<'p> Search<'p> {
             sum.gradient += of_recording.gradient;
             sum.information += of_recording.information;
         }
+        self.add_priors(&mut sum, z);
         Ok(sum)
+    }
+
+    /// ((p − mean) / std)² of parameters that are free.
+    fn add_priors(&self, sum: &mut NormalEquations, z: &[f64]) {
+        for Prior { parameter, mean, std } in self.priors {
+            let Some(i) = self.variables.parameter(*parameter) else { continue };
+            let variable = &self.variables.all[i];
+            let (e, slope) = ((variable.value(z[i]) - mean) / std, variable.slope(z[i]) / std);
+            sum.cost += e * e;
+            sum.gradient[i] += e * slope;
+            sum.information[(i, i)] += slope * slope;
+        }
     }
 
     /// What one recording adds.

@@ -233,7 +233,7 @@ pub(super) fn verify_tuning<S: System>(
         {
             wrong("the forgetting factor".to_owned(), factor, "above 0 and at most 1")
         }
-        Estimator::Recursive { most_covariance: most, .. } if !(most >= 1.0) => {
+        Estimator::Recursive { most_covariance: most, .. } if most.is_nan() || most < 1.0 => {
             wrong("the most covariance".to_owned(), most, "at least 1, in units of the first")
         }
         Estimator::Unscented(spread) => {

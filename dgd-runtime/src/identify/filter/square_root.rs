@@ -123,15 +123,15 @@ pub(super) fn integrated_noise(a: &DMatrix<f64>, q: &[f64], dt: f64) -> Option<D
         noise = &noise + &phi * &noise * phi.transpose();
         phi = &phi * &phi;
     }
-    root(noise)
+    root(&noise)
 }
 
 /// B with B Bᵀ = P, where P may be singular; `None` where P is not finite.
-fn root(p: DMatrix<f64>) -> Option<DMatrix<f64>> {
+fn root(p: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     if p.iter().any(|value| !value.is_finite()) {
         return None;
     }
-    let symmetric = (&p + p.transpose()) * 0.5;
+    let symmetric = (p + p.transpose()) * 0.5;
     let SymmetricEigen { mut eigenvectors, eigenvalues } =
         SymmetricEigen::try_new(symmetric, f64::EPSILON, 1000)?;
     for (mut column, value) in eigenvectors.column_iter_mut().zip(eigenvalues.iter()) {

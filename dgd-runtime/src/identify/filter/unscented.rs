@@ -47,7 +47,7 @@ impl Spread {
             return wrong("α² (n + κ) of the sigma points", spread, "a positive number");
         }
         let weight = self.weights(n).1;
-        if !(weight >= 0.0) {
+        if weight.is_nan() || weight < 0.0 {
             let of = "the weight of the middle sigma point in the covariance";
             return wrong(of, weight, "zero or above: use a larger α or β");
         }

@@ -44,8 +44,8 @@ impl Watch {
             self.last.pop_front();
         }
         // NaN is not small.
-        let most = MOST_SQUARE * samples as f64;
-        self.last.push_back((if square <= most { square } else { most }, samples));
+        let cap = MOST_SQUARE * samples as f64;
+        self.last.push_back((if square <= cap { square } else { cap }, samples));
         if self.last.len() < ROWS {
             return None;
         }
