@@ -252,3 +252,30 @@ fn what_makes_no_sense_is_refused_in_the_users_names() {
     run.refused(1, &["line 3", "`x` in column `q_in` is not a number"]);
     assert_eq!(run.out.lines().count(), 2);
 }
+
+/// The tanks do not stray, so that prediction error and output error say the same.
+#[test]
+fn a_fit_by_prediction_error_finds_the_valve_and_that_nothing_strays() {
+    let data = recording(120);
+    let folder = folder_with(&[("t.dgd", TANKS.as_bytes()), ("d.csv", data.as_bytes())]);
+    let fit = |more: &[&str]| {
+        let args = ["fit", "t.dgd", "--data", "d.csv", "--valid", "d.csv", "--noise", "declared"];
+        let all: Vec<&str> = args.iter().chain(more).copied().collect();
+        dgd_in(folder.path(), &all).done()
+    };
+    let by_simulation = fit(&["--format", "json"]).json();
+    let text = fit(&["--estimator", "prediction-error", "-o", "fitted"]).out;
+    assert!(text.contains("h_1 strays in a minute") && text.contains("rms, valid"), "{text}");
+    let result = std::fs::read(folder.path().join("fitted/result.json")).expect("a result");
+    let found: Value = serde_json::from_slice(&result).expect("JSON");
+    let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{found:#}"));
+    let (a, b) = (&found["parameters"]["a_1"], &by_simulation["parameters"]["a_1"]);
+    let std = number(&b["std"]);
+    assert!((number(&a["value"]) - number(&b["value"])).abs() < std, "{a} {b}");
+    assert!((number(&a["value"]) - 15.0).abs() < 4.0 * number(&a["std"]), "{a}");
+    assert!(number(&found["process_noise_in_a_minute"]["h_1"]["value"]) < 5e-3);
+    let rms = number(&found["outputs"]["h_1"]["rms_train"]);
+    assert!((0.8e-2..1.2e-2).contains(&rms), "{rms}");
+    let model = std::fs::read_to_string(folder.path().join("fitted/t.dgd")).expect("a model");
+    assert!(!model.contains("= 10  in"), "{model}");
+}

@@ -17,8 +17,6 @@ use super::interval::{Local, Model};
 use super::problem::{
     Estimator, FilterProblem, Sample, Tuning, verify_first_inputs, verify_tuning,
 };
-use super::square_root::{beside, correct, integrated_noise, triangular};
-use super::unscented::Spread;
 use super::watch::{Alarm, Watch};
 use crate::identify::error::TrialFailure;
 use crate::initial::consistent_start;
@@ -74,34 +72,34 @@ pub struct Row {
 
 /// A filter under way.
 pub struct Filter<'a, S> {
-    model: Model<'a, S>,
-    estimator: Estimator,
-    gate: Option<f64>,
-    coordinates: Coordinates,
-    drive: Drive,
-    watch: Watch,
-    t: f64,
+    pub(super) model: Model<'a, S>,
+    pub(super) estimator: Estimator,
+    pub(super) gate: Option<f64>,
+    pub(super) coordinates: Coordinates,
+    pub(super) drive: Drive,
+    pub(super) watch: Watch,
+    pub(super) t: f64,
     /// Unknowns at t: guesses of the algebraic ones.
-    y: Vec<f64>,
+    pub(super) y: Vec<f64>,
     /// States and parameters.
-    variables: Vec<f64>,
+    pub(super) variables: Vec<f64>,
     /// L of their covariance L Lᵀ; for [`Estimator::Recursive`] that of start values and parameters.
-    root: DMatrix<f64>,
+    pub(super) root: DMatrix<f64>,
     /// ∂(x, θ)/∂(x(0), θ), for [`Estimator::Recursive`].
-    carried: Option<DMatrix<f64>>,
+    pub(super) carried: Option<DMatrix<f64>>,
     /// Largest eigenvalue that the parameters' covariance may have, for [`Estimator::Recursive`].
-    most: f64,
+    pub(super) most: f64,
     /// Spectral densities of the variables, and the variances that parameters began with.
-    densities: Vec<f64>,
-    first: Vec<f64>,
-    noise: Vec<Option<f64>>,
+    pub(super) densities: Vec<f64>,
+    pub(super) first: Vec<f64>,
+    pub(super) noise: Vec<Option<f64>>,
     /// What the last row measured.
-    last: Vec<f64>,
-    failures: usize,
+    pub(super) last: Vec<f64>,
+    pub(super) failures: usize,
     /// The model close to the prediction, where that was needed for it.
-    ahead: Option<Local>,
+    pub(super) ahead: Option<Local>,
     /// The innovations that were used last.
-    innovated: Innovated,
+    pub(super) innovated: Innovated,
 }
 
 /// Innovations of a row.
@@ -300,233 +298,8 @@ impl<'a, S: System> Filter<'a, S> {
     pub fn missing_inputs(&self) -> &[usize] {
         &self.drive.missing
     }
-
-    /// Moves the estimate to the next row. After an error it is where it was.
-    fn predict(&mut self, inputs: &Inputs, from: f64, until: f64) -> Result<(), TrialFailure> {
-        match self.estimator {
-            Estimator::Unscented(spread) => self.predict_points(spread, inputs, from, until),
-            Estimator::ExtendedKalman | Estimator::Recursive { .. } => {
-                let Self { model, coordinates, variables, y, .. } = &*self;
-                let moved = model.move_with_sensitivities(
-                    inputs,
-                    (from, until),
-                    y,
-                    coordinates,
-                    variables,
-                )?;
-                let mut phi = DMatrix::identity(coordinates.len(), coordinates.len());
-                phi.view_mut((0, 0), moved.phi.shape()).copy_from(&moved.phi);
-                let mut next = variables.clone();
-                coordinates.read_states(&moved.y, &mut next);
-                if let Some(carried) = &mut self.carried {
-                    *carried = phi * &*carried;
-                } else {
-                    let (noise, ahead) = self.noise_over(inputs, (from, until), &moved.y, &next)?;
-                    self.root = triangular(&beside(&(phi * &self.root), &noise));
-                    self.ahead = ahead;
-                }
-                (self.y, self.variables) = (moved.y, next);
-                Ok(())
-            }
-        }
-    }
-
-    /// The same by sigma points.
-    fn predict_points(
-        &mut self,
-        spread: Spread,
-        inputs: &Inputs,
-        from: f64,
-        until: f64,
-    ) -> Result<(), TrialFailure> {
-        let Self { model, coordinates, y, .. } = &*self;
-        let mut points = spread.points(&self.variables, &self.root);
-        let n = coordinates.len();
-        let mut middle = None;
-        for mut point in points.column_iter_mut() {
-            let mut variables: Vec<f64> = point.iter().copied().collect();
-            let moved = model.move_states(inputs, (from, until), y, coordinates, &variables)?;
-            coordinates.read_states(&moved, &mut variables);
-            point.copy_from_slice(&variables);
-            middle.get_or_insert(moved);
-        }
-        let (mean, deviations) = spread.moments(&points, n);
-        let next: Vec<f64> = mean.iter().copied().collect();
-        let y = middle.unwrap_or_else(|| y.clone());
-        let (noise, _) = self.noise_over(inputs, (from, until), &y, &next)?;
-        self.root = triangular(&beside(&deviations, &noise));
-        (self.y, self.variables) = (y, next);
-        Ok(())
-    }
-
-    /// Root of what the walks add over an interval, with the model's Jacobian at its end.
-    fn noise_over(
-        &self,
-        inputs: &Inputs,
-        (from, until): (f64, f64),
-        y: &[f64],
-        variables: &[f64],
-    ) -> Result<(DMatrix<f64>, Option<Local>), TrialFailure> {
-        let n = self.coordinates.len();
-        let densities = self.guarded(until - from);
-        if densities.iter().all(|q| *q == 0.0) {
-            return Ok((DMatrix::zeros(n, 0), None));
-        }
-        let local = self.model.local(inputs, until, y, &self.coordinates, variables)?;
-        let Some(noise) = integrated_noise(&local.a, &densities, until - from) else {
-            let equation = self.model.system.signature().name.to_string();
-            return Err(TrialFailure::NoSensitivity { equation, t: until });
-        };
-        Ok((noise, Some(local)))
-    }
-
-    /// Densities of the walks; parameters that are as uncertain as at first do not walk.
-    fn guarded(&self, dt: f64) -> Vec<f64> {
-        let n_states = self.coordinates.n_states();
-        let mut densities = self.densities.clone();
-        for (k, density) in densities.iter_mut().enumerate().skip(n_states) {
-            let variance = self.root.row(k).norm_squared();
-            *density = density.min((self.first[k] - variance).max(0.0) / dt);
-        }
-        densities
-    }
-
-    /// States that could not be moved are less certain.
-    fn stray(&mut self, dt: f64) {
-        let densities = self.guarded(dt);
-        let noise =
-            DVector::from_iterator(densities.len(), densities.iter().map(|q| (q * dt).sqrt()));
-        self.root = triangular(&beside(&self.root, &DMatrix::from_diagonal(&noise)));
-    }
-
-    /// Corrects the estimate by what was measured.
-    fn correct(&mut self, inputs: &Inputs, measured: &[f64]) -> Result<Row, TrialFailure> {
-        let seen: Vec<usize> = (0..measured.len())
-            .filter(|i| measured[*i].is_finite() && self.noise[*i].is_some())
-            .collect();
-        self.innovated = Innovated::default();
-        if seen.is_empty() {
-            return Ok(self.row(vec![None; measured.len()]));
-        }
-        let looked = match self.estimator {
-            Estimator::Unscented(spread) => self.look_by_points(spread, inputs),
-            Estimator::ExtendedKalman | Estimator::Recursive { .. } => self.look(inputs),
-        };
-        let looked = looked.and_then(|looked| self.verify_outputs(looked, &seen))?;
-        Ok(self.take(&looked, &seen, measured))
-    }
-
-    /// Outputs and roots of their covariance by derivatives.
-    fn look(&mut self, inputs: &Inputs) -> Result<Look, TrialFailure> {
-        let Local { y, w, c, .. } = match self.ahead.take() {
-            Some(ahead) => ahead,
-            None => {
-                self.model.local(inputs, self.t, &self.y, &self.coordinates, &self.variables)?
-            }
-        };
-        self.y = y;
-        let of_outputs = match &self.carried {
-            Some(carried) => c * carried * &self.root,
-            None => c * &self.root,
-        };
-        Ok(Look { w, of_outputs, of_variables: self.root.clone() })
-    }
-
-    /// The same by sigma points.
-    fn look_by_points(&mut self, spread: Spread, inputs: &Inputs) -> Result<Look, TrialFailure> {
-        let points = spread.points(&self.variables, &self.root);
-        let n = self.coordinates.len();
-        let mut outputs = DMatrix::zeros(self.noise.len(), points.ncols());
-        for (point, mut output) in points.column_iter().zip(outputs.column_iter_mut()) {
-            let variables: Vec<f64> = point.iter().copied().collect();
-            let w = self.model.outputs(inputs, self.t, &self.y, &self.coordinates, &variables)?;
-            output.copy_from_slice(&w);
-        }
-        let (mean, of_outputs) = spread.moments(&outputs, n);
-        let (_, of_variables) = spread.moments(&points, n);
-        Ok(Look { w: mean.iter().copied().collect(), of_outputs, of_variables })
-    }
-
-    /// Outputs that were measured must be numbers.
-    fn verify_outputs(&self, looked: Look, seen: &[usize]) -> Result<Look, TrialFailure> {
-        let spoilt = seen.iter().find(|i| {
-            let finite = |value: &f64| value.is_finite();
-            !(looked.w[**i].is_finite() && looked.of_outputs.row(**i).iter().all(finite))
-        });
-        match spoilt {
-            None => Ok(looked),
-            Some(i) => {
-                let output = self.model.system.signature().outputs[*i].name.to_string();
-                Err(TrialFailure::OutputNotFinite { output, t: self.t })
-            }
-        }
-    }
-
-    /// Takes in the samples of a row.
-    fn take(&mut self, looked: &Look, seen: &[usize], measured: &[f64]) -> Row {
-        let mut innovations = vec![None; measured.len()];
-        let (mut used, mut rejected) = (Vec::with_capacity(seen.len()), 0.0);
-        for &i in seen {
-            let sigma = self.noise[i].unwrap_or(f64::INFINITY);
-            let value = measured[i] - looked.w[i];
-            let std = (sigma * sigma + looked.of_outputs.row(i).norm_squared()).sqrt();
-            let within = self.gate.is_none_or(|gate| value.abs() <= gate * std);
-            innovations[i] = Some(Innovation { value, std, used: within });
-            if within {
-                used.push(i);
-            } else {
-                rejected += (value / std).powi(2);
-            }
-        }
-        let sigma: Vec<f64> = used.iter().filter_map(|i| self.noise[*i]).collect();
-        let epsilon: Vec<f64> = used.iter().map(|i| measured[*i] - looked.w[*i]).collect();
-        let of_outputs = looked.of_outputs.select_rows(&used);
-        let corrected = correct(&sigma, &of_outputs, &looked.of_variables, &epsilon);
-        self.root = corrected.root;
-        self.innovated = Innovated { outputs: used, epsilon, root: corrected.innovation_root };
-        let step = match &self.carried {
-            Some(carried) => carried * corrected.step,
-            None => corrected.step,
-        };
-        for (variable, step) in self.variables.iter_mut().zip(step.iter()) {
-            *variable += step;
-        }
-        self.coordinates.project(&mut self.variables);
-        self.coordinates.write_states(&self.variables, &mut self.y);
-        if let Estimator::Recursive { forgetting_factor, .. } = self.estimator {
-            self.forget(forgetting_factor, &looked.of_variables);
-        }
-
-        let square = corrected.whitened.norm_squared();
-        let alarm = self.watch.take(square + rejected, seen.len());
-        let row = self.row(innovations);
-        Row {
-            normalised_square: square,
-            log_det: corrected.log_det,
-            samples: self.innovated.outputs.len(),
-            alarm,
-            ..row
-        }
-    }
-
-    /// P ← P/λ for the parameters, unless it would wind up: then it stays what it was before the row.
-    fn forget(&mut self, factor: f64, before: &DMatrix<f64>) {
-        if factor >= 1.0 {
-            return;
-        }
-        let n_states = self.coordinates.n_states();
-        for mut row in self.root.row_iter_mut().skip(n_states) {
-            row /= factor.sqrt();
-        }
-        let parameters = self.root.rows(n_states, self.coordinates.len() - n_states);
-        let largest = parameters.clone_owned().svd(false, false).singular_values.max();
-        if largest * largest > self.most {
-            self.root.copy_from(before);
-        }
-    }
-
     /// The present estimates.
-    fn row(&self, innovations: Vec<Option<Innovation>>) -> Row {
+    pub(super) fn row(&self, innovations: Vec<Option<Innovation>>) -> Row {
         let root = match &self.carried {
             Some(carried) => carried * &self.root,
             None => self.root.clone(),
@@ -548,14 +321,4 @@ impl<'a, S: System> Filter<'a, S> {
             alarm: None,
         }
     }
-}
-
-/// What is expected of the outputs.
-struct Look {
-    /// Outputs.
-    w: Vec<f64>,
-    /// Root of their covariance without the sensors' noise, and of that of the variables with the same
-    /// columns.
-    of_outputs: DMatrix<f64>,
-    of_variables: DMatrix<f64>,
 }

@@ -17,19 +17,25 @@
 //! | `drive` | samples of the inputs as functions of time over the interval at hand |
 //! | `interval` | the model over one interval, and its derivatives at one time |
 //! | `square_root` | covariances as triangular factors |
-//! | `estimator` | one row after the other: prediction and correction of all estimators |
+//! | `estimator` | one row after the other |
+//! | `prediction` | from one row to the next |
+//! | `correction` | what a row's samples say |
 //! | `unscented` | sigma points |
 //! | `watch` | whether the innovations are what the filter expects |
 //! | `prediction_error` | parameters and noise levels by the likelihood of the innovations |
+//! | `likelihood` | that likelihood, and its derivatives |
 //!
 //! Not every model can be filtered: where what is to come depends on more than the differential unknowns
 //! (modes that are remembered, unknowns that are read late), [`FilterError::Remembers`] names it.
 
 mod coordinates;
+mod correction;
 mod drive;
 mod error;
 mod estimator;
 mod interval;
+mod likelihood;
+mod prediction;
 mod prediction_error;
 mod problem;
 mod square_root;
