@@ -584,3 +584,63 @@ output y [1] = x  noise 0.1 [1]
     let error = error.err().expect("refused").to_string();
     assert!(error.contains("the mode of `heater`"), "{error}");
 }
+
+/// Without uncertainty a filter is a simulation: inputs that hold, go in straight lines, jump between two rows
+/// with one time, and arrive late are what they are to a run over all rows.
+#[test]
+fn without_uncertainty_a_filter_is_a_simulation() {
+    let text = "\
+model mixer
+input u [1] hold
+input v [1] linear
+parameter a [1] = 0.4
+state x [1] = u + 1
+state z [1] = 0.5
+equation fast: der(x) * 1 [s] = u - a*x + delay(v, 2.6 [s])
+equation slow: der(z) * 3 [s] = x*x - z + time/1 [s]*0.01
+output y [1] = x + u + v  noise 0.1 [1]
+output q [1] = z*x        noise 0.1 [1]
+";
+    let system = system(text, &[]);
+    let p = declared(&system);
+    // Rows at irregular times; u and v jump at 8 and 15.
+    let times = [0.0, 0.5, 1.7, 2.0, 4.1, 6.0, 8.0, 8.0, 8.9, 11.0, 12.5, 15.0, 15.0, 16.0, 19.0];
+    let u: Vec<f64> = times.iter().enumerate().map(|(k, _)| [1.0, 0.3, 2.0][k / 7]).collect();
+    let v: Vec<f64> = (0..times.len()).map(|k| (k as f64 * 1.3).sin()).collect();
+    let column = |name, values, interpolation| dgd::Column { name, interpolation, values };
+    let columns = [
+        column("u", &u[..], dgd::Interpolation::Hold),
+        column("v", &v[..], dgd::Interpolation::Linear),
+    ];
+    let inputs = dgd::Inputs::recorded(&times, &columns).expect("inputs");
+    let run = dgd::Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+    let solution = dgd::simulate(&run, &times, &tight()).expect("a run");
+    let simulated = dgd::observe(&run, &solution);
+    let data = Data {
+        t: times.to_vec(),
+        u: (0..times.len()).map(|k| vec![u[k], v[k]]).collect(),
+        measured: (0..times.len()).map(|k| vec![k as f64, 2.0]).collect(),
+    };
+    let tuning = tuning(&[[0.0, 0.0], [0.0, 0.0]], &[], &[0.1, 0.1]);
+    for estimator in
+        [Estimator::ExtendedKalman, Estimator::Unscented(Spread::default()), recursive(1.0)]
+    {
+        let problem = FilterProblem {
+            free: vec![false; system.signature().directions.len()],
+            estimator,
+            options: tight(),
+            ..FilterProblem::new(&system, &p)
+        };
+        for (k, row) in rows(&problem, &tuning, &data).iter().enumerate() {
+            close(row.states[0].value, solution.y(k)[0], 1e-8);
+            close(row.states[1].value, solution.y(k)[1], 1e-8);
+            assert_eq!(row.states[1].std, 0.0);
+            // The left values of a jump are those of the row's own inputs.
+            if times.get(k + 1) != Some(&times[k]) {
+                let innovation = row.innovations[0].expect("measured");
+                close(innovation.value, data.measured[k][0] - simulated.w(k)[0], 1e-8);
+                close(innovation.std, 0.1, 1e-12);
+            }
+        }
+    }
+}
