@@ -10,6 +10,10 @@ use serde_json::{Value, json};
 use crate::data::write::{Written, write_header, write_rows};
 use crate::plot::{Envelope, Figure, Panel, Series, Style, Text};
 
+/// Bands are drawn no wider than so many times their median: what is not known at first would leave no
+/// room for the rest.
+const MOST_BAND: f64 = 5.0;
+
 /// What has a column.
 struct Subject {
     name: String,
@@ -135,15 +139,20 @@ impl Report {
             .chain(parameters)
             .map(|(of, tracked): (&Subject, Vec<Tracked>)| {
                 let of_unit = |value: f64| (value - of.unit.offset) / of.unit.factor;
-                let edge = |k: f64| tracked.iter().map(|t| of_unit(t.value + k * t.std)).collect();
+                let most = MOST_BAND * median(tracked.iter().map(|tracked| tracked.std));
+                let at = |t: &Tracked, k: f64| of_unit(t.value + k * t.std.min(most));
+                let edge = |k: f64| tracked.iter().map(|t| at(t, k)).collect();
                 panel(of, &times, edge(0.0), (edge(-2.0), edge(2.0)), Style::Line)
             })
             .collect();
         for (i, of) in &self.outputs {
+            let expected = rows.iter().filter_map(|row| Some(row.innovations[*i]?.std));
+            let most = MOST_BAND * median(expected);
             let edge = |pick: fn(f64, f64) -> f64| -> Vec<f64> {
                 let of_row = |row: &Row| {
                     let innovation = row.innovations[*i];
-                    innovation.map_or(f64::NAN, |it| pick(it.value, it.std) / of.unit.factor)
+                    let std = |std: f64| std.min(most);
+                    innovation.map_or(f64::NAN, |it| pick(it.value, std(it.std)) / of.unit.factor)
                 };
                 rows.iter().map(of_row).collect()
             };
@@ -154,6 +163,16 @@ impl Report {
         }
         Figure::new(Text::plain("Time").with_unit("s"), panels)
     }
+}
+
+/// The middle one of some numbers; infinity without any.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return f64::INFINITY;
+    }
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 fn panel(
