@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::estimator::RegressionArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::{PerSample, Steps};
@@ -250,20 +251,10 @@ pub(crate) struct FitArgs {
     /// Where the weights of the outputs come from
     #[arg(long, value_enum, default_value_t = NoiseFrom::Estimated)]
     pub noise: NoiseFrom,
-    /// What is made small
-    #[arg(long, value_enum, default_value_t = FitEstimator::OutputError)]
-    pub estimator: FitEstimator,
+    #[command(flatten)]
+    pub regression: RegressionArgs,
     #[command(flatten)]
     pub solve: SolveArgs,
-}
-
-/// What a fit makes small.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum FitEstimator {
-    /// The error of simulations from the start of each recording
-    OutputError,
-    /// The innovations of an extended Kalman filter; states may stray, and how far is estimated
-    PredictionError,
 }
 
 /// Arguments of `track`.

@@ -17,6 +17,16 @@ use crate::data::{self, Table};
 use crate::failure::CommandError;
 use crate::run::measured_start;
 
+/// What a data file may be without a time column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Clock {
+    /// Nothing.
+    Time,
+    /// Independent rows, for a model whose outputs depend on nothing but the inputs at the same time. They
+    /// are taken as if there were one a second.
+    Rows,
+}
+
 /// A data file as far as the model knows it, SI.
 pub(crate) struct Recording {
     pub times: Vec<f64>,
@@ -45,29 +55,34 @@ impl Recording {
     pub(crate) fn read(
         path: &Path,
         dae: &Dae,
+        clock: Clock,
         sources: &mut Sources,
         diagnostics: &mut Diagnostics,
         console: Console<'_>,
     ) -> Option<Recording> {
         let table = data::read(path, sources, diagnostics).ok()?;
         let known = Known::of(dae);
-        Self::select(&table, &known, Gaps::Refused, sources, diagnostics, console)
+        Self::select(&table, &known, (clock, Gaps::Refused), sources, diagnostics, console)
     }
 
     /// What the model knows of a table; `None` where that has mistakes.
     pub(crate) fn select(
         table: &Table,
         known: &Known<'_>,
-        gaps: Gaps,
+        (clock, gaps): (Clock, Gaps),
         sources: &Sources,
         diagnostics: &mut Diagnostics,
         console: Console<'_>,
     ) -> Option<Recording> {
-        let times = table.recording(diagnostics);
+        let times = match clock {
+            Clock::Rows if table.time.is_none() && known.dae.is_static() => {
+                Ok((0..table.len()).map(|row| row as f64).collect())
+            }
+            Clock::Rows | Clock::Time => table.recording(diagnostics).map(<[f64]>::to_vec),
+        };
         let input_columns = select::inputs_with(table, &known.inputs(), gaps, diagnostics);
         let output_columns = select::measured(table, &known.outputs(), diagnostics);
-        let (times, inputs, outputs) =
-            (times.ok()?.to_vec(), input_columns.ok()?, output_columns.ok()?);
+        let (times, inputs, outputs) = (times.ok()?, input_columns.ok()?, output_columns.ok()?);
         if let Some(note) = select::unknown_note(table, &known.names()) {
             console.note(&note, sources);
         }

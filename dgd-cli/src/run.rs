@@ -14,7 +14,7 @@ use crate::args::{RunArgs, SolveArgs, Start};
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::load::Loaded;
-use crate::recording::{Measured, Recording};
+use crate::recording::{Clock, Measured, Recording};
 
 /// Rows of a run that no data file and no `--every` give.
 const DEFAULT_ROWS: u32 = 1000;
@@ -50,8 +50,14 @@ impl Run {
         let recording = match &args.data {
             None => None,
             Some(path) => {
-                let read =
-                    Recording::read(path, &compiled.dae, &mut sources, &mut diagnostics, console);
+                let read = Recording::read(
+                    path,
+                    &compiled.dae,
+                    Clock::Time,
+                    &mut sources,
+                    &mut diagnostics,
+                    console,
+                );
                 match read {
                     Some(recording) => Some(recording),
                     None => return Err(CommandError::diagnosed(&diagnostics, sources)),

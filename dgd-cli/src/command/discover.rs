@@ -177,7 +177,14 @@ fn recordings(
     let Compilation { sources, diagnostics } = compilation;
     let mut read = Vec::with_capacity(paths.len());
     for path in paths {
-        read.extend(recording::Recording::read(path, &compiled.dae, sources, diagnostics, console));
+        read.extend(recording::Recording::read(
+            path,
+            &compiled.dae,
+            recording::Clock::Time,
+            sources,
+            diagnostics,
+            console,
+        ));
     }
     if diagnostics.check().is_err() {
         return Err(CommandError::diagnosed(diagnostics, sources.clone()));

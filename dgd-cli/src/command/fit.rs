@@ -14,10 +14,11 @@ use dgd_runtime::identify::{
 use dgd_runtime::{Direction, Options, Problem, System};
 use serde_json::Value;
 
-use crate::args::{FitArgs, FitEstimator, NoiseFrom};
-use crate::command::prediction_error;
+use crate::args::{FitArgs, NoiseFrom};
+use crate::command::{prediction_error, regress};
 use crate::console::{Console, print};
 use crate::data::{Files, write_folder};
+use crate::estimator::Estimator;
 use crate::failure::{CommandError, meant};
 use crate::figure::{self, Line, Subject};
 use crate::fit_report::{Outcome, Tested};
@@ -37,8 +38,14 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         fitted_model::verify_folder(folder, &args.model)?;
     }
     let task = Task::load(args, console)?;
-    if args.estimator == FitEstimator::PredictionError {
-        return prediction_error::run(&task, args, console);
+    match args.regression.estimator {
+        Estimator::OutputError => {}
+        Estimator::PredictionError => return prediction_error::run(&task, args, console),
+        Estimator::LeastSquares
+        | Estimator::Bounded
+        | Estimator::Separable
+        | Estimator::NelderMead
+        | Estimator::Recursive => return regress::run(&task, args, console),
     }
     let problem = task.problem(console);
     let fit = fit(&problem).map_err(|error| task.failed(error, &args.data))?;
@@ -66,7 +73,7 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
     };
     let json = outcome.to_json();
     if let Some(folder) = console.out() {
-        task.save(folder, args, &fit.estimates, &json)?;
+        task.save(folder, args, &fit.estimates, &json, Vec::new())?;
         console.remark(&format!("wrote {}", folder.display()));
     }
     if !args.solve.plot.is_empty() {
@@ -102,9 +109,10 @@ impl Task {
         };
         let free = names("--free", &args.free);
         let fixed = names("--fix", &args.fix);
-        let directions = match args.estimator {
-            FitEstimator::OutputError => Directions::Estimated { free, fixed },
-            FitEstimator::PredictionError => Directions::Tracked { free, fixed },
+        let directions = if args.regression.estimator == Estimator::PredictionError {
+            Directions::Tracked { free, fixed }
+        } else {
+            Directions::Estimated { free, fixed }
         };
         let apply = &args.choices.apply;
         let compiled =
@@ -117,7 +125,14 @@ impl Task {
         let mut read = |paths: &[PathBuf]| -> Vec<Option<recording::Recording>> {
             let Compilation { sources, diagnostics } = &mut compilation;
             let one = |path: &PathBuf| {
-                recording::Recording::read(path, &compiled.dae, sources, diagnostics, console)
+                recording::Recording::read(
+                    path,
+                    &compiled.dae,
+                    recording::Clock::Rows,
+                    sources,
+                    diagnostics,
+                    console,
+                )
             };
             paths.iter().map(one).collect()
         };
@@ -208,7 +223,9 @@ impl Task {
         let failed = |error| self.failed(error, paths);
         let starts = fit_starts(held_out, SETTLING).map_err(failed)?;
         let mut recordings = held_out.recordings.to_vec();
-        for recording in &mut recordings {
+        // Without a state nothing has to settle.
+        let settling = !self.compiled.dae.is_static();
+        for recording in recordings.iter_mut().filter(|_| settling) {
             let first = recording.times.first().copied().unwrap_or(0.0);
             recording.counts_from = (first + SETTLING).next_up();
         }
@@ -225,6 +242,7 @@ impl Task {
         args: &FitArgs,
         estimates: &[Estimate],
         json: &Value,
+        more: Vec<(String, Vec<u8>)>,
     ) -> Result<(), CommandError> {
         let settings = &self.options_of_model.settings;
         let text = fitted_model::text(
@@ -237,8 +255,9 @@ impl Task {
         );
         let name = fitted_model::file_name(&args.model);
         let json = format!("{json:#}\n");
-        let written =
+        let mut written =
             vec![(name, text.into_bytes()), ("result.json".to_owned(), json.into_bytes())];
+        written.extend(more);
         Ok(write_folder(folder, &Files { written, ..Files::default() })?)
     }
 

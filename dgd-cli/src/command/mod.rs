@@ -11,6 +11,7 @@ pub(crate) mod linearize;
 pub(crate) mod methods;
 mod over;
 mod prediction_error;
+mod regress;
 pub(crate) mod sensitivity;
 pub(crate) mod simulate;
 pub(crate) mod track;

@@ -59,7 +59,7 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
     let outcome = Outcome { task, args, found: &found, train, valid };
     let json = outcome.to_json();
     if let Some(folder) = console.out() {
-        task.save(folder, args, &found.estimates, &json)?;
+        task.save(folder, args, &found.estimates, &json, Vec::new())?;
         console.remark(&format!("wrote {}", folder.display()));
     }
     if console.is_json() { print(&format!("{json:#}\n")) } else { print(&outcome.to_text()) }

@@ -12,7 +12,7 @@ use crate::data::select::Gaps;
 use crate::data::stream::Stream;
 use crate::data::{self};
 use crate::failure::CommandError;
-use crate::recording::{Known, Recording};
+use crate::recording::{Clock, Known, Recording};
 
 /// A row, SI; NaN where there is no value.
 #[derive(Debug, Clone, Default)]
@@ -49,7 +49,14 @@ impl Rows {
     ) -> Option<Rows> {
         let known = Known::of(dae);
         let select = |table: &data::Table, sources: &Sources, diagnostics: &mut Diagnostics| {
-            Recording::select(table, &known, Gaps::Kept, sources, diagnostics, console)
+            Recording::select(
+                table,
+                &known,
+                (Clock::Time, Gaps::Kept),
+                sources,
+                diagnostics,
+                console,
+            )
         };
         let (source, recording) = if path == Path::new("-") {
             let stdin = std::io::stdin();
