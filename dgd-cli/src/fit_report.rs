@@ -4,7 +4,9 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use dgd_compiler::model::Variant;
-use dgd_runtime::identify::{Bound, Estimate, Evaluation, Fit, Misfit, Starts, Stepping};
+use dgd_runtime::identify::{
+    Bound, Estimate, Evaluation, Fit, Misfit, Starts, Stepping, Term, Undetermined,
+};
 use dgd_runtime::{Direction, PerSampleChoice, Signature, Unit};
 use serde_json::{Map, Value, json};
 
@@ -51,14 +53,6 @@ impl Outcome<'_> {
                 json!({ "data": path.display().to_string(), "values": self.entries(own) })
             })
             .collect();
-        let mut fixed = Map::new();
-        for (i, parameter) in self.signature.parameters.iter().enumerate() {
-            if !parameters().any(|estimate| estimate.of == Direction::Parameter(i)) {
-                let (unit, value) = (&parameter.unit, fit.p[i]);
-                let entry = json!({ "value": in_unit(value, unit), "unit": unit.symbol });
-                fixed.insert(parameter.name.to_string(), entry);
-            }
-        }
         let mut outputs = Map::new();
         for (i, output) in self.signature.outputs.iter().enumerate() {
             let errors = self.errors(i);
@@ -83,16 +77,11 @@ impl Outcome<'_> {
                 Value::Array(terms.collect())
             })
             .collect();
-        let variants: Map<String, Value> = self
-            .variants
-            .iter()
-            .map(|variant| (variant.name.clone(), json!(variant.choices.get(variant.chosen))))
-            .collect();
         json!({
             "model": self.signature.name,
-            "variants": variants,
+            "variants": variant_entries(self.variants),
             "parameters": self.entries(parameters()),
-            "fixed": fixed,
+            "fixed": fixed_entries(self.signature, &fit.p, &fit.estimates),
             "outputs": outputs,
             "starts": starts,
             "starts_valid": self.starts_valid(),
@@ -129,25 +118,7 @@ impl Outcome<'_> {
     }
 
     fn entries<'e>(&self, estimates: impl Iterator<Item = &'e Estimate>) -> Value {
-        let entry = |estimate: &Estimate| {
-            let unit = self.unit(estimate);
-            let bound = estimate.at_bound.map(|bound| match bound {
-                Bound::Lower => "lower",
-                Bound::Upper => "upper",
-            });
-            let name = match estimate.of {
-                Direction::Parameter(_) => estimate.name.clone(),
-                Direction::Start(i) => self.signature.unknowns.name(i).to_string(),
-            };
-            let entry = json!({
-                "value": in_unit(estimate.value, unit),
-                "unit": unit.symbol,
-                "std": estimate.std.map(|std| std / unit.factor),
-                "at_bound": bound,
-            });
-            (name, entry)
-        };
-        Value::Object(estimates.map(entry).collect())
+        Value::Object(estimates.map(|estimate| entry(self.signature, estimate)).collect())
     }
 
     fn starts_valid(&self) -> Value {
@@ -171,10 +142,7 @@ impl Outcome<'_> {
     }
 
     fn unit(&self, estimate: &Estimate) -> &Unit {
-        match estimate.of {
-            Direction::Parameter(i) => &self.signature.parameters[i].unit,
-            Direction::Start(i) => self.signature.unknowns.unit(i),
-        }
+        unit_of(self.signature, estimate)
     }
 
     /// An estimate's name, with its recording where there are several.
@@ -190,10 +158,7 @@ impl Outcome<'_> {
 
     fn errors(&self, output: usize) -> OutputErrors {
         let unit = &self.signature.outputs[output].unit;
-        let rms = |evaluation: &Evaluation| {
-            let all: Misfit = evaluation.misfits.iter().map(|misfits| misfits[output]).sum();
-            all.rms().map(|rms| rms / unit.factor)
-        };
+        let rms = |evaluation: &Evaluation| rms_of(evaluation, output, unit);
         OutputErrors {
             train: rms(&self.train),
             valid: self.valid.as_ref().and_then(|tested| rms(&tested.evaluation)),
@@ -259,20 +224,7 @@ impl Outcome<'_> {
                 pair.correlation
             );
         }
-        for combination in &fit.undetermined {
-            let _ = match combination.terms.as_slice() {
-                [one] => writeln!(text, "no output depends on `{}`", self.name(one.estimate)),
-                terms => {
-                    let terms: Vec<String> = terms
-                        .iter()
-                        .map(|term| {
-                            format!("`{}` by {:+.3} %", self.name(term.estimate), term.change)
-                        })
-                        .collect();
-                    writeln!(text, "no output sees a change of {}", terms.join(" and "))
-                }
-            };
-        }
+        push_combinations(text, &fit.undetermined, |i| self.name(i), "output");
         if fit.samples_without_sensitivity > 0 {
             let _ = writeln!(
                 text,
@@ -297,16 +249,93 @@ impl Outcome<'_> {
     }
 }
 
+/// An estimate's name and what `result.json` has of it.
+pub(crate) fn entry(signature: &Signature, estimate: &Estimate) -> (String, Value) {
+    let unit = unit_of(signature, estimate);
+    let bound = estimate.at_bound.map(|bound| match bound {
+        Bound::Lower => "lower",
+        Bound::Upper => "upper",
+    });
+    let name = match estimate.of {
+        Direction::Parameter(_) => estimate.name.clone(),
+        Direction::Start(i) => signature.unknowns.name(i).to_string(),
+    };
+    let entry = json!({
+        "value": in_unit(estimate.value, unit),
+        "unit": unit.symbol,
+        "std": estimate.std.map(|std| std / unit.factor),
+        "at_bound": bound,
+    });
+    (name, entry)
+}
+
+fn unit_of<'a>(signature: &'a Signature, estimate: &Estimate) -> &'a Unit {
+    match estimate.of {
+        Direction::Parameter(i) => &signature.parameters[i].unit,
+        Direction::Start(i) => signature.unknowns.unit(i),
+    }
+}
+
+/// The parameters that were not estimated, with their values.
+pub(crate) fn fixed_entries(
+    signature: &Signature,
+    p: &[f64],
+    estimates: &[Estimate],
+) -> Map<String, Value> {
+    let is_fixed = |i: usize| !estimates.iter().any(|e| e.of == Direction::Parameter(i));
+    let fixed = signature.parameters.iter().enumerate().filter(|(i, _)| is_fixed(*i));
+    let entry = |(i, parameter): (usize, &dgd_runtime::Parameter)| {
+        let unit = &parameter.unit;
+        let entry = json!({ "value": in_unit(p[i], unit), "unit": unit.symbol });
+        (parameter.name.to_string(), entry)
+    };
+    fixed.map(entry).collect()
+}
+
+/// What was chosen of each variant.
+pub(crate) fn variant_entries(variants: &[Variant]) -> Map<String, Value> {
+    let entry =
+        |variant: &Variant| (variant.name.clone(), json!(variant.choices.get(variant.chosen)));
+    variants.iter().map(entry).collect()
+}
+
+/// Root-mean-square error of an output over all recordings, in its unit.
+pub(crate) fn rms_of(evaluation: &Evaluation, output: usize, unit: &Unit) -> Option<f64> {
+    let all: Misfit = evaluation.misfits.iter().map(|misfits| misfits[output]).sum();
+    all.rms().map(|rms| rms / unit.factor)
+}
+
+/// A line for each combination of estimates that no output, or no row, sees.
+pub(crate) fn push_combinations(
+    text: &mut String,
+    undetermined: &[Undetermined],
+    name: impl Fn(usize) -> String,
+    what: &str,
+) {
+    for combination in undetermined {
+        // Writing to a string does not fail.
+        let _ = match combination.terms.as_slice() {
+            [one] => writeln!(text, "no {what} depends on `{}`", name(one.estimate)),
+            terms => {
+                let term =
+                    |term: &Term| format!("`{}` by {:+.3} %", name(term.estimate), term.change);
+                let terms: Vec<String> = terms.iter().map(term).collect();
+                writeln!(text, "no {what} sees a change of {}", terms.join(" and "))
+            }
+        };
+    }
+}
+
 fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-fn in_unit(si: f64, unit: &Unit) -> f64 {
+pub(crate) fn in_unit(si: f64, unit: &Unit) -> f64 {
     (si - unit.offset) / unit.factor
 }
 
 /// A value to the second digit of its standard deviation.
-fn digits_of(value: f64, std: Option<f64>) -> String {
+pub(crate) fn digits_of(value: f64, std: Option<f64>) -> String {
     let digits = match std {
         Some(std) if std > 0.0 && value != 0.0 => {
             (value.abs().log10().floor() - std.log10().floor()).clamp(0.0, 12.0) as usize + 2

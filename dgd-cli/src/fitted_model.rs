@@ -9,7 +9,7 @@ use dgd_compiler::syntax::edit::{NewValue, with_values};
 use dgd_compiler::syntax::layout;
 use dgd_compiler::units::Unit;
 use dgd_runtime::Direction;
-use dgd_runtime::identify::{Estimate, Fit};
+use dgd_runtime::identify::Estimate;
 
 use crate::data::write::push_number;
 use crate::failure::CommandError;
@@ -44,7 +44,7 @@ pub(crate) fn text(
     compiled: &Compiled,
     sources: &Sources,
     settings: &[Setting],
-    fit: &Fit,
+    estimates: &[Estimate],
     model: &Path,
     folder: &Path,
 ) -> String {
@@ -57,7 +57,7 @@ pub(crate) fn text(
             Some(NewValue { name, called, text: sources.text(setting.value.span).to_owned() })
         })
         .collect();
-    for estimate in &fit.estimates {
+    for estimate in estimates {
         values.extend(new_value(compiled, estimate));
     }
     let text = &sources.get(ast.source).text;

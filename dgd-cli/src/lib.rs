@@ -6,6 +6,7 @@ mod command_line;
 mod console;
 pub mod data;
 pub mod effects;
+mod estimator;
 mod failure;
 mod figure;
 mod fit_report;
@@ -14,6 +15,7 @@ mod linear_report;
 mod load;
 pub mod plot;
 mod recording;
+mod regression_report;
 mod report;
 mod result;
 mod run;
@@ -46,6 +48,7 @@ pub fn run() -> ExitCode {
         Command::Sensitivity(args) => command::sensitivity::run(args, console),
         Command::Linearize(args) => command::linearize::run(args, console),
         Command::Fit(args) => command::fit::run(args, console),
+        Command::Track(args) => command::track::run(args, console),
         Command::Discover(args) => command::discover::run(args, console),
         Command::Screen(args) => command::screen::run(args, console),
         Command::Methods => command::methods::run(console),

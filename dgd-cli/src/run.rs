@@ -16,7 +16,7 @@ use crate::args::{RunArgs, SolveArgs, Start};
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::load::Loaded;
-use crate::recording::{Measured, Recording};
+use crate::recording::{Clock, Measured, Recording};
 
 /// Rows of a run that no data file and no `--every` give.
 const DEFAULT_ROWS: u32 = 1000;
@@ -52,10 +52,14 @@ impl Run {
         let recording = match &args.data {
             None => None,
             Some(path) => {
-                let renames = &args.solve.rename;
-                let dae = &compiled.dae;
-                let read =
-                    Recording::read(path, renames, dae, &mut sources, &mut diagnostics, console);
+                let read = Recording::read(
+                    (path, &args.solve.rename),
+                    &compiled.dae,
+                    Clock::Time,
+                    &mut sources,
+                    &mut diagnostics,
+                    console,
+                );
                 match read {
                     Some(recording) => Some(recording),
                     None => return Err(CommandError::diagnosed(&diagnostics, sources)),

@@ -179,7 +179,15 @@ fn recordings(
     let mut read = Vec::with_capacity(paths.len());
     for path in paths {
         let (renames, dae) = (&args.solve.rename, &compiled.dae);
-        read.extend(recording::Recording::read(path, renames, dae, sources, diagnostics, console));
+        let clock = recording::Clock::Time;
+        read.extend(recording::Recording::read(
+            (path, renames),
+            dae,
+            clock,
+            sources,
+            diagnostics,
+            console,
+        ));
     }
     if diagnostics.check().is_err() {
         return Err(CommandError::diagnosed(diagnostics, sources.clone()));

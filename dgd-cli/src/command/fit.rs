@@ -8,15 +8,17 @@ use dgd_compiler::pipeline::{Compiled, Directions};
 use dgd_compiler::source::Sources;
 use dgd_execute::Loaded;
 use dgd_runtime::identify::{
-    EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Prior, Recording, Termination,
-    TrialFailed, evaluate, fit, fit_starts,
+    Estimate, EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Prior, Recording,
+    Termination, TrialFailed, evaluate, fit, fit_starts,
 };
 use dgd_runtime::{Direction, Options, Problem, System};
 use serde_json::Value;
 
 use crate::args::{FitArgs, NoiseFrom};
+use crate::command::{prediction_error, regress};
 use crate::console::{Console, print};
 use crate::data::{Files, write_folder};
+use crate::estimator::Estimator;
 use crate::failure::{CommandError, meant};
 use crate::figure::{self, Line, Subject};
 use crate::fit_report::{Outcome, Tested};
@@ -36,6 +38,15 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         fitted_model::verify_folder(folder, &args.model)?;
     }
     let task = Task::load(args, console)?;
+    match args.regression.estimator {
+        Estimator::OutputError => {}
+        Estimator::PredictionError => return prediction_error::run(&task, args, console),
+        Estimator::LeastSquares
+        | Estimator::Bounded
+        | Estimator::Separable
+        | Estimator::NelderMead
+        | Estimator::Recursive => return regress::run(&task, args, console),
+    }
     let problem = task.problem(console);
     let fit = fit(&problem).map_err(|error| task.failed(error, &args.data))?;
     match fit.termination {
@@ -62,7 +73,7 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
     };
     let json = outcome.to_json();
     if let Some(folder) = console.out() {
-        task.save(folder, args, &fit, &json)?;
+        task.save(folder, args, &fit.estimates, &json, Vec::new())?;
         console.remark(&format!("wrote {}", folder.display()));
     }
     if !args.solve.plot.is_empty() {
@@ -75,16 +86,16 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
 }
 
 /// What is to be fitted to what.
-struct Task {
-    compiled: Compiled,
+pub(super) struct Task {
+    pub(super) compiled: Compiled,
     sources: Sources,
     options_of_model: ModelOptions,
-    system: Loaded,
+    pub(super) system: Loaded,
     /// Parameters as the model file and `--set` have them, SI.
-    p: Vec<f64>,
-    train: Vec<Recording>,
-    valid: Vec<Recording>,
-    noise: Vec<Option<Noise>>,
+    pub(super) p: Vec<f64>,
+    pub(super) train: Vec<Recording>,
+    pub(super) valid: Vec<Recording>,
+    pub(super) noise: Vec<Option<Noise>>,
     options: Options,
 }
 
@@ -98,7 +109,11 @@ impl Task {
         };
         let free = names("--free", &args.free);
         let fixed = names("--fix", &args.fix);
-        let directions = Directions::Estimated { free, fixed };
+        let directions = if args.regression.estimator == Estimator::PredictionError {
+            Directions::Tracked { free, fixed }
+        } else {
+            Directions::Estimated { free, fixed }
+        };
         let apply = &args.choices.apply;
         let compiled =
             compilation.compile_text(&args.model, apply, &options_of_model, &directions)?;
@@ -111,7 +126,15 @@ impl Task {
             let Compilation { sources, diagnostics } = &mut compilation;
             let (renames, dae) = (&args.solve.rename, &compiled.dae);
             let one = |path: &PathBuf| {
-                recording::Recording::read(path, renames, dae, sources, diagnostics, console)
+                let clock = recording::Clock::Rows;
+                recording::Recording::read(
+                    (path, renames),
+                    dae,
+                    clock,
+                    sources,
+                    diagnostics,
+                    console,
+                )
             };
             paths.iter().map(one).collect()
         };
@@ -153,7 +176,7 @@ impl Task {
         Ok(Task { compiled, sources, options_of_model, system, p, train, valid, noise, options })
     }
 
-    fn problem(&self, console: Console<'_>) -> OutputErrorProblem<'_, Loaded> {
+    pub(super) fn problem(&self, console: Console<'_>) -> OutputErrorProblem<'_, Loaded> {
         let parameters = self.compiled.program.parameters.iter().enumerate();
         let prior = |(parameter, declared): (usize, &dgd_compiler::model::Parameter)| {
             declared.prior.map(|(mean, std)| Prior { parameter, mean, std })
@@ -187,41 +210,60 @@ impl Task {
         if self.valid.is_empty() {
             return Ok(None);
         }
-        let failed = |error| self.failed(error, &args.valid);
         let noise = fit.noise.iter().map(|sigma| sigma.map(Noise::Known)).collect();
         let held_out =
             OutputErrorProblem { p: &fit.p, recordings: &self.valid, noise, ..problem.clone() };
-        let starts = fit_starts(&held_out, SETTLING).map_err(failed)?;
-        let mut recordings = self.valid.clone();
-        for recording in &mut recordings {
+        self.simulated(&held_out, &args.valid).map(Some)
+    }
+
+    /// The recordings of a problem, simulated at its parameters with start values from their beginnings.
+    pub(super) fn simulated(
+        &self,
+        held_out: &OutputErrorProblem<'_, Loaded>,
+        paths: &[PathBuf],
+    ) -> Result<Tested, CommandError> {
+        let failed = |error| self.failed(error, paths);
+        let starts = fit_starts(held_out, SETTLING).map_err(failed)?;
+        let mut recordings = held_out.recordings.to_vec();
+        // Without a state nothing has to settle.
+        let settling = !self.compiled.dae.is_static();
+        for recording in recordings.iter_mut().filter(|_| settling) {
             let first = recording.times.first().copied().unwrap_or(0.0);
             recording.counts_from = (first + SETTLING).next_up();
         }
-        let counted = OutputErrorProblem { recordings: &recordings, ..held_out };
-        let evaluation = evaluate(&counted, &fit.p, &starts)
+        let counted = OutputErrorProblem { recordings: &recordings, ..held_out.clone() };
+        let evaluation = evaluate(&counted, held_out.p, &starts)
             .map_err(|error| failed(EstimateError::Start(error)))?;
-        Ok(Some(Tested { paths: args.valid.clone(), starts, evaluation }))
+        Ok(Tested { paths: paths.to_vec(), starts, evaluation })
     }
 
     /// Writes the folder of results.
-    fn save(
+    pub(super) fn save(
         &self,
         folder: &Path,
         args: &FitArgs,
-        fit: &Fit,
+        estimates: &[Estimate],
         json: &Value,
+        more: Vec<(String, Vec<u8>)>,
     ) -> Result<(), CommandError> {
         let settings = &self.options_of_model.settings;
-        let text =
-            fitted_model::text(&self.compiled, &self.sources, settings, fit, &args.model, folder);
+        let text = fitted_model::text(
+            &self.compiled,
+            &self.sources,
+            settings,
+            estimates,
+            &args.model,
+            folder,
+        );
         let name = fitted_model::file_name(&args.model);
         let json = format!("{json:#}\n");
-        let written =
+        let mut written =
             vec![(name, text.into_bytes()), ("result.json".to_owned(), json.into_bytes())];
+        written.extend(more);
         Ok(write_folder(folder, &Files { written, ..Files::default() })?)
     }
 
-    fn failed(&self, error: EstimateError, paths: &[PathBuf]) -> CommandError {
+    pub(super) fn failed(&self, error: EstimateError, paths: &[PathBuf]) -> CommandError {
         match error {
             EstimateError::NothingFree => CommandError::Usage(error.to_string()),
             EstimateError::NothingMeasured => {
@@ -242,9 +284,9 @@ impl Task {
                 "the model cannot be simulated: {}",
                 named(&failed, paths)
             )),
-            EstimateError::Noise { .. } | EstimateError::NotPositive { .. } => {
-                CommandError::Computation(error.to_string())
-            }
+            EstimateError::Noise { .. }
+            | EstimateError::NotPositive { .. }
+            | EstimateError::NotFiltered(_) => CommandError::Computation(error.to_string()),
         }
     }
 

@@ -19,6 +19,7 @@ mod records;
 mod rename;
 mod rows;
 pub mod select;
+pub mod stream;
 #[cfg(test)]
 mod tests;
 mod time;

@@ -151,7 +151,7 @@ pub(super) fn read_with(
 }
 
 /// The bytes of a file, decompressed if they are a gzip stream.
-fn decompressed<'a>(mut input: impl Read + 'a) -> io::Result<Box<dyn BufRead + 'a>> {
+pub(super) fn decompressed<'a>(mut input: impl Read + 'a) -> io::Result<Box<dyn BufRead + 'a>> {
     let mut magic = Vec::new();
     (&mut input).take(2).read_to_end(&mut magic)?;
     let gzip = magic == [0x1f, 0x8b];
@@ -208,7 +208,7 @@ fn utf8(head: &[u8], whole: bool) -> Result<&str, (&str, NotText)> {
 }
 
 /// A file that is not the text of a table; what could be read of it ends where the trouble is.
-fn unreadable(name: &str, text: &str, sources: &mut Sources, why: &str) -> Diagnostic {
+pub(super) fn unreadable(name: &str, text: &str, sources: &mut Sources, why: &str) -> Diagnostic {
     let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
     let source = sources.add(Source { name: name.to_owned(), text: text.to_owned() });
     let span = Span { source, start: end, end };

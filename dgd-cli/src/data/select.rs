@@ -31,6 +31,29 @@ pub fn inputs(
     declared: &[Declared<'_>],
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<Vec<f64>>, Reported> {
+    inputs_with(table, declared, Gaps::Refused, diagnostics)
+}
+
+/// What becomes of an input that has no value in some row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Gaps {
+    /// It is a mistake.
+    Refused,
+    /// It is NaN there.
+    Kept,
+}
+
+/// [`inputs`], which may have gaps.
+///
+/// # Errors
+///
+/// As [`inputs`].
+pub fn inputs_with(
+    table: &Table,
+    declared: &[Declared<'_>],
+    gaps: Gaps,
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<Vec<f64>>, Reported> {
     let mut all = Vec::with_capacity(declared.len());
     let mut reported = Ok(());
     for input in declared {
@@ -42,7 +65,9 @@ pub fn inputs(
             Ok(values) => all.push(values),
             Err(diagnostic) => reported = Err(diagnostics.error(diagnostic)),
         }
-        if let Some(missing) = &column.missing {
+        if gaps == Gaps::Refused
+            && let Some(missing) = &column.missing
+        {
             let nowhere = missing.count == table.len();
             let place = if nowhere { "in any row" } else { "here" };
             let message = format!("the input `{}` has no value {place}", input.name);

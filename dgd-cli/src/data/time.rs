@@ -81,6 +81,11 @@ impl Time {
         })
     }
 
+    /// Seconds in the header's unit, if it has one.
+    pub(super) fn factor(&self) -> Option<f64> {
+        self.factor
+    }
+
     /// Takes in the time of a row; false for one that is to be left out.
     pub(super) fn take(&mut self, record: &Record<'_>, kept: Kept) -> bool {
         let cell = record.cell(0);

@@ -30,7 +30,7 @@ mod variables;
 
 use std::collections::BTreeMap;
 
-use crate::expr::{ExprId, Graph};
+use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::{Crossing, Declared, Input, Parameter, Variant};
 use crate::source::Span;
 use crate::units::Unit;
@@ -333,6 +333,21 @@ impl Family {
 }
 
 impl Dae {
+    /// Whether the outputs at one time depend on nothing but the inputs at that time: there is no state,
+    /// nothing is late, and time itself is not read.
+    pub fn is_static(&self) -> bool {
+        let moves = self.unknowns.iter().any(|unknown| unknown.differential)
+            || self.families.iter().any(|family| self.graph.value(family.mass) != Some(0.0));
+        let remembers = |automaton: &Automaton| {
+            matches!(automaton.kind, AutomatonKind::Modes | AutomatonKind::When)
+        };
+        let late = self.delays.len() + self.varying_delays.len();
+        !moves
+            && late == 0
+            && !self.automata.iter().any(remembers)
+            && !self.graph.has_symbol(Symbol::Time)
+    }
+
     /// Visits all expressions that may depend on more than parameters.
     fn each_expression(&mut self, visit: &mut dyn FnMut(&mut Graph, &mut ExprId)) {
         let graph = &mut self.graph;

@@ -157,6 +157,11 @@ impl Graph {
         self.nodes.len()
     }
 
+    /// Whether some expression is this symbol.
+    pub fn has_symbol(&self, symbol: Symbol) -> bool {
+        self.ids.contains_key(&Node::Symbol(symbol))
+    }
+
     /// Whether there is no expression.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()

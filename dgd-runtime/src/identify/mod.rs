@@ -17,16 +17,22 @@
 //! | `noise` | σ of each output: given, or from the residuals |
 //! | `stepping` | how simulations step: the same way in all trials, where recordings allow it |
 //! | `parallel` | recordings in several threads |
+//! | `regression` | equations and outputs in which all else is known: least squares, recursive too |
+//! | `nelder_mead` | the simplex method |
 //! | `uncertainty` | covariance, and what the data does not determine |
+//! | `filter` | states and parameters while samples come in, and by the likelihood of innovations |
 
 mod box_quadratic;
 mod error;
+pub mod filter;
 mod fit;
 mod levenberg_marquardt;
+mod nelder_mead;
 mod noise;
 mod output_error;
 pub(crate) mod parallel;
 mod recording;
+pub mod regression;
 mod stepping;
 mod uncertainty;
 mod variables;
@@ -35,6 +41,7 @@ mod weighing;
 pub use error::{EstimateError, TrialFailed, TrialFailure};
 pub use fit::Fit;
 pub use levenberg_marquardt::{Minimum, NormalEquations, StoppingRule, Termination, minimise};
+pub use nelder_mead::{Simplex, SimplexRule, nelder_mead};
 pub use noise::Noise;
 pub use output_error::{
     Evaluation, OutputErrorProblem, Prior, Starts, evaluate, fit, fit_from, fit_starts,

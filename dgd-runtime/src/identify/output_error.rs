@@ -40,6 +40,9 @@ const STABLE: f64 = 0.01;
 /// residuals of the size that is left.
 const NEGLIGIBLE_REDUCTION: f64 = 1e-6;
 
+/// The same where the cost is exact: 1e-9 of a standard deviation.
+const EXACT_REDUCTION: f64 = 1e-18;
+
 /// Start values by position of the unknown, SI.
 pub type Starts = Vec<(usize, f64)>;
 
@@ -158,7 +161,12 @@ fn estimate<S: System + Clone + Send>(
     let mut sigma = first_noise(problem, &least);
     let bounds: Vec<(f64, f64)> = variables.all.iter().map(Variable::bounds).collect();
     let freedom = (data - variables.len()).max(1) as f64;
-    let reduction = problem.stopping.reduction.max(NEGLIGIBLE_REDUCTION / freedom);
+    // Without unknowns nothing is integrated, and the cost is exact to rounding.
+    let reduction = if problem.system.signature().unknowns.is_empty() {
+        EXACT_REDUCTION
+    } else {
+        problem.stopping.reduction.max(NEGLIGIBLE_REDUCTION / freedom)
+    };
     total.evaluations += 1;
     let first = simulate_all(problem, variables, &z).map_err(EstimateError::Start)?;
     let mut at = weigh(problem, variables, &z, &sigma, first);

@@ -12,7 +12,7 @@
 //! Columns of V with λ below a cutoff are combinations of variables that no output sees. A variable
 //! at a bound is taken as known.
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SVD, SymmetricEigen};
 
 use crate::identify::variables::Bound;
 use crate::system::Direction;
@@ -96,7 +96,48 @@ impl Uncertainty {
             information[(seen[i], seen[j])] / (size[i] * size[j])
         });
         let (vectors, values) = eigen(scaled);
+        Self::from_spectrum(n, &seen, &size, (&vectors, &values), cutoff, undetermined)
+    }
 
+    /// From R of the weighted residuals' Jacobian, JᵀJ = RᵀR, whose singular values keep the digits
+    /// that its square has lost. Those up to `cutoff` times the largest are zero.
+    pub(super) fn of_triangle(r: &DMatrix<f64>, held: &[bool], cutoff: f64) -> Self {
+        let n = held.len();
+        let mut undetermined = Vec::new();
+        let mut seen = Vec::new();
+        for i in (0..n).filter(|i| !held[*i]) {
+            if r.column(i).norm() > 0.0 {
+                seen.push(i);
+            } else {
+                let terms = vec![Term { estimate: i, change: 1.0 }];
+                undetermined.push(Undetermined { terms });
+            }
+        }
+        let size = DVector::from_fn(seen.len(), |i, _| r.column(seen[i]).norm());
+        let mut scaled = r.select_columns(&seen);
+        for (j, size) in size.iter().enumerate() {
+            scaled.column_mut(j).unscale_mut(*size);
+        }
+        let (mut vectors, mut values) = (DMatrix::zeros(0, 0), DVector::zeros(0));
+        if !seen.is_empty()
+            && let SVD { v_t: Some(v_t), singular_values, .. } = scaled.svd(false, true)
+        {
+            vectors = v_t.transpose();
+            values = singular_values.map(|value| value * value);
+        }
+        Self::from_spectrum(n, &seen, &size, (&vectors, &values), cutoff * cutoff, undetermined)
+    }
+
+    /// From the eigenvectors and eigenvalues of the scaled information matrix over what is `seen`, and
+    /// what is not.
+    fn from_spectrum(
+        n: usize,
+        seen: &[usize],
+        size: &DVector<f64>,
+        (vectors, values): (&DMatrix<f64>, &DVector<f64>),
+        cutoff: f64,
+        mut undetermined: Vec<Undetermined>,
+    ) -> Self {
         let largest = values.iter().copied().fold(0.0, f64::max);
         let (seeing, blind): (Vec<usize>, Vec<usize>) =
             (0..values.len()).partition(|k| values[*k] > cutoff * largest);

@@ -62,7 +62,8 @@ impl Variable {
         value.clamp(self.lower, self.upper)
     }
 
-    fn variable(&self, value: f64) -> f64 {
+    /// z, of a value in SI.
+    pub(crate) fn variable(&self, value: f64) -> f64 {
         match self.scale {
             Scale::Linear(size) => value / size,
             Scale::Logarithm => value.ln(),
@@ -221,7 +222,7 @@ impl Variables {
 }
 
 /// The model's start values in a recording, with its replacements.
-fn first_start<S: System>(
+pub(crate) fn first_start<S: System>(
     system: &S,
     p: &[f64],
     recording: &Recording,

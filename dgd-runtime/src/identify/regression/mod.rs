@@ -1,0 +1,156 @@
+//! Regressions: parameters from equations and outputs in which everything else is known.
+//!
+//! ```text
+//!   residuals:   f(t, y, u, p) − M ẏ  and  w(t, y, u, p) − measured, at each sample
+//!   y, ẏ:        from the measured outputs that have no parameter to be estimated
+//!   minimise     Σ_rows Σ_samples (residual / σ_row)² + Σ_priors ((p − mean) / std)²
+//! ```
+//!
+//! Nothing is simulated, so that there is one minimum where the parameters enter linearly, and no start
+//! values. What that costs: noise in y and ẏ is in the regressors, too, and an unknown that no sensor
+//! gives cannot be had.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `known`, `slopes` | y and ẏ at each sample |
+//! | `rows` | residuals and their derivatives, row by row |
+//! | `structure` | which parameters enter linearly |
+//! | `triangle`, `least_squares` | linear least squares without squaring, free and within bounds |
+//! | `separable` | linear parameters inside, the others outside |
+//! | `finish` | what was found, and how sure it is |
+//! | `filters`, `recursive`, `follow` | the same while samples come in |
+
+mod error;
+mod filters;
+mod finish;
+mod follow;
+mod known;
+mod least_squares;
+mod prepare;
+mod recursive;
+mod rows;
+mod separable;
+mod slopes;
+mod structure;
+mod triangle;
+
+use crate::identify::levenberg_marquardt::StoppingRule;
+use crate::identify::noise::Noise;
+use crate::identify::output_error::Prior;
+use crate::identify::recording::Recording;
+use crate::identify::regression::finish::Found;
+use crate::identify::regression::prepare::Prepared;
+use crate::system::System;
+
+pub use error::RegressionError;
+pub use filters::LambdaFilter;
+pub use finish::{RegressionFit, RowQuality};
+pub use follow::{FollowOptions, Followed, follow};
+pub use recursive::{
+    ContinuousLeastSquares, Forgetting, Normalisation, RecursiveLeastSquares, RegressorSample,
+};
+pub use rows::RowOf;
+
+/// Most rounds of re-estimated noise.
+const MOST_ROUNDS: usize = 12;
+/// Noise that changes by less than this part is stable.
+const STABLE: f64 = 0.01;
+
+/// How a regression is solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RegressionMethod {
+    /// Linear least squares without bounds. All parameters must enter linearly.
+    LeastSquares,
+    /// Linear least squares within the parameters' bounds. All parameters must enter linearly.
+    Bounded,
+    /// Variable projection: linear parameters by least squares, for each trial of the others, which
+    /// Levenberg's and Marquardt's method moves; all within their bounds.
+    VariableProjection,
+    /// The same, the others moved by the simplex method of Nelder and Mead.
+    NelderMead,
+}
+
+/// What to fit to what.
+#[derive(Debug, Clone)]
+pub struct RegressionProblem<'a, S> {
+    /// The model.
+    pub system: &'a S,
+    /// All parameters, SI: values of those that are not free, first guesses of the others.
+    pub p: &'a [f64],
+    /// Which of the model's directions are free; start values are not looked at.
+    pub free: Vec<bool>,
+    /// What was recorded.
+    pub recordings: &'a [Recording],
+    /// For each output of the model, its noise; `None` for one that is not to be used at all.
+    pub noise: Vec<Option<Noise>>,
+    /// What is known beforehand.
+    pub priors: Vec<Prior>,
+    /// Half of the width of the windows in which slopes are taken, s; five usual steps where none is
+    /// given.
+    pub half_width: Option<f64>,
+    /// Only samples at which these unknowns move no faster than this count, SI per second.
+    pub steady: Vec<(usize, f64)>,
+    /// When the search of parameters that do not enter linearly stops.
+    pub stopping: StoppingRule,
+}
+
+impl<'a, S: System> RegressionProblem<'a, S> {
+    /// A problem in which all parameters among the directions are free, and all outputs used.
+    pub fn new(system: &'a S, p: &'a [f64], recordings: &'a [Recording]) -> Self {
+        let signature = system.signature();
+        Self {
+            system,
+            p,
+            free: vec![true; signature.directions.len()],
+            recordings,
+            noise: vec![Some(Noise::Estimated); signature.outputs.len()],
+            priors: Vec::new(),
+            half_width: None,
+            steady: Vec::new(),
+            stopping: StoppingRule {
+                gradient: 1e-12,
+                reduction: 1e-18,
+                step: 1e-12,
+                evaluations: 2000,
+            },
+        }
+    }
+}
+
+/// Estimates the free parameters.
+///
+/// # Errors
+///
+/// [`RegressionError`]: nothing to estimate or to estimate from, an unknown that no output gives, a
+/// parameter that does not enter as the method needs it.
+///
+/// # Panics
+///
+/// When lengths are not those of the model's signature.
+pub fn regress<S: System>(
+    problem: &RegressionProblem<'_, S>,
+    method: RegressionMethod,
+) -> Result<RegressionFit, RegressionError> {
+    let mut prepared = Prepared::new(problem)?;
+    prepared.clamp(method);
+    let known = prepared.known()?;
+    let mut rows = prepared.rows(&known)?;
+    let linear = structure::find_linear(problem.system, &mut rows, problem.p);
+    let is_linear = linear.iter().all(|linear| *linear);
+    if !is_linear && matches!(method, RegressionMethod::LeastSquares | RegressionMethod::Bounded) {
+        return Err(prepare::not_linear(problem, &mut rows, &linear));
+    }
+
+    let mut found = Found::first(&prepared, &mut rows)?;
+    for _ in 0..MOST_ROUNDS {
+        let next = separable::solve(&prepared, &mut rows, &linear, &found, method)?;
+        // The weight of rows of one kind, with nothing beside them, changes nothing.
+        let is_one = next.sigma.len() == 1 && problem.priors.is_empty();
+        let is_stable = is_one || next.is_stable(&found, STABLE);
+        found = next;
+        if is_stable {
+            break;
+        }
+    }
+    finish::finish(&prepared, &mut rows, &linear, found, method)
+}
