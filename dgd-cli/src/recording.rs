@@ -28,6 +28,8 @@ pub(crate) enum Clock {
 
 /// A data file as far as the model knows it, SI.
 pub(crate) struct Recording {
+    /// What the file has.
+    pub clock: Clock,
     pub times: Vec<f64>,
     inputs: Vec<Vec<f64>>,
     pub measured: Measured,
@@ -72,11 +74,13 @@ impl Recording {
             .map(|(name, whole)| select::Declared { name: name.as_str(), ..declared(whole) });
         let outputs: Vec<select::Declared<'_>> =
             dae.outputs.iter().map(|output| declared(&output.declared)).chain(of_arrays).collect();
+        let clock = match clock {
+            Clock::Rows if table.time.is_none() && dae.is_static() => Clock::Rows,
+            Clock::Rows | Clock::Time => Clock::Time,
+        };
         let times = match clock {
-            Clock::Rows if table.time.is_none() && dae.is_static() => {
-                Ok((0..table.len()).map(|row| row as f64).collect())
-            }
-            Clock::Rows | Clock::Time => table.recording(diagnostics).map(<[f64]>::to_vec),
+            Clock::Rows => Ok((0..table.len()).map(|row| row as f64).collect()),
+            Clock::Time => table.recording(diagnostics).map(<[f64]>::to_vec),
         };
         let input_columns = select::inputs(&table, &inputs, diagnostics);
         let output_columns = select::measured(&table, &outputs, diagnostics);
@@ -94,7 +98,7 @@ impl Recording {
             console.note(&note, sources);
         }
         let measured = Measured { times: times.clone(), outputs };
-        Some(Recording { times, inputs, measured })
+        Some(Recording { clock, times, inputs, measured })
     }
 
     /// The part between `--from` and `--until` for a fit, with start values from where `--start`

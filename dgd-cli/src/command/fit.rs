@@ -25,7 +25,7 @@ use crate::fit_report::{Outcome, Tested};
 use crate::fitted_model;
 use crate::load::Compilation;
 use crate::plot::Text;
-use crate::recording;
+use crate::recording::{self, Clock};
 use crate::run::{executable, options, with_method, with_method_per_sample};
 
 /// Start values of a held-out recording are estimated from this long, which does not count in its
@@ -90,6 +90,8 @@ pub(super) struct Task {
     pub(super) train: Vec<Recording>,
     pub(super) valid: Vec<Recording>,
     pub(super) noise: Vec<Option<Noise>>,
+    /// Whether a file has rows without time.
+    pub(super) clock: Clock,
     options: Options,
 }
 
@@ -118,7 +120,7 @@ impl Task {
                 recording::Recording::read(
                     path,
                     &compiled.dae,
-                    recording::Clock::Rows,
+                    Clock::Rows,
                     sources,
                     diagnostics,
                     console,
@@ -131,6 +133,9 @@ impl Task {
             return Err(CommandError::diagnosed(&compilation.diagnostics, compilation.sources));
         }
 
+        let mut clocks = train.iter().chain(&valid).flatten().map(|read| read.clock);
+        let clock =
+            if clocks.any(|clock| clock == Clock::Rows) { Clock::Rows } else { Clock::Time };
         let system = executable(compiled.program.clone(), &args.solve)?;
         let signature = system.signature();
         let options = with_method(options, &args.solve, signature);
@@ -161,7 +166,18 @@ impl Task {
             })
             .collect();
         let sources = compilation.sources;
-        Ok(Task { compiled, sources, options_of_model, system, p, train, valid, noise, options })
+        Ok(Task {
+            compiled,
+            sources,
+            options_of_model,
+            system,
+            p,
+            train,
+            valid,
+            noise,
+            clock,
+            options,
+        })
     }
 
     pub(super) fn problem(&self, console: Console<'_>) -> OutputErrorProblem<'_, Loaded> {

@@ -62,11 +62,9 @@ pub(crate) fn solve(r: &DMatrix<f64>, zeta: &DVector<f64>) -> DVector<f64> {
     let (scaled, size) = with_unit_columns(r);
     let svd = scaled.svd(true, true);
     let cutoff = UNSEEN * svd.singular_values.max();
-    match svd.solve(zeta, cutoff) {
-        Ok(delta) => delta.component_div(&size),
-        // Both factors were asked for.
-        Err(_) => DVector::zeros(r.ncols()),
-    }
+    // Both factors were asked for.
+    let delta = svd.solve(zeta, cutoff).unwrap_or_else(|_| DVector::zeros(r.ncols()));
+    delta.component_div(&size)
 }
 
 /// The δ of least ‖Rδ − ζ‖ within the bounds, which hold 0.
@@ -162,7 +160,8 @@ fn most_wrongly_held(
         let column = r.column(j);
         let inwards = if delta[j] <= lower[j] { 1.0 } else { -1.0 };
         let cosine = inwards * column.dot(&left) / column.norm();
-        if !(cosine > most.map_or(0.0, |(_, cosine)| cosine)) {
+        let is_more = cosine > most.map_or(0.0, |(_, cosine)| cosine);
+        if !is_more {
             continue;
         }
         let mut released = free.to_vec();
