@@ -9,7 +9,7 @@ use dgd_compiler::source::Sources;
 use dgd_execute::Loaded;
 use dgd_runtime::identify::{
     Estimate, EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Prior, Recording,
-    Termination, TrialFailed, evaluate, fit, fit_starts,
+    StoppingRule, Termination, TrialFailed, evaluate, fit, fit_starts,
 };
 use dgd_runtime::{Direction, Options, Problem, System};
 use serde_json::Value;
@@ -31,6 +31,9 @@ use crate::run::{executable, options, with_method, with_method_per_sample};
 /// Start values of a held-out recording are estimated from this long, which does not count in its
 /// errors, s.
 const SETTLING: f64 = 60.0;
+
+/// Most evaluations of a model without states, which cost next to nothing.
+const MOST_EVALUATIONS_OF_ROWS: usize = 5000;
 
 pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandError> {
     figure::verify_formats(&args.solve.plot)?;
@@ -185,7 +188,12 @@ impl Task {
         let prior = |(parameter, declared): (usize, &dgd_compiler::model::Parameter)| {
             declared.prior.map(|(mean, std)| Prior { parameter, mean, std })
         };
+        let mut stopping = StoppingRule::default();
+        if self.compiled.dae.is_static() {
+            stopping.evaluations = MOST_EVALUATIONS_OF_ROWS;
+        }
         OutputErrorProblem {
+            stopping,
             noise: self.noise.clone(),
             priors: parameters.filter_map(prior).collect(),
             options: self.options,

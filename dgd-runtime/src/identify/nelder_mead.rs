@@ -46,6 +46,8 @@ pub struct Simplex {
 /// `fminsearch` has them.
 const FIRST_EDGE: f64 = 0.05;
 const FIRST_EDGE_AT_ZERO: f64 = 0.00025;
+/// Of the size asked for: there the function's own rounding is all that it differs by.
+const ROUNDED: f64 = 1e-3;
 /// Those of the simplex that tries the end again.
 const SECOND_EDGE: f64 = 1e-3;
 
@@ -152,10 +154,12 @@ impl Search<'_> {
 
 fn is_small(vertices: &[(Vec<f64>, f64)], rule: &SimplexRule) -> bool {
     let (best, value) = &vertices[0];
-    vertices[1..].iter().all(|(x, other)| {
-        let near = |(x, best): (&f64, &f64)| (x - best).abs() <= rule.size * best.abs().max(1.0);
-        x.iter().zip(best).all(near) && other - value <= rule.spread * value.abs()
-    })
+    let all_within = |size: f64| {
+        let near = |(x, best): (&f64, &f64)| (x - best).abs() <= size * best.abs().max(1.0);
+        vertices[1..].iter().all(|(x, _)| x.iter().zip(best).all(near))
+    };
+    let is_flat = vertices[1..].iter().all(|(_, other)| other - value <= rule.spread * value.abs());
+    all_within(rule.size) && (is_flat || all_within(ROUNDED * rule.size))
 }
 
 #[cfg(test)]
