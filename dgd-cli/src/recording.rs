@@ -29,6 +29,8 @@ pub(crate) enum Clock {
 
 /// A data file as far as the model knows it, SI.
 pub(crate) struct Recording {
+    /// What the file has.
+    pub clock: Clock,
     pub times: Vec<f64>,
     inputs: Vec<Vec<f64>>,
     pub measured: Measured,
@@ -89,11 +91,13 @@ impl Recording {
         diagnostics: &mut Diagnostics,
         console: Console<'_>,
     ) -> Option<Recording> {
+        let clock = match clock {
+            Clock::Rows if table.time.is_none() && known.dae.is_static() => Clock::Rows,
+            Clock::Rows | Clock::Time => Clock::Time,
+        };
         let times = match clock {
-            Clock::Rows if table.time.is_none() && known.dae.is_static() => {
-                Ok((0..table.len()).map(|row| row as f64).collect())
-            }
-            Clock::Rows | Clock::Time => table.recording(diagnostics).map(<[f64]>::to_vec),
+            Clock::Rows => Ok((0..table.len()).map(|row| row as f64).collect()),
+            Clock::Time => table.recording(diagnostics).map(<[f64]>::to_vec),
         };
         let input_columns = select::inputs_with(table, &known.inputs(), gaps, diagnostics);
         let output_columns = select::measured(table, &known.outputs(), diagnostics);
@@ -102,7 +106,7 @@ impl Recording {
             console.note(&note, sources);
         }
         let measured = Measured { times: times.clone(), outputs };
-        Some(Recording { times, inputs, measured })
+        Some(Recording { clock, times, inputs, measured })
     }
 
     /// Inputs in one row, SI.

@@ -9,7 +9,7 @@ use dgd_compiler::source::Sources;
 use dgd_execute::Loaded;
 use dgd_runtime::identify::{
     Estimate, EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Prior, Recording,
-    Termination, TrialFailed, evaluate, fit, fit_starts,
+    StoppingRule, Termination, TrialFailed, evaluate, fit, fit_starts,
 };
 use dgd_runtime::{Direction, Options, Problem, System};
 use serde_json::Value;
@@ -25,12 +25,15 @@ use crate::fit_report::{Outcome, Tested};
 use crate::fitted_model;
 use crate::load::Compilation;
 use crate::plot::Text;
-use crate::recording;
+use crate::recording::{self, Clock};
 use crate::run::{executable, options, with_method, with_method_per_sample};
 
 /// Start values of a held-out recording are estimated from this long, which does not count in its
 /// errors, s.
 const SETTLING: f64 = 60.0;
+
+/// Most evaluations of a model without states, which cost next to nothing.
+const MOST_EVALUATIONS_OF_ROWS: usize = 5000;
 
 pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandError> {
     figure::verify_formats(&args.solve.plot)?;
@@ -96,6 +99,8 @@ pub(super) struct Task {
     pub(super) train: Vec<Recording>,
     pub(super) valid: Vec<Recording>,
     pub(super) noise: Vec<Option<Noise>>,
+    /// Whether a file has rows without time.
+    pub(super) clock: Clock,
     options: Options,
 }
 
@@ -143,6 +148,9 @@ impl Task {
             return Err(CommandError::diagnosed(&compilation.diagnostics, compilation.sources));
         }
 
+        let mut clocks = train.iter().chain(&valid).flatten().map(|read| read.clock);
+        let clock =
+            if clocks.any(|clock| clock == Clock::Rows) { Clock::Rows } else { Clock::Time };
         let system = executable(compiled.program.clone(), &args.solve)?;
         let signature = system.signature();
         let options = with_method(options, &args.solve, signature);
@@ -173,7 +181,18 @@ impl Task {
             })
             .collect();
         let sources = compilation.sources;
-        Ok(Task { compiled, sources, options_of_model, system, p, train, valid, noise, options })
+        Ok(Task {
+            compiled,
+            sources,
+            options_of_model,
+            system,
+            p,
+            train,
+            valid,
+            noise,
+            clock,
+            options,
+        })
     }
 
     pub(super) fn problem(&self, console: Console<'_>) -> OutputErrorProblem<'_, Loaded> {
@@ -181,7 +200,12 @@ impl Task {
         let prior = |(parameter, declared): (usize, &dgd_compiler::model::Parameter)| {
             declared.prior.map(|(mean, std)| Prior { parameter, mean, std })
         };
+        let mut stopping = StoppingRule::default();
+        if self.compiled.dae.is_static() {
+            stopping.evaluations = MOST_EVALUATIONS_OF_ROWS;
+        }
         OutputErrorProblem {
+            stopping,
             noise: self.noise.clone(),
             priors: parameters.filter_map(prior).collect(),
             options: self.options,

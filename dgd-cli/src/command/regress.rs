@@ -16,6 +16,7 @@ use crate::console::{Console, print};
 use crate::estimator::{Estimator, Normalise, RegressionArgs};
 use crate::failure::{CommandError, meant};
 use crate::fit_report::Tested;
+use crate::recording::Clock;
 use crate::regression_report::RegressionOutcome;
 
 pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(), CommandError> {
@@ -36,6 +37,7 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
         Estimator::Separable | Estimator::OutputError | Estimator::PredictionError => {
             by(RegressionMethod::VariableProjection)
         }
+        Estimator::Recursive if task.clock == Clock::Rows => Err(RegressionError::NotOverTime),
         Estimator::Recursive => follow(&problem, &follow_options(&args.regression)).map(|found| {
             let fit = found.fit.clone();
             followed = Some(found);
