@@ -5,8 +5,8 @@ mod exact;
 mod support;
 
 use dgd::{
-    Column, Inputs, IntegrateError, Interpolation, Problem, System, UndefinedCause, observe,
-    simulate, simulate_with_sensitivities,
+    Column, Inputs, IntegrateError, Interpolation, Problem, System, UndefinedCause,
+    consistent_start, observe, simulate, simulate_with_sensitivities,
 };
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
@@ -693,4 +693,104 @@ equation x: der(x) = delay(if time > t_on then 1 else 0, tau) * 1 [1/s]
     for k in [2, 3] {
         assert_close(&slopes(&system, &solution, "x", k), &[-1.0, -1.0]);
     }
+}
+
+/// Slow below a threshold, fast above it, at rest where there is nothing.
+const DECAY: &str = "
+parameter x_0 = 2
+parameter limit = 1
+parameter a [1/s] = 0.1
+parameter b [1/s] = 0.7
+input gain
+state x = x_0*gain
+unknown rate [1/s] = 0
+equation loss: der(x) = -rate*x
+modes speed {
+  slow { equation rate: rate = a }
+  fast { equation rate: rate = b }
+  rest { equation rate: rate = 0 [1/s] }
+  fast -> slow when x falls below limit
+  start rest if not x > 0 and a > 0 [1/s]
+  start fast if x > limit
+  start slow
+}
+";
+
+/// A constant input.
+fn held(name: &str, value: f64) -> Inputs {
+    let column = Column { name, interpolation: Interpolation::Hold, values: &[value, value] };
+    Inputs::recorded(&[0.0, 10.0], &[column]).expect("a recording")
+}
+
+#[test]
+fn the_mode_to_start_in_is_chosen_by_conditions() {
+    let system = model(DECAY);
+    let times = [0.0, 0.5];
+    for (x_0, gain, rate) in
+        [(2.0, 1.0, 0.7), (0.5, 1.0, 0.1), (0.5, 4.0, 0.7), (1.0, 1.0, 0.1), (-1.0, 1.0, 0.0)]
+    {
+        let p = [x_0, 1.0, 0.1, 0.7];
+        let inputs = held("gain", gain);
+        let solution = run_with(&system, &p, &inputs, &times).expect("a solution");
+        assert!(solution.events.is_empty(), "{:?}", solution.events);
+        let fading = (-rate * 0.5_f64).exp();
+        let x = x_0 * gain * fading;
+        assert_close(solution.y(1), &[x, rate]);
+        assert_eq!(solution.y(0), [x_0 * gain, rate]);
+        // x₀ g e^(−r t) by x₀, the limit, a and b.
+        let by = |which: f64| if rate == which { -0.5 * x } else { 0.0 };
+        let slopes = slopes(&system, &solution, "x", 1);
+        assert_close(&slopes, &[gain * fading, 0.0, by(0.1), by(0.7)]);
+        // Start values that are given from outside choose, too.
+        let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[(0, 3.0)] };
+        let given = simulate(&problem, &times, &options()).expect("a solution");
+        assert_close(given.y(1), &[3.0 * (-0.35_f64).exp(), 0.7]);
+        let start = consistent_start(&problem, 0.0, &options()).expect("a start");
+        assert_eq!((start.y[1], start.z[0]), (0.7, 1.0));
+    }
+}
+
+#[test]
+fn transitions_go_on_from_the_mode_that_was_chosen() {
+    let system = model(DECAY);
+    let solution = run_with(&system, &[4.0, 1.0, 0.1, 0.7], &held("gain", 1.0), &[0.0, 3.0]);
+    let solution = solution.expect("a solution");
+    // From 4 to 1 in ln 4/b, then slowly.
+    let t = 4.0_f64.ln() / 0.7;
+    let x = (-0.1 * (3.0 - t)).exp();
+    assert_eq!(solution.events.len(), 1);
+    assert_close(&[solution.events[0].t, solution.y(1)[0]], &[t, x]);
+    // x = e^(−a (T − t)) with t = ln(x₀/l)/b, times l.
+    let by_t = 0.1 * x;
+    let expected = [by_t / (4.0 * 0.7), x - by_t / 0.7, -(3.0 - t) * x, -by_t * t / 0.7];
+    assert_close(&slopes(&system, &solution, "x", 1), &expected);
+}
+
+#[test]
+fn a_state_is_algebraic_from_the_start_where_the_mode_says_so() {
+    // An empty tank that is filled: the level stays, what comes in overflows.
+    let text = "
+parameter h_0 [m] = 1
+parameter q [m/s] = 0.2
+state h [m] = h_0
+unknown spilt [m/s] = 0
+modes tank {
+  filling { equation level: der(h) = q
+            equation rim: spilt = 0 [m/s] }
+  full { equation level: h = 3 [m]
+         equation rim: spilt = q }
+  filling -> full when h rises above 3 [m]
+  start full if h_0 >= 3 [m]
+}
+";
+    let system = model(text);
+    let at =
+        |h_0: f64| run_with(&system, &[h_0, 0.2], &Inputs::none(), &[0.0, 5.0]).expect("a run");
+    let full = at(4.0);
+    assert_close(full.y(1), &[3.0, 0.2]);
+    assert_close(&slopes(&system, &full, "h", 1), &[0.0, 0.0]);
+    assert_close(&slopes(&system, &full, "spilt", 1), &[0.0, 1.0]);
+    let filling = at(1.0);
+    assert_close(filling.y(1), &[2.0, 0.0]);
+    assert_close(&slopes(&system, &filling, "h", 1), &[1.0, 5.0]);
 }

@@ -68,13 +68,11 @@ fn order(problem: &str, p: &[f64]) -> Vec<usize> {
     if problem == "mgh17" && p[3] > p[4] { vec![0, 2, 1, 4, 3] } else { (0..p.len()).collect() }
 }
 
-/// Digits that are asked for.
-fn wanted(problem: &str) -> f64 {
-    if HARD.contains(&problem) { 4.0 } else { 6.0 }
-}
+/// Digits that are asked for, of parameters and of their standard deviations.
+const DIGITS: f64 = 6.0;
 
-/// What the reference calls hard from the first start.
-const HARD: [&str; 3] = ["mgh17", "mgh10", "boxbod"];
+/// Its data has 14 digits and follows a model exactly: residuals, and so standard deviations, are rounding.
+const EXACT: &str = "lanczos1";
 
 #[test]
 fn all_problems_are_solved_from_both_starts_by_variable_projection() {
@@ -112,8 +110,8 @@ fn all_problems_are_solved_from_both_starts_by_variable_projection() {
                 fit.linear.iter().filter(|l| **l).count(),
                 fit.evaluations
             );
-            if least < wanted(problem) {
-                failures.push(format!("{problem} {}: {least:.1} digits", start + 1));
+            if least < DIGITS || (of_std < DIGITS && problem != EXACT) {
+                failures.push(format!("{problem} {}: {least:.1}, {of_std:.1} digits", start + 1));
             }
         }
     }

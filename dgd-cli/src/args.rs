@@ -7,6 +7,9 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::{PerSample, Steps};
 
+use crate::data::Rename;
+use crate::screening::args::ScreenArgs;
+
 /// A physical model in a small equation language: checked, simulated, differentiated, fitted.
 #[derive(Debug, Parser)]
 #[command(name = "dgd", version, max_term_width = 100)]
@@ -79,8 +82,12 @@ pub(crate) enum Command {
     Linearize(LinearizeArgs),
     /// Estimate parameters and start values from recordings
     Fit(FitArgs),
+    /// Estimate states and parameters row by row, as a recording comes in
+    Track(TrackArgs),
     /// Find where a model and recordings disagree, and name the effect that is missing
     Discover(DiscoverArgs),
+    /// Find what is wrong with recordings before anything is fitted to them
+    Screen(ScreenArgs),
     /// List the integration methods
     Methods,
 }
@@ -255,6 +262,60 @@ pub(crate) struct FitArgs {
     pub solve: SolveArgs,
 }
 
+/// Arguments of `track`.
+#[derive(Debug, Args)]
+pub(crate) struct TrackArgs {
+    /// The model file
+    pub model: PathBuf,
+    #[command(flatten)]
+    pub choices: Choices,
+    /// The recording; `-` reads CSV from standard input and answers every row at once
+    #[arg(long, value_name = "FILE|-")]
+    pub data: PathBuf,
+    /// How estimates are moved and corrected
+    #[arg(long, value_enum, default_value_t = Tracker::Ekf)]
+    pub estimator: Tracker,
+    /// Parameters to track [default: those that are not `fixed`]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub free: Vec<String>,
+    /// Parameters to leave alone
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub fix: Vec<String>,
+    /// Outputs to use [default: all that are measured]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub outputs: Vec<String>,
+    /// How far a state or parameter strays by itself in a minute, as in 'F2=2e6' or 'h_r=5 [cm]';
+    /// repeatable [default: states 0.1 % of their size, parameters 10 % in an hour]
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub process_noise: Vec<String>,
+    /// How uncertain a state or parameter is at first; repeatable [default: states 10 % of their size,
+    /// parameters their prior, or 30 %]
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub start_std: Vec<String>,
+    /// Standard deviation of an output's noise; repeatable [default: what the model declares]
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub noise: Vec<String>,
+    /// What a row weighs when the next one is there, for `recursive` [default: 0.999]
+    #[arg(long, value_name = "FACTOR")]
+    pub forgetting: Option<f64>,
+    /// Leave samples out that are more than so many standard deviations from what is expected
+    #[arg(long, value_name = "N")]
+    pub gate: Option<f64>,
+    #[command(flatten)]
+    pub solve: SolveArgs,
+}
+
+/// How estimates are moved and corrected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Tracker {
+    /// Extended Kalman filter: states and parameters, by derivatives
+    Ekf,
+    /// Unscented Kalman filter: the same by sigma points
+    Ukf,
+    /// Recursive prediction error: parameters and start values of the simulated model, with forgetting
+    Recursive,
+}
+
 /// Arguments of `discover`.
 #[derive(Debug, Args)]
 pub(crate) struct DiscoverArgs {
@@ -297,6 +358,10 @@ pub(crate) struct SolveArgs {
     /// Where start values come from
     #[arg(long, value_enum, default_value_t = Start::Model)]
     pub start: Start,
+    /// Call a column of the data by another name, with its unit where the file has none, as in
+    /// `P_RIS=p_r` or 'P_RIS=p_r [barg]'; repeatable
+    #[arg(long, value_name = "COLUMN=NAME")]
+    pub rename: Vec<Rename>,
     /// First time, s since the data's first sample [default: 0]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub from: Option<f64>,

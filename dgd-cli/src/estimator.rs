@@ -7,6 +7,8 @@ use clap::{Args, ValueEnum};
 pub(crate) enum Estimator {
     /// Simulates each recording from its start; start values are estimated, too
     OutputError,
+    /// The innovations of an extended Kalman filter; states may stray, and how far is estimated
+    PredictionError,
     /// Linear least squares on equations and outputs, without bounds
     LeastSquares,
     /// Linear least squares on equations and outputs, within the parameters' bounds

@@ -13,7 +13,7 @@ use serde_json::{Map, Value, json};
 use crate::table::{push_table, significant};
 
 /// Correlations above this are pointed out.
-const CORRELATED: f64 = 0.95;
+pub(crate) const CORRELATED: f64 = 0.95;
 
 /// A fit and how well it does.
 pub(crate) struct Outcome<'a> {
@@ -218,11 +218,7 @@ impl Outcome<'_> {
         // Writing to a string does not fail.
         for pair in fit.correlated(CORRELATED) {
             let (first, second) = (self.name(pair.first), self.name(pair.second));
-            let _ = writeln!(
-                text,
-                "`{first}` and `{second}` are hardly told apart: correlation {:.3}",
-                pair.correlation
-            );
+            push_correlated(text, &first, &second, pair.correlation);
         }
         push_combinations(text, &fit.undetermined, |i| self.name(i), "output");
         if fit.samples_without_sensitivity > 0 {
@@ -303,6 +299,15 @@ pub(crate) fn variant_entries(variants: &[Variant]) -> Map<String, Value> {
 pub(crate) fn rms_of(evaluation: &Evaluation, output: usize, unit: &Unit) -> Option<f64> {
     let all: Misfit = evaluation.misfits.iter().map(|misfits| misfits[output]).sum();
     all.rms().map(|rms| rms / unit.factor)
+}
+
+/// A line about two estimates.
+pub(crate) fn push_correlated(text: &mut String, first: &str, second: &str, correlation: f64) {
+    // Writing to a string does not fail.
+    let _ = writeln!(
+        text,
+        "`{first}` and `{second}` are hardly told apart: correlation {correlation:.3}"
+    );
 }
 
 /// A line for each combination of estimates that no output, or no row, sees.

@@ -2,6 +2,7 @@
 
 mod args;
 mod command;
+mod command_line;
 mod console;
 pub mod data;
 pub mod effects;
@@ -18,6 +19,7 @@ mod regression_report;
 mod report;
 mod result;
 mod run;
+mod screening;
 mod sets;
 mod table;
 mod verify;
@@ -46,7 +48,9 @@ pub fn run() -> ExitCode {
         Command::Sensitivity(args) => command::sensitivity::run(args, console),
         Command::Linearize(args) => command::linearize::run(args, console),
         Command::Fit(args) => command::fit::run(args, console),
+        Command::Track(args) => command::track::run(args, console),
         Command::Discover(args) => command::discover::run(args, console),
+        Command::Screen(args) => command::screen::run(args, console),
         Command::Methods => command::methods::run(console),
     };
     match result {

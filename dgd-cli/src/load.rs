@@ -55,7 +55,7 @@ impl Compilation {
     }
 
     /// Words of the command line as a source of their own, so that diagnostics can point there.
-    fn argument(&mut self, flag: &str, text: &str) -> SourceId {
+    pub(crate) fn argument(&mut self, flag: &str, text: &str) -> SourceId {
         self.sources.add(Source { name: format!("({flag})"), text: text.to_owned() })
     }
 

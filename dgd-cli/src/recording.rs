@@ -12,7 +12,8 @@ use dgd_runtime::{Column, Inputs, Options, Problem, Signature, System};
 
 use crate::args::{SolveArgs, Start};
 use crate::console::Console;
-use crate::data::{self, select};
+use crate::data::select::{self, Gaps};
+use crate::data::{self, Rename, Table};
 use crate::failure::CommandError;
 use crate::run::measured_start;
 
@@ -28,6 +29,8 @@ pub(crate) enum Clock {
 
 /// A data file as far as the model knows it, SI.
 pub(crate) struct Recording {
+    /// What the file has.
+    pub clock: Clock,
     pub times: Vec<f64>,
     inputs: Vec<Vec<f64>>,
     pub measured: Measured,
@@ -52,49 +55,63 @@ impl Recording {
 
     /// Reads a data file; `None` where it has mistakes, which are reported.
     pub(crate) fn read(
-        path: &Path,
+        (path, renames): (&Path, &[Rename]),
         dae: &Dae,
         clock: Clock,
         sources: &mut Sources,
         diagnostics: &mut Diagnostics,
         console: Console<'_>,
     ) -> Option<Recording> {
-        let table = data::read(path, sources, diagnostics).ok()?;
-        let inputs: Vec<select::Declared<'_>> =
-            dae.inputs.iter().map(|input| declared(&input.declared)).collect();
-        let elements: Vec<(String, &dgd_compiler::model::Declared)> = dae
-            .output_arrays
-            .iter()
-            .flat_map(|array| array.names().map(|name| (name, &array.declared)))
-            .collect();
-        let of_arrays = elements
-            .iter()
-            .map(|(name, whole)| select::Declared { name: name.as_str(), ..declared(whole) });
-        let outputs: Vec<select::Declared<'_>> =
-            dae.outputs.iter().map(|output| declared(&output.declared)).chain(of_arrays).collect();
-        let times = match clock {
-            Clock::Rows if table.time.is_none() && dae.is_static() => {
-                Ok((0..table.len()).map(|row| row as f64).collect())
+        let table = data::read_renamed(path, renames, sources, diagnostics).ok()?;
+        let known = Known::of(dae);
+        let read =
+            Self::select(&table, &known, (clock, Gaps::Refused), sources, diagnostics, console);
+        let mut recording = read?;
+        let outputs = recording.measured.outputs.iter_mut().zip(known.outputs());
+        for (samples, output) in outputs {
+            // As if there were no column: nothing was measured.
+            if samples.as_ref().is_some_and(|samples| !samples.iter().any(|y| y.is_finite())) {
+                *samples = None;
+                console.remark(&format!(
+                    "`{}`: the column `{}` has no value in any row, and is not used",
+                    path.display(),
+                    output.name
+                ));
             }
-            Clock::Rows | Clock::Time => table.recording(diagnostics).map(<[f64]>::to_vec),
-        };
-        let input_columns = select::inputs(&table, &inputs, diagnostics);
-        let output_columns = select::measured(&table, &outputs, diagnostics);
-        let (times, inputs, outputs) = (times.ok()?, input_columns.ok()?, output_columns.ok()?);
+        }
+        Some(recording)
+    }
 
-        let known: Vec<&str> = dae
-            .inputs
-            .iter()
-            .map(|input| input.declared.name.as_str())
-            .chain(dae.outputs.iter().map(|output| output.declared.name.as_str()))
-            .chain(dae.unknowns.iter().map(|unknown| unknown.name.as_str()))
-            .chain(elements.iter().map(|(name, _)| name.as_str()))
-            .collect();
-        if let Some(note) = select::unknown_note(&table, &known) {
+    /// What the model knows of a table; `None` where that has mistakes.
+    pub(crate) fn select(
+        table: &Table,
+        known: &Known<'_>,
+        (clock, gaps): (Clock, Gaps),
+        sources: &Sources,
+        diagnostics: &mut Diagnostics,
+        console: Console<'_>,
+    ) -> Option<Recording> {
+        let clock = match clock {
+            Clock::Rows if table.time.is_none() && known.dae.is_static() => Clock::Rows,
+            Clock::Rows | Clock::Time => Clock::Time,
+        };
+        let times = match clock {
+            Clock::Rows => Ok((0..table.len()).map(|row| row as f64).collect()),
+            Clock::Time => table.recording(diagnostics).map(<[f64]>::to_vec),
+        };
+        let input_columns = select::inputs_with(table, &known.inputs(), gaps, diagnostics);
+        let output_columns = select::measured(table, &known.outputs(), diagnostics);
+        let (times, inputs, outputs) = (times.ok()?, input_columns.ok()?, output_columns.ok()?);
+        if let Some(note) = select::unknown_note(table, &known.names()) {
             console.note(&note, sources);
         }
         let measured = Measured { times: times.clone(), outputs };
-        Some(Recording { times, inputs, measured })
+        Some(Recording { clock, times, inputs, measured })
+    }
+
+    /// Inputs in one row, SI.
+    pub(crate) fn inputs_at(&self, row: usize) -> Vec<f64> {
+        self.inputs.iter().map(|values| values[row]).collect()
     }
 
     /// The part between `--from` and `--until` for a fit, with start values from where `--start`
@@ -126,6 +143,43 @@ impl Recording {
             experiment.start = measured_start(&problem, first, &self.measured, options)?;
         }
         Ok(experiment)
+    }
+}
+
+/// Columns that a model knows.
+pub(crate) struct Known<'a> {
+    dae: &'a Dae,
+    /// Names of outputs that are elements of arrays.
+    elements: Vec<(String, &'a dgd_compiler::model::Declared)>,
+}
+
+impl<'a> Known<'a> {
+    pub(crate) fn of(dae: &'a Dae) -> Self {
+        let arrays = dae.output_arrays.iter();
+        let elements =
+            arrays.flat_map(|array| array.names().map(|name| (name, &array.declared))).collect();
+        Known { dae, elements }
+    }
+
+    pub(crate) fn inputs(&self) -> Vec<select::Declared<'_>> {
+        self.dae.inputs.iter().map(|input| declared(&input.declared)).collect()
+    }
+
+    pub(crate) fn outputs(&self) -> Vec<select::Declared<'_>> {
+        let single = self.dae.outputs.iter().map(|output| declared(&output.declared));
+        let elements = self.elements.iter();
+        let elements = elements.map(|(name, whole)| select::Declared { name, ..declared(whole) });
+        single.chain(elements).collect()
+    }
+
+    /// Names of all columns that are not worth a remark.
+    fn names(&self) -> Vec<&str> {
+        let Known { dae, elements } = self;
+        let inputs = dae.inputs.iter().map(|input| input.declared.name.as_str());
+        let outputs = dae.outputs.iter().map(|output| output.declared.name.as_str());
+        let unknowns = dae.unknowns.iter().map(|unknown| unknown.name.as_str());
+        let elements = elements.iter().map(|(name, _)| name.as_str());
+        inputs.chain(outputs).chain(unknowns).chain(elements).collect()
     }
 }
 

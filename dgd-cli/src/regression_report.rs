@@ -11,7 +11,8 @@ use serde_json::{Map, Value, json};
 
 use crate::estimator::Estimator;
 use crate::fit_report::{
-    Tested, digits_of, entry, fixed_entries, in_unit, push_combinations, rms_of, variant_entries,
+    CORRELATED, Tested, digits_of, entry, fixed_entries, in_unit, push_combinations,
+    push_correlated, rms_of, variant_entries,
 };
 use crate::table::{push_table, significant};
 
@@ -46,8 +47,8 @@ impl RegressionOutcome<'_> {
                 json!({
                     "unit": output.unit.symbol,
                     "fitted": fit.rows.iter().any(|row| row.of == RowOf::Output(i)),
-                    "rms_train": self.rms(&self.train, i),
-                    "rms_valid": self.rms(&self.valid, i),
+                    "rms_train": self.rms(self.train.as_ref(), i),
+                    "rms_valid": self.rms(self.valid.as_ref(), i),
                 }),
             );
         }
@@ -162,7 +163,7 @@ impl RegressionOutcome<'_> {
         })
     }
 
-    fn rms(&self, of: &Option<Result<Tested, String>>, output: usize) -> Option<f64> {
+    fn rms(&self, of: Option<&Result<Tested, String>>, output: usize) -> Option<f64> {
         let Some(Ok(tested)) = of else { return None };
         rms_of(&tested.evaluation, output, &self.signature.outputs[output].unit)
     }
@@ -225,8 +226,8 @@ impl RegressionOutcome<'_> {
             };
             table.push([
                 output.name.to_string(),
-                shown(self.rms(&self.train, i)),
-                shown(self.rms(&self.valid, i)),
+                shown(self.rms(self.train.as_ref(), i)),
+                shown(self.rms(self.valid.as_ref(), i)),
                 output.unit.symbol.to_string(),
             ]);
         }
@@ -262,6 +263,15 @@ impl RegressionOutcome<'_> {
             .collect();
         if !outer.is_empty() {
             let _ = writeln!(text, "{}: not linear, found by search", outer.join(", "));
+        }
+        let n = fit.estimates.len();
+        for (i, j) in (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j))) {
+            if let Some(correlation) = fit.correlation(i, j)
+                && correlation.abs() > CORRELATED
+            {
+                let [first, second] = [i, j].map(|i| &fit.estimates[i].name);
+                push_correlated(text, first, second, correlation);
+            }
         }
         push_combinations(text, &fit.undetermined, |i| fit.estimates[i].name.clone(), "row");
         if let Some(followed) = self.followed {

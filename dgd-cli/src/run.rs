@@ -1,13 +1,15 @@
 //! What commands that run a model once share: data, start values, times, the simulation itself.
 
 use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::model::{Automaton, AutomatonKind, Model, Transition};
 use dgd_compiler::program::Program;
+use dgd_compiler::source::Sources;
 use dgd_execute::Engine;
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::{
     BadRequest, Failure, Inputs, IntegrateError, Observations, Options, Problem, Signature,
-    Solution, Steps, System, automatic_method, choose_per_sample, find_method, observe, simulate,
-    simulate_with_sensitivities,
+    Solution, Steps, System, automatic_method, choose_per_sample, consistent_start, find_method,
+    observe, simulate, simulate_with_sensitivities,
 };
 
 use crate::args::{RunArgs, SolveArgs, Start};
@@ -51,7 +53,7 @@ impl Run {
             None => None,
             Some(path) => {
                 let read = Recording::read(
-                    path,
+                    (path, &args.solve.rename),
                     &compiled.dae,
                     Clock::Time,
                     &mut sources,
@@ -64,6 +66,7 @@ impl Run {
                 }
             }
         };
+        let conditions = conditions(&compiled.model, &sources);
         let system = executable(compiled.program, &args.solve)?;
         let signature = system.signature();
         let options = with_method(options, &args.solve, signature);
@@ -81,7 +84,24 @@ impl Run {
             run.start = measured_start(&run.problem(), times[0], measured, options)?;
         }
         run.options = with_method_per_sample(run.options, &args.solve, &run.problem(), &run.times)?;
+        run.tell_what_waits(&conditions, console);
         Ok(run)
+    }
+
+    /// Names the conditions that hold from the start, and therefore do nothing yet.
+    fn tell_what_waits(&self, conditions: &[String], console: Console<'_>) {
+        if conditions.is_empty() || console.is_quiet() {
+            return;
+        }
+        // What keeps the run from starting is said by the run.
+        let Ok(start) = consistent_start(&self.problem(), self.times[0], &self.options) else {
+            return;
+        };
+        for condition in start.waiting.iter().filter_map(|k| conditions.get(*k)) {
+            console.remark(&format!(
+                "note: `{condition}` holds at the start and acts only after it was false"
+            ));
+        }
     }
 
     pub(crate) fn problem(&self) -> Problem<'_, dgd_execute::Loaded> {
@@ -123,6 +143,21 @@ impl Run {
         let observations = observe(&self.problem(), &solution);
         Ok(Reached { solution, observations, stopped })
     }
+}
+
+/// The conditions of a model's transitions as they are written, in their order.
+fn conditions(model: &Model, sources: &Sources) -> Vec<String> {
+    let of = |automaton: &Automaton, transition: &Transition| match automaton.kind {
+        AutomatonKind::When => format!("when {}", automaton.name),
+        AutomatonKind::Modes => {
+            let span = transition.span;
+            let text = &sources.get(span.source).text[span.start as usize..span.end as usize];
+            let head = text.split('{').next().unwrap_or(text);
+            head.split_whitespace().collect::<Vec<_>>().join(" ")
+        }
+    };
+    let automata = model.automata.iter();
+    automata.flat_map(|a| a.transitions.iter().map(move |t| of(a, t))).collect()
 }
 
 /// A run as far as it went.

@@ -66,6 +66,8 @@ fn a_table_of_rows_needs_no_time() {
     let found = json(&[&files[..], &["--estimator", "separable", "--valid", files[3]]].concat());
     assert_eq!(found["outputs"]["y"]["rms_train"], found["outputs"]["y"]["rms_valid"]);
 
+    dgd(&[&files[..], &["--estimator", "recursive", "--free", "b1"]].concat())
+        .refused(1, &["no time"]);
     // A model with states needs time.
     let folder =
         folder_with(&[("rows.csv", b"w_ssp [%],q_boost [lpm],q_tf [lpm],p_r [bara]\n50,1,1,20\n")]);

@@ -39,6 +39,13 @@ pub enum Directions {
         /// None of these, parameters and states.
         fixed: Vec<Name>,
     },
+    /// What a filter tracks: parameters as in a fit, and all states, those that are `fixed` too.
+    Tracked {
+        /// These parameters; all that are not `fixed` where no parameter is named.
+        free: Vec<Name>,
+        /// None of these parameters.
+        fixed: Vec<Name>,
+    },
 }
 
 /// What every stage made.
@@ -230,7 +237,8 @@ fn chosen(
         Directions::None => Vec::new(),
         Directions::All => (0..dae.parameters.len()).map(Direction::Parameter).collect(),
         Directions::Named(names) => named(dae, names, diagnostics),
-        Directions::Estimated { free, fixed } => {
+        Directions::Estimated { free, fixed } | Directions::Tracked { free, fixed } => {
+            let tracked = matches!(directions, Directions::Tracked { .. });
             let free = named(dae, free, diagnostics);
             let fixed = named(dae, fixed, diagnostics);
             let asked = free.iter().any(|of| matches!(of, Direction::Parameter(_)));
@@ -241,11 +249,12 @@ fn chosen(
             let states = dae.unknowns.iter().enumerate().filter(|(_, x)| x.differential);
             let starts = states.map(|(i, state)| {
                 let of = Direction::Start(i);
-                (of, !state.fixed || free.contains(&of))
+                (of, tracked || !state.fixed || free.contains(&of))
             });
+            let kept = |of: &Direction| tracked && matches!(of, Direction::Start(_));
             parameters
                 .chain(starts)
-                .filter(|(of, wanted)| *wanted && !fixed.contains(of))
+                .filter(|(of, wanted)| *wanted && (kept(of) || !fixed.contains(of)))
                 .map(|(of, _)| of)
                 .collect()
         }

@@ -30,10 +30,11 @@ impl Candidate<'_> {
     }
 }
 
-/// All candidates, in the order of the library and of the model's items.
+/// All candidates, in the order of the library and of the model's items. What only adds to a model
+/// explains nothing of it.
 pub(crate) fn candidates<'a>(library: &'a [Effect], model: &Model) -> Vec<Candidate<'a>> {
     let mut all = Vec::new();
-    for effect in library {
+    for effect in library.iter().filter(|effect| effect.changes_model()) {
         let onsets = onsets(effect);
         for arguments in bind(effect, model) {
             let span = effect.name.span;

@@ -11,8 +11,8 @@
 //! thousand at most. Short lengths find short misfits of several σ, long ones find faint and lasting
 //! ones.
 
-use crate::distribution::normal_threshold;
 use crate::windows::{Window, gather};
+use dgd_screen::distribution::normal_threshold;
 
 /// Lengths of the moving averages, s.
 pub const AVERAGING_LENGTHS: [f64; 4] = [10.0, 30.0, 100.0, 300.0];

@@ -7,9 +7,9 @@ use dgd_runtime::identify::{
 use dgd_runtime::{Observations, Options, Signature, System};
 
 use crate::moments::{Moments, with_found_starts};
-use crate::noise::SensorNoise;
 use crate::screen::StartPoint;
 use crate::structure::{Structure, Values};
+use dgd_screen::noise::SensorNoise;
 
 /// Recordings, as all structures see them.
 #[derive(Debug, Clone)]

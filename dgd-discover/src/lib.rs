@@ -22,7 +22,6 @@ mod deviations;
 mod discover;
 mod discovery;
 mod discrepancy;
-mod distribution;
 mod evidence;
 mod exponential;
 mod fitted;
@@ -31,7 +30,6 @@ mod kalman;
 mod missing;
 mod missing_terms;
 mod moments;
-mod noise;
 mod parallel;
 mod projection;
 mod reconstruct;
@@ -43,6 +41,7 @@ mod whiteness;
 mod windows;
 
 pub use deviations::{Deviations, LinearizeError};
+pub use dgd_screen::noise::{SensorNoise, quantisation_step, white_noise};
 pub use discover::{DiscoverError, Request, discover};
 pub use discovery::{
     Alternative, Discovery, Evidence, FoundEffect, Gap, MissingInput, OutputTrace, ParameterValue,
@@ -50,7 +49,6 @@ pub use discovery::{
 };
 pub use discrepancy::{AVERAGING_LENGTHS, discrepancy_windows};
 pub use missing_terms::{MissingTerms, Place, PlaceKind};
-pub use noise::{SensorNoise, quantisation_step, white_noise};
 pub use reconstruct::{ReconstructError, Recording, reconstruct};
 pub use structure::BaseModel;
 pub use unknown_input::{UnknownInput, unknown_input};

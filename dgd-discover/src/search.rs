@@ -20,11 +20,11 @@ use dgd_runtime::identify::Recording;
 
 use crate::candidates::Candidate;
 use crate::fitted::{Data, Fitted, NoFit, chi_square};
-use crate::noise::{SensorNoise, white_noise};
 use crate::parallel::in_parallel;
 use crate::screen::{Score, StartPoint, screen};
 use crate::structure::{BaseModel, Values};
 use crate::whiteness::whiteness;
+use dgd_screen::noise::{SensorNoise, white_noise};
 
 /// Most effects in one structure.
 const MOST_EFFECTS: usize = 3;

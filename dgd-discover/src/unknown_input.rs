@@ -21,8 +21,8 @@
 
 use crate::deviations::Deviations;
 use crate::kalman::Chain;
-use crate::noise::median;
 use crate::windows::{Window, gather};
+use dgd_screen::noise::median;
 
 /// What would have been needed at one place for the model to follow the measurements.
 #[derive(Debug, Clone, PartialEq)]

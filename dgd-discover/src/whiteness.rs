@@ -22,8 +22,8 @@
 //! 297–303; Bartlett's cumulated periodogram, which the block means stand for, in Madsen, Time
 //! Series Analysis (2008), §6.6.
 
-use crate::distribution::chi_square_tail;
-use crate::noise::SensorNoise;
+use dgd_screen::distribution::chi_square_tail;
+use dgd_screen::noise::SensorNoise;
 
 /// What a check looks at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

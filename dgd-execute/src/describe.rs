@@ -161,6 +161,7 @@ fn automaton(automaton: &program::Automaton) -> Automaton {
             program::Trigger::Edge => Trigger::Edge,
             program::Trigger::Level => Trigger::Level,
             program::Trigger::Entry => Trigger::Entry,
+            program::Trigger::Start => Trigger::Start,
         },
         resets: transition.resets.clone().into(),
     };

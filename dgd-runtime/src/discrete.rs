@@ -1,6 +1,6 @@
 //! Discrete numbers: modes and conditions on time, and when the latter switch.
 
-use crate::system::{AutomatonKind, Point, Signature, System, Trigger};
+use crate::system::{Automaton, AutomatonKind, Point, Signature, System, Transition, Trigger};
 
 /// The discrete numbers of a simulation that starts at `t`: every automaton in the mode it starts
 /// in, conditions on time as they are just after `t`.
@@ -10,6 +10,52 @@ use crate::system::{AutomatonKind, Point, Signature, System, Trigger};
 /// If there are not as many parameters as the model has.
 pub fn discrete_numbers<S: System>(system: &S, p: &[f64], t: f64) -> Vec<f64> {
     Schedule::new(system, p, t).z
+}
+
+/// Puts automata into the modes that conditions on the start choose, of each the first that holds; the
+/// others stay where they are. `y` are start values, `e` is work space for the event functions.
+pub(crate) fn choose_start_modes<S: System>(
+    system: &S,
+    (t, y, u, p): (f64, &[f64], &[f64], &[f64]),
+    e: &mut [f64],
+    z: &mut [f64],
+) {
+    let discrete = &system.signature().discrete;
+    let chooses = |automaton: &Automaton| {
+        automaton.transitions.iter().any(|transition| transition.trigger == Trigger::Start)
+    };
+    if !discrete.automata.iter().any(chooses) {
+        return;
+    }
+    // Conditions may share switches with the equations.
+    choose_sides(system, (t, y, u, p), e, z);
+    system.event_functions(Point { t, y, u, p, z }, e);
+    for (position, _) in discrete.automata.iter().enumerate().filter(|(_, a)| chooses(a)) {
+        let holding = discrete.transitions().zip(e.iter()).find(|((of, transition), e)| {
+            *of == position
+                && transition.trigger == Trigger::Start
+                && transition.crossing.is_past(**e)
+        });
+        if let Some(((_, transition), _)) = holding {
+            z[position] = transition.to as f64;
+        }
+    }
+}
+
+/// The transitions of modes and of `when`s that hold here, by their positions.
+pub(crate) fn waiting<S: System>(system: &S, at: Point<'_>, e: &mut [f64]) -> Vec<usize> {
+    let discrete = &system.signature().discrete;
+    system.event_functions(at, e);
+    let holds = |(k, (position, transition)): (usize, (usize, &Transition))| {
+        let kind = discrete.automata[position].kind;
+        let is_declared = matches!(kind, AutomatonKind::Modes | AutomatonKind::When);
+        (is_declared
+            && transition.trigger == Trigger::Edge
+            && at.z[position] == transition.from as f64
+            && transition.crossing.is_past(e[k]))
+        .then_some(k)
+    };
+    discrete.transitions().enumerate().filter_map(holds).collect()
 }
 
 /// Puts switches on the side of their surfaces that y is on, and algebraic unknowns with bounds at

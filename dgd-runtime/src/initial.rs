@@ -11,7 +11,7 @@
 //! unknowns, so that one factorisation serves all sizes and patterns.
 
 use crate::blocks::{blocks, is_singular};
-use crate::discrete::{choose_sides, discrete_numbers};
+use crate::discrete::{choose_sides, choose_start_modes, discrete_numbers, waiting};
 use crate::error::{InitialError, IntegrateError};
 use crate::integrate::drive::Drive;
 use crate::linalg::norm::Tolerances;
@@ -41,6 +41,8 @@ pub struct ConsistentStart {
     pub ydot: Vec<f64>,
     /// Discrete numbers.
     pub z: Vec<f64>,
+    /// Positions of the transitions whose conditions hold here: they act once these were false.
+    pub waiting: Vec<usize>,
 }
 
 /// Start values at `t` that fulfil the algebraic equations, and the derivatives that go with them.
@@ -75,9 +77,11 @@ pub fn consistent_start<S: System>(
     let at = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
     start_values(problem, at, y.as_mut()).map_err(IntegrateError::Initial)?;
     let mut e = vec![0.0; signature.discrete.transitions().count()];
+    let place = (t, y.as_ref(), u.as_ref(), problem.p);
+    choose_start_modes(system, place, &mut e, &mut z);
     let at = Point { t, y: y.as_ref(), u: u.as_ref(), p: problem.p, z: &[] };
     select_states(system, at, &mut z, &mut e);
-    choose_sides(system, (t, y.as_ref(), u.as_ref(), problem.p), &mut e, &mut z);
+    choose_sides(system, place, &mut e, &mut z);
     let mut sizes = S::Vector::zeros(n);
     unknown_sizes(system, y.as_ref(), sizes.as_mut());
 
@@ -97,11 +101,12 @@ pub fn consistent_start<S: System>(
     let (u, udot) = drive.with_slope(t, y.as_ref());
     let at = Point { t, y: y.as_ref(), u, p: problem.p, z: &z };
     system.linearize(at, udot, f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
+    let waiting = waiting(system, at, &mut e);
     algebraic
         .rates(&signature.jacobian, jacobian.as_ref(), f.as_mut(), dfdt.as_ref())
         .map_err(|Singular { row }| algebraic.singular(system, at, row, jacobian.as_ref()))
         .map_err(IntegrateError::Initial)?;
-    Ok(ConsistentStart { y: y.as_ref().to_vec(), ydot: f.as_ref().to_vec(), z })
+    Ok(ConsistentStart { y: y.as_ref().to_vec(), ydot: f.as_ref().to_vec(), z, waiting })
 }
 
 /// Writes the model's start values, with replacements, into `y`.

@@ -527,6 +527,8 @@ pub enum Trigger {
     Level,
     /// If its condition is true at once in the mode that the solution enters at a surface.
     Entry,
+    /// If its condition is true at the start of a run: the first such is the mode to start in.
+    Start,
 }
 
 /// A `modes` block of the model, or what else changes at events.
@@ -538,7 +540,7 @@ pub struct Automaton {
     pub name: Text,
     /// Names of its modes.
     pub modes: List<Text>,
-    /// The mode it starts in.
+    /// The mode it starts in where no transition at the start says another.
     pub start: usize,
     /// Which mode follows which.
     pub transitions: List<Transition>,
@@ -547,7 +549,7 @@ pub struct Automaton {
 /// A transition between modes, when its event function passes zero.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Transition {
-    /// Position of the mode that it leaves.
+    /// Position of the mode that it leaves; the number of modes where it leaves none, at the start.
     pub from: usize,
     /// Position of the mode that it enters.
     pub to: usize,

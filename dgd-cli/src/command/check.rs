@@ -293,7 +293,9 @@ fn describe_modes(automaton: &Automaton) -> Value {
     let transitions: Vec<Value> = automaton
         .transitions
         .iter()
-        .map(|transition| json!({ "from": name(transition.from), "to": name(transition.to) }))
+        .filter_map(|transition| {
+            Some(json!({ "from": name(transition.from?), "to": name(transition.to) }))
+        })
         .collect();
     json!({
         "name": automaton.name,

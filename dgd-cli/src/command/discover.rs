@@ -10,6 +10,7 @@ use dgd_runtime::System;
 use dgd_runtime::identify::Recording;
 
 use crate::args::{DiscoverArgs, SolveArgs, Start};
+use crate::command_line::command_line;
 use crate::console::{Console, print};
 use crate::effects::{self, FOLDER, load_folder};
 use crate::failure::CommandError;
@@ -177,10 +178,12 @@ fn recordings(
     let Compilation { sources, diagnostics } = compilation;
     let mut read = Vec::with_capacity(paths.len());
     for path in paths {
+        let (renames, dae) = (&args.solve.rename, &compiled.dae);
+        let clock = recording::Clock::Time;
         read.extend(recording::Recording::read(
-            path,
-            &compiled.dae,
-            recording::Clock::Time,
+            (path, renames),
+            dae,
+            clock,
             sources,
             diagnostics,
             console,
@@ -201,19 +204,4 @@ fn recordings(
         with(Start::Measured, read, path).or_else(|_| with(args.solve.start, read, path))
     };
     read.iter().zip(paths).map(one).collect()
-}
-
-/// The command line of this process, to be typed again.
-fn command_line() -> String {
-    let quoted = |word: String| {
-        let is_plain = |c: char| c.is_alphanumeric() || "-_./=,:+".contains(c);
-        if !word.is_empty() && word.chars().all(is_plain) {
-            word
-        } else {
-            format!("'{}'", word.replace('\'', "'\\''"))
-        }
-    };
-    let words = std::env::args_os().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
-    let words: Vec<String> = std::iter::once("dgd".to_owned()).chain(words).collect();
-    words.join(" ")
 }

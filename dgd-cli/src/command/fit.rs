@@ -9,13 +9,13 @@ use dgd_compiler::source::Sources;
 use dgd_execute::Loaded;
 use dgd_runtime::identify::{
     Estimate, EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Prior, Recording,
-    Termination, TrialFailed, evaluate, fit, fit_starts,
+    StoppingRule, Termination, TrialFailed, evaluate, fit, fit_starts,
 };
 use dgd_runtime::{Direction, Options, Problem, System};
 use serde_json::Value;
 
 use crate::args::{FitArgs, NoiseFrom};
-use crate::command::regress;
+use crate::command::{prediction_error, regress};
 use crate::console::{Console, print};
 use crate::data::{Files, write_folder};
 use crate::estimator::Estimator;
@@ -25,12 +25,15 @@ use crate::fit_report::{Outcome, Tested};
 use crate::fitted_model;
 use crate::load::Compilation;
 use crate::plot::Text;
-use crate::recording;
+use crate::recording::{self, Clock};
 use crate::run::{executable, options, with_method, with_method_per_sample};
 
 /// Start values of a held-out recording are estimated from this long, which does not count in its
 /// errors, s.
 const SETTLING: f64 = 60.0;
+
+/// Most evaluations of a model without states, which cost next to nothing.
+const MOST_EVALUATIONS_OF_ROWS: usize = 5000;
 
 pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandError> {
     figure::verify_formats(&args.solve.plot)?;
@@ -38,8 +41,14 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         fitted_model::verify_folder(folder, &args.model)?;
     }
     let task = Task::load(args, console)?;
-    if args.regression.estimator != Estimator::OutputError {
-        return regress::run(&task, args, console);
+    match args.regression.estimator {
+        Estimator::OutputError => {}
+        Estimator::PredictionError => return prediction_error::run(&task, args, console),
+        Estimator::LeastSquares
+        | Estimator::Bounded
+        | Estimator::Separable
+        | Estimator::NelderMead
+        | Estimator::Recursive => return regress::run(&task, args, console),
     }
     let problem = task.problem(console);
     let fit = fit(&problem).map_err(|error| task.failed(error, &args.data))?;
@@ -90,6 +99,8 @@ pub(super) struct Task {
     pub(super) train: Vec<Recording>,
     pub(super) valid: Vec<Recording>,
     pub(super) noise: Vec<Option<Noise>>,
+    /// Whether a file has rows without time.
+    pub(super) clock: Clock,
     options: Options,
 }
 
@@ -103,7 +114,11 @@ impl Task {
         };
         let free = names("--free", &args.free);
         let fixed = names("--fix", &args.fix);
-        let directions = Directions::Estimated { free, fixed };
+        let directions = if args.regression.estimator == Estimator::PredictionError {
+            Directions::Tracked { free, fixed }
+        } else {
+            Directions::Estimated { free, fixed }
+        };
         let apply = &args.choices.apply;
         let compiled =
             compilation.compile_text(&args.model, apply, &options_of_model, &directions)?;
@@ -114,11 +129,13 @@ impl Task {
         let used = used_outputs(&mut compilation, &compiled, &args.outputs);
         let mut read = |paths: &[PathBuf]| -> Vec<Option<recording::Recording>> {
             let Compilation { sources, diagnostics } = &mut compilation;
+            let (renames, dae) = (&args.solve.rename, &compiled.dae);
             let one = |path: &PathBuf| {
+                let clock = recording::Clock::Rows;
                 recording::Recording::read(
-                    path,
-                    &compiled.dae,
-                    recording::Clock::Rows,
+                    (path, renames),
+                    dae,
+                    clock,
                     sources,
                     diagnostics,
                     console,
@@ -131,6 +148,9 @@ impl Task {
             return Err(CommandError::diagnosed(&compilation.diagnostics, compilation.sources));
         }
 
+        let mut clocks = train.iter().chain(&valid).flatten().map(|read| read.clock);
+        let clock =
+            if clocks.any(|clock| clock == Clock::Rows) { Clock::Rows } else { Clock::Time };
         let system = executable(compiled.program.clone(), &args.solve)?;
         let signature = system.signature();
         let options = with_method(options, &args.solve, signature);
@@ -161,7 +181,18 @@ impl Task {
             })
             .collect();
         let sources = compilation.sources;
-        Ok(Task { compiled, sources, options_of_model, system, p, train, valid, noise, options })
+        Ok(Task {
+            compiled,
+            sources,
+            options_of_model,
+            system,
+            p,
+            train,
+            valid,
+            noise,
+            clock,
+            options,
+        })
     }
 
     pub(super) fn problem(&self, console: Console<'_>) -> OutputErrorProblem<'_, Loaded> {
@@ -169,7 +200,12 @@ impl Task {
         let prior = |(parameter, declared): (usize, &dgd_compiler::model::Parameter)| {
             declared.prior.map(|(mean, std)| Prior { parameter, mean, std })
         };
+        let mut stopping = StoppingRule::default();
+        if self.compiled.dae.is_static() {
+            stopping.evaluations = MOST_EVALUATIONS_OF_ROWS;
+        }
         OutputErrorProblem {
+            stopping,
             noise: self.noise.clone(),
             priors: parameters.filter_map(prior).collect(),
             options: self.options,
@@ -272,9 +308,9 @@ impl Task {
                 "the model cannot be simulated: {}",
                 named(&failed, paths)
             )),
-            EstimateError::Noise { .. } | EstimateError::NotPositive { .. } => {
-                CommandError::Computation(error.to_string())
-            }
+            EstimateError::Noise { .. }
+            | EstimateError::NotPositive { .. }
+            | EstimateError::NotFiltered(_) => CommandError::Computation(error.to_string()),
         }
     }
 

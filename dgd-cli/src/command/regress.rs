@@ -16,6 +16,7 @@ use crate::console::{Console, print};
 use crate::estimator::{Estimator, Normalise, RegressionArgs};
 use crate::failure::{CommandError, meant};
 use crate::fit_report::Tested;
+use crate::recording::Clock;
 use crate::regression_report::RegressionOutcome;
 
 pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(), CommandError> {
@@ -33,7 +34,10 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
         Estimator::LeastSquares => by(RegressionMethod::LeastSquares),
         Estimator::Bounded => by(RegressionMethod::Bounded),
         Estimator::NelderMead => by(RegressionMethod::NelderMead),
-        Estimator::Separable | Estimator::OutputError => by(RegressionMethod::VariableProjection),
+        Estimator::Separable | Estimator::OutputError | Estimator::PredictionError => {
+            by(RegressionMethod::VariableProjection)
+        }
+        Estimator::Recursive if task.clock == Clock::Rows => Err(RegressionError::NotOverTime),
         Estimator::Recursive => follow(&problem, &follow_options(&args.regression)).map(|found| {
             let fit = found.fit.clone();
             followed = Some(found);

@@ -122,11 +122,11 @@ impl Header {
 
 /// A header cell, taken apart.
 #[derive(Debug, PartialEq)]
-struct Parsed<'a> {
+pub(super) struct Parsed<'a> {
     /// The name; of a malformed cell what stands where the name should.
-    name: &'a str,
+    pub(super) name: &'a str,
     /// The text between the brackets.
-    unit: Option<&'a str>,
+    pub(super) unit: Option<&'a str>,
     /// What is malformed.
     fault: Option<&'static str>,
 }
@@ -135,7 +135,7 @@ struct Parsed<'a> {
 ///
 /// As in a model, brackets directly on a name that hold numbers only are an index, `p[1]`, and
 /// belong to the name.
-fn parse(cell: &str) -> Parsed<'_> {
+pub(super) fn parse(cell: &str) -> Parsed<'_> {
     let cell = cell.trim();
     let plain = |name| Parsed { name, unit: None, fault: None };
     let broken = |name, fault| Parsed { name, unit: None, fault: Some(fault) };

@@ -16,8 +16,10 @@ mod header;
 mod parquet;
 mod read;
 mod records;
+mod rename;
 mod rows;
 pub mod select;
+pub mod stream;
 #[cfg(test)]
 mod tests;
 mod time;
@@ -29,7 +31,8 @@ use dgd_compiler::source::{SourceId, Span};
 use dgd_compiler::units::Unit;
 
 pub use folder::{Files, write_folder};
-pub use read::{read, read_from};
+pub use read::{read, read_as_it_is, read_from, read_renamed};
+pub use rename::Rename;
 pub use whole::{WriteError, write_whole};
 
 /// A data file.
@@ -46,9 +49,40 @@ pub struct Table {
     pub time: Option<Vec<f64>>,
     /// What the file calls the time of the first sample, s; zero where it has stamps.
     pub first_time: f64,
+    /// What is wrong with the order of times, where the file was read as it is.
+    pub disorder: Disorder,
     /// The columns besides time, in the order of the file.
     pub columns: Vec<Column>,
     n_rows: usize,
+}
+
+/// Times that do not run forwards, in a file that was read as it is.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Disorder {
+    /// The first time that comes after a later one, in words.
+    pub backwards: Option<String>,
+    /// The first time that more than two rows have.
+    pub crowded: Option<String>,
+    /// Rows that are left out because of either.
+    pub left_out: usize,
+}
+
+/// What becomes of rows whose time does not run forwards.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Order {
+    /// The file is refused.
+    Required,
+    /// They are left out and counted.
+    Recorded,
+}
+
+/// How a file is read.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reading<'a> {
+    /// Bytes of a text that are kept for diagnostics.
+    pub(super) kept: usize,
+    pub(super) order: Order,
+    pub(super) renames: &'a [Rename],
 }
 
 /// A column of a [`Table`].

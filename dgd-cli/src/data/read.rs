@@ -7,10 +7,10 @@ use std::path::Path;
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::{Source, Sources, Span};
 
-use super::Table;
 use super::header::Header;
 use super::records::Records;
 use super::rows::{Kept, Rows};
+use super::{Order, Reading, Rename, Table};
 
 /// Bytes of a text that are kept, so that a diagnostic can show the line it is about. Of a longer
 /// one only the lines down to the header are, and the diagnostic says the number of the line.
@@ -22,9 +22,41 @@ pub fn read(
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<Table, Reported> {
+    read_renamed(path, &[], sources, diagnostics)
+}
+
+/// Reads a data file, with other names for some of its columns.
+pub fn read_renamed(
+    path: &Path,
+    renames: &[Rename],
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Table, Reported> {
+    let reading = Reading { kept: KEPT, order: Order::Required, renames };
+    open(path, reading, sources, diagnostics)
+}
+
+/// Reads a data file whose times may be out of order: rows that do not run forwards are left out
+/// and told in [`Table::disorder`].
+pub fn read_as_it_is(
+    path: &Path,
+    renames: &[Rename],
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Table, Reported> {
+    let reading = Reading { kept: KEPT, order: Order::Recorded, renames };
+    open(path, reading, sources, diagnostics)
+}
+
+fn open(
+    path: &Path,
+    reading: Reading<'_>,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Table, Reported> {
     let name = path.display().to_string();
     match File::open(path) {
-        Ok(file) => read_from(&name, file, sources, diagnostics),
+        Ok(file) => read_with(reading, &name, file, sources, diagnostics),
         Err(error) => Err(diagnostics.error(unreadable(&name, "", sources, &error.to_string()))),
     }
 }
@@ -36,16 +68,18 @@ pub fn read_from(
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<Table, Reported> {
-    read_keeping(KEPT, name, input, sources, diagnostics)
+    let reading = Reading { kept: KEPT, order: Order::Required, renames: &[] };
+    read_with(reading, name, input, sources, diagnostics)
 }
 
-pub(super) fn read_keeping(
-    limit: usize,
+pub(super) fn read_with(
+    reading: Reading<'_>,
     name: &str,
     input: impl Read,
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<Table, Reported> {
+    let Reading { kept: limit, order, renames } = reading;
     let mut head = Vec::new();
     let opened = decompressed(input).and_then(|mut input| {
         (&mut input).take(limit as u64).read_to_end(&mut head)?;
@@ -63,7 +97,7 @@ pub(super) fn read_keeping(
             .map_err(|error| error.to_string())
             .and_then(|_| super::parquet::to_csv(head).map_err(|error| error.to_string()));
         return match text {
-            Ok(text) => read_keeping(limit, name, text.as_bytes(), sources, diagnostics),
+            Ok(text) => read_with(reading, name, text.as_bytes(), sources, diagnostics),
             Err(error) => Err(diagnostics.error(unreadable(name, "", sources, &error))),
         };
     }
@@ -87,7 +121,7 @@ pub(super) fn read_keeping(
         lines += 1;
     }
     let mut records = Records::new(Cursor::new(&head[start..]).chain(rest), start, lines);
-    let header = match records.next() {
+    let mut header = match records.next() {
         Ok(Some(record)) if record.end() <= text.len() => Header::of(&record),
         Ok(_) => {
             let why = if text.trim().is_empty() { "it is empty" } else { "it has no header line" };
@@ -100,7 +134,9 @@ pub(super) fn read_keeping(
     let shown = if whole { text } else { &text[..header.place.end] };
     let source = sources.add(Source { name: name.to_owned(), text: shown.to_owned() });
 
-    let mut rows = Rows::below(&header, Kept { source, whole }, sources, diagnostics)?;
+    let kept = Kept { source, whole };
+    header.rename(renames, kept, diagnostics)?;
+    let mut rows = Rows::below(&header, order, kept, sources, diagnostics)?;
     loop {
         match records.next() {
             Ok(Some(record)) => rows.take(&record),
@@ -115,7 +151,7 @@ pub(super) fn read_keeping(
 }
 
 /// The bytes of a file, decompressed if they are a gzip stream.
-fn decompressed<'a>(mut input: impl Read + 'a) -> io::Result<Box<dyn BufRead + 'a>> {
+pub(super) fn decompressed<'a>(mut input: impl Read + 'a) -> io::Result<Box<dyn BufRead + 'a>> {
     let mut magic = Vec::new();
     (&mut input).take(2).read_to_end(&mut magic)?;
     let gzip = magic == [0x1f, 0x8b];
@@ -172,7 +208,7 @@ fn utf8(head: &[u8], whole: bool) -> Result<&str, (&str, NotText)> {
 }
 
 /// A file that is not the text of a table; what could be read of it ends where the trouble is.
-fn unreadable(name: &str, text: &str, sources: &mut Sources, why: &str) -> Diagnostic {
+pub(super) fn unreadable(name: &str, text: &str, sources: &mut Sources, why: &str) -> Diagnostic {
     let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
     let source = sources.add(Source { name: name.to_owned(), text: text.to_owned() });
     let span = Span { source, start: end, end };

@@ -7,8 +7,8 @@ use dgd_compiler::source::{SourceId, Sources, Span};
 
 use super::header::Header;
 use super::records::Record;
-use super::time::Time;
-use super::{Cells, Column, Place, Table};
+use super::time::{Time, Timed};
+use super::{Cells, Column, Disorder, Order, Place, Table};
 
 /// What of the text diagnostics can show.
 #[derive(Clone, Copy)]
@@ -52,6 +52,7 @@ impl Rows {
     /// Starts below the header.
     pub(super) fn below(
         header: &Header,
+        order: Order,
         kept: Kept,
         sources: &Sources,
         diagnostics: &mut Diagnostics,
@@ -59,7 +60,7 @@ impl Rows {
         let mut columns = header.columns(kept, sources);
         header.verify(&columns, kept, diagnostics)?;
         let time = if columns[0].name == "time" {
-            Some(Time::of(columns.remove(0), diagnostics)?)
+            Some(Time::of(columns.remove(0), order, diagnostics)?)
         } else {
             None
         };
@@ -99,10 +100,12 @@ impl Rows {
             Cells::count(&mut self.ragged, || (place, counted(record.len())));
             return;
         }
-        self.taken += 1;
-        if let Some(time) = &mut self.time {
-            time.take(record, self.kept);
+        if let Some(time) = &mut self.time
+            && !time.take(record, self.kept)
+        {
+            return;
         }
+        self.taken += 1;
         let first = usize::from(self.time.is_some());
         for (cell, column) in (first..).zip(&mut self.columns) {
             let value = number(record.cell(cell));
@@ -137,12 +140,16 @@ impl Rows {
         }
         let time = self.time.map(|time| time.finish(diagnostics)).transpose();
         reported?;
-        let (time, first_time) = time?.unzip();
+        let (time, first_time, disorder) = match time? {
+            Some(Timed { seconds, first, disorder }) => (Some(seconds), first, disorder),
+            None => (None, 0.0, Disorder::default()),
+        };
         Ok(Table {
             source: self.kept.source,
             header: self.header,
             time,
-            first_time: first_time.unwrap_or_default(),
+            first_time,
+            disorder,
             columns: self.columns,
             n_rows: self.taken,
         })

@@ -31,6 +31,29 @@ pub fn inputs(
     declared: &[Declared<'_>],
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<Vec<f64>>, Reported> {
+    inputs_with(table, declared, Gaps::Refused, diagnostics)
+}
+
+/// What becomes of an input that has no value in some row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Gaps {
+    /// It is a mistake.
+    Refused,
+    /// It is NaN there.
+    Kept,
+}
+
+/// [`inputs`], which may have gaps.
+///
+/// # Errors
+///
+/// As [`inputs`].
+pub fn inputs_with(
+    table: &Table,
+    declared: &[Declared<'_>],
+    gaps: Gaps,
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<Vec<f64>>, Reported> {
     let mut all = Vec::with_capacity(declared.len());
     let mut reported = Ok(());
     for input in declared {
@@ -42,8 +65,12 @@ pub fn inputs(
             Ok(values) => all.push(values),
             Err(diagnostic) => reported = Err(diagnostics.error(diagnostic)),
         }
-        if let Some(missing) = &column.missing {
-            let message = format!("the input `{}` has no value here", input.name);
+        if gaps == Gaps::Refused
+            && let Some(missing) = &column.missing
+        {
+            let nowhere = missing.count == table.len();
+            let place = if nowhere { "in any row" } else { "here" };
+            let message = format!("the input `{}` has no value {place}", input.name);
             let diagnostic = missing
                 .diagnostic(Code::E608, message)
                 .help("an input is needed at every time: fill the gap, or cut the recording");
@@ -119,7 +146,7 @@ fn no_column(table: &Table, input: &Declared<'_>) -> Diagnostic {
 }
 
 /// The values of a column in SI, as the model counts them.
-fn converted(column: &Column, declared: &Declared<'_>) -> Result<Vec<f64>, Diagnostic> {
+pub(crate) fn converted(column: &Column, declared: &Declared<'_>) -> Result<Vec<f64>, Diagnostic> {
     if let Some(fault) = &column.fault {
         return Err(fault.clone());
     }

@@ -7,9 +7,9 @@ use dgd_compiler::diagnostics::{Code, Diagnostics, Reported};
 use dgd_compiler::source::Sources;
 use dgd_compiler::units::{Unit, parse_unit};
 
-use super::read::read_keeping;
+use super::read::read_with;
 use super::select::{Declared, inputs, measured, unknown, unknown_note};
-use super::{Table, read, read_from};
+use super::{Order, Reading, Rename, Table, read, read_from};
 
 /// Reads a text; the second is the mistakes found, as `code line:column message`.
 fn table(text: impl AsRef<[u8]>) -> (Option<Table>, Vec<String>) {
@@ -267,7 +267,7 @@ fn in_a_long_file_lines_are_told_in_words() {
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
     // As if only so many bytes could be kept.
     let kept = "# long\ntime [s],x [m]\r\n0,1".len();
-    let table = read_keeping(kept, "a.csv", text.as_bytes(), &mut sources, &mut diagnostics);
+    let table = read_with(reading(kept), "a.csv", text.as_bytes(), &mut sources, &mut diagnostics);
     assert!(table.is_err());
     let [diagnostic] = diagnostics.sorted()[..] else { panic!("{diagnostics:?}") };
     let drawn = render(&[diagnostic], &sources, Style::Plain);
@@ -316,7 +316,8 @@ fn no_bytes_make_it_panic() {
             (0..next(40)).flat_map(|_| pieces[next(pieces.len())]).copied().collect();
         let limit = next(2 * text.len() + 2);
         let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let read = read_keeping(limit, "a.csv", text.as_slice(), &mut sources, &mut diagnostics);
+        let read =
+            read_with(reading(limit), "a.csv", text.as_slice(), &mut sources, &mut diagnostics);
         if let Ok(table) = &read {
             let unit = unit("m");
             let declared = [Declared { name: "x", unit: &unit, place: None }];
@@ -333,4 +334,48 @@ fn no_bytes_make_it_panic() {
         }
         list(&diagnostics, &sources);
     }
+}
+
+fn reading(kept: usize) -> Reading<'static> {
+    Reading { kept, order: Order::Required, renames: &[] }
+}
+
+#[test]
+fn columns_take_other_names_and_units() {
+    let renames: Vec<Rename> = ["P_RIS=p_r [barg]", "clock=time", "Q 1=q"]
+        .iter()
+        .map(|text| text.parse().expect("a new name"))
+        .collect();
+    let read = |text: &str, renames: &[Rename]| {
+        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let reading = Reading { renames, ..reading(1000) };
+        read_with(reading, "a.csv", text.as_bytes(), &mut sources, &mut diagnostics)
+            .map_err(|_| diagnostics.sorted().iter().map(|d| d.message.clone()).collect::<Vec<_>>())
+    };
+    let text = "clock [s],P_RIS,Q 1 [lpm]\n0,1,2\n1,1,2\n";
+    let table = read(text, &renames).expect("a recording");
+    let names: Vec<&str> = table.columns.iter().map(|column| column.name.as_str()).collect();
+    assert_eq!((names.as_slice(), table.time), (["p_r", "q"].as_slice(), Some(vec![0.0, 1.0])));
+    let units = table.columns.iter().map(|c| c.unit.as_ref().map(|unit| unit.symbol.clone()));
+    assert_eq!(units.collect::<Vec<_>>(), [Some("barg".to_owned()), Some("lpm".to_owned())]);
+    // Another file may have the names already; one that has neither is refused.
+    assert!(read("time [s],p_r [bar],q [lpm]\n0,1,2\n", &renames).is_ok());
+    let refused = read("time [s],P_RISE [bar],q [lpm]\n0,1,2\n", &renames).expect_err("neither");
+    assert_eq!(refused, ["there is no column `P_RIS`, which is to be called `p_r`"]);
+    assert!("P_RIS".parse::<Rename>().is_err());
+}
+
+#[test]
+fn rows_out_of_order_are_left_out_and_told_where_that_is_asked_for() {
+    let text = "time [s],x [m]\n0,1\n1,2\n0.5,9\n0.7,9\n1,3\n1,9\n2,4\n";
+    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let reading = Reading { order: Order::Recorded, ..reading(1000) };
+    let table = read_with(reading, "a.csv", text.as_bytes(), &mut sources, &mut diagnostics)
+        .expect("a recording");
+    assert_eq!(table.time, Some(vec![0.0, 1.0, 1.0, 2.0]));
+    assert_eq!(table.columns[0].values, [1.0, 2.0, 3.0, 4.0]);
+    assert_eq!(table.len(), 4);
+    assert_eq!(table.disorder.left_out, 3);
+    assert_eq!(table.disorder.backwards.as_deref(), Some("`0.5` comes after `1`"));
+    assert_eq!(table.disorder.crowded.as_deref(), Some("1"));
 }

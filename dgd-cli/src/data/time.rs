@@ -7,11 +7,13 @@ use dgd_compiler::units::Dimension;
 use super::clock::{Clock, TimeFault};
 use super::records::Record;
 use super::rows::Kept;
-use super::{Cells, Column, Place};
+use super::{Cells, Column, Disorder, Order, Place};
 
 /// The time column, while rows come in.
 pub(super) struct Time {
     header: Span,
+    order: Order,
+    left_out: usize,
     /// Seconds in the header's unit, if it has one.
     factor: Option<f64>,
     clock: Option<Clock>,
@@ -21,6 +23,15 @@ pub(super) struct Time {
     unreadable: Option<(Cells, TimeFault)>,
     backwards: Option<(Cells, Place, String)>,
     crowded: Option<(Cells, Place)>,
+}
+
+/// What the time column says.
+pub(super) struct Timed {
+    /// Seconds since the first sample.
+    pub(super) seconds: Vec<f64>,
+    /// What the file calls the time of that, s.
+    pub(super) first: f64,
+    pub(super) disorder: Disorder,
 }
 
 /// The last row that had a time.
@@ -35,7 +46,11 @@ struct Last {
 
 impl Time {
     /// The time column under this header.
-    pub(super) fn of(column: Column, diagnostics: &mut Diagnostics) -> Result<Time, Reported> {
+    pub(super) fn of(
+        column: Column,
+        order: Order,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Time, Reported> {
         if let Some(fault) = column.fault {
             return Err(diagnostics.error(fault));
         }
@@ -54,6 +69,8 @@ impl Time {
         };
         Ok(Time {
             header: column.place,
+            order,
+            left_out: 0,
             factor,
             clock: None,
             seconds: Vec::new(),
@@ -64,8 +81,13 @@ impl Time {
         })
     }
 
-    /// Takes in the time of a row.
-    pub(super) fn take(&mut self, record: &Record<'_>, kept: Kept) {
+    /// Seconds in the header's unit, if it has one.
+    pub(super) fn factor(&self) -> Option<f64> {
+        self.factor
+    }
+
+    /// Takes in the time of a row; false for one that is to be left out.
+    pub(super) fn take(&mut self, record: &Record<'_>, kept: Kept) -> bool {
         let cell = record.cell(0);
         let place = kept.place(&record.place(0), record.line, self.header);
         let read = match &self.clock {
@@ -82,15 +104,16 @@ impl Time {
                     Some((cells, _)) => cells.count += 1,
                     None => self.unreadable = Some((Cells::one(place, record.text(0)), fault)),
                 }
-                return;
+                return true;
             }
         };
-        self.seconds.push(seconds);
         let Some(last) = &mut self.last else {
             let text = cell.to_owned();
             self.last = Some(Last { seconds, place, text, same_from: place, same: 1 });
-            return;
+            self.seconds.push(seconds);
+            return true;
         };
+        let before = (last.same, last.same_from);
         if seconds == last.seconds {
             last.same += 1;
         } else {
@@ -111,14 +134,24 @@ impl Time {
                 self.backwards = Some((Cells::one(place, record.text(0)), last.place, text));
             }
         }
+        if self.order == Order::Recorded && (seconds < last.seconds || last.same > 2) {
+            // The latest time so far stays what the next ones are compared with.
+            self.left_out += 1;
+            if seconds < last.seconds {
+                (last.same, last.same_from) = before;
+            }
+            return false;
+        }
+        self.seconds.push(seconds);
         last.seconds = seconds;
         last.place = place;
         last.text.clear();
         last.text.extend_from_slice(cell);
+        true
     }
 
-    /// Seconds since the first sample, and what the file calls the time of that.
-    pub(super) fn finish(self, diagnostics: &mut Diagnostics) -> Result<(Vec<f64>, f64), Reported> {
+    /// All times, unless they make the whole file doubtful.
+    pub(super) fn finish(self, diagnostics: &mut Diagnostics) -> Result<Timed, Reported> {
         let mut reported = Ok(());
         if let Some((cells, fault)) = self.unreadable {
             let diagnostic = cells.diagnostic(Code::E607, fault.message(&cells.text));
@@ -127,23 +160,33 @@ impl Time {
                 None => diagnostic,
             }));
         }
+        let mut disorder = Disorder { left_out: self.left_out, ..Disorder::default() };
         if let Some((cells, before, text)) = self.backwards {
-            let message = format!("time runs backwards: `{}` comes after `{text}`", cells.text);
-            let diagnostic = cells.diagnostic(Code::E605, message);
-            reported = Err(
-                diagnostics.error(diagnostic.label(before.span, before.text("the row before")))
-            );
+            if self.order == Order::Recorded {
+                disorder.backwards = Some(format!("`{}` comes after `{text}`", cells.text));
+            } else {
+                let message = format!("time runs backwards: `{}` comes after `{text}`", cells.text);
+                let diagnostic = cells.diagnostic(Code::E605, message);
+                reported =
+                    Err(diagnostics
+                        .error(diagnostic.label(before.span, before.text("the row before"))));
+            }
         }
         if let Some((cells, first)) = self.crowded {
-            let message = format!("more than two rows have the time `{}`", cells.text);
-            let diagnostic = cells.diagnostic(Code::E606, message);
-            reported = Err(diagnostics.error(
-                diagnostic
-                    .label(first.span, first.text("the first of them"))
-                    .help("two rows with one time are the left and right values of a jump"),
-            ));
+            if self.order == Order::Recorded {
+                disorder.crowded = Some(cells.text);
+            } else {
+                let message = format!("more than two rows have the time `{}`", cells.text);
+                let diagnostic = cells.diagnostic(Code::E606, message);
+                reported = Err(diagnostics.error(
+                    diagnostic
+                        .label(first.span, first.text("the first of them"))
+                        .help("two rows with one time are the left and right values of a jump"),
+                ));
+            }
         }
         reported?;
-        Ok((self.seconds, self.clock.map_or(0.0, |clock| clock.first_time())))
+        let first = self.clock.map_or(0.0, |clock| clock.first_time());
+        Ok(Timed { seconds: self.seconds, first, disorder })
     }
 }

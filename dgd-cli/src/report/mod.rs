@@ -31,7 +31,7 @@ use crate::failure::CommandError;
 use crate::plot::{Figure, Text};
 
 use figures::Correction;
-pub(crate) use quantity::of_differences;
+pub(crate) use quantity::{Quantity, of_differences};
 pub(crate) use summary::text as summary;
 
 /// Where what no effect explains is written.

@@ -26,12 +26,17 @@ pub(crate) fn of_differences(unit: &Unit) -> Unit {
 
 /// A value and its standard deviation, `275.0 ± 1.2` or `(1.752 ± 0.031)·10⁸`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Quantity {
+pub(crate) struct Quantity {
     value: f64,
     std: Option<f64>,
 }
 
 impl Quantity {
+    /// A value and how far it may be off.
+    pub(crate) fn new(value: f64, std: f64) -> Quantity {
+        Quantity { value, std: Some(std) }
+    }
+
     /// A parameter in its declared unit.
     pub(super) fn of(parameter: &ParameterValue) -> Quantity {
         let unit = &parameter.unit;

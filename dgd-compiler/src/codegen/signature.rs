@@ -292,6 +292,7 @@ fn transition(transition: &Transition) -> TokenStream {
         Trigger::Edge => quote!(::dgd::__runtime::system::Trigger::Edge),
         Trigger::Level => quote!(::dgd::__runtime::system::Trigger::Level),
         Trigger::Entry => quote!(::dgd::__runtime::system::Trigger::Entry),
+        Trigger::Start => quote!(::dgd::__runtime::system::Trigger::Start),
     };
     let resets = transition.resets.iter().map(|unknown| index(*unknown));
     quote! {

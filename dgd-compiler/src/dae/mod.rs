@@ -122,6 +122,8 @@ pub enum Trigger {
     Level,
     /// If its condition is true at once in the mode that the solution enters at a surface.
     Entry,
+    /// If its condition is true at the start of a run; it leaves no mode.
+    Start,
 }
 
 /// A `modes` block, or what else changes at events: the equations are in the rows, what is left are

@@ -52,10 +52,10 @@ pub(super) fn automaton_of<F: Fn(Symbol) -> Option<ExprId>>(
                 (reset.unknown as usize, reader.open(value, reset.span, &what))
             });
         Transition {
-            from: transition.from,
+            from: transition.from.unwrap_or(automaton.modes.len()),
             to: transition.to,
             crossing: transition.crossing,
-            trigger: Trigger::Edge,
+            trigger: if transition.from.is_some() { Trigger::Edge } else { Trigger::Start },
             event,
             resets: resets.collect(),
         }

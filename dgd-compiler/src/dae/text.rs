@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{AutomatonKind, Dae};
+use super::{AutomatonKind, Dae, Trigger};
 use crate::expr::display::listing;
 use crate::expr::{ExprId, Symbol};
 use crate::model::Crossing;
@@ -86,7 +86,12 @@ pub fn write(dae: &Dae) -> String {
             let _ = writeln!(text, "  modes {name} = {modes}; starts in {start}");
         }
         for transition in &automaton.transitions {
-            let [from, to] = [transition.from, transition.to].map(|mode| &automaton.modes[mode]);
+            let to = &automaton.modes[transition.to];
+            if transition.trigger == Trigger::Start {
+                let _ = writeln!(text, "    starts in {to} if {} is above 0", next());
+                continue;
+            }
+            let from = &automaton.modes[transition.from];
             let crossing = match transition.crossing {
                 Crossing::Rises => "rises above",
                 Crossing::Falls => "falls below",

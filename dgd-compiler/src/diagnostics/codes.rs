@@ -520,7 +520,8 @@ Right:
 "
 E213 "incomplete effect" "
 An effect says once what kind it is, `plant`, `sensor` or `input`, and changes something: `replace`
-puts an expression in the place of a name or of an output, `add` adds to an equation.
+puts an expression in the place of a name or of an output, `add` adds to an equation. Or it brings
+what shows or acts by itself, such as an `output`: declarations alone do nothing.
 
 Wrong:
 
@@ -587,8 +588,9 @@ Right:
     }
 "
 E220 "input of a part that is not bound" "
-A part is a model, and every input of that model must be said to be something: an input of the whole,
-an unknown, or what another part puts out.
+A part is a model, and every input of that model that its chosen variants read must be said to be
+something: an input of the whole, an unknown, or what another part puts out. A choice of a variant
+that would read an input that no one binds cannot be made.
 
 Wrong:
 
@@ -1000,7 +1002,9 @@ Right:
 "
 E503 "start value that depends on an unknown" "
 A start value is an expression of constants, parameters and inputs, for these are known before the
-unknowns are. A `history` is an expression of time, constants and parameters.
+unknowns are; where an input of a part is bound to a state, it is the state's start value. A `history`
+is an expression of time, constants and parameters. The condition of `start MODE if CONDITION` may
+read states, too, as they start.
 
 Wrong:
 

@@ -176,7 +176,7 @@ impl Instance {
                 Said::Nothing => {}
             }
         }
-        if blending == Blending::Null && nulls.is_empty() {
+        if blending == Blending::Null && nulls.is_empty() && effect.changes_model() {
             let blend =
                 Name { text: format!("blend_{}", effect.name.text), span: effect.name.span };
             let text = naming.named(Namespace::Value, &blend);

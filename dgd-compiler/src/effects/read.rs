@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use super::Effect;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::source::Span;
-use crate::syntax::ast::{Ast, ClauseKind, EffectHeader, ItemKind, Name, Slot, SlotKind, Target};
+use crate::syntax::ast::{
+    Ast, Clause, ClauseKind, EffectHeader, ItemKind, Name, Slot, SlotKind, Target,
+};
 use crate::syntax::visit::{self, Part};
 use crate::units::parse_unit;
 
@@ -53,7 +55,7 @@ impl Effect {
                     ),
             );
         }
-        verify_changes(header, &mut own);
+        verify_changes(&ast, header, &mut own);
         verify_nulls(&ast, header, &mut own);
         verify_items(&ast, &mut own);
         let slots = match &header.target {
@@ -91,19 +93,41 @@ fn once(earlier: Option<Span>, span: Span, diagnostics: &mut Diagnostics) {
     }
 }
 
-fn verify_changes(header: &EffectHeader, diagnostics: &mut Diagnostics) {
-    let changes = header.clauses.iter().any(|clause| {
-        matches!(
-            clause.kind,
-            ClauseKind::Replace { .. } | ClauseKind::ReplaceOutput { .. } | ClauseKind::Add { .. }
-        )
+/// An effect changes what is there, or brings what shows or acts by itself: not only declarations.
+fn verify_changes(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostics) {
+    let mut acts = header.clauses.iter().any(is_change);
+    visit::items(&ast.items, &mut |item| {
+        acts |= matches!(
+            item.kind,
+            ItemKind::Output { .. }
+                | ItemKind::Equation { .. }
+                | ItemKind::When(_)
+                | ItemKind::Saturate { .. }
+        );
     });
-    if !changes {
+    if !acts {
         let message = format!("effect `{}` changes nothing", header.name.text);
         diagnostics.error(
-            incomplete(header.name.span, message)
-                .help("write `replace … by …` or `add … to EQUATION`"),
+            incomplete(header.name.span, message).help(
+                "write `replace … by …` or `add … to EQUATION`, or an `output` or `equation`",
+            ),
         );
+    }
+}
+
+/// Whether a clause changes something of the model.
+fn is_change(clause: &Clause) -> bool {
+    matches!(
+        clause.kind,
+        ClauseKind::Replace { .. } | ClauseKind::ReplaceOutput { .. } | ClauseKind::Add { .. }
+    )
+}
+
+impl Effect {
+    /// Whether it changes something that the model has. One that does not brings outputs, or
+    /// equations of unknowns of its own: it explains nothing that the model got wrong.
+    pub fn changes_model(&self) -> bool {
+        self.ast.effect.iter().flat_map(|header| &header.clauses).any(is_change)
     }
 }
 

@@ -441,6 +441,23 @@ fn what_does_not_fit_is_refused() {
 }
 
 #[test]
+fn an_effect_can_bring_outputs_and_change_nothing_else() {
+    let more = "output twice [m] = 2*h  noise 1 [cm]\nparameter unused [1] = 1";
+    let text = effect("sensor", more);
+    for blending in [Blending::Applied, Blending::Null] {
+        let lines = changed_lines(&[(&text, &[])], blending);
+        assert_eq!(
+            lines,
+            ["# e", "output twice [m] = 2*h  noise 1 [cm]", "parameter unused [1] = 1"]
+        );
+    }
+    // Of another unknown, and what acts by itself.
+    assert_eq!(codes(&[(&effect("plant", "state x = 1\nequation e: der(x) = -x/1 [s]"), &[])]), "");
+    assert_eq!(codes(&[(&effect("plant", "saturate h >= 0"), &[])]), "");
+    assert_eq!(codes(&[(&effect("plant", "let twice = 2*h"), &[])]), "E213");
+}
+
+#[test]
 fn two_plant_effects_on_one_use_exclude_each_other() {
     let one = effect("plant", "replace q_in in level by 2*q_in");
     let other = "effect o on tank\nkind plant\nreplace q_in by 3*q_in\n";

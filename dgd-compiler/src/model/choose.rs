@@ -6,7 +6,9 @@ use super::Variant;
 use super::define::{Definition, Scope};
 use super::resolve::{ModelOptions, Setting};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, suggestion};
-use crate::syntax::ast::{Choice, Expr, Item, ItemKind, Name};
+use crate::parts;
+use crate::source::Span;
+use crate::syntax::ast::{Ast, Choice, Expr, Item, ItemKind, Name};
 
 /// Puts the chosen variants' items in place.
 pub(super) fn choose<'a>(
@@ -48,6 +50,41 @@ pub(super) fn choose<'a>(
         if let Some(choice) = choices.get(chosen) {
             choose(&choice.items, options, chosen_items, variants, diagnostics);
         }
+    }
+}
+
+/// Leaves out choices that were not made and cannot be, others being as they are: they read an input
+/// of a part that no one binds.
+pub(super) fn leave_out_impossible(
+    variants: &mut [Variant],
+    main: &Ast,
+    libraries: &[Ast],
+    options: &ModelOptions,
+) {
+    if !parts::has_unbound(main) {
+        return;
+    }
+    let is_possible = |variant: &str, choice: &str| {
+        let name = |text: &str| Name { text: text.to_owned(), span: Span::default() };
+        let mut other = options.clone();
+        other.variants.push((name(variant), name(choice)));
+        let mut items: Vec<&Item> = libraries.iter().flat_map(|library| &library.items).collect();
+        let mut own = Diagnostics::default();
+        choose(&main.items, &other, &mut items, &mut Vec::new(), &mut own);
+        parts::leave_out_unbound(&mut items, main, &[], &mut own).is_ok()
+    };
+    for Variant { name, choices, chosen } in variants {
+        let mut kept = Vec::with_capacity(choices.len());
+        let mut position = 0;
+        for (i, choice) in choices.drain(..).enumerate() {
+            if i == *chosen {
+                position = kept.len();
+            } else if !is_possible(name, &choice) {
+                continue;
+            }
+            kept.push(choice);
+        }
+        (*choices, *chosen) = (kept, position);
     }
 }
 

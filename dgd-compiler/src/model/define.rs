@@ -99,6 +99,20 @@ impl<'a> Scope<'a> {
         }
     }
 
+    /// Whether a symbol is a state, or an element of an array of states.
+    pub(super) fn is_state(&self, symbol: Symbol) -> bool {
+        let holds = |array: &Result<ArrayPlace<'_>, Reported>, i: u32| {
+            array.as_ref().is_ok_and(|a| (a.first..a.first + a.count).contains(&i))
+        };
+        self.names.values().any(|entry| match (entry.definition, symbol) {
+            (Definition::Unknown { index, state }, Symbol::Unknown(i)) => state && index == i,
+            (Definition::Array { index, state }, Symbol::Element(i)) => {
+                state && self.arrays.get(index).is_some_and(|array| holds(array, i))
+            }
+            _ => false,
+        })
+    }
+
     pub(super) fn function_names(&self) -> impl Iterator<Item = &'a str> + '_ {
         self.functions.iter().map(|function| function.name)
     }
@@ -246,10 +260,13 @@ impl<'a> Scope<'a> {
                     continue;
                 };
                 let message = format!("`{first}` and `{name}` are one name in generated code");
+                let meant = if first.contains('.') { first } else { name };
                 diagnostics.error(
                     Diagnostic::new(Code::E202, *span, message)
                         .label(place, "the other one")
-                        .help("rename one of them: there, `_` stands for the point"),
+                        .help(format!(
+                            "rename one of them, as `_` stands for the point there; or is `{meant}` meant?"
+                        )),
                 );
             }
         }

@@ -243,6 +243,15 @@ impl<'a> Lowering<'a> {
         product.unwrap_or_else(|| unreachable!("a product has factors"))
     }
 
+    /// A condition outside of functions.
+    pub(super) fn truth(
+        &mut self,
+        expr: &'a Expr,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<ExprId, Reported> {
+        self.condition(expr, &Arguments::new(), diagnostics)
+    }
+
     fn condition(
         &mut self,
         expr: &'a Expr,

@@ -10,7 +10,8 @@ use crate::diagnostics::Diagnostics;
 use crate::expr::display::number;
 use crate::parts;
 use crate::syntax::ast::{
-    self, Argument, Ast, Comparison, Crossing, Expr, ExprKind, Factor, Item, ItemKind, Name, Sign,
+    self, Argument, Ast, Choice, Comparison, Crossing, Expr, ExprKind, Factor, Item, ItemKind,
+    Name, Sign,
 };
 
 /// What stands on a line of its own.
@@ -189,7 +190,9 @@ pub(super) fn for_each_item<'a>(
     for item in items {
         if let ItemKind::Variant { name, choices } = &item.kind {
             let chosen = model.variants.iter().find(|v| v.name == name.text);
-            if let Some(choice) = chosen.and_then(|v| choices.get(v.chosen)) {
+            let is_chosen =
+                |choice: &&Choice| chosen.is_some_and(|v| v.choice() == choice.name.text);
+            if let Some(choice) = choices.iter().find(is_chosen) {
                 for_each_item(&choice.items, model, visit);
             }
         } else {

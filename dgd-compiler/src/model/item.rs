@@ -103,7 +103,7 @@ impl<'a> Resolver<'a> {
             None => self.lowering.graph.constant(unit.to_si(0.0)),
             Some(expr) => {
                 let typed = self.in_unit(expr, &unit, Reading::Value, diagnostics)?;
-                self.check_start(typed.id, expr, diagnostics)?;
+                self.check_start(typed.id, (name, expr), diagnostics)?;
                 typed.id
             }
         };
@@ -151,47 +151,6 @@ impl<'a> Resolver<'a> {
             Diagnostic::new(Code::E503, expr.span, message)
                 .help("use `time`, parameters and constants"),
         ))
-    }
-
-    fn check_start(
-        &self,
-        start: ExprId,
-        expr: &Expr,
-        diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
-        let graph = &self.lowering.graph;
-        let depends = |s: &Symbol| {
-            matches!(
-                s,
-                Symbol::Unknown(_)
-                    | Symbol::Derivative(_)
-                    | Symbol::Time
-                    | Symbol::Element(_)
-                    | Symbol::Swept(_)
-                    | Symbol::ElementRate(_)
-                    | Symbol::SweptRate(_)
-            )
-        };
-        if let Some(symbol) = graph.symbols(start).into_iter().find(depends) {
-            let culprit =
-                self.lowering.scope.quoted_name(symbol).unwrap_or_else(|| "an unknown".to_owned());
-            return Err(diagnostics.error(
-                Diagnostic::new(
-                    Code::E503,
-                    expr.span,
-                    format!("this start value depends on {culprit}, which is not known before"),
-                )
-                .help("use parameters, constants and inputs, which are known at the start"),
-            ));
-        }
-        match self.lowering.number(start) {
-            Some(value) if !value.is_finite() => Err(diagnostics.error(Diagnostic::new(
-                Code::E504,
-                expr.span,
-                format!("this comes to {value}, which is no finite number"),
-            ))),
-            _ => Ok(()),
-        }
     }
 
     pub(super) fn output(

@@ -53,10 +53,11 @@ fn push_run(text: &mut String, model: &Model, path: &str) {
         model.name,
         if model.inputs.is_empty() { "" } else { " --data FILE" },
     );
-    for variant in &model.variants {
+    // One without alternatives is as it has to be.
+    for variant in model.variants.iter().filter(|variant| variant.choices.len() > 1) {
         let choices: Vec<String> =
             variant.choices.iter().map(|choice| format!("`{choice}`")).collect();
-        let chosen = variant.choices.get(variant.chosen).map_or("", String::as_str);
+        let chosen = variant.choice();
         let _ = writeln!(
             text,
             "\nVariant `{}`: {}. This page shows `{chosen}`.",

@@ -13,6 +13,7 @@ pub mod markdown;
 pub mod mathml;
 mod modes;
 mod resolve;
+mod start;
 pub mod text;
 mod whole;
 
@@ -248,9 +249,9 @@ pub struct Automaton {
     pub doc: Vec<String>,
     /// Modes, in the order written.
     pub modes: Vec<Mode>,
-    /// The mode it starts in.
+    /// The mode it starts in where no condition says another.
     pub start: usize,
-    /// Which mode follows which, and when.
+    /// Which mode follows which, and when; then the conditions of modes to start in.
     pub transitions: Vec<Transition>,
 }
 
@@ -270,11 +271,11 @@ pub struct Mode {
 pub struct Transition {
     /// Its place.
     pub span: Span,
-    /// Position of the mode that it leaves.
-    pub from: usize,
+    /// Position of the mode that it leaves; none where it is made at the start of a run.
+    pub from: Option<usize>,
     /// Position of the mode that it enters.
     pub to: usize,
-    /// What is watched.
+    /// What is watched; of a condition of a start, 1 where it holds and −1 where it does not.
     pub left: ExprId,
     /// In which direction it passes `right`.
     pub crossing: Crossing,
@@ -313,10 +314,18 @@ pub struct Saturation {
 pub struct Variant {
     /// Its name.
     pub name: String,
-    /// The choices, the default first.
+    /// The choices that can be made, in the order written, the default first; one is not that would
+    /// read an input of a part that no one binds.
     pub choices: Vec<String>,
     /// Which one the model holds.
     pub chosen: usize,
+}
+
+impl Variant {
+    /// The name of the choice that was made.
+    pub fn choice(&self) -> &str {
+        self.choices.get(self.chosen).map_or("", String::as_str)
+    }
 }
 
 impl Model {

@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 
 use super::check_units;
 use super::define::Definition;
+use super::expression::Lowering;
 use super::resolve::{Reading, Resolver};
 use super::{Automaton, AutomatonKind, Mode, Reset, Saturation, Transition};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
-use crate::expr::Symbol;
-use crate::syntax::ast::{self, Bound, Choice, Expr, Item, ItemKind, Name};
+use crate::expr::{ExprId, Node, Symbol};
+use crate::syntax::ast::{self, Bound, Choice, Crossing, Expr, Item, ItemKind, Name};
 use crate::syntax::print::print_condition;
 use crate::units::Unit;
 
@@ -18,11 +19,12 @@ impl<'a> Resolver<'a> {
         &mut self,
         item: &Item,
         name: &Name,
-        (modes, transitions, start): (&'a [Choice], &'a [ast::Transition], Option<&Name>),
+        (modes, transitions, starts): (&'a [Choice], &'a [ast::Transition], &'a [ast::StartMode]),
         diagnostics: &mut Diagnostics,
     ) -> Result<Automaton, Reported> {
         let names = mode_names(modes, diagnostics);
-        let start = start.map_or(Ok(0), |start| position(start, &names, name, diagnostics));
+        let always = starts.iter().find(|start| start.condition.is_none());
+        let start = always.map_or(Ok(0), |start| position(&start.mode, &names, name, diagnostics));
         // Each part reports its own mistakes; the next is independent of them.
         let modes: Vec<Result<Mode, Reported>> =
             modes.iter().map(|mode| self.mode(mode, diagnostics)).collect();
@@ -30,13 +32,18 @@ impl<'a> Resolver<'a> {
             .iter()
             .map(|transition| self.transition(transition, (name, &names), diagnostics))
             .collect();
+        let starts: Vec<Result<Transition, Reported>> = starts
+            .iter()
+            .filter_map(|start| Some((&start.mode, start.condition.as_ref()?)))
+            .map(|(mode, condition)| self.start_mode(mode, condition, (name, &names), diagnostics))
+            .collect();
         Ok(Automaton {
             kind: AutomatonKind::Modes,
             name: name.text.clone(),
             doc: item.doc.clone(),
             modes: modes.into_iter().collect::<Result<_, _>>()?,
             start: start?,
-            transitions: transitions.into_iter().collect::<Result<_, _>>()?,
+            transitions: transitions.into_iter().chain(starts).collect::<Result<_, _>>()?,
         })
     }
 
@@ -69,13 +76,59 @@ impl<'a> Resolver<'a> {
             .map_err(|diagnostic| diagnostics.error(diagnostic))?;
         Ok(Transition {
             span: transition.span,
-            from: from?,
+            from: Some(from?),
             to: to?,
             left: left.id,
             crossing: transition.crossing,
             right: right.id,
             resets: resets?,
         })
+    }
+
+    /// `start MODE if CONDITION`: made at the start where 1 or −1 is above zero.
+    fn start_mode(
+        &mut self,
+        mode: &Name,
+        condition: &'a Expr,
+        (automaton, modes): (&Name, &BTreeMap<&str, usize>),
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Transition, Reported> {
+        let to = position(mode, modes, automaton, diagnostics);
+        let holds = self.lowering.truth(condition, diagnostics)?;
+        self.check_start_condition(holds, condition, diagnostics)?;
+        let graph = &mut self.lowering.graph;
+        let (yes, no) = (graph.constant(1.0), graph.constant(-1.0));
+        let left = graph.intern(Node::Select(holds, yes, no));
+        let right = graph.constant(0.0);
+        let (from, crossing, resets) = (None, Crossing::Rises, Vec::new());
+        Ok(Transition { span: condition.span, from, to: to?, left, crossing, right, resets })
+    }
+
+    /// What a condition reads at the start is known there: states are their start values.
+    fn check_start_condition(
+        &self,
+        holds: ExprId,
+        condition: &Expr,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), Reported> {
+        let Lowering { graph, scope, .. } = &self.lowering;
+        let is_unsolved = |symbol: &Symbol| match symbol {
+            Symbol::Unknown(_) | Symbol::Element(_) => !scope.is_state(*symbol),
+            Symbol::Derivative(_) | Symbol::ElementRate(_) => true,
+            _ => false,
+        };
+        let symbols = graph.symbols(holds);
+        let culprit = match symbols.iter().find(|symbol| is_unsolved(symbol)) {
+            Some(symbol) => scope.quoted_name(*symbol).unwrap_or_else(|| "an unknown".to_owned()),
+            None if self.reads_past(holds) => "the past of a state".to_owned(),
+            None => return Ok(()),
+        };
+        let message =
+            format!("the mode to start in depends on {culprit}, which is not known before");
+        Err(diagnostics.error(
+            Diagnostic::new(Code::E503, condition.span, message)
+                .help("use states, parameters, constants, inputs and `time`"),
+        ))
     }
 
     /// A `when` is an automaton of one mode, with a transition that leads back to it.
@@ -94,7 +147,7 @@ impl<'a> Resolver<'a> {
             .map_err(|diagnostic| diagnostics.error(diagnostic))?;
         let transition = Transition {
             span: item.span,
-            from: 0,
+            from: Some(0),
             to: 0,
             left: left.id,
             crossing: reaction.crossing,

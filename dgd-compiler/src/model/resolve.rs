@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::check_units::{Dim, being, this_is};
-use super::choose::{check_settings, choose, unknown_choice};
+use super::choose::{check_settings, choose, leave_out_impossible, unknown_choice};
 use super::define::{Definition, Scope, in_order};
 use super::expression::{Lowering, Typed, is_plain, unit_of};
 use super::{Constant, Declared, Input, Interpolation, Let, Model};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::ExprId;
-use crate::parts::{self, Expanded};
+use crate::parts::{self, Expanded, InnerModel};
 use crate::source::Span;
 use crate::syntax::ast::{
     Ast, AttributeKind, Expr, Item, ItemKind, Name, Unit as WrittenUnit, UnknownKind,
@@ -79,6 +79,10 @@ pub fn resolve(
         }
     }
 
+    parts::leave_out_unbound(&mut items, main, &parts, diagnostics)?;
+    leave_out_impossible(&mut variants, main, libraries, options);
+    parts::leave_out_inputs_of_other_choices(&mut items, main);
+
     let mut scope = Scope::collect(&items, diagnostics);
     let settings = check_settings(&options.settings, &scope, diagnostics);
     scope.place_arrays(&items, &settings, diagnostics);
@@ -90,7 +94,7 @@ pub fn resolve(
         model: Model {
             name: header.name.text.clone(),
             doc: header.doc.clone(),
-            parts,
+            parts: once(parts),
             ..Model::default()
         },
     };
@@ -102,6 +106,7 @@ pub fn resolve(
     resolver.unused_functions(diagnostics);
     resolver.unused_lets(diagnostics);
     diagnostics.check()?;
+    resolver.open_starts(diagnostics)?;
 
     let mut model = resolver.model;
     for (name, size) in &resolver.lowering.scope.sizes {
@@ -112,6 +117,17 @@ pub fn resolve(
     model.graph = resolver.lowering.graph;
     model.variants = variants;
     Ok(model)
+}
+
+/// Parts, of which one may stand in several choices of a variant.
+fn once(parts: Vec<InnerModel>) -> Vec<InnerModel> {
+    let mut all: Vec<InnerModel> = Vec::with_capacity(parts.len());
+    for part in parts {
+        if !all.iter().any(|other| other.name == part.name && other.model == part.model) {
+            all.push(part);
+        }
+    }
+    all
 }
 
 /// Whether a number is a value, with the zero of its unit, or a size.
@@ -235,8 +251,8 @@ impl<'a> Resolver<'a> {
                 let equation = self.equation(item, label, (left, right), diagnostics)?;
                 self.model.equations.push(equation);
             }
-            ItemKind::Modes { name, modes, transitions, start } => {
-                let parts = (modes.as_slice(), transitions.as_slice(), start.as_ref());
+            ItemKind::Modes { name, modes, transitions, starts } => {
+                let parts = (modes.as_slice(), transitions.as_slice(), starts.as_slice());
                 let automaton = self.automaton(item, name, parts, diagnostics)?;
                 self.model.automata.push(automaton);
             }

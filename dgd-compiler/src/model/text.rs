@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::{AutomatonKind, Bound, Crossing, Declared, Equation, Interpolation, Model};
-use crate::expr::Symbol;
 use crate::expr::display::{listing, number};
+use crate::expr::{Node, Symbol};
 use crate::units::describe;
 
 /// Writes a model out.
@@ -125,8 +125,19 @@ pub fn write(model: &Model) -> String {
             }
         }
         for transition in &automaton.transitions {
-            let [from, to] =
-                [transition.from, transition.to].map(|mode| &automaton.modes[mode].name);
+            let to = &automaton.modes[transition.to].name;
+            let Some(from) = transition.from.map(|mode| &automaton.modes[mode].name) else {
+                let condition = match model.graph.node(transition.left) {
+                    Node::Select(condition, ..) => condition,
+                    _ => transition.left,
+                };
+                let (longer, condition) = show(condition);
+                for (name, value) in longer {
+                    let _ = writeln!(text, "      {name} = {value}");
+                }
+                let _ = writeln!(text, "    starts in {to} if {condition}");
+                continue;
+            };
             let crosses = match transition.crossing {
                 Crossing::Rises => "rises above",
                 Crossing::Falls => "falls below",

@@ -55,6 +55,13 @@ struct Bound<'a> {
     input: &'a Name,
 }
 
+impl Bound<'_> {
+    /// Whether it stands in the model wherever the part does.
+    fn is_there_with(&self, part: &Written<'_>) -> bool {
+        self.path.iter().all(|choice| part.path.contains(choice))
+    }
+}
+
 /// A part that is in place, or that could not be made.
 struct Placed<'a> {
     written: Written<'a>,
@@ -149,11 +156,17 @@ impl<'a, 'd> Expansion<'a, 'd> {
         let placed: Vec<Placed<'_>> = parts
             .into_iter()
             .map(|written| {
-                let instance = self.part(&written, visible, &mut whole);
+                let mut instance = self.part(&written, visible, &mut whole);
+                if let Ok(instance) = &mut instance {
+                    // What is bound in some choices only stays an input for the others.
+                    instance.remove_inputs(&|input| {
+                        bindings.iter().any(|b| b.input.text == input && b.is_there_with(&written))
+                    });
+                }
                 Placed { written, instance }
             })
             .collect();
-        self.verify_bindings(&placed, &bindings);
+        self.verify_bindings(&bindings);
         let n_items = |placed: &Placed<'_>| placed.instance.as_ref().map_or(0, |i| i.items.len());
         whole.lengths = placed.iter().map(n_items).collect();
         let mut used = 0;
@@ -201,6 +214,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
             name: name.text.clone(),
             model: model.text.clone(),
             doc: item.doc.clone(),
+            span: name.span,
         });
         whole.parts.extend(inner.parts.iter().map(|part| InnerModel {
             name: format!("{}.{}", name.text, part.name),
@@ -263,8 +277,8 @@ impl<'a, 'd> Expansion<'a, 'd> {
         }
     }
 
-    /// Every input of a part is bound, once, and nothing else is.
-    fn verify_bindings(&mut self, placed: &[Placed<'_>], bindings: &[Bound<'_>]) {
+    /// No input of a part is bound twice.
+    fn verify_bindings(&mut self, bindings: &[Bound<'_>]) {
         for (i, bound) in bindings.iter().enumerate() {
             let same = |other: &&Bound<'_>| {
                 other.input.text == bound.input.text && agree(&other.path, &bound.path)
@@ -276,30 +290,6 @@ impl<'a, 'd> Expansion<'a, 'd> {
                         .label(first.input.span, "first here"),
                 );
             }
-        }
-        for Placed { written, instance } in placed {
-            let Ok(instance) = instance else { continue };
-            let is_bound = |name: &str| {
-                let of = |bound: &Bound<'_>| bound.input.text == name;
-                bindings.iter().any(|bound| of(bound) && agree(&bound.path, &written.path))
-            };
-            let unbound: Vec<(&str, Span)> = instance
-                .inputs
-                .iter()
-                .filter(|(name, _)| !is_bound(name))
-                .map(|(name, input)| (name.as_str(), input.span))
-                .collect();
-            let Some((first, place)) = unbound.first() else { continue };
-            let names: Vec<&str> = unbound.iter().map(|(name, _)| *name).collect();
-            let message = match names.as_slice() {
-                [one] => format!("input `{one}` is not bound"),
-                all => format!("inputs `{}` are not bound", all.join("`, `")),
-            };
-            self.diagnostics.error(
-                Diagnostic::new(Code::E220, written.name.span, message)
-                    .label(*place, "an input of the part's model")
-                    .help(format!("say what it is: `{first} = …`")),
-            );
         }
     }
 
@@ -362,8 +352,8 @@ impl<'a, 'd> Expansion<'a, 'd> {
             return Err(self.diagnostics.error(diagnostic));
         };
         let instance = instance.as_ref().map_err(|reported| *reported)?;
-        if let Some(input) = instance.inputs.get(&input.text) {
-            return Ok(input.unit.clone());
+        if let Some(unit) = instance.inputs.get(&input.text) {
+            return Ok(unit.clone());
         }
         let is_declared = instance.values.contains(&input.text);
         let (code, message) = if is_declared {

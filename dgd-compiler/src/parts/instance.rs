@@ -6,26 +6,18 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::expansion::{Whole, declared};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::effects::Names;
-use crate::source::Span;
 use crate::syntax::ast::{Choice, Expr, ExprKind, Item, ItemKind, Name, PartArgument, Unit};
 use crate::syntax::visit::{self, Namespace};
 
 /// A part's items under the names of the model that it is in.
 #[derive(Debug, Clone)]
 pub(super) struct Instance {
-    /// All but its inputs.
+    /// All of it; what is bound is no longer among them once its bindings are known.
     pub(super) items: Vec<Item>,
-    /// Its inputs by name.
-    pub(super) inputs: BTreeMap<String, Input>,
+    /// The units of its inputs, by name.
+    pub(super) inputs: BTreeMap<String, Unit>,
     /// All names of it that can be read.
     pub(super) values: BTreeSet<String>,
-}
-
-/// An input of a part.
-#[derive(Debug, Clone)]
-pub(super) struct Input {
-    pub(super) span: Span,
-    pub(super) unit: Unit,
 }
 
 /// Makes a part of a model. The constants and parameters that arguments set are added to `set`.
@@ -48,11 +40,10 @@ pub(super) fn instance(
     }
     set.extend(inner_set.iter().map(|name| format!("{}.{name}", part.text)));
 
-    let mut inputs = BTreeMap::new();
-    take_inputs(&mut items, &mut inputs);
+    let inputs = inputs_of(part, &items);
     let mut values = BTreeSet::new();
     for (namespace, name) in declared(&mut items) {
-        if namespace == Namespace::Value {
+        if namespace == Namespace::Value && !inputs.contains_key(&name) {
             values.insert(name);
         }
     }
@@ -83,17 +74,32 @@ pub(super) fn instance(
     Ok(Instance { items, inputs, values })
 }
 
-/// Takes the inputs out of the items.
-fn take_inputs(items: &mut Vec<Item>, inputs: &mut BTreeMap<String, Input>) {
-    items.retain_mut(|item| match &mut item.kind {
-        ItemKind::Input { name, unit, .. } => {
-            let unit = unit.take().unwrap_or_else(|| plain(name));
-            inputs.entry(name.text.clone()).or_insert(Input { span: name.span, unit });
-            false
+/// The units of a part's inputs. Those of parts within it are not its own.
+fn inputs_of(part: &Name, items: &[Item]) -> BTreeMap<String, Unit> {
+    let mut inputs = BTreeMap::new();
+    visit::items(items, &mut |item| {
+        let ItemKind::Input { name, unit, .. } = &item.kind else { return };
+        if !name.text[part.text.len() + 1..].contains('.') {
+            let unit = unit.clone().unwrap_or_else(|| plain(name));
+            inputs.entry(name.text.clone()).or_insert(unit);
         }
+    });
+    inputs
+}
+
+impl Instance {
+    /// Takes inputs that are bound out of the items.
+    pub(super) fn remove_inputs(&mut self, is_bound: &dyn Fn(&str) -> bool) {
+        without_inputs(&mut self.items, is_bound);
+    }
+}
+
+fn without_inputs(items: &mut Vec<Item>, is_bound: &dyn Fn(&str) -> bool) {
+    items.retain_mut(|item| match &mut item.kind {
+        ItemKind::Input { name, .. } => !is_bound(&name.text),
         ItemKind::Variant { choices, .. } => {
             for choice in choices {
-                take_inputs(&mut choice.items, inputs);
+                without_inputs(&mut choice.items, is_bound);
             }
             true
         }

@@ -13,12 +13,14 @@
 //! | `instance` | from a model to one part: names, arguments, outputs |
 //! | `unknown` | names that a part's model reads and nobody declares |
 //! | `tied` | values that are no numbers but tied to what the whole knows later |
+//! | `unbound` | inputs that the chosen variants do not read: left out |
 //! | `fold` | back to what was written |
 
 mod expansion;
 mod fold;
 mod instance;
 mod tied;
+mod unbound;
 mod unknown;
 mod visible;
 
@@ -28,11 +30,13 @@ mod tests;
 use std::borrow::Cow;
 
 use crate::diagnostics::{Diagnostics, Reported};
+use crate::source::Span;
 use crate::syntax::ast::{Ast, ItemKind};
 use crate::syntax::visit;
 use expansion::Expansion;
 
 pub(crate) use fold::fold;
+pub(crate) use unbound::{has_unbound, leave_out_inputs_of_other_choices, leave_out_unbound};
 
 /// A model without parts.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,6 +59,8 @@ pub struct InnerModel {
     pub model: String,
     /// Doc comment of the part.
     pub doc: Vec<String>,
+    /// Where the part that it is in says its name.
+    pub span: Span,
 }
 
 /// Puts the items of parts in their places. `asts` are the tree of a model and those of all that it
@@ -62,7 +68,7 @@ pub struct InnerModel {
 ///
 /// # Errors
 ///
-/// [`Reported`] where a part has no model, lacks an input or is given what its model does not have.
+/// [`Reported`] where a part has no model or is given what its model does not have.
 ///
 /// # Panics
 ///

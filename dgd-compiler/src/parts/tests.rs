@@ -1,10 +1,12 @@
 use super::*;
 use crate::diagnostics::render;
 use crate::effects::{Application, Applied, Blending, Effect, apply, write};
+use crate::expr::Symbol;
 use crate::model::text as model_text;
 use crate::model::{Model, ModelOptions, resolve};
 use crate::pipeline::load;
 use crate::source::{Source, Sources};
+use crate::syntax::ast::Name;
 use crate::syntax::parse;
 use crate::syntax::print::print;
 
@@ -95,8 +97,8 @@ let x = one.p
 "
     );
     assert_eq!(expanded.asts.len(), 1);
-    let part = InnerModel { name: "one".into(), model: "tank".into(), doc: Vec::new() };
-    assert_eq!(expanded.parts, [part]);
+    let [part] = &expanded.parts[..] else { panic!("{:?}", expanded.parts) };
+    assert_eq!((part.name.as_str(), part.model.as_str()), ("one", "tank"));
 }
 
 #[test]
@@ -218,6 +220,136 @@ fn mistakes_are_named() {
         ),
     ] {
         assert_eq!(with(lines), [expected], "{lines}");
+    }
+}
+
+/// A line whose end is given a flow or a pressure; an input stands in a choice, another is read in one.
+const LINE: &str = "\
+model line
+state q = 1
+input slow
+let slowed = slow*q
+variant end {
+  flow { input q_end
+    equation end: der(q) = (q_end - q)/1 [s] }
+  pressure { input p_end
+    equation end: der(q) = (p_end - slowed)/1 [s] }
+}
+output late = slowed
+";
+
+#[test]
+fn inputs_that_the_chosen_variants_do_not_read_need_not_be_bound() {
+    let with = |lines: &str| {
+        let main = format!("model pond\nimport \"line.dgd\"\n{lines}\n");
+        Run::new(&[("pond.dgd", &main), ("line.dgd", LINE)])
+    };
+    let mut run = with("part one: line\none.q_end = 2");
+    let model = run.model();
+    assert!(model.inputs.is_empty());
+    // The other choice cannot be made.
+    assert_eq!(model.variants[0].choices, ["flow"]);
+    assert_eq!(model.lets.iter().map(|l| l.name.as_str()).collect::<Vec<_>>(), ["one.q_end"]);
+    // They may be bound all the same.
+    let model = with("part one: line\none.q_end = 2\none.slow = 1\none.p_end = 0").model();
+    assert_eq!(model.variants[0].choices, ["flow", "pressure"]);
+    for (lines, expected) in [
+        // Another choice reads others.
+        (
+            "part one: line(end = pressure)\none.q_end = 2",
+            "E220: inputs `one.p_end`, `one.slow` are not bound",
+        ),
+        // The whole reads what a value of the part needs.
+        ("part one: line\none.q_end = 2\nlet x = one.late", "E220: input `one.slow` is not bound"),
+        // Bound in one choice of the whole and missing in the chosen one.
+        (
+            "part one: line\nvariant v {\na { let x = 1 }\nb { one.q_end = 2 }\n}",
+            "E220: input `one.q_end` is not bound",
+        ),
+    ] {
+        assert_eq!(with(lines).messages(), [expected], "{lines}");
+    }
+    let lines = "part one: line\nvariant v {\na { one.q_end = 2 }\nb { let x = 1 }\n}";
+    with(lines).model();
+}
+
+#[test]
+fn inputs_that_other_choices_read_are_not_asked_for() {
+    let text = "model m\ninput u\ninput v\ninput shown\nlet both = u + v\nfunction f(u) = u\n\
+                state x\nvariant law {\none { equation e: der(x) = f(v)/1 [s] }\n\
+                two { equation e: der(x) = both/1 [s] }\n}\n";
+    let inputs = |choice: &str| {
+        let mut run = Run::new(&[("m.dgd", text)]);
+        let name = |text: &str| Name { text: text.into(), span: Span::default() };
+        let variants = vec![(name("law"), name(choice))];
+        let options = ModelOptions { variants, ..ModelOptions::default() };
+        let model = resolve(&run.asts, &options, &mut run.diagnostics).expect(choice);
+        model.inputs.iter().map(|input| input.declared.name.clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(inputs("one"), ["v", "shown"]);
+    assert_eq!(inputs("two"), ["u", "v", "shown"]);
+}
+
+#[test]
+fn start_values_of_a_part_read_what_the_whole_starts_with() {
+    let pipe = "model pipe\ninput q_in [m^3/s]\nsize N = 2\nstate q [m^3/s] = 2*q_in\n\
+                state r[i in 1..N] [m^3/s] = i*q_in\n\
+                equation e: der(q) = (q_in - q)/1 [s]\n\
+                for i in 1..N { equation f[i]: der(r[i]) = (q_in - r[i])/1 [s] }\n";
+    let with = |lines: &str| {
+        let main = format!("model pond\nimport \"pipe.dgd\"\nparameter a [m^3/s] = 3\n{lines}\n");
+        Run::new(&[("pond.dgd", &main), ("pipe.dgd", pipe)])
+    };
+    // Through two parts, in either order, and an element of an array.
+    let model = with(
+        "part two: pipe\npart one: pipe\ntwo.q_in = one.q + one.r[2]\none.q_in = x\n\
+         state x [m^3/s] = 5*a\nequation e: der(x) = 0",
+    )
+    .model();
+    let start = |name: &str| {
+        let unknown = model.unknowns.iter().find(|x| x.declared.name == name).expect(name);
+        model.graph.evaluate(unknown.start, &|symbol| match symbol {
+            Symbol::Parameter(0) => 3.0,
+            _ => f64::NAN,
+        })
+    };
+    assert_eq!([start("x"), start("one.q"), start("two.q")], [15.0, 30.0, 2.0 * (30.0 + 30.0)]);
+
+    for (lines, expected) in [
+        (
+            "part one: pipe\npart two: pipe\none.q_in = two.q\ntwo.q_in = one.q",
+            "E206: start values depend on each other: `one.q` → `two.q` → `one.q`",
+        ),
+        (
+            "part one: pipe\none.q_in = y\nunknown y [m^3/s]\nequation e: y = a",
+            "E503: this start value depends on `y`, which is not known before",
+        ),
+        (
+            "part one: pipe\none.q_in = a\nstate y [m^3/s] = one.q\nequation e: der(y) = 0",
+            "E503: this start value depends on `one.q`, which is not known before",
+        ),
+        (
+            "part one: pipe\none.q_in = delay(x, 1 [s])\nstate x [m^3/s]\nequation e: der(x) = 0",
+            "E503: this start value depends on an unknown, which is not known before",
+        ),
+    ] {
+        assert_eq!(with(lines).messages()[0], expected, "{lines}");
+    }
+}
+
+#[test]
+fn an_input_that_is_not_bound_is_said_where_the_part_stands() {
+    let pair = "model pair\nimport \"line.dgd\"\npart a: line(end = pressure)\na.slow = 1\n";
+    let main = "model pond\nimport \"pair.dgd\"\npart first: pair\n";
+    let mut run = Run::new(&[("pond.dgd", main), ("pair.dgd", pair), ("line.dgd", LINE)]);
+    assert_eq!(run.messages(), ["E220: input `first.a.p_end` is not bound"]);
+    let shown = run.shown();
+    for part in [
+        "--> pair.dgd:3:6",
+        "an input of the part's model with `first.a.end = pressure`",
+        "say what it is: `a.p_end = …`",
+    ] {
+        assert!(shown.contains(part), "{part}\n{shown}");
     }
 }
 
@@ -381,7 +513,8 @@ fn modes_functions_and_delays_of_a_part_are_its_own() {
                  function gain(k) = 2*k\n\
                  modes side {\nopen { equation e: der(x) = -gain(k)*x/1 [s] }\n\
                  shut { equation e: der(x) = 0 }\n\
-                 open -> shut when x falls below delay(u, tau) { reset x = k }\nstart shut\n}\n";
+                 open -> shut when x falls below delay(u, tau) { reset x = k }\n\
+                 start shut\nstart open if x > k and not u > tau/1 [s]\n}\n";
     let main = "model whole\nimport \"valve.dgd\"\ninput w\npart one: valve\none.u = w\n\
                 modes side {\na { equation f: y = one.x }\nb { equation f: y = 0 }\n\
                 a -> b when y rises above 2 { reset one.x = 3 }\n}\nunknown y\n";
@@ -403,6 +536,7 @@ modes one.side {
     reset one.x = one.k
   }
   start shut
+  start open if one.x > one.k and not one.u > one.tau/1 [s]
 }
 let one.u [1] = w
 ";

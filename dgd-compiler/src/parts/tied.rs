@@ -121,7 +121,7 @@ fn make_let(item: &mut Item, tied: &BTreeSet<String>) {
 }
 
 /// Every name read or called in an expression.
-fn names_in(expr: &Expr, names: &mut BTreeSet<String>) {
+pub(super) fn names_in(expr: &Expr, names: &mut BTreeSet<String>) {
     match &expr.kind {
         ExprKind::Name(name) => {
             names.insert(name.clone());

@@ -86,10 +86,15 @@ impl fmt::Display for Program {
             writeln!(f, "  z[{k}] = {name}: {modes}; starts in {}", automaton.start)?;
             for transition in &automaton.transitions {
                 let Transition { from, to, crossing, trigger, resets } = transition;
+                if *trigger == Trigger::Start {
+                    writeln!(f, "    starts in {to}, {crossing:?}")?;
+                    continue;
+                }
                 let acts = match trigger {
                     Trigger::Edge => "",
                     Trigger::Level => ", at any time",
                     Trigger::Entry => ", on entry",
+                    Trigger::Start => ", at the start",
                 };
                 writeln!(f, "    {from} -> {to}, {crossing:?}{acts}, resets {resets:?}")?;
             }

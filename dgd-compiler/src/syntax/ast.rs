@@ -327,12 +327,12 @@ pub enum ItemKind {
     Modes {
         /// Name.
         name: Name,
-        /// Modes with their equations; it starts in the first unless `start` names another.
+        /// Modes with their equations; it starts in the first unless `starts` says another.
         modes: Vec<Choice>,
         /// Which mode follows which, and when.
         transitions: Vec<Transition>,
-        /// `start MODE`
-        start: Option<Name>,
+        /// `start MODE if CONDITION`, in the order written, and `start MODE`.
+        starts: Vec<StartMode>,
     },
     /// `part pump: subsea_pump(c0 = 275 [m])`: a model inside this one.
     Part {
@@ -432,6 +432,15 @@ pub struct Choice {
     pub name: Name,
     /// What the model holds when it is chosen.
     pub items: Vec<Item>,
+}
+
+/// `start MODE if CONDITION`, or `start MODE` for where no condition holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StartMode {
+    /// The mode.
+    pub mode: Name,
+    /// When it is the one to start in.
+    pub condition: Option<Expr>,
 }
 
 /// `full -> draining when a falls below b { reset x = e }`

@@ -3,7 +3,9 @@
 
 use nom::Parser;
 
-use super::ast::{Choice, Crossing, Expr, Item, ItemKind, Name, Reaction, Reset, Transition};
+use super::ast::{
+    Choice, Crossing, Expr, Item, ItemKind, Name, Reaction, Reset, StartMode, Transition,
+};
 use super::expression::expression;
 use super::lexical::{Token, TokenKind};
 use super::tokens::{OPERATOR, Parsed, Tokens, dotted, name, token, word};
@@ -47,7 +49,7 @@ impl<'a> Reader<'a, '_> {
         let (name, mut inside, behind) = self.named_block(statement, docs, nesting)?;
         let mut modes: Vec<Choice> = Vec::new();
         let mut transitions = Vec::new();
-        let mut start: Option<Name> = None;
+        let mut starts: Vec<StartMode> = Vec::new();
         let mut above = Vec::new();
         while let Some((first, rest)) = inside.split_first() {
             match (first.kind, rest.first().map(|second| second.kind)) {
@@ -65,15 +67,17 @@ impl<'a> Reader<'a, '_> {
                 }
                 (TokenKind::Name, Some(TokenKind::Name)) if first.text(self.text) == "start" => {
                     let (line, rest) = inside.split_at(item_length(inside));
-                    let (_, named) = self.report(start_mode(self.input(line)))?;
-                    if let Some(earlier) = &start {
+                    let (_, start) = self.report(start_mode(self.input(line)))?;
+                    let always = starts.iter().find(|earlier| earlier.condition.is_none());
+                    if let Some(earlier) = always.filter(|_| start.condition.is_none()) {
                         let message = "`start` is given twice";
                         self.error(
-                            Diagnostic::new(Code::E108, named.span, message)
-                                .label(earlier.span, "given here already"),
+                            Diagnostic::new(Code::E108, start.mode.span, message)
+                                .label(earlier.mode.span, "given here already")
+                                .help("say when: `start MODE if CONDITION`"),
                         );
                     }
-                    start = Some(named);
+                    starts.push(start);
                     inside = rest;
                 }
                 _ => {
@@ -92,7 +96,7 @@ impl<'a> Reader<'a, '_> {
             );
             return None;
         }
-        Some(ItemKind::Modes { name, modes, transitions, start })
+        Some(ItemKind::Modes { name, modes, transitions, starts })
     }
 
     /// A mode says what holds while it lasts; what exists is the same in all of them.
@@ -160,9 +164,20 @@ impl<'a> Reader<'a, '_> {
     }
 }
 
-fn start_mode(input: Tokens<'_>) -> Parsed<'_, Name> {
-    let (rest, name) = name(input.behind_first())?;
-    if rest.is_empty() { Ok((rest, name)) } else { rest.expected("the end of the line") }
+/// `start MODE`, perhaps with `if CONDITION`.
+fn start_mode(input: Tokens<'_>) -> Parsed<'_, StartMode> {
+    let (rest, mode) = name(input.behind_first())?;
+    if rest.is_empty() {
+        return Ok((rest, StartMode { mode, condition: None }));
+    }
+    let (rest, _) = word("if", "`if` and a condition, or the end of the line")(rest)?;
+    let (rest, condition) = expression(rest)?;
+    let condition = Some(condition);
+    if rest.is_empty() {
+        Ok((rest, StartMode { mode, condition }))
+    } else {
+        rest.expected(OPERATOR)
+    }
 }
 
 type Head = (Name, Name, Expr, Crossing, Expr);

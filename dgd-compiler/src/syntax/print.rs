@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use super::ast::{
     Argument, Ast, Attribute, AttributeKind, Bound, Choice, Clause, ClauseKind, Comparison,
     EffectHeader, Expr, ExprKind, Factor, Header, Item, ItemKind, Name, PartArgument, Range,
-    Reaction, Reset, Sign, Slot, SlotKind, Target, Transition, Unit, UnknownKind,
+    Reaction, Reset, Sign, Slot, SlotKind, StartMode, Target, Transition, Unit, UnknownKind,
 };
 use super::lexical::RESERVED;
 use crate::source::{SourceId, Span};
@@ -418,15 +418,17 @@ impl Printer {
                 self.depth -= 1;
                 self.line("}");
             }
-            ItemKind::Modes { name, modes, transitions, start } => {
+            ItemKind::Modes { name, modes, transitions, starts } => {
                 self.line(&format!("modes {} {{", name.text));
                 self.depth += 1;
                 self.choices(modes);
                 for transition in transitions {
                     self.transition(transition);
                 }
-                if let Some(start) = start {
-                    self.line(&format!("start {}", start.text));
+                for StartMode { mode, condition } in starts {
+                    let condition = condition.as_ref().map(print_expression);
+                    let condition = condition.map_or(String::new(), |text| format!(" if {text}"));
+                    self.line(&format!("start {}{condition}", mode.text));
                 }
                 self.depth -= 1;
                 self.line("}");
@@ -729,11 +731,11 @@ fn placeless_item(item: &Item) -> Item {
             name: placeless_name(name),
             choices: choices.iter().map(placeless_choice).collect(),
         },
-        ItemKind::Modes { name, modes, transitions, start } => ItemKind::Modes {
+        ItemKind::Modes { name, modes, transitions, starts } => ItemKind::Modes {
             name: placeless_name(name),
             modes: modes.iter().map(placeless_choice).collect(),
             transitions: transitions.iter().map(placeless_transition).collect(),
-            start: start.as_ref().map(placeless_name),
+            starts: starts.iter().map(placeless_start).collect(),
         },
         ItemKind::Part { name, model, arguments } => ItemKind::Part {
             name: placeless_name(name),
@@ -780,6 +782,13 @@ fn placeless_reset(reset: &Reset) -> Reset {
         span: Span::default(),
         name: placeless_name(&reset.name),
         value: placeless(&reset.value),
+    }
+}
+
+fn placeless_start(start: &StartMode) -> StartMode {
+    StartMode {
+        mode: placeless_name(&start.mode),
+        condition: start.condition.as_ref().map(placeless),
     }
 }
 

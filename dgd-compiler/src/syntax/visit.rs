@@ -24,7 +24,7 @@ pub enum Namespace {
 pub enum Place<'a> {
     /// The value of a constant or a parameter, or an attribute.
     Declaration,
-    /// The start value of an unknown.
+    /// The start value of an unknown, or the condition of a mode to start in.
     Start,
     /// The value of a `let`.
     Let(&'a Name),
@@ -161,7 +161,7 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
                 parts_mut(item, visit);
             }
         }
-        ItemKind::Modes { name, modes, transitions, .. } => {
+        ItemKind::Modes { name, modes, transitions, starts } => {
             visit(Part::Declares(Namespace::Modes, name));
             for item in modes.iter_mut().flat_map(|mode| &mut mode.items) {
                 parts_mut(item, visit);
@@ -173,6 +173,9 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
                     visit(Part::Resets(&mut reset.name));
                     visit(Part::Expr(Place::Transition, &mut reset.value));
                 }
+            }
+            for condition in starts.iter_mut().filter_map(|start| start.condition.as_mut()) {
+                visit(Part::Expr(Place::Start, condition));
             }
         }
         ItemKind::Part { name, arguments, .. } => {

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::error::IntegrateError;
+use crate::identify::filter::FilterError;
 
 /// A point at which the residuals could not be evaluated.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,6 +23,13 @@ pub enum TrialFailure {
     OutputNotFinite {
         /// The output.
         output: String,
+        /// The time, s.
+        t: f64,
+    },
+    /// Derivatives are not defined.
+    NoSensitivity {
+        /// The equation to blame, or the model.
+        equation: String,
         /// The time, s.
         t: f64,
     },
@@ -57,6 +65,8 @@ pub enum EstimateError {
     },
     /// The model cannot be simulated at the parameters that the fit starts from.
     Start(TrialFailed),
+    /// The model cannot be filtered, which innovations need.
+    NotFiltered(Box<FilterError>),
 }
 
 impl fmt::Display for TrialFailed {
@@ -73,6 +83,9 @@ impl fmt::Display for TrialFailure {
             Self::Simulation(error) => error.fmt(f),
             Self::OutputNotFinite { output, t } => {
                 write!(f, "output `{output}` is not finite at t = {t} s")
+            }
+            Self::NoSensitivity { equation, t } => {
+                write!(f, "the derivatives of `{equation}` are not defined at t = {t} s")
             }
         }
     }
@@ -104,6 +117,7 @@ impl fmt::Display for EstimateError {
             Self::Start(failed) => {
                 write!(f, "the model cannot be simulated where the fit starts: {failed}")
             }
+            Self::NotFiltered(error) => error.fmt(f),
         }
     }
 }

@@ -20,9 +20,11 @@
 //! | `regression` | equations and outputs in which all else is known: least squares, recursive too |
 //! | `nelder_mead` | the simplex method |
 //! | `uncertainty` | covariance, and what the data does not determine |
+//! | `filter` | states and parameters while samples come in, and by the likelihood of innovations |
 
 mod box_quadratic;
 mod error;
+pub mod filter;
 mod fit;
 mod levenberg_marquardt;
 mod nelder_mead;

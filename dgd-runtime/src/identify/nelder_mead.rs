@@ -46,6 +46,8 @@ pub struct Simplex {
 /// `fminsearch` has them.
 const FIRST_EDGE: f64 = 0.05;
 const FIRST_EDGE_AT_ZERO: f64 = 0.00025;
+/// Of the size asked for: there the function's own rounding is all that it differs by.
+const ROUNDED: f64 = 1e-3;
 /// Those of the simplex that tries the end again.
 const SECOND_EDGE: f64 = 1e-3;
 
@@ -152,10 +154,12 @@ impl Search<'_> {
 
 fn is_small(vertices: &[(Vec<f64>, f64)], rule: &SimplexRule) -> bool {
     let (best, value) = &vertices[0];
-    vertices[1..].iter().all(|(x, other)| {
-        let near = |(x, best): (&f64, &f64)| (x - best).abs() <= rule.size * best.abs().max(1.0);
-        x.iter().zip(best).all(near) && other - value <= rule.spread * value.abs()
-    })
+    let all_within = |size: f64| {
+        let near = |(x, best): (&f64, &f64)| (x - best).abs() <= size * best.abs().max(1.0);
+        vertices[1..].iter().all(|(x, _)| x.iter().zip(best).all(near))
+    };
+    let is_flat = vertices[1..].iter().all(|(_, other)| other - value <= rule.spread * value.abs());
+    all_within(rule.size) && (is_flat || all_within(ROUNDED * rule.size))
 }
 
 #[cfg(test)]
@@ -164,14 +168,14 @@ mod tests {
 
     const ANYWHERE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
-    fn rosenbrock(x: &[f64]) -> Option<f64> {
-        Some(100.0 * (x[1] - x[0] * x[0]).powi(2) + (1.0 - x[0]).powi(2))
+    fn rosenbrock(x: &[f64]) -> f64 {
+        100.0 * (x[1] - x[0] * x[0]).powi(2) + (1.0 - x[0]).powi(2)
     }
 
     #[test]
     fn the_valley_is_followed_to_its_end() {
         let rule = SimplexRule { spread: 1.0, ..SimplexRule::default() };
-        let found = nelder_mead(&[-1.2, 1.0], &[ANYWHERE; 2], &rule, rosenbrock);
+        let found = nelder_mead(&[-1.2, 1.0], &[ANYWHERE; 2], &rule, |x| Some(rosenbrock(x)));
         assert!(found.is_converged);
         assert!(found.x.iter().all(|x| (x - 1.0).abs() < 1e-6), "{found:?}");
     }
@@ -181,7 +185,7 @@ mod tests {
         // On x₁ = 1/2 the valley's floor is x₂ = 1/4.
         let rule = SimplexRule::default();
         let bounds = [(-2.0, 0.5), ANYWHERE];
-        let found = nelder_mead(&[-1.2, 1.0], &bounds, &rule, rosenbrock);
+        let found = nelder_mead(&[-1.2, 1.0], &bounds, &rule, |x| Some(rosenbrock(x)));
         assert!((found.x[0] - 0.5).abs() < 1e-8 && (found.x[1] - 0.25).abs() < 1e-6, "{found:?}");
         let logarithm = |x: &[f64]| (x[0] > 0.0).then(|| (x[0] / 2.0).ln().powi(2));
         let rule = SimplexRule { spread: 1.0, ..rule };

@@ -12,7 +12,7 @@
 use super::Simulation;
 use super::simultaneous::Together;
 use super::watch::Samples;
-use crate::discrete::{Schedule, choose_sides};
+use crate::discrete::{Schedule, choose_sides, choose_start_modes};
 use crate::error::IntegrateError;
 use crate::problem::Problem;
 use crate::solution::{Event, Solution};
@@ -313,9 +313,27 @@ impl<S: System> Simulation<'_, S> {
             if hybrid.e[k].abs() > hybrid.slack[k] {
                 hybrid.slack[k] = 0.0;
             }
-            if transition.trigger != Trigger::Entry {
+            if matches!(transition.trigger, Trigger::Edge | Trigger::Level) {
                 hybrid.armed[k] = true;
             }
+        }
+    }
+
+    /// Begins in the modes that conditions on the start choose.
+    pub(super) fn begin_modes(&mut self) {
+        if !S::FEATURES.events {
+            return;
+        }
+        let Problem { system, p, .. } = *self.problem;
+        let u = self.drive.at(self.t, self.y.as_ref());
+        let Hybrid { e, schedule, .. } = &mut self.discrete;
+        let before = schedule.z.clone();
+        choose_start_modes(system, (self.t, self.y.as_ref(), u, p), e, &mut schedule.z);
+        if schedule.z != before {
+            let mut mass = self.algebraic.mass.clone();
+            let at = Point { t: self.t, y: &[], u, p, z: &schedule.z };
+            system.mass(at, mass.as_mut());
+            self.algebraic.enter_modes(mass.as_ref());
         }
     }
 

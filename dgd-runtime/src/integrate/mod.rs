@@ -488,6 +488,7 @@ impl<'a, S: System> Simulation<'a, S> {
             }
         }
         solution.statistics.segments = 1;
+        self.begin_modes();
         self.select_first_states();
         self.begin_switches();
         self.make_consistent(solution)?;

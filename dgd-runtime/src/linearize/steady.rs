@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use super::error::SteadyStateError;
 use super::point::OperatingPoint;
 use crate::delay::delays;
-use crate::discrete::{choose_sides, discrete_numbers};
+use crate::discrete::{choose_sides, choose_start_modes, discrete_numbers};
 use crate::error::IntegrateError;
 use crate::initial::{Algebraic, Place, add_terms, consistent_start};
 use crate::integrate::locked::Steps;
@@ -125,11 +125,14 @@ impl<'a, S: System> Search<'a, S> {
         inputs.value(t, Side::Right, &mut u);
         let mut sizes = vec![0.0; start.len()];
         unknown_sizes(system, start, &mut sizes);
+        let mut z = discrete_numbers(system, problem.p, t);
+        let mut e = vec![0.0; system.signature().discrete.transitions().count()];
+        choose_start_modes(system, (t, start, &u, problem.p), &mut e, &mut z);
         Ok(Self {
             problem,
             t,
             u,
-            z: discrete_numbers(system, problem.p, t),
+            z,
             sizes,
             tolerances: Tolerances { rtol: options.rtol, atol: options.atol },
             equations: Algebraic::all(system),

@@ -4,7 +4,7 @@
 //! two blanks for every brace, lines that continue an item by four more. Declarations of one kind in
 //! consecutive lines are written in columns. `*` and `/` keep the blanks around them or keep none,
 //! for with them the author groups a formula: `rho/A * der(q)`. Comments at the end of lines keep
-//! their column where the text leaves them room.
+//! their column where the text leaves them room; those of lines that form columns have one.
 //!
 //! Works on tokens, so that it also lays out what this version cannot compile.
 
@@ -313,17 +313,25 @@ fn write_columns(run: &mut [Line]) {
     }
 }
 
-/// Gives comments at the end of consecutive lines that began in one column one column again.
+/// Gives comments at the end of consecutive lines one column, where they began in one or the lines
+/// form columns: the first of theirs that leaves the text room.
 fn place_comments(lines: &mut [Line]) {
     let is_trailing = |line: &Line| !line.code.is_empty() && !line.comment.is_empty();
     let mut rest = lines;
-    while let Some(first) = rest.first() {
-        let column = first.comment_column;
-        let same = |line: &&Line| is_trailing(line) && line.comment_column == column;
-        let length = rest.iter().take_while(same).count().max(1);
+    while !rest.is_empty() {
+        let together = |pair: &&[Line]| {
+            let [a, b] = pair else { return false };
+            let of_one_block = a.group.is_some() && a.group == b.group && a.indent == b.indent;
+            is_trailing(a)
+                && is_trailing(b)
+                && (of_one_block || a.comment_column == b.comment_column)
+        };
+        let length = 1 + rest.windows(2).take_while(together).count();
         let (run, behind) = rest.split_at_mut(length);
         let needed = |line: &Line| line.indent + line.code.chars().count() + COMMENT_GAP;
-        let column = run.iter().map(needed).max().unwrap_or(0).max(column);
+        let needed = run.iter().map(needed).max().unwrap_or(0);
+        let written = run.iter().map(|line| line.comment_column).min().unwrap_or(0);
+        let column = needed.max(written);
         for line in run {
             line.comment_column = column;
         }

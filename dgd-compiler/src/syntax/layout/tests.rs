@@ -65,7 +65,7 @@ static {equation e: a = c}
 }
 ";
     let expected = "\
-state h        [m]   = 50         # level
+state h        [m]   = 50  # level
 state pressure [bar]       fixed
 state q              = 1   fixed  # flow
 let a      = 1
@@ -75,9 +75,25 @@ variant flow {
   static  { equation e: a = c }
 }
 ";
-    // The two comments did not begin in one column, so each keeps its own where it fits.
-    let expected = expected.replace("50         # level", "50  # level");
-    assert_eq!(laid_out(text), Ok(expected));
+    assert_eq!(laid_out(text).as_deref(), Ok(expected));
+}
+
+#[test]
+fn comments_of_a_block_have_one_column() {
+    // However they stood, as far left as one of them did and all fit.
+    let block = |columns: [usize; 3]| {
+        let lines = ["constant a  = 1", "constant bb = 22", "constant c  = 3"];
+        let lines = lines.iter().zip(columns).map(|(line, column)| format!("{line:column$}# x\n"));
+        lines.collect::<String>()
+    };
+    for (columns, column) in [([18, 18, 18], 18), ([20, 30, 25], 20), ([25, 17, 17], 18)] {
+        assert_eq!(laid_out(&block(columns)), Ok(block([column; 3])));
+    }
+    // Lines of another kind have theirs, and so have those behind a line without.
+    let text = "constant a = 1    # one\nlet b = a    # two\n";
+    assert_eq!(laid_out(text).as_deref(), Ok(text));
+    let text = "constant a = 1    # one\nconstant b = 2\nconstant c = 3      # three\n";
+    assert_eq!(laid_out(text).as_deref(), Ok(text));
 }
 
 #[test]

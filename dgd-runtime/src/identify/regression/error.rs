@@ -153,7 +153,7 @@ impl fmt::Display for RegressionError {
                 write!(f, "the variance that estimates start with must be positive")
             }
             Self::NotOverTime => {
-                write!(f, "a recursive estimator follows samples over time, and there are none")
+                write!(f, "a recursive estimator follows samples over time, and these have no time")
             }
         }
     }

@@ -29,9 +29,9 @@ pub struct LambdaFilter {
 /// How the states move over a time.
 #[derive(Debug, Clone)]
 struct Transition {
-    of_state: DMatrix<f64>,
-    of_value: DVector<f64>,
-    of_slope: DVector<f64>,
+    state: DMatrix<f64>,
+    value: DVector<f64>,
+    slope: DVector<f64>,
 }
 
 /// Transitions that are kept: the nodes of a step, and its end.
@@ -122,10 +122,10 @@ impl LambdaFilter {
             self.cached.push((tau, transition));
         }
         let found = self.cached.iter().find(|(cached, _)| *cached == tau);
-        let Some((_, Transition { of_state, of_value, of_slope })) = found else {
+        let Some((_, Transition { state, value, slope })) = found else {
             unreachable!("it has just been put there")
         };
-        of_state * &self.states + of_value * values.transpose() + of_slope * slopes.transpose()
+        state * &self.states + value * values.transpose() + slope * slopes.transpose()
     }
 
     /// [A B 0; 0 0 1; 0 0 0].
@@ -147,9 +147,9 @@ impl LambdaFilter {
         let n = self.lambda.len() - 1;
         let exponential = (self.generator() * tau).exp();
         Transition {
-            of_state: exponential.view((0, 0), (n, n)).into_owned(),
-            of_value: exponential.view((0, n), (n, 1)).column(0).into_owned(),
-            of_slope: exponential.view((0, n + 1), (n, 1)).column(0).into_owned(),
+            state: exponential.view((0, 0), (n, n)).into_owned(),
+            value: exponential.view((0, n), (n, 1)).column(0).into_owned(),
+            slope: exponential.view((0, n + 1), (n, 1)).column(0).into_owned(),
         }
     }
 }

@@ -23,6 +23,9 @@ use crate::identify::regression::rows::{RowOf, Rows};
 use crate::identify::regression::{RegressionMethod, RegressionProblem, structure};
 use crate::system::{Point, System};
 
+/// Most steps between two samples.
+const MOST_STEPS: f64 = 1000.0;
+
 /// How to follow.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FollowOptions {
@@ -83,7 +86,8 @@ pub fn follow<S: System>(
     let filter = filter.ok_or(RegressionError::Filter)?;
     let weights = first.sigma.iter().map(|sigma| first.sigma[0] / sigma).collect();
 
-    let mut following = Following { prepared: &prepared, weights, filter, estimator };
+    let step = options.time_constants.iter().copied().fold(f64::INFINITY, f64::min);
+    let mut following = Following { prepared: &prepared, weights, filter, estimator, step };
     let (mut times, mut estimates) = (Vec::new(), Vec::new());
     for (recording, known) in known.iter().enumerate() {
         following.along(&mut rows, recording, known, &mut |t, theta| {
@@ -115,6 +119,8 @@ struct Following<'a, S> {
     weights: Vec<f64>,
     filter: LambdaFilter,
     estimator: ContinuousLeastSquares,
+    /// The longest step, s.
+    step: f64,
 }
 
 impl<S: System> Following<'_, S> {
@@ -147,13 +153,19 @@ impl<S: System> Following<'_, S> {
                     self.filter.lead(from, &to, h);
                     let (filter, weights) = (&mut self.filter, &self.weights);
                     let (mut smoothed, mut rates) = (vec![0.0; to.len()], vec![0.0; to.len()]);
-                    self.estimator.advance(h, &mut |tau| {
-                        filter.after(tau, &mut smoothed, &mut rates);
-                        let block = 2 * (n + 1);
-                        let rows = smoothed.chunks_exact(block).zip(rates.chunks_exact(block));
-                        rows.zip(weights).map(|(row, weight)| sample_of(row, n, *weight)).collect()
-                    });
-                    self.filter.advance(h);
+                    // Steps in which the filtered signals are nearly polynomials.
+                    let steps = (h / self.step).ceil().clamp(1.0, MOST_STEPS);
+                    for _ in 0..steps as usize {
+                        self.estimator.advance(h / steps, &mut |tau| {
+                            filter.after(tau, &mut smoothed, &mut rates);
+                            let block = 2 * (n + 1);
+                            let rows = smoothed.chunks_exact(block).zip(rates.chunks_exact(block));
+                            rows.zip(weights)
+                                .map(|(row, weight)| sample_of(row, n, *weight))
+                                .collect()
+                        });
+                        filter.advance(h / steps);
+                    }
                 }
             }
             visit(t, self.estimator.theta());

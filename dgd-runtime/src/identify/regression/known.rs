@@ -94,7 +94,8 @@ impl Known {
         for k in 0..self.times.len() {
             let slopes = &self.ydot[k * self.n..(k + 1) * self.n];
             // NaN is not known to be steady.
-            if limits.iter().any(|(i, limit)| !(slopes[*i].abs() <= *limit)) {
+            let is_steady = limits.iter().all(|(i, limit)| slopes[*i].abs() <= *limit);
+            if !is_steady {
                 self.y[k * self.n..(k + 1) * self.n].fill(f64::NAN);
                 self.ydot[k * self.n..(k + 1) * self.n].fill(f64::NAN);
             }

@@ -43,9 +43,9 @@ pub(crate) fn spectrum(r: &DMatrix<f64>) -> Spectrum {
 
 /// R with columns of length 1, and what they were divided by.
 fn with_unit_columns(r: &DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
-    let size = DVector::from_fn(r.ncols(), |j, _| match r.column(j).norm() {
-        0.0 => 1.0,
-        norm => norm,
+    let size = DVector::from_fn(r.ncols(), |j, _| {
+        let norm = r.column(j).norm();
+        if norm == 0.0 { 1.0 } else { norm }
     });
     let mut scaled = r.clone();
     for (j, size) in size.iter().enumerate() {
@@ -62,11 +62,9 @@ pub(crate) fn solve(r: &DMatrix<f64>, zeta: &DVector<f64>) -> DVector<f64> {
     let (scaled, size) = with_unit_columns(r);
     let svd = scaled.svd(true, true);
     let cutoff = UNSEEN * svd.singular_values.max();
-    match svd.solve(zeta, cutoff) {
-        Ok(delta) => delta.component_div(&size),
-        // Both factors were asked for.
-        Err(_) => DVector::zeros(r.ncols()),
-    }
+    // Both factors were asked for.
+    let delta = svd.solve(zeta, cutoff).unwrap_or_else(|_| DVector::zeros(r.ncols()));
+    delta.component_div(&size)
 }
 
 /// The δ of least ‖Rδ − ζ‖ within the bounds, which hold 0.
@@ -82,23 +80,20 @@ pub(crate) fn solve_bounded(
     // Exact arithmetic ends long before.
     for _ in 0..10 * (n + 1) {
         let towards = on_free(r, zeta, &delta, &free);
-        match first_bound(&delta, &towards, lower, upper, &free) {
-            Some((length, j, bound)) => {
-                delta += (&towards - &delta) * length;
-                delta[j] = bound;
-                free[j] = false;
-                // Others that are met at the same length.
-                for i in (0..n).filter(|i| free[*i]) {
-                    delta[i] = delta[i].clamp(lower[i], upper[i]);
-                }
+        if let Some((length, j, bound)) = first_bound(&delta, &towards, lower, upper, &free) {
+            delta += (&towards - &delta) * length;
+            delta[j] = bound;
+            free[j] = false;
+            // Others that are met at the same length.
+            for i in (0..n).filter(|i| free[*i]) {
+                delta[i] = delta[i].clamp(lower[i], upper[i]);
             }
-            None => {
-                delta = towards;
-                match most_wrongly_held(r, zeta, (&delta, &free), lower, upper) {
-                    Some(j) => free[j] = true,
-                    None => break,
-                }
-            }
+            continue;
+        }
+        delta = towards;
+        match most_wrongly_held(r, zeta, (&delta, &free), lower, upper) {
+            Some(j) => free[j] = true,
+            None => break,
         }
     }
     delta
@@ -162,7 +157,8 @@ fn most_wrongly_held(
         let column = r.column(j);
         let inwards = if delta[j] <= lower[j] { 1.0 } else { -1.0 };
         let cosine = inwards * column.dot(&left) / column.norm();
-        if !(cosine > most.map_or(0.0, |(_, cosine)| cosine)) {
+        let is_more = cosine > most.map_or(0.0, |(_, cosine)| cosine);
+        if !is_more {
             continue;
         }
         let mut released = free.to_vec();

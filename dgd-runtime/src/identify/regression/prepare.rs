@@ -83,8 +83,8 @@ impl<'a, S: System> Prepared<'a, S> {
         let kinds = RowKind::all(*system, &self.free, |i| self.uses(i) && self.is_prompt(i));
         let mut rows = Rows::new(*system, recordings, known, kinds, &self.free);
         let mut count = vec![0; rows.kinds.len()];
-        for recording in 0..known.len() {
-            for sample in 0..known[recording].times.len() {
+        for (recording, of_recording) in known.iter().enumerate() {
+            for sample in 0..of_recording.times.len() {
                 for (kind, count) in count.iter_mut().enumerate() {
                     *count += usize::from(!rows.target(kind, recording, sample, &self.p).is_nan());
                 }

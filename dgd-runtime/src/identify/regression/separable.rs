@@ -29,6 +29,10 @@ use crate::identify::regression::triangle::Triangle;
 use crate::identify::variables::{Variable, Variables};
 use crate::system::{Direction, System};
 
+/// A linear parameter that becomes so many times smaller is solved for once more.
+const CANCELLED: f64 = 100.0;
+const MOST_PASSES: usize = 6;
+
 /// The triangle of the weighted rows at p: derivatives to `columns` of the free parameters, each times a
 /// factor, and −r.
 pub(crate) fn triangle<S: System>(
@@ -117,7 +121,25 @@ impl<S: System> Inner<'_, S> {
     }
 
     /// Gives the linear parameters their best values; returns the sum of squares.
+    ///
+    /// From values that are much larger than the best ones it is repeated: the difference has lost digits.
     fn solve(&self, rows: &mut Rows<'_, S>, p: &mut [f64]) -> Result<f64, RegressionError> {
+        for _ in 1..MOST_PASSES {
+            let before = p.to_vec();
+            let squares = self.correct(rows, p)?;
+            let has_cancelled = |j: &usize| {
+                let i = self.prepared.free[*j];
+                before[i].abs() > CANCELLED * p[i].abs()
+            };
+            if !self.columns.iter().any(has_cancelled) {
+                return Ok(squares);
+            }
+        }
+        self.correct(rows, p)
+    }
+
+    /// One pass of it.
+    fn correct(&self, rows: &mut Rows<'_, S>, p: &mut [f64]) -> Result<f64, RegressionError> {
         let triangle = self.triangle(rows, p)?;
         let (r, zeta) = (triangle.r(), triangle.zeta());
         let parameter = |j: usize| self.prepared.free[self.columns[j]];
@@ -229,12 +251,12 @@ impl<'a, S: System> Outer<'a, S> {
         bounds: &[(f64, f64)],
     ) -> Result<Searched, RegressionError> {
         let mut rule = self.prepared.problem.stopping;
-        let mut at = self.project(rows, inner, &self.parameters(p, &z), &z)?;
+        let mut near = p.to_vec();
+        let mut at = self.project(rows, inner, &mut near, &z)?;
         let (mut evaluations, mut iterations) = (1, 0);
         loop {
-            let minimum = minimise(z, at, bounds, &rule, |z| {
-                self.project(rows, inner, &self.parameters(p, z), z)
-            });
+            let minimum =
+                minimise(z, at, bounds, &rule, |z| self.project(rows, inner, &mut near, z));
             evaluations += minimum.evaluations;
             iterations += minimum.iterations;
             rule.evaluations = rule.evaluations.saturating_sub(minimum.evaluations);
@@ -251,15 +273,15 @@ impl<'a, S: System> Outer<'a, S> {
         }
     }
 
-    /// The projected problem at z.
+    /// The projected problem at z. Linear parameters are solved for from those of the problem before.
     fn project(
         &self,
         rows: &mut Rows<'_, S>,
         inner: &Inner<'_, S>,
-        p: &[f64],
+        near: &mut Vec<f64>,
         z: &[f64],
     ) -> Result<NormalEquations, RegressionError> {
-        let mut p = p.to_vec();
+        let mut p = self.parameters(near, z);
         inner.solve(rows, &mut p)?;
         let unheld = inner.columns.iter().filter(|j| !inner.is_held(**j, &p));
         let mut columns: Vec<(usize, f64)> = unheld.map(|j| (*j, 1.0)).collect();
@@ -267,6 +289,7 @@ impl<'a, S: System> Outer<'a, S> {
         let slopes = self.variables.all.iter().zip(z).map(|(variable, z)| variable.slope(*z));
         columns.extend(self.positions.iter().copied().zip(slopes));
         let triangle = triangle(inner.prepared, rows, inner.sigma, &p, &columns)?;
+        *near = p;
         let n = self.positions.len();
         let j = triangle.r().view((projected, projected), (n, n)).into_owned();
         let zeta = triangle.zeta().rows(projected, n).into_owned();

@@ -22,7 +22,7 @@ const KEPT: usize = 128;
 pub(crate) struct Triangle {
     /// Columns, the target's included.
     columns: usize,
-    triangle: DMatrix<f64>,
+    upper: DMatrix<f64>,
     /// Rows that are not in the triangle yet.
     rows: Vec<f64>,
 }
@@ -30,7 +30,7 @@ pub(crate) struct Triangle {
 impl Triangle {
     /// No rows, of n regressors and a target.
     pub(crate) fn new(n: usize) -> Self {
-        Self { columns: n + 1, triangle: DMatrix::zeros(n + 1, n + 1), rows: Vec::new() }
+        Self { columns: n + 1, upper: DMatrix::zeros(n + 1, n + 1), rows: Vec::new() }
     }
 
     /// Takes in a row: φ and z, both times `weight`.
@@ -45,7 +45,7 @@ impl Triangle {
 
     /// Multiplies all rows so far by a factor.
     pub(crate) fn scale(&mut self, factor: f64) {
-        self.triangle *= factor;
+        self.upper *= factor;
         self.rows.iter_mut().for_each(|value| *value *= factor);
     }
 
@@ -58,16 +58,16 @@ impl Triangle {
                 continue;
             }
             // v = x ± ‖x‖ e, of the sign that cancels nothing; H = 1 − 2 v vᵀ / vᵀv
-            let above = self.triangle[(j, j)];
+            let above = self.upper[(j, j)];
             let length = above.hypot(below.sqrt());
             let diagonal = if above > 0.0 { -length } else { length };
             let head = above - diagonal;
             let half = 0.5 * (head * head + below);
-            self.triangle[(j, j)] = diagonal;
+            self.upper[(j, j)] = diagonal;
             for c in j + 1..n {
                 let tail: f64 = self.rows.chunks_exact(n).map(|row| row[j] * row[c]).sum();
-                let along = (head * self.triangle[(j, c)] + tail) / half;
-                self.triangle[(j, c)] -= along * head;
+                let along = (head * self.upper[(j, c)] + tail) / half;
+                self.upper[(j, c)] -= along * head;
                 for row in self.rows.chunks_exact_mut(n) {
                     row[c] -= along * row[j];
                 }
@@ -78,26 +78,26 @@ impl Triangle {
 
     /// Puts zeros in place of ζ and ρ: what the rows say of the target has been used.
     pub(crate) fn forget_target(&mut self) {
-        self.triangle.column_mut(self.columns - 1).fill(0.0);
+        self.upper.column_mut(self.columns - 1).fill(0.0);
     }
 
     /// R, n × n. All rows must have been reduced.
     pub(crate) fn r(&self) -> DMatrix<f64> {
         debug_assert!(self.rows.is_empty(), "rows that are not in the triangle");
         let n = self.columns - 1;
-        self.triangle.view((0, 0), (n, n)).into_owned()
+        self.upper.view((0, 0), (n, n)).into_owned()
     }
 
     /// ζ, n numbers. All rows must have been reduced.
     pub(crate) fn zeta(&self) -> DVector<f64> {
         let n = self.columns - 1;
-        self.triangle.view((0, n), (n, 1)).column(0).into_owned()
+        self.upper.view((0, n), (n, 1)).column(0).into_owned()
     }
 
     /// ρ², what no θ takes away.
     pub(crate) fn remainder(&self) -> f64 {
         let n = self.columns - 1;
-        self.triangle[(n, n)].powi(2)
+        self.upper[(n, n)].powi(2)
     }
 }
 

@@ -8,17 +8,17 @@
 //! above, as in Press et al., Numerical Recipes, 3rd ed. (2007), §6.2.
 
 /// P(χ² > `value`) with `dof` degrees of freedom; 0 where it is smaller than a number can be.
-pub(crate) fn chi_square_tail(value: f64, dof: f64) -> f64 {
+pub fn chi_square_tail(value: f64, dof: f64) -> f64 {
     if value <= 0.0 { 1.0 } else { upper_gamma(0.5 * dof, 0.5 * value) }
 }
 
 /// P(|z| > `value`) of a standard normal z.
-pub(crate) fn normal_two_sided(value: f64) -> f64 {
+pub fn normal_two_sided(value: f64) -> f64 {
     chi_square_tail(value * value, 1.0)
 }
 
 /// The value that a standard normal |z| exceeds with this probability.
-pub(crate) fn normal_threshold(probability: f64) -> f64 {
+pub fn normal_threshold(probability: f64) -> f64 {
     // Beyond 38 standard deviations no probability is a number above zero.
     let (mut low, mut high) = (0.0, 38.0);
     while high - low > 1e-9 {

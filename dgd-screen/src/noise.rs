@@ -157,7 +157,7 @@ pub fn quantisation_step(measured: &[f64]) -> Option<f64> {
 }
 
 /// The middle of the values, which are put in order; `None` without values.
-pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
+pub fn median(values: &mut [f64]) -> Option<f64> {
     values.sort_unstable_by(f64::total_cmp);
     let upper = *values.get(values.len() / 2)?;
     let lower = values[(values.len() - 1) / 2];

@@ -2,7 +2,7 @@
 
 mod support;
 
-use dgd_discover::{quantisation_step, white_noise};
+use dgd_screen::noise::{quantisation_step, white_noise};
 use support::{Normal, seconds};
 
 /// Within four standard deviations of the estimate by its own account: 1 in 16 000 by chance.

@@ -1,0 +1,299 @@
+//! `dgd fit --estimator prediction-error`: by the likelihood of innovations, with process noise.
+
+use std::fmt::Write as _;
+
+use dgd_execute::Loaded;
+use dgd_runtime::identify::filter::{
+    Level, LevelEstimate, PredictionError, PredictionErrorProblem, prediction_error,
+};
+use dgd_runtime::identify::{
+    Bound, Estimate, EstimateError, Evaluation, Misfit, Noise, OutputErrorProblem, evaluate,
+};
+use dgd_runtime::{Direction, Options, Signature, System, Unit};
+use serde_json::{Map, Value, json};
+
+use super::fit::Task;
+use crate::args::FitArgs;
+use crate::console::{Console, print};
+use crate::failure::CommandError;
+use crate::fit_report::{Tested, digits_of, in_unit};
+use crate::table::{push_table, significant};
+
+/// Differences of innovations need at least this tolerance.
+const TIGHT: f64 = 1e-8;
+
+const MINUTE: f64 = 60.0;
+
+pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(), CommandError> {
+    if !args.solve.plot.is_empty() {
+        return Err(CommandError::Usage(
+            "`--plot` draws what `--estimator output-error` simulates; draw a fit by prediction error \
+             with `dgd track` and the fitted model"
+                .to_owned(),
+        ));
+    }
+    let problem = problem(task, args, console);
+    let found = prediction_error(&problem).map_err(|error| task.failed(error, &args.data))?;
+    if !found.termination.is_converged() {
+        return Err(CommandError::Computation(format!(
+            "no maximum of the likelihood was reached in {} evaluations ({})",
+            found.evaluations,
+            found.termination.name()
+        )));
+    }
+    let of_simulation =
+        OutputErrorProblem { p: &found.p, free: problem.free.clone(), ..task.problem(console) };
+    let train = evaluate(&of_simulation, &found.p, &found.starts)
+        .map_err(|error| task.failed(EstimateError::Start(error), &args.data))?;
+    let held_out = OutputErrorProblem {
+        recordings: &task.valid,
+        noise: found
+            .noise
+            .iter()
+            .map(|noise| noise.map(|noise| Noise::Known(noise.value)))
+            .collect(),
+        ..of_simulation
+    };
+    let valid =
+        if task.valid.is_empty() { None } else { Some(task.simulated(&held_out, &args.valid)?) };
+    let outcome = Outcome { task, args, found: &found, train, valid };
+    let json = outcome.to_json();
+    if let Some(folder) = console.out() {
+        task.save(folder, args, &found.estimates, &json, Vec::new())?;
+        console.remark(&format!("wrote {}", folder.display()));
+    }
+    if console.is_json() { print(&format!("{json:#}\n")) } else { print(&outcome.to_text()) }
+}
+
+fn problem<'a>(
+    task: &'a Task,
+    args: &FitArgs,
+    console: Console<'_>,
+) -> PredictionErrorProblem<'a, Loaded> {
+    let defaults = PredictionErrorProblem::new(&task.system, &task.p, &task.train);
+    // All states have a direction; start values of some are given.
+    let named = |names: &[String], name: &str| names.iter().any(|named| named.trim() == name);
+    let is_free = |direction: &Direction| match direction {
+        Direction::Parameter(_) => true,
+        Direction::Start(i) => {
+            let unknown = &task.compiled.dae.unknowns[*i];
+            let (free, fixed) = (named(&args.free, &unknown.name), named(&args.fix, &unknown.name));
+            !fixed && (free || !unknown.fixed)
+        }
+    };
+    let given = task.problem(console);
+    let level = |noise: &Option<Noise>| {
+        noise.map(|noise| match noise {
+            Noise::Known(sigma) => Level::Known(sigma),
+            Noise::Estimated => Level::Estimated,
+        })
+    };
+    let Options { rtol, atol, .. } = given.options;
+    PredictionErrorProblem {
+        free: task.system.signature().directions.iter().map(is_free).collect(),
+        noise: given.noise.iter().map(level).collect(),
+        options: Options { rtol: rtol.min(TIGHT), atol: atol.min(TIGHT), ..given.options },
+        priors: given.priors,
+        threads: given.threads,
+        ..defaults
+    }
+}
+
+/// What was found, for people and for programs.
+struct Outcome<'a> {
+    task: &'a Task,
+    args: &'a FitArgs,
+    found: &'a PredictionError,
+    train: Evaluation,
+    valid: Option<Tested>,
+}
+
+impl Outcome<'_> {
+    fn signature(&self) -> &Signature {
+        self.task.system.signature()
+    }
+
+    fn unit(&self, estimate: &Estimate) -> &Unit {
+        match estimate.of {
+            Direction::Parameter(i) => &self.signature().parameters[i].unit,
+            Direction::Start(i) => self.signature().unknowns.unit(i),
+        }
+    }
+
+    fn entry(&self, estimate: &Estimate) -> Value {
+        let unit = self.unit(estimate);
+        json!({
+            "value": in_unit(estimate.value, unit),
+            "unit": unit.symbol,
+            "std": estimate.std.map(|std| std / unit.factor.abs()),
+            "at_bound": estimate.at_bound.map(bound),
+        })
+    }
+
+    /// Positions of the states.
+    fn states(&self) -> Vec<usize> {
+        let unknowns = &self.signature().unknowns;
+        (0..unknowns.len()).filter(|i| unknowns.is_differential(*i)).collect()
+    }
+
+    fn rms(&self, evaluation: &Evaluation, output: usize) -> Option<f64> {
+        let all: Misfit = evaluation.misfits.iter().map(|misfits| misfits[output]).sum();
+        all.rms().map(|rms| rms / self.signature().outputs[output].unit.factor.abs())
+    }
+
+    fn to_json(&self) -> Value {
+        let (signature, found) = (self.signature(), self.found);
+        let of_parameter = |estimate: &&Estimate| matches!(estimate.of, Direction::Parameter(_));
+        let parameters: Map<String, Value> = found
+            .estimates
+            .iter()
+            .filter(of_parameter)
+            .map(|estimate| (estimate.name.clone(), self.entry(estimate)))
+            .collect();
+        let starts: Vec<Value> = (self.args.data.iter().enumerate())
+            .map(|(r, path)| {
+                let own = found.estimates.iter().filter(|estimate| estimate.recording == Some(r));
+                let values: Map<String, Value> =
+                    own.map(|estimate| (estimate.name.clone(), self.entry(estimate))).collect();
+                json!({ "data": path.display().to_string(), "values": values })
+            })
+            .collect();
+        let outputs: Map<String, Value> = (signature.outputs.iter().enumerate())
+            .map(|(i, output)| {
+                let noise = found.noise[i].map(|level| level_entry(level, &output.unit, 1.0));
+                let entry = json!({
+                    "unit": output.unit.symbol,
+                    "noise": noise,
+                    "rms_train": self.rms(&self.train, i),
+                    "rms_valid": self.valid.as_ref().and_then(|v| self.rms(&v.evaluation, i)),
+                });
+                (output.name.to_string(), entry)
+            })
+            .collect();
+        let process: Map<String, Value> = (self.states().into_iter().zip(&found.rates))
+            .map(|(i, rate)| {
+                let unit = signature.unknowns.unit(i);
+                let entry = level_entry(*rate, unit, MINUTE.sqrt());
+                (signature.unknowns.name(i).to_string(), entry)
+            })
+            .collect();
+        json!({
+            "model": signature.name,
+            "estimator": "prediction-error",
+            "parameters": parameters,
+            "outputs": outputs,
+            "starts": starts,
+            "process_noise_in_a_minute": process,
+            "undetermined": self.undetermined(),
+            "samples": found.samples,
+            "deviance": found.deviance,
+            "iterations": found.iterations,
+            "evaluations": found.evaluations,
+            "termination": found.termination.name(),
+        })
+    }
+
+    /// Names of what changes together without a change of the likelihood.
+    fn undetermined(&self) -> Vec<Vec<String>> {
+        let n = self.found.estimates.len();
+        let sought_rates = self
+            .states()
+            .into_iter()
+            .map(|i| format!("process noise of {}", self.signature().unknowns.name(i)));
+        let outputs = self.signature().outputs.iter().zip(&self.task.noise);
+        let sought_noise = outputs
+            .filter(|(_, noise)| **noise == Some(Noise::Estimated))
+            .map(|(output, _)| format!("noise of {}", output.name));
+        let levels: Vec<String> = sought_rates.chain(sought_noise).collect();
+        let name = |i: usize| match i.checked_sub(n) {
+            None => self.found.estimates[i].name.clone(),
+            Some(level) => levels[level].clone(),
+        };
+        let combinations = self.found.undetermined.iter();
+        combinations.map(|of| of.terms.iter().map(|term| name(term.estimate)).collect()).collect()
+    }
+
+    fn to_text(&self) -> String {
+        let (signature, found) = (self.signature(), self.found);
+        let mut text = format!(
+            "{}: {} samples, prediction error, {} iterations\n\n",
+            signature.name, found.samples, found.iterations
+        );
+        let cells = |row: [&str; 4]| row.map(str::to_owned);
+        let mut rows = vec![cells(["estimate", "value", "std", "unit"])];
+        let several = self.args.data.len() > 1;
+        for estimate in &found.estimates {
+            let unit = self.unit(estimate);
+            let value = in_unit(estimate.value, unit);
+            let std = estimate.std.map(|std| std / unit.factor.abs());
+            let name = match estimate.recording {
+                Some(r) if several => format!("{} of recording {}", estimate.name, r + 1),
+                _ => estimate.name.clone(),
+            };
+            let shown = match (std, estimate.at_bound) {
+                (_, Some(reached)) => format!("at its {} bound", bound(reached)),
+                (Some(std), None) => significant(std, 2),
+                (None, None) => "not determined".to_owned(),
+            };
+            rows.push([name, digits_of(value, std), shown, unit.symbol.to_string()]);
+        }
+        push_table(&mut text, &rows);
+        text.push('\n');
+        let mut rows = vec![cells(["noise", "value", "std", "unit"])];
+        for (i, rate) in self.states().into_iter().zip(&found.rates) {
+            let name = format!("{} strays in a minute", signature.unknowns.name(i));
+            rows.push(level_row(name, *rate, signature.unknowns.unit(i), MINUTE.sqrt()));
+        }
+        for (output, noise) in signature.outputs.iter().zip(&found.noise) {
+            if let Some(noise) = noise {
+                rows.push(level_row(output.name.to_string(), *noise, &output.unit, 1.0));
+            }
+        }
+        push_table(&mut text, &rows);
+        text.push('\n');
+        let mut rows = vec![cells(["simulated", "rms, train", "rms, valid", "unit"])];
+        for (i, output) in signature.outputs.iter().enumerate() {
+            let number = |value: Option<f64>| value.map_or("-".to_owned(), |v| significant(v, 4));
+            let valid = self.valid.as_ref().and_then(|valid| self.rms(&valid.evaluation, i));
+            let train = self.rms(&self.train, i);
+            let name = output.name.to_string();
+            rows.push([name, number(train), number(valid), output.unit.symbol.to_string()]);
+        }
+        push_table(&mut text, &rows);
+        for together in self.undetermined() {
+            // Writing to a string does not fail.
+            let _ =
+                writeln!(text, "the data does not determine {}", together.join(" together with "));
+        }
+        text
+    }
+}
+
+fn bound(bound: Bound) -> &'static str {
+    match bound {
+        Bound::Lower => "lower",
+        Bound::Upper => "upper",
+    }
+}
+
+/// A level of noise for programs, `scale` times.
+fn level_entry(level: LevelEstimate, unit: &Unit, scale: f64) -> Value {
+    let value = level.value * scale / unit.factor.abs();
+    json!({
+        "value": value,
+        "unit": unit.symbol,
+        "std": level.log_std.map(|std| std * value),
+        "at_bound": level.at_bound.map(bound),
+    })
+}
+
+fn level_row(name: String, level: LevelEstimate, unit: &Unit, scale: f64) -> [String; 4] {
+    let value = level.value * scale / unit.factor.abs();
+    let std = match (level.log_std, level.at_bound) {
+        (Some(std), _) => significant(std * value, 2),
+        (None, Some(Bound::Lower)) => "none is needed".to_owned(),
+        (None, Some(Bound::Upper)) => "at its upper bound".to_owned(),
+        (None, None) => "-".to_owned(),
+    };
+    [name, significant(value, 3), std, unit.symbol.to_string()]
+}

@@ -1,0 +1,127 @@
+//! `dgd screen`: what is wrong with recordings, before anything is fitted to them.
+
+use std::path::PathBuf;
+
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::pipeline::Directions;
+use dgd_compiler::source::Sources;
+use dgd_runtime::Options;
+use dgd_screen::Weight;
+
+use crate::command_line::command_line;
+use crate::console::{Console, print};
+use crate::data::{Table, read_as_it_is};
+use crate::failure::{CommandError, meant};
+use crate::figure;
+use crate::load::{Loaded, load};
+use crate::screening::against_model::Model;
+use crate::screening::args::ScreenArgs;
+use crate::screening::{self, Wishes};
+
+pub(crate) fn run(args: &ScreenArgs, console: Console<'_>) -> Result<(), CommandError> {
+    figure::verify_formats(&args.plot)?;
+    if args.plot.len() > 1 && args.data.len() > 1 && args.plot.len() != args.data.len() {
+        return Err(CommandError::Usage("give one `--plot`, or one for each `--data`".to_owned()));
+    }
+    let tables = read(args)?;
+    let wishes = wishes(args, &tables)?;
+    let mut screened = screening::screen_all(tables, &wishes);
+    if let Some(model) = &args.model {
+        let Loaded { compiled, .. } = load(model, &args.choices, |_| Directions::None)?;
+        let system = dgd_execute::Loaded::new(compiled.program);
+        let model = Model { system: &system, dae: &compiled.dae, options: Options::default() };
+        for one in &mut screened {
+            model.look_at(one);
+        }
+    }
+    if let Some(folder) = console.out() {
+        screening::write(folder, &screened, &command_line())?;
+        console.remark(&format!("wrote {}", folder.display()));
+    }
+    for (at, path) in args.plot.iter().enumerate() {
+        figure::save(
+            &screening::figure::figure(&screened[at.min(screened.len() - 1)]),
+            path,
+            console,
+        )?;
+    }
+    if console.is_json() {
+        print(&format!("{:#}\n", screening::to_json(&screened)))?;
+    } else if !(console.is_quiet() && console.out().is_some()) {
+        print(&screening::text(&screened, console.out()))?;
+    }
+    let faults: usize = screened.iter().map(|one| one.count(Weight::Fault)).sum();
+    match faults {
+        0 => Ok(()),
+        _ if !args.check => Ok(()),
+        1 => Err(CommandError::Found("one fault was found".to_owned())),
+        n => Err(CommandError::Found(format!("{n} faults were found"))),
+    }
+}
+
+/// All recordings, with the names that the user gives to columns.
+fn read(args: &ScreenArgs) -> Result<Vec<(PathBuf, Table)>, CommandError> {
+    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let mut tables = Vec::with_capacity(args.data.len());
+    for path in &args.data {
+        let Ok(table) = read_as_it_is(path, &args.rename, &mut sources, &mut diagnostics) else {
+            continue;
+        };
+        // Rows without a time are no recording.
+        if table.recording(&mut diagnostics).is_ok() {
+            tables.push((path.clone(), table));
+        }
+    }
+    if diagnostics.check().is_err() {
+        return Err(CommandError::diagnosed(&diagnostics, sources));
+    }
+    Ok(tables)
+}
+
+/// What the options say, with names that are there.
+fn wishes(args: &ScreenArgs, tables: &[(PathBuf, Table)]) -> Result<Wishes, CommandError> {
+    let mut known: Vec<&str> =
+        tables.iter().flat_map(|(_, table)| &table.columns).map(|c| c.name.as_str()).collect();
+    known.sort_unstable();
+    known.dedup();
+    let verify = |flag: &str, name: &str| {
+        if known.contains(&name) {
+            return Ok(name.to_owned());
+        }
+        let meant = meant(name, &known);
+        Err(CommandError::Usage(format!("`{flag}`: there is no column `{name}`; {meant}")))
+    };
+    let mut same = Vec::new();
+    for text in &args.same {
+        let names: Vec<String> = text
+            .split(',')
+            .map(|name| verify("--same", name.trim()))
+            .collect::<Result<_, CommandError>>()?;
+        if names.len() < 2 {
+            let message = format!("`--same {text}` needs two names or more, with commas");
+            return Err(CommandError::Usage(message));
+        }
+        for (at, one) in names.iter().enumerate() {
+            same.extend(names[at + 1..].iter().map(|other| [one.clone(), other.clone()]));
+        }
+    }
+    let mut rest = Vec::new();
+    for text in &args.rest {
+        let parsed = text.split_once('=').and_then(|(name, rate)| {
+            let rate: f64 = rate.trim().parse().ok()?;
+            (rate.is_finite() && rate > 0.0).then_some((name.trim(), rate))
+        });
+        let Some((name, rate)) = parsed else {
+            return Err(CommandError::Usage(format!(
+                "`--rest {text}` needs the form NAME=RATE, a positive change per second in the \
+                 column's unit, as in `--rest q_ssp=2`"
+            )));
+        };
+        rest.push((verify("--rest", name)?, rate));
+    }
+    if let Some(window) = args.window.filter(|window| !(window.is_finite() && *window > 0.0)) {
+        let message = format!("`--window {window}` must be a positive time, in s");
+        return Err(CommandError::Usage(message));
+    }
+    Ok(Wishes { same, window: args.window, rest })
+}

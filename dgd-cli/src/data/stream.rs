@@ -1,0 +1,226 @@
+//! A recording that is still being written: its rows one by one, as they come.
+//!
+//! The header is read as that of a file ([`read`](super::read)), and what the columns are is told by a
+//! [`Table`] without rows. A row that is no row ends the stream: what follows it cannot be trusted.
+
+use std::fmt;
+use std::io::{self, BufRead, Cursor, Read};
+
+use dgd_compiler::diagnostics::{Diagnostics, Reported};
+use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::units::{Unit, convert};
+
+use super::clock::{Clock, TimeFault};
+use super::header::Header;
+use super::read::{decompressed, unreadable};
+use super::records::Records;
+use super::rows::{Kept, number};
+use super::select::Declared;
+use super::time::Time;
+use super::{Column, Disorder, Order, Rename, Table};
+
+/// Rows as they come.
+pub struct Stream<'a> {
+    records: Records<Box<dyn BufRead + 'a>>,
+    name: String,
+    n_cells: usize,
+    /// Seconds in the header's unit, if it has one.
+    factor: Option<f64>,
+    clock: Option<Clock>,
+    /// What is read of each row.
+    cells: Vec<Option<Cell>>,
+}
+
+/// A column that is read.
+struct Cell {
+    position: usize,
+    name: String,
+    unit: Option<Unit>,
+    si: Unit,
+}
+
+/// Why a row could not be read.
+#[derive(Debug)]
+pub struct RowFault {
+    name: String,
+    line: usize,
+    what: String,
+}
+
+impl fmt::Display for RowFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, line {}: {}", self.name, self.line, self.what)
+    }
+}
+
+impl<'a> Stream<'a> {
+    /// Reads down to the header; `name` is what messages call the stream.
+    ///
+    /// # Errors
+    ///
+    /// There is no header, or something is wrong with all of it.
+    pub fn open(
+        name: &str,
+        renames: &[Rename],
+        input: impl Read + 'a,
+        sources: &mut Sources,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(Self, Table), Reported> {
+        let read = decompressed(input).and_then(|mut input| {
+            let head = head(&mut input)?;
+            Ok((head, input))
+        });
+        let (head, rest) = match read {
+            Ok(read) => read,
+            Err(error) => {
+                return Err(diagnostics.error(unreadable(name, "", sources, &error.to_string())));
+            }
+        };
+        let head = head.strip_prefix('\u{feff}').unwrap_or(&head).to_owned();
+        let start = head[..head.trim_end().len()].rfind('\n').map_or(0, |at| at + 1);
+        let lines = head[..start].matches('\n').count();
+        let mut line = Records::new(Cursor::new(head.as_bytes()[start..].to_vec()), start, lines);
+        let mut header = match line.next() {
+            Ok(Some(record)) => Header::of(&record),
+            Ok(None) | Err(_) => {
+                return Err(diagnostics.error(unreadable(name, &head, sources, "it is empty")));
+            }
+        };
+        let (offset, lines) = (head.len(), head.matches('\n').count());
+        let source = sources.add(Source { name: name.to_owned(), text: head });
+        let kept = Kept { source, whole: true };
+        header.rename(renames, kept, diagnostics)?;
+        let mut columns = header.columns(kept, sources);
+        header.verify(&columns, kept, diagnostics)?;
+        let n_cells = columns.len();
+        let time = (columns[0].name == "time").then(|| columns.remove(0));
+        let factor = match time {
+            None => None,
+            Some(column) => Some(Time::of(column, Order::Required, diagnostics)?.factor()),
+        };
+        let table = Table {
+            source,
+            header: kept.span(&header.place),
+            time: factor.is_some().then(Vec::new),
+            first_time: 0.0,
+            columns,
+            disorder: Disorder::default(),
+            n_rows: 0,
+        };
+        let records = Records::new(rest, offset, lines);
+        let name = name.to_owned();
+        let factor = factor.flatten();
+        Ok((Stream { records, name, n_cells, factor, clock: None, cells: Vec::new() }, table))
+    }
+
+    /// Says what is wanted of each row: the columns of these names, in SI as the model counts. Whether they
+    /// can be had, [`select`](super::select) has checked with the table.
+    pub fn want(&mut self, table: &Table, declared: &[Declared<'_>]) {
+        let cell = |declared: &Declared<'_>| {
+            let at = table.columns.iter().position(|column| column.name == declared.name)?;
+            let Column { name, unit, .. } = &table.columns[at];
+            let si = Unit { factor: 1.0, offset: 0.0, ..declared.unit.clone() };
+            // The time comes first.
+            Some(Cell { position: at + 1, name: name.clone(), unit: unit.clone(), si })
+        };
+        self.cells = declared.iter().map(cell).collect();
+    }
+
+    /// The next row: its time, s since the first, and what is wanted of it, NaN where there is no value.
+    ///
+    /// # Errors
+    ///
+    /// [`RowFault`].
+    pub fn next(&mut self, values: &mut Vec<f64>) -> Result<Option<f64>, RowFault> {
+        let Self { records, name, n_cells, factor, clock, cells } = self;
+        let fault = |line, what| RowFault { name: name.clone(), line, what };
+        let record = match records.next() {
+            Ok(None) => return Ok(None),
+            Ok(Some(record)) => record,
+            Err(error) => return Err(fault(0, error.to_string())),
+        };
+        if record.len() != *n_cells {
+            let what = format!("this row has {} cells, and the header {n_cells}", record.len());
+            return Err(fault(record.line, what));
+        }
+        let read = match clock {
+            Some(clock) => clock.seconds(record.cell(0)),
+            None => Clock::start(record.cell(0), *factor).map(|started| {
+                *clock = Some(started);
+                0.0
+            }),
+        };
+        let t =
+            read.map_err(|what: TimeFault| fault(record.line, what.message(&record.text(0))))?;
+        values.clear();
+        for cell in cells {
+            let Some(Cell { position, name, unit, si }) = cell else {
+                values.push(f64::NAN);
+                continue;
+            };
+            let Some(value) = number(record.cell(*position)) else {
+                let what =
+                    format!("`{}` in column `{name}` is not a number", record.text(*position));
+                return Err(fault(record.line, what));
+            };
+            values.push(unit.as_ref().map_or(value, |unit| convert(value, unit, si)));
+        }
+        Ok(Some(t))
+    }
+}
+
+/// The text down to the header line.
+fn head(input: &mut impl BufRead) -> io::Result<String> {
+    let mut head = String::new();
+    loop {
+        let from = head.len();
+        if input.read_line(&mut head)? == 0 {
+            return Ok(head);
+        }
+        let line = head[from..].trim_start_matches('\u{feff}');
+        if !(line.trim().is_empty() || line.starts_with('#')) {
+            return Ok(head);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dgd_compiler::units::parse_unit;
+
+    fn open(text: &'static str) -> (Stream<'static>, Table) {
+        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        Stream::open("-", &[], text.as_bytes(), &mut sources, &mut diagnostics).expect("a header")
+    }
+
+    #[test]
+    fn rows_come_in_si_whatever_stands_above_the_header() {
+        let text = "# a remark\n\n\u{20}\ntime [min],p [bar],q [lpm]\n10,1,\n10.5,NaN,60\n";
+        let (mut stream, table) = open(text);
+        assert!(table.is_empty() && table.time.is_some());
+        let (pascal, flow) = (parse_unit("bar").expect("bar"), parse_unit("m^3/s").expect("flow"));
+        let declared = |name, unit| Declared { name, unit, place: None };
+        stream.want(&table, &[declared("q", &flow), declared("p", &pascal), declared("z", &flow)]);
+        let mut values = Vec::new();
+        assert_eq!(stream.next(&mut values).expect("a row"), Some(0.0));
+        assert!(values[0].is_nan() && values[1] == 1e5 && values[2].is_nan());
+        assert_eq!(stream.next(&mut values).expect("a row"), Some(30.0));
+        assert!((values[0] - 1e-3).abs() < 1e-18 && values[1].is_nan());
+        assert_eq!(stream.next(&mut values).expect("the end"), None);
+    }
+
+    #[test]
+    fn a_row_that_is_none_is_named() {
+        let (mut stream, table) = open("time [s],q [lpm]\n0,1\n1,two\n");
+        let flow = parse_unit("lpm").expect("a unit");
+        stream.want(&table, &[Declared { name: "q", unit: &flow, place: None }]);
+        let mut values = Vec::new();
+        stream.next(&mut values).expect("a row");
+        let fault = stream.next(&mut values).expect_err("no number").to_string();
+        assert_eq!(fault, "-, line 3: `two` in column `q` is not a number");
+        let (mut stream, _) = open("time [s],q [lpm]\n0\n");
+        let fault = stream.next(&mut values).expect_err("too short").to_string();
+        assert_eq!(fault, "-, line 2: this row has 1 cells, and the header 2");
+    }
+}

@@ -1,0 +1,164 @@
+//! What an output of a model should read at rest by the other outputs.
+//!
+//! That is told only where it depends neither on parameters that are yet to be estimated nor on start
+//! values: both are moved by a tenth, and what the output makes of the first counts as doubt.
+
+use dgd_runtime::{Inputs, Parameter, Point, Problem, System, start_from_outputs};
+use dgd_screen::{Estimate, Steady, mean};
+
+use super::Screened;
+use super::against_model::{Columns, Model};
+
+/// Parameters are moved by this share to see what depends on them.
+const MOVED: f64 = 0.1;
+/// An output that follows from the others moves by less of its noise with start values.
+const UNDETERMINED: f64 = 0.01;
+/// Steady stretches that are tried.
+const TRIED: usize = 8;
+
+/// What an output should read, and how far that may be off.
+pub(super) struct Predicted {
+    pub(super) value: f64,
+    pub(super) doubt: f64,
+}
+
+impl Model<'_> {
+    /// What an output should read, where that is surest: with the means that `means` makes of the
+    /// same samples.
+    pub(super) fn best_prediction<'s>(
+        &self,
+        one: &'s Screened,
+        columns: &Columns,
+        output: usize,
+        means: impl Fn((usize, usize)) -> Option<Vec<Estimate>>,
+    ) -> Option<(Predicted, Vec<Estimate>, &'s Steady)> {
+        let mut stretches: Vec<&Steady> = one.screening.motion.steady.iter().collect();
+        let length = |s: &Steady| s.stretch.until - s.stretch.from;
+        stretches.sort_by(|a, b| length(b).total_cmp(&length(a)));
+        let mut best: Option<(Predicted, Vec<Estimate>, &Steady)> = None;
+        for steady in stretches.into_iter().take(TRIED) {
+            let (Some(means), Some(predicted)) =
+                (means(steady.samples), self.predicted(columns, steady.samples, output))
+            else {
+                continue;
+            };
+            if best.as_ref().is_none_or(|(other, ..)| predicted.doubt < other.doubt) {
+                best = Some((predicted, means, steady));
+            }
+        }
+        best
+    }
+
+    /// What an output should read in a steady stretch by the other outputs, SI.
+    fn predicted(
+        &self,
+        columns: &Columns,
+        (first, last): (usize, usize),
+        output: usize,
+    ) -> Option<Predicted> {
+        let known = self.known_outputs();
+        let u: Vec<f64> = columns
+            .inputs
+            .iter()
+            .map(|values| mean_of(&values.as_ref()?[first..=last]))
+            .collect::<Option<_>>()?;
+        let estimates: Vec<Option<Estimate>> = columns
+            .outputs
+            .iter()
+            .enumerate()
+            .map(|(i, values)| {
+                let values = values.as_ref().filter(|_| i != output && known[i])?;
+                mean(&values[first..=last])
+            })
+            .collect();
+        let measured: Vec<Option<f64>> =
+            estimates.iter().map(|estimate| estimate.map(|e| e.value)).collect();
+        let p = self.p();
+        let value = self.output_at(&u, &p, &measured, None, output)?;
+        // What noise of the others, free parameters and start values make of it.
+        let mut squares = 0.0;
+        for (i, estimate) in estimates.iter().enumerate() {
+            let Some(estimate) = estimate.filter(|estimate| estimate.std_error > 0.0) else {
+                continue;
+            };
+            let mut moved = measured.clone();
+            moved[i] = Some(estimate.value + estimate.std_error);
+            squares += (self.output_at(&u, &p, &moved, None, output)? - value).powi(2);
+        }
+        let mut doubt = squares.sqrt();
+        for i in self.free() {
+            let mut moved = p.clone();
+            moved[i] += MOVED * size(&self.signature().parameters[i]);
+            doubt += (self.output_at(&u, &moved, &measured, None, output)? - value).abs();
+        }
+        // What start values decide, the other outputs do not.
+        let moved = self.output_at(&u, &p, &measured, Some(MOVED), output)?;
+        ((moved - value).abs() <= UNDETERMINED * self.noise()[output])
+            .then_some(Predicted { value, doubt })
+    }
+
+    /// An output where the model's outputs are those measured; start values are moved by a share of
+    /// themselves first.
+    fn output_at(
+        &self,
+        u: &[f64],
+        p: &[f64],
+        measured: &[Option<f64>],
+        moved: Option<f64>,
+        output: usize,
+    ) -> Option<f64> {
+        let y = self.state_at(u, p, measured, &[], moved)?;
+        let mut w = vec![0.0; self.signature().outputs.len()];
+        self.system.outputs(Point { t: 0.0, y: &y, u, p, z: &[] }, &mut w);
+        Some(w[output]).filter(|w| w.is_finite())
+    }
+
+    /// Unknowns where the model's outputs are those measured, SI; `start` is where to begin.
+    pub(super) fn state_at(
+        &self,
+        u: &[f64],
+        p: &[f64],
+        measured: &[Option<f64>],
+        start: &[(usize, f64)],
+        moved: Option<f64>,
+    ) -> Option<Vec<f64>> {
+        let signature = self.signature();
+        // Models that remember or switch are not at rest by their unknowns alone.
+        if !signature.discrete.is_empty() || signature.n_u() != signature.inputs.len() {
+            return None;
+        }
+        let inputs = Inputs::constant(u);
+        let problem = Problem { system: self.system, p, inputs: &inputs, start };
+        let first = match moved {
+            None => start.to_vec(),
+            Some(share) => {
+                let mut y = vec![0.0; signature.unknowns.len()];
+                self.system.start(Point { t: 0.0, y: &[], u, p, z: &[] }, &mut y);
+                let differential = (0..y.len()).filter(|i| signature.unknowns.is_differential(*i));
+                let nominal =
+                    |i: usize| signature.unknowns.nominal(i).unwrap_or(y[i].abs().max(1e-3));
+                differential.map(|i| (i, y[i] + share * nominal(i))).collect()
+            }
+        };
+        let problem = Problem { start: &first, ..problem };
+        let start = if measured.iter().any(Option::is_some) {
+            start_from_outputs(&problem, 0.0, measured, &self.noise(), &self.options).ok()?
+        } else {
+            first.clone()
+        };
+        let problem = Problem { start: &start, ..problem };
+        dgd_runtime::consistent_start(&problem, 0.0, &self.options).ok().map(|found| found.y)
+    }
+}
+
+/// Size of a parameter for moving it.
+fn size(parameter: &Parameter) -> f64 {
+    let declared = if parameter.value == 0.0 { parameter.unit.factor } else { parameter.value };
+    parameter.nominal.unwrap_or(declared.abs())
+}
+
+fn mean_of(values: &[f64]) -> Option<f64> {
+    let valid = values.iter().filter(|value| value.is_finite());
+    let (sum, count) = valid.fold((0.0, 0), |(sum, n), value| (sum + value, n + 1));
+    (count > 0).then(|| sum / f64::from(count))
+}

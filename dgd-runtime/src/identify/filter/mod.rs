@@ -1,0 +1,52 @@
+//! States and parameters while samples come in: filters.
+//!
+//! ```text
+//!   dx = f_d(t, x, y_a, u, θ) dt + dβ,   0 = f_a(t, x, y_a, u, θ)     E dβ dβᵀ = Q_c dt
+//!   w(t_k) = w(t_k, x, y_a, u, θ) + v_k,  dθ = dβ_θ                   E v vᵀ = R = diag(σ²)
+//! ```
+//!
+//! x are the differential unknowns of the model; algebraic ones follow from the equations. Between two
+//! samples the model's own solver moves the estimate, and its sensitivities are the transition matrix
+//! Φ = ∂(x, θ)(t_{k+1})/∂(x, θ)(t_k). At a sample the outputs' generated derivatives, chained through the
+//! algebraic unknowns, are the measurement matrix.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `problem` | what is tracked and how uncertain it is, with the usual values where nobody says |
+//! | `coordinates` | from states and parameters to variables of the order of 1, and back |
+//! | `drive` | samples of the inputs as functions of time over the interval at hand |
+//! | `interval` | the model over one interval, and its derivatives at one time |
+//! | `square_root` | covariances as triangular factors |
+//! | `estimator` | one row after the other |
+//! | `prediction` | from one row to the next |
+//! | `correction` | what a row's samples say |
+//! | `unscented` | sigma points |
+//! | `watch` | whether the innovations are what the filter expects |
+//! | `prediction_error` | parameters and noise levels by the likelihood of the innovations |
+//! | `likelihood` | that likelihood, and its derivatives |
+//!
+//! Not every model can be filtered: where what is to come depends on more than the differential unknowns
+//! (modes that are remembered, unknowns that are read late), [`FilterError::Remembers`] names it.
+
+mod coordinates;
+mod correction;
+mod drive;
+mod error;
+mod estimator;
+mod interval;
+mod likelihood;
+mod prediction;
+mod prediction_error;
+mod problem;
+mod square_root;
+mod unscented;
+mod watch;
+
+pub use error::{FilterError, Missing};
+pub use estimator::{Filter, Innovation, Row, Tracked};
+pub use prediction_error::{
+    Level, LevelEstimate, PredictionError, PredictionErrorProblem, prediction_error,
+};
+pub use problem::{Estimator, FilterProblem, Sample, Tuning, Walk, usual_tuning};
+pub use unscented::Spread;
+pub use watch::Alarm;

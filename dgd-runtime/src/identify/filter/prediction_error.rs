@@ -1,0 +1,263 @@
+//! Parameters, start values and levels of noise by the likelihood of the innovations.
+//!
+//! ```text
+//!   minimise  −2 ln L = Σ ln det S + εᵀ S⁻¹ ε      over θ, x(0) of each recording, rates of dβ, σ
+//! ```
+//!
+//! ε and S are those of an extended Kalman filter with known start values. Without process noise nothing is
+//! corrected, S is σ², and this is the fit by simulation error.
+//!
+//! The minimum is found by Fisher's scoring within bounds ([`minimise`]): with primes for derivatives,
+//!
+//! ```text
+//!   gradient:     Σ ½ tr(S⁻¹S′) + ε′ᵀ S⁻¹ ε − ½ εᵀ S⁻¹ S′ S⁻¹ ε
+//!   information:  Σ ε′ᵀ S⁻¹ ε′ + ½ tr(S⁻¹ S′ S⁻¹ S′)
+//! ```
+//!
+//! ε′ and S′ are central differences; the filters that they need run side by side, so that no innovation is
+//! kept. The inverse of the information is the covariance of the estimates.
+//!
+//! Ljung, System Identification, 2nd ed. (1999), ch. 7; Kristensen, Madsen, Jørgensen, Parameter estimation in
+//! stochastic grey-box models, Automatica 40 (2004) 225; the information is that of Goodrich and Caines, IEEE
+//! TAC 24 (1979) 403.
+
+use super::likelihood::{Failed, Search};
+use crate::identify::error::EstimateError;
+use crate::identify::levenberg_marquardt::{NormalEquations, StoppingRule, Termination, minimise};
+use crate::identify::output_error::{Prior, Starts};
+use crate::identify::recording::Recording;
+use crate::identify::uncertainty::{Estimate, Uncertainty, Undetermined};
+use crate::identify::variables::Bound;
+use crate::problem::Options;
+use crate::system::{Signature, System};
+
+/// Eigenvalues of the information below this part of the largest are not told from zero: differences are
+/// known to some thousandth, and enter in squares.
+const UNSEEN: f64 = 1e-9;
+
+/// Where a level of noise comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Level {
+    /// This, SI.
+    Known(f64),
+    /// It is estimated.
+    Estimated,
+}
+
+/// What to estimate from what.
+#[derive(Debug, Clone)]
+pub struct PredictionErrorProblem<'a, S> {
+    /// The model. Its directions are what can be free, and have the start values of all differential
+    /// unknowns among them.
+    pub system: &'a S,
+    /// All parameters, SI: values of those that are not free, first guesses of the others.
+    pub p: &'a [f64],
+    /// Which of the directions are free.
+    pub free: Vec<bool>,
+    /// What was recorded. Of two rows with one time the second counts.
+    pub recordings: &'a [Recording],
+    /// For each differential unknown, how far it strays by itself in a second, SI/√s.
+    pub rates: Vec<Level>,
+    /// For each output, the standard deviation of its noise, SI; `None` for one that is not used.
+    pub noise: Vec<Option<Level>>,
+    /// What is known beforehand.
+    pub priors: Vec<Prior>,
+    /// How to integrate. Differences need a tight tolerance.
+    pub options: Options,
+    /// When to stop.
+    pub stopping: StoppingRule,
+    /// How many recordings are filtered at a time. Results do not depend on it.
+    pub threads: usize,
+}
+
+impl<'a, S: System> PredictionErrorProblem<'a, S> {
+    /// A problem in which all directions, the process noise of all states and the noise of all outputs are
+    /// estimated.
+    pub fn new(system: &'a S, p: &'a [f64], recordings: &'a [Recording]) -> Self {
+        let signature = system.signature();
+        let unknowns = &signature.unknowns;
+        let states = (0..unknowns.len()).filter(|i| unknowns.is_differential(*i)).count();
+        Self {
+            system,
+            p,
+            free: vec![true; signature.directions.len()],
+            recordings,
+            rates: vec![Level::Estimated; states],
+            noise: vec![Some(Level::Estimated); signature.outputs.len()],
+            priors: Vec::new(),
+            options: Options { rtol: 1e-8, atol: 1e-8, ..Options::default() },
+            stopping: StoppingRule { reduction: 1e-11, ..StoppingRule::default() },
+            threads: 1,
+        }
+    }
+}
+
+/// A level of noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LevelEstimate {
+    /// Its value, SI.
+    pub value: f64,
+    /// Standard deviation of its logarithm; `None` where it was given, is at a bound, or not determined.
+    pub log_std: Option<f64>,
+    /// The bound that was reached: at the lower one the data asks for none.
+    pub at_bound: Option<Bound>,
+}
+
+/// What was estimated.
+#[derive(Debug, Clone)]
+pub struct PredictionError {
+    /// All parameters, SI.
+    pub p: Vec<f64>,
+    /// Start values that replace the model's, for each recording.
+    pub starts: Vec<Starts>,
+    /// What was estimated: parameters, then the start values of each recording.
+    pub estimates: Vec<Estimate>,
+    /// Changes of the estimates that the innovations do not see. Positions from `estimates.len()` on are
+    /// levels of noise, rates first.
+    pub undetermined: Vec<Undetermined>,
+    /// How far each differential unknown strays by itself in a second, SI/√s.
+    pub rates: Vec<LevelEstimate>,
+    /// Standard deviation of each output's noise, SI.
+    pub noise: Vec<Option<LevelEstimate>>,
+    /// −2 ln of the likelihood.
+    pub deviance: f64,
+    /// Samples that count, of all outputs in use.
+    pub samples: usize,
+    /// Accepted steps.
+    pub iterations: usize,
+    /// Evaluations with derivatives.
+    pub evaluations: usize,
+    /// Why it ended.
+    pub termination: Termination,
+    uncertainty: Uncertainty,
+    slopes: Vec<f64>,
+}
+
+impl PredictionError {
+    /// Covariance of two estimates, SI; `None` where one of them is at a bound or not determined.
+    pub fn covariance(&self, i: usize, j: usize) -> Option<f64> {
+        Some(self.uncertainty.covariance(i, j)? * self.slopes[i] * self.slopes[j])
+    }
+}
+
+/// Estimates parameters, start values and levels of noise by the innovations of an extended Kalman filter.
+///
+/// # Errors
+///
+/// [`EstimateError`]: nothing to estimate or to estimate from, the model cannot be filtered, or not where the
+/// search begins.
+///
+/// # Panics
+///
+/// When lengths are not those of the model's signature.
+pub fn prediction_error<S: System + Clone + Send>(
+    problem: &PredictionErrorProblem<'_, S>,
+) -> Result<PredictionError, EstimateError> {
+    let signature = problem.system.signature();
+    assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
+    assert_eq!(problem.free.len(), signature.directions.len(), "number of directions");
+    assert_eq!(problem.noise.len(), signature.outputs.len(), "number of outputs");
+    let search = Search::new(problem)?;
+    let mut z = search.first.clone();
+    if z.is_empty() {
+        return Err(EstimateError::NothingFree);
+    }
+    let samples = samples(problem);
+    if samples == 0 {
+        return Err(EstimateError::NothingMeasured);
+    }
+    if samples < z.len() {
+        return Err(EstimateError::TooFewSamples { samples, free: z.len() });
+    }
+    let bounds = search.bounds();
+    for (z, (low, high)) in z.iter_mut().zip(&bounds) {
+        *z = z.clamp(*low, *high);
+    }
+    let evaluate = |z: &[f64]| search.evaluate(problem.system, problem.threads, z);
+    let first = evaluate(&z).map_err(Failed::at_start)?;
+    let minimum = minimise(z, first, &bounds, &problem.stopping, evaluate);
+    Ok(PredictionError {
+        samples,
+        iterations: minimum.iterations,
+        evaluations: minimum.evaluations + 1,
+        termination: minimum.termination,
+        ..search.finish(&minimum.x, &minimum.at, signature)
+    })
+}
+
+/// Samples of outputs in use that count.
+fn samples<S: System>(problem: &PredictionErrorProblem<'_, S>) -> usize {
+    let outputs = || (0..problem.noise.len()).filter(|i| problem.noise[*i].is_some());
+    let of_recording =
+        |recording: &Recording| outputs().map(|i| recording.counted(i).count()).sum::<usize>();
+    problem.recordings.iter().map(of_recording).sum()
+}
+
+impl Search<'_> {
+    /// What was found at z.
+    fn finish(&self, z: &[f64], at: &NormalEquations, signature: &Signature) -> PredictionError {
+        let bounds = self.bounds();
+        let reached: Vec<Option<Bound>> = z
+            .iter()
+            .zip(&bounds)
+            .map(|(z, (low, high))| match z {
+                z if z <= low => Some(Bound::Lower),
+                z if z >= high => Some(Bound::Upper),
+                _ => None,
+            })
+            .collect();
+        let held: Vec<bool> = reached.iter().map(Option::is_some).collect();
+        let uncertainty = Uncertainty::new(&at.information, &held, UNSEEN);
+        let std = |i: usize| uncertainty.covariance(i, i).map(f64::sqrt);
+        let all = &self.variables.all;
+        let slopes: Vec<f64> = all.iter().zip(z).map(|(variable, z)| variable.slope(*z)).collect();
+        let estimates = (0..all.len())
+            .map(|i| Estimate {
+                name: self.variables.name(signature, i),
+                of: all[i].of,
+                recording: all[i].recording,
+                value: all[i].value(z[i]),
+                std: std(i).map(|std| std * slopes[i].abs()),
+                at_bound: reached[i],
+            })
+            .collect();
+        let tuning = self.tuning(z);
+        let mut position = all.len();
+        let mut level = |value: f64, sought: bool| {
+            let i = position;
+            position += usize::from(sought);
+            let (log_std, at_bound) = if sought { (std(i), reached[i]) } else { (None, None) };
+            LevelEstimate { value, log_std, at_bound }
+        };
+        let rates = tuning.states.iter().zip(&self.rates);
+        let rates = rates.map(|(walk, sought)| level(walk.rate, sought.is_some())).collect();
+        let noise = tuning.noise.iter().zip(&self.noise);
+        let noise = noise.map(|(sigma, sought)| sigma.map(|sigma| level(sigma, sought.is_some())));
+        let noise = noise.collect();
+        // The constant: ln 2π of each sample, and what ln det S is relative to.
+        let outputs = (0..self.least.len()).filter(|i| self.known_noise[*i].is_some());
+        let constant: f64 = outputs
+            .map(|i| {
+                let count = self.recordings.iter().map(|r| r.counted(i).count()).sum::<usize>();
+                count as f64 * (std::f64::consts::TAU * self.least[i] * self.least[i]).ln()
+            })
+            .sum();
+        PredictionError {
+            p: self.variables.parameters(self.p, z),
+            starts: (0..self.recordings.len())
+                .map(|r| self.variables.starts(r, &self.recordings[r].start, z))
+                .collect(),
+            estimates,
+            undetermined: uncertainty.undetermined.clone(),
+            rates,
+            noise,
+            deviance: at.cost + constant,
+            samples: 0,
+            iterations: 0,
+            evaluations: 0,
+            termination: Termination::EvaluationLimit,
+            uncertainty,
+            slopes,
+        }
+    }
+}

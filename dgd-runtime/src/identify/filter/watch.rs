@@ -1,0 +1,94 @@
+//! Whether the innovations are what the filter expects.
+//!
+//! Normalised squares of innovations, εᵀS⁻¹ε, sum to χ² with as many degrees of freedom as there were
+//! samples, where the filter is right (Bar-Shalom, Li, Kirubarajan 2001, §5.4). A sum over the last rows
+//! that is far too large for that says that the filter has lost its way.
+
+use std::collections::VecDeque;
+
+/// Rows that are looked at together.
+const ROWS: usize = 50;
+/// A sample counts as no more than five standard deviations: single outliers are not a filter's fault.
+const MOST_SQUARE: f64 = 25.0;
+/// So many standard deviations beyond what is expected: once in a million.
+const BEYOND: f64 = 4.75;
+
+/// A change of what is to be thought of the innovations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Alarm {
+    /// They are persistently larger than the filter expects.
+    Diverged {
+        /// Root of the mean normalised square: by how much they are larger.
+        ratio: f64,
+        /// Over so many rows.
+        rows: usize,
+    },
+    /// They are as large as expected again.
+    Recovered,
+}
+
+/// The last rows.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Watch {
+    last: VecDeque<(f64, usize)>,
+    diverged: bool,
+}
+
+impl Watch {
+    /// Takes in the normalised square of a row with so many samples.
+    pub(super) fn take(&mut self, square: f64, samples: usize) -> Option<Alarm> {
+        if samples == 0 {
+            return None;
+        }
+        if self.last.len() == ROWS {
+            self.last.pop_front();
+        }
+        // NaN is not small.
+        let cap = MOST_SQUARE * samples as f64;
+        self.last.push_back((if square <= cap { square } else { cap }, samples));
+        if self.last.len() < ROWS {
+            return None;
+        }
+        let sum: f64 = self.last.iter().map(|(square, _)| square).sum();
+        let samples: usize = self.last.iter().map(|(_, samples)| samples).sum();
+        let diverged = sum > most(samples as f64);
+        if diverged == self.diverged {
+            return None;
+        }
+        self.diverged = diverged;
+        let ratio = (sum / samples as f64).sqrt();
+        Some(if diverged { Alarm::Diverged { ratio, rows: ROWS } } else { Alarm::Recovered })
+    }
+}
+
+/// A quantile of χ² (Wilson and Hilferty 1931): ν (1 − 2/(9ν) + z √(2/(9ν)))³.
+fn most(freedom: f64) -> f64 {
+    let part = 2.0 / (9.0 * freedom);
+    freedom * (1.0 - part + BEYOND * part.sqrt()).powi(3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn twice_the_expected_size_is_told_once_and_so_is_the_end() {
+        let mut watch = Watch::default();
+        let told = |watch: &mut Watch, square: f64| {
+            (0..120).filter_map(|_| watch.take(square, 2)).collect::<Vec<_>>()
+        };
+        assert_eq!(told(&mut watch, 2.0), []);
+        assert!(matches!(told(&mut watch, 8.0)[..], [Alarm::Diverged { .. }]));
+        assert_eq!(told(&mut watch, 2.0), [Alarm::Recovered]);
+        assert_eq!(told(&mut watch, f64::NAN).len(), 1);
+        assert_eq!(told(&mut watch, 2.0), [Alarm::Recovered]);
+        assert_eq!(watch.take(1e9, 2), None);
+    }
+
+    /// The quantile of χ² with 100 degrees of freedom that is exceeded once in a million times is 182.13;
+    /// the approximation is good to a thousandth that far out.
+    #[test]
+    fn the_bound_is_a_quantile() {
+        assert!((most(100.0) / 182.13 - 1.0).abs() < 3e-3, "{}", most(100.0));
+    }
+}

@@ -1,0 +1,224 @@
+//! What single channels have wrong, and the record without it.
+
+use crate::finding::{Fault, Finding, Weight};
+use crate::frozen::{frozen, saturated};
+use crate::noise::{SensorNoise, white_noise};
+use crate::record::{Record, Stretch, extremes, runs};
+use crate::redundant::stem;
+use crate::spikes::{Spike, spikes};
+
+/// Neighbours that are equal: above this share rounding hides the noise.
+const HIDDEN: f64 = 0.5;
+/// Changes of a partner that show that the quantity was alive.
+const FEW: usize = 5;
+/// Neighbours on either side that a pulse is compared with, and standard deviations outside of them
+/// that make it one in another channel.
+const AROUND: usize = 3;
+const ALONG: f64 = 2.5;
+
+/// Spikes, and whether other channels show them, too.
+type Marked<'a> = Vec<(&'a Spike, bool)>;
+
+/// A record without what single channels have wrong.
+pub(crate) struct Cleaned {
+    /// Values; NaN for spikes and for what is frozen or saturated.
+    pub(crate) values: Vec<Vec<f64>>,
+    pub(crate) noise: Vec<Option<SensorNoise>>,
+    pub(crate) findings: Vec<Finding>,
+}
+
+impl Cleaned {
+    /// Looks at every channel of a record.
+    pub(crate) fn of(record: &Record<'_>) -> Cleaned {
+        let mut cleaned = Cleaned { values: Vec::new(), noise: Vec::new(), findings: Vec::new() };
+        for channel in 0..record.channels.len() {
+            cleaned.add_runs(record, channel);
+        }
+        let noise: Vec<Option<SensorNoise>> =
+            cleaned.values.iter().map(|values| white_noise(record.times, values, values)).collect();
+        let spikes: Vec<Vec<Spike>> =
+            cleaned.values.iter().zip(&noise).map(|(x, noise)| spikes(x, noise.as_ref())).collect();
+        let shared: Vec<Vec<bool>> = (0..spikes.len())
+            .map(|i| {
+                let is_shared = |spike: &Spike| {
+                    let others = (0..spikes.len()).filter(|j| *j != i);
+                    others.map(|j| (j, &noise[j])).any(|(j, noise)| {
+                        noise.as_ref().is_some_and(|noise| {
+                            stands_out(&cleaned.values[j], spike.samples, noise.std)
+                        })
+                    })
+                };
+                spikes[i].iter().map(is_shared).collect()
+            })
+            .collect();
+        for (channel, (spikes, shared)) in spikes.iter().zip(&shared).enumerate() {
+            cleaned.add_spikes(record, channel, spikes, shared);
+        }
+        cleaned.findings.sort_by_key(|finding| finding.channels.clone());
+        cleaned
+    }
+
+    /// What stands still or is not there.
+    fn add_runs(&mut self, record: &Record<'_>, channel: usize) {
+        let (times, raw) = (record.times, record.channels[channel].values);
+        let mut values = raw.to_vec();
+        let mut find = |fault, stretches, p_value, weight| {
+            let channels = vec![channel];
+            self.findings.push(Finding { channels, stretches, fault, p_value, weight });
+        };
+        let Some((low, high)) = extremes(raw) else {
+            find(Fault::Empty, Vec::new(), None, Weight::Fault);
+            self.values.push(values);
+            return;
+        };
+        let missing = runs(raw.len(), |k| !raw[k].is_finite());
+        if !missing.is_empty() {
+            let count = missing.iter().map(|(first, last)| last - first + 1).sum();
+            let stretches = missing.iter().map(|(a, b)| Stretch::of(times, *a, *b)).collect();
+            find(Fault::Missing(count), stretches, None, Weight::Remark);
+        }
+        if low == high {
+            find(Fault::Constant(low), Vec::new(), None, Weight::Remark);
+            self.values.push(values);
+            return;
+        }
+        for pile in saturated(times, raw) {
+            let fault = Fault::Saturated {
+                limit: pile.limit,
+                is_upper: pile.is_upper,
+                samples: pile.samples.len(),
+            };
+            find(fault, pile.stretches, Some(pile.p_value), Weight::Fault);
+            pile.samples.iter().for_each(|k| values[*k] = f64::NAN);
+        }
+        let runs = frozen(times, &values);
+        let mut held: Option<Finding> = None;
+        for run in runs {
+            let (first, last) = run.samples;
+            // A value that is set may be held; what another sensor of it sees move is not.
+            let is_shown = partners(record, channel).any(|other| {
+                let values = &record.channels[other].values[first..=last];
+                values.windows(2).filter(|pair| pair[0] != pair[1]).count() > FEW
+            });
+            let fault = Fault::Frozen { value: run.value, samples: last - first + 1, is_shown };
+            match &mut held {
+                _ if is_shown => find(fault, vec![run.stretch], Some(run.p_value), Weight::Fault),
+                // What is held again and again is one remark.
+                Some(Finding { stretches, .. }) => stretches.push(run.stretch),
+                None => {
+                    held = Some(Finding {
+                        channels: vec![channel],
+                        stretches: vec![run.stretch],
+                        fault,
+                        p_value: Some(run.p_value),
+                        weight: Weight::Remark,
+                    });
+                }
+            }
+            values[first..=last].fill(f64::NAN);
+        }
+        self.findings.extend(held);
+        self.values.push(values);
+    }
+
+    /// What stands alone, and the noise of the rest. Pulses that other channels show too are left in,
+    /// unless they leave the channel's range.
+    fn add_spikes(
+        &mut self,
+        record: &Record<'_>,
+        channel: usize,
+        spikes: &[Spike],
+        shared: &[bool],
+    ) {
+        let times = record.times;
+        let values = &mut self.values[channel];
+        let usual = usual_range(values, spikes);
+        let (pulses, spikes): (Marked<'_>, Marked<'_>) = spikes
+            .iter()
+            .zip(shared.iter().copied())
+            .partition(|(spike, shared)| *shared && spike.height.abs() < usual);
+        for (is_spike, group) in [(false, &pulses), (true, &spikes)] {
+            let heights = group.iter().map(|(spike, _)| spike.height);
+            let larger = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
+            let (count, largest) = (group.len(), heights.fold(0.0, larger));
+            if count == 0 {
+                continue;
+            }
+            let stretch = |spike: &Spike| Stretch::of(times, spike.samples.0, spike.samples.1);
+            let (fault, weight) = if is_spike {
+                (Fault::Spikes { count, largest }, Weight::Fault)
+            } else {
+                (Fault::Pulses { count, largest }, Weight::Remark)
+            };
+            self.findings.push(Finding {
+                channels: vec![channel],
+                stretches: group.iter().map(|(spike, _)| stretch(spike)).collect(),
+                fault,
+                p_value: None,
+                weight,
+            });
+        }
+        for (spike, _) in &spikes {
+            values[spike.samples.0..=spike.samples.1].fill(f64::NAN);
+        }
+        let noise = white_noise(times, values, values);
+        if let Some(step) = noise.and_then(|noise| noise.quantisation)
+            && hides_noise(values, step)
+        {
+            self.findings.push(Finding {
+                channels: vec![channel],
+                stretches: Vec::new(),
+                fault: Fault::Coarse { step },
+                p_value: None,
+                weight: Weight::Remark,
+            });
+        }
+        self.noise.push(noise);
+    }
+}
+
+/// Whether rounding to this step leaves most neighbours equal although they move.
+fn hides_noise(values: &[f64], step: f64) -> bool {
+    let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let (mut equal, mut single, mut all) = (0usize, 0usize, 0usize);
+    for change in steps.filter(|change| change.is_finite()) {
+        all += 1;
+        equal += usize::from(change == 0.0);
+        single += usize::from(change > 0.0 && change < 1.5 * step);
+    }
+    // What jumps by many steps at a time is set, not rounded.
+    equal as f64 > HIDDEN * all as f64 && single as f64 > HIDDEN * (all - equal) as f64
+}
+
+/// Other channels whose names differ in a last letter.
+fn partners<'a>(record: &'a Record<'_>, channel: usize) -> impl Iterator<Item = usize> + 'a {
+    let own = &record.channels[channel];
+    (0..record.channels.len()).filter(move |other| {
+        let other = &record.channels[*other];
+        other.unit == own.unit && stem(own.name, other.name).is_some_and(|(_, letter)| letter)
+    })
+}
+
+/// Whether a channel stands out from its neighbours at these samples, too.
+fn stands_out(values: &[f64], samples: (usize, usize), noise: f64) -> bool {
+    let (first, last) = samples;
+    let around = first.saturating_sub(AROUND)..first;
+    let behind = last + 1..(last + 1 + AROUND).min(values.len());
+    let neighbours = || around.clone().chain(behind.clone()).map(|k| values[k]);
+    let low = neighbours().filter(|x| x.is_finite()).fold(f64::INFINITY, f64::min);
+    let high = neighbours().filter(|x| x.is_finite()).fold(f64::NEG_INFINITY, f64::max);
+    let clear = ALONG * noise;
+    (first..=last).map(|k| values[k]).any(|x| x > high + clear || x < low - clear)
+}
+
+/// Range of what is no spike.
+fn usual_range(values: &[f64], spikes: &[Spike]) -> f64 {
+    if spikes.is_empty() {
+        return 0.0;
+    }
+    let mut rest = values.to_vec();
+    for spike in spikes {
+        rest[spike.samples.0..=spike.samples.1].fill(f64::NAN);
+    }
+    extremes(&rest).map_or(0.0, |(low, high)| high - low)
+}

@@ -1,0 +1,174 @@
+//! Readings that stand still or pile up at a limit.
+//!
+//! A sensor that is alive repeats a reading with a probability p, which its rounding makes. Among n
+//! readings a run of L equal ones comes by chance about n p^(L−1) times. A channel without noise
+//! (a set value, a calculated flow) repeats itself as a rule: nothing can be told of it, and nothing
+//! is.
+//!
+//! A limit that cuts readings off piles them up at one value: it is read much more often than the
+//! values next to it. Readings that thin out towards their extremes have no such pile.
+//!
+//! Source: the length of the longest run, Erdős, Rényi, On a new law of large numbers, J. Analyse
+//! Math. 23 (1970) 103–111. The pile is a sign test of the counts of two neighbouring levels.
+
+use crate::record::{Stretch, extremes, runs};
+
+/// A run of equal readings that chance does not make.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frozen {
+    /// When.
+    pub stretch: Stretch,
+    /// First and last sample.
+    pub samples: (usize, usize),
+    /// What was read.
+    pub value: f64,
+    /// Expected number of such runs in the record.
+    pub p_value: f64,
+}
+
+/// Readings that pile up at a limit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Saturated {
+    /// The limit.
+    pub limit: f64,
+    /// Whether it is the upper one.
+    pub is_upper: bool,
+    /// When readings are there.
+    pub stretches: Vec<Stretch>,
+    /// The samples that are there.
+    pub samples: Vec<usize>,
+    /// Bound of the probability that they pile up so by chance.
+    pub p_value: f64,
+}
+
+/// Runs expected fewer times than this are no chance.
+const RARE: f64 = 1e-6;
+/// Fewest readings of a run.
+const FEWEST: usize = 10;
+/// Pairs of neighbours of which repetitions are counted together.
+const BLOCK: usize = 64;
+/// A block with more repetitions may itself be frozen.
+const STILL: f64 = 0.9;
+/// Share of changes of direction of a channel that is noisy; white noise has 2/3.
+const LIVELY: f64 = 0.3;
+/// A pile is this many times as high as the levels next to it.
+const PILE: f64 = 3.0;
+/// Fewest runs at a limit.
+const FEWEST_RUNS: usize = 3;
+/// Levels that a pile is compared with.
+const NEIGHBOURS: usize = 5;
+
+/// How a channel behaves where it is alive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Life {
+    /// Probability that a reading repeats the one before, where that is most frequent.
+    repeats: f64,
+}
+
+impl Life {
+    /// Of these values; `None` where the channel shows no noise of its own.
+    pub(crate) fn of(values: &[f64]) -> Option<Life> {
+        let mut shares = Vec::new();
+        let (mut turns, mut moves) = (0usize, 0usize);
+        for block in values.chunks(BLOCK) {
+            let pairs: Vec<f64> = block
+                .windows(2)
+                .map(|pair| pair[1] - pair[0])
+                .filter(|step| step.is_finite())
+                .collect();
+            if pairs.len() < BLOCK / 4 {
+                continue;
+            }
+            let still = pairs.iter().filter(|step| **step == 0.0).count();
+            let share = still as f64 / pairs.len() as f64;
+            if share > STILL {
+                continue;
+            }
+            shares.push(share);
+            let steps: Vec<f64> = pairs.into_iter().filter(|step| *step != 0.0).collect();
+            moves += steps.len().saturating_sub(1);
+            turns += steps.windows(2).filter(|pair| pair[0] * pair[1] < 0.0).count();
+        }
+        shares.sort_unstable_by(f64::total_cmp);
+        let repeats = *shares.get(shares.len() * 9 / 10)?;
+        let is_lively = turns as f64 >= LIVELY * moves.max(1) as f64;
+        (is_lively && repeats < STILL).then_some(Life { repeats })
+    }
+
+    /// How often a run of this length is expected among n readings.
+    fn expected(self, n: usize, length: usize) -> f64 {
+        // A reading may be as rare as it likes: that two are equal has a floor.
+        n as f64 * self.repeats.max(0.05).powf(length as f64 - 1.0)
+    }
+}
+
+/// Stretches in which a channel that is otherwise alive reads one value.
+pub fn frozen(times: &[f64], values: &[f64]) -> Vec<Frozen> {
+    let Some(life) = Life::of(values) else { return Vec::new() };
+    let repeated = |k: usize| k > 0 && values[k] == values[k - 1];
+    runs(values.len(), repeated)
+        .into_iter()
+        .filter_map(|(first, last)| {
+            let (first, length) = (first - 1, last - first + 2);
+            let p_value = life.expected(values.len(), length);
+            (length >= FEWEST && p_value < RARE).then(|| Frozen {
+                stretch: Stretch::of(times, first, last),
+                samples: (first, last),
+                value: values[first],
+                p_value,
+            })
+        })
+        .collect()
+}
+
+/// Limits at which readings of a channel that is otherwise alive pile up.
+pub fn saturated(times: &[f64], values: &[f64]) -> Vec<Saturated> {
+    let Some((low, high)) = extremes(values) else { return Vec::new() };
+    if low == high || Life::of(values).is_none() {
+        return Vec::new();
+    }
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let upper = pile(sorted.iter().rev().copied());
+    let lower = pile(sorted.iter().copied());
+    [(upper, high, true), (lower, low, false)]
+        .into_iter()
+        .filter_map(|(p_value, limit, is_upper)| {
+            let p_value = p_value.filter(|p| *p < RARE)?;
+            let samples: Vec<usize> = (0..values.len()).filter(|k| values[*k] == limit).collect();
+            let stretches: Vec<Stretch> = runs(values.len(), |k| values[k] == limit)
+                .into_iter()
+                .map(|(first, last)| Stretch::of(times, first, last))
+                .collect();
+            // Noise takes readings to a limit and off it again; one long run is a value that is held.
+            if stretches.len() < FEWEST_RUNS {
+                return None;
+            }
+            Some(Saturated { limit, is_upper, stretches, samples, p_value })
+        })
+        .collect()
+}
+
+/// Whether the first level of sorted values is a pile: the probability that it is as high by chance.
+fn pile(sorted: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut counts: Vec<(f64, usize)> = Vec::new();
+    for value in sorted {
+        let is_new = counts.last().is_none_or(|(level, _)| *level != value);
+        if is_new && counts.len() > NEIGHBOURS {
+            break;
+        }
+        match counts.last_mut() {
+            Some((_, count)) if !is_new => *count += 1,
+            _ => counts.push((value, 1)),
+        }
+    }
+    let (&(_, first), others) = counts.split_first()?;
+    let next = others.iter().map(|(_, count)| *count).max()?;
+    if first < FEWEST || (first as f64) < PILE * next as f64 {
+        return None;
+    }
+    // Hoeffding: P(X ≥ c) ≤ exp(−(c − n/2)²·2/n) of n = c + c' throws of a coin.
+    let n = (first + next) as f64;
+    let excess = first as f64 - 0.5 * n;
+    Some((-2.0 * excess * excess / n).exp())
+}

@@ -1,0 +1,42 @@
+//! What is wrong with recordings, before anything is fitted to them.
+//!
+//! ```text
+//!   Record ─┬─ each channel:  empty, constant, missing, frozen, saturated, spikes, coarse; its noise
+//!           ├─ pairs:         offset, gain, drift, noise, clock of sensors of one quantity
+//!           ├─ all together:  gaps and spacing, steady stretches, transients, operating points
+//!           └─ with balances: drift of what a model's equations leave over, delays, gains
+//!                    └─► Screening: findings, each with when, how much, and how sure
+//! ```
+//!
+//! Samples go in, findings come out, in the units of the samples; nothing here reads files, prints, or
+//! knows models. All tests are linear in the number of samples, but for sorting. A claim is made
+//! where chance makes it in one record of a million; what does no harm is no claim.
+
+pub mod balance;
+mod cleaned;
+mod clock;
+pub mod distribution;
+mod estimate;
+mod finding;
+mod frozen;
+pub mod noise;
+mod operating_points;
+mod pairs;
+mod record;
+pub mod redundant;
+mod sampling;
+mod screen;
+mod spikes;
+mod steady;
+
+pub use clock::shift;
+pub use estimate::{Estimate, Regression, mean, regression};
+pub use finding::{Fault, Finding, Weight};
+pub use frozen::{Frozen, Saturated, frozen, saturated};
+pub use operating_points::{OperatingPoint, operating_points};
+pub use pairs::Kin;
+pub use record::{Channel, Record, Stretch, usual_spacing};
+pub use sampling::{Sampling, sampling};
+pub use screen::{RARE, Request, Screening, Summary, kin, screen};
+pub use spikes::{Spike, spikes};
+pub use steady::{Motion, Rest, Steady, Transient, motion};

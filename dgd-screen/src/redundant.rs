@@ -1,0 +1,220 @@
+//! Channels that measure the same, and how they differ.
+//!
+//! Names propose pairs: those that differ in one letter or figure that ends a word, `p_in_A` and
+//! `p_in_B`. Where the recording moves, the readings decide: with means over blocks, s = (a + b)/2
+//! and d = b − a,
+//!
+//! ```text
+//!   d = offset + gain (s − s̄) + rate (t − t̄) + e
+//! ```
+//!
+//! and they measure the same where e is small beside the motion of s. s and not a, whose noise is
+//! part of d, is the regressor, so that equal noises do not bias the gain. At rest names are all
+//! there is to go by, and only letters are believed: figures also number things of one kind.
+//!
+//! The noise of each of three and more comes from their differences,
+//! σ_a² = (σ²_{a−b} + σ²_{a−c} − σ²_{b−c})/2.
+//!
+//! Sources: Haukanes 2015, §3.3.1, for the comparison; Gray, Allan, A method for estimating the
+//! frequency stability of an individual oscillator, 28th Symp. Frequency Control (1974) 243–246, for
+//! the noise of three.
+
+use crate::estimate::{Estimate, mean, regression};
+use crate::noise::{SensorNoise, white_noise};
+
+/// How sure it is that two channels measure the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kinship {
+    /// They move together.
+    Moving,
+    /// Nothing moves; their names say so.
+    Named,
+}
+
+/// Two channels that measure the same.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    /// Their positions in the record.
+    pub channels: [usize; 2],
+    /// Why they are compared.
+    pub kinship: Kinship,
+    /// Mean of second − first.
+    pub offset: Estimate,
+    /// Slope of second − first over their mean, where they move.
+    pub gain: Option<Estimate>,
+    /// Slope of second − first over time, per second.
+    pub rate: Option<Estimate>,
+    /// White noise of each.
+    pub noise: [Option<SensorNoise>; 2],
+    /// White noise of the difference.
+    pub difference_noise: Option<SensorNoise>,
+}
+
+/// What two channels with alike names turn out to be.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Compared {
+    /// They measure the same.
+    Same(Box<Comparison>),
+    /// They move, and not together.
+    Different,
+    /// The recording does not tell.
+    Unknown,
+}
+
+/// Most blocks for which means are compared.
+const BLOCKS: usize = 256;
+/// Fewest samples of a block.
+const SHORTEST: usize = 4;
+/// Variance of the motion over that of the noise in means of blocks.
+const MOTION: f64 = 25.0;
+/// Variance that is left of a difference over that of the motion.
+const LEFT: f64 = 0.05;
+/// Largest difference of gains of sensors of one quantity.
+const GAIN: f64 = 0.3;
+/// Neighbouring blocks whose errors may be correlated.
+const LAGS: usize = 4;
+/// At rest, largest difference as a share of the readings.
+const AT_REST: f64 = 0.1;
+
+/// The stem of two names that differ in one letter or figure at the end of a word, and whether it
+/// is a letter: `p_in_A` and `p_in_B` have `p_in`.
+pub fn stem(one: &str, other: &str) -> Option<(String, bool)> {
+    let (a, b): (Vec<char>, Vec<char>) = (one.chars().collect(), other.chars().collect());
+    if a.len() != b.len() {
+        return None;
+    }
+    let mut differing = (0..a.len()).filter(|k| a[*k] != b[*k]);
+    let (at, None) = (differing.next()?, differing.next()) else { return None };
+    let ends_word = a.get(at + 1).is_none_or(|c| !c.is_alphanumeric());
+    let figures = a[at].is_ascii_digit() && b[at].is_ascii_digit();
+    let before = at.checked_sub(1).map(|k| a[k]);
+    // The x of `p_x` may be a letter of its own, that of `flux` not.
+    let stands_alone = before.is_none_or(|c| !c.is_alphabetic());
+    let capitals = a[at].is_ascii_uppercase() && b[at].is_ascii_uppercase();
+    let lower = a[at].is_ascii_lowercase() && b[at].is_ascii_lowercase();
+    let letters = (capitals && before.is_some_and(|c| !c.is_uppercase()))
+        || ((capitals || lower) && stands_alone && before.is_some());
+    if !ends_word || !(figures || letters) || (figures && before.is_some_and(char_is_figure)) {
+        return None;
+    }
+    let rest: String = a[..at].iter().chain(&a[at + 1..]).collect();
+    let stem = rest.trim_end_matches(|c: char| !c.is_alphanumeric()).to_owned();
+    (!stem.is_empty()).then_some((stem, letters))
+}
+
+fn char_is_figure(c: char) -> bool {
+    c.is_ascii_digit() || c == '.'
+}
+
+/// Whether and how two channels differ that may measure the same.
+///
+/// `is_known` says that they do: by the user, or because their names differ in a letter.
+///
+/// # Panics
+///
+/// When the slices differ in length.
+pub fn compare(
+    times: &[f64],
+    values: [&[f64]; 2],
+    channels: [usize; 2],
+    is_known: bool,
+) -> Compared {
+    let [a, b] = values;
+    assert!(times.len() == a.len() && times.len() == b.len(), "values for each time");
+    let both: Vec<usize> =
+        (0..times.len()).filter(|k| a[*k].is_finite() && b[*k].is_finite()).collect();
+    let pick = |values: &[f64]| -> Vec<f64> { both.iter().map(|k| values[*k]).collect() };
+    let (t, a, b) = (pick(times), pick(a), pick(b));
+    let difference: Vec<f64> = a.iter().zip(&b).map(|(a, b)| b - a).collect();
+    let Some(offset) = mean(&difference) else { return Compared::Unknown };
+    let noise = [white_noise(&t, &a, &a), white_noise(&t, &b, &b)];
+    let difference_noise = white_noise(&t, &difference, &difference);
+
+    let length = (both.len() / BLOCKS).max(SHORTEST);
+    let blocks = |values: &[f64]| -> Vec<f64> {
+        values.chunks_exact(length).map(|c| c.iter().sum::<f64>() / length as f64).collect()
+    };
+    let (t, a, b) = (centred(blocks(&t)), blocks(&a), blocks(&b));
+    let common = centred(a.iter().zip(&b).map(|(a, b)| f64::midpoint(*a, *b)).collect());
+    let d = centred(a.iter().zip(&b).map(|(a, b)| b - a).collect());
+    // A frozen or dead channel has no noise and no motion of its own: that of the livelier counts.
+    let of_noise = noise.iter().flatten().map(|noise| noise.std.powi(2)).fold(0.0, f64::max);
+    let motion = variance(&common);
+    let moves = motion > MOTION * of_noise / length as f64;
+
+    let scale = variance(&b).max(variance(&a)).max(motion);
+    let (gain, rate, kinship) = if moves && motion > 0.0 {
+        let Some(fit) = regression(&[common, t], &d, LAGS) else { return Compared::Unknown };
+        let [gain, rate] = [fit.coefficients[0], fit.coefficients[1]];
+        if variance(&fit.residuals) > LEFT * scale || gain.value.abs() > GAIN {
+            return Compared::Different;
+        }
+        (Some(gain), Some(rate), Kinship::Moving)
+    } else {
+        let size = extent(&a).max(extent(&b));
+        if !is_known || offset.value.abs() > AT_REST * size {
+            return Compared::Unknown;
+        }
+        (None, regression(&[t], &d, LAGS).map(|fit| fit.coefficients[0]), Kinship::Named)
+    };
+    Compared::Same(Box::new(Comparison {
+        channels,
+        kinship,
+        offset,
+        gain,
+        rate,
+        noise,
+        difference_noise,
+    }))
+}
+
+fn centred(mut values: Vec<f64>) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    for value in &mut values {
+        *value -= mean;
+    }
+    values
+}
+
+fn variance(values: &[f64]) -> f64 {
+    let n = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / n
+}
+
+fn extent(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |extent, value| value.abs().max(extent))
+}
+
+/// The odd one of three and more channels that measure the same, by the medians of their
+/// differences from the others: its offset from the median of all is more than `CLEAR` times the
+/// next largest. `offsets` are the channels' means less any common value.
+pub fn odd_one(offsets: &[f64]) -> Option<usize> {
+    const CLEAR: f64 = 5.0;
+    if offsets.len() < 3 {
+        return None;
+    }
+    let mut sorted = offsets.to_vec();
+    let middle = crate::noise::median(&mut sorted)?;
+    let mut distances: Vec<(f64, usize)> =
+        offsets.iter().enumerate().map(|(i, x)| ((x - middle).abs(), i)).collect();
+    distances.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    (distances[0].0 > CLEAR * distances[1].0).then_some(distances[0].1)
+}
+
+/// White noise of each of three and more sensors from the variances of their differences, all pairs
+/// in the order (0, 1), (0, 2), …, (1, 2), …; NaN where the differences contradict each other.
+pub fn noise_of_each(n: usize, variances: &[f64]) -> Vec<f64> {
+    let pair = |i: usize, j: usize| {
+        let (i, j) = (i.min(j), i.max(j));
+        variances[i * (2 * n - i - 1) / 2 + j - i - 1]
+    };
+    // Σ over j of σ²_{i−j} = (n − 2) σ_i² + Σ σ², and the sum over all pairs is (n − 1) Σ σ².
+    let total = variances.iter().sum::<f64>() / (n as f64 - 1.0);
+    (0..n)
+        .map(|i| {
+            let row: f64 = (0..n).filter(|j| *j != i).map(|j| pair(i, j)).sum();
+            ((row - total) / (n as f64 - 2.0)).sqrt()
+        })
+        .collect()
+}

@@ -1,0 +1,38 @@
+//! How a recording was sampled.
+
+use crate::record::{Stretch, usual_spacing};
+
+/// The spacing of samples.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sampling {
+    /// The median spacing, s; `None` for fewer than two times.
+    pub usual: Option<f64>,
+    /// Spacings of more than three times the usual one: the samples at both ends.
+    pub gaps: Vec<Stretch>,
+    /// Share of the other spacings that differ from the usual one by more than a tenth.
+    pub uneven: f64,
+}
+
+/// Spacings above this many times the median are gaps.
+const GAP: f64 = 3.0;
+/// Spacings further than this from the median, as a share of it, are uneven.
+const UNEVEN: f64 = 0.1;
+
+/// Gaps and uneven spacings of these times, s, ascending.
+pub fn sampling(times: &[f64]) -> Sampling {
+    let Some(usual) = usual_spacing(times) else {
+        return Sampling { usual: None, gaps: Vec::new(), uneven: 0.0 };
+    };
+    let mut gaps = Vec::new();
+    let (mut uneven, mut counted) = (0usize, 0usize);
+    for pair in times.windows(2) {
+        let spacing = pair[1] - pair[0];
+        if spacing > GAP * usual * (1.0 + 1e-9) {
+            gaps.push(Stretch { from: pair[0], until: pair[1] });
+        } else if spacing > 0.0 {
+            counted += 1;
+            uneven += usize::from((spacing / usual - 1.0).abs() > UNEVEN);
+        }
+    }
+    Sampling { usual: Some(usual), gaps, uneven: uneven as f64 / counted.max(1) as f64 }
+}

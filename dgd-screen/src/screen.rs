@@ -1,0 +1,151 @@
+//! All tests on one record.
+
+use crate::cleaned::Cleaned;
+use crate::finding::{Fault, Finding, Weight};
+use crate::noise::SensorNoise;
+use crate::operating_points::{OperatingPoint, operating_points};
+use crate::pairs::{Kin, compared, groups, odd_findings, pair_findings};
+use crate::record::{Channel, Record, extremes};
+use crate::redundant::{Compared, Comparison, noise_of_each};
+use crate::sampling::{Sampling, sampling};
+use crate::steady::{Motion, motion};
+
+/// A claim is made where chance makes it less often than this.
+pub const RARE: f64 = 1e-6;
+
+/// What is known besides the samples.
+#[derive(Debug, Clone, Default)]
+pub struct Request {
+    /// Channels that measure the same.
+    pub same: Vec<[usize; 2]>,
+    /// Channels that are not compared although their names are alike.
+    pub different: Vec<[usize; 2]>,
+    /// Window for slopes, s; chosen by the spacing of the samples without it.
+    pub window: Option<f64>,
+    /// Largest slopes of channels at rest, per second.
+    pub limits: Vec<(usize, f64)>,
+}
+
+/// What was found in a record.
+#[derive(Debug, Clone)]
+pub struct Screening {
+    /// What is wrong or notable, in the order of channels.
+    pub findings: Vec<Finding>,
+    /// Each channel in numbers.
+    pub channels: Vec<Summary>,
+    /// The spacing of the samples.
+    pub sampling: Sampling,
+    /// Channels that measure the same, in pairs.
+    pub comparisons: Vec<Comparison>,
+    /// Steady stretches and transients.
+    pub motion: Motion,
+    /// Steady stretches, grouped.
+    pub points: Vec<OperatingPoint>,
+}
+
+/// A channel in numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summary {
+    /// Values that are numbers.
+    pub samples: usize,
+    /// Smallest and largest of them.
+    pub range: Option<(f64, f64)>,
+    /// Their mean.
+    pub mean: f64,
+    /// White noise, of what is not frozen, saturated or a spike.
+    pub noise: Option<SensorNoise>,
+}
+
+/// Share of uneven spacings that is worth a remark.
+const UNEVEN: f64 = 0.05;
+/// Windows for slopes are at least so many samples, and so many seconds.
+const WINDOW: (f64, f64) = (20.0, 30.0);
+
+/// Compares all channels of one unit with alike names.
+pub fn kin(record: &Record<'_>, request: &Request) -> Vec<Kin> {
+    compared(&Cleaned::of(record), record, request)
+}
+
+/// Runs all tests on a record.
+pub fn screen(record: &Record<'_>, request: &Request) -> Screening {
+    let cleaned = Cleaned::of(record);
+    let sampling = sampling(record.times);
+    let mut findings = spacing_findings(&sampling);
+    let comparisons: Vec<Comparison> = compared(&cleaned, record, request)
+        .into_iter()
+        .filter_map(|kin| match kin.compared {
+            Compared::Same(comparison) => Some(*comparison),
+            Compared::Different | Compared::Unknown => None,
+        })
+        .collect();
+    let channels: Vec<Summary> = (0..record.channels.len())
+        .map(|i| {
+            let valid = record.channels[i].values.iter().filter(|value| value.is_finite());
+            let (sum, samples) = valid.fold((0.0, 0), |(sum, n), value| (sum + value, n + 1));
+            Summary {
+                samples,
+                range: extremes(record.channels[i].values),
+                mean: sum / samples as f64,
+                noise: cleaned.noise[i],
+            }
+        })
+        .collect();
+    findings.extend(cleaned.findings.iter().cloned());
+    findings.extend(pair_findings(record.times, &cleaned, &comparisons));
+    findings.extend(odd_findings(&comparisons));
+
+    let usual = sampling.usual.unwrap_or(1.0);
+    let window = request.window.unwrap_or((WINDOW.0 * usual).max(WINDOW.1));
+    let noise: Vec<Option<f64>> =
+        cleaned.noise.iter().map(|noise| noise.map(|noise| noise.std)).collect();
+    let values = record.channels.iter().zip(&cleaned.values);
+    let without_faults = Record {
+        times: record.times,
+        channels: values.map(|(c, values)| Channel { values, ..*c }).collect(),
+    };
+    let motion = motion(&without_faults, &noise, &[], window, &request.limits);
+    let tolerances: Vec<f64> = noise.iter().map(|std| std.unwrap_or(0.0)).collect();
+    let points = operating_points(&motion, &tolerances);
+    Screening { findings, channels, sampling, comparisons, motion, points }
+}
+
+fn spacing_findings(sampling: &Sampling) -> Vec<Finding> {
+    let whole = |fault, stretches| Finding {
+        channels: Vec::new(),
+        stretches,
+        fault,
+        p_value: None,
+        weight: Weight::Remark,
+    };
+    let mut findings = Vec::new();
+    if !sampling.gaps.is_empty() {
+        let gaps = whole(Fault::Gaps, sampling.gaps.clone());
+        findings.push(Finding { weight: Weight::Fault, ..gaps });
+    }
+    if sampling.uneven > UNEVEN {
+        findings.push(whole(Fault::Uneven(sampling.uneven), Vec::new()));
+    }
+    findings
+}
+
+impl Screening {
+    /// White noise of the members of each group of three and more channels that measure the same, from
+    /// their differences: position and standard deviation.
+    pub fn noise_of_groups(&self) -> Vec<Vec<(usize, f64)>> {
+        groups(&self.comparisons)
+            .into_iter()
+            .filter(|group| group.len() > 2)
+            .filter_map(|group| {
+                let mut variances = Vec::new();
+                for (at, i) in group.iter().enumerate() {
+                    for j in &group[at + 1..] {
+                        let pair = self.comparisons.iter().find(|p| p.channels == [*i, *j])?;
+                        variances.push(pair.difference_noise?.std.powi(2));
+                    }
+                }
+                let noise = noise_of_each(group.len(), &variances);
+                Some(group.into_iter().zip(noise).collect())
+            })
+            .collect()
+    }
+}

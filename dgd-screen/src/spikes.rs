@@ -1,0 +1,85 @@
+//! Readings that stand alone.
+//!
+//! A spike is a run of at most three readings that lies outside what its ten neighbours read, their
+//! highest and lowest left out, by more than five standard deviations of the noise and by more than
+//! twice what they differ among themselves. Steps, ramps and peaks that are resolved by the samples
+//! are none: there the neighbours on one side reach as far.
+//!
+//! Source: the comparison with neighbours is Hampel's identifier (Davies, Gather, The
+//! identification of multiple outliers, J. Am. Stat. Assoc. 88 (1993) 782–792), with the range in
+//! place of the median deviation, which is zero in rounded readings.
+
+use crate::noise::SensorNoise;
+
+/// A spike.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spike {
+    /// First and last sample.
+    pub samples: (usize, usize),
+    /// How far it lies outside its neighbours, with its sign.
+    pub height: f64,
+}
+
+/// Most readings of a spike.
+const LONGEST: usize = 3;
+/// Neighbours on either side.
+const NEIGHBOURS: usize = 5;
+/// Times the neighbours' range outside of it.
+const DISTANCE: f64 = 2.0;
+/// Standard deviations outside of the neighbours.
+const CLEAR: f64 = 5.0;
+
+/// Spikes of a channel with this noise; without any, of a channel that otherwise stands still.
+pub fn spikes(values: &[f64], noise: Option<&SensorNoise>) -> Vec<Spike> {
+    let valid: Vec<usize> = (0..values.len()).filter(|k| values[*k].is_finite()).collect();
+    let floor =
+        noise.map_or(0.0, |noise| (CLEAR * noise.std).max(2.0 * noise.quantisation.unwrap_or(0.0)));
+    let mut found = Vec::new();
+    let mut at = NEIGHBOURS;
+    while at + NEIGHBOURS < valid.len() {
+        // Without noise a short pulse may be meant: only a single reading is one too many.
+        let longest = if noise.is_some() { LONGEST } else { 1 };
+        let length = (1..=longest).find_map(|length| {
+            spike(values, &valid, at, length, floor).map(|height| (length, height))
+        });
+        match length {
+            Some((length, height)) => {
+                found.push(Spike { samples: (valid[at], valid[at + length - 1]), height });
+                at += length;
+            }
+            None => at += 1,
+        }
+    }
+    found
+}
+
+/// The height of a spike of this length that begins at the valid sample `at`.
+fn spike(values: &[f64], valid: &[usize], at: usize, length: usize, floor: f64) -> Option<f64> {
+    let value = |k: usize| values[valid[k]];
+    // Most readings are near the one before: two comparisons settle them.
+    let end = at + length;
+    if end + NEIGHBOURS > valid.len() || (value(at) - value(at - 1)).abs() <= floor {
+        return None;
+    }
+    let mut neighbours = [0.0; 2 * NEIGHBOURS];
+    for (place, k) in neighbours.iter_mut().zip((at - NEIGHBOURS..at).chain(end..end + NEIGHBOURS))
+    {
+        *place = value(k);
+    }
+    neighbours.sort_unstable_by(f64::total_cmp);
+    // Another spike may be among them.
+    let (low, high) = (neighbours[1], neighbours[2 * NEIGHBOURS - 2]);
+    let clear = floor.max(DISTANCE * (high - low));
+    let all = |height: &dyn Fn(f64) -> f64| {
+        (at..end).map(|k| height(value(k))).fold(f64::INFINITY, f64::min)
+    };
+    let above = all(&|x| x - high);
+    let below = all(&|x| low - x);
+    if above > clear {
+        Some(above)
+    } else if below > clear {
+        Some(-below)
+    } else {
+        None
+    }
+}
