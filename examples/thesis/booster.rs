@@ -2,7 +2,7 @@
 
 use dgd::identify::{OutputErrorProblem, Recording, fit};
 
-use crate::Fallible;
+use crate::chapters::Fallible;
 use crate::field::{A_B, A_R, Field, G, H_PR, LPM, P_ATM, RHO, mean, slopes, smoothed};
 use crate::model::{Choices, Model, Run};
 use crate::page::{Finding, Section, claim, computed, measured, over_time, panel, per};

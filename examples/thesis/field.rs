@@ -6,7 +6,7 @@ use dgd_cli::data::read;
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::source::Sources;
 
-use crate::Fallible;
+use crate::chapters::Fallible;
 
 /// Acceleration by gravity, m/s².
 pub(crate) const G: f64 = 9.81;

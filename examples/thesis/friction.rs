@@ -4,7 +4,7 @@ use dgd::identify::regression::{
     RegressionFit, RegressionMethod, RegressionProblem, RowOf, regress,
 };
 
-use crate::Fallible;
+use crate::chapters::Fallible;
 use crate::field::{BAR, Field, LPM, slopes};
 use crate::model::{Choices, Model};
 use crate::page::{Finding, Section, claim, computed, dots, measured, over, over_time, panel, per};

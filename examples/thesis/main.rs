@@ -10,8 +10,9 @@
 //! with an error where a finding of the thesis does not come out.
 
 mod booster;
+mod chapters;
 mod field;
-
+mod flow_correction;
 mod friction;
 mod inertia;
 mod model;
@@ -21,32 +22,11 @@ mod sensitivity;
 mod sensors;
 mod verification;
 
-use std::error::Error;
 use std::path::PathBuf;
 
-/// What may fail, and says why.
-pub(crate) type Fallible<T> = Result<T, Box<dyn Error>>;
-
-fn main() -> Fallible<()> {
+fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "thesis".into()));
-    let pump_tests = field::Field::read("pump_tests")?;
-    let circulation = field::Field::read("normal_circulation")?;
-    let ramps = field::Field::read("booster_ramps")?;
-
-    let (friction_section, friction) = friction::identify(&pump_tests)?;
-    let (pump_section, pump) = pump::identify(&pump_tests, &circulation, &friction)?;
-    let theta_1 = 0.951;
-    let (booster_section, booster) = booster::identify(&ramps, theta_1)?;
-    let inertia = 5e7;
-    let identified = verification::Identified { friction, pump, theta_1, booster, inertia };
-    let sections = [
-        sensitivity::draw()?,
-        sensors::screen(&field::Field::read("no_flow")?)?,
-        friction_section,
-        pump_section,
-        booster_section,
-        verification::draw(&circulation, &ramps, &identified)?,
-    ];
+    let sections = chapters::all()?;
     page::write(&folder, &sections)?;
     let mut missed = 0;
     for finding in sections.iter().flat_map(|section| &section.findings) {

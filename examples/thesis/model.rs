@@ -14,7 +14,7 @@ use dgd_compiler::syntax::ast::Name;
 use dgd_compiler::syntax::parse;
 use dgd_execute::Loaded;
 
-use crate::Fallible;
+use crate::chapters::Fallible;
 
 /// A compiled model with values of its parameters, SI.
 pub(crate) struct Model {

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use dgd_cli::plot::{Figure, Panel, Series, Style, Text, render_svg};
 
-use crate::Fallible;
+use crate::chapters::Fallible;
 
 /// A figure of the thesis, drawn from the recordings.
 pub(crate) struct Finding {

@@ -2,7 +2,7 @@
 
 use dgd::identify::regression::{RegressionFit, RegressionMethod};
 
-use crate::Fallible;
+use crate::chapters::Fallible;
 use crate::field::{Field, LPM};
 use crate::friction::{Polynomial, at, fitted, quality, steady};
 use crate::model::{Choices, Model};

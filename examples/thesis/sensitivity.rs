@@ -3,7 +3,7 @@
 use dgd::{Column, Inputs, Interpolation, Options, Problem, System, simulate_with_sensitivities};
 use dgd_cli::plot::{Figure, Panel, PanelOrder, Text};
 
-use crate::Fallible;
+use crate::chapters::Fallible;
 use crate::model::{Choices, Model};
 use crate::page::{Finding, Section, claim, computed};
 

@@ -1,6 +1,6 @@
 //! Section 3.3.1: which pressures are to be believed, at no flow.
 
-use crate::Fallible;
+use crate::chapters::Fallible;
 use crate::field::{BAR, Field, G, H_IN, H_OUT, H_PR, P_ATM, RHO, mean};
 use crate::page::{Finding, Section, claim, less, measured, over_time, panel, per};
 
