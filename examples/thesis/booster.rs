@@ -125,8 +125,10 @@ pub(crate) fn identify(ramps: &Field, theta_1: f64) -> Fallible<(Section, Booste
     let stopped = t.partition_point(|t| *t < RESTART);
     let drained: f64 = missing[..stopped].iter().sum();
     let drop = drained / A_B;
-    let drops =
-        claim((140.0..180.0).contains(&drop), format!("the line drops by about 160 m: {drop} m"));
+    let drops = claim(
+        (140.0..180.0).contains(&drop),
+        format!("The line drops by about 160 m: {drop:.0} m."),
+    );
     let flow = |name: &str| measured(name, &t, per(riser.field.column(name), LPM));
     let mut panels = riser.panels(&[("without U-tubing", &none)], false)?;
     panels.truncate(1);
@@ -216,7 +218,7 @@ pub(crate) fn identify(ramps: &Field, theta_1: f64) -> Fallible<(Section, Booste
         runs.iter().map(|run| riser.error(run, RESTART, end)).collect::<Fallible<Vec<_>>>()?;
     let is_best = claim(
         errors[1] < errors[0] && errors[1] < errors[2],
-        format!("of three growths the one in the middle is best: {errors:?} m"),
+        format!("Of three growths the one in the middle is best: {errors:.1?} m."),
     );
     let fig_18 = Finding {
         number: "3.18",
@@ -236,7 +238,9 @@ pub(crate) fn identify(ramps: &Field, theta_1: f64) -> Fallible<(Section, Booste
     let (with, without) = (riser.error(all, 0.0, end)?, riser.error(&none, 0.0, end)?);
     let describes = claim(
         without > 4.0 * with,
-        format!("3.13 and 3.14 describe U-tubing: {with}, without {without} m"),
+        format!(
+            "Without U-tubing the level is four times as far off or more: {without:.1} and {with:.1} m."
+        ),
     );
     let fig_19 = Finding {
         number: "3.19",

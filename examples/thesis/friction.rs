@@ -149,7 +149,10 @@ pub(crate) fn identify(tests: &Field) -> Fallible<(Section, Polynomial)> {
     }
     let better = claim(
         qualities[0].0 < qualities[1].0 && qualities[1].1 < qualities[0].1,
-        format!("friction of fourth order fits better than of second: {qualities:?}"),
+        format!(
+            "Friction of fourth order fits better than of second: R² {:.5} and {:.5}.",
+            qualities[1].0, qualities[0].0
+        ),
     );
     let polynomials = Finding {
         number: "3.7",

@@ -89,7 +89,7 @@ pub(crate) fn identify(
         columns.retain(|(name, _)| *name != "q_ssp");
         columns.push(("q_ssp", &only));
         let recording = model.recording(t, &columns, &[("q_ssp", q[0])])?;
-        let found = followed(&model, recording, 5.0, 1.0, rate)?;
+        let found = followed(&model, recording, 5.0, 0.01, rate)?;
         let times = found.times.iter().map(|(_, t)| *t).collect();
         Ok((times, found.estimates.iter().map(|estimate| estimate[0]).collect()))
     };

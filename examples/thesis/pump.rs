@@ -111,7 +111,10 @@ pub(crate) fn identify(
     let c1 = original.parameter("c1")?;
     let infeasible = claim(
         free.p[c1] < 0.0 && bounded.p[c1] == 0.0,
-        format!("c1 is infeasible and driven to its bound: {} and {}", free.p[c1], bounded.p[c1]),
+        format!(
+            "c1 is infeasible, {:.0} s/m², and driven to its bound, {}.",
+            free.p[c1], bounded.p[c1]
+        ),
     );
     let of_square = Pump { k: 2.0, ..Pump::of(&original, &bounded)? };
     let (r_squared, mse) = quality(&bounded);
@@ -135,12 +138,12 @@ pub(crate) fn identify(
     let other = Pump::of(&revised, &projected)?;
     let agrees = claim(
         (pump.k / other.k - 1.0).abs() < 1e-4,
-        format!("two ways to the exponent agree: {} and {}", pump.k, other.k),
+        format!("Two ways to the exponent agree: {:.5} and {:.5}.", pump.k, other.k),
     );
     let (r_squared_k, mse_k) = quality(&simplex);
     let cut = claim(
         mse > 10.0 * mse_k,
-        format!("a free exponent cuts the MSE by ten: {mse} to {mse_k} m²"),
+        format!("A free exponent cuts the MSE by more than ten: from {mse:.2} to {mse_k:.3} m²."),
     );
     let second = Finding {
         number: "3.9",

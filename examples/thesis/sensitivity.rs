@@ -53,7 +53,7 @@ pub(crate) fn draw() -> Fallible<Section> {
         found.is_some_and(|(_, value)| value / limit > 0.5 && value / limit < 1.0)
     });
     let go_to_rest =
-        claim(towards, format!("sensitivities go to those of the steady state: {last:?}"));
+        claim(towards, "Sensitivities go to those of the steady state, in closed form.".to_owned());
     let figure = Figure {
         columns: 2,
         order: PanelOrder::ByRow,
