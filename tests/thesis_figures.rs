@@ -46,6 +46,7 @@ fn the_findings_of_the_thesis_come_out_of_the_recordings() {
     drawn.sort();
     assert_eq!(drawn, numbers);
 
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("thesis");
     page::write(&folder, &sections).expect("the folder is written");
     let index = std::fs::read_to_string(folder.join("index.html")).expect("the index");
@@ -55,4 +56,8 @@ fn the_findings_of_the_thesis_come_out_of_the_recordings() {
         let svg = std::fs::read_to_string(folder.join(&file)).expect("a picture");
         assert!(svg.contains("<polyline") || svg.contains("<path"), "{file} is empty");
     }
+    // The one that the README shows.
+    let [drawn, shown] = [folder.join("fig_4_2.svg"), root.join("docs/fig_4_2.svg")]
+        .map(|path| std::fs::read(path).expect("a picture"));
+    assert!(drawn == shown, "`cargo run --release --example thesis` draws another docs/fig_4_2.svg");
 }
