@@ -38,6 +38,21 @@ pub(crate) struct Examined {
     pub(crate) compiled: Compiled,
 }
 
+impl Samples {
+    /// Those of a recording's text, `time [s]` first.
+    pub(crate) fn of_csv(csv: &str) -> Samples {
+        let mut lines = csv.lines();
+        let header = lines.next().unwrap_or_default();
+        let rows: Vec<Vec<f64>> = lines
+            .map(|line| line.split(',').map(|cell| cell.parse().expect("a number")).collect())
+            .collect();
+        let column = |at: usize| -> Vec<f64> { rows.iter().map(|row| row[at]).collect() };
+        let names = header.split(',').filter_map(|cell| cell.split_whitespace().next());
+        let columns = names.enumerate().skip(1).map(|(at, name)| (name.to_owned(), column(at)));
+        Samples { times: column(0), columns: columns.collect() }
+    }
+}
+
 impl Texts {
     /// The circulation model of the repository, and the effects beside it in order of path.
     pub(crate) fn of_the_repository() -> Texts {
@@ -153,6 +168,17 @@ impl Examined {
         valid: &[Recording],
         threads: usize,
     ) -> Discovery {
+        self.discover_seeded(train, valid, threads, 1)
+    }
+
+    /// The same with a seed of resampling.
+    pub(crate) fn discover_seeded(
+        &self,
+        train: &[Recording],
+        valid: &[Recording],
+        threads: usize,
+        seed: u64,
+    ) -> Discovery {
         let names = |part: &str, n: usize| -> Vec<String> {
             (1..=n).map(|k| format!("{part}{k}")).collect()
         };
@@ -165,7 +191,7 @@ impl Examined {
             valid: (valid, &valid_names),
             options: Options { rtol: 1e-6, atol: 1e-6, ..Options::default() },
             threads,
-            seed: 1,
+            seed,
         };
         let mut diagnostics = Diagnostics::default();
         discover(&request, &mut diagnostics)
