@@ -7,7 +7,7 @@
 //!   what is left over: the unknown input                (unknown_input)
 //! ```
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use dgd_compiler::diagnostics::{Diagnostics, Reported};
@@ -121,6 +121,7 @@ pub fn discover(
         threads,
         tried: BTreeMap::new(),
         screens: BTreeMap::new(),
+        settled: BTreeSet::new(),
     };
     let failed = |NoFit(reason): NoFit| DiscoverError::BaseModel(reason);
     let outcome = search.run(&Values::default()).map_err(failed)?;

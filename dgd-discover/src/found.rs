@@ -65,9 +65,8 @@ impl Found<'_> {
     /// nearly as well; the best first.
     fn alternatives(&self, candidate: usize, rest: &[usize]) -> Vec<(Alternative, Vec<usize>)> {
         let error = |chosen: &[usize]| {
-            let held_out = self.search.held_out_error(chosen);
-            let (sum, n) = held_out.or_else(|| self.search.training_error(chosen))?;
-            (n > 0).then(|| (sum / n as f64).sqrt())
+            let held_out = self.search.held_out_square(chosen);
+            held_out.or_else(|| self.search.training_square(chosen)).map(f64::sqrt)
         };
         let Some(best) = error(self.chosen) else { return Vec::new() };
         let own = self.search.candidates[candidate].name();

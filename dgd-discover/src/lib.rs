@@ -17,6 +17,7 @@
 mod account;
 mod activity;
 mod candidates;
+mod colour;
 mod corrected;
 mod deviations;
 mod discover;
@@ -42,6 +43,7 @@ mod unknown_input;
 mod whiteness;
 mod windows;
 
+pub use colour::Colour;
 pub use deviations::{Deviations, LinearizeError};
 pub use discover::{DiscoverError, Request, discover};
 pub use discovery::{

@@ -20,7 +20,8 @@ use dgd_runtime::identify::outputs_with_sensitivities as observe;
 use dgd_runtime::{Direction, System};
 
 use crate::candidates::Candidate;
-use crate::fitted::{Data, Fitted};
+use crate::colour::Whitener;
+use crate::fitted::{Data, Fitted, whitened};
 use crate::parallel::in_parallel;
 use crate::projection::{Basis, dot};
 use crate::structure::{BaseModel, Values};
@@ -468,11 +469,16 @@ fn sensitivities_by_recording(
                 let (Some(noise), Some(measured)) = (noise, &recording.measured[output]) else {
                     continue;
                 };
-                for (k, _) in measured.iter().enumerate().filter(|(_, value)| value.is_finite()) {
-                    let dw = observations.dw(k);
-                    for (j, column) in columns.iter_mut().enumerate() {
-                        column.push(dw[j * observations.n_w + output] / noise.std);
-                    }
+                let is_measured = |k: usize| measured[k].is_finite();
+                let whitener = Whitener::new(&recording.times, is_measured, noise);
+                for (j, column) in columns.iter_mut().enumerate() {
+                    let of_sample = |k: usize| match is_measured(k) {
+                        true => observations.dw(k)[j * observations.n_w + output],
+                        false => f64::NAN,
+                    };
+                    let whitened = whitener.apply((0..measured.len()).map(of_sample));
+                    let measured = whitened.into_iter().enumerate();
+                    column.extend(measured.filter(|(k, _)| is_measured(*k)).map(|(_, e)| e));
                 }
             }
             Some(Part { rows: columns.first().map_or(0, Vec::len), columns })
@@ -480,13 +486,13 @@ fn sensitivities_by_recording(
         .collect()
 }
 
-/// Residuals in units of the noise, in the order of the columns above.
+/// Residuals in units of the noise and without its correlation, in the order of the columns above.
 pub(crate) fn weighted(data: &Data<'_>, residuals: &[Vec<Vec<f64>>]) -> Vec<f64> {
     let mut all = Vec::new();
-    for outputs in residuals {
+    for (recording, outputs) in data.train.iter().zip(residuals) {
         for (values, noise) in outputs.iter().zip(&data.noise) {
             let Some(noise) = noise else { continue };
-            all.extend(values.iter().filter(|e| e.is_finite()).map(|e| e / noise.std));
+            all.extend(whitened(recording, values, noise).into_iter().filter(|e| e.is_finite()));
         }
     }
     all

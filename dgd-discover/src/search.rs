@@ -14,17 +14,18 @@
 //! fits best while it is alone. So the search goes on from several structures at a time, and what
 //! was accepted may be exchanged.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dgd_runtime::identify::Recording;
 
 use crate::candidates::Candidate;
-use crate::fitted::{Data, Fitted, NoFit, chi_square};
+use crate::colour::coloured_noise;
+use crate::fitted::{Data, Fitted, NoFit, chi_square, whitened, whitened_square};
 use crate::noise::{SensorNoise, white_noise};
 use crate::parallel::in_parallel;
 use crate::screen::{Score, StartPoint, screen};
 use crate::structure::{BaseModel, Values};
-use crate::whiteness::whiteness;
+use crate::whiteness::{steadiness, whiteness};
 
 /// Most effects in one structure.
 const MOST_EFFECTS: usize = 3;
@@ -47,6 +48,9 @@ const STAGES: [(usize, f64); 3] = [(4, 10.0), (6, 3.0), (10, 1.5)];
 
 /// Simulations of fits that are made again with other weights.
 const AGAIN: usize = 10;
+
+/// A part of a structure with at most so many times its error needs no fit from where the whole ended.
+const NEARLY_AS_GOOD: f64 = 1.1;
 
 /// A fit that has gone through the stages and still leaves so many times the noise is given up.
 const HOPELESS: f64 = 10.0;
@@ -86,6 +90,8 @@ pub(crate) struct Search<'a> {
     pub tried: BTreeMap<Vec<usize>, Result<Fitted, NoFit>>,
     /// Screens of structures.
     pub screens: BTreeMap<Vec<usize>, Vec<Score>>,
+    /// Parts of structures that were fitted from where the whole ended, with the whole.
+    pub settled: BTreeSet<(Vec<usize>, Vec<usize>)>,
 }
 
 /// What a search ends with.
@@ -104,7 +110,7 @@ impl Search<'_> {
     pub(crate) fn run(&mut self, start: &Values) -> Result<Outcome, NoFit> {
         self.refuse();
         self.fit_base(start)?;
-        if self.is_noise(&[]) {
+        if self.is_noise(&[]) || (self.recolour(&[]) && self.nothing_promises()) {
             return Ok(Outcome::Sufficient);
         }
         let mut frontier = vec![Vec::new()];
@@ -206,13 +212,13 @@ impl Search<'_> {
             4 * EVALUATIONS,
         )?;
         let changed = self.tighten_noise(&fitted);
-        let fitted = if changed {
+        let mut fitted = if changed {
             let from = fitted.values.clone();
             Fitted::new(structure, &from, &[StartPoint::default()], &self.data, EVALUATIONS)?
         } else {
             fitted
         };
-        let mut fitted = fitted;
+        fitted.weigh(&self.data);
         fitted.hold_out(&self.data, EVALUATIONS);
         self.tried.insert(Vec::new(), Ok(fitted));
         Ok(())
@@ -227,10 +233,70 @@ impl Search<'_> {
             let (Some(noise), Some(shown)) = (noise, shown) else { continue };
             if shown.std < noise.std {
                 changed |= shown.std < 0.95 * noise.std;
-                *noise = shown;
+                *noise = SensorNoise { colour: noise.colour, ..shown };
             }
         }
         changed
+    }
+
+    /// Takes over the correlated noise that the errors of a structure show, if that is all they show;
+    /// says whether it is.
+    ///
+    /// What a sensor adds by itself is short, steady and the same in all recordings. Errors of outputs
+    /// that are white stay white.
+    fn recolour(&mut self, chosen: &[usize]) -> bool {
+        let Some(fitted) = self.fitted(chosen) else { return false };
+        let residuals = fitted.residuals(&self.data);
+        let mut noise = self.data.noise.clone();
+        for (output, noise) in noise.iter_mut().enumerate() {
+            let Some(noise) = noise else { continue };
+            let errors: Vec<(&[f64], &[f64])> = self
+                .data
+                .train
+                .iter()
+                .zip(&residuals)
+                .map(|(recording, outputs)| (&*recording.times, &*outputs[output]))
+                .collect();
+            let white = SensorNoise { colour: None, ..*noise };
+            *noise = coloured_noise(&errors, &white).unwrap_or(white);
+        }
+        let is_steady = |output: usize, noise: &SensorNoise| {
+            self.data.train.iter().zip(&residuals).all(|(recording, outputs)| {
+                let left = whitened(recording, &outputs[output], noise);
+                noise.colour.is_none() || steadiness(&left) > FALSE_ALARM
+            })
+        };
+        let all_steady = noise
+            .iter()
+            .enumerate()
+            .all(|(output, noise)| noise.as_ref().is_none_or(|noise| is_steady(output, noise)));
+        if !all_steady || !self.leaves_noise(&residuals, &noise) {
+            return false;
+        }
+        if noise != self.data.noise {
+            self.data.noise = noise;
+            self.reweigh();
+        }
+        true
+    }
+
+    /// Weighs the errors of all structures anew, after the noise has changed.
+    fn reweigh(&mut self) {
+        for fitted in self.tried.values_mut().flatten() {
+            fitted.weigh(&self.data);
+        }
+        self.screens.clear();
+    }
+
+    /// Whether no candidate promises to be worth its place in the base model.
+    fn nothing_promises(&mut self) -> bool {
+        let samples = self.training_error(&[]).map_or(1, |(_, n)| n) as f64;
+        let scores = self.screened(&[]);
+        let costs = |score: &Score| {
+            let point = score.points.first().map_or(1, |point| point.values.len());
+            LEAST_GAIN + point as f64 * samples.ln()
+        };
+        scores.iter().all(|score| score.gain < costs(score))
     }
 
     /// The screen of a structure, the best first.
@@ -317,10 +383,13 @@ impl Search<'_> {
     fn sharpen(&mut self) {
         let Some(best) = self.ranked().first().cloned() else { return };
         let Some(Ok(fitted)) = self.tried.get(&best).cloned() else { return };
-        if !self.tighten_noise(&fitted) {
+        let is_tightened = self.tighten_noise(&fitted);
+        let before = self.data.noise.clone();
+        let is_recoloured = self.recolour(&best) && before != self.data.noise;
+        if !is_tightened && !is_recoloured {
             return;
         }
-        self.screens.clear();
+        self.reweigh();
         // The base model for comparison, and what may still be the best.
         let mut again = self.ranked();
         again.truncate(BEAM);
@@ -353,15 +422,19 @@ impl Search<'_> {
         }
     }
 
-    /// Fits a part of a structure from where the whole ended, unless its own fit ended at a minimum.
+    /// Fits a part of a structure from where the whole ended, unless its own fit ended at a minimum
+    /// that is nearly as good as the whole's.
     ///
-    /// An effect that is right may have been given up early, from a point that the screen suggested;
-    /// with another one beside it it then would look as if it took both.
+    /// An effect that is right may have been given up early, from a point that the screen suggested, or
+    /// have ended at another minimum; with another one beside it it then would look as if it took both.
     fn settle(&mut self, part: &[usize], whole: &[usize]) {
+        let of_whole = self.training_error(whole).map_or(f64::INFINITY, |(sum, _)| sum);
         let is_settled = |tried: &Result<Fitted, NoFit>| {
-            tried.as_ref().map_or(true, |fitted| fitted.is_converged)
+            let is_good = |fitted: &Fitted| fitted.error.0 < NEARLY_AS_GOOD * of_whole;
+            tried.as_ref().map_or(true, |fitted| fitted.is_converged && is_good(fitted))
         };
-        if self.tried.get(part).is_some_and(is_settled) {
+        let is_new = self.settled.insert((part.to_vec(), whole.to_vec()));
+        if !is_new || self.tried.get(part).is_some_and(is_settled) {
             return;
         }
         let error = |search: &Self| search.training_error(part).map(|(sum, _)| sum);
@@ -411,16 +484,26 @@ impl Search<'_> {
         Some(sum / unit + fitted.free() as f64 * (n as f64).ln())
     }
 
-    /// Σ (e/σ)² of the training recordings, and how many samples.
+    /// Σ ε² of the training recordings, and how many samples; ε is white if the errors are noise.
     pub(crate) fn training_error(&self, chosen: &[usize]) -> Option<(f64, usize)> {
-        let residuals = self.fitted(chosen)?.residuals(&self.data);
-        Some(total(&chi_square(&residuals, &self.data.noise)))
+        Some(self.fitted(chosen)?.error)
     }
 
     /// The same of the held-out recordings.
-    pub(crate) fn held_out_error(&self, chosen: &[usize]) -> Option<(f64, usize)> {
+    fn held_out_error(&self, chosen: &[usize]) -> Option<(f64, usize)> {
         let residuals = self.fitted(chosen)?.held_out_residuals(&self.data)?;
-        Some(total(&chi_square(&residuals, &self.data.noise)))
+        Some(whitened_square(self.data.valid, &residuals, &self.data.noise))
+    }
+
+    /// Mean square of the errors in the training recordings over that of the noise.
+    pub(crate) fn training_square(&self, chosen: &[usize]) -> Option<f64> {
+        Some(mean(&chi_square(&self.fitted(chosen)?.residuals(&self.data), &self.data.noise)))
+    }
+
+    /// The same of the held-out recordings.
+    pub(crate) fn held_out_square(&self, chosen: &[usize]) -> Option<f64> {
+        let residuals = self.fitted(chosen)?.held_out_residuals(&self.data)?;
+        Some(mean(&chi_square(&residuals, &self.data.noise)))
     }
 
     pub(crate) fn fitted(&self, chosen: &[usize]) -> Option<&Fitted> {
@@ -433,16 +516,22 @@ impl Search<'_> {
     /// never quite white; whether they are small is asked by `explains`.
     fn is_noise(&self, chosen: &[usize]) -> bool {
         let Some(fitted) = self.fitted(chosen) else { return false };
-        let residuals = fitted.residuals(&self.data);
-        let measured = self.data.noise.iter().flatten().count() * residuals.len();
+        self.leaves_noise(&fitted.residuals(&self.data), &self.data.noise)
+    }
+
+    /// Whether errors in the training recordings cannot be told from a noise.
+    fn leaves_noise(&self, residuals: &[Vec<Vec<f64>>], noise: &[Option<SensorNoise>]) -> bool {
+        let measured = noise.iter().flatten().count() * residuals.len();
         let least = FALSE_ALARM / measured.max(1) as f64;
-        let passes = |outputs: &Vec<Vec<f64>>| {
-            outputs.iter().zip(&self.data.noise).all(|(residuals, noise)| {
+        let passes = |(recording, outputs): (&Recording, &Vec<Vec<f64>>)| {
+            outputs.iter().zip(noise).all(|(residuals, noise)| {
                 let Some(noise) = noise else { return true };
-                whiteness(residuals, noise, 0).is_none_or(|test| test.p_value > least)
+                let left = whitened(recording, residuals, noise);
+                let unit = SensorNoise { std: 1.0, colour: None, ..*noise };
+                whiteness(&left, &unit, 0).is_none_or(|test| test.p_value > least)
             })
         };
-        residuals.iter().all(passes)
+        self.data.train.iter().zip(residuals).all(passes)
     }
 
     /// Whether a structure leaves so little that nothing need be missing.
@@ -540,6 +629,7 @@ pub(crate) fn noise_of(
     (0..outputs).map(of_output).collect()
 }
 
-fn total(by_output: &[(f64, usize)]) -> (f64, usize) {
-    by_output.iter().fold((0.0, 0), |(sum, n), (s, m)| (sum + s, n + m))
+fn mean(by_output: &[(f64, usize)]) -> f64 {
+    let (sum, n) = by_output.iter().fold((0.0, 0), |(sum, n), (s, m)| (sum + s, n + m));
+    sum / n as f64
 }
