@@ -114,6 +114,10 @@ pub(crate) fn ranking_of(search: &Search<'_>) -> Vec<Ranked> {
     });
     let failed = search.tried.iter().filter_map(|(chosen, fitted)| {
         let NoFit(reason) = fitted.as_ref().err()?;
+        // That a template does not fit everything is no news.
+        if chosen.iter().all(|&c| search.candidates[c].is_generic) {
+            return None;
+        }
         Some(Ranked {
             effects: names(chosen),
             train: f64::NAN,
@@ -185,6 +189,18 @@ pub(crate) fn reason(
             format!(
                 "The mean square of the errors falls from {base:.1} to {:.2} times that of the \
                  sensors' noise{on_held_out}.",
+                training(chosen)
+            )
+        }
+        Outcome::Partly(chosen) => {
+            let on_held_out = held_out(&[])
+                .zip(held_out(chosen))
+                .map(|(all, left)| format!(", on held-out recordings from {all:.1} to {left:.1}"))
+                .unwrap_or_default();
+            format!(
+                "The mean square of the errors falls from {base:.1} to {:.1} times that of the \
+                 sensors' noise{on_held_out}: most of the discrepancy, and far more than anything \
+                 else takes away. Something smaller is left over.",
                 training(chosen)
             )
         }

@@ -14,12 +14,17 @@ pub(crate) struct Candidate<'a> {
     pub onsets: Vec<String>,
     /// Parameters of the effect file by which something is delayed.
     pub delays: Vec<String>,
+    /// Whether it is a template that fits any model.
+    pub is_generic: bool,
 }
 
 impl Candidate<'_> {
-    /// The family's name, which is what a discovery names.
-    pub(crate) fn name(&self) -> &str {
-        &self.application.effect.name.text
+    /// What a discovery names: the family, or a template with what it is applied to.
+    pub(crate) fn name(&self) -> String {
+        if self.is_generic {
+            return self.application.name();
+        }
+        self.application.effect.name.text.clone()
     }
 
     /// `plant`, `sensor` or `input`.
@@ -42,8 +47,17 @@ pub(crate) fn candidates<'a>(library: &'a [Effect], model: &Model) -> Vec<Candid
             let arguments = arguments.into_iter().map(|text| Name { text, span }).collect();
             let application = Application { effect, arguments, span };
             let (onsets, delays) = (onsets.clone(), delays.clone());
-            all.push(Candidate { application, onsets, delays });
+            all.push(Candidate { application, onsets, delays, is_generic: false });
         }
+    }
+    all
+}
+
+/// All candidates of templates that fit any model.
+pub(crate) fn generic<'a>(templates: &'a [Effect], model: &Model) -> Vec<Candidate<'a>> {
+    let mut all = candidates(templates, model);
+    for candidate in &mut all {
+        candidate.is_generic = true;
     }
     all
 }

@@ -18,7 +18,7 @@ use dgd_runtime::identify::Recording;
 use dgd_runtime::{Options, Steps};
 
 use crate::account::{gap, ranking_of, reason, screened, traces, unexplained};
-use crate::candidates::candidates;
+use crate::candidates::{candidates, generic};
 use crate::corrected::corrected;
 use crate::discovery::{Discovery, FoundEffect, Verdict};
 use crate::evidence::evidence;
@@ -36,7 +36,10 @@ pub struct Request<'a> {
     pub base: &'a BaseModel,
     /// Effects that it may lack.
     pub library: &'a [Effect],
-    /// The texts of the model and the library.
+    /// Templates that fit any model ([`templates`](crate::templates)), for what the library does
+    /// not explain.
+    pub templates: &'a [Effect],
+    /// The texts of the model, the library and the templates.
     pub sources: &'a Sources,
     /// Recordings to fit to, one at least, with what they are called. Their start values are first
     /// guesses.
@@ -104,7 +107,9 @@ pub fn discover(
         return Err(DiscoverError::NoRecording);
     }
     let model = resolve(&base.asts, &base.options, diagnostics).map_err(DiscoverError::Model)?;
-    let candidates = candidates(library, &model);
+    let mut candidates = candidates(library, &model);
+    let of_library = candidates.len();
+    candidates.extend(generic(request.templates, &model));
     let noise = noise_of(train, &readings(train));
     if noise.iter().all(Option::is_none) {
         return Err(DiscoverError::NothingMeasured);
@@ -122,12 +127,15 @@ pub fn discover(
         tried: BTreeMap::new(),
         screens: BTreeMap::new(),
         settled: BTreeSet::new(),
+        open: 0..of_library,
+        doubled: BTreeSet::new(),
     };
     let failed = |NoFit(reason): NoFit| DiscoverError::BaseModel(reason);
     let outcome = search.run(&Values::default()).map_err(failed)?;
     let (verdict, chosen) = match &outcome {
         Outcome::Sufficient => (Verdict::Sufficient, Vec::new()),
         Outcome::Effects(chosen) => (Verdict::Effects, chosen.clone()),
+        Outcome::Partly(chosen) => (Verdict::Unexplained, chosen.clone()),
         Outcome::Unexplained(_) => (Verdict::Unexplained, Vec::new()),
     };
 

@@ -17,7 +17,7 @@ use dgd_compiler::effects::Brought;
 use dgd_execute::Loaded;
 use dgd_runtime::identify::Recording;
 use dgd_runtime::identify::outputs_with_sensitivities as observe;
-use dgd_runtime::{Direction, System};
+use dgd_runtime::{Direction, Problem, System, simulate};
 
 use crate::candidates::Candidate;
 use crate::colour::Whitener;
@@ -54,6 +54,10 @@ pub(crate) struct Score {
     pub columns: Vec<Vec<f64>>,
 }
 
+/// Squared cosine between the columns of candidates that are the same equations: the solver's error
+/// is what is left of it.
+const PARALLEL: f64 = 1.0 - 1e-6;
+
 /// Most points of the grid to begin fits from.
 const MOST_POINTS: usize = 3;
 
@@ -69,13 +73,21 @@ pub(crate) fn screen(
 ) -> Vec<Score> {
     let residual = weighted(data, &fitted.residuals(data));
     let Some(basis) = fitted_directions(fitted, data) else { return Vec::new() };
-    let parts = Parts { base, all, fitted, data, threads, basis: &basis, residual: &residual };
+    let ranges = ranges(fitted, data);
+    let (basis, residual) = (&basis, &*residual);
+    let parts = Parts { base, all, fitted, data, threads, basis, residual, ranges: &ranges };
     let mut scores: Vec<Score> = Vec::new();
     for group in parts.groups(others) {
         scores.extend(parts.screen(&group));
     }
     scores.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.candidate.cmp(&b.candidate)));
     scores
+}
+
+/// Whether two candidates do the same to the outputs, to first order and but for a factor.
+pub(crate) fn are_parallel(a: &Score, b: &Score) -> bool {
+    let ([a], [b]) = (a.columns.as_slice(), b.columns.as_slice()) else { return false };
+    a.len() == b.len() && dot(a, b).powi(2) > PARALLEL * dot(a, a) * dot(b, b)
 }
 
 /// What the screen of one structure works with.
@@ -87,6 +99,7 @@ struct Parts<'a> {
     threads: usize,
     basis: &'a Basis,
     residual: &'a [f64],
+    ranges: &'a Ranges,
 }
 
 impl Parts<'_> {
@@ -100,7 +113,7 @@ impl Parts<'_> {
             let Ok((system, brought)) = self.base.screening(self.all, chosen, &[other]) else {
                 continue;
             };
-            let inner = inner_constants(&system, &self.all[other], &brought[0], self.data);
+            let inner = inner_constants(&system, &self.all[other], &brought[0], self);
             if inner.is_empty() {
                 plain.push(other);
             } else if inner.iter().all(|inner| inner.is_onset) {
@@ -128,13 +141,13 @@ impl Parts<'_> {
         if others.is_empty() {
             return Some(Vec::new());
         }
-        let Parts { base, all, data, .. } = *self;
+        let Parts { base, all, .. } = *self;
         let chosen = &self.fitted.structure.candidates;
         let (system, brought) = base.screening(all, chosen, others).ok()?;
         let inner: Vec<Vec<Inner>> = others
             .iter()
             .zip(&brought)
-            .map(|(&other, brought)| inner_constants(&system, &all[other], brought, data))
+            .map(|(&other, brought)| inner_constants(&system, &all[other], brought, self))
             .collect();
         let together = Together { others, system: &system, brought: &brought, inner: &inner };
         let points = inner.iter().flatten().map(|inner| inner.points).max().unwrap_or(1);
@@ -374,7 +387,7 @@ fn inner_constants(
     system: &Loaded,
     candidate: &Candidate<'_>,
     brought: &Brought,
-    data: &Data<'_>,
+    parts: &Parts<'_>,
 ) -> Vec<Inner> {
     let names = brought.parameters.iter().filter(|name| !brought.null.contains(name));
     let parameters = names.filter_map(|name| {
@@ -386,8 +399,12 @@ fn inner_constants(
         let is_onset = own.is_some_and(|own| candidate.onsets.contains(own));
         let size = if parameter.value == 0.0 { parameter.unit.factor } else { parameter.value };
         let (lower, upper) = if is_onset {
-            let (first, last) = span(data.train);
+            let (first, last) = span(parts.data.train);
             (first.max(parameter.lower), last.min(parameter.upper))
+        } else if let (false, Some(range)) =
+            (parameter.upper.is_finite(), range_of(candidate, &parameter.unit.symbol, parts))
+        {
+            range
         } else {
             // Without a bound, five times more or less than what the effect suggests.
             let open = |bound: f64, other: f64| if bound.is_finite() { bound } else { other };
@@ -398,6 +415,44 @@ fn inner_constants(
         Inner { name: name.clone(), lower, upper, log, points, is_onset, place }
     });
     inner.collect()
+}
+
+/// The least and the largest value of each unknown and of each output, with its unit.
+type Ranges = Vec<(String, String, f64, f64)>;
+
+/// Those along the fitted structure's run of the first training recording.
+fn ranges(fitted: &Fitted, data: &Data<'_>) -> Ranges {
+    let system = &fitted.structure.system;
+    let signature = system.signature();
+    let (p, start) = (&fitted.p, fitted.values.starts(system, 0));
+    let recording = &data.train[0];
+    let problem = Problem { system, p, inputs: &recording.inputs, start: &start };
+    let within = |values: &mut dyn Iterator<Item = f64>| {
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
+    };
+    let mut all = Ranges::new();
+    if let Ok(solution) = simulate(&problem, &recording.times, &data.options) {
+        for (i, unknown) in signature.unknowns.iter().enumerate() {
+            let (a, b) = within(&mut (0..solution.len()).map(|k| solution.y(k)[i]));
+            all.push((unknown.name.to_string(), unknown.unit.symbol.to_string(), a, b));
+        }
+    }
+    for (output, measured) in signature.outputs.iter().zip(&recording.measured) {
+        let measured = measured.iter().flatten().copied().filter(|value| value.is_finite());
+        let (a, b) = within(&mut measured.into_iter());
+        all.push((output.name.to_string(), output.unit.symbol.to_string(), a, b));
+    }
+    all
+}
+
+/// The range of what a template is applied to, where a constant of it without bounds is in its unit:
+/// there it is a level of that.
+fn range_of(candidate: &Candidate<'_>, unit: &str, parts: &Parts<'_>) -> Option<(f64, f64)> {
+    let arguments = &candidate.application.arguments;
+    let found = parts.ranges.iter().find(|(name, symbol, a, b)| {
+        symbol == unit && a < b && arguments.iter().any(|argument| argument.text == *name)
+    });
+    found.map(|(_, _, a, b)| (*a, *b))
 }
 
 /// First and last time of the recordings.

@@ -15,6 +15,7 @@
 //! was accepted may be exchanged.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use dgd_runtime::identify::Recording;
 
@@ -23,7 +24,7 @@ use crate::colour::coloured_noise;
 use crate::fitted::{Data, Fitted, NoFit, chi_square, whitened, whitened_square};
 use crate::noise::{SensorNoise, white_noise};
 use crate::parallel::in_parallel;
-use crate::screen::{Score, StartPoint, screen};
+use crate::screen::{Score, StartPoint, are_parallel, screen};
 use crate::structure::{BaseModel, Values};
 use crate::whiteness::{steadiness, whiteness};
 
@@ -70,6 +71,12 @@ const NEARLY_EXPLAINED_HELD_OUT: f64 = 2.25;
 /// outputs: one false alarm in ten thousand models.
 const FALSE_ALARM: f64 = 1e-4;
 
+/// Templates that leave at most this share of the mean square name most of what is missing …
+const MOSTLY: f64 = 0.4;
+
+/// … where that is at most this share of what the next best leaves.
+const CLEARLY: f64 = 0.8;
+
 /// A further effect is worth its place where it takes away half of what is left beyond noise.
 const WORTH_ITS_PLACE: f64 = 0.5;
 
@@ -88,6 +95,10 @@ pub(crate) struct Search<'a> {
     pub threads: usize,
     /// By positions of the candidates.
     pub tried: BTreeMap<Vec<usize>, Result<Fitted, NoFit>>,
+    /// Candidates that the search may take: those of the library, or the templates.
+    pub open: Range<usize>,
+    /// Templates that come to the same as an effect of the library.
+    pub doubled: BTreeSet<usize>,
     /// Screens of structures.
     pub screens: BTreeMap<Vec<usize>, Vec<Score>>,
     /// Parts of structures that were fitted from where the whole ended, with the whole.
@@ -101,18 +112,73 @@ pub(crate) enum Outcome {
     Sufficient,
     /// A structure with effects does.
     Effects(Vec<usize>),
+    /// None does, but one made of templates takes most of the discrepancy away.
+    Partly(Vec<usize>),
     /// None does; the best that was tried.
     Unexplained(Vec<usize>),
 }
 
 impl Search<'_> {
-    /// Fits the base model and searches.
+    /// Fits the base model and searches: first with the library, and with templates where that
+    /// explains nothing.
     pub(crate) fn run(&mut self, start: &Values) -> Result<Outcome, NoFit> {
         self.refuse();
         self.fit_base(start)?;
         if self.is_noise(&[]) || (self.recolour(&[]) && self.nothing_promises()) {
             return Ok(Outcome::Sufficient);
         }
+        let of_library = self.search();
+        let is_explained = !matches!(of_library, Outcome::Unexplained(_));
+        if is_explained || self.open.end == self.candidates.len() {
+            return Ok(of_library);
+        }
+        let known = self.screened(&[]);
+        self.open = self.open.end..self.candidates.len();
+        self.screens.clear();
+        self.refuse();
+        // What the library has under a name of its own goes by that name.
+        let has_a_name = |score: &&Score| known.iter().any(|known| are_parallel(known, score));
+        let doubled = self.screened(&[]);
+        self.doubled = doubled.iter().filter(has_a_name).map(|score| score.candidate).collect();
+        self.screens.clear();
+        Ok(match self.search() {
+            Outcome::Unexplained(best) => self.partly(&best).unwrap_or(of_library),
+            Outcome::Effects(chosen) if self.is_specific(&chosen) => of_library,
+            explained => explained,
+        })
+    }
+
+    /// Whether a structure has an effect of the library.
+    fn is_specific(&self, chosen: &[usize]) -> bool {
+        chosen.iter().any(|&c| !self.candidates[c].is_generic)
+    }
+
+    /// A structure of templates that leaves more than noise and yet is the answer as far as it goes:
+    /// it takes most of the discrepancy away, from held-out recordings as well, and every other that
+    /// is no longer takes away clearly less.
+    fn partly(&self, best: &[usize]) -> Option<Outcome> {
+        let share = |of: &dyn Fn(&Self, &[usize]) -> Option<f64>, chosen: &[usize]| {
+            Some(of(self, chosen)? / of(self, &[])?)
+        };
+        let trained = share(&|s, chosen| s.training_square(chosen), best)?;
+        let held_out = share(&|s, chosen| s.held_out_square(chosen), best)?;
+        let rivals = self.ranked().into_iter().filter(|other| {
+            let shares_one = best.iter().any(|effect| other.contains(effect));
+            other.len() <= best.len() && !shares_one && !other.is_empty()
+        });
+        let of_rivals = rivals.filter_map(|other| share(&|s, c| s.training_square(c), &other));
+        let rival = of_rivals.fold(f64::INFINITY, f64::min);
+        let is_clear = !best.is_empty()
+            && !self.is_specific(best)
+            && self.is_sound(best)
+            && trained < MOSTLY
+            && held_out < MOSTLY
+            && trained < CLEARLY * rival;
+        is_clear.then(|| Outcome::Partly(best.to_vec()))
+    }
+
+    /// Looks for what the base model lacks among the candidates that are open.
+    fn search(&mut self) -> Outcome {
         let mut frontier = vec![Vec::new()];
         for refitted in REFITTED {
             self.grow(&frontier, refitted);
@@ -121,16 +187,18 @@ impl Search<'_> {
             if ranked.first().is_none_or(|best| self.explains(best)) {
                 break;
             }
-            let depth = frontier[0].len();
+            let depth = frontier.first().map_or(0, Vec::len);
             if depth > 0 && !ranked.first().is_some_and(|best| self.is_promising(best)) {
                 break;
             }
-            frontier = ranked.into_iter().filter(|s| s.len() > depth).take(BEAM).collect();
+            let is_open = |s: &Vec<usize>| s.iter().all(|c| self.open.contains(c));
+            frontier =
+                ranked.into_iter().filter(|s| s.len() > depth && is_open(s)).take(BEAM).collect();
             if frontier.is_empty() {
                 break;
             }
         }
-        Ok(self.outcome())
+        self.outcome()
     }
 
     /// Whether so much of the discrepancy is taken away that what is left may be one effect more.
@@ -192,7 +260,7 @@ impl Search<'_> {
 
     /// Takes out candidates that make no sound model.
     fn refuse(&mut self) {
-        for candidate in 0..self.candidates.len() {
+        for candidate in self.open.clone() {
             if let Err(refused) = self.base.structure(self.candidates, &[candidate]) {
                 let reason = format!("cannot be applied: {}", refused.0);
                 self.tried.insert(vec![candidate], Err(NoFit(reason)));
@@ -305,8 +373,10 @@ impl Search<'_> {
             return scores.clone();
         }
         let Some(Ok(fitted)) = self.tried.get(chosen) else { return Vec::new() };
-        let is_refused = |c: &usize| matches!(self.tried.get(&vec![*c]), Some(Err(_)));
-        let left = (0..self.candidates.len()).filter(|c| !chosen.contains(c) && !is_refused(c));
+        let is_refused = |c: &usize| {
+            self.doubled.contains(c) || matches!(self.tried.get(&vec![*c]), Some(Err(_)))
+        };
+        let left = self.open.clone().filter(|c| !chosen.contains(c) && !is_refused(c));
         let others: Vec<usize> = left.collect();
         let scores = screen(self.base, self.candidates, &others, fitted, &self.data, self.threads);
         self.screens.insert(chosen.to_vec(), scores.clone());
@@ -410,6 +480,9 @@ impl Search<'_> {
             let mut wanted = Vec::new();
             for effect in &best {
                 let rest: Vec<usize> = best.iter().copied().filter(|c| c != effect).collect();
+                if !best.iter().all(|c| self.open.contains(c)) {
+                    return;
+                }
                 self.settle(&rest, &best);
                 for score in self.screened(&rest).iter().take(EXCHANGED) {
                     wanted.push(self.extended(&rest, score));

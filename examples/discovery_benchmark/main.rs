@@ -29,7 +29,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use cases::{Case, cases};
-use dgd_discover::Discovery;
+use dgd_discover::{Discovery, Ranked};
 use drilling_rig::{Pair, record};
 use examined::{Examined, Samples, Texts};
 use score::{Score, table};
@@ -61,11 +61,12 @@ fn main() -> Result<(), Box<dyn Error>> {
             let k = next.fetch_add(1, Ordering::Relaxed);
             let Some(case) = cases.get(k) else { return Ok(()) };
             let pair = record(&case.scenario);
-            let score = run(&examined, case, &pair, k % REPEATED == 0);
+            let (score, account) = run(&examined, case, &pair, k % REPEATED == 0);
             println!("{}", score.line());
             if let (Some(folder), false) = (&arguments.out, score.is_exact) {
                 fs::write(folder.join(format!("{}.train.csv", case.name)), pair.train.csv())?;
                 fs::write(folder.join(format!("{}.valid.csv", case.name)), pair.valid.csv())?;
+                fs::write(folder.join(format!("{}.txt", case.name)), account)?;
             }
             if let Ok(mut scores) = scores.lock() {
                 scores[k] = Some(score);
@@ -87,8 +88,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// What is found in a case, and how good that is.
-fn run(examined: &Examined, case: &Case, pair: &Pair, repeated: bool) -> Score {
+/// How good what is found in a case is, and what is said about it.
+fn run(examined: &Examined, case: &Case, pair: &Pair, repeated: bool) -> (Score, String) {
     let samples = [&pair.train, &pair.valid].map(|recording| Samples::of_csv(&recording.csv()));
     let [train, valid] = samples.each_ref().map(|samples| examined.recording(samples));
     let (train, valid) = ([train], [valid]);
@@ -100,7 +101,20 @@ fn run(examined: &Examined, case: &Case, pair: &Pair, repeated: bool) -> Score {
         let again = examined.discover_seeded(&train, &valid, 2, 12_345);
         score.is_repeatable = Some(said(&found) == said(&again));
     }
-    score
+    (score, account(&found))
+}
+
+/// The reason of a verdict, and the structures that were tried.
+fn account(found: &Discovery) -> String {
+    let line = |ranked: &Ranked| {
+        let Ranked { effects, train, valid, bic, note } = ranked;
+        let valid = valid.map_or_else(|| "-".to_owned(), |valid| format!("{valid:.3}"));
+        format!("{train:10.3} {valid:>10} {bic:14.1}  {}  {note}", effects.join(" + "))
+    };
+    let rows: Vec<String> = found.ranking.iter().map(line).collect();
+    let sizes = found.corrected_parameters.iter();
+    let sizes: Vec<String> = sizes.map(|p| format!("{} = {:.6e}", p.name, p.value)).collect();
+    format!("{}\n{}\n{}\n", found.reason, rows.join("\n"), sizes.join("\n"))
 }
 
 /// Verdict, names and targets.

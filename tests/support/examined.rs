@@ -12,7 +12,7 @@ use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Compiled, Directions, compile_asts, load};
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::parse;
-use dgd_discover::{BaseModel, Discovery, Request, discover};
+use dgd_discover::{BaseModel, Discovery, Request, discover, templates};
 use dgd_execute::{Engine, Loaded};
 
 /// Texts of a model and of effects, each with the name of its file.
@@ -35,6 +35,7 @@ pub(crate) struct Examined {
     pub(crate) sources: Sources,
     pub(crate) base: BaseModel,
     pub(crate) library: Vec<Effect>,
+    pub(crate) templates: Vec<Effect>,
     pub(crate) compiled: Compiled,
 }
 
@@ -102,6 +103,7 @@ impl Texts {
                 .and_then(|ast| Effect::read(ast, &mut diagnostics));
             library.extend(effect);
         }
+        let templates = templates(&mut sources, &mut diagnostics).expect("texts of the library");
         let compiled = asts.and_then(|asts| {
             diagnostics.check()?;
             let options = ModelOptions::default();
@@ -115,7 +117,7 @@ impl Texts {
             fix: Vec::new(),
             engine: Engine::Auto,
         };
-        Examined { sources, base, library, compiled }
+        Examined { sources, base, library, templates, compiled }
     }
 }
 
@@ -186,6 +188,7 @@ impl Examined {
         let request = Request {
             base: &self.base,
             library: &self.library,
+            templates: &self.templates,
             sources: &self.sources,
             train: (train, &train_names),
             valid: (valid, &valid_names),

@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use crate::model::Model;
 use crate::source::Span;
 use crate::syntax::ast::{Ast, ItemKind, Name, SlotKind, Unit, UnknownKind};
 use crate::syntax::visit::{self, Namespace};
+use crate::units::describe;
 
 /// A name that is declared.
 #[derive(Debug, Clone)]
@@ -69,6 +71,17 @@ impl Declarations {
             });
         }
         all
+    }
+
+    /// Gives equations the unit in which the model's are added up, in SI base units.
+    pub(super) fn give_units(&mut self, model: &Model) {
+        for equation in model.all_equations() {
+            let key = (Namespace::Equation, equation.label.clone());
+            if let Some(declared) = self.names.get_mut(&key) {
+                let text = describe(equation.dimension);
+                declared.unit.get_or_insert(Unit { span: declared.span, text });
+            }
+        }
     }
 
     /// What is declared under a name.
