@@ -190,9 +190,10 @@ pub(crate) fn whitened_square(
     noise: &[Option<SensorNoise>],
 ) -> (f64, usize) {
     let all = recordings.iter().zip(residuals).flat_map(|(recording, outputs)| {
-        outputs.iter().zip(noise).filter_map(|(errors, noise)| {
-            Some(whitened(recording, errors, noise.as_ref()?))
-        })
+        outputs
+            .iter()
+            .zip(noise)
+            .filter_map(|(errors, noise)| Some(whitened(recording, errors, noise.as_ref()?)))
     });
     let finite = all.flatten().filter(|e| e.is_finite());
     finite.fold((0.0, 0), |(sum, n), e| (sum + e * e, n + 1))

@@ -80,8 +80,7 @@ impl Found<'_> {
             exchanged.push(other);
             exchanged.sort_unstable();
             let Some(ratio) = error(&exchanged).map(|error| error / best) else { continue };
-            let as_good =
-                self.search.explains(&exchanged) || !self.search.explains(self.chosen);
+            let as_good = self.search.explains(&exchanged) || !self.search.explains(self.chosen);
             if ratio <= ALTERNATIVE && as_good {
                 let alternative = Alternative { name, valid_ratio: ratio };
                 all.push((alternative, exchanged));

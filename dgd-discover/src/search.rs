@@ -71,6 +71,10 @@ const NEARLY_EXPLAINED_HELD_OUT: f64 = 2.25;
 /// outputs: one false alarm in ten thousand models.
 const FALSE_ALARM: f64 = 1e-4;
 
+/// So many structures of templates are fitted to the end, in so many rounds at most.
+const FINISHED: usize = 6;
+const MOST_ROUNDS: usize = 4;
+
 /// Templates that leave at most this share of the mean square name most of what is missing …
 const MOSTLY: f64 = 0.4;
 
@@ -142,7 +146,7 @@ impl Search<'_> {
         self.doubled = doubled.iter().filter(has_a_name).map(|score| score.candidate).collect();
         self.screens.clear();
         Ok(match self.search() {
-            Outcome::Unexplained(best) => self.partly(&best).unwrap_or(of_library),
+            Outcome::Unexplained(_) => self.partly().unwrap_or(of_library),
             Outcome::Effects(chosen) if self.is_specific(&chosen) => of_library,
             explained => explained,
         })
@@ -156,7 +160,9 @@ impl Search<'_> {
     /// A structure of templates that leaves more than noise and yet is the answer as far as it goes:
     /// it takes most of the discrepancy away, from held-out recordings as well, and every other that
     /// is no longer takes away clearly less.
-    fn partly(&self, best: &[usize]) -> Option<Outcome> {
+    fn partly(&mut self) -> Option<Outcome> {
+        self.finish();
+        let best = &*self.ranked().into_iter().next()?;
         let share = |of: &dyn Fn(&Self, &[usize]) -> Option<f64>, chosen: &[usize]| {
             Some(of(self, chosen)? / of(self, &[])?)
         };
@@ -175,6 +181,29 @@ impl Search<'_> {
             && held_out < MOSTLY
             && trained < CLEARLY * rival;
         is_clear.then(|| Outcome::Partly(best.to_vec()))
+    }
+
+    /// Fits to the end what may be the best structure of templates. What is far from noise was given up
+    /// early, in an order that says little.
+    fn finish(&mut self) {
+        let base = self.training_error(&[]).map_or(f64::INFINITY, |(sum, _)| sum);
+        let mut best = self.ranked();
+        best.retain(|chosen| {
+            let error = self.training_error(chosen).map_or(f64::INFINITY, |(sum, _)| sum);
+            !chosen.is_empty() && !self.is_specific(chosen) && error < base
+        });
+        best.truncate(FINISHED);
+        for _ in 0..MOST_ROUNDS {
+            let is_open =
+                |chosen: &&Vec<usize>| self.fitted(chosen).is_some_and(|f| !f.is_converged);
+            let open: Vec<Wanted> =
+                best.iter().filter(is_open).map(|chosen| self.continued(chosen)).collect();
+            if open.is_empty() {
+                break;
+            }
+            self.refit(open, EVALUATIONS, HeldOut::Later);
+        }
+        self.hold_out(&best);
     }
 
     /// Looks for what the base model lacks among the candidates that are open.

@@ -174,7 +174,13 @@ pub(crate) fn table(scores: &[Score], hard: bool) -> String {
     let mut text = String::new();
     let mut line = |what: &str, value: Option<f64>, promised: &str, is_met: bool| {
         let value = value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
-        let met = if value == "-" { "not tried" } else if is_met { "met" } else { "MISSED" };
+        let met = if value == "-" {
+            "not tried"
+        } else if is_met {
+            "met"
+        } else {
+            "MISSED"
+        };
         let _ = writeln!(text, "{what:58} {value:>7}  {promised:10} {met}");
     };
     let of = |kinds: &[Kind]| -> Vec<&Score> {

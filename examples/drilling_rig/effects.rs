@@ -334,10 +334,9 @@ impl Effect {
                 (Parameters, "plugging [1], added share of friction", share),
                 (Parameters, "t_plug [s]", onset),
             ],
-            Self::DensityChange { step, onset } => vec![
-                (Parameters, "rho_step [kg/m^3]", step),
-                (Parameters, "t_rho [s]", onset),
-            ],
+            Self::DensityChange { step, onset } => {
+                vec![(Parameters, "rho_step [kg/m^3]", step), (Parameters, "t_rho [s]", onset)]
+            }
             Self::TopFillGain { gain } => {
                 vec![(Sensors, "top_fill_gain [1], true over recorded", gain)]
             }

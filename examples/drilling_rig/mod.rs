@@ -136,8 +136,7 @@ impl Rig {
         let tuning = Tuning::draw(&mut random);
         let stops = random.chance(0.75);
         let sensors = Sensors::default();
-        let mut rig =
-            Self { plant, sensors, tuning, booster_gain: 1.0, fill_gain: 1.0, stops };
+        let mut rig = Self { plant, sensors, tuning, booster_gain: 1.0, fill_gain: 1.0, stops };
         for effect in &scenario.effects {
             effect.hide(&mut rig);
         }

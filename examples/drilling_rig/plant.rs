@@ -298,8 +298,7 @@ impl Plant {
 
         // M dq/dt = ρ g (h_in − h_r) + Δp(ω, q) − F(q) − ρ g h_out,  M = M₅₀ − 5600 kg/m⁵ (h_r − 50 m)
         let speed = controls.speed_at(t, self.speed_lag);
-        let net = Self::inlet_pressure(density, h_r)
-            + self.pump_pressure(t, density, speed, q_ssp)
+        let net = Self::inlet_pressure(density, h_r) + self.pump_pressure(t, density, speed, q_ssp)
             - self.friction(t, q_ssp, shut)
             - density * G * H_OUT;
         let return_line = net / (self.inertia - 5.6e3 * (h_r - 50.0));

@@ -129,6 +129,15 @@ impl Examined {
     /// A recording in SI, its start as its first row shows it.
     pub(crate) fn recording(&self, samples: &Samples) -> Recording {
         let system = self.system();
+        let mut recording = self.recording_without_start(samples);
+        let first: Vec<f64> = recording.measured.iter().flatten().map(|values| values[0]).collect();
+        recording.start = start(&system, &declared(system.signature()), &recording.inputs, &first);
+        recording
+    }
+
+    /// A recording in SI that starts as the model says.
+    pub(crate) fn recording_without_start(&self, samples: &Samples) -> Recording {
+        let system = self.system();
         let signature = system.signature();
         let times = samples.times.clone();
         let in_si = |name: &str, factor: f64, offset: f64| -> Vec<f64> {
@@ -157,10 +166,7 @@ impl Examined {
             .iter()
             .map(|output| Some(in_si(&output.name, output.unit.factor, output.unit.offset)))
             .collect();
-        let first: Vec<f64> = measured.iter().flatten().map(|values| values[0]).collect();
-        let mut recording = Recording::new(times, inputs, measured);
-        recording.start = start(&system, &declared(signature), &recording.inputs, &first);
-        recording
+        Recording::new(times, inputs, measured)
     }
 
     /// What is found with recordings to fit to and recordings held out.
