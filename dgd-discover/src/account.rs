@@ -11,7 +11,8 @@ use crate::discovery::{
 use crate::discrepancy::{AVERAGING_LENGTHS, discrepancy_windows};
 use crate::fitted::{Data, Fitted, NoFit, chi_square};
 use crate::noise::SensorNoise;
-use crate::search::{Outcome, Search};
+use crate::search::Search;
+use crate::verdict::Outcome;
 
 /// Errors of each output before and after.
 pub(crate) fn gap(data: &Data<'_>, before: &Fitted, after: &Fitted) -> Vec<Gap> {

@@ -26,8 +26,10 @@ use crate::fitted::{Data, Fitted, NoFit};
 use crate::found::{Found, parameters};
 use crate::missing::missing_inputs;
 use crate::screen::StartPoint;
-use crate::search::{Outcome, Search, noise_of};
+use crate::search::Search;
 use crate::structure::{BaseModel, Values};
+use crate::verdict::Outcome;
+use crate::weights::noise_of;
 
 /// What a discovery works on.
 #[derive(Debug, Clone, Copy)]

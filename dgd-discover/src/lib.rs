@@ -29,6 +29,7 @@ mod exponential;
 mod fitted;
 mod found;
 mod kalman;
+mod levels;
 mod missing;
 mod missing_terms;
 mod moments;
@@ -41,6 +42,8 @@ mod search;
 mod structure;
 mod templates;
 mod unknown_input;
+mod verdict;
+mod weights;
 mod whiteness;
 mod windows;
 
