@@ -21,22 +21,10 @@ use std::error::Error;
 use std::fs;
 use std::path::PathBuf;
 
-use drilling_rig::effects::{ELSEWHERE, Effect, LIBRARY, OUTSIDE, Place};
-use drilling_rig::plant::LPM;
+use drilling_rig::effects::{Effect, LIBRARY, OUTSIDE, PAIRS, Place};
 use drilling_rig::random::Random;
-use drilling_rig::recording::five_digits;
+use drilling_rig::recording::{ACTIVE, five_digits};
 use drilling_rig::{Pair, Scenario, record};
-
-/// Effects that are hidden two at a time.
-const PAIRS: [[&str; 2]; 4] = [
-    ["booster_u_tubing", "flow_meter_gain"],
-    ["booster_u_tubing", "pump_speed_lag"],
-    ["flow_meter_gain", "pump_speed_exponent"],
-    ["well_influx", "flow_meter_delay"],
-];
-
-/// Flow by which a draining or filling booster line counts as active, m³/s.
-const ACTIVE: f64 = 60.0 * LPM;
 
 struct Arguments {
     out: PathBuf,
@@ -81,7 +69,7 @@ fn default_cases() -> Vec<Vec<&'static str>> {
 }
 
 fn known_effects() -> String {
-    let names = [LIBRARY.as_slice(), &OUTSIDE, &ELSEWHERE].concat();
+    let names = [LIBRARY.as_slice(), &OUTSIDE].concat();
     format!("there are {}", names.join(", "))
 }
 

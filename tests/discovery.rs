@@ -20,7 +20,6 @@ use dgd_compiler::syntax::layout;
 use dgd_discover::{Discovery, Verdict};
 use drilling_rig::effects::Effect;
 use drilling_rig::plant::LPM;
-use drilling_rig::recording::HEADER;
 use drilling_rig::{Pair, Scenario, record};
 use examined::{Examined, Samples, Texts, start};
 use renaming::Renaming;
@@ -34,23 +33,10 @@ const SCAN: f64 = 0.1;
 
 const U_TUBING: Effect = Effect::BoosterUTubing { inertia: 4e7, friction: 6.3e7 };
 
-/// The columns of a recording's text, which is what a file of it would be.
-fn samples(csv: &str) -> Samples {
-    let mut lines = csv.lines();
-    assert_eq!(lines.next(), Some(HEADER));
-    let rows: Vec<Vec<f64>> = lines
-        .map(|line| line.split(',').map(|cell| cell.parse().expect("a number")).collect())
-        .collect();
-    let column = |at: usize| -> Vec<f64> { rows.iter().map(|row| row[at]).collect() };
-    let names = HEADER.split(',').filter_map(|cell| cell.split_whitespace().next());
-    let columns = names.enumerate().skip(1).map(|(at, name)| (name.to_owned(), column(at)));
-    Samples { times: column(0), columns: columns.collect() }
-}
-
 /// Two recordings of a rig with some effects hidden in it.
 fn hidden(seed: u64, minutes: f64, effects: &[Effect]) -> [Samples; 2] {
     let Pair { train, valid, .. } = record(&Scenario::new(seed, minutes, effects.to_vec()));
-    [samples(&train.csv()), samples(&valid.csv())]
+    [Samples::of_csv(&train.csv()), Samples::of_csv(&valid.csv())]
 }
 
 /// What is found in one recording, with another held out.
@@ -307,7 +293,7 @@ fn long_recordings_of_other_rigs_are_seen_through() {
     for (case, expected) in cases {
         let pair = ["train", "valid"].map(|part| {
             let path = folder.join(format!("{case}.{part}.csv"));
-            samples(&std::fs::read_to_string(path).expect("a recording"))
+            Samples::of_csv(&std::fs::read_to_string(path).expect("a recording"))
         });
         let discovery = found_in(&examined, &pair, 2);
         let mut names = names(&discovery);

@@ -6,7 +6,7 @@ mod drilling_rig;
 
 use dgd::{Column, Inputs, Interpolation, Options, Point, Problem, System, simulate};
 
-use drilling_rig::effects::{ELSEWHERE, LIBRARY, OUTSIDE};
+use drilling_rig::effects::{LIBRARY, OUTSIDE};
 use drilling_rig::plant::{A_R, BoosterLine, Controls, G, H_IN, H_OUT, LPM, Plant, RHO, State};
 use drilling_rig::recording::{HEADER, Recording, Row};
 use drilling_rig::sensors::Noise;
@@ -30,6 +30,10 @@ fn plant() -> Plant {
         influx: None,
         ageing: None,
         valve: None,
+        f4: 0.0,
+        wear: 0.0,
+        plugging: None,
+        density_step: None,
     }
 }
 
@@ -215,7 +219,7 @@ fn a_scenario_is_the_same_text_every_time() {
 #[test]
 fn every_effect_has_a_name_and_shows() {
     let healthy = Scenario::new(11, 30.0, Vec::new());
-    for name in LIBRARY.iter().chain(&ELSEWHERE).chain(&OUTSIDE) {
+    for name in LIBRARY.iter().chain(&OUTSIDE) {
         let scenario = Scenario::drawn(11, 30.0, &[name]).expect("a known effect");
         let listed = if OUTSIDE.contains(name) { "?" } else { name };
         assert_eq!(scenario.effects[0].name(), listed);

@@ -59,5 +59,8 @@ fn the_findings_of_the_thesis_come_out_of_the_recordings() {
     // The one that the README shows.
     let [drawn, shown] = [folder.join("fig_4_2.svg"), root.join("docs/fig_4_2.svg")]
         .map(|path| std::fs::read(path).expect("a picture"));
-    assert!(drawn == shown, "`cargo run --release --example thesis` draws another docs/fig_4_2.svg");
+    assert!(
+        drawn == shown,
+        "`cargo run --release --example thesis` draws another docs/fig_4_2.svg"
+    );
 }

@@ -10,7 +10,8 @@ use crate::discovery::{
 };
 use crate::discrepancy::{AVERAGING_LENGTHS, discrepancy_windows};
 use crate::fitted::{Data, Fitted, NoFit, chi_square};
-use crate::search::{Outcome, Search};
+use crate::search::Search;
+use crate::verdict::Outcome;
 use dgd_screen::noise::SensorNoise;
 
 /// Errors of each output before and after.
@@ -35,11 +36,11 @@ pub(crate) fn gap(data: &Data<'_>, before: &Fitted, after: &Fitted) -> Vec<Gap> 
         Some(Gap {
             output: output.name.to_string(),
             unit: output.unit.clone(),
-            noise: noise.std,
-            train_before: train_before(i, noise.std),
-            train_after: train_after(i, noise.std),
-            valid_before: valid_before(i, noise.std),
-            valid_after: valid_after(i, noise.std),
+            noise: noise.total(),
+            train_before: train_before(i, noise.total()),
+            train_after: train_after(i, noise.total()),
+            valid_before: valid_before(i, noise.total()),
+            valid_after: valid_after(i, noise.total()),
         })
     };
     outputs.filter_map(of_output).collect()
@@ -66,7 +67,7 @@ pub(crate) fn traces(
                  before: Option<&Observations>,
                  after: Option<&Observations>| {
         let of_output = |(i, noise): (usize, &Option<SensorNoise>)| {
-            let noise = noise.as_ref()?.std;
+            let noise = noise.as_ref()?.total();
             let measured = recording.measured[i].clone()?;
             let simulated = |observations: Option<&Observations>| {
                 let value = |k: usize| observations.map_or(f64::NAN, |all| all.w(k)[i]);
@@ -101,20 +102,23 @@ pub(crate) fn traces(
 /// All structures that were tried, the best first, then those that could not be.
 pub(crate) fn ranking_of(search: &Search<'_>) -> Vec<Ranked> {
     let base = search.bic(&[]).unwrap_or_default();
-    let mean =
-        |error: Option<(f64, usize)>| error.filter(|(_, n)| *n > 0).map(|(sum, n)| sum / n as f64);
+    let mean = |square: Option<f64>| square.filter(|square| square.is_finite());
     let names = |chosen: &[usize]| {
         chosen.iter().map(|&c| search.candidates[c].application.name()).collect()
     };
     let fitted = search.ranked().into_iter().map(|chosen| Ranked {
         effects: names(&chosen),
-        train: mean(search.training_error(&chosen)).unwrap_or(f64::NAN),
-        valid: mean(search.held_out_error(&chosen)),
+        train: search.training_square(&chosen).unwrap_or(f64::NAN),
+        valid: mean(search.held_out_square(&chosen)),
         bic: search.bic(&chosen).unwrap_or(f64::NAN) - base,
         note: search.note(&chosen),
     });
     let failed = search.tried.iter().filter_map(|(chosen, fitted)| {
         let NoFit(reason) = fitted.as_ref().err()?;
+        // That a template does not fit everything is no news.
+        if chosen.iter().all(|&c| search.candidates[c].is_generic) {
+            return None;
+        }
         Some(Ranked {
             effects: names(chosen),
             train: f64::NAN,
@@ -160,10 +164,9 @@ pub(crate) fn reason(
     outcome: &Outcome,
     candidates: &[Candidate<'_>],
 ) -> String {
-    let mean = |(sum, n): (f64, usize)| sum / n.max(1) as f64;
-    let training = |chosen: &[usize]| search.training_error(chosen).map_or(f64::NAN, mean);
+    let training = |chosen: &[usize]| search.training_square(chosen).unwrap_or(f64::NAN);
     // Neither without held-out recordings nor where they cannot be simulated.
-    let held_out = |chosen: &[usize]| search.held_out_error(chosen).filter(|e| e.1 > 0).map(mean);
+    let held_out = |chosen: &[usize]| search.held_out_square(chosen).filter(|e| e.is_finite());
     let names = |chosen: &[usize]| {
         let names: Vec<String> = chosen.iter().map(|&c| candidates[c].application.name()).collect();
         names.join(" and ")
@@ -187,6 +190,18 @@ pub(crate) fn reason(
             format!(
                 "The mean square of the errors falls from {base:.1} to {:.2} times that of the \
                  sensors' noise{on_held_out}.",
+                training(chosen)
+            )
+        }
+        Outcome::Partly(chosen) => {
+            let on_held_out = held_out(&[])
+                .zip(held_out(chosen))
+                .map(|(all, left)| format!(", on held-out recordings from {all:.1} to {left:.1}"))
+                .unwrap_or_default();
+            format!(
+                "The mean square of the errors falls from {base:.1} to {:.1} times that of the \
+                 sensors' noise{on_held_out}: most of the discrepancy, and far more than anything \
+                 else takes away. Something smaller is left over.",
                 training(chosen)
             )
         }

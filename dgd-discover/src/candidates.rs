@@ -12,12 +12,19 @@ pub(crate) struct Candidate<'a> {
     pub application: Application<'a>,
     /// Parameters of the effect file that time is compared with: they say when something begins.
     pub onsets: Vec<String>,
+    /// Parameters of the effect file by which something is delayed.
+    pub delays: Vec<String>,
+    /// Whether it is a template that fits any model.
+    pub is_generic: bool,
 }
 
 impl Candidate<'_> {
-    /// The family's name, which is what a discovery names.
-    pub(crate) fn name(&self) -> &str {
-        &self.application.effect.name.text
+    /// What a discovery names: the family, or a template with what it is applied to.
+    pub(crate) fn name(&self) -> String {
+        if self.is_generic {
+            return self.application.name();
+        }
+        self.application.effect.name.text.clone()
     }
 
     /// `plant`, `sensor` or `input`.
@@ -35,19 +42,29 @@ impl Candidate<'_> {
 pub(crate) fn candidates<'a>(library: &'a [Effect], model: &Model) -> Vec<Candidate<'a>> {
     let mut all = Vec::new();
     for effect in library.iter().filter(|effect| effect.changes_model()) {
-        let onsets = onsets(effect);
+        let (onsets, delays) = moments(effect);
         for arguments in bind(effect, model) {
             let span = effect.name.span;
             let arguments = arguments.into_iter().map(|text| Name { text, span }).collect();
             let application = Application { effect, arguments, span };
-            all.push(Candidate { application, onsets: onsets.clone() });
+            let (onsets, delays) = (onsets.clone(), delays.clone());
+            all.push(Candidate { application, onsets, delays, is_generic: false });
         }
     }
     all
 }
 
-/// Parameters of an effect that time is compared with.
-fn onsets(effect: &Effect) -> Vec<String> {
+/// All candidates of templates that fit any model.
+pub(crate) fn generic<'a>(templates: &'a [Effect], model: &Model) -> Vec<Candidate<'a>> {
+    let mut all = candidates(templates, model);
+    for candidate in &mut all {
+        candidate.is_generic = true;
+    }
+    all
+}
+
+/// Parameters of an effect that time is compared with, and those by which something is delayed.
+fn moments(effect: &Effect) -> (Vec<String>, Vec<String>) {
     let mut expressions: Vec<Expr> = Vec::new();
     for clause in effect.ast.effect.iter().flat_map(|header| &header.clauses) {
         match &clause.kind {
@@ -58,7 +75,7 @@ fn onsets(effect: &Effect) -> Vec<String> {
             ClauseKind::Kind(_) | ClauseKind::Form(_) | ClauseKind::Null { .. } => {}
         }
     }
-    let mut parameters = Vec::new();
+    let mut parameters: Vec<String> = Vec::new();
     for item in &effect.ast.items {
         if let ItemKind::Parameter { name, .. } = &item.kind {
             parameters.push(name.text.clone());
@@ -69,12 +86,28 @@ fn onsets(effect: &Effect) -> Vec<String> {
             }
         });
     }
-    let mut compared = Vec::new();
+    let (mut compared, mut delays) = (Vec::new(), Vec::new());
     for expr in &expressions {
         collect_compared(expr, &mut compared);
+        collect_delays(expr, &mut delays);
     }
-    parameters.retain(|name| compared.contains(name));
-    parameters
+    let those = |among: &[String]| -> Vec<String> {
+        parameters.iter().filter(|name| among.contains(name)).cloned().collect()
+    };
+    (those(&compared), those(&delays))
+}
+
+/// Names that stand alone as the second argument of `delay`.
+fn collect_delays(expr: &Expr, names: &mut Vec<String>) {
+    if let ExprKind::Call { function, arguments } = &expr.kind
+        && let ("delay", [_, Expr { kind: ExprKind::Name(name), .. }]) =
+            (function.text.as_str(), arguments.as_slice())
+    {
+        names.push(name.clone());
+    }
+    for operand in visit::operands(expr) {
+        collect_delays(operand, names);
+    }
 }
 
 /// Names that stand alone on the other side of a comparison with `time`.

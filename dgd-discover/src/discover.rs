@@ -7,7 +7,7 @@
 //!   what is left over: the unknown input                (unknown_input)
 //! ```
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use dgd_compiler::diagnostics::{Diagnostics, Reported};
@@ -18,7 +18,7 @@ use dgd_runtime::identify::Recording;
 use dgd_runtime::{Options, Steps};
 
 use crate::account::{gap, ranking_of, reason, screened, traces, unexplained};
-use crate::candidates::candidates;
+use crate::candidates::{candidates, generic};
 use crate::corrected::corrected;
 use crate::discovery::{Discovery, FoundEffect, Verdict};
 use crate::evidence::evidence;
@@ -26,8 +26,10 @@ use crate::fitted::{Data, Fitted, NoFit};
 use crate::found::{Found, parameters};
 use crate::missing::missing_inputs;
 use crate::screen::StartPoint;
-use crate::search::{Outcome, Search, noise_of};
+use crate::search::Search;
 use crate::structure::{BaseModel, Values};
+use crate::verdict::Outcome;
+use crate::weights::noise_of;
 
 /// What a discovery works on.
 #[derive(Debug, Clone, Copy)]
@@ -36,7 +38,10 @@ pub struct Request<'a> {
     pub base: &'a BaseModel,
     /// Effects that it may lack.
     pub library: &'a [Effect],
-    /// The texts of the model and the library.
+    /// Templates that fit any model ([`templates`](crate::templates)), for what the library does
+    /// not explain.
+    pub templates: &'a [Effect],
+    /// The texts of the model, the library and the templates.
     pub sources: &'a Sources,
     /// Recordings to fit to, one at least, with what they are called. Their start values are first
     /// guesses.
@@ -104,7 +109,9 @@ pub fn discover(
         return Err(DiscoverError::NoRecording);
     }
     let model = resolve(&base.asts, &base.options, diagnostics).map_err(DiscoverError::Model)?;
-    let candidates = candidates(library, &model);
+    let mut candidates = candidates(library, &model);
+    let of_library = candidates.len();
+    candidates.extend(generic(request.templates, &model));
     let noise = noise_of(train, &readings(train));
     if noise.iter().all(Option::is_none) {
         return Err(DiscoverError::NothingMeasured);
@@ -121,12 +128,16 @@ pub fn discover(
         threads,
         tried: BTreeMap::new(),
         screens: BTreeMap::new(),
+        settled: BTreeSet::new(),
+        open: 0..of_library,
+        doubled: BTreeSet::new(),
     };
     let failed = |NoFit(reason): NoFit| DiscoverError::BaseModel(reason);
     let outcome = search.run(&Values::default()).map_err(failed)?;
     let (verdict, chosen) = match &outcome {
         Outcome::Sufficient => (Verdict::Sufficient, Vec::new()),
         Outcome::Effects(chosen) => (Verdict::Effects, chosen.clone()),
+        Outcome::Partly(chosen) => (Verdict::Unexplained, chosen.clone()),
         Outcome::Unexplained(_) => (Verdict::Unexplained, Vec::new()),
     };
 

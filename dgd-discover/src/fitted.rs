@@ -6,7 +6,8 @@ use dgd_runtime::identify::{
 };
 use dgd_runtime::{Observations, Options, Signature, System};
 
-use crate::moments::{Moments, with_found_starts};
+use crate::colour::Whitener;
+use crate::moments::{Moments, cross, with_found_starts};
 use crate::screen::StartPoint;
 use crate::structure::{Structure, Values};
 use dgd_screen::noise::SensorNoise;
@@ -38,6 +39,8 @@ pub(crate) struct Fitted {
     pub estimates: Vec<Estimate>,
     /// Whether the fit ended at a minimum.
     pub is_converged: bool,
+    /// Σ ε² of the training recordings and how many samples, with the noise that was known last.
+    pub error: (f64, usize),
     /// Outputs at the samples of each training recording.
     pub train: Vec<Observations>,
     /// The same for held-out recordings; `None` where they were not or cannot be simulated.
@@ -72,7 +75,7 @@ impl Fitted {
             };
             let (suggested, nothing) = (at(&point.values), at(&point.at_nothing));
             let problem = problem(&structure, &suggested, &recordings, data, evaluations);
-            match fitted(&problem, &nothing, &structure.onsets) {
+            match fitted(&problem, &nothing, &structure) {
                 Ok(found) if best.as_ref().is_none_or(|(best, _)| found.0.cost < best.cost) => {
                     best = Some(found);
                 }
@@ -90,7 +93,16 @@ impl Fitted {
         let Evaluation { observations: train, .. } =
             evaluate(&problem, &fit.p, &fit.starts).map_err(|error| NoFit(error.to_string()))?;
         let is_converged = fit.termination.is_converged();
-        Ok(Fitted { structure, values, p: fit.p, estimates, is_converged, train, valid: None })
+        let (p, error, valid) = (fit.p, (0.0, 0), None);
+        let mut fitted =
+            Fitted { structure, values, p, estimates, is_converged, error, train, valid };
+        fitted.weigh(data);
+        Ok(fitted)
+    }
+
+    /// Weighs the errors with the noise as it is known now.
+    pub(crate) fn weigh(&mut self, data: &Data<'_>) {
+        self.error = whitened_square(data.train, &self.residuals(data), &data.noise);
     }
 
     /// Simulates the held-out recordings.
@@ -130,11 +142,11 @@ const MOST_ROUNDS: usize = 4;
 fn fitted(
     problem: &OutputErrorProblem<'_, dgd_execute::Loaded>,
     other: &[f64],
-    onsets: &[usize],
+    structure: &Structure,
 ) -> Result<(Fit, Vec<Estimate>), EstimateError> {
     let mut p = problem.p.to_vec();
     let starts: Vec<Starts> = problem.recordings.iter().map(|r| r.start.clone()).collect();
-    let moments = Moments::jumping(problem, onsets, &mut p, &starts);
+    let moments = Moments::jumping(problem, &structure.onsets, &mut p, &starts);
     if other != problem.p {
         let mut other = other.to_vec();
         for &moment in &moments.parameters {
@@ -145,11 +157,6 @@ fn fitted(
             p = other;
         }
     }
-    if moments.parameters.is_empty() {
-        let fit = fit(&OutputErrorProblem { p: &p, ..problem.clone() })?;
-        let estimates = fit.estimates.clone();
-        return Ok((fit, estimates));
-    }
     let free = moments.held(problem);
     let held = |p: &[f64], recordings: &[Recording]| {
         fit(&OutputErrorProblem { p, recordings, free: free.clone(), ..problem.clone() })
@@ -158,8 +165,13 @@ fn fitted(
     for _ in 0..MOST_ROUNDS {
         let mut p = best.p.clone();
         // What is not fitted yet says nothing about the moment.
-        let is_moved = best.termination.is_converged()
-            && moments.settle(problem, &mut p, &best.starts).map_err(EstimateError::Start)?;
+        let mut is_moved = false;
+        if best.termination.is_converged() {
+            let starts = &best.starts;
+            is_moved = moments.settle(problem, &mut p, starts).map_err(EstimateError::Start)?;
+            is_moved |=
+                cross(problem, &structure.delays, &mut p, starts).map_err(EstimateError::Start)?;
+        }
         if !is_moved {
             break;
         }
@@ -168,6 +180,30 @@ fn fitted(
     }
     let estimates = moments.estimates(problem.system, &best);
     Ok((best, estimates))
+}
+
+/// Σ ε² and the number of samples behind it, ε being what is left of errors, in units of the noise,
+/// when the noise's correlation is taken out.
+pub(crate) fn whitened_square(
+    recordings: &[Recording],
+    residuals: &[Vec<Vec<f64>>],
+    noise: &[Option<SensorNoise>],
+) -> (f64, usize) {
+    let all = recordings.iter().zip(residuals).flat_map(|(recording, outputs)| {
+        outputs
+            .iter()
+            .zip(noise)
+            .filter_map(|(errors, noise)| Some(whitened(recording, errors, noise.as_ref()?)))
+    });
+    let finite = all.flatten().filter(|e| e.is_finite());
+    finite.fold((0.0, 0), |(sum, n), e| (sum + e * e, n + 1))
+}
+
+/// Errors of one output of a recording in units of its noise, without the noise's correlation; NaN
+/// where nothing was measured.
+pub(crate) fn whitened(recording: &Recording, errors: &[f64], noise: &SensorNoise) -> Vec<f64> {
+    let whitener = Whitener::new(&recording.times, |k| errors[k].is_finite(), noise);
+    whitener.apply(errors.iter().copied())
 }
 
 /// Σ (e/σ)² and the number of samples behind it, for each output.
@@ -179,7 +215,7 @@ pub(crate) fn chi_square(
         let Some(noise) = noise else { return (0.0, 0) };
         let finite =
             residuals.iter().flat_map(|outputs| &outputs[output]).filter(|e| e.is_finite());
-        finite.fold((0.0, 0), |(sum, n), e| (sum + (e / noise.std).powi(2), n + 1))
+        finite.fold((0.0, 0), |(sum, n), e| (sum + (e / noise.total()).powi(2), n + 1))
     };
     noise.iter().enumerate().map(of_output).collect()
 }
@@ -218,7 +254,8 @@ fn problem<'a>(
     data: &Data<'_>,
     evaluations: usize,
 ) -> OutputErrorProblem<'a, dgd_execute::Loaded> {
-    let noise = data.noise.iter().map(|noise| noise.map(|noise| Noise::Known(noise.std))).collect();
+    let known = |noise: &Option<SensorNoise>| noise.map(|noise| Noise::Known(noise.total()));
+    let noise = data.noise.iter().map(known).collect();
     let stopping = StoppingRule { evaluations, ..StoppingRule::default() };
     let options = data.options;
     let problem = OutputErrorProblem::new(&structure.system, p, recordings);

@@ -47,7 +47,7 @@ impl Found<'_> {
         let alternatives = self.alternatives(candidate, &rest);
         let told_apart_by = alternatives.first().map(|(_, other)| self.told_apart_by(other));
         FoundEffect {
-            name: effect.name.text.clone(),
+            name: described.name(),
             kind: described.kind(),
             form: effect.form.as_ref().map(|form| form.text.clone()),
             doc: effect.doc.clone(),
@@ -65,24 +65,24 @@ impl Found<'_> {
     /// nearly as well; the best first.
     fn alternatives(&self, candidate: usize, rest: &[usize]) -> Vec<(Alternative, Vec<usize>)> {
         let error = |chosen: &[usize]| {
-            let held_out = self.search.held_out_error(chosen);
-            let (sum, n) = held_out.or_else(|| self.search.training_error(chosen))?;
-            (n > 0).then(|| (sum / n as f64).sqrt())
+            let held_out = self.search.held_out_square(chosen);
+            held_out.or_else(|| self.search.training_square(chosen)).map(f64::sqrt)
         };
         let Some(best) = error(self.chosen) else { return Vec::new() };
         let own = self.search.candidates[candidate].name();
         let mut all: Vec<(Alternative, Vec<usize>)> = Vec::new();
         for other in 0..self.search.candidates.len() {
             let name = self.search.candidates[other].name();
-            if rest.contains(&other) || name == own {
+            if rest.contains(&other) || name == own || !self.search.open.contains(&other) {
                 continue;
             }
             let mut exchanged = rest.to_vec();
             exchanged.push(other);
             exchanged.sort_unstable();
             let Some(ratio) = error(&exchanged).map(|error| error / best) else { continue };
-            if ratio <= ALTERNATIVE && self.search.explains(&exchanged) {
-                let alternative = Alternative { name: name.to_owned(), valid_ratio: ratio };
+            let as_good = self.search.explains(&exchanged) || !self.search.explains(self.chosen);
+            if ratio <= ALTERNATIVE && as_good {
+                let alternative = Alternative { name, valid_ratio: ratio };
                 all.push((alternative, exchanged));
             }
         }

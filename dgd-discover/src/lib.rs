@@ -17,6 +17,7 @@
 mod account;
 mod activity;
 mod candidates;
+mod colour;
 mod corrected;
 mod deviations;
 mod discover;
@@ -27,6 +28,7 @@ mod exponential;
 mod fitted;
 mod found;
 mod kalman;
+mod levels;
 mod missing;
 mod missing_terms;
 mod moments;
@@ -36,12 +38,15 @@ mod reconstruct;
 mod screen;
 mod search;
 mod structure;
+mod templates;
 mod unknown_input;
+mod verdict;
+mod weights;
 mod whiteness;
 mod windows;
 
 pub use deviations::{Deviations, LinearizeError};
-pub use dgd_screen::noise::{SensorNoise, quantisation_step, white_noise};
+pub use dgd_screen::noise::{Colour, SensorNoise, quantisation_step, white_noise};
 pub use discover::{DiscoverError, Request, discover};
 pub use discovery::{
     Alternative, Discovery, Evidence, FoundEffect, Gap, MissingInput, OutputTrace, ParameterValue,
@@ -51,6 +56,7 @@ pub use discrepancy::{AVERAGING_LENGTHS, discrepancy_windows};
 pub use missing_terms::{MissingTerms, Place, PlaceKind};
 pub use reconstruct::{ReconstructError, Recording, reconstruct};
 pub use structure::BaseModel;
+pub use templates::templates;
 pub use unknown_input::{UnknownInput, unknown_input};
 pub use whiteness::{Check, CheckKind, Whiteness, effective_sample_size, whiteness};
 pub use windows::Window;

@@ -32,7 +32,7 @@ pub(crate) fn missing_inputs(
         return Vec::new();
     };
     let noise: Vec<f64> =
-        data.noise.iter().map(|n| n.map_or(f64::NAN, |noise| noise.std)).collect();
+        data.noise.iter().map(|n| n.map_or(f64::NAN, |noise| noise.total())).collect();
     let outputs = &fitted.residuals(data)[0];
     let n_w = system.signature().outputs.len();
     let samples = recording.times.len();

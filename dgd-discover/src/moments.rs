@@ -158,6 +158,53 @@ impl Moments {
     }
 }
 
+/// Beyond a boundary between samples a delay is tried at this share of their distance.
+const BEYOND: f64 = 0.05;
+
+/// Moves delays from one interval between samples to the next as long as that makes the error less,
+/// everything else as it is; says whether one moved.
+///
+/// What is delayed may jump at samples, as held inputs do. Where a delay passes a multiple of their
+/// distance all those jumps fall on other samples, of which the derivative to the delay knows nothing.
+pub(crate) fn cross(
+    problem: &OutputErrorProblem<'_, Loaded>,
+    delays: &[usize],
+    p: &mut [f64],
+    starts: &[Starts],
+) -> Result<bool, TrialFailed> {
+    let spacing = problem.recordings.iter().filter_map(|recording| {
+        let (first, last) = (recording.times.first()?, recording.times.last()?);
+        (last > first).then(|| (last - first) / (recording.times.len() - 1) as f64)
+    });
+    let spacing = spacing.fold(f64::INFINITY, f64::min);
+    if delays.is_empty() || !spacing.is_finite() {
+        return Ok(false);
+    }
+    let before = p.to_vec();
+    let mut least = evaluate(problem, p, starts)?.cost;
+    for &parameter in delays {
+        let bounds = &problem.system.signature().parameters[parameter];
+        for direction in [1.0, -1.0] {
+            loop {
+                // Of an interval, in the direction of travel: its end, and a little more.
+                let intervals = (direction * p[parameter] / spacing).floor() + 1.0 + BEYOND;
+                let value = direction * intervals * spacing;
+                let mut trial = p.to_vec();
+                trial[parameter] = value;
+                let is_within = (bounds.lower..=bounds.upper).contains(&value);
+                match evaluate(problem, &trial, starts) {
+                    Ok(found) if is_within && found.cost < least => {
+                        least = found.cost;
+                        p.copy_from_slice(&trial);
+                    }
+                    _ => break,
+                }
+            }
+        }
+    }
+    Ok(p != before)
+}
+
 /// The recordings with start values that a fit has found.
 pub(crate) fn with_found_starts(recordings: &[Recording], starts: &[Starts]) -> Vec<Recording> {
     let recordings = recordings.iter().zip(starts);

@@ -20,7 +20,9 @@ use dgd_runtime::identify::outputs_with_sensitivities as observe;
 use dgd_runtime::{Direction, System};
 
 use crate::candidates::Candidate;
-use crate::fitted::{Data, Fitted};
+use crate::colour::Whitener;
+use crate::fitted::{Data, Fitted, whitened};
+use crate::levels::{Ranges, range_of, ranges};
 use crate::parallel::in_parallel;
 use crate::projection::{Basis, dot};
 use crate::structure::{BaseModel, Values};
@@ -53,6 +55,10 @@ pub(crate) struct Score {
     pub columns: Vec<Vec<f64>>,
 }
 
+/// Squared cosine between the columns of candidates that are the same equations: the solver's error
+/// is what is left of it.
+const PARALLEL: f64 = 1.0 - 1e-6;
+
 /// Most points of the grid to begin fits from.
 const MOST_POINTS: usize = 3;
 
@@ -68,13 +74,21 @@ pub(crate) fn screen(
 ) -> Vec<Score> {
     let residual = weighted(data, &fitted.residuals(data));
     let Some(basis) = fitted_directions(fitted, data) else { return Vec::new() };
-    let parts = Parts { base, all, fitted, data, threads, basis: &basis, residual: &residual };
+    let ranges = ranges(fitted, data);
+    let (basis, residual) = (&basis, &*residual);
+    let parts = Parts { base, all, fitted, data, threads, basis, residual, ranges: &ranges };
     let mut scores: Vec<Score> = Vec::new();
     for group in parts.groups(others) {
         scores.extend(parts.screen(&group));
     }
     scores.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.candidate.cmp(&b.candidate)));
     scores
+}
+
+/// Whether two candidates do the same to the outputs, to first order and but for a factor.
+pub(crate) fn are_parallel(a: &Score, b: &Score) -> bool {
+    let ([a], [b]) = (a.columns.as_slice(), b.columns.as_slice()) else { return false };
+    a.len() == b.len() && dot(a, b).powi(2) > PARALLEL * dot(a, a) * dot(b, b)
 }
 
 /// What the screen of one structure works with.
@@ -86,6 +100,7 @@ struct Parts<'a> {
     threads: usize,
     basis: &'a Basis,
     residual: &'a [f64],
+    ranges: &'a Ranges,
 }
 
 impl Parts<'_> {
@@ -99,7 +114,7 @@ impl Parts<'_> {
             let Ok((system, brought)) = self.base.screening(self.all, chosen, &[other]) else {
                 continue;
             };
-            let inner = inner_constants(&system, &self.all[other], &brought[0], self.data);
+            let inner = inner_constants(&system, &self.all[other], &brought[0], self);
             if inner.is_empty() {
                 plain.push(other);
             } else if inner.iter().all(|inner| inner.is_onset) {
@@ -127,13 +142,13 @@ impl Parts<'_> {
         if others.is_empty() {
             return Some(Vec::new());
         }
-        let Parts { base, all, data, .. } = *self;
+        let Parts { base, all, .. } = *self;
         let chosen = &self.fitted.structure.candidates;
         let (system, brought) = base.screening(all, chosen, others).ok()?;
         let inner: Vec<Vec<Inner>> = others
             .iter()
             .zip(&brought)
-            .map(|(&other, brought)| inner_constants(&system, &all[other], brought, data))
+            .map(|(&other, brought)| inner_constants(&system, &all[other], brought, self))
             .collect();
         let together = Together { others, system: &system, brought: &brought, inner: &inner };
         let points = inner.iter().flatten().map(|inner| inner.points).max().unwrap_or(1);
@@ -373,7 +388,7 @@ fn inner_constants(
     system: &Loaded,
     candidate: &Candidate<'_>,
     brought: &Brought,
-    data: &Data<'_>,
+    parts: &Parts<'_>,
 ) -> Vec<Inner> {
     let names = brought.parameters.iter().filter(|name| !brought.null.contains(name));
     let parameters = names.filter_map(|name| {
@@ -385,8 +400,12 @@ fn inner_constants(
         let is_onset = own.is_some_and(|own| candidate.onsets.contains(own));
         let size = if parameter.value == 0.0 { parameter.unit.factor } else { parameter.value };
         let (lower, upper) = if is_onset {
-            let (first, last) = span(data.train);
+            let (first, last) = span(parts.data.train);
             (first.max(parameter.lower), last.min(parameter.upper))
+        } else if let (false, Some(range)) =
+            (parameter.upper.is_finite(), range_of(candidate, &parameter.unit.symbol, parts.ranges))
+        {
+            range
         } else {
             // Without a bound, five times more or less than what the effect suggests.
             let open = |bound: f64, other: f64| if bound.is_finite() { bound } else { other };
@@ -468,11 +487,16 @@ fn sensitivities_by_recording(
                 let (Some(noise), Some(measured)) = (noise, &recording.measured[output]) else {
                     continue;
                 };
-                for (k, _) in measured.iter().enumerate().filter(|(_, value)| value.is_finite()) {
-                    let dw = observations.dw(k);
-                    for (j, column) in columns.iter_mut().enumerate() {
-                        column.push(dw[j * observations.n_w + output] / noise.std);
-                    }
+                let is_measured = |k: usize| measured[k].is_finite();
+                let whitener = Whitener::new(&recording.times, is_measured, noise);
+                for (j, column) in columns.iter_mut().enumerate() {
+                    let of_sample = |k: usize| match is_measured(k) {
+                        true => observations.dw(k)[j * observations.n_w + output],
+                        false => f64::NAN,
+                    };
+                    let whitened = whitener.apply((0..measured.len()).map(of_sample));
+                    let measured = whitened.into_iter().enumerate();
+                    column.extend(measured.filter(|(k, _)| is_measured(*k)).map(|(_, e)| e));
                 }
             }
             Some(Part { rows: columns.first().map_or(0, Vec::len), columns })
@@ -480,13 +504,13 @@ fn sensitivities_by_recording(
         .collect()
 }
 
-/// Residuals in units of the noise, in the order of the columns above.
+/// Residuals in units of the noise and without its correlation, in the order of the columns above.
 pub(crate) fn weighted(data: &Data<'_>, residuals: &[Vec<Vec<f64>>]) -> Vec<f64> {
     let mut all = Vec::new();
-    for outputs in residuals {
+    for (recording, outputs) in data.train.iter().zip(residuals) {
         for (values, noise) in outputs.iter().zip(&data.noise) {
             let Some(noise) = noise else { continue };
-            all.extend(values.iter().filter(|e| e.is_finite()).map(|e| e / noise.std));
+            all.extend(whitened(recording, values, noise).into_iter().filter(|e| e.is_finite()));
         }
     }
     all

@@ -50,6 +50,8 @@ pub(crate) struct Structure {
     pub brought: Vec<Brought>,
     /// Parameters that say when something begins, by position.
     pub onsets: Vec<usize>,
+    /// Parameters by which something is delayed, by position.
+    pub delays: Vec<usize>,
     /// The compiled model; its directions are free parameters, then free start values.
     pub system: Loaded,
 }
@@ -68,14 +70,16 @@ impl BaseModel {
         let Applied { asts, brought } = self.apply(all, chosen)?;
         let dae = self.assemble(&asts)?;
         let directions = self.free_directions(&dae, &brought);
-        let onsets = chosen.iter().zip(&brought).flat_map(|(&c, brought)| {
-            let is_onset = move |own: &String| all[c].onsets.contains(own);
-            let names = brought.names.iter().filter(move |(own, _)| is_onset(own));
-            names.filter_map(|(_, name)| parameter(&dae, name))
-        });
-        let onsets = onsets.filter(|i| directions.contains(&Direction::Parameter(*i))).collect();
+        let free_ones = |of: for<'b> fn(&'b Candidate<'_>) -> &'b [String]| -> Vec<usize> {
+            let brought = chosen.iter().zip(&brought).flat_map(|(&c, brought)| {
+                let names = brought.names.iter().filter(move |(own, _)| of(&all[c]).contains(own));
+                names.filter_map(|(_, name)| parameter(&dae, name))
+            });
+            brought.filter(|i| directions.contains(&Direction::Parameter(*i))).collect()
+        };
+        let (onsets, delays) = (free_ones(|c| &c.onsets), free_ones(|c| &c.delays));
         let system = Loaded::with_engine(lower(&dae, &directions), self.engine);
-        Ok(Structure { candidates: chosen.to_vec(), asts, brought, onsets, system })
+        Ok(Structure { candidates: chosen.to_vec(), asts, brought, onsets, delays, system })
     }
 
     /// The model with candidates applied and all others blended in at nothing, with sensitivities to

@@ -109,6 +109,29 @@ pub fn whiteness(residuals: &[f64], noise: &SensorNoise, absorbed: usize) -> Opt
     Some(Whiteness { checks, worst, p_value, mean_square: sum_of_squares / n })
 }
 
+/// Samples of a block whose mean square is compared with that of others.
+const BLOCK_OF_SQUARES: usize = 128;
+
+/// Probability that errors of standard deviation one that are steady have mean squares over blocks
+/// that differ as much.
+///
+/// With n samples in each of B blocks Σ (Σ_block e² − n m)²/(2n m²), m being the mean square of all, is
+/// χ²_{B−1} for normal errors.
+pub(crate) fn steadiness(errors: &[f64]) -> f64 {
+    let e: Vec<f64> = errors.iter().copied().filter(|e| e.is_finite()).collect();
+    let blocks = e.chunks_exact(BLOCK_OF_SQUARES);
+    let sums: Vec<f64> = blocks.map(|block| block.iter().map(|e| e * e).sum()).collect();
+    let number = sums.len() as f64;
+    if number < 2.0 {
+        return 1.0;
+    }
+    let mean = sums.iter().sum::<f64>() / number;
+    // 2 n m² = 2 (n m)²/n
+    let variance = 2.0 * mean * mean / BLOCK_OF_SQUARES as f64;
+    let statistic = sums.iter().map(|sum| (sum - mean).powi(2)).sum::<f64>() / variance;
+    chi_square_tail(statistic, number - 1.0)
+}
+
 fn check(kind: CheckKind, statistic: f64, degrees_of_freedom: f64) -> Check {
     let p_value = chi_square_tail(statistic, degrees_of_freedom);
     Check { kind, statistic, degrees_of_freedom, p_value }

@@ -15,22 +15,38 @@
 //! regression, Biometrika 73 (1986) 625–633, for e; the trimming is Huber's proposal of a truncated
 //! second moment (Robust Statistics, 1981, §5).
 
-/// White noise of one sensor.
+/// The correlated part of a sensor's noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Colour {
+    /// Its standard deviation, in the unit of the samples.
+    pub std: f64,
+    /// The time after which its correlation is 1/e, s.
+    pub memory: f64,
+}
+
+/// Noise of one sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorNoise {
-    /// Standard deviation σ, in the unit of the samples; at least that of rounding to the sensor's
-    /// steps, where it has such.
+    /// Standard deviation σ of its white part, in the unit of the samples; at least that of rounding
+    /// to the sensor's steps, where it has such.
     pub std: f64,
     /// Standard deviation of the estimate over σ.
     pub relative_error: f64,
     /// The step to whose multiples the sensor rounds, if it does.
     pub quantisation: Option<f64>,
+    /// Its correlated part, if it has one.
+    pub colour: Option<Colour>,
 }
 
 impl SensorNoise {
     /// Noise that is known.
     pub fn known(std: f64) -> Self {
-        SensorNoise { std, relative_error: 0.0, quantisation: None }
+        SensorNoise { std, relative_error: 0.0, quantisation: None, colour: None }
+    }
+
+    /// Standard deviation of all its parts together.
+    pub fn total(&self) -> f64 {
+        self.std.hypot(self.colour.map_or(0.0, |colour| colour.std))
     }
 }
 
@@ -69,7 +85,7 @@ pub fn white_noise(times: &[f64], residuals: &[f64], measured: &[f64]) -> Option
     // Var(mean Δ²/6)/σ⁴ = 2·(36 + 2·16 + 2·1)/36/N = 35/(9N) from the autocorrelation 6, −4, 1 of
     // second differences; half of its root for σ. The trimming costs 6 % more.
     let relative_error = 1.06 * 0.5 * (35.0 / (9.0 * errors.len() as f64)).sqrt();
-    Some(SensorNoise { std, relative_error, quantisation })
+    Some(SensorNoise { std, relative_error, quantisation, colour: None })
 }
 
 /// e of each triple of neighbouring valid samples.

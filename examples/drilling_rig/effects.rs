@@ -1,11 +1,13 @@
 //! What can be hidden in a rig.
 
 use super::Rig;
-use super::plant::{Ageing, BoosterLine, Influx, LPM, Valve};
+use super::plant::{Ageing, BoosterLine, Influx, LPM, Step, Valve};
 use super::random::Random;
 
 /// Speed at which pumps of different exponents have the same head, of the maximum.
 const COMMON_SPEED: f64 = 0.52;
+/// Flow at which friction of the fourth order takes the place of quadratic friction, m³/s.
+const COMMON_FLOW: f64 = 2400.0 * LPM;
 
 /// An effect and how large it is, in SI units unless said.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,6 +34,18 @@ pub(crate) enum Effect {
     PressureSensorOffset { pressure: f64 },
     /// How late the recorder stamps the pressures; the controller has them in time.
     ClockShift { late: f64 },
+    /// Share of the return line's friction that goes with the fourth power of the flow.
+    FrictionHigherOrder { share: f64 },
+    /// Share of the shut-off head that the pump loses in a second.
+    PumpWear { rate: f64 },
+    /// Cuttings raise the return line's friction by a share.
+    ReturnLinePlugging { share: f64, onset: f64 },
+    /// Mud of another density is everywhere, kg/m³.
+    DensityChange { step: f64, onset: f64 },
+    /// True top fill over recorded.
+    TopFillGain { gain: f64 },
+    /// What the riser's gauge reads more each second, Pa/s; the controller believes it.
+    PressureSensorDrift { rate: f64 },
     /// The riser's gauge moves only when it is further off than that; the controller believes it.
     StickingGauge { band: f64 },
     /// A valve in the return line is half shut for a while.
@@ -40,8 +54,8 @@ pub(crate) enum Effect {
     AgeingFriction { share: f64, time_constant: f64 },
 }
 
-/// Effects that the library of the first version of the tool has a name for.
-pub(crate) const LIBRARY: [&str; 10] = [
+/// Effects that the library beside the model has a name for.
+pub(crate) const LIBRARY: [&str; 17] = [
     "booster_u_tubing",
     "flow_meter_gain",
     "flow_meter_offset",
@@ -52,13 +66,29 @@ pub(crate) const LIBRARY: [&str; 10] = [
     "pump_speed_exponent",
     "pump_speed_lag",
     "pressure_sensor_offset",
+    "clock_shift",
+    "friction_higher_order",
+    "pump_wear",
+    "return_line_plugging",
+    "density_change",
+    "top_fill_gain",
+    "pressure_sensor_drift",
 ];
 
 /// Effects that no library has a name for.
 pub(crate) const OUTSIDE: [&str; 3] = ["sticking_gauge", "half_shut_valve", "ageing_friction"];
 
-/// An effect that has a name, but not in that library.
-pub(crate) const ELSEWHERE: [&str; 1] = ["clock_shift"];
+/// Effects that are hidden two at a time.
+pub(crate) const PAIRS: [[&str; 2]; 8] = [
+    ["booster_u_tubing", "flow_meter_gain"],
+    ["booster_u_tubing", "pump_speed_lag"],
+    ["flow_meter_gain", "pump_speed_exponent"],
+    ["well_influx", "flow_meter_delay"],
+    ["pressure_sensor_offset", "booster_u_tubing"],
+    ["mud_loss", "flow_meter_gain"],
+    ["pump_wear", "flow_meter_offset"],
+    ["booster_flow_gain", "return_line_plugging"],
+];
 
 /// Where the truth lists a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -102,6 +132,22 @@ impl Effect {
                 Self::PressureSensorOffset { pressure: random.either_sign(0.2, 0.5) * 1e5 }
             }
             "clock_shift" => Self::ClockShift { late: random.between(8.0, 25.0) },
+            "friction_higher_order" => {
+                Self::FrictionHigherOrder { share: random.between(0.5, 0.8) }
+            }
+            "pump_wear" => Self::PumpWear { rate: random.between(0.08, 0.15) / seconds },
+            "return_line_plugging" => Self::ReturnLinePlugging {
+                share: random.between(0.2, 0.4),
+                onset: random.between(0.18, 0.4) * seconds,
+            },
+            "density_change" => Self::DensityChange {
+                step: random.either_sign(15.0, 35.0),
+                onset: random.between(0.18, 0.4) * seconds,
+            },
+            "top_fill_gain" => Self::TopFillGain { gain: 1.0 + random.either_sign(0.3, 0.6) },
+            "pressure_sensor_drift" => {
+                Self::PressureSensorDrift { rate: random.either_sign(0.2, 0.5) * 1e5 / seconds }
+            }
             "sticking_gauge" => Self::StickingGauge { band: random.between(0.1, 0.25) * 1e5 },
             "half_shut_valve" => {
                 let shuts = random.between(0.2, 0.4) * seconds;
@@ -130,6 +176,12 @@ impl Effect {
             Self::PumpSpeedLag { .. } => "pump_speed_lag",
             Self::PressureSensorOffset { .. } => "pressure_sensor_offset",
             Self::ClockShift { .. } => "clock_shift",
+            Self::FrictionHigherOrder { .. } => "friction_higher_order",
+            Self::PumpWear { .. } => "pump_wear",
+            Self::ReturnLinePlugging { .. } => "return_line_plugging",
+            Self::DensityChange { .. } => "density_change",
+            Self::TopFillGain { .. } => "top_fill_gain",
+            Self::PressureSensorDrift { .. } => "pressure_sensor_drift",
             Self::StickingGauge { .. }
             | Self::HalfShutValve { .. }
             | Self::AgeingFriction { .. } => "?",
@@ -148,9 +200,54 @@ impl Effect {
     /// When the effect begins, s, if it does not act from the start.
     pub(crate) fn onset(&self) -> Option<f64> {
         match *self {
-            Self::WellInflux { onset, .. } | Self::MudLoss { onset, .. } => Some(onset),
+            Self::WellInflux { onset, .. }
+            | Self::MudLoss { onset, .. }
+            | Self::ReturnLinePlugging { onset, .. }
+            | Self::DensityChange { onset, .. } => Some(onset),
             Self::HalfShutValve { shuts, .. } => Some(shuts),
             _ => None,
+        }
+    }
+
+    /// The effect at a share of its size. A draining line is as large as its line is.
+    #[must_use]
+    pub(crate) fn reduced(self, share: f64) -> Self {
+        let factor = |x: f64| 1.0 + share * (x - 1.0);
+        match self {
+            Self::BoosterUTubing { .. } => self,
+            Self::FlowMeterGain { theta } => Self::FlowMeterGain { theta: factor(theta) },
+            Self::FlowMeterOffset { flow } => Self::FlowMeterOffset { flow: share * flow },
+            Self::FlowMeterDelay { delay } => Self::FlowMeterDelay { delay: share * delay },
+            Self::BoosterFlowGain { gain } => Self::BoosterFlowGain { gain: factor(gain) },
+            Self::WellInflux { flow, onset } => Self::WellInflux { flow: share * flow, onset },
+            Self::MudLoss { flow, onset } => Self::MudLoss { flow: share * flow, onset },
+            Self::PumpSpeedExponent { exponent } => {
+                Self::PumpSpeedExponent { exponent: 2.0 + share * (exponent - 2.0) }
+            }
+            Self::PumpSpeedLag { lag } => Self::PumpSpeedLag { lag: share * lag },
+            Self::PressureSensorOffset { pressure } => {
+                Self::PressureSensorOffset { pressure: share * pressure }
+            }
+            Self::ClockShift { late } => Self::ClockShift { late: share * late },
+            Self::FrictionHigherOrder { share: own } => {
+                Self::FrictionHigherOrder { share: share * own }
+            }
+            Self::PumpWear { rate } => Self::PumpWear { rate: share * rate },
+            Self::ReturnLinePlugging { share: own, onset } => {
+                Self::ReturnLinePlugging { share: share * own, onset }
+            }
+            Self::DensityChange { step, onset } => {
+                Self::DensityChange { step: share * step, onset }
+            }
+            Self::TopFillGain { gain } => Self::TopFillGain { gain: factor(gain) },
+            Self::PressureSensorDrift { rate } => Self::PressureSensorDrift { rate: share * rate },
+            Self::StickingGauge { band } => Self::StickingGauge { band: share * band },
+            Self::HalfShutValve { share: own, shuts, opens } => {
+                Self::HalfShutValve { share: share * own, shuts, opens }
+            }
+            Self::AgeingFriction { share: own, time_constant } => {
+                Self::AgeingFriction { share: share * own, time_constant }
+            }
         }
     }
 
@@ -176,6 +273,19 @@ impl Effect {
             Self::PumpSpeedLag { lag } => rig.plant.speed_lag = lag,
             Self::PressureSensorOffset { pressure } => rig.sensors.riser_offset = pressure,
             Self::ClockShift { late } => rig.sensors.pressures_late = late,
+            Self::FrictionHigherOrder { share } => {
+                rig.plant.f4 = share * rig.plant.f2 / COMMON_FLOW.powi(2);
+                rig.plant.f2 *= 1.0 - share;
+            }
+            Self::PumpWear { rate } => rig.plant.wear = rate,
+            Self::ReturnLinePlugging { share, onset } => {
+                rig.plant.plugging = Some(Step { size: share, onset });
+            }
+            Self::DensityChange { step, onset } => {
+                rig.plant.density_step = Some(Step { size: step, onset });
+            }
+            Self::TopFillGain { gain } => rig.fill_gain = gain,
+            Self::PressureSensorDrift { rate } => rig.sensors.riser_drift = rate,
             Self::StickingGauge { band } => rig.sensors.riser_band = band,
             Self::HalfShutValve { share, shuts, opens } => {
                 rig.plant.valve = Some(Valve { share, shuts, opens });
@@ -216,6 +326,23 @@ impl Effect {
                 vec![(Sensors, "p_r_offset [bar]", pressure / 1e5)]
             }
             Self::ClockShift { late } => vec![(Sensors, "pressures_late [s]", late)],
+            Self::FrictionHigherOrder { share } => {
+                vec![(Parameters, "fourth_order [1], share of friction at 2400 lpm", share)]
+            }
+            Self::PumpWear { rate } => vec![(Parameters, "wear [1/s], of c0", rate)],
+            Self::ReturnLinePlugging { share, onset } => vec![
+                (Parameters, "plugging [1], added share of friction", share),
+                (Parameters, "t_plug [s]", onset),
+            ],
+            Self::DensityChange { step, onset } => {
+                vec![(Parameters, "rho_step [kg/m^3]", step), (Parameters, "t_rho [s]", onset)]
+            }
+            Self::TopFillGain { gain } => {
+                vec![(Sensors, "top_fill_gain [1], true over recorded", gain)]
+            }
+            Self::PressureSensorDrift { rate } => {
+                vec![(Sensors, "p_r_drift [bar/h]", rate * 3600.0 / 1e5)]
+            }
             Self::StickingGauge { band } => vec![(Sensors, "p_r_band [bar]", band / 1e5)],
             Self::HalfShutValve { share, shuts, opens } => vec![
                 (Parameters, "valve [1], added share of friction", share),

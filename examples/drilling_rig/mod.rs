@@ -26,11 +26,11 @@ pub(crate) mod sensors;
 
 use controller::{Controller, Tuning};
 use effects::Effect;
-use plant::{Controls, LPM, Plant, State};
+use plant::{Controls, LPM, Plant, RHO, State};
 use random::Random;
 use recording::{Recording, Row, five_digits};
 use schedule::Schedule;
-use sensors::{History, Noise, Sensors};
+use sensors::{Errors, History, Noise, Roughness, Sensors};
 
 /// How long after the controller the instruments are read, s.
 const SCAN: f64 = 0.1;
@@ -47,6 +47,7 @@ pub(crate) struct Scenario {
     /// What is hidden.
     pub(crate) effects: Vec<Effect>,
     pub(crate) noise: Noise,
+    pub(crate) roughness: Roughness,
     /// Integration steps in a second.
     pub(crate) steps: u32,
 }
@@ -65,8 +66,9 @@ pub(crate) struct Rig {
     pub(crate) plant: Plant,
     pub(crate) sensors: Sensors,
     pub(crate) tuning: Tuning,
-    /// True booster flow over recorded.
+    /// True flows over recorded: booster and top fill.
     pub(crate) booster_gain: f64,
+    pub(crate) fill_gain: f64,
     /// Whether its booster pump is ever stopped.
     pub(crate) stops: bool,
 }
@@ -76,11 +78,13 @@ const RIG: u64 = 1;
 const TRAIN: u64 = 2;
 const VALID: u64 = 3;
 const EFFECTS: u64 = 4;
+const ROUGHNESS: u64 = 5;
 
 impl Scenario {
     /// A scenario with the noise of the field's sensors.
     pub(crate) fn new(seed: u64, minutes: f64, effects: Vec<Effect>) -> Self {
-        Self { seed, minutes, effects, noise: Noise::FIELD, steps: 20 }
+        let (noise, roughness) = (Noise::FIELD, Roughness::NONE);
+        Self { seed, minutes, effects, noise, roughness, steps: 20 }
     }
 
     /// The same, with effects of those names and of sizes drawn; `None` for a name unknown.
@@ -88,6 +92,16 @@ impl Scenario {
         let mut random = Random::new(seed, EFFECTS);
         let effects = names.iter().map(|name| Effect::draw(name, &mut random, minutes * 60.0));
         Some(Self::new(seed, minutes, effects.collect::<Option<_>>()?))
+    }
+
+    /// The same with effects of two fifths of their size, and with sensors whose noise is coloured
+    /// and which may round.
+    pub(crate) fn hardened(mut self) -> Self {
+        for effect in &mut self.effects {
+            *effect = effect.reduced(0.4);
+        }
+        self.roughness = Roughness::draw(&mut Random::new(self.seed, ROUGHNESS));
+        self
     }
 }
 
@@ -114,11 +128,15 @@ impl Rig {
             influx: None,
             ageing: None,
             valve: None,
+            f4: 0.0,
+            wear: 0.0,
+            plugging: None,
+            density_step: None,
         };
         let tuning = Tuning::draw(&mut random);
         let stops = random.chance(0.75);
         let sensors = Sensors::default();
-        let mut rig = Self { plant, sensors, tuning, booster_gain: 1.0, stops };
+        let mut rig = Self { plant, sensors, tuning, booster_gain: 1.0, fill_gain: 1.0, stops };
         for effect in &scenario.effects {
             effect.hide(&mut rig);
         }
@@ -134,26 +152,31 @@ impl Rig {
         // At rest, with the booster line full.
         let h_r = random.between(44.0, 54.0);
         let pumped: Vec<f64> = schedule.boost.iter().map(|q| self.booster_gain * q).collect();
-        let q_ssp = pumped[0] + schedule.top_fill[0];
+        let q_ssp = pumped[0] + self.fill_gain * schedule.top_fill[0];
         let speed = plant.steady_speed(h_r, q_ssp);
         let mut state = State { h_r, h_b: 0.0, q_ssp, q_bo: pumped[0], speed, draining: false };
         let mut history = History::new(plant, &state);
         let mut gauge = sensors.riser_gauge(&history);
-        let mut controller = Controller::new(self.tuning, speed, Plant::inlet_pressure(h_r));
+        let mut controller = Controller::new(self.tuning, speed, Plant::inlet_pressure(RHO, h_r));
         let first_set_point = gauge.read(&history, 0.0);
 
+        let Noise { p_r, p_in, p_out, q_ssp } = scenario.noise;
+        let mut errors = [p_r, p_in, p_out, q_ssp]
+            .map(|white| Errors::new(white, &scenario.roughness, &mut random));
+        let rough = scenario.roughness;
         let mut recording = Recording { rows: Vec::new(), hidden: Vec::new(), pumped };
         for k in 0..=seconds {
             let t = k as f64;
-            let Noise { p_r, p_in, p_out, q_ssp } = scenario.noise;
-
-            let riser = gauge.read(&history, t) + p_r * random.normal();
-            let inlet = Plant::inlet_pressure(state.h_r) + p_in * random.normal();
+            let [p_r, p_in, p_out, q_ssp] = &mut errors;
+            let riser = gauge.read(&history, t) + p_r.next(&mut random);
+            // The controller has a transmitter of its own.
+            let inlet = Plant::inlet_pressure(plant.density(t), state.h_r)
+                + scenario.noise.p_in * random.normal();
             let error = riser - first_set_point - schedule.set_point[k];
             let percent = five_digits(100.0 * controller.act(plant, error, inlet));
             let riser = match sensors.pressures_late {
                 0.0 => riser,
-                late => history.at(t - late).p_r + sensors.riser_offset + p_r * random.normal(),
+                late => history.at(t - late).p_r + sensors.riser_offset + p_r.next(&mut random),
             };
 
             recording.hidden.push(state);
@@ -164,7 +187,7 @@ impl Rig {
                 speed_before: state.speed,
                 boost: recording.pumped[k],
                 boost_slope: recording.pumped[next] - recording.pumped[k],
-                top_fill: schedule.top_fill[k],
+                top_fill: self.fill_gain * schedule.top_fill[k],
             };
             for step in 0..scenario.steps {
                 let at = |step: u32| t + f64::from(step) / f64::from(scenario.steps);
@@ -181,10 +204,12 @@ impl Rig {
                 w_ssp: percent,
                 q_boost: five_digits(schedule.boost[k] / LPM),
                 q_tf: five_digits(schedule.top_fill[k] / LPM),
-                p_r: five_digits(riser / 1e5),
-                p_in: five_digits((pressures.p_in + p_in * random.normal()) / 1e5),
-                p_out: five_digits((pressures.p_out + p_out * random.normal()) / 1e5),
-                q_ssp: five_digits((flow + q_ssp * random.normal()) / LPM),
+                p_r: five_digits(rough.pressure(riser / 1e5)),
+                p_in: five_digits(rough.pressure((pressures.p_in + p_in.next(&mut random)) / 1e5)),
+                p_out: five_digits(
+                    rough.pressure((pressures.p_out + p_out.next(&mut random)) / 1e5),
+                ),
+                q_ssp: five_digits(rough.flow((flow + q_ssp.next(&mut random)) / LPM)),
             });
         }
         recording

@@ -45,6 +45,27 @@ pub(crate) struct Plant {
     pub(crate) ageing: Option<Ageing>,
     /// Valve in the return line that somebody half shut for a while.
     pub(crate) valve: Option<Valve>,
+    /// Friction that goes with the fourth power of the flow, Pa s⁴/m¹².
+    pub(crate) f4: f64,
+    /// Share of the shut-off head that is lost in a second.
+    pub(crate) wear: f64,
+    /// Share by which friction is higher since an onset.
+    pub(crate) plugging: Option<Step>,
+    /// Density after less density before an onset, kg/m³.
+    pub(crate) density_step: Option<Step>,
+}
+
+/// Something that is so much since an onset, s.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Step {
+    pub(crate) size: f64,
+    pub(crate) onset: f64,
+}
+
+impl Step {
+    fn at(step: Option<Step>, t: f64) -> f64 {
+        step.map_or(0.0, |step| if t >= step.onset { step.size } else { 0.0 })
+    }
 }
 
 /// Inertia, kg/m⁴, and friction, Pa s/m³, of a booster line that is open to the air.
@@ -112,8 +133,10 @@ struct Piece {
     draining: bool,
     /// Flow from the well, m³/s.
     well_flow: f64,
-    /// Share of friction that the valve adds.
+    /// Share of friction that the valve and cuttings add.
     shut: f64,
+    /// Density of the mud, kg/m³.
+    density: f64,
 }
 
 impl Controls {
@@ -128,40 +151,50 @@ impl Controls {
 }
 
 impl Plant {
-    /// Pressure at the pump's inlet, Pa above the atmosphere.
-    pub(crate) fn inlet_pressure(h_r: f64) -> f64 {
-        RHO * G * (H_IN - h_r)
+    /// Density of the mud, kg/m³.
+    pub(crate) fn density(&self, t: f64) -> f64 {
+        RHO + Step::at(self.density_step, t)
+    }
+
+    /// Pressure at the pump's inlet with mud of a density, Pa above the atmosphere.
+    pub(crate) fn inlet_pressure(density: f64, h_r: f64) -> f64 {
+        density * G * (H_IN - h_r)
     }
 
     /// Pressure that the riser's gauge should read, Pa.
-    pub(crate) fn riser_pressure(h_r: f64) -> f64 {
-        P_ATM + RHO * G * (H_PR - h_r)
+    pub(crate) fn riser_pressure(&self, t: f64, h_r: f64) -> f64 {
+        P_ATM + self.density(t) * G * (H_PR - h_r)
     }
 
     /// Pressure at the pump's outlet, Pa above the atmosphere.
-    pub(crate) fn outlet_pressure(&self, state: &State) -> f64 {
-        Self::inlet_pressure(state.h_r) + self.pump_pressure(state.speed, state.q_ssp)
+    pub(crate) fn outlet_pressure(&self, t: f64, state: &State) -> f64 {
+        let density = self.density(t);
+        Self::inlet_pressure(density, state.h_r)
+            + self.pump_pressure(t, density, state.speed, state.q_ssp)
     }
 
     /// Speed at which the pump holds a flow at a riser level for ever.
     pub(crate) fn steady_speed(&self, h_r: f64, q: f64) -> f64 {
-        // c0 ω^k = h_r − (h_in − h_out) + (c2 + F2/(ρ g)) q²
-        let head = h_r - (H_IN - H_OUT) + (self.c2 + self.f2 / (RHO * G)) * q * q;
+        // c0 ω^k = h_r − (h_in − h_out) + c2 q² + (F2 q² + F4 q⁴)/(ρ g)
+        let friction = (self.f2 + self.f4 * q * q) * q * q;
+        let head = h_r - (H_IN - H_OUT) + self.c2 * q * q + friction / (RHO * G);
         (head.max(0.0) / self.c0).powf(1.0 / self.exponent)
     }
 
-    fn pump_pressure(&self, speed: f64, q: f64) -> f64 {
-        RHO * G * (self.c0 * speed.powf(self.exponent) - self.c2 * q * q.abs())
+    fn pump_pressure(&self, t: f64, density: f64, speed: f64, q: f64) -> f64 {
+        let c0 = self.c0 * (1.0 - self.wear * t);
+        density * G * (c0 * speed.powf(self.exponent) - self.c2 * q * q.abs())
     }
 
-    /// Pressure lost in the return line, with the share that a valve adds.
+    /// Pressure lost in the return line, with the share that a valve or cuttings add.
     fn friction(&self, t: f64, q: f64, shut: f64) -> f64 {
         let aged = self.ageing.map_or(0.0, |a| a.share * (1.0 - (-t / a.time_constant).exp()));
-        (1.0 + aged + shut) * self.f2 * q * q.abs()
+        (1.0 + aged + shut) * (self.f2 + self.f4 * q * q) * q * q.abs()
     }
 
     fn shut(&self, t: f64) -> f64 {
-        self.valve.map_or(0.0, |v| if v.shuts <= t && t < v.opens { v.share } else { 0.0 })
+        let valve = |v: Valve| if v.shuts <= t && t < v.opens { v.share } else { 0.0 };
+        self.valve.map_or(0.0, valve) + Step::at(self.plugging, t)
     }
 
     fn well_flow(&self, t: f64) -> f64 {
@@ -172,7 +205,9 @@ impl Plant {
     fn jumps(&self) -> impl Iterator<Item = f64> {
         let onset = self.influx.map(|i| i.onset);
         let valve = self.valve.map(|v| [v.shuts, v.opens]);
-        onset.into_iter().chain(valve.into_iter().flatten())
+        let steps = self.plugging.into_iter().chain(self.density_step);
+        let steps = steps.map(|step| step.onset);
+        onset.into_iter().chain(valve.into_iter().flatten()).chain(steps)
     }
 
     /// Negative where the booster line must leave the mode it is in, if it has modes at all.
@@ -237,6 +272,7 @@ impl Plant {
             draining: state.draining,
             well_flow: self.well_flow(middle),
             shut: self.shut(middle),
+            density: self.density(middle),
         };
         let slope = |x: &[f64; 4], c: f64| self.slope(t + c * h, x, piece, controls);
         let k1 = slope(&x, 0.0);
@@ -253,7 +289,7 @@ impl Plant {
     /// Derivatives of h_r, q_ssp, h_b, q_bo.
     fn slope(&self, t: f64, x: &[f64; 4], piece: Piece, controls: &Controls) -> [f64; 4] {
         let &[h_r, q_ssp, h_b, q_bo] = x;
-        let Piece { draining, well_flow, shut } = piece;
+        let Piece { draining, well_flow, shut, density } = piece;
         let boost = controls.boost_at(t);
         let delivered = if draining { q_bo } else { boost };
 
@@ -262,9 +298,9 @@ impl Plant {
 
         // M dq/dt = ρ g (h_in − h_r) + Δp(ω, q) − F(q) − ρ g h_out,  M = M₅₀ − 5600 kg/m⁵ (h_r − 50 m)
         let speed = controls.speed_at(t, self.speed_lag);
-        let net = Self::inlet_pressure(h_r) + self.pump_pressure(speed, q_ssp)
+        let net = Self::inlet_pressure(density, h_r) + self.pump_pressure(t, density, speed, q_ssp)
             - self.friction(t, q_ssp, shut)
-            - RHO * G * H_OUT;
+            - density * G * H_OUT;
         let return_line = net / (self.inertia - 5.6e3 * (h_r - 50.0));
 
         // M_b (1 − h_b/l) dq_bo/dt = ρ g (h_r − h_b) − F_b q_bo,  A_b dh_b/dt = q_bo − q_boost

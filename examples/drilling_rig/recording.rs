@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::plant::State;
+use super::plant::{LPM, State};
 
 /// What was recorded, a row a second, and what was hidden from it.
 #[derive(Debug, Clone)]
@@ -26,6 +26,9 @@ pub(crate) struct Row {
     pub(crate) p_out: f64,
     pub(crate) q_ssp: f64,
 }
+
+/// Flow by which a draining or filling booster line counts as active, m³/s.
+pub(crate) const ACTIVE: f64 = 60.0 * LPM;
 
 /// The columns of a file.
 pub(crate) const HEADER: &str =

@@ -12,7 +12,7 @@ use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Compiled, Directions, compile_asts, load};
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::parse;
-use dgd_discover::{BaseModel, Discovery, Request, discover};
+use dgd_discover::{BaseModel, Discovery, Request, discover, templates};
 use dgd_execute::{Engine, Loaded};
 
 /// Texts of a model and of effects, each with the name of its file.
@@ -35,7 +35,23 @@ pub(crate) struct Examined {
     pub(crate) sources: Sources,
     pub(crate) base: BaseModel,
     pub(crate) library: Vec<Effect>,
+    pub(crate) templates: Vec<Effect>,
     pub(crate) compiled: Compiled,
+}
+
+impl Samples {
+    /// Those of a recording's text, `time [s]` first.
+    pub(crate) fn of_csv(csv: &str) -> Samples {
+        let mut lines = csv.lines();
+        let header = lines.next().unwrap_or_default();
+        let rows: Vec<Vec<f64>> = lines
+            .map(|line| line.split(',').map(|cell| cell.parse().expect("a number")).collect())
+            .collect();
+        let column = |at: usize| -> Vec<f64> { rows.iter().map(|row| row[at]).collect() };
+        let names = header.split(',').filter_map(|cell| cell.split_whitespace().next());
+        let columns = names.enumerate().skip(1).map(|(at, name)| (name.to_owned(), column(at)));
+        Samples { times: column(0), columns: columns.collect() }
+    }
 }
 
 impl Texts {
@@ -87,6 +103,7 @@ impl Texts {
                 .and_then(|ast| Effect::read(ast, &mut diagnostics));
             library.extend(effect);
         }
+        let templates = templates(&mut sources, &mut diagnostics).expect("texts of the library");
         let compiled = asts.and_then(|asts| {
             diagnostics.check()?;
             let options = ModelOptions::default();
@@ -100,7 +117,7 @@ impl Texts {
             fix: Vec::new(),
             engine: Engine::Auto,
         };
-        Examined { sources, base, library, compiled }
+        Examined { sources, base, library, templates, compiled }
     }
 }
 
@@ -111,6 +128,15 @@ impl Examined {
 
     /// A recording in SI, its start as its first row shows it.
     pub(crate) fn recording(&self, samples: &Samples) -> Recording {
+        let system = self.system();
+        let mut recording = self.recording_without_start(samples);
+        let first: Vec<f64> = recording.measured.iter().flatten().map(|values| values[0]).collect();
+        recording.start = start(&system, &declared(system.signature()), &recording.inputs, &first);
+        recording
+    }
+
+    /// A recording in SI that starts as the model says.
+    pub(crate) fn recording_without_start(&self, samples: &Samples) -> Recording {
         let system = self.system();
         let signature = system.signature();
         let times = samples.times.clone();
@@ -140,10 +166,7 @@ impl Examined {
             .iter()
             .map(|output| Some(in_si(&output.name, output.unit.factor, output.unit.offset)))
             .collect();
-        let first: Vec<f64> = measured.iter().flatten().map(|values| values[0]).collect();
-        let mut recording = Recording::new(times, inputs, measured);
-        recording.start = start(&system, &declared(signature), &recording.inputs, &first);
-        recording
+        Recording::new(times, inputs, measured)
     }
 
     /// What is found with recordings to fit to and recordings held out.
@@ -153,6 +176,17 @@ impl Examined {
         valid: &[Recording],
         threads: usize,
     ) -> Discovery {
+        self.discover_seeded(train, valid, threads, 1)
+    }
+
+    /// The same with a seed of resampling.
+    pub(crate) fn discover_seeded(
+        &self,
+        train: &[Recording],
+        valid: &[Recording],
+        threads: usize,
+        seed: u64,
+    ) -> Discovery {
         let names = |part: &str, n: usize| -> Vec<String> {
             (1..=n).map(|k| format!("{part}{k}")).collect()
         };
@@ -160,12 +194,13 @@ impl Examined {
         let request = Request {
             base: &self.base,
             library: &self.library,
+            templates: &self.templates,
             sources: &self.sources,
             train: (train, &train_names),
             valid: (valid, &valid_names),
             options: Options { rtol: 1e-6, atol: 1e-6, ..Options::default() },
             threads,
-            seed: 1,
+            seed,
         };
         let mut diagnostics = Diagnostics::default();
         discover(&request, &mut diagnostics)

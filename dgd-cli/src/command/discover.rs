@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::Effect;
 use dgd_compiler::pipeline::{Compiled, Directions};
-use dgd_discover::{BaseModel, DiscoverError, Discovery, Request, discover};
+use dgd_discover::{BaseModel, DiscoverError, Discovery, Request, discover, templates};
 use dgd_runtime::System;
 use dgd_runtime::identify::Recording;
 
@@ -30,6 +30,10 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
     let mut compilation = Compilation::default();
     let compiled = base_model(args, &mut compilation)?;
     let library = library(args, &mut compilation, console)?;
+    let Compilation { sources, diagnostics, .. } = &mut compilation;
+    let Ok(templates) = templates(sources, diagnostics) else {
+        return Err(CommandError::diagnosed(diagnostics, sources.clone()));
+    };
     let names = |paths: &[PathBuf]| -> Vec<String> {
         let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into();
         paths.iter().map(name).collect()
@@ -48,6 +52,7 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
     let request = Request {
         base: &base,
         library: &library,
+        templates: &templates,
         sources: &compilation.sources,
         train: (&train, &train_names),
         valid: (&valid, &valid_names),
@@ -158,8 +163,8 @@ fn library(
     }
     if library.is_empty() {
         console.remark(&format!(
-            "there are no effects to look for: put their files into a folder `{FOLDER}` beside \
-             `{}`, or give one by `--effects DIR`",
+            "there are no effects of this model to look for, only templates: put files of its own \
+             into a folder `{FOLDER}` beside `{}`, or give one by `--effects DIR`",
             args.model.display()
         ));
     }

@@ -9,8 +9,9 @@ use super::declared::Declarations;
 use super::instance::{Change, ChangeKind, Instance};
 use super::open::{Definitions, Opening, Path};
 use super::splice::{DEEPEST, Done, Splice, depth, substitute, too_large};
-use super::{Application, Applied, Blending};
+use super::{Application, Applied, Blending, units};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use crate::model::{ModelOptions, resolve};
 use crate::parts::{self, Expanded};
 use crate::source::{SourceId, Span};
 use crate::syntax::ast::{
@@ -41,6 +42,11 @@ pub fn apply(
     let expanded = parts::expand(asts, diagnostics)?;
     let mut own = Diagnostics::default();
     let mut declared = Declarations::collect(&expanded.asts);
+    if applications.iter().any(|application| units::of_equations(application.effect)) {
+        // What is wrong with the model itself is said elsewhere.
+        let model = resolve(asts, &ModelOptions::default(), &mut Diagnostics::default());
+        model.iter().for_each(|model| declared.give_units(model));
+    }
     let mut instances = Vec::with_capacity(applications.len());
     for application in applications {
         // Each application reports its own mistakes; the next is independent of them.

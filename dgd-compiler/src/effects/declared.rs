@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use crate::model::Model;
 use crate::source::Span;
 use crate::syntax::ast::{Ast, ItemKind, Name, SlotKind, Unit, UnknownKind};
 use crate::syntax::visit::{self, Namespace};
+use crate::units::{Dimension, describe};
 
 /// A name that is declared.
 #[derive(Debug, Clone)]
@@ -69,6 +71,27 @@ impl Declarations {
             });
         }
         all
+    }
+
+    /// Gives equations the unit in which the model's are added up: that of an unknown or an unknown's
+    /// rate, or in SI base units.
+    pub(super) fn give_units(&mut self, model: &Model) {
+        let second = Dimension::of([0, 0, 1, 0, 0, 0, 0]);
+        let measured = |dimension: Dimension| {
+            let units = || model.unknowns.iter().map(|unknown| &unknown.declared.unit);
+            let same = units().find(|unit| unit.dimension == dimension);
+            let rate = || units().find(|unit| dimension.times(second) == Some(unit.dimension));
+            same.map(|unit| unit.symbol.to_string())
+                .or_else(|| rate().map(|unit| format!("({})/s", unit.symbol)))
+        };
+        for equation in model.all_equations() {
+            let key = (Namespace::Equation, equation.label.clone());
+            if let Some(declared) = self.names.get_mut(&key) {
+                let text = measured(equation.dimension);
+                let text = text.unwrap_or_else(|| describe(equation.dimension));
+                declared.unit.get_or_insert(Unit { span: declared.span, text });
+            }
+        }
     }
 
     /// What is declared under a name.

@@ -5,9 +5,7 @@ use std::collections::BTreeMap;
 use super::Effect;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::source::Span;
-use crate::syntax::ast::{
-    Ast, Clause, ClauseKind, EffectHeader, ItemKind, Name, Slot, SlotKind, Target,
-};
+use crate::syntax::ast::{Ast, Clause, ClauseKind, EffectHeader, ItemKind, Name, Slot, Target};
 use crate::syntax::visit::{self, Part};
 use crate::units::parse_unit;
 
@@ -206,16 +204,14 @@ fn verify_slots(ast: &Ast, slots: &[Slot], diagnostics: &mut Diagnostics) {
             }
         });
     }
-    let has_unit = |name: &str| {
-        slots.iter().any(|slot| slot.name.text == name && slot.kind != SlotKind::Equation)
-    };
+    let has_unit = |name: &str| slots.iter().any(|slot| slot.name.text == name);
     super::units::each(ast, &mut |unit| {
         for name in super::units::arguments_in(&unit.text) {
             if !has_unit(name) {
-                let message = format!("`{name}` is no argument of this effect that has a unit");
+                let message = format!("`{name}` is no argument of this effect");
                 diagnostics.error(
                     Diagnostic::new(Code::E305, unit.span, message)
-                        .help("`unit(y)` is the unit of an argument `y: output`, `input`, `state` or `parameter`"),
+                        .help("`unit(y)` is the unit of an argument, as in `y: output`"),
                 );
             }
         }

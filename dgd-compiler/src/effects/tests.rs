@@ -413,7 +413,7 @@ fn what_does_not_fit_is_refused() {
         ),
         ("effect e(y: state [s])\nkind sensor\nreplace y by 2*y\n".to_owned(), &["h"], "E212"),
         (
-            "effect e(y: equation)\nkind plant\nlet a = 1 [unit(y)]\nadd a to y\n".to_owned(),
+            "effect e(y: equation)\nkind plant\nlet a = 1 [unit(z)]\nadd a to y\n".to_owned(),
             &["level"],
             "E305",
         ),

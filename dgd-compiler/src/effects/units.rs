@@ -3,7 +3,8 @@
 //! It is the unit of differences: `bar` for `bara`, and `K` for `°C`, since an offset of 0 °C is no
 //! offset.
 
-use crate::syntax::ast::{Ast, ClauseKind, Expr, ExprKind, Item, Unit};
+use super::Effect;
+use crate::syntax::ast::{Ast, ClauseKind, Expr, ExprKind, Item, SlotKind, Target, Unit};
 use crate::syntax::visit::{self, Part};
 use crate::units::catalogue::CATALOGUE;
 use crate::units::{describe, parse_unit};
@@ -38,6 +39,19 @@ pub(super) fn each(ast: &Ast, visit: &mut dyn FnMut(&Unit)) {
             each_of_expression(&mut expr.clone(), &mut seen);
         }
     }
+}
+
+/// Whether an effect takes the unit of an equation.
+pub(super) fn of_equations(effect: &Effect) -> bool {
+    let Target::Template(slots) = &effect.target else { return false };
+    let is_equation = |name: &str| {
+        slots.iter().any(|slot| slot.name.text == name && slot.kind == SlotKind::Equation)
+    };
+    let mut found = false;
+    each(&effect.ast, &mut |unit| {
+        found |= arguments_in(&unit.text).into_iter().any(is_equation);
+    });
+    found
 }
 
 /// The expression of a clause.

@@ -1,0 +1,255 @@
+//! What is believed of the structures that were tried.
+//!
+//! Structures are ranked by the Bayesian information criterion; one is named only if it leaves nothing
+//! but the sensors' noise, on held-out recordings too.
+
+use dgd_runtime::identify::Recording;
+
+use crate::fitted::{chi_square, whitened, whitened_square};
+use crate::search::Search;
+use crate::whiteness::whiteness;
+use dgd_screen::noise::SensorNoise;
+
+/// Mean square of the errors, over that of the noise, up to which a structure explains the data: what
+/// it leaves is a few per cent of the sensors' noise, more than rounding and less than any effect.
+const EXPLAINED: f64 = 1.1;
+
+/// The same of held-out data, 1.2 times the noise: there start values are known from a minute only,
+/// and parameters no better than the training data tells.
+const EXPLAINED_HELD_OUT: f64 = 1.44;
+
+/// The same where a structure with more effects explains the data and is hardly more likely.
+const NEARLY_EXPLAINED_HELD_OUT: f64 = 2.25;
+
+/// Residuals are nothing but noise where no check of them has a p-value below this, over the number of
+/// outputs: one false alarm in ten thousand models.
+pub(crate) const FALSE_ALARM: f64 = 1e-4;
+
+/// Templates that leave at most this share of the mean square name most of what is missing …
+const MOSTLY: f64 = 0.4;
+
+/// … where that is at most this share of what the next best leaves.
+const CLEARLY: f64 = 0.8;
+
+/// A further effect is worth its place where it takes away half of what is left beyond noise.
+const WORTH_ITS_PLACE: f64 = 0.5;
+
+/// And where the Bayesian information criterion falls by this: three times what is called very strong
+/// evidence (Kass & Raftery, J. Am. Stat. Assoc. 90 (1995) 773), since it is the best of a library.
+pub(crate) const LEAST_GAIN: f64 = 30.0;
+
+/// A third effect is looked for where two have left less than this of the discrepancy.
+const PROMISING: f64 = 0.1;
+
+/// What a search ends with.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Outcome {
+    /// The base model explains the data.
+    Sufficient,
+    /// A structure with effects does.
+    Effects(Vec<usize>),
+    /// None does, but one made of templates takes most of the discrepancy away.
+    Partly(Vec<usize>),
+    /// None does; the best that was tried.
+    Unexplained(Vec<usize>),
+}
+
+impl Search<'_> {
+    /// Whether a structure has an effect of the library.
+    pub(crate) fn is_specific(&self, chosen: &[usize]) -> bool {
+        chosen.iter().any(|&c| !self.candidates[c].is_generic)
+    }
+
+    /// A structure of templates that leaves more than noise and yet is the answer as far as it goes:
+    /// it takes most of the discrepancy away, from held-out recordings as well, and every other that
+    /// is no longer takes away clearly less.
+    pub(crate) fn partly(&mut self) -> Option<Outcome> {
+        self.finish();
+        let best = &*self.ranked().into_iter().next()?;
+        let share = |of: &dyn Fn(&Self, &[usize]) -> Option<f64>, chosen: &[usize]| {
+            Some(of(self, chosen)? / of(self, &[])?)
+        };
+        let trained = share(&|s, chosen| s.training_square(chosen), best)?;
+        let held_out = share(&|s, chosen| s.held_out_square(chosen), best)?;
+        let rivals = self.ranked().into_iter().filter(|other| {
+            let shares_one = best.iter().any(|effect| other.contains(effect));
+            other.len() <= best.len() && !shares_one && !other.is_empty()
+        });
+        let of_rivals = rivals.filter_map(|other| share(&|s, c| s.training_square(c), &other));
+        let rival = of_rivals.fold(f64::INFINITY, f64::min);
+        let is_clear = !best.is_empty()
+            && !self.is_specific(best)
+            && self.is_sound(best)
+            && trained < MOSTLY
+            && held_out < MOSTLY
+            && trained < CLEARLY * rival;
+        is_clear.then(|| Outcome::Partly(best.to_vec()))
+    }
+
+    /// Whether so much of the discrepancy is taken away that what is left may be one effect more.
+    pub(crate) fn is_promising(&self, chosen: &[usize]) -> bool {
+        let excess = |s: &[usize]| self.training_error(s).map(|(sum, n)| sum - n as f64);
+        match (excess(chosen), excess(&[])) {
+            (Some(left), Some(all)) => left < PROMISING * all,
+            _ => false,
+        }
+    }
+
+    /// The simplest structure that explains the data, unless one with more effects is worth them.
+    pub(crate) fn outcome(&self) -> Outcome {
+        let ranked = self.ranked();
+        let fits = |chosen: &&Vec<usize>| self.explains(chosen) && self.is_sound(chosen);
+        let Some(mut best) = ranked.iter().find(fits) else {
+            return Outcome::Unexplained(ranked.into_iter().next().unwrap_or_default());
+        };
+        // A simpler one is believed although it predicts a little worse: that may be its estimates,
+        // and a name that only noise suggests is worse than none.
+        let nearly = |chosen: &&Vec<usize>| {
+            self.leaves_at_most(chosen, EXPLAINED, NEARLY_EXPLAINED_HELD_OUT)
+                && self.is_sound(chosen)
+        };
+        while let Some(simpler) =
+            ranked.iter().filter(nearly).find(|s| s.len() < best.len() && !self.is_worth(best, s))
+        {
+            best = simpler;
+        }
+        if best.is_empty() { Outcome::Sufficient } else { Outcome::Effects(best.clone()) }
+    }
+
+    /// Whether the effects that one structure has more than another are worth their place.
+    pub(crate) fn is_worth(&self, longer: &[usize], shorter: &[usize]) -> bool {
+        let excess = |error: Option<(f64, usize)>| error.map(|(sum, n)| sum - n as f64);
+        let halves = |longer, shorter| match (excess(longer), excess(shorter)) {
+            (Some(longer), Some(shorter)) => longer < WORTH_ITS_PLACE * shorter,
+            _ => false,
+        };
+        let gain =
+            self.bic(shorter).zip(self.bic(longer)).map(|(shorter, longer)| shorter - longer);
+        !self.is_noise(shorter)
+            && gain.is_some_and(|gain| gain > LEAST_GAIN)
+            && halves(self.training_error(longer), self.training_error(shorter))
+            && (self.data.valid.is_empty()
+                || halves(self.held_out_error(longer), self.held_out_error(shorter)))
+    }
+
+    /// The structures that could be fitted, the best first, by the Bayesian information criterion.
+    pub(crate) fn ranked(&self) -> Vec<Vec<usize>> {
+        let mut all: Vec<(f64, &Vec<usize>)> =
+            self.tried.keys().filter_map(|chosen| Some((self.bic(chosen)?, chosen))).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(b.1)));
+        all.into_iter().map(|(_, chosen)| chosen.clone()).collect()
+    }
+
+    /// Σ (e/σ)² + k ln N on the training recordings, with the sum in units of what the best
+    /// structure leaves: where that is more than noise, differences count less.
+    pub(crate) fn bic(&self, chosen: &[usize]) -> Option<f64> {
+        let (sum, n) = self.training_error(chosen)?;
+        let least = self.tried.keys().filter_map(|s| self.training_error(s));
+        let least = least.map(|(sum, _)| sum).fold(f64::INFINITY, f64::min);
+        let unit = (least / n as f64).max(1.0);
+        let fitted = self.fitted(chosen)?;
+        Some(sum / unit + fitted.free() as f64 * (n as f64).ln())
+    }
+
+    /// Σ ε² of the training recordings, and how many samples; ε is white if the errors are noise.
+    pub(crate) fn training_error(&self, chosen: &[usize]) -> Option<(f64, usize)> {
+        Some(self.fitted(chosen)?.error)
+    }
+
+    /// The same of the held-out recordings.
+    pub(crate) fn held_out_error(&self, chosen: &[usize]) -> Option<(f64, usize)> {
+        let residuals = self.fitted(chosen)?.held_out_residuals(&self.data)?;
+        Some(whitened_square(self.data.valid, &residuals, &self.data.noise))
+    }
+
+    /// Mean square of the errors in the training recordings over that of the noise.
+    pub(crate) fn training_square(&self, chosen: &[usize]) -> Option<f64> {
+        Some(mean(&chi_square(&self.fitted(chosen)?.residuals(&self.data), &self.data.noise)))
+    }
+
+    /// The same of the held-out recordings.
+    pub(crate) fn held_out_square(&self, chosen: &[usize]) -> Option<f64> {
+        let residuals = self.fitted(chosen)?.held_out_residuals(&self.data)?;
+        Some(mean(&chi_square(&residuals, &self.data.noise)))
+    }
+
+    /// Whether a structure leaves nothing but noise of the training recordings.
+    ///
+    /// Start values of held-out recordings are known from a minute only, so that their errors are
+    /// never quite white; whether they are small is asked by `explains`.
+    pub(crate) fn is_noise(&self, chosen: &[usize]) -> bool {
+        let Some(fitted) = self.fitted(chosen) else { return false };
+        self.leaves_noise(&fitted.residuals(&self.data), &self.data.noise)
+    }
+
+    /// Whether errors in the training recordings cannot be told from a noise.
+    pub(crate) fn leaves_noise(
+        &self,
+        residuals: &[Vec<Vec<f64>>],
+        noise: &[Option<SensorNoise>],
+    ) -> bool {
+        let measured = noise.iter().flatten().count() * residuals.len();
+        let least = FALSE_ALARM / measured.max(1) as f64;
+        let passes = |(recording, outputs): (&Recording, &Vec<Vec<f64>>)| {
+            outputs.iter().zip(noise).all(|(residuals, noise)| {
+                let Some(noise) = noise else { return true };
+                let left = whitened(recording, residuals, noise);
+                let unit = SensorNoise { std: 1.0, colour: None, ..*noise };
+                whiteness(&left, &unit, 0).is_none_or(|test| test.p_value > least)
+            })
+        };
+        self.data.train.iter().zip(residuals).all(passes)
+    }
+
+    /// Whether a structure leaves so little that nothing need be missing.
+    pub(crate) fn explains(&self, chosen: &[usize]) -> bool {
+        self.leaves_at_most(chosen, EXPLAINED, EXPLAINED_HELD_OUT)
+    }
+
+    /// Whether the mean square of each output's errors is at most so many times that of the noise,
+    /// in training and in held-out data.
+    pub(crate) fn leaves_at_most(&self, chosen: &[usize], train: f64, held_out: f64) -> bool {
+        let Some(fitted) = self.fitted(chosen) else { return false };
+        let all_within = |residuals: &[Vec<Vec<f64>>], limit: f64| {
+            chi_square(residuals, &self.data.noise)
+                .iter()
+                .all(|(sum, n)| *n == 0 || *sum <= limit * *n as f64)
+        };
+        if !all_within(&fitted.residuals(&self.data), train) {
+            return false;
+        }
+        if self.data.valid.is_empty() {
+            return true;
+        }
+        let valid = fitted.held_out_residuals(&self.data);
+        valid.is_some_and(|valid| all_within(&valid, held_out))
+    }
+
+    /// What there is to say about a structure.
+    pub(crate) fn note(&self, chosen: &[usize]) -> String {
+        let Some(fitted) = self.fitted(chosen) else { return String::new() };
+        let mut notes = Vec::new();
+        for estimate in &fitted.estimates {
+            if estimate.at_bound.is_some() {
+                notes.push(format!("`{}` is at its bound", estimate.name));
+            }
+        }
+        if !fitted.is_converged {
+            notes.push("the fit was not finished".to_owned());
+        }
+        notes.join("; ")
+    }
+
+    /// Whether no parameter of an effect has run into a bound.
+    pub(crate) fn is_sound(&self, chosen: &[usize]) -> bool {
+        let Some(fitted) = self.fitted(chosen) else { return false };
+        let brought = &fitted.structure.brought;
+        let mut own = brought.iter().flat_map(|brought| &brought.parameters);
+        own.all(|name| !fitted.estimates.iter().any(|e| e.name == *name && e.at_bound.is_some()))
+    }
+}
+
+fn mean(by_output: &[(f64, usize)]) -> f64 {
+    let (sum, n) = by_output.iter().fold((0.0, 0), |(sum, n), (s, m)| (sum + s, n + m));
+    sum / n as f64
+}

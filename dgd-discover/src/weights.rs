@@ -1,0 +1,168 @@
+//! The noise that a search weighs errors with: from the sensors' records, then from the errors of the
+//! best structure so far, white or with a correlation.
+
+use dgd_runtime::identify::Recording;
+
+use crate::colour::coloured_noise;
+use crate::fitted::{Fitted, NoFit, whitened};
+use crate::screen::{Score, StartPoint};
+use crate::search::{BEAM, EVALUATIONS, HeldOut, Search};
+use crate::structure::Values;
+use crate::verdict::{FALSE_ALARM, LEAST_GAIN};
+use crate::whiteness::steadiness;
+use dgd_screen::noise::{SensorNoise, white_noise};
+
+/// Simulations of fits that are made again with other weights.
+const AGAIN: usize = 10;
+
+impl Search<'_> {
+    /// Fits the base model twice if need be: the noise is known better from its residuals.
+    pub(crate) fn fit_base(&mut self, start: &Values) -> Result<(), NoFit> {
+        let refused = |refused: crate::structure::Refused| NoFit(refused.0);
+        let structure = self.base.structure(self.candidates, &[]).map_err(refused)?;
+        let fitted = Fitted::new(
+            structure.clone(),
+            start,
+            &[StartPoint::default()],
+            &self.data,
+            4 * EVALUATIONS,
+        )?;
+        let changed = self.tighten_noise(&fitted);
+        let mut fitted = if changed {
+            let from = fitted.values.clone();
+            Fitted::new(structure, &from, &[StartPoint::default()], &self.data, EVALUATIONS)?
+        } else {
+            fitted
+        };
+        fitted.weigh(&self.data);
+        fitted.hold_out(&self.data, EVALUATIONS);
+        self.tried.insert(Vec::new(), Ok(fitted));
+        Ok(())
+    }
+
+    /// Takes over the noise that the residuals of a structure show where it is less; says whether
+    /// it changed by what matters to weights.
+    pub(crate) fn tighten_noise(&mut self, fitted: &Fitted) -> bool {
+        let shown = noise_of(self.data.train, &fitted.residuals(&self.data));
+        let mut changed = false;
+        for (noise, shown) in self.data.noise.iter_mut().zip(shown) {
+            let (Some(noise), Some(shown)) = (noise, shown) else { continue };
+            if shown.std < noise.std {
+                changed |= shown.std < 0.95 * noise.std;
+                *noise = SensorNoise { colour: noise.colour, ..shown };
+            }
+        }
+        changed
+    }
+
+    /// Takes over the correlated noise that the errors of a structure show, if that is all they show;
+    /// says whether it is.
+    ///
+    /// What a sensor adds by itself is short, steady and the same in all recordings. Errors of outputs
+    /// that are white stay white.
+    pub(crate) fn recolour(&mut self, chosen: &[usize]) -> bool {
+        let Some(fitted) = self.fitted(chosen) else { return false };
+        let residuals = fitted.residuals(&self.data);
+        let mut noise = self.data.noise.clone();
+        for (output, noise) in noise.iter_mut().enumerate() {
+            let Some(noise) = noise else { continue };
+            let errors: Vec<(&[f64], &[f64])> = self
+                .data
+                .train
+                .iter()
+                .zip(&residuals)
+                .map(|(recording, outputs)| (&*recording.times, &*outputs[output]))
+                .collect();
+            let white = SensorNoise { colour: None, ..*noise };
+            *noise = coloured_noise(&errors, &white).unwrap_or(white);
+        }
+        let is_steady = |output: usize, noise: &SensorNoise| {
+            self.data.train.iter().zip(&residuals).all(|(recording, outputs)| {
+                let left = whitened(recording, &outputs[output], noise);
+                noise.colour.is_none() || steadiness(&left) > FALSE_ALARM
+            })
+        };
+        let all_steady = noise
+            .iter()
+            .enumerate()
+            .all(|(output, noise)| noise.as_ref().is_none_or(|noise| is_steady(output, noise)));
+        if !all_steady || !self.leaves_noise(&residuals, &noise) {
+            return false;
+        }
+        if noise != self.data.noise {
+            self.data.noise = noise;
+            self.reweigh();
+        }
+        true
+    }
+
+    /// Weighs the errors of all structures anew, after the noise has changed.
+    pub(crate) fn reweigh(&mut self) {
+        for fitted in self.tried.values_mut().flatten() {
+            fitted.weigh(&self.data);
+        }
+        self.screens.clear();
+    }
+
+    /// Whether no candidate promises to be worth its place in the base model.
+    pub(crate) fn nothing_promises(&mut self) -> bool {
+        let samples = self.training_error(&[]).map_or(1, |(_, n)| n) as f64;
+        let scores = self.screened(&[]);
+        let costs = |score: &Score| {
+            let point = score.points.first().map_or(1, |point| point.values.len());
+            LEAST_GAIN + point as f64 * samples.ln()
+        };
+        scores.iter().all(|score| score.gain < costs(score))
+    }
+
+    /// Where the best structure shows less noise than was known, all weights change: what was fitted
+    /// goes on from where it is.
+    pub(crate) fn sharpen(&mut self) {
+        let Some(best) = self.ranked().first().cloned() else { return };
+        let Some(Ok(fitted)) = self.tried.get(&best).cloned() else { return };
+        let is_tightened = self.tighten_noise(&fitted);
+        let before = self.data.noise.clone();
+        let is_recoloured = self.recolour(&best) && before != self.data.noise;
+        if !is_tightened && !is_recoloured {
+            return;
+        }
+        self.reweigh();
+        // The base model for comparison, and what may still be the best.
+        let mut again = self.ranked();
+        again.truncate(BEAM);
+        if !again.contains(&Vec::new()) {
+            again.push(Vec::new());
+        }
+        let again = again.iter().map(|chosen| self.continued(chosen)).collect();
+        self.refit(again, AGAIN, HeldOut::Now);
+    }
+}
+
+/// The noise of each output, from residuals or readings of some recordings; `None` where it is not
+/// measured.
+pub(crate) fn noise_of(
+    recordings: &[Recording],
+    residuals: &[Vec<Vec<f64>>],
+) -> Vec<Option<SensorNoise>> {
+    let outputs = recordings.first().map_or(0, |recording| recording.measured.len());
+    let of_output = |output: usize| {
+        let parts = recordings.iter().zip(residuals).filter_map(|(recording, residuals)| {
+            let measured = recording.measured[output].as_ref()?;
+            let noise = white_noise(&recording.times, &residuals[output], measured)?;
+            Some((noise, measured.len() as f64))
+        });
+        let parts: Vec<(SensorNoise, f64)> = parts.collect();
+        let all: f64 = parts.iter().map(|(_, n)| n).sum();
+        // σ² = Σ n σᵢ² / Σ n; relative errors of independent parts add in squares.
+        let mean = |f: &dyn Fn(&SensorNoise) -> f64| {
+            parts.iter().map(|(noise, n)| n / all * f(noise)).sum::<f64>()
+        };
+        let (noise, _) = parts.first()?;
+        Some(SensorNoise {
+            std: mean(&|noise| noise.std * noise.std).sqrt(),
+            relative_error: mean(&|noise| noise.relative_error) / (parts.len() as f64).sqrt(),
+            ..*noise
+        })
+    };
+    (0..outputs).map(of_output).collect()
+}
