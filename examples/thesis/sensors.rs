@@ -19,14 +19,14 @@ pub(crate) fn screen(no_flow: &Field) -> Fallible<Section> {
         [mean(&off_a), mean(&off_b)].map(|offset| (offset / BAR * 1e4).round() / 1e4 + 0.0);
     let is_off = claim(
         (offsets[1] - 0.5).abs() < 0.01 && offsets[0].abs() < 0.01,
-        format!("Inlet A is right and B 0.5 bar off: {offsets:.3?} bar."),
+        format!("Inlet A is right and B 0.5 bar off: {offsets:.4?} bar."),
     );
     let inlet = Finding {
         number: "3.3",
         title: "Inlet and riser pressures at no flow, and how far the inlet's are off",
         thesis: "With 2 m of mud between, 0.22 bar, inlet A agrees with the riser's gauge; B is 0.5 bar off and not used.",
         here: format!(
-            "Inlet A is off by {:.3} bar and B by {:.3} bar, means of {} samples. B is not used.",
+            "Inlet A is off by {:.4} bar and B by {:.4} bar, means of {} samples. B is not used.",
             offsets[0],
             offsets[1],
             t.len()
@@ -59,7 +59,7 @@ pub(crate) fn screen(no_flow: &Field) -> Fallible<Section> {
     let off = [&a, &b, &average].map(|p| (mean(p) - weight) / BAR);
     let average_right = claim(
         off[2].abs() < 0.01 && off[0].abs() > 0.03 && off[1].abs() > 0.03,
-        format!("The outlet's sensors differ and their mean is right: {off:.3?} bar."),
+        format!("The outlet's sensors differ and their mean is right: {off:.4?} bar."),
     );
     let outlet = Finding {
         number: "3.4",
