@@ -181,6 +181,46 @@ fn nothing_is_found_where_nothing_is_hidden() {
     }
 }
 
+/// What is found with effects of drawn sizes, by sensors with coloured noise if it is to be hard.
+fn found_drawn(seed: u64, names: &[&str], is_hard: bool) -> Discovery {
+    let scenario = Scenario::drawn(seed, 40.0, names).expect("known effects");
+    let pair = record(&if is_hard { scenario.hardened() } else { scenario });
+    let pair = [&pair.train, &pair.valid].map(|recording| Samples::of_csv(&recording.csv()));
+    found_in(&Texts::of_the_repository().read(), &pair, 2)
+}
+
+#[test]
+fn effects_of_other_sizes_are_found() {
+    for (seed, name) in [(31, "clock_shift"), (32, "density_change"), (33, "top_fill_gain")] {
+        let discovery = found_drawn(seed, &[name], false);
+        assert_eq!(names(&discovery), [name], "{}", discovery.reason);
+        predicts_to_the_noise(&discovery);
+    }
+}
+
+#[test]
+fn coloured_noise_is_no_effect_and_hides_none() {
+    let discovery = found_drawn(41, &[], true);
+    assert_eq!(discovery.verdict, Verdict::Sufficient, "{}", discovery.reason);
+    predicts_to_the_noise(&discovery);
+    for gap in &discovery.gap {
+        // White noise and as much coloured noise, a time constant's worth of which is one value: known to
+        // some per cent.
+        let white = match gap.output.as_str() {
+            "p_r" => 800.0,
+            "q_ssp" => 14.0 * LPM,
+            _ => 1e3,
+        };
+        let ratio = gap.noise / (2.0_f64.sqrt() * white);
+        assert!((0.9..1.15).contains(&ratio), "{}: {ratio}", gap.output);
+    }
+    for (seed, name) in [(42, "flow_meter_gain"), (43, "mud_loss")] {
+        let discovery = found_drawn(seed, &[name], true);
+        assert_eq!(names(&discovery), [name], "{}", discovery.reason);
+        predicts_to_the_noise(&discovery);
+    }
+}
+
 #[track_caller]
 fn has_no_name(discovery: &Discovery) {
     assert_eq!(discovery.verdict, Verdict::Unexplained, "{:?}", names(discovery));

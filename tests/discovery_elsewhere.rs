@@ -144,7 +144,7 @@ fn servo(seed: u64, seconds: usize, friction: f64) -> Samples {
 #[test]
 fn dry_friction_of_a_servo_is_found() {
     let examined = examined("servo.dgd", SERVO);
-    let discovery = found(&examined, &servo(1, 60, 1.2), &servo(2, 60, 1.2));
+    let discovery = found(&examined, &servo(1, 150, 1.2), &servo(2, 150, 1.2));
     assert_eq!(discovery.verdict, Verdict::Effects, "{}", discovery.reason);
     let [effect] = discovery.effects.as_slice() else { panic!("{}", discovery.reason) };
     assert_eq!(effect.name, "dry_friction(w, motor)", "{}", discovery.reason);
@@ -162,7 +162,7 @@ fn dry_friction_of_a_servo_is_found() {
 fn a_servo_without_dry_friction_has_none() {
     let examined = examined("servo.dgd", SERVO);
     for seed in [3, 5] {
-        let discovery = found(&examined, &servo(seed, 60, 0.0), &servo(seed + 1, 60, 0.0));
+        let discovery = found(&examined, &servo(seed, 150, 0.0), &servo(seed + 1, 150, 0.0));
         assert_eq!(discovery.verdict, Verdict::Sufficient, "{}", discovery.reason);
     }
 }

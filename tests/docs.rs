@@ -396,20 +396,24 @@ fn links_lead_somewhere() {
 }
 
 #[test]
-fn the_table_of_effects_has_what_lies_beside_the_models() {
+fn the_tables_of_effects_have_what_lies_beside_the_models_and_the_templates() {
     let page = fs::read_to_string(root().join("docs/discovery.md")).expect("a page");
     let row = |line: &str| {
         let cells = line.strip_prefix("| `")?;
-        let (name, rest) = cells.split_once("` | ")?;
+        let (names, rest) = cells.split_once("` | ")?;
         let (kind, _) = rest.split_once(" | ")?;
-        ["plant", "sensor", "input"].contains(&kind).then(|| (name.to_owned(), kind.to_owned()))
+        let is_effect = ["plant", "sensor", "input"].contains(&kind);
+        let each = |name: &str| (name.to_owned(), kind.to_owned());
+        is_effect.then(|| names.split("`, `").map(each).collect::<Vec<_>>())
     };
-    let listed: BTreeSet<_> = page.lines().filter_map(row).collect();
+    let listed: BTreeSet<_> = page.lines().filter_map(row).flatten().collect();
     let mut found = BTreeSet::new();
     let effects = root().join("models/effects");
     let inside = fs::read_dir(&effects).expect("the folder of effects");
     let forms = inside.map(|entry| entry.expect("an entry").path()).filter(|path| path.is_dir());
-    for file in forms.chain([effects.clone()]).flat_map(|folder| files(&folder, "dgd")) {
+    let templates = root().join("dgd-discover/templates");
+    let folders = forms.chain([effects.clone(), templates]);
+    for file in folders.flat_map(|folder| files(&folder, "dgd")) {
         let text = fs::read_to_string(&file).expect("an effect");
         let word = |start: &str| {
             let rest = text.lines().find_map(|line| line.strip_prefix(start));

@@ -7,7 +7,7 @@ use dgd_runtime::identify::{
 use dgd_runtime::{Observations, Options, Signature, System};
 
 use crate::colour::Whitener;
-use crate::moments::{Moments, cross, with_found_starts};
+use crate::moments::{Moments, cross, leap, with_found_starts};
 use crate::screen::StartPoint;
 use crate::structure::{Structure, Values};
 use dgd_screen::noise::SensorNoise;
@@ -137,6 +137,16 @@ impl Fitted {
 /// How often moments are moved and the rest is fitted again.
 const MOST_ROUNDS: usize = 4;
 
+/// Mean square over that of the noise up to which an onset that was found is looked for elsewhere: what is
+/// further off lacks something else.
+const NEAR: f64 = 10.0;
+
+fn is_near(problem: &OutputErrorProblem<'_, dgd_execute::Loaded>, cost: f64) -> bool {
+    let measured = problem.recordings.iter().flat_map(|recording| recording.measured.iter());
+    let samples = measured.flatten().flatten().filter(|value| value.is_finite()).count();
+    cost < NEAR * samples as f64
+}
+
 /// A fit from the better of two points, in which moments at which readings jump are moved sample by
 /// sample; and all estimates.
 fn fitted(
@@ -171,6 +181,12 @@ fn fitted(
             is_moved = moments.settle(problem, &mut p, starts).map_err(EstimateError::Start)?;
             is_moved |=
                 cross(problem, &structure.delays, &mut p, starts).map_err(EstimateError::Start)?;
+        }
+        if !is_moved && is_near(problem, best.cost) {
+            let starts = &best.starts;
+            is_moved = best.termination.is_converged()
+                && leap(problem, &structure.onsets, &moments, &mut p, starts)
+                    .map_err(EstimateError::Start)?;
         }
         if !is_moved {
             break;

@@ -158,6 +158,60 @@ impl Moments {
     }
 }
 
+/// Points over the recordings at which a moment that was fitted is tried again, and shares of the
+/// recordings, from 2⁻³ to 2⁻⁸, by which it is moved.
+const AGAIN: usize = 24;
+const NEAREST: i32 = 8;
+const FARTHEST: i32 = 3;
+
+/// Moves onsets to where the error is less, however far that is, everything else as it is; says
+/// whether one moved.
+///
+/// While nothing happens that an effect acts on, when it sets in makes no difference, and a fit does not
+/// pass such a time.
+pub(crate) fn leap(
+    problem: &OutputErrorProblem<'_, Loaded>,
+    onsets: &[usize],
+    moments: &Moments,
+    p: &mut [f64],
+    starts: &[Starts],
+) -> Result<bool, TrialFailed> {
+    let (Some(first), Some(last)) = (moments.samples.first(), moments.samples.last()) else {
+        return Ok(false);
+    };
+    let before = p.to_vec();
+    if onsets.is_empty() {
+        return Ok(false);
+    }
+    let mut least = evaluate(problem, p, starts)?.cost;
+    for &parameter in onsets {
+        let bounds = &problem.system.signature().parameters[parameter];
+        let length = last - first;
+        let over_all = (0..AGAIN).map(|k| first + (k as f64 + 0.5) / AGAIN as f64 * length);
+        let about = (FARTHEST..=NEAREST).flat_map(|j| {
+            let distance = length * 0.5_f64.powi(j);
+            [before[parameter] - distance, before[parameter] + distance]
+        });
+        for value in over_all.chain(about) {
+            let is_jump = moments.parameters.contains(&parameter);
+            let value = if is_jump { moments.moved(value, 0) } else { value };
+            if !(bounds.lower.max(*first)..=bounds.upper.min(*last)).contains(&value) {
+                continue;
+            }
+            let mut trial = p.to_vec();
+            trial[parameter] = value;
+            // A moment at which the model cannot be run is none to go to.
+            if let Ok(found) = evaluate(problem, &trial, starts)
+                && found.cost < least
+            {
+                least = found.cost;
+                p.copy_from_slice(&trial);
+            }
+        }
+    }
+    Ok(p != before)
+}
+
 /// Beyond a boundary between samples a delay is tried at this share of their distance.
 const BEYOND: f64 = 0.05;
 

@@ -490,10 +490,9 @@ fn sensitivities_by_recording(
                 let is_measured = |k: usize| measured[k].is_finite();
                 let whitener = Whitener::new(&recording.times, is_measured, noise);
                 for (j, column) in columns.iter_mut().enumerate() {
-                    let of_sample = |k: usize| match is_measured(k) {
-                        true => observations.dw(k)[j * observations.n_w + output],
-                        false => f64::NAN,
-                    };
+                    let derivative = |k: usize| observations.dw(k)[j * observations.n_w + output];
+                    let of_sample =
+                        |k: usize| if is_measured(k) { derivative(k) } else { f64::NAN };
                     let whitened = whitener.apply((0..measured.len()).map(of_sample));
                     let measured = whitened.into_iter().enumerate();
                     column.extend(measured.filter(|(k, _)| is_measured(*k)).map(|(_, e)| e));

@@ -216,7 +216,7 @@ impl Search<'_> {
     }
 
     /// Simulates held-out recordings with some structures.
-    fn hold_out(&mut self, structures: &[Vec<usize>]) {
+    pub(crate) fn hold_out(&mut self, structures: &[Vec<usize>]) {
         for chosen in structures {
             if let Some(Ok(fitted)) = self.tried.get_mut(chosen)
                 && fitted.valid.is_none()

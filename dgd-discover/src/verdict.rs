@@ -16,7 +16,7 @@ const EXPLAINED: f64 = 1.1;
 
 /// The same of held-out data, 1.2 times the noise: there start values are known from a minute only,
 /// and parameters no better than the training data tells.
-const EXPLAINED_HELD_OUT: f64 = 1.44;
+pub(crate) const EXPLAINED_HELD_OUT: f64 = 1.44;
 
 /// The same where a structure with more effects explains the data and is hardly more likely.
 const NEARLY_EXPLAINED_HELD_OUT: f64 = 2.25;

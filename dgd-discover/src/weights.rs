@@ -4,11 +4,11 @@
 use dgd_runtime::identify::Recording;
 
 use crate::colour::coloured_noise;
-use crate::fitted::{Fitted, NoFit, whitened};
+use crate::fitted::{Fitted, NoFit, chi_square, whitened};
 use crate::screen::{Score, StartPoint};
 use crate::search::{BEAM, EVALUATIONS, HeldOut, Search};
 use crate::structure::Values;
-use crate::verdict::{FALSE_ALARM, LEAST_GAIN};
+use crate::verdict::{EXPLAINED_HELD_OUT, FALSE_ALARM, LEAST_GAIN};
 use crate::whiteness::steadiness;
 use dgd_screen::noise::{SensorNoise, white_noise};
 
@@ -61,6 +61,7 @@ impl Search<'_> {
     /// What a sensor adds by itself is short, steady and the same in all recordings. Errors of outputs
     /// that are white stay white.
     pub(crate) fn recolour(&mut self, chosen: &[usize]) -> bool {
+        self.hold_out(&[chosen.to_vec()]);
         let Some(fitted) = self.fitted(chosen) else { return false };
         let residuals = fitted.residuals(&self.data);
         let mut noise = self.data.noise.clone();
@@ -86,7 +87,13 @@ impl Search<'_> {
             .iter()
             .enumerate()
             .all(|(output, noise)| noise.as_ref().is_none_or(|noise| is_steady(output, noise)));
-        if !all_steady || !self.leaves_noise(&residuals, &noise) {
+        // What a small effect adds in one recording it does not add alike in another.
+        let is_the_same = |held_out: Vec<Vec<Vec<f64>>>| {
+            let sums = chi_square(&held_out, &noise);
+            sums.iter().all(|(sum, n)| *sum <= EXPLAINED_HELD_OUT * *n as f64)
+        };
+        let is_the_same = fitted.held_out_residuals(&self.data).is_none_or(is_the_same);
+        if !all_steady || !is_the_same || !self.leaves_noise(&residuals, &noise) {
             return false;
         }
         if noise != self.data.noise {

@@ -45,7 +45,9 @@ pub fn apply(
     if applications.iter().any(|application| units::of_equations(application.effect)) {
         // What is wrong with the model itself is said elsewhere.
         let model = resolve(asts, &ModelOptions::default(), &mut Diagnostics::default());
-        model.iter().for_each(|model| declared.give_units(model));
+        if let Ok(model) = model {
+            declared.give_units(&model);
+        }
     }
     let mut instances = Vec::with_capacity(applications.len());
     for application in applications {

@@ -81,7 +81,7 @@ impl Declarations {
             let units = || model.unknowns.iter().map(|unknown| &unknown.declared.unit);
             let same = units().find(|unit| unit.dimension == dimension);
             let rate = || units().find(|unit| dimension.times(second) == Some(unit.dimension));
-            same.map(|unit| unit.symbol.to_string())
+            same.map(|unit| unit.symbol.clone())
                 .or_else(|| rate().map(|unit| format!("({})/s", unit.symbol)))
         };
         for equation in model.all_equations() {
