@@ -280,7 +280,7 @@ fn without_effects_only_the_verdict_is_left() {
     let options = ["--until", "700", "--format", "json"];
     let judged = dgd(&[&["discover", &alone, "--data", &data][..], &options].concat()).done();
     assert_eq!(judged.json()["verdict"], "unexplained");
-    let remark = ["no effects to look for", "`effects`", "--effects"];
+    let remark = ["no effects of this model", "only templates", "`effects`", "--effects"];
     assert!(remark.iter().all(|part| judged.err.contains(part)), "{}", judged.err);
     discover(&["--effects", "nowhere"]).refused(2, &["--effects nowhere", "no such folder"]);
     let empty = path(&folder, "none");
