@@ -33,7 +33,7 @@ pub(crate) fn cases(
     only: Option<&str>,
 ) -> Result<Vec<Case>, String> {
     let hidden = |k: usize| match only {
-        None => of_a_round(k),
+        None => Ok(of_a_round(k)),
         Some("none") => Ok(Vec::new()),
         Some("outside") => Ok(vec![OUTSIDE[k % OUTSIDE.len()]]),
         Some(names) => names.split('+').map(known).collect(),
@@ -63,16 +63,16 @@ fn known(name: &str) -> Result<&'static str, String> {
 }
 
 /// What the kth of all cases hides.
-fn of_a_round(k: usize) -> Result<Vec<&'static str>, String> {
+fn of_a_round(k: usize) -> Vec<&'static str> {
     let of_round = LIBRARY.len() + PAIRS_PER_ROUND + NOTHING_PER_ROUND + OUTSIDE.len();
     let (round, mut at) = (k / of_round, k % of_round);
     if let Some(name) = LIBRARY.get(at) {
-        return Ok(vec![name]);
+        return vec![name];
     }
     at -= LIBRARY.len();
     if at < PAIRS_PER_ROUND {
-        return Ok(PAIRS[(round * PAIRS_PER_ROUND + at) % PAIRS.len()].to_vec());
+        return PAIRS[(round * PAIRS_PER_ROUND + at) % PAIRS.len()].to_vec();
     }
     at -= PAIRS_PER_ROUND;
-    Ok(OUTSIDE.get(at).map(|name| vec![*name]).unwrap_or_default())
+    OUTSIDE.get(at).map(|name| vec![*name]).unwrap_or_default()
 }

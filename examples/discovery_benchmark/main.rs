@@ -61,7 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let k = next.fetch_add(1, Ordering::Relaxed);
             let Some(case) = cases.get(k) else { return Ok(()) };
             let pair = record(&case.scenario);
-            let (score, account) = run(&examined, case, &pair, k % REPEATED == 0);
+            let (score, account) = run(&examined, case, &pair, k.is_multiple_of(REPEATED));
             println!("{}", score.line());
             if let (Some(folder), false) = (&arguments.out, score.is_exact) {
                 fs::write(folder.join(format!("{}.train.csv", case.name)), pair.train.csv())?;
