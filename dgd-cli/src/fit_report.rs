@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 
 use dgd_compiler::model::Variant;
 use dgd_runtime::identify::{
-    Bound, Estimate, Evaluation, Fit, Misfit, Starts, Stepping, Term, Undetermined,
+    Bound, Estimate, Evaluation, Fit, Misfit, Recording, Starts, Stepping, Term, Undetermined,
 };
 use dgd_runtime::{Direction, PerSampleChoice, Signature, Unit};
 use serde_json::{Map, Value, json};
 
+use crate::fit_quality::Quality;
 use crate::table::{push_table, significant};
 
 /// Correlations above this are pointed out.
@@ -23,11 +24,16 @@ pub(crate) struct Outcome<'a> {
     pub data: &'a [PathBuf],
     pub train: Evaluation,
     pub valid: Option<Tested>,
+    pub quality: Quality,
+    /// On held-out recordings.
+    pub quality_valid: Option<Quality>,
 }
 
 /// Held-out recordings.
 pub(crate) struct Tested {
     pub paths: Vec<PathBuf>,
+    /// With the time from which their samples count.
+    pub recordings: Vec<Recording>,
     pub starts: Vec<Starts>,
     pub evaluation: Evaluation,
 }
@@ -64,6 +70,13 @@ impl Outcome<'_> {
                     "noise": errors.noise,
                     "rms_train": errors.train,
                     "rms_valid": errors.valid,
+                    "quality": {
+                        "train": self.quality.to_json(i, self.signature),
+                        "valid": self
+                            .quality_valid
+                            .as_ref()
+                            .map(|quality| quality.to_json(i, self.signature)),
+                    },
                 }),
             );
         }
@@ -192,8 +205,10 @@ impl Outcome<'_> {
         push_table(&mut text, &table);
 
         text.push('\n');
-        let mut table =
-            vec![["output", "rms train", "rms valid", "noise", "unit"].map(str::to_owned)];
+        let mut table = vec![
+            ["output", "rms train", "rms valid", "noise", "unit", "fit train %", "fit valid %"]
+                .map(str::to_owned),
+        ];
         for (i, output) in self.signature.outputs.iter().enumerate() {
             let errors = self.errors(i);
             let shown = |value: Option<f64>| {
@@ -205,6 +220,8 @@ impl Outcome<'_> {
                 shown(errors.valid),
                 shown(errors.noise),
                 output.unit.symbol.to_string(),
+                shown(self.quality.fit_percent(i)),
+                shown(self.quality_valid.as_ref().and_then(|quality| quality.fit_percent(i))),
             ]);
         }
         push_table(&mut text, &table);
@@ -221,6 +238,7 @@ impl Outcome<'_> {
             push_correlated(text, &first, &second, pair.correlation);
         }
         push_combinations(text, &fit.undetermined, |i| self.name(i), "output");
+        self.quality.push_remarks(text, self.signature);
         if fit.samples_without_sensitivity > 0 {
             let _ = writeln!(
                 text,

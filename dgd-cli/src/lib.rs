@@ -9,6 +9,7 @@ pub mod effects;
 mod estimator;
 mod failure;
 mod figure;
+mod fit_quality;
 mod fit_report;
 mod fitted_model;
 mod linear_report;

@@ -21,6 +21,7 @@ use crate::data::{Files, write_folder};
 use crate::estimator::Estimator;
 use crate::failure::{CommandError, meant};
 use crate::figure::{self, Line, Subject};
+use crate::fit_quality::Quality;
 use crate::fit_report::{Outcome, Tested};
 use crate::fitted_model;
 use crate::load::Compilation;
@@ -66,13 +67,20 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         | Termination::Stalled => {}
     }
 
+    let signature = task.system.signature();
+    let train = task.evaluated(&problem, &fit, &args.data)?;
+    let valid = task.tested(&problem, &fit, args)?;
     let outcome = Outcome {
-        signature: task.system.signature(),
+        signature,
         variants: &task.compiled.model.variants,
         fit: &fit,
         data: &args.data,
-        train: task.evaluated(&problem, &fit, &args.data)?,
-        valid: task.tested(&problem, &fit, args)?,
+        quality: Quality::of(signature, &task.train, &train),
+        quality_valid: valid
+            .as_ref()
+            .map(|tested| Quality::of(signature, &tested.recordings, &tested.evaluation)),
+        train,
+        valid,
     };
     let json = outcome.to_json();
     if let Some(folder) = console.out() {
@@ -258,7 +266,7 @@ impl Task {
         let counted = OutputErrorProblem { recordings: &recordings, ..held_out.clone() };
         let evaluation = evaluate(&counted, held_out.p, &starts)
             .map_err(|error| failed(EstimateError::Start(error)))?;
-        Ok(Tested { paths: paths.to_vec(), starts, evaluation })
+        Ok(Tested { paths: paths.to_vec(), recordings, starts, evaluation })
     }
 
     /// Writes the folder of results.
