@@ -11,6 +11,7 @@ use dgd_runtime::{Direction, PerSampleChoice, Signature, Unit};
 use serde_json::{Map, Value, json};
 
 use crate::fit_quality::Quality;
+use crate::intervals::Intervals;
 use crate::table::{push_table, significant};
 
 /// Correlations above this are pointed out.
@@ -24,6 +25,7 @@ pub(crate) struct Outcome<'a> {
     pub data: &'a [PathBuf],
     pub train: Evaluation,
     pub valid: Option<Tested>,
+    pub intervals: Intervals,
     pub quality: Quality,
     /// On held-out recordings.
     pub quality_valid: Option<Quality>,
@@ -90,7 +92,7 @@ impl Outcome<'_> {
                 Value::Array(terms.collect())
             })
             .collect();
-        json!({
+        let mut result = json!({
             "model": self.signature.name,
             "variants": variant_entries(self.variants),
             "parameters": self.entries(parameters()),
@@ -121,7 +123,11 @@ impl Outcome<'_> {
                     json!({ "per_sample": steps, "method": method.name })
                 }
             },
-        })
+        });
+        if let Some(result) = result.as_object_mut() {
+            self.intervals.write_json(self, result);
+        }
+        result
     }
 
     /// Positions of the estimated parameters.
@@ -154,12 +160,12 @@ impl Outcome<'_> {
         json!(self.parameters().map(row).collect::<Vec<_>>())
     }
 
-    fn unit(&self, estimate: &Estimate) -> &Unit {
+    pub(crate) fn unit(&self, estimate: &Estimate) -> &Unit {
         unit_of(self.signature, estimate)
     }
 
     /// An estimate's name, with its recording where there are several.
-    fn name(&self, i: usize) -> String {
+    pub(crate) fn name(&self, i: usize) -> String {
         let estimate = &self.fit.estimates[i];
         match estimate.recording {
             Some(r) if self.data.len() > 1 => {
@@ -227,6 +233,7 @@ impl Outcome<'_> {
         push_table(&mut text, &table);
         text.push('\n');
         self.push_remarks(&mut text);
+        self.intervals.push_text(&mut text, self);
         text
     }
 

@@ -24,6 +24,7 @@ use crate::figure::{self, Line, Subject};
 use crate::fit_quality::Quality;
 use crate::fit_report::{Outcome, Tested};
 use crate::fitted_model;
+use crate::intervals::Intervals;
 use crate::load::Compilation;
 use crate::plot::Text;
 use crate::recording::{self, Clock};
@@ -42,6 +43,8 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         fitted_model::verify_folder(folder, &args.model)?;
     }
     let task = Task::load(args, console)?;
+    let signature = task.system.signature();
+    args.intervals.verify(args.regression.estimator, signature)?;
     match args.regression.estimator {
         Estimator::OutputError => {}
         Estimator::PredictionError => return prediction_error::run(&task, args, console),
@@ -67,7 +70,6 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         | Termination::Stalled => {}
     }
 
-    let signature = task.system.signature();
     let train = task.evaluated(&problem, &fit, &args.data)?;
     let valid = task.tested(&problem, &fit, args)?;
     let outcome = Outcome {
@@ -75,6 +77,8 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         variants: &task.compiled.model.variants,
         fit: &fit,
         data: &args.data,
+        intervals: Intervals::find(&args.intervals, &problem, &fit, console.seed())
+            .map_err(|error| task.failed(error, &args.data))?,
         quality: Quality::of(signature, &task.train, &train),
         quality_valid: valid
             .as_ref()
@@ -91,6 +95,9 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         let figure = figure::panels(&subjects(&outcome, &task, args));
         for path in &args.solve.plot {
             figure::save(&figure, path, console)?;
+            for (path, figure) in outcome.intervals.figures(&outcome, path) {
+                figure::save(&figure, &path, console)?;
+            }
         }
     }
     if console.is_json() { print(&format!("{json:#}\n")) } else { print(&outcome.to_text()) }
