@@ -6,7 +6,7 @@ use std::path::Path;
 
 use dgd::identify::{
     Bootstrap, Bound, End, Fit, Noise, OutputErrorProblem, Prior, Recording, THRESHOLD, bootstrap,
-    fit, profile, profiles,
+    fit, information, profile, profiles,
 };
 use dgd::{Column, Inputs, Interpolation, System};
 use dgd_compiler::pipeline::Directions;
@@ -261,4 +261,47 @@ fn any_number_of_threads_gives_the_same_numbers() {
     assert_eq!(first, resampled(&three, &fit, 5, 21));
     assert_ne!(first, resampled(&three, &fit, 6, 21));
     assert!(first.interval(0, 0.95).is_none(), "21 refits have no percentile beyond 2.5 %");
+}
+
+#[test]
+fn information_adds_up_and_lies_where_it_should() {
+    let system = system(HEATER);
+    let p = declared(&system);
+    let recordings = [heated(1, 100, 0.0)];
+    let problem = OutputErrorProblem {
+        noise: vec![Some(Noise::Known(SIGMA))],
+        ..OutputErrorProblem::new(&system, &p, &recordings)
+    };
+    let fit = fit(&problem).expect("a fit");
+    // The last ten seconds of each stretch of 25 s against the rest.
+    let kinds = [(0..100).map(|k| usize::from(k % 25 >= 15)).collect::<Vec<usize>>()];
+    let found = information(&problem, &fit, &kinds, 2).expect("sensitivities");
+    assert_eq!(found.len(), 3);
+    for one in &found {
+        for parts in [&one.recordings, &one.outputs, &one.kinds] {
+            assert!((parts.iter().sum::<f64>() - 1.0).abs() < 1e-6, "{one:?}");
+        }
+    }
+    // x(0) is forgotten in 20 s, and tells most at the start.
+    assert_eq!(found[2].best, Some((0, 0, 0)));
+    assert!(found[2].kinds[1] < 0.1, "{:?}", found[2]);
+
+    // The part of some samples is what their loss takes of the information about one parameter where
+    // the others are known: with `gain` alone free, 1/variance without them.
+    let alone = OutputErrorProblem { free: vec![true, false, false], ..problem.clone() };
+    let all = dgd::identify::fit(&alone).expect("a fit");
+    let found = information(&alone, &all, &kinds, 2).expect("sensitivities");
+    let mut first = recordings[0].clone();
+    let kept = kinds[0].clone();
+    for samples in first.measured.iter_mut().flatten() {
+        for (value, _) in samples.iter_mut().zip(&kept).filter(|(_, kind)| **kind == 1) {
+            *value = f64::NAN;
+        }
+    }
+    let first = [first];
+    let without = dgd::identify::fit(&OutputErrorProblem { recordings: &first, ..alone.clone() });
+    let std = |fit: &Fit| fit.estimates[0].std.expect("determined");
+    let expected = (std(&all) / std(&without.expect("a fit"))).powi(2);
+    // Linear in gain: sensitivities are the same at both estimates.
+    assert!((found[0].kinds[0] - expected).abs() < 1e-6, "{} {expected}", found[0].kinds[0]);
 }

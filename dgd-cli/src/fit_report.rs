@@ -11,6 +11,7 @@ use dgd_runtime::{Direction, PerSampleChoice, Signature, Unit};
 use serde_json::{Map, Value, json};
 
 use crate::fit_quality::Quality;
+use crate::information::Origins;
 use crate::intervals::Intervals;
 use crate::table::{push_table, significant};
 
@@ -25,6 +26,9 @@ pub(crate) struct Outcome<'a> {
     pub data: &'a [PathBuf],
     pub train: Evaluation,
     pub valid: Option<Tested>,
+    /// What was fitted to.
+    pub recordings: &'a [Recording],
+    pub information: Option<Origins>,
     pub intervals: Intervals,
     pub quality: Quality,
     /// On held-out recordings.
@@ -126,6 +130,9 @@ impl Outcome<'_> {
         });
         if let Some(result) = result.as_object_mut() {
             self.intervals.write_json(self, result);
+            if let Some(information) = &self.information {
+                result.insert("information".to_owned(), information.to_json(self));
+            }
         }
         result
     }
@@ -234,6 +241,9 @@ impl Outcome<'_> {
         text.push('\n');
         self.push_remarks(&mut text);
         self.intervals.push_text(&mut text, self);
+        if let Some(information) = &self.information {
+            information.push_text(&mut text, self);
+        }
         text
     }
 
@@ -356,7 +366,7 @@ pub(crate) fn push_combinations(
     }
 }
 
-fn file_name(path: &Path) -> String {
+pub(crate) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 

@@ -36,6 +36,9 @@ pub(crate) struct IntervalArgs {
     /// Refits to so many data sets with resampled residuals, for intervals that know of coloured noise
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub bootstrap: usize,
+    /// Says which samples and outputs determine each parameter
+    #[arg(long)]
+    pub information: bool,
 }
 
 impl IntervalArgs {
@@ -45,12 +48,13 @@ impl IntervalArgs {
         estimator: Estimator,
         signature: &Signature,
     ) -> Result<(), CommandError> {
-        if self.profile.is_empty() && self.bootstrap == 0 {
+        if self.profile.is_empty() && self.bootstrap == 0 && !self.information {
             return Ok(());
         }
         if estimator != Estimator::OutputError {
             return Err(CommandError::Usage(
-                "`--profile` and `--bootstrap` go with `--estimator output-error`".to_owned(),
+                "`--profile`, `--bootstrap` and `--information` go with `--estimator output-error`"
+                    .to_owned(),
             ));
         }
         let names: Vec<String> = (0..signature.directions.len())

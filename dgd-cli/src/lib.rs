@@ -12,6 +12,7 @@ mod figure;
 mod fit_quality;
 mod fit_report;
 mod fitted_model;
+mod information;
 mod intervals;
 mod linear_report;
 mod load;

@@ -24,6 +24,7 @@ use crate::figure::{self, Line, Subject};
 use crate::fit_quality::Quality;
 use crate::fit_report::{Outcome, Tested};
 use crate::fitted_model;
+use crate::information::Origins;
 use crate::intervals::Intervals;
 use crate::load::Compilation;
 use crate::plot::Text;
@@ -77,6 +78,13 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         variants: &task.compiled.model.variants,
         fit: &fit,
         data: &args.data,
+        recordings: &task.train,
+        information: args
+            .intervals
+            .information
+            .then(|| Origins::find(&problem, &fit, &train))
+            .transpose()
+            .map_err(|error| task.failed(error, &args.data))?,
         intervals: Intervals::find(&args.intervals, &problem, &fit, console.seed())
             .map_err(|error| task.failed(error, &args.data))?,
         quality: Quality::of(signature, &task.train, &train),

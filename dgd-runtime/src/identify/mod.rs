@@ -23,6 +23,7 @@
 //! | `around` | the problem of a fit again, next to where it ended |
 //! | `profile` | how far an estimate can go while the others make up for it |
 //! | `bootstrap` | how estimates scatter when residuals come in another order |
+//! | `information` | which samples determine which estimate |
 //! | `filter` | states and parameters while samples come in, and by the likelihood of innovations |
 
 mod around;
@@ -31,6 +32,7 @@ mod box_quadratic;
 mod error;
 pub mod filter;
 mod fit;
+mod information;
 mod levenberg_marquardt;
 mod nelder_mead;
 mod noise;
@@ -47,6 +49,7 @@ mod weighing;
 pub use bootstrap::{Bootstrap, bootstrap};
 pub use error::{EstimateError, TrialFailed, TrialFailure};
 pub use fit::Fit;
+pub use information::{Information, information};
 pub use levenberg_marquardt::{Minimum, NormalEquations, StoppingRule, Termination, minimise};
 pub use nelder_mead::{Simplex, SimplexRule, nelder_mead};
 pub use noise::Noise;
