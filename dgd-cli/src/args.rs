@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::estimator::RegressionArgs;
+use crate::intervals::IntervalArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::{PerSample, Steps};
@@ -256,6 +257,8 @@ pub(crate) struct FitArgs {
     /// Where the weights of the outputs come from
     #[arg(long, value_enum, default_value_t = NoiseFrom::Estimated)]
     pub noise: NoiseFrom,
+    #[command(flatten)]
+    pub intervals: IntervalArgs,
     #[command(flatten)]
     pub regression: RegressionArgs,
     #[command(flatten)]

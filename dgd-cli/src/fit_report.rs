@@ -5,11 +5,14 @@ use std::path::{Path, PathBuf};
 
 use dgd_compiler::model::Variant;
 use dgd_runtime::identify::{
-    Bound, Estimate, Evaluation, Fit, Misfit, Starts, Stepping, Term, Undetermined,
+    Bound, Estimate, Evaluation, Fit, Misfit, Recording, Starts, Stepping, Term, Undetermined,
 };
 use dgd_runtime::{Direction, PerSampleChoice, Signature, Unit};
 use serde_json::{Map, Value, json};
 
+use crate::fit_quality::Quality;
+use crate::information::Origins;
+use crate::intervals::Intervals;
 use crate::table::{push_table, significant};
 
 /// Correlations above this are pointed out.
@@ -23,11 +26,20 @@ pub(crate) struct Outcome<'a> {
     pub data: &'a [PathBuf],
     pub train: Evaluation,
     pub valid: Option<Tested>,
+    /// What was fitted to.
+    pub recordings: &'a [Recording],
+    pub information: Option<Origins>,
+    pub intervals: Intervals,
+    pub quality: Quality,
+    /// On held-out recordings.
+    pub quality_valid: Option<Quality>,
 }
 
 /// Held-out recordings.
 pub(crate) struct Tested {
     pub paths: Vec<PathBuf>,
+    /// With the time from which their samples count.
+    pub recordings: Vec<Recording>,
     pub starts: Vec<Starts>,
     pub evaluation: Evaluation,
 }
@@ -64,6 +76,13 @@ impl Outcome<'_> {
                     "noise": errors.noise,
                     "rms_train": errors.train,
                     "rms_valid": errors.valid,
+                    "quality": {
+                        "train": self.quality.to_json(i, self.signature),
+                        "valid": self
+                            .quality_valid
+                            .as_ref()
+                            .map(|quality| quality.to_json(i, self.signature)),
+                    },
                 }),
             );
         }
@@ -77,7 +96,7 @@ impl Outcome<'_> {
                 Value::Array(terms.collect())
             })
             .collect();
-        json!({
+        let mut result = json!({
             "model": self.signature.name,
             "variants": variant_entries(self.variants),
             "parameters": self.entries(parameters()),
@@ -108,7 +127,14 @@ impl Outcome<'_> {
                     json!({ "per_sample": steps, "method": method.name })
                 }
             },
-        })
+        });
+        if let Some(result) = result.as_object_mut() {
+            self.intervals.write_json(self, result);
+            if let Some(information) = &self.information {
+                result.insert("information".to_owned(), information.to_json(self));
+            }
+        }
+        result
     }
 
     /// Positions of the estimated parameters.
@@ -141,12 +167,12 @@ impl Outcome<'_> {
         json!(self.parameters().map(row).collect::<Vec<_>>())
     }
 
-    fn unit(&self, estimate: &Estimate) -> &Unit {
+    pub(crate) fn unit(&self, estimate: &Estimate) -> &Unit {
         unit_of(self.signature, estimate)
     }
 
     /// An estimate's name, with its recording where there are several.
-    fn name(&self, i: usize) -> String {
+    pub(crate) fn name(&self, i: usize) -> String {
         let estimate = &self.fit.estimates[i];
         match estimate.recording {
             Some(r) if self.data.len() > 1 => {
@@ -192,8 +218,10 @@ impl Outcome<'_> {
         push_table(&mut text, &table);
 
         text.push('\n');
-        let mut table =
-            vec![["output", "rms train", "rms valid", "noise", "unit"].map(str::to_owned)];
+        let mut table = vec![
+            ["output", "rms train", "rms valid", "noise", "unit", "fit train %", "fit valid %"]
+                .map(str::to_owned),
+        ];
         for (i, output) in self.signature.outputs.iter().enumerate() {
             let errors = self.errors(i);
             let shown = |value: Option<f64>| {
@@ -205,11 +233,17 @@ impl Outcome<'_> {
                 shown(errors.valid),
                 shown(errors.noise),
                 output.unit.symbol.to_string(),
+                shown(self.quality.fit_percent(i)),
+                shown(self.quality_valid.as_ref().and_then(|quality| quality.fit_percent(i))),
             ]);
         }
         push_table(&mut text, &table);
         text.push('\n');
         self.push_remarks(&mut text);
+        self.intervals.push_text(&mut text, self);
+        if let Some(information) = &self.information {
+            information.push_text(&mut text, self);
+        }
         text
     }
 
@@ -221,6 +255,7 @@ impl Outcome<'_> {
             push_correlated(text, &first, &second, pair.correlation);
         }
         push_combinations(text, &fit.undetermined, |i| self.name(i), "output");
+        self.quality.push_remarks(text, self.signature);
         if fit.samples_without_sensitivity > 0 {
             let _ = writeln!(
                 text,
@@ -331,7 +366,7 @@ pub(crate) fn push_combinations(
     }
 }
 
-fn file_name(path: &Path) -> String {
+pub(crate) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 

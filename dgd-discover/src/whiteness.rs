@@ -24,6 +24,7 @@
 
 use dgd_screen::distribution::chi_square_tail;
 use dgd_screen::noise::SensorNoise;
+use dgd_screen::residuals::lagged_product;
 
 /// What a check looks at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -159,11 +160,6 @@ fn block_means(e: &[f64], blocks: usize, relative_error: f64) -> Check {
     let dof = blocks as f64;
     let widening = (1.0 + 2.0 * dof * relative_error * relative_error).sqrt();
     check(CheckKind::BlockMeans(blocks), dof + (sum - dof) / widening, dof)
-}
-
-/// Σ eₖ eₖ₊ₗ.
-fn lagged_product(e: &[f64], lag: usize) -> f64 {
-    e.iter().zip(&e[lag..]).map(|(a, b)| a * b).sum()
 }
 
 /// How many independent samples are worth as much as these: N/(1 + 2Σρ_l).

@@ -24,6 +24,7 @@ mod operating_points;
 mod pairs;
 mod record;
 pub mod redundant;
+pub mod residuals;
 mod sampling;
 mod screen;
 mod spikes;

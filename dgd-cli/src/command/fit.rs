@@ -21,8 +21,11 @@ use crate::data::{Files, write_folder};
 use crate::estimator::Estimator;
 use crate::failure::{CommandError, meant};
 use crate::figure::{self, Line, Subject};
+use crate::fit_quality::Quality;
 use crate::fit_report::{Outcome, Tested};
 use crate::fitted_model;
+use crate::information::Origins;
+use crate::intervals::Intervals;
 use crate::load::Compilation;
 use crate::plot::Text;
 use crate::recording::{self, Clock};
@@ -41,6 +44,8 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         fitted_model::verify_folder(folder, &args.model)?;
     }
     let task = Task::load(args, console)?;
+    let signature = task.system.signature();
+    args.intervals.verify(args.regression.estimator, signature)?;
     match args.regression.estimator {
         Estimator::OutputError => {}
         Estimator::PredictionError => return prediction_error::run(&task, args, console),
@@ -66,13 +71,28 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         | Termination::Stalled => {}
     }
 
+    let train = task.evaluated(&problem, &fit, &args.data)?;
+    let valid = task.tested(&problem, &fit, args)?;
     let outcome = Outcome {
-        signature: task.system.signature(),
+        signature,
         variants: &task.compiled.model.variants,
         fit: &fit,
         data: &args.data,
-        train: task.evaluated(&problem, &fit, &args.data)?,
-        valid: task.tested(&problem, &fit, args)?,
+        recordings: &task.train,
+        information: args
+            .intervals
+            .information
+            .then(|| Origins::find(&problem, &fit, &train))
+            .transpose()
+            .map_err(|error| task.failed(error, &args.data))?,
+        intervals: Intervals::find(&args.intervals, &problem, &fit, console.seed())
+            .map_err(|error| task.failed(error, &args.data))?,
+        quality: Quality::of(signature, &task.train, &train),
+        quality_valid: valid
+            .as_ref()
+            .map(|tested| Quality::of(signature, &tested.recordings, &tested.evaluation)),
+        train,
+        valid,
     };
     let json = outcome.to_json();
     if let Some(folder) = console.out() {
@@ -83,6 +103,9 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         let figure = figure::panels(&subjects(&outcome, &task, args));
         for path in &args.solve.plot {
             figure::save(&figure, path, console)?;
+            for (path, figure) in outcome.intervals.figures(&outcome, path) {
+                figure::save(&figure, &path, console)?;
+            }
         }
     }
     if console.is_json() { print(&format!("{json:#}\n")) } else { print(&outcome.to_text()) }
@@ -258,7 +281,7 @@ impl Task {
         let counted = OutputErrorProblem { recordings: &recordings, ..held_out.clone() };
         let evaluation = evaluate(&counted, held_out.p, &starts)
             .map_err(|error| failed(EstimateError::Start(error)))?;
-        Ok(Tested { paths: paths.to_vec(), starts, evaluation })
+        Ok(Tested { paths: paths.to_vec(), recordings, starts, evaluation })
     }
 
     /// Writes the folder of results.

@@ -20,17 +20,25 @@
 //! | `regression` | equations and outputs in which all else is known: least squares, recursive too |
 //! | `nelder_mead` | the simplex method |
 //! | `uncertainty` | covariance, and what the data does not determine |
+//! | `around` | the problem of a fit again, next to where it ended |
+//! | `profile` | how far an estimate can go while the others make up for it |
+//! | `bootstrap` | how estimates scatter when residuals come in another order |
+//! | `information` | which samples determine which estimate |
 //! | `filter` | states and parameters while samples come in, and by the likelihood of innovations |
 
+mod around;
+mod bootstrap;
 mod box_quadratic;
 mod error;
 pub mod filter;
 mod fit;
+mod information;
 mod levenberg_marquardt;
 mod nelder_mead;
 mod noise;
 mod output_error;
 pub(crate) mod parallel;
+mod profile;
 mod recording;
 pub mod regression;
 mod stepping;
@@ -38,14 +46,17 @@ mod uncertainty;
 mod variables;
 mod weighing;
 
+pub use bootstrap::{Bootstrap, bootstrap};
 pub use error::{EstimateError, TrialFailed, TrialFailure};
 pub use fit::Fit;
+pub use information::{Information, information};
 pub use levenberg_marquardt::{Minimum, NormalEquations, StoppingRule, Termination, minimise};
 pub use nelder_mead::{Simplex, SimplexRule, nelder_mead};
 pub use noise::Noise;
 pub use output_error::{
     Evaluation, OutputErrorProblem, Prior, Starts, evaluate, fit, fit_from, fit_starts,
 };
+pub use profile::{End, Profile, THRESHOLD, profile, profiles};
 pub use recording::{Misfit, Recording, outputs_with_sensitivities};
 pub use stepping::Stepping;
 pub use uncertainty::{Correlated, Estimate, Term, Undetermined};

@@ -38,7 +38,7 @@ const STABLE: f64 = 0.01;
 /// A promised reduction of Σ (e/σ)² below this part of its mean per degree of freedom ends a fit: the
 /// estimates are then within √1e-6 of their standard deviations from the minimum, those being of
 /// residuals of the size that is left.
-const NEGLIGIBLE_REDUCTION: f64 = 1e-6;
+pub(super) const NEGLIGIBLE_REDUCTION: f64 = 1e-6;
 
 /// The same where the cost is exact: 1e-9 of a standard deviation.
 const EXACT_REDUCTION: f64 = 1e-18;

@@ -37,14 +37,14 @@ pub(crate) struct Variable {
     pub recording: Option<usize>,
     /// Position among the model's directions.
     direction: usize,
-    scale: Scale,
+    pub scale: Scale,
     /// Bounds of what it stands for, SI.
     lower: f64,
     upper: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Scale {
+pub(crate) enum Scale {
     /// θ = z · size
     Linear(f64),
     /// θ = exp z

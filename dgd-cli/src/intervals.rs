@@ -1,0 +1,331 @@
+//! Intervals of estimates that do not take the model for linear or the noise for white: by profiles of
+//! the likelihood, and by resampled residuals.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use dgd_execute::Loaded;
+use dgd_runtime::identify::{
+    Bootstrap, End, EstimateError, Fit, OutputErrorProblem, Profile, THRESHOLD, bootstrap, profiles,
+};
+use dgd_runtime::{Direction, Signature, Unit};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::Rng;
+use serde_json::{Map, Value, json};
+
+use crate::estimator::Estimator;
+use crate::failure::CommandError;
+use crate::fit_report::{Outcome, digits_of, in_unit};
+use crate::plot::{Figure, Panel, Series, Style, Text};
+use crate::table::{push_table, significant};
+
+/// Probability of the intervals.
+const PROBABILITY: f64 = 0.95;
+
+/// A profile that falls by more than this below the fit has found a better one.
+const BETTER: f64 = 0.1;
+
+/// Options for intervals.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct IntervalArgs {
+    /// Estimates whose intervals to find by profile likelihood: parameters, start values as `x(0)`, or
+    /// `all` for all parameters
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub profile: Vec<String>,
+    /// Refits to so many data sets with resampled residuals, for intervals that know of coloured noise
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub bootstrap: usize,
+    /// Says which samples and outputs determine each parameter
+    #[arg(long)]
+    pub information: bool,
+}
+
+impl IntervalArgs {
+    /// Checks, before anything is fitted, that there can be what is asked for.
+    pub(crate) fn verify(
+        &self,
+        estimator: Estimator,
+        signature: &Signature,
+    ) -> Result<(), CommandError> {
+        if self.profile.is_empty() && self.bootstrap == 0 && !self.information {
+            return Ok(());
+        }
+        if estimator != Estimator::OutputError {
+            return Err(CommandError::Usage(
+                "`--profile`, `--bootstrap` and `--information` go with `--estimator output-error`"
+                    .to_owned(),
+            ));
+        }
+        let names: Vec<String> = (0..signature.directions.len())
+            .map(|j| signature.direction_name(j).into_owned())
+            .collect();
+        for name in self.profile.iter().map(|name| name.trim()) {
+            if name != "all" && !names.iter().any(|known| known == name) {
+                return Err(CommandError::Usage(format!(
+                    "`--profile {name}`: nothing that is called so is estimated; estimated are {}",
+                    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Positions of the estimates to profile.
+    fn profiled(&self, fit: &Fit) -> Vec<usize> {
+        let wanted = |(_, estimate): &(usize, &dgd_runtime::identify::Estimate)| {
+            self.profile.iter().map(|name| name.trim()).any(|name| {
+                name == estimate.name
+                    || name == "all" && matches!(estimate.of, Direction::Parameter(_))
+            })
+        };
+        fit.estimates.iter().enumerate().filter(wanted).map(|(i, _)| i).collect()
+    }
+}
+
+/// What was found.
+pub(crate) struct Intervals {
+    profiles: Vec<Profile>,
+    bootstrap: Option<Bootstrap>,
+}
+
+impl Intervals {
+    /// Of the estimates of a fit to this problem.
+    pub(crate) fn find(
+        args: &IntervalArgs,
+        problem: &OutputErrorProblem<'_, Loaded>,
+        fit: &Fit,
+        seed: u64,
+    ) -> Result<Self, EstimateError> {
+        let generator = |replicate: usize| {
+            let mut random = Pcg64::new(u128::from(seed), replicate as u128);
+            move || random.next_u64()
+        };
+        let resampled = (args.bootstrap > 0)
+            .then(|| bootstrap(problem, fit, args.bootstrap, generator))
+            .transpose()?;
+        let profiles = profiles(problem, fit, &args.profiled(fit))?;
+        Ok(Self { profiles, bootstrap: resampled })
+    }
+
+    /// `profiles` and `bootstrap` of `result.json`.
+    pub(crate) fn write_json(&self, outcome: &Outcome<'_>, result: &mut Map<String, Value>) {
+        let profiles: Map<String, Value> = self
+            .profiles
+            .iter()
+            .map(|profile| (outcome.name(profile.estimate), profile_entry(profile, outcome)))
+            .collect();
+        result.insert("profiles".to_owned(), Value::Object(profiles));
+        let Some(resampled) = &self.bootstrap else { return };
+        let entry = |i: usize| {
+            let unit = outcome.unit(&outcome.fit.estimates[i]);
+            let interval = resampled.interval(i, PROBABILITY);
+            json!({
+                "unit": unit.symbol,
+                "std": resampled.std(i).map(|std| std / unit.factor),
+                "interval": interval.map(|(low, high)| [in_unit(low, unit), in_unit(high, unit)]),
+            })
+        };
+        let estimates: Map<String, Value> =
+            (0..outcome.fit.estimates.len()).map(|i| (outcome.name(i), entry(i))).collect();
+        result.insert(
+            "bootstrap".to_owned(),
+            json!({
+                "replicates": resampled.replicates.len(),
+                "failures": resampled.failures,
+                "block_lengths": resampled.block_lengths,
+                "estimates": estimates,
+            }),
+        );
+    }
+
+    /// A table of the intervals, and what keeps one from being closed.
+    pub(crate) fn push_text(&self, text: &mut String, outcome: &Outcome<'_>) {
+        let shown: Vec<usize> = match &self.bootstrap {
+            Some(_) => (0..outcome.fit.estimates.len()).collect(),
+            None => self.profiles.iter().map(|profile| profile.estimate).collect(),
+        };
+        if shown.is_empty() {
+            return;
+        }
+        let mut table = vec![
+            ["95 % interval", "by std", "by profile", "by bootstrap", "its std", "unit"]
+                .map(str::to_owned),
+        ];
+        for i in shown {
+            let estimate = &outcome.fit.estimates[i];
+            let unit = outcome.unit(estimate);
+            let half = estimate.std.map(|std| THRESHOLD.sqrt() * std);
+            let scale = self.scale_of(i, outcome.fit);
+            let number =
+                |value: f64| digits_of(in_unit(value, unit), scale.map(|s| s / unit.factor));
+            let pair = |low: f64, high: f64| format!("{} .. {}", number(low), number(high));
+            let by_std = half.map(|half| pair(estimate.value - half, estimate.value + half));
+            let profile = self.profiles.iter().find(|profile| profile.estimate == i);
+            let by_profile = profile.map(|profile| {
+                let end = |end: Option<f64>| end.map_or_else(String::new, number);
+                let (low, high) = profile.interval();
+                format!("{} .. {}", end(low), end(high)).trim().to_owned()
+            });
+            let resampled = self.bootstrap.as_ref();
+            let interval = resampled.and_then(|b| b.interval(i, PROBABILITY));
+            let std = resampled.and_then(|b| b.std(i)).map(|std| significant(std / unit.factor, 2));
+            let cell = |cell: Option<String>| cell.unwrap_or_else(|| "-".to_owned());
+            table.push([
+                outcome.name(i),
+                cell(by_std),
+                cell(by_profile),
+                cell(interval.map(|(low, high)| pair(low, high))),
+                cell(std),
+                unit.symbol.to_string(),
+            ]);
+        }
+        text.push('\n');
+        push_table(text, &table);
+        text.push('\n');
+        self.push_remarks(text, outcome);
+    }
+
+    /// What an interval's digits are to show, SI.
+    fn scale_of(&self, i: usize, fit: &Fit) -> Option<f64> {
+        let profile = self.profiles.iter().find(|profile| profile.estimate == i);
+        let width = profile.and_then(|profile| match profile.interval() {
+            (Some(low), Some(high)) => Some(0.25 * (high - low)),
+            _ => None,
+        });
+        width.or(fit.estimates[i].std).or_else(|| self.bootstrap.as_ref()?.std(i))
+    }
+
+    fn push_remarks(&self, text: &mut String, outcome: &Outcome<'_>) {
+        // Writing to a string does not fail.
+        for profile in &self.profiles {
+            let sides = [
+                ("below", profile.lower, &profile.others_below),
+                ("above", profile.upper, &profile.others_above),
+            ];
+            for (side, end, others) in sides {
+                let name = outcome.name(profile.estimate);
+                let unit = outcome.unit(&outcome.fit.estimates[profile.estimate]);
+                let reached = significant(in_unit(end.value(), unit), 3);
+                let _ = match end {
+                    End::Interval(_) | End::Bound(_) => continue,
+                    End::Open(_) => {
+                        let others = with_others(profile, others, outcome);
+                        writeln!(
+                            text,
+                            "`{name}` is open {side}, as far as {reached} {}: {others}",
+                            unit.symbol
+                        )
+                    }
+                    End::Unsimulated(_) => writeln!(
+                        text,
+                        "`{name}` is open {side}: the model cannot be simulated beyond {reached} {}",
+                        unit.symbol
+                    ),
+                };
+            }
+            let least = profile.deviance.iter().copied().fold(0.0, f64::min);
+            if least < -BETTER {
+                let _ = writeln!(
+                    text,
+                    "the profile of `{}` has found a better fit, by {} in Σ (e/σ)²: start there by \
+                     `--set`",
+                    outcome.name(profile.estimate),
+                    significant(-least, 2)
+                );
+            }
+        }
+        if let Some(resampled) = &self.bootstrap {
+            let lengths = &resampled.block_lengths;
+            let mean = lengths.iter().sum::<f64>() / lengths.len().max(1) as f64;
+            let failed = match resampled.failures {
+                0 => String::new(),
+                n => format!("; {n} more reached no minimum"),
+            };
+            let _ = writeln!(
+                text,
+                "{} data sets of blocks of {} samples on the average{failed}",
+                resampled.replicates.len(),
+                significant(mean, 2)
+            );
+        }
+    }
+
+    /// A figure for each profile, in files beside this one: `fit.svg` → `fit.profile-c0.svg`.
+    pub(crate) fn figures(&self, outcome: &Outcome<'_>, path: &Path) -> Vec<(PathBuf, Figure)> {
+        let of = |profile: &Profile| {
+            let name = outcome.name(profile.estimate);
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            let ending = path.extension().unwrap_or_default().to_string_lossy();
+            let file = format!("{stem}.profile-{}.{ending}", name.replace(['/', ' '], "_"));
+            (path.with_file_name(file), figure(profile, &name, outcome))
+        };
+        self.profiles.iter().map(of).collect()
+    }
+}
+
+/// What goes along with an open end.
+fn with_others(profile: &Profile, others: &[f64], outcome: &Outcome<'_>) -> String {
+    let terms = profile.followers(outcome.fit, others);
+    if terms.is_empty() {
+        return "no output is far enough off there".to_owned();
+    }
+    let names: Vec<String> =
+        terms.iter().map(|term| format!("`{}`", outcome.name(term.estimate))).collect();
+    let verb = if names.len() == 1 { "makes" } else { "make" };
+    format!("{} {verb} up for it", names.join(" and "))
+}
+
+fn profile_entry(profile: &Profile, outcome: &Outcome<'_>) -> Value {
+    let unit: &Unit = outcome.unit(&outcome.fit.estimates[profile.estimate]);
+    let end = |end: End| {
+        let kind = match end {
+            End::Interval(_) => "interval",
+            End::Bound(_) => "bound",
+            End::Open(_) => "open",
+            End::Unsimulated(_) => "unsimulated",
+        };
+        json!({ "value": in_unit(end.value(), unit), "end": kind })
+    };
+    let (low, high) = profile.interval();
+    let followers = |others: &[f64]| {
+        let terms = profile.followers(outcome.fit, others);
+        let entry = |term: &dgd_runtime::identify::Term| json!({ "name": outcome.name(term.estimate), "relative_change": term.change });
+        terms.iter().map(entry).collect::<Vec<_>>()
+    };
+    json!({
+        "unit": unit.symbol,
+        "interval": [low.map(|low| in_unit(low, unit)), high.map(|high| in_unit(high, unit))],
+        "lower": end(profile.lower),
+        "upper": end(profile.upper),
+        "with_lower": followers(&profile.others_below),
+        "with_upper": followers(&profile.others_above),
+        "values": profile.values.iter().map(|value| in_unit(*value, unit)).collect::<Vec<_>>(),
+        "deviance": profile.deviance,
+        "threshold": THRESHOLD,
+        "evaluations": profile.evaluations,
+    })
+}
+
+/// Deviance over the estimate, with the threshold.
+fn figure(profile: &Profile, name: &str, outcome: &Outcome<'_>) -> Figure {
+    let unit = outcome.unit(&outcome.fit.estimates[profile.estimate]);
+    let x: Vec<f64> = profile.values.iter().map(|value| in_unit(*value, unit)).collect();
+    let ends = [x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(0.0)];
+    let line = |name: &str, style, x: &[f64], y: Vec<f64>| Series {
+        name: Text::plain(name),
+        style,
+        x: x.to_vec(),
+        y,
+    };
+    let panel = Panel {
+        title: Text::plain("Profile likelihood"),
+        y_label: Text::plain("Rise of the deviance"),
+        series: vec![
+            line("least", Style::Line, &x, profile.deviance.clone()),
+            line("95 %", Style::ThinLine, &ends, vec![THRESHOLD; 2]),
+        ],
+        ..Panel::default()
+    };
+    Figure::new(Text::name(name).with_unit(&unit.symbol), vec![panel])
+}

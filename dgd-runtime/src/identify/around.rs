@@ -1,0 +1,94 @@
+//! A fit's problem again, to be solved near the estimates: with the noise and the steps it ended with.
+
+use crate::identify::error::{EstimateError, TrialFailed};
+use crate::identify::fit::Fit;
+use crate::identify::levenberg_marquardt::{Minimum, StoppingRule, minimise};
+use crate::identify::output_error::{NEGLIGIBLE_REDUCTION, OutputErrorProblem, Prior};
+use crate::identify::recording::Recording;
+use crate::identify::variables::{Variable, Variables};
+use crate::identify::weighing::{Weighted, simulate_all, weigh};
+use crate::problem::Options;
+use crate::system::System;
+
+/// What is solved again around a fit.
+///
+/// It has no system, so that threads can share it and have one each.
+pub(super) struct Around<'a> {
+    p: &'a [f64],
+    free: Vec<bool>,
+    recordings: &'a [Recording],
+    priors: Vec<Prior>,
+    options: Options,
+    pub variables: Variables,
+    /// Where the fit ended.
+    pub z: Vec<f64>,
+    /// Bounds of the variables.
+    pub bounds: Vec<(f64, f64)>,
+    sigma: Vec<Option<f64>>,
+    rule: StoppingRule,
+}
+
+impl<'a> Around<'a> {
+    /// With at most so many simulations each time.
+    pub(super) fn new<S: System>(
+        problem: &OutputErrorProblem<'a, S>,
+        fit: &Fit,
+        evaluations: usize,
+    ) -> Result<Self, EstimateError> {
+        let (variables, _) =
+            Variables::new(problem.system, problem.p, problem.recordings, &problem.free)?;
+        assert_eq!(variables.len(), fit.estimates.len(), "the fit is that of the problem");
+        let bounds: Vec<(f64, f64)> = variables.all.iter().map(Variable::bounds).collect();
+        let z = variables.all.iter().zip(&fit.estimates).zip(&bounds);
+        let z = z.map(|((variable, estimate), (low, high))| {
+            variable.variable(estimate.value).clamp(*low, *high)
+        });
+        let z = z.collect();
+        let freedom = fit.degrees_of_freedom.max(1) as f64;
+        let reduction = problem.stopping.reduction.max(NEGLIGIBLE_REDUCTION / freedom);
+        Ok(Self {
+            p: problem.p,
+            free: problem.free.clone(),
+            recordings: problem.recordings,
+            priors: problem.priors.clone(),
+            options: fit.stepping.applied(problem.options),
+            variables,
+            z,
+            bounds,
+            sigma: fit.noise.clone(),
+            rule: StoppingRule { reduction, evaluations, ..problem.stopping },
+        })
+    }
+
+    /// The problem for one thread.
+    pub(super) fn problem<'s, S: System>(&'s self, system: &'s S) -> OutputErrorProblem<'s, S> {
+        OutputErrorProblem {
+            free: self.free.clone(),
+            priors: self.priors.clone(),
+            options: self.options,
+            ..OutputErrorProblem::new(system, self.p, self.recordings)
+        }
+    }
+
+    /// The sum of squares at z.
+    pub(super) fn evaluated<S: System + Clone + Send>(
+        &self,
+        problem: &OutputErrorProblem<'_, S>,
+        z: &[f64],
+    ) -> Result<Weighted, TrialFailed> {
+        let sums = simulate_all(problem, &self.variables, z)?;
+        Ok(weigh(problem, &self.variables, z, &self.sigma, sums))
+    }
+
+    /// The minimum that is found from z, within bounds that may be narrower than the model's, with the
+    /// recordings and priors of `problem`.
+    pub(super) fn minimum<S: System + Clone + Send>(
+        &self,
+        problem: &OutputErrorProblem<'_, S>,
+        z: Vec<f64>,
+        bounds: &[(f64, f64)],
+    ) -> Result<Minimum<Weighted, TrialFailed>, TrialFailed> {
+        let at = self.evaluated(problem, &z)?;
+        Ok(minimise(z, at, bounds, &self.rule, |z| self.evaluated(problem, z)))
+    }
+}

@@ -1,0 +1,132 @@
+//! What determines each estimate: where the information about it comes from.
+//!
+//! ```text
+//!   s⊥ = J C eᵢ / Cᵢᵢ        rows of J: ∂w/∂θ/σ at each sample; C: covariance of the estimates
+//!   Σ s⊥² = 1/Cᵢᵢ            over samples and priors
+//! ```
+//!
+//! s⊥ is what is left of the sensitivity to θᵢ when the part that changes of the others could mimic
+//! is taken out (in J = QR with θᵢ last, its last row). Its squares are parts of the information that
+//! the standard deviation comes from, and can be added up by recording, output, or kind of sample.
+
+use crate::identify::error::{EstimateError, TrialFailed, TrialFailure};
+use crate::identify::fit::Fit;
+use crate::identify::output_error::OutputErrorProblem;
+use crate::identify::parallel::in_parallel;
+use crate::identify::recording::outputs_with_sensitivities;
+use crate::system::{Direction, System};
+
+/// Where the information about an estimate comes from. All parts add up to 1, that of the prior
+/// included.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Information {
+    /// Position among the estimates.
+    pub estimate: usize,
+    /// Parts of the recordings.
+    pub recordings: Vec<f64>,
+    /// Parts of the outputs.
+    pub outputs: Vec<f64>,
+    /// Parts of the kinds of samples.
+    pub kinds: Vec<f64>,
+    /// The sample that says most: recording, output and position.
+    pub best: Option<(usize, usize, usize)>,
+}
+
+/// Information about each estimate that is determined and not at a bound.
+///
+/// `kinds` has for each sample of each recording which kind it is, of `n_kinds`.
+///
+/// # Errors
+///
+/// The problem cannot be simulated where the fit ended.
+///
+/// # Panics
+///
+/// When the fit is not one of the problem, or `kinds` does not fit its recordings.
+pub fn information<S: System + Clone + Send>(
+    problem: &OutputErrorProblem<'_, S>,
+    fit: &Fit,
+    kinds: &[Vec<usize>],
+    n_kinds: usize,
+) -> Result<Vec<Information>, EstimateError> {
+    assert_eq!(kinds.len(), problem.recordings.len(), "kinds for each recording");
+    let options = fit.stepping.applied(problem.options);
+    let directions = &problem.system.signature().directions;
+    let n = fit.estimates.len();
+    let determined: Vec<usize> = (0..n).filter(|i| fit.covariance(*i, *i).is_some()).collect();
+    let position = |of: Direction| directions.iter().position(|direction| *direction == of);
+    let columns: Vec<Option<usize>> = fit.estimates.iter().map(|e| position(e.of)).collect();
+    let empty = |estimate: &usize| Information {
+        estimate: *estimate,
+        recordings: vec![0.0; problem.recordings.len()],
+        outputs: vec![0.0; fit.noise.len()],
+        kinds: vec![0.0; n_kinds],
+        best: None,
+    };
+
+    let recordings = in_parallel(problem.system, kinds.len(), problem.threads, |system, r| {
+        let recording = &problem.recordings[r];
+        let observations =
+            outputs_with_sensitivities(system, recording, &fit.p, &fit.starts[r], &options)?;
+        let mut all: Vec<(Information, f64)> = determined.iter().map(|i| (empty(i), 0.0)).collect();
+        for (output, sigma) in fit.noise.iter().enumerate() {
+            let Some(sigma) = sigma else { continue };
+            for (k, _) in recording.counted(output) {
+                let slope = |j: usize| -> f64 {
+                    let own = fit.estimates[j].recording.is_none_or(|of| of == r);
+                    let column = columns[j].filter(|_| own);
+                    column.map_or(0.0, |c| observations.dw(k)[c * observations.n_w + output])
+                };
+                let slopes: Vec<f64> = determined.iter().map(|j| slope(*j)).collect();
+                if slopes.iter().any(|slope| !slope.is_finite()) {
+                    continue;
+                }
+                for (place, i) in determined.iter().enumerate() {
+                    let (found, most) = &mut all[place];
+                    let along = |(j, slope): (&usize, &f64)| {
+                        fit.covariance(*i, *j).map_or(0.0, |c| c * slope)
+                    };
+                    let sum: f64 = determined.iter().zip(&slopes).map(along).sum();
+                    let part = (sum / sigma).powi(2);
+                    found.recordings[r] += part;
+                    found.outputs[output] += part;
+                    found.kinds[kinds[r][k]] += part;
+                    if part > *most {
+                        (*most, found.best) = (part, Some((r, output, k)));
+                    }
+                }
+            }
+        }
+        Ok(all)
+    });
+
+    let mut all: Vec<(Information, f64)> = determined.iter().map(|i| (empty(i), 0.0)).collect();
+    for (recording, result) in recordings.into_iter().enumerate() {
+        let found: Vec<(Information, f64)> = result.map_err(|error| {
+            let reason = TrialFailure::Simulation(error);
+            EstimateError::Start(TrialFailed { recording, reason })
+        })?;
+        for ((sum, most), (one, of_one)) in all.iter_mut().zip(found) {
+            add(&mut sum.recordings, &one.recordings);
+            add(&mut sum.outputs, &one.outputs);
+            add(&mut sum.kinds, &one.kinds);
+            if of_one > *most {
+                (*most, sum.best) = (of_one, one.best);
+            }
+        }
+    }
+    for (found, _) in &mut all {
+        let i = found.estimate;
+        // Σ (J C eᵢ)² + Σ_priors (C_pᵢ/s)² = Cᵢᵢ
+        let whole = fit.covariance(i, i).unwrap_or(f64::NAN);
+        let parts = [&mut found.recordings, &mut found.outputs, &mut found.kinds];
+        parts.into_iter().flatten().for_each(|part| *part /= whole);
+    }
+    Ok(all.into_iter().map(|(found, _)| found).collect())
+}
+
+fn add(sums: &mut [f64], more: &[f64]) {
+    for (sum, more) in sums.iter_mut().zip(more) {
+        *sum += more;
+    }
+}
