@@ -145,21 +145,7 @@ impl Search<'_> {
                 break;
             }
         }
-        self.prune();
         self.outcome()
-    }
-
-    /// Fits all parts of the best structure from where the whole ended: an effect that only helped
-    /// another to its minimum is not needed there.
-    fn prune(&mut self) {
-        let Some(best) = self.ranked().into_iter().next() else { return };
-        if best.len() < 2 || !best.iter().all(|c| self.open.contains(c)) {
-            return;
-        }
-        for effect in &best {
-            let rest: Vec<usize> = best.iter().copied().filter(|c| c != effect).collect();
-            self.settle(&rest, &best);
-        }
     }
 
     /// Tries one effect more with each of some structures.
