@@ -26,7 +26,7 @@ pub(crate) fn all() -> Fallible<Vec<Section>> {
     let identified = Identified { friction, pump, theta_1, booster, inertia };
     Ok(vec![
         sensitivity::draw()?,
-        sensors::screen(&Field::read("no_flow")?)?,
+        sensors::screen(&Field::read("no_flow")?),
         friction_section,
         pump_section,
         flow_section,
