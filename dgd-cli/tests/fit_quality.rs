@@ -184,6 +184,15 @@ fn what_determines_each_parameter_is_told() {
         assert!((sum - 1.0).abs() < 1e-3, "{name}: {sum}");
         assert!((number(&of(name)["steady"]) + number(&of(name)["transient"]) - 1.0).abs() < 1e-3);
     }
+    // The same where other parameters are not determined.
+    let fewer = [&args[..], &["--outputs", "p_r,q_ssp", "--format", "json"]].concat();
+    let fewer = dgd(&fewer).done().json();
+    assert_eq!(fewer["information"]["c2"], Value::Null);
+    for name in ["M_ssp", "c0"] {
+        let parts = &fewer["information"][name];
+        let sum = number(&parts["steady"]) + number(&parts["transient"]);
+        assert!((sum - 1.0).abs() < 1e-3, "{name}: {parts}");
+    }
     // A mass is felt where it is accelerated, and nowhere else.
     assert!(number(&of("M_ssp")["transient"]) > 0.9, "{}", of("M_ssp"));
     assert!(number(&of("c0")["steady"]) > 2.0 * number(&of("M_ssp")["steady"]), "{}", of("c0"));

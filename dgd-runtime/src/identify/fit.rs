@@ -58,6 +58,12 @@ impl Fit {
         Some(self.uncertainty.covariance(i, j)? * self.slopes[i] * self.slopes[j])
     }
 
+    /// The same over the combinations that outputs see, where single estimates may be undetermined; 0 for
+    /// those at a bound.
+    pub(super) fn seen_covariance(&self, i: usize, j: usize) -> f64 {
+        self.uncertainty.seen[(i, j)] * self.slopes[i] * self.slopes[j]
+    }
+
     /// Correlation of the errors of two estimates.
     pub fn correlation(&self, i: usize, j: usize) -> Option<f64> {
         let of = |i, j| self.uncertainty.covariance(i, j);

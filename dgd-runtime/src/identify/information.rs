@@ -77,16 +77,14 @@ pub fn information<S: System + Clone + Send>(
                     let column = columns[j].filter(|_| own);
                     column.map_or(0.0, |c| observations.dw(k)[c * observations.n_w + output])
                 };
-                let slopes: Vec<f64> = determined.iter().map(|j| slope(*j)).collect();
+                let slopes: Vec<f64> = (0..n).map(slope).collect();
                 if slopes.iter().any(|slope| !slope.is_finite()) {
                     continue;
                 }
                 for (place, i) in determined.iter().enumerate() {
                     let (found, most) = &mut all[place];
-                    let along = |(j, slope): (&usize, &f64)| {
-                        fit.covariance(*i, *j).map_or(0.0, |c| c * slope)
-                    };
-                    let sum: f64 = determined.iter().zip(&slopes).map(along).sum();
+                    let along = slopes.iter().enumerate();
+                    let sum: f64 = along.map(|(j, slope)| fit.seen_covariance(*i, j) * slope).sum();
                     let part = (sum / sigma).powi(2);
                     found.recordings[r] += part;
                     found.outputs[output] += part;

@@ -74,6 +74,8 @@ pub(super) struct Uncertainty {
     pub places: Vec<Option<usize>>,
     /// Of the variables z.
     pub covariance: DMatrix<f64>,
+    /// Of all z, what is not determined too: the inverse of JᵀJ over the combinations that are seen.
+    pub seen: DMatrix<f64>,
     pub undetermined: Vec<Undetermined>,
 }
 
@@ -161,13 +163,21 @@ impl Uncertainty {
         for (place, i) in determined.iter().enumerate() {
             places[seen[*i]] = Some(place);
         }
-        let covariance = DMatrix::from_fn(determined.len(), determined.len(), |a, b| {
-            let (a, b) = (determined[a], determined[b]);
+        let inverse = |a: usize, b: usize| {
             let sum: f64 =
                 seeing.iter().map(|k| vectors[(a, *k)] * vectors[(b, *k)] / values[*k]).sum();
             sum / (size[a] * size[b])
+        };
+        let covariance = DMatrix::from_fn(determined.len(), determined.len(), |a, b| {
+            inverse(determined[a], determined[b])
         });
-        Self { places, covariance, undetermined }
+        let mut all = DMatrix::zeros(n, n);
+        for (a, i) in seen.iter().enumerate() {
+            for (b, j) in seen.iter().enumerate() {
+                all[(*i, *j)] = inverse(a, b);
+            }
+        }
+        Self { places, covariance, seen: all, undetermined }
     }
 
     /// Covariance of two variables, where both are determined.
