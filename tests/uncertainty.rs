@@ -282,9 +282,17 @@ fn information_adds_up_and_lies_where_it_should() {
             assert!((parts.iter().sum::<f64>() - 1.0).abs() < 1e-6, "{one:?}");
         }
     }
-    // x(0) is forgotten in 20 s, and tells most at the start.
-    assert_eq!(found[2].best, Some((0, 0, 0)));
-    assert!(found[2].kinds[1] < 0.1, "{:?}", found[2]);
+    // x(0) alone is seen as exp(−t/tau), with the declared tau of 40 s, and tells most at the start.
+    let start = OutputErrorProblem { free: vec![false, false, true], ..problem.clone() };
+    let only = dgd::identify::fit(&start).expect("a fit");
+    let found = information(&start, &only, &kinds, 2).expect("sensitivities");
+    assert_eq!(found[0].best, Some((0, 0, 0)));
+    let squares = |kind| -> f64 {
+        let of_kind = kinds[0].iter().enumerate().filter(|(_, k)| **k == kind);
+        of_kind.map(|(k, _)| (-2.0 * k as f64 / 40.0).exp()).sum()
+    };
+    let expected = squares(1) / (squares(0) + squares(1));
+    assert!((found[0].kinds[1] - expected).abs() < 1e-4, "{:?} {expected}", found[0]);
 
     // The part of some samples is what their loss takes of the information about one parameter where
     // the others are known: with `gain` alone free, 1/variance without them.
