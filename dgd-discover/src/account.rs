@@ -158,6 +158,40 @@ pub(crate) fn unexplained(missing: &MissingInput) -> Unexplained {
     }
 }
 
+/// What effects leave over that take nearly all of the discrepancy away: the errors of the output
+/// that is furthest from its noise, in the first training recording.
+pub(crate) fn left_over(data: &Data<'_>, after: &Fitted) -> Option<Unexplained> {
+    let (residuals, recording) = (after.residuals(data), data.train.first()?);
+    let squares = chi_square(&residuals, &data.noise);
+    let ratio = |i: usize| squares[i].0 / squares[i].1 as f64;
+    let worst = (0..squares.len())
+        .filter(|i| squares[*i].1 > 0)
+        .max_by(|a, b| ratio(*a).total_cmp(&ratio(*b)))?;
+    let output = &after.structure.system.signature().outputs[worst];
+    let (noise, errors) = (data.noise[worst]?, residuals.first()?[worst].clone());
+    let std = noise.total();
+    let windows = discrepancy_windows(&recording.times, &errors, std, &AVERAGING_LENGTHS);
+    Some(Unexplained {
+        target: output.name.to_string(),
+        windows: windows.iter().map(|window| [window.from, window.until]).collect(),
+        description: format!(
+            "errors of `{}` are still {:.1} times its noise, root mean square; something smaller is \
+             missing besides",
+            output.name,
+            ratio(worst).sqrt()
+        ),
+        trace: MissingInput {
+            equation: format!("sensor {}", output.name),
+            unit: output.unit.symbol.to_string(),
+            times: recording.times.clone(),
+            value: errors.iter().map(|e| e / output.unit.factor).collect(),
+            std: vec![std / output.unit.factor; errors.len()],
+            windows,
+            gain: 0.0,
+        },
+    })
+}
+
 /// Why the verdict is what it is.
 pub(crate) fn reason(
     search: &Search<'_>,

@@ -17,7 +17,7 @@ use dgd_compiler::source::Sources;
 use dgd_runtime::identify::Recording;
 use dgd_runtime::{Options, Steps};
 
-use crate::account::{gap, ranking_of, reason, screened, traces, unexplained};
+use crate::account::{gap, left_over, ranking_of, reason, screened, traces, unexplained};
 use crate::candidates::{candidates, generic};
 use crate::corrected::corrected;
 use crate::discovery::{Discovery, FoundEffect, Verdict};
@@ -137,6 +137,7 @@ pub fn discover(
     let (verdict, chosen) = match &outcome {
         Outcome::Sufficient => (Verdict::Sufficient, Vec::new()),
         Outcome::Effects(chosen) => (Verdict::Effects, chosen.clone()),
+        Outcome::Partly(chosen) if search.is_specific(chosen) => (Verdict::Effects, chosen.clone()),
         Outcome::Partly(chosen) => (Verdict::Unexplained, chosen.clone()),
         Outcome::Unexplained(_) => (Verdict::Unexplained, Vec::new()),
     };
@@ -154,9 +155,10 @@ pub fn discover(
         parts.effect(c, evidence)
     });
     let effects: Vec<FoundEffect> = effects.collect();
-    let unexplained = match verdict {
-        Verdict::Unexplained => missing.first().map(unexplained).into_iter().collect(),
-        Verdict::Sufficient | Verdict::Effects => Vec::new(),
+    let unexplained = match (verdict, &outcome) {
+        (Verdict::Unexplained, _) => missing.first().map(unexplained).into_iter().collect(),
+        (Verdict::Effects, Outcome::Partly(_)) => left_over(&data, &after).into_iter().collect(),
+        (Verdict::Sufficient | Verdict::Effects, _) => Vec::new(),
     };
     Ok(Discovery {
         verdict,

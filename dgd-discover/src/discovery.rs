@@ -187,7 +187,7 @@ pub struct OutputTrace {
 pub struct MissingInput {
     /// The equation.
     pub equation: String,
-    /// Its unit, in SI base units.
+    /// The unit of `value` and `std`.
     pub unit: String,
     /// Times, s.
     pub times: Vec<f64>,

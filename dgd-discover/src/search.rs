@@ -81,8 +81,13 @@ impl Search<'_> {
             return Ok(Outcome::Sufficient);
         }
         let of_library = self.search();
-        let is_explained = !matches!(of_library, Outcome::Unexplained(_));
-        if is_explained || self.open.end == self.candidates.len() {
+        if !matches!(of_library, Outcome::Unexplained(_)) {
+            return Ok(of_library);
+        }
+        if let Some(nearly_all) = self.nearly_all() {
+            return Ok(nearly_all);
+        }
+        if self.open.end == self.candidates.len() {
             return Ok(of_library);
         }
         let known = self.screened(&[]);
@@ -103,7 +108,7 @@ impl Search<'_> {
 
     /// Fits to the end what may be the best structure of templates. What is far from noise was given up
     /// early, in an order that says little.
-    pub(crate) fn finish(&mut self) {
+    pub(crate) fn finish_templates(&mut self) {
         let base = self.training_error(&[]).map_or(f64::INFINITY, |(sum, _)| sum);
         let mut best = self.ranked();
         best.retain(|chosen| {
@@ -111,17 +116,22 @@ impl Search<'_> {
             !chosen.is_empty() && !self.is_specific(chosen) && error < base
         });
         best.truncate(FINISHED);
+        self.finish(&best);
+    }
+
+    /// Fits some structures to the end, and simulates held-out recordings with them.
+    pub(crate) fn finish(&mut self, structures: &[Vec<usize>]) {
         for _ in 0..MOST_ROUNDS {
             let is_open =
                 |chosen: &&Vec<usize>| self.fitted(chosen).is_some_and(|f| !f.is_converged);
             let open: Vec<Wanted> =
-                best.iter().filter(is_open).map(|chosen| self.continued(chosen)).collect();
+                structures.iter().filter(is_open).map(|chosen| self.continued(chosen)).collect();
             if open.is_empty() {
                 break;
             }
             self.refit(open, EVALUATIONS, HeldOut::Later);
         }
-        self.hold_out(&best);
+        self.hold_out(structures);
     }
 
     /// Looks for what the base model lacks among the candidates that are open.
@@ -280,7 +290,7 @@ impl Search<'_> {
     ///
     /// An effect that is right may have been given up early, from a point that the screen suggested, or
     /// have ended at another minimum; with another one beside it it then would look as if it took both.
-    fn settle(&mut self, part: &[usize], whole: &[usize]) {
+    pub(crate) fn settle(&mut self, part: &[usize], whole: &[usize]) {
         let of_whole = self.training_error(whole).map_or(f64::INFINITY, |(sum, _)| sum);
         let is_settled = |tried: &Result<Fitted, NoFit>| {
             let is_good = |fitted: &Fitted| fitted.error.0 < NEARLY_AS_GOOD * of_whole;

@@ -3,6 +3,8 @@
 //! Structures are ranked by the Bayesian information criterion; one is named only if it leaves nothing
 //! but the sensors' noise, on held-out recordings too.
 
+use std::collections::BTreeSet;
+
 use dgd_runtime::identify::Recording;
 
 use crate::fitted::{chi_square, whitened, whitened_square};
@@ -24,6 +26,20 @@ const NEARLY_EXPLAINED_HELD_OUT: f64 = 2.25;
 /// Residuals are nothing but noise where no check of them has a p-value below this, over the number of
 /// outputs: one false alarm in ten thousand models.
 pub(crate) const FALSE_ALARM: f64 = 1e-4;
+
+/// Effects of the library that leave at most this share of the mean square are named although they
+/// leave more than noise …
+const NEARLY_ALL: f64 = 0.02;
+
+/// … if it is at most this share on held-out recordings, where parameters are no better than what is
+/// left over lets them be …
+const NEARLY_ALL_HELD_OUT: f64 = 0.1;
+
+/// … without any one of them so many times as much is left …
+const ESSENTIAL: f64 = 3.0;
+
+/// … and all other names leave so many times as much, on one or the other of the recordings.
+const UNRIVALLED: f64 = 1.5;
 
 /// Templates that leave at most this share of the mean square name most of what is missing …
 const MOSTLY: f64 = 0.4;
@@ -48,7 +64,7 @@ pub(crate) enum Outcome {
     Sufficient,
     /// A structure with effects does.
     Effects(Vec<usize>),
-    /// None does, but one made of templates takes most of the discrepancy away.
+    /// None does, but one takes most of the discrepancy away.
     Partly(Vec<usize>),
     /// None does; the best that was tried.
     Unexplained(Vec<usize>),
@@ -60,11 +76,61 @@ impl Search<'_> {
         chosen.iter().any(|&c| !self.candidates[c].is_generic)
     }
 
+    /// A structure of effects of the library that takes nearly all of the discrepancy away, none of which
+    /// can be spared, and with which no other names compare. What it leaves is more than noise: a plant
+    /// is never all in its model.
+    pub(crate) fn nearly_all(&mut self) -> Option<Outcome> {
+        let best = self.ranked().into_iter().next().filter(|best| !best.is_empty())?;
+        self.finish(&[best.clone()]);
+        if self.ranked().first() != Some(&best) || !self.is_sound(&best) {
+            return None;
+        }
+        let [trained, held_out] = self.squares(&best)?;
+        let [all_trained, all_held_out] = self.squares(&[])?;
+        if trained > NEARLY_ALL * all_trained || held_out > NEARLY_ALL_HELD_OUT * all_held_out {
+            return None;
+        }
+        for effect in &best {
+            let rest: Vec<usize> = best.iter().copied().filter(|other| other != effect).collect();
+            self.settle(&rest, &best);
+            if self.training_square(&rest).is_some_and(|left| left < ESSENTIAL * trained) {
+                return None;
+            }
+        }
+        let names = |chosen: &[usize]| -> BTreeSet<String> {
+            chosen.iter().map(|&c| self.candidates[c].name().to_owned()).collect()
+        };
+        let own = names(&best);
+        let mut rivals = self.ranked();
+        rivals.retain(|other| {
+            let left = self.training_square(other).unwrap_or(f64::INFINITY);
+            left < UNRIVALLED * trained && names(other) != own
+        });
+        self.finish(&rivals);
+        let is_worse = |rival: &Vec<usize>| {
+            self.squares(rival).is_none_or(|[of_training, of_held_out]| {
+                of_training > UNRIVALLED * trained || of_held_out > UNRIVALLED * held_out
+            })
+        };
+        rivals.iter().all(is_worse).then_some(Outcome::Partly(best))
+    }
+
+    /// Mean squares of the errors over the noise, in training and in held-out recordings; the former
+    /// twice where there are no others.
+    fn squares(&self, chosen: &[usize]) -> Option<[f64; 2]> {
+        let trained = self.training_square(chosen)?;
+        if self.data.valid.is_empty() {
+            return Some([trained, trained]);
+        }
+        let held_out = self.held_out_square(chosen)?;
+        Some([trained, held_out])
+    }
+
     /// A structure of templates that leaves more than noise and yet is the answer as far as it goes:
     /// it takes most of the discrepancy away, from held-out recordings as well, and every other that
     /// is no longer takes away clearly less.
     pub(crate) fn partly(&mut self) -> Option<Outcome> {
-        self.finish();
+        self.finish_templates();
         let best = &*self.ranked().into_iter().next()?;
         let share = |of: &dyn Fn(&Self, &[usize]) -> Option<f64>, chosen: &[usize]| {
             Some(of(self, chosen)? / of(self, &[])?)
