@@ -81,7 +81,7 @@ impl Search<'_> {
     /// is never all in its model.
     pub(crate) fn nearly_all(&mut self) -> Option<Outcome> {
         let best = self.ranked().into_iter().next().filter(|best| !best.is_empty())?;
-        self.finish(&[best.clone()]);
+        self.finish(std::slice::from_ref(&best));
         if self.ranked().first() != Some(&best) || !self.is_sound(&best) {
             return None;
         }
@@ -98,7 +98,7 @@ impl Search<'_> {
             }
         }
         let names = |chosen: &[usize]| -> BTreeSet<String> {
-            chosen.iter().map(|&c| self.candidates[c].name().to_owned()).collect()
+            chosen.iter().map(|&c| self.candidates[c].name().clone()).collect()
         };
         let own = names(&best);
         let mut rivals = self.ranked();
