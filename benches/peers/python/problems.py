@@ -19,6 +19,9 @@ NOISE = np.array([0.05, 2e-4])
 FITTED, FIT_START = [0, 1, 3], np.array([1.3, 0.7, 1.3])
 # The same with F, of which data determines only a sum with c2.
 TOO_FREE, RANK_START = [0, 1, 3, 4], np.array([1.3, 0.7, 1.3, 0.7])
+# Of fit6, which fits all parameters, F1 too, to h, q and the pressures before and behind the pump.
+LINEAR_FRICTION, DEPTH = 2e6, 307.0
+SIX_START, SIX_NOISE = np.array([1.3, 0.7, 1.3, 0.7, 1.3, 0.7]), np.array([0.05, 2e-4, 1e3, 1e3])
 
 
 def nominal():
@@ -26,6 +29,11 @@ def nominal():
     c1, c2, f, w = 500.0, 2e4, 3e8, SPEED[0]
     losses = f * FLOW**2 / RHO_G + c1 * w * FLOW + c2 * FLOW**2
     return np.array([1.1e8, (LEVEL - 5 + losses) / w**2, c1, c2, f])
+
+
+def nominal_six():
+    """M, c0, c1, c2, F, F1."""
+    return np.append(nominal(), LINEAR_FRICTION)
 
 
 def ensemble(count):
@@ -41,6 +49,17 @@ def ensemble(count):
 def imbalance(p, w, h, q):
     """Pressure that accelerates the flow."""
     return RHO_G * (5 - h + p[1] * w * w - p[2] * w * q - p[3] * q * q) - p[4] * q * q
+
+
+def imbalance_six(p, w, h, q):
+    """The same with friction that is linear, too."""
+    return imbalance(p[:5], w, h, q) - p[5] * q
+
+
+def readings(p, w, h, q):
+    """What four instruments show: h, q, and the pressures before and behind the pump."""
+    inlet = RHO_G * (DEPTH - h)
+    return h, q, inlet, inlet + RHO_G * (p[1] * w * w - p[2] * w * q - p[3] * q * q)
 
 
 def augmented(y, p, w, q_out):
@@ -112,6 +131,10 @@ class Request:
     def measured(self):
         """h and q with noise, at each second of the recording."""
         return np.fromfile(self.data / "measured.bin").reshape(-1, 2)
+
+    def instruments(self):
+        """What four instruments showed, with noise, at each second of the recording."""
+        return np.fromfile(self.data / "instruments.bin").reshape(-1, 4)
 
     def measure(self, run, finish=lambda values: values):
         """Repeats `run`, which gives values, steps and what is said, until the span is over.

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from problems import (AREA, END, FIT_START, FITTED, FLOW, JUMP, LEVEL, NOISE, RHO_G, SETS, SPEED,
-                      augmented, determined, ensemble, imbalance, minimise, nominal)
+from problems import (AREA, END, FIT_START, FITTED, FLOW, JUMP, LEVEL, NOISE, RHO_G, SETS,
+                      SIX_NOISE, SIX_START, SPEED, augmented, determined, ensemble, imbalance,
+                      minimise, nominal, nominal_six, readings)
 
 DATA = Path(__file__).parent.parent / "data"
 P = nominal()
@@ -164,22 +165,25 @@ def lines():
 
 
 def taylor(y, p, w, q_out, h, order=24):
-    """One step of the augmented system by its Taylor series: products are sums of products."""
-    c = np.zeros((order + 1, 12))
+    """One step of the augmented system by its Taylor series: products are sums of products.
+
+    p is of five or, with linear friction, of six.
+    """
+    c = np.zeros((order + 1, len(y)))
     c[0] = y
-    m, c0, c1, c2, f = p
-    a = RHO_G * c2 + f
+    m, c0, c1, c2, f, linear = np.append(p, 0.0)[:6]
+    a, b = RHO_G * c2 + f, RHO_G * c1 * w + linear
     for n in range(order):
         q, i = c[: n + 1, 1], n == 0
         square = q @ q[::-1]
-        qdot = (RHO_G * ((5 + c0 * w * w) * i - c[n, 0] - c1 * w * q[n]) - a * square) / m
+        qdot = (RHO_G * ((5 + c0 * w * w) * i - c[n, 0]) - b * q[n] - a * square) / m
         c[n + 1, 0], c[n + 1, 1] = (q[n] - q_out * i) / AREA, qdot
         forcing = [-qdot, RHO_G * c0 * w * w / m * i, -RHO_G * c1 * w / m * q[n],
-                   -RHO_G * c2 / m * square, -f / m * square]
-        for j in range(5):
+                   -RHO_G * c2 / m * square, -f / m * square, -linear / m * q[n]]
+        for j in range(len(p)):
             s = c[: n + 1, 3 + 2 * j]
             c[n + 1, 2 + 2 * j] = s[n] / AREA
-            c[n + 1, 3 + 2 * j] = (-RHO_G * (c[n, 2 + 2 * j] + c1 * w * s[n])
+            c[n + 1, 3 + 2 * j] = (-RHO_G * c[n, 2 + 2 * j] - b * s[n]
                                    - 2 * a * (q @ s[::-1])) / m + forcing[j]
         c[n + 1] /= n + 1
     return np.polyval(c[::-1], h)
@@ -194,22 +198,56 @@ def difference(rows, inputs):
     return (worst / largest).max()
 
 
+def by_series(samples, p):
+    """States and sensitivities to theta at the samples, by Taylor series."""
+    rows = np.zeros((SAMPLES, 2 + 2 * len(p)))
+    rows[0, :2] = LEVEL, FLOW
+    for k, (w, q_b, q_tf) in enumerate(samples[:-1]):
+        rows[k + 1] = taylor(rows[k], p, w, q_b + q_tf, 1.0, order=14)
+    return rows
+
+
 def fitted(samples, measured):
-    """theta that explains the measurements best; the model is solved by Taylor series."""
+    """theta that explains the measurements best."""
 
     def residuals(theta):
         p = P.copy()
         p[FITTED] *= theta
-        rows = np.zeros((SAMPLES, 12))
-        rows[0, :2] = LEVEL, FLOW
-        for k, (w, q_b, q_tf) in enumerate(samples[:-1]):
-            rows[k + 1] = taylor(rows[k], p, w, q_b + q_tf, 1.0, order=14)
+        rows = by_series(samples, p)
         slopes = [rows[:, 2 + 2 * j:4 + 2 * j] / NOISE for j in FITTED]
         # What they are sensitivities to is the parameter over its value, not over its nominal one.
         jacobian = np.stack([s.ravel() / x for s, x in zip(slopes, theta)], axis=1)
         return ((rows[:, :2] - measured) / NOISE).ravel(), jacobian
 
     return minimise(residuals, FIT_START)[0]
+
+
+def fitted_six(samples, measured):
+    """The same for all six parameters and four instruments."""
+
+    def residuals(theta):
+        p, w = nominal_six() * theta, samples[:, 0]
+        rows = by_series(samples, p)
+        h, q = rows[:, 0], rows[:, 1]
+        columns = []
+        for j in range(6):
+            by_h, by_q = rows[:, 2 + 2 * j], rows[:, 3 + 2 * j]
+            by_head = -(p[2] * w + 2 * p[3] * q) * by_q
+            by_head += {1: p[1] * w * w, 2: -p[2] * w * q, 3: -p[3] * q * q}.get(j, 0.0)
+            slopes = [by_h, by_q, -RHO_G * by_h, RHO_G * (by_head - by_h)]
+            columns.append((np.stack(slopes, axis=1) / SIX_NOISE).ravel() / theta[j])
+        modelled = np.stack(readings(p, w, h, q), axis=1)
+        return ((modelled - measured) / SIX_NOISE).ravel(), np.stack(columns, axis=1)
+
+    return minimise(residuals, SIX_START)[0]
+
+
+def instruments(samples):
+    """What four instruments show of the model with linear friction, with noise."""
+    p = nominal_six()
+    rows = by_series(samples, p)
+    shown = np.stack(readings(p, samples[:, 0], rows[:, 0], rows[:, 1]), axis=1)
+    return shown + np.random.default_rng(778).standard_normal(shown.shape) * SIX_NOISE
 
 
 def main():
@@ -231,6 +269,9 @@ def main():
     theta.tofile(DATA / "fit.bin")
     # With F free the minimum is a line, and where the line is known to be is the same.
     determined(np.append(theta, 1.0)).tofile(DATA / "rank.bin")
+    shown = instruments(samples)
+    shown.tofile(DATA / "instruments.bin")
+    fitted_six(samples, shown).tofile(DATA / "fit6.bin")
     mean_level().tofile(DATA / "p4.bin")
     lines()
 

@@ -10,7 +10,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
 from problems import (AREA, END, FIT_START, FITTED, FLOW, JUMP, LEVEL, NOISE, RANK_START, RHO_G,
-                      SPEED, TOO_FREE, Request, augmented, determined, imbalance, nominal)
+                      SIX_NOISE, SIX_START, SPEED, TOO_FREE, Request, augmented, determined,
+                      imbalance, imbalance_six, nominal, nominal_six, readings)
 
 P = tuple(map(float, nominal()))
 
@@ -80,34 +81,47 @@ def recording(request):
     request.measure(run)
 
 
+def simulated(request, recording, force, p):
+    """h and q at each second."""
+    (w, q_out), atol, p = recording, request.atol(2), tuple(map(float, p))
+
+    def fun(t, y, w, q_out):
+        return [(y[1] - q_out) / AREA, force(p, w, y[0], y[1]) / p[0]]
+
+    rows = np.empty((len(w), 2))
+    rows[0] = LEVEL, FLOW
+    for k in range(len(w) - 1):
+        rows[k + 1] = solve_ivp(fun, (k, k + 1), rows[k], "RK45", t_eval=[k + 1],
+                                args=(w[k], q_out[k]), rtol=request.rtol, atol=atol,
+                                first_step=0.999999).y[:, -1]
+    return rows
+
+
 def fit(request):
-    """M, c0 and c2, and in `rank` F, too, by least_squares with differences for derivatives."""
-    fitted, start = (FITTED, FIT_START) if request.case == "fit" else (TOO_FREE, RANK_START)
-    (w, q_out), measured = request.recording(), request.measured()
-    atol = request.atol(2)
+    """M, c0 and c2, in `rank` F, too, in `fit6` all, by least_squares with differences for derivatives."""
+    recording = request.recording()
+    if request.case == "fit6":
+        start, measured = SIX_START, request.instruments()
+    else:
+        fitted, start = (FITTED, FIT_START) if request.case == "fit" else (TOO_FREE, RANK_START)
+        measured = request.measured()
 
     def residuals(theta):
+        if request.case == "fit6":
+            p = nominal_six() * theta
+            h, q = simulated(request, recording, imbalance_six, p).T
+            shown = np.stack(readings(p, recording[0], h, q), axis=1)
+            return ((shown - measured) / SIX_NOISE).ravel()
         p = nominal()
         p[fitted] *= theta
-        p = tuple(map(float, p))
-
-        def fun(t, y, w, q_out):
-            return [(y[1] - q_out) / AREA, imbalance(p, w, y[0], y[1]) / p[0]]
-
-        rows = np.empty((len(w), 2))
-        rows[0] = LEVEL, FLOW
-        for k in range(len(w) - 1):
-            rows[k + 1] = solve_ivp(fun, (k, k + 1), rows[k], "RK45", t_eval=[k + 1],
-                                    args=(w[k], q_out[k]), rtol=request.rtol, atol=atol,
-                                    first_step=0.999999).y[:, -1]
-        return ((rows - measured) / NOISE).ravel()
+        return ((simulated(request, recording, imbalance, p) - measured) / NOISE).ravel()
 
     def run():
         # Differences must stand out from the errors of the simulations; without bounds a trial
         # leaves the parameters that can be simulated.
         found = least_squares(residuals, start, bounds=(0.1, 10), method=request.method,
                               diff_step=1e-4)
-        if len(found.x) == len(FITTED):
+        if request.case != "rank":
             return found.x, found.nfev
         says = f"{found.message}; c2 {found.x[2]:.3g}, F {found.x[3]:.3g}"
         return determined(found.x), found.nfev, says
@@ -118,4 +132,4 @@ def fit(request):
 if __name__ == "__main__":
     asked = Request(sys.argv[1:])
     {"p1a": jump, "p1b": jump, "p5a": recording, "p5b": recording,
-     "fit": fit, "rank": fit}[asked.case](asked)
+     "fit": fit, "fit6": fit, "rank": fit}[asked.case](asked)

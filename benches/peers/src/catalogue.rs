@@ -36,6 +36,7 @@ impl Case {
         match (self.states(), self.name) {
             (Some(states), _) => format!("P3, {:.0} cells", states / 2.0),
             (None, "fit") => "fit of M, c0 and c2".to_owned(),
+            (None, "fit6") => "fit of six parameters".to_owned(),
             (None, name) => name.replacen('p', "P", 1),
         }
     }
@@ -190,6 +191,14 @@ pub(crate) static CASES: &[Case] = &[
         equal_error: 1e-4,
     },
     Case {
+        name: "fit6",
+        title: "A fit of six parameters to four instruments, 6000 × 4 samples with noise",
+        tolerances: USUAL,
+        reference: "fit6",
+        outputs: Outputs::Numbers,
+        equal_error: 1e-6,
+    },
+    Case {
         name: "rank",
         title: "The fit with F free, too, of which data determines only a sum with c2",
         tolerances: &[1e-4],
@@ -298,6 +307,7 @@ pub(crate) static PEERS: &[Peer] = &[
             ("p5a", &["rodas5p", "tsit5 1 per sample", "taylor per sample", "taylor4 1 per sample"]),
             ("p5b", &["rodas5p", "tsit5 1 per sample", "taylor per sample", "taylor7 1 per sample"]),
             ("fit", &["rodas5p", "auto", "taylor per sample"]),
+            ("fit6", &["rodas5p", "auto", "taylor per sample"]),
             ("rank", &["auto"]),
         ],
     },
@@ -376,6 +386,7 @@ pub(crate) static PEERS: &[Peer] = &[
             ("p5a", &["rk4"]),
             ("p5b", &["rk4"]),
             ("fit", &["lm", "ipopt"]),
+            ("fit6", &["lm", "ipopt"]),
             ("rank", &["lm", "ipopt"]),
         ],
     },
@@ -392,6 +403,7 @@ pub(crate) static PEERS: &[Peer] = &[
             ("p5a", &["RK45"]),
             ("p5b", &["RK45"]),
             ("fit", &["trf"]),
+            ("fit6", &["trf"]),
             ("rank", &["trf"]),
         ],
     },
@@ -409,6 +421,9 @@ pub(crate) static BARS: &[Bar] = &[
     Bar::Faster { case: "fit", peer: "casadi", method: Some("lm"), ratio: 7.0 },
     Bar::Faster { case: "fit", peer: "casadi", method: Some("ipopt"), ratio: 50.0 },
     Bar::Faster { case: "fit", peer: "scipy", method: None, ratio: 4000.0 },
+    Bar::Faster { case: "fit6", peer: "casadi", method: Some("lm"), ratio: 5.0 },
+    Bar::Faster { case: "fit6", peer: "casadi", method: Some("ipopt"), ratio: 30.0 },
+    Bar::Faster { case: "fit6", peer: "scipy", method: None, ratio: 2000.0 },
     Bar::Says { case: "rank", words: &["c2", "F"] },
     Bar::Faster { case: "p1a", peer: "diffsol", method: None, ratio: 8.0 },
     Bar::Faster { case: "p1a", peer: "sundials", method: None, ratio: 25.0 },

@@ -3,7 +3,9 @@
 use dgd::identify::{Fit, Noise, OutputErrorProblem, Recording, fit};
 use dgd::{Inputs, Options, System};
 use peers_problems::request::{Answer, Failure, Request};
-use peers_problems::two_state::{FIT_NOISE, FIT_START, RANK_START, nominal, square_losses};
+use peers_problems::two_state::{
+    FIT_NOISE, FIT_START, RANK_START, SIX_NOISE, SIX_START, nominal, nominal_six, square_losses,
+};
 
 /// M, c0 and c2. `inputs` are those of the recording; the model has sensitivities to the three.
 pub(crate) fn solve(
@@ -13,7 +15,8 @@ pub(crate) fn solve(
     times: Vec<f64>,
     options: Options,
 ) -> Result<(), Failure> {
-    estimate(request, system, (inputs, times), options, &FIT_START, |found| {
+    let p = off(nominal(), &FIT_START);
+    estimate(request, system, (inputs, times), options, &p, measured(request)?, |found| {
         let theta = FIT_START.map(|(position, _)| found.p[position] / nominal()[position]);
         Answer::new(theta.to_vec(), found.evaluations)
     })
@@ -27,7 +30,8 @@ pub(crate) fn too_free(
     times: Vec<f64>,
     options: Options,
 ) -> Result<(), Failure> {
-    estimate(request, system, (inputs, times), options, &RANK_START, |found| {
+    let p = off(nominal(), &RANK_START);
+    estimate(request, system, (inputs, times), options, &p, measured(request)?, |found| {
         let sum = square_losses(&found.p) / square_losses(&nominal());
         let theta = |position: usize| found.p[position] / nominal()[position];
         let undetermined = found.undetermined.iter().map(|combination| {
@@ -45,26 +49,60 @@ pub(crate) fn too_free(
     })
 }
 
-/// `start` is which parameters are free, and by what factors they start off.
+/// M, c0, c1, c2, F and F1, of four instruments.
+pub(crate) fn six(
+    request: &Request,
+    system: &(impl System + Clone + Send),
+    inputs: Inputs,
+    times: Vec<f64>,
+    options: Options,
+) -> Result<(), Failure> {
+    let nominal = nominal_six();
+    let p: Vec<f64> = nominal.iter().zip(SIX_START).map(|(p, factor)| p * factor).collect();
+    let readings = columns(&request.instruments()?, SIX_NOISE);
+    estimate(request, system, (inputs, times), options, &p, readings, |found| {
+        let theta = found.p.iter().zip(nominal).map(|(p, nominal)| p / nominal);
+        Answer::new(theta.collect(), found.evaluations)
+    })
+}
+
+/// Some parameters off by factors.
+fn off(mut p: [f64; 5], start: &[(usize, f64)]) -> [f64; 5] {
+    for (position, factor) in start {
+        p[*position] *= factor;
+    }
+    p
+}
+
+/// What was measured of each output, and with what noise.
+type Readings = Vec<(Vec<f64>, f64)>;
+
+/// Readings of h and q.
+fn measured(request: &Request) -> Result<Readings, Failure> {
+    Ok(columns(&request.measured()?, FIT_NOISE))
+}
+
+fn columns<const N: usize>(rows: &[[f64; N]], noise: [f64; N]) -> Readings {
+    let column = |(k, sigma)| (rows.iter().map(|row: &[f64; N]| row[k]).collect(), sigma);
+    noise.into_iter().enumerate().map(column).collect()
+}
+
+/// `p` is what the fit starts from.
 fn estimate(
     request: &Request,
     system: &(impl System + Clone + Send),
     (inputs, times): (Inputs, Vec<f64>),
     options: Options,
-    start: &[(usize, f64)],
+    p: &[f64],
+    readings: Readings,
     answer: impl FnOnce(Fit) -> Answer,
 ) -> Result<(), Failure> {
-    let measured = request.measured()?;
-    let column = |k: usize| Some(measured.iter().map(|row| row[k]).collect());
-    let recordings = [Recording::new(times, inputs, vec![column(0), column(1)])];
-    let mut p = nominal();
-    for (position, factor) in start {
-        p[*position] *= factor;
-    }
+    let (columns, sigmas): (Vec<_>, Vec<_>) = readings.into_iter().unzip();
+    let recordings = [Recording::new(times, inputs, columns.into_iter().map(Some).collect())];
     let problem = OutputErrorProblem {
-        noise: FIT_NOISE.map(|sigma| Some(Noise::Known(sigma))).to_vec(),
+        noise: sigmas.into_iter().map(|sigma| Some(Noise::Known(sigma))).collect(),
         options,
-        ..OutputErrorProblem::new(system, &p, &recordings)
+        ..OutputErrorProblem::new(system, p, &recordings)
     };
     request.measure(
         || {

@@ -21,6 +21,7 @@ mod models {
     dgd::model!("recording.dgd", as recording);
     dgd::model!("recording.dgd", sensitivities = [M, c0, c2], as fitted);
     dgd::model!("recording.dgd", sensitivities = [M, c0, c2, F], as too_free);
+    dgd::model!("instruments.dgd", as instruments);
 }
 
 /// The model of P1, from here.
@@ -49,6 +50,10 @@ pub fn solve(request: &Request) -> Result<(), Failure> {
         "fit" => {
             let (inputs, times) = recorded(request)?;
             fit::solve(request, &models::fitted::Model, inputs, times, options(request)?)
+        }
+        "fit6" => {
+            let (inputs, times) = recorded(request)?;
+            fit::six(request, &models::instruments::Model, inputs, times, options(request)?)
         }
         "rank" => {
             let (inputs, times) = recorded(request)?;

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! CASE is `p1a`, `p1b`, `p2a`, `p2b`, `p3-1000` (cells), `p4`, `p4-64` (sets), `p4-threads`, `p5a`, `p5b`, `fit`,
-//! `rank`; METHOD one of the program's own; RTOL the relative tolerance; SPAN for how many seconds to repeat, or how
+//! `fit6`, `rank`; METHOD one of the program's own; RTOL the relative tolerance; SPAN for how many seconds to repeat, or how
 //! often, as `10x` (Rust only); DATA the folder of recorded inputs. The program writes the values of its last run to
 //! OUTPUT, little-endian doubles row by row, and prints `least`, `median` (seconds of one run), `steps`, where it
 //! can the peak of its `memory` in bytes, and where there is something to say, what it `says`. Programs in other
@@ -167,8 +167,13 @@ impl Request {
 
     /// h and q with noise, at each sample of the recording.
     pub fn measured(&self) -> io::Result<Vec<[f64; 2]>> {
-        let values = read(&self.data.join("measured.bin"))?;
-        Ok(values.chunks_exact(2).map(|x| [x[0], x[1]]).collect())
+        rows(&self.data.join("measured.bin"))
+    }
+
+    /// What four instruments showed, with noise, at each sample of the recording: h, q, and the pressures before
+    /// and behind the pump, Pa.
+    pub fn instruments(&self) -> io::Result<Vec<[f64; 4]>> {
+        rows(&self.data.join("instruments.bin"))
     }
 
     /// Runs `work` as long as is asked for, at least once, and writes what the last run gave.
@@ -228,6 +233,13 @@ fn bytes(file: &str, name: &str) -> Option<u64> {
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     let kilobytes: u64 = line.split_whitespace().next()?.parse().ok()?;
     Some(1024 * kilobytes)
+}
+
+/// Rows of so many little-endian doubles.
+fn rows<const N: usize>(path: &Path) -> io::Result<Vec<[f64; N]>> {
+    let values = read(path)?;
+    let (rows, _) = values.as_chunks::<N>();
+    Ok(rows.to_vec())
 }
 
 /// Little-endian doubles.

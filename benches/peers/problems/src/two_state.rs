@@ -123,6 +123,19 @@ pub const FIT_START: [(usize, f64); 3] = [(0, 1.3), (1, 0.7), (3, 1.3)];
 /// The same with F, of which data determines only a sum with c2.
 pub const RANK_START: [(usize, f64); 4] = [(0, 1.3), (1, 0.7), (3, 1.3), (4, 0.7)];
 
+/// F1 of `fit6`, Pa s/m³: friction that is linear, too.
+pub const LINEAR_FRICTION: f64 = 2e6;
+/// Noise of what `fit6` is fitted to: h, q and the pressures before and behind the pump, Pa.
+pub const SIX_NOISE: [f64; 4] = [0.05, 2e-4, 1e3, 1e3];
+/// Factors by which M, c0, c1, c2, F and F1 start off in `fit6`.
+pub const SIX_START: [f64; 6] = [1.3, 0.7, 1.3, 0.7, 1.3, 0.7];
+
+/// M, c0, c1, c2, F, F1.
+pub fn nominal_six() -> [f64; 6] {
+    let [m, c0, c1, c2, f] = nominal();
+    [m, c0, c1, c2, f, LINEAR_FRICTION]
+}
+
 /// The one number of c2 and F that acts: what multiplies q².
 pub fn square_losses(p: &[f64]) -> f64 {
     RHO_G * p[3] + p[4]
