@@ -147,6 +147,72 @@ fn blocks_know_of_coloured_noise_what_the_covariance_does_not() {
     assert!(by_bootstrap > 1.3 * asymptotic);
 }
 
+const LEVEL: &str = "\
+model level
+parameter a [1] = 1
+output y [1] = a
+output z [1] = a
+";
+
+/// Readings of a level of 1 with noise of 0.1: `y` in some rows only, `z` never.
+fn levels(n: u32, seed: u64, a: f64, is_read: impl Fn(u32) -> bool) -> Recording {
+    let times: Vec<f64> = (0..n).map(f64::from).collect();
+    let inputs = Inputs::recorded(&times, &[]).expect("none");
+    let mut random = Pcg64::new(u128::from(seed), 78);
+    let mut noise = normal(&mut random);
+    let y = (0..n).map(|k| {
+        if !is_read(k) {
+            return f64::NAN;
+        }
+        noise = a * noise + (1.0 - a * a).sqrt() * normal(&mut random);
+        1.0 + 0.1 * noise
+    });
+    Recording::new(times.clone(), inputs, vec![Some(y.collect()), None])
+}
+
+#[test]
+fn gaps_take_no_part_in_a_bootstrap() {
+    let system = system(LEVEL);
+    let p = declared(&system);
+    // Nothing in the first half: the mean of n = 500 readings scatters by 0.1/√n, around the estimate.
+    let (mut off, mut spread) = (0.0f64, 0.0);
+    for seed in 0..5 {
+        let recordings = [levels(1000, seed, 0.0, |k| k >= 500)];
+        let problem = OutputErrorProblem::new(&system, &p, &recordings);
+        let fit = fit(&problem).expect("a fit");
+        let again = resampled(&problem, &fit, seed, 200);
+        let mean = again.replicates.iter().map(|found| found[0]).sum::<f64>() / 200.0;
+        off = off.max((mean - fit.estimates[0].value).abs());
+        spread += again.std(0).expect("enough") / 5.0;
+    }
+    let std = 0.1 / 500f64.sqrt();
+    // A mean of 200 is known to std/√200 = 0.07 std, and is 4 of these away once in 16 000.
+    assert!(off < 0.3 * std, "{off} of {std}");
+    assert!((spread / std - 1.0).abs() < 0.2, "{spread} of {std}");
+}
+
+#[test]
+fn blocks_are_as_long_for_a_slow_sensor() {
+    let system = system(LEVEL);
+    let p = declared(&system);
+    // Every tenth row, and what was is 0.9 of what comes: a mean is √((1 + a)/(1 − a)) = 4.4 times as
+    // uncertain as with white noise.
+    let (mut every_tenth, mut every) = (0.0, 0.0);
+    for seed in 0..10 {
+        let std = |recording: Recording| {
+            let recordings = [recording];
+            let problem = OutputErrorProblem::new(&system, &p, &recordings);
+            let fit = fit(&problem).expect("a fit");
+            resampled(&problem, &fit, seed, 100).std(0).expect("enough")
+        };
+        every_tenth += std(levels(5000, seed, 0.9, |k| k % 10 == 0));
+        every += std(levels(500, seed, 0.9, |_| true));
+    }
+    assert!((every_tenth / every - 1.0).abs() < 0.1, "{every_tenth} against {every}");
+    let white = 10.0 * 0.1 / 500f64.sqrt();
+    assert!(every_tenth > 3.0 * white, "{every_tenth} against {white}");
+}
+
 const LINE: &str = "\
 model line
 input u [1] hold

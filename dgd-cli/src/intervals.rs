@@ -244,7 +244,7 @@ impl Intervals {
             };
             let _ = writeln!(
                 text,
-                "{} data sets of blocks of {} samples on the average{failed}",
+                "{} data sets of blocks of {} rows on the average{failed}",
                 resampled.replicates.len(),
                 significant(mean, 2)
             );

@@ -34,7 +34,7 @@ pub struct Bootstrap {
     pub replicates: Vec<Vec<f64>>,
     /// Refits that did not.
     pub failures: usize,
-    /// Mean length of the blocks in each recording, in samples.
+    /// Mean length of the blocks in each recording, in rows.
     pub block_lengths: Vec<f64>,
 }
 
@@ -162,7 +162,7 @@ impl<G: FnMut() -> u64> Uniform<G> {
 struct Source<'a> {
     recording: &'a Recording,
     channels: Vec<Option<Channel>>,
-    /// Mean length of a block.
+    /// Mean length of a block, in rows.
     block_length: f64,
 }
 
@@ -174,9 +174,14 @@ struct Channel {
     simulated: Vec<f64>,
     /// Residuals, less their mean and scaled, SI.
     residuals: Vec<f64>,
-    /// For each position of the recording, the first of the residuals from there on, cyclic.
-    nearest: Vec<usize>,
+    /// For each position of the recording, the first of the residuals from there on, cyclic; `None` in a gap.
+    nearest: Vec<Option<usize>>,
+    /// Rows from one sample to the next, as a rule.
+    spacing: usize,
 }
+
+/// Samples further apart than so many times what is usual have a gap between them.
+const GAP: usize = 2;
 
 impl Channel {
     /// `None` without samples.
@@ -194,16 +199,55 @@ impl Channel {
         let errors = || samples.iter().zip(&simulated).map(|((_, y), w)| y - w);
         let mean = errors().sum::<f64>() / samples.len() as f64;
         let residuals = errors().map(|e| (e - mean) * spread).collect();
-        let nearest =
-            (0..len).map(|k| positions.partition_point(|p| *p < k) % positions.len()).collect();
-        Some(Self { positions, simulated, residuals, nearest })
+        let n = positions.len();
+        // Rows up to each sample from the one before, cyclic.
+        let mut steps: Vec<usize> = positions.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        steps.insert(0, positions[0] + len - positions[n - 1]);
+        let spacing = {
+            let mut sorted = steps.clone();
+            sorted.sort_unstable();
+            sorted[n / 2]
+        };
+        let nearest = (0..len).map(|k| {
+            let next = positions.partition_point(|p| *p < k) % n;
+            (positions[next] == k || steps[next] <= GAP * spacing).then_some(next)
+        });
+        Some(Self { nearest: nearest.collect(), positions, simulated, residuals, spacing })
+    }
+
+    /// For each sample, which residual comes there: that of the row from which the recording's blocks take
+    /// theirs, or where that lies in a gap, one of a block of the channel's own.
+    fn drawn<G: FnMut() -> u64>(&self, from: &[usize], uniform: &mut Uniform<G>) -> Vec<usize> {
+        let n = self.residuals.len();
+        let mut own: Option<(usize, usize)> = None;
+        let drawn = self.positions.iter().map(|k| {
+            if let Some(residual) = self.nearest[from[*k]] {
+                own = None;
+                return residual;
+            }
+            let residual = match own {
+                Some((before, residual))
+                    if from[*k] == (from[before] + k - before) % from.len() =>
+                {
+                    (residual + 1) % n
+                }
+                Some(_) | None => uniform.below(n),
+            };
+            own = Some((*k, residual));
+            residual
+        });
+        drawn.collect()
+    }
+
+    /// The mean length of its blocks, in rows.
+    fn block_length(&self) -> f64 {
+        block_length(&self.residuals) * self.spacing as f64
     }
 }
 
 impl<'a> Source<'a> {
     fn new(recording: &'a Recording, channels: Vec<Option<Channel>>) -> Self {
-        let lengths = channels.iter().flatten().map(|channel| block_length(&channel.residuals));
-        let block_length = lengths.fold(1.0, f64::max);
+        let block_length = channels.iter().flatten().map(Channel::block_length).fold(1.0, f64::max);
         Self { recording, channels, block_length }
     }
 
@@ -222,8 +266,11 @@ impl<'a> Source<'a> {
         }
         for (channel, measured) in self.channels.iter().zip(&mut recording.measured) {
             let (Some(channel), Some(measured)) = (channel, measured) else { continue };
-            for (k, simulated) in channel.positions.iter().zip(&channel.simulated) {
-                measured[*k] = simulated + channel.residuals[channel.nearest[from[*k]]];
+            let drawn = channel.drawn(&from, uniform);
+            for ((k, simulated), drawn) in
+                channel.positions.iter().zip(&channel.simulated).zip(drawn)
+            {
+                measured[*k] = simulated + channel.residuals[drawn];
             }
         }
         recording

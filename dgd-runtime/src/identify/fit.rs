@@ -53,6 +53,12 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// What changes of an estimate are compared with, SI: of a parameter with `log` its value, of all others the
+    /// size of what they stand for. Above zero.
+    pub(super) fn size(&self, i: usize) -> f64 {
+        self.slopes[i].abs()
+    }
+
     /// Covariance of two estimates, SI; `None` where one of them is at a bound or not determined.
     pub fn covariance(&self, i: usize, j: usize) -> Option<f64> {
         Some(self.uncertainty.covariance(i, j)? * self.slopes[i] * self.slopes[j])

@@ -112,12 +112,10 @@ impl Profile {
     }
 
     /// The other estimates that make up for this one at an end, with their changes in parts of their
-    /// values at the fit. Empty where they stay.
+    /// sizes. Empty where they stay.
     pub fn followers(&self, fit: &Fit, others: &[f64]) -> Vec<Term> {
-        let change = |i: usize| {
-            let from = fit.estimates[i].value;
-            (others[i] - from) / from.abs().max(f64::MIN_POSITIVE)
-        };
+        // An estimate may be zero, its size is not.
+        let change = |i: usize| (others[i] - fit.estimates[i].value) / fit.size(i);
         let all = (0..others.len()).filter(|i| *i != self.estimate);
         let terms: Vec<Term> = all.map(|i| Term { estimate: i, change: change(i) }).collect();
         let largest = terms.iter().map(|term| term.change.abs()).fold(0.0, f64::max);
