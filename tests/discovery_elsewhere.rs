@@ -3,15 +3,23 @@
 
 #[path = "support/examined.rs"]
 mod examined;
+#[path = "support/nulls.rs"]
+mod nulls;
 #[path = "../examples/drilling_rig/random.rs"]
 #[allow(dead_code, reason = "a servo needs less than a rig")]
 mod random;
+#[path = "support/servo.rs"]
+mod servo;
+#[path = "support/uniform.rs"]
+mod uniform;
 
 use std::path::Path;
 
 use dgd_discover::{Discovery, Verdict};
 use examined::{Examined, Samples, Texts};
-use random::Random;
+use nulls::Noise;
+use servo::Servo;
+use uniform::kolmogorov_smirnov;
 
 /// Two tanks in cascade, in the volts of their level sensor, which nothing runs over from. The measure
 /// of the upper level is free: nothing shows it.
@@ -35,25 +43,6 @@ equation upper: der(x1) = k4*u - k1*root(x1)
 equation lower: der(x2) = k2*root(x1) - k3*root(x2)
 
 output y [V] = x2 + y0  noise 0.05 [V]
-";
-
-/// A motor with viscous friction alone.
-const SERVO: &str = "/// A motor with a load.
-model servo
-
-input u [V] linear    /// at the motor
-
-parameter gain    [rad/(s^2*V)] = 5    in 0.1 .. 100, log    /// torque over inertia and voltage
-parameter viscous [1/s]         = 1.5  in 0.01 .. 100, log
-
-state w   [rad/s] = 0
-state phi [rad]   = 0
-
-equation motor: der(w)   = gain*u - viscous*w
-equation shaft: der(phi) = w
-
-output w   [rad/s]  noise 0.02 [rad/s]
-output phi [rad]    noise 0.005 [rad]
 ";
 
 fn examined(name: &str, text: &str) -> Examined {
@@ -95,74 +84,70 @@ fn the_upper_of_two_real_tanks_runs_over() {
     assert!(gap.valid_after < 0.34, "{}", gap.valid_after);
 }
 
-/// Readings of a servo with Coulomb friction, rad/s², for so many seconds at 20 Hz.
-///
-/// ẇ = gain u − viscous w − friction sign(w) by steps of 0.1 ms; at rest it sticks while the motor is weaker
-/// than the friction. Nothing is smoothed, and there is no solver of this project in it.
-fn servo(seed: u64, seconds: usize, friction: f64) -> Samples {
-    const GAIN: f64 = 6.0;
-    const VISCOUS: f64 = 2.0;
-    const STEPS: usize = 500;
-    let mut random = Random::new(seed, 1);
-    let n = 20 * seconds;
-    let parts: Vec<[f64; 3]> = (0..4)
-        .map(|_| {
-            let (size, period) = (random.between(0.3, 0.9), random.between(2.0, 12.0));
-            [size, std::f64::consts::TAU / period, random.between(0.0, 6.0)]
-        })
-        .collect();
-    let times: Vec<f64> = (0..=n).map(|k| k as f64 / 20.0).collect();
-    let voltage = |t: &f64| parts.iter().map(|[a, f, start]| a * (f * t + start).sin()).sum();
-    let u: Vec<f64> = times.iter().map(voltage).collect();
-    let (mut w, mut phi) = (0.0_f64, 0.0_f64);
-    let (mut read_w, mut read_phi) = (Vec::new(), Vec::new());
-    for k in 0..=n {
-        read_w.push(w + 0.02 * random.normal());
-        read_phi.push(phi + 0.005 * random.normal());
-        let next = u[(k + 1).min(n)];
-        for step in 0..STEPS {
-            let h = 0.05 / STEPS as f64;
-            let share = (step as f64 + 0.5) / STEPS as f64;
-            let motor = GAIN * (u[k] + share * (next - u[k])) - VISCOUS * w;
-            let before = w;
-            if w == 0.0 {
-                let moving = (motor.abs() - friction).max(0.0);
-                w += h * moving * motor.signum();
-            } else {
-                w += h * (motor - friction * w.signum());
-                if w * before < 0.0 {
-                    w = 0.0;
-                }
-            }
-            phi += 0.5 * h * (before + w);
-        }
-    }
-    let columns = [("u", u), ("w", read_w), ("phi", read_phi)];
-    Samples { times, columns: columns.map(|(name, values)| (name.to_owned(), values)).to_vec() }
-}
-
-#[test]
-fn dry_friction_of_a_servo_is_found() {
-    let examined = examined("servo.dgd", SERVO);
-    let discovery = found(&examined, &servo(1, 150, 1.2), &servo(2, 150, 1.2));
+/// Something hidden in a servo is found by name, and its size within four standard deviations and a part
+/// in a thousand for the servo's steps of 0.1 ms, and creeping in place of sticking.
+#[track_caller]
+fn is_found(hidden: Servo, name: &str, truth: f64) {
+    let examined = examined("servo.dgd", servo::MODEL);
+    let discovery = found(&examined, &hidden.record(1, 150), &hidden.record(2, 150));
     assert_eq!(discovery.verdict, Verdict::Effects, "{}", discovery.reason);
     let [effect] = discovery.effects.as_slice() else { panic!("{}", discovery.reason) };
-    assert_eq!(effect.name, "dry_friction(w, motor)", "{}", discovery.reason);
-    let friction = &effect.parameters[0];
-    let std = friction.std.expect("the data determines it");
-    // Creeping in place of sticking and steps of 0.1 ms: a part in a thousand.
-    let error = (friction.value - 1.2).abs();
-    assert!(error < 4.0 * std + 0.001 * 1.2, "{} ± {std}", friction.value);
+    assert_eq!(effect.name, name, "{}", discovery.reason);
+    let size = &effect.parameters[0];
+    let std = size.std.expect("the data determines it");
+    assert!((size.value - truth).abs() < 4.0 * std + 0.001 * truth, "{} ± {std}", size.value);
     for gap in &discovery.gap {
         assert!(gap.valid_after < 1.2 * gap.noise, "{}", gap.output);
     }
 }
 
 #[test]
+fn dry_friction_of_a_servo_is_found() {
+    is_found(Servo { friction: 1.2, ..Servo::default() }, "dry_friction(w, motor)", 1.2);
+}
+
+#[test]
+fn a_dead_band_of_an_amplifier_is_found() {
+    is_found(Servo { dead_band: 0.2, ..Servo::default() }, "dead_band(u)", 0.2);
+}
+
+#[test]
+fn a_slow_tachometer_is_found() {
+    is_found(Servo { lag: 0.4, ..Servo::default() }, "sensor_lag(w)", 0.4);
+}
+
+#[test]
+fn an_encoder_that_rounds_lacks_nothing() {
+    // Steps of one and of ten times the encoder's noise: what rounding adds, step/√12, is noise, too.
+    let examined = examined("servo.dgd", servo::MODEL);
+    for step in [0.005, 0.05] {
+        let rounding = Servo { step, ..Servo::default() };
+        let discovery = found(&examined, &rounding.record(1, 150), &rounding.record(2, 150));
+        assert_eq!(discovery.verdict, Verdict::Sufficient, "{step}: {}", discovery.reason);
+        let expected = 0.005_f64.hypot(step / 12_f64.sqrt());
+        let noise = discovery.gap[1].noise;
+        assert!((noise / expected - 1.0).abs() < 0.1, "{step}: {noise}, not {expected}");
+    }
+}
+
+#[test]
 fn a_servo_without_dry_friction_has_none() {
-    let examined = examined("servo.dgd", SERVO);
+    let examined = examined("servo.dgd", servo::MODEL);
+    let plain = Servo::default();
     for seed in [3, 5] {
-        let discovery = found(&examined, &servo(seed, 150, 0.0), &servo(seed + 1, 150, 0.0));
+        let discovery = found(&examined, &plain.record(seed, 150), &plain.record(seed + 1, 150));
         assert_eq!(discovery.verdict, Verdict::Sufficient, "{}", discovery.reason);
+    }
+}
+
+#[test]
+fn p_values_are_uniform_where_nothing_is_hidden() {
+    // The first of those that `discovery_benchmark --nulls` looks at.
+    for noise in [Noise::White, Noise::Coloured] {
+        let said = nulls::said(60, noise, 2);
+        assert!(said.iter().all(|said| said.verdict == Verdict::Sufficient), "{noise:?}: {said:?}");
+        let p_values: Vec<f64> = said.iter().map(|said| said.p_value).collect();
+        let p = kolmogorov_smirnov(&p_values);
+        assert!(p > 0.01, "{noise:?}: {p}, {p_values:?}");
     }
 }

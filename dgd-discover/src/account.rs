@@ -134,9 +134,9 @@ pub(crate) fn ranking_of(search: &Search<'_>) -> Vec<Ranked> {
 pub(crate) fn screened(search: &mut Search<'_>) -> Vec<Screened> {
     let Some((sum, n)) = search.training_error(&[]) else { return Vec::new() };
     let excess = (sum - n as f64).max(1.0);
-    let scores = search.screens.get(&Vec::new()).cloned().unwrap_or_default();
+    let screen = search.screens.get(&Vec::new());
+    let scores = screen.into_iter().flat_map(|screen| &screen.scores);
     scores
-        .iter()
         .map(|score| Screened {
             name: search.candidates[score.candidate].application.name(),
             share: score.gain / excess,
@@ -243,6 +243,17 @@ pub(crate) fn reason(
             "The mean square of the errors is {base:.1} times that of the sensors' noise, and no \
              known effect makes it smaller."
         ),
+        Outcome::Unexplained(best)
+            if search.explains(best) && search.cancelling(best).is_some() =>
+        {
+            format!(
+                "The mean square of the errors is {base:.1} times that of the sensors' noise. With {} it is \
+                 {:.2} times, but one of them only takes back what another does: that describes \
+                 something that comes and goes, and is no name for it.",
+                names(best),
+                training(best)
+            )
+        }
         Outcome::Unexplained(best) => format!(
             "The mean square of the errors is {base:.1} times that of the sensors' noise. The best \
              that known effects do, {}, leaves {:.2} times: too much to call it found.",

@@ -19,7 +19,10 @@ use crate::fitted::Fitted;
 use crate::structure::{Structure, Values};
 
 /// An effect is at work where it is more than this share of its largest.
-const AT_WORK: f64 = 0.05;
+pub(crate) const AT_WORK: f64 = 0.05;
+
+/// And changes what it changes by more than this share of that.
+const ROUNDING: f64 = 1e-9;
 
 /// Stretches of time in which an effect is at work in a recording, s.
 pub(crate) fn windows(
@@ -29,17 +32,63 @@ pub(crate) fn windows(
     recording: &Recording,
     options: &Options,
 ) -> Vec<[f64; 2]> {
+    let changes = changes(with, without, values, recording, options);
+    let mut activity = vec![0.0_f64; recording.times.len()];
+    for Change { by, .. } in &changes {
+        let largest = by.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
+        for (activity, d) in activity.iter_mut().zip(by) {
+            *activity = activity.max(d.abs() / largest);
+        }
+    }
+    stretches(&recording.times, &activity)
+}
+
+/// What an effect changes.
+#[derive(Debug, Clone)]
+pub(crate) struct Change {
+    /// The unknown of an equation, or an output.
+    pub what: String,
+    /// d at each sample.
+    pub by: Vec<f64>,
+}
+
+/// All rows that an effect changes along the trajectory of the structure that has it, or all outputs
+/// where it changes no row. What differs by rounding only does not count.
+pub(crate) fn changes(
+    with: &Structure,
+    without: &Structure,
+    values: &Values,
+    recording: &Recording,
+    options: &Options,
+) -> Vec<Change> {
     let Some((solution, outputs)) = run(&with.system, values, recording, options) else {
         return Vec::new();
     };
-    let mut activity = rows(with, without, values, recording, &solution);
-    if activity.iter().all(|value| *value == 0.0)
-        && let Some((_, others)) = run(&without.system, values, recording, options)
-    {
-        let n_w = with.system.signature().outputs.len();
-        activity = joined(&outputs, &others, n_w);
+    let of = |names: Vec<String>, a: &[f64], b: &[f64]| -> Vec<Change> {
+        let n = names.len();
+        let change = |(i, what): (usize, String)| {
+            let own = a.iter().skip(i).step_by(n).zip(b.iter().skip(i).step_by(n));
+            let by: Vec<f64> = own.map(|(a, b)| a - b).collect();
+            let largest = |values: &mut dyn Iterator<Item = f64>| {
+                values.fold(0.0, |most: f64, value| most.max(value.abs()))
+            };
+            let size = largest(&mut a.iter().skip(i).step_by(n).copied());
+            (largest(&mut by.iter().copied()) > ROUNDING * size).then_some(Change { what, by })
+        };
+        names.into_iter().enumerate().filter_map(change).collect()
+    };
+    if let Some((a, b)) = rows(with, without, values, recording, &solution) {
+        let unknowns = without.system.signature().unknowns.iter();
+        let changed = of(unknowns.map(|unknown| unknown.name.to_string()).collect(), &a, &b);
+        if !changed.is_empty() {
+            return changed;
+        }
     }
-    stretches(&solution.times, &activity)
+    let Some((_, others)) = run(&without.system, values, recording, options) else {
+        return Vec::new();
+    };
+    let names = with.system.signature().outputs.iter().map(|output| output.name.to_string());
+    of(names.collect(), &outputs, &others)
 }
 
 fn run(
@@ -55,22 +104,19 @@ fn run(
     Some((solution, w))
 }
 
-/// The largest difference of rows that both structures have, each over its largest in time.
+/// What the rows of the second structure say in both along a trajectory of the first.
 fn rows(
     with: &Structure,
     without: &Structure,
     values: &Values,
     recording: &Recording,
     solution: &Solution,
-) -> Vec<f64> {
+) -> Option<(Vec<f64>, Vec<f64>)> {
     let (a, b) = (&with.system, &without.system);
     let (sa, sb) = (a.signature(), b.signature());
     // Position in the one of each unknown of the other.
     let place = |name: &str| sa.unknowns.iter().position(|unknown| unknown.name == name);
-    let Some(places) = sb.unknowns.iter().map(|u| place(&u.name)).collect::<Option<Vec<_>>>()
-    else {
-        return vec![0.0; solution.len()];
-    };
+    let places = sb.unknowns.iter().map(|u| place(&u.name)).collect::<Option<Vec<_>>>()?;
     let (pa, pb) = (values.parameters(a), values.parameters(b));
     let (mut fa, mut fb) = (vec![0.0; sa.unknowns.len()], vec![0.0; sb.unknowns.len()]);
     let start = values.starts(a, 0);
@@ -78,11 +124,8 @@ fn rows(
         let problem = Problem { system, p, inputs: &recording.inputs, start: &start };
         problem.inputs_read().ok().map(std::borrow::Cow::into_owned)
     };
-    let (Some(ia), Some(ib)) = (inputs_of(a, &pa), inputs_of(b, &pb)) else {
-        return vec![0.0; solution.len()];
-    };
+    let (ia, ib) = (inputs_of(a, &pa)?, inputs_of(b, &pb)?);
     let (mut ua, mut ub) = (vec![0.0; ia.len()], vec![0.0; ib.len()]);
-    let n = places.len();
     let (mut with_effect, mut without_effect) = (Vec::new(), Vec::new());
     for (k, &t) in solution.times.iter().enumerate() {
         ia.value(t, solution.side(k), &mut ua);
@@ -96,7 +139,7 @@ fn rows(
         with_effect.extend(places.iter().map(|place| fa[*place]));
         without_effect.extend_from_slice(&fb);
     }
-    joined(&with_effect, &without_effect, n)
+    Some((with_effect, without_effect))
 }
 
 /// The discrete numbers of one system where another, which has its automata too, has `known`.
@@ -110,30 +153,6 @@ fn discrete(system: &Loaded, p: &[f64], t: f64, other: &Signature, known: &[f64]
         }
     }
     z
-}
-
-/// For each row of n numbers, the largest difference, each column in units of its largest. Columns
-/// that differ by rounding only do not count.
-fn joined(a: &[f64], b: &[f64], n: usize) -> Vec<f64> {
-    if n == 0 {
-        return Vec::new();
-    }
-    let largest = |i: usize, f: &dyn Fn(usize) -> f64| {
-        (i..a.len()).step_by(n).map(f).fold(0.0, |most: f64, value| most.max(value.abs()))
-    };
-    let scales: Vec<f64> = (0..n)
-        .map(|i| {
-            let difference = largest(i, &|at| a[at] - b[at]);
-            let rounding = 1e-9 * largest(i, &|at| a[at]);
-            if difference > rounding { difference } else { f64::INFINITY }
-        })
-        .collect();
-    let rows = a.chunks_exact(n).zip(b.chunks_exact(n));
-    let of_row = |(a, b): (&[f64], &[f64])| {
-        let parts = a.iter().zip(b).zip(&scales);
-        parts.map(|((a, b), scale)| (a - b).abs() / scale).fold(0.0, f64::max)
-    };
-    rows.map(of_row).collect()
 }
 
 /// Stretches of neighbouring samples at which something is at work.

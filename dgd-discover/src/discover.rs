@@ -21,7 +21,7 @@ use crate::account::{gap, left_over, ranking_of, reason, screened, traces, unexp
 use crate::candidates::{candidates, generic};
 use crate::corrected::corrected;
 use crate::discovery::{Discovery, FoundEffect, Verdict};
-use crate::evidence::evidence;
+use crate::evidence::{evidence, p_value_of_the_base};
 use crate::fitted::{Data, Fitted, NoFit};
 use crate::found::{Found, parameters};
 use crate::missing::missing_inputs;
@@ -142,6 +142,8 @@ pub fn discover(
         Outcome::Unexplained(_) => (Verdict::Unexplained, Vec::new()),
     };
 
+    let first = if of_library > 0 { 0..of_library } else { 0..candidates.len() };
+    let p_value = p_value_of_the_base(&search, first, request.seed);
     let evidence: Vec<_> =
         chosen.iter().map(|&c| evidence(&mut search, &chosen, c, request.seed)).collect();
     let refined =
@@ -163,6 +165,7 @@ pub fn discover(
     Ok(Discovery {
         verdict,
         reason: reason(&search, &outcome, &candidates),
+        p_value,
         effects,
         unexplained,
         gap: gap(&data, &before, &after),

@@ -11,6 +11,10 @@ pub struct Discovery {
     pub verdict: Verdict,
     /// Why this verdict, in a sentence or two.
     pub reason: String,
+    /// Probability that, with nothing hidden, the best of the library promises as much as it does in the
+    /// base model: uniform where nothing is hidden. Of the templates where there is no library, `None`
+    /// where nothing could be tried.
+    pub p_value: Option<f64>,
     /// Effects that the data shows, in the order in which they were found.
     pub effects: Vec<FoundEffect>,
     /// Discrepancies that no known effect removes.

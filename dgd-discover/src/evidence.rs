@@ -4,24 +4,19 @@
 //!
 //! - p-value: the signs of blocks of the residual before the effect came in are drawn at random,
 //!   which leaves their size and correlation and destroys what they have in common with any
-//!   candidate; how often does the *best* of all candidates then gain as much? (Wild bootstrap: Wu,
-//!   Ann. Stat. 14 (1986) 1261; the maximum over candidates: White, Econometrica 68 (2000) 1097.)
+//!   candidate; how often does the *best* of all candidates then gain as much (`resampled.rs`)?
 //! - inclusion: blocks are drawn with replacement; how often has the structure with the least
 //!   criterion the effect?
+
+use std::ops::Range;
 
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
 use crate::discovery::Evidence;
-use crate::fitted::Data;
-use crate::screen::{Score, weighted};
+use crate::resampled::{BLOCKS, RESAMPLES, p_value};
+use crate::screen::{blocks, weighted};
 use crate::search::Search;
-
-/// Resamples.
-const RESAMPLES: usize = 999;
-
-/// Blocks in all recordings together: long enough to hold a correlation, many enough to be drawn.
-const BLOCKS: usize = 100;
 
 /// Evidence for one effect of a structure.
 pub(crate) fn evidence(
@@ -33,76 +28,25 @@ pub(crate) fn evidence(
     let rest: Vec<usize> = chosen.iter().copied().filter(|c| *c != effect).collect();
     let bic_gain = search.bic(&rest).zip(search.bic(chosen)).map_or(0.0, |(a, b)| a - b);
     let mut random = Pcg64::new(u128::from(seed), 1 + effect as u128);
-    let scores = search.screened(&rest);
+    let trials = search.trials(&rest);
     Evidence {
-        p_value: p_value(search, &rest, &scores, effect, &mut random),
+        p_value: p_value(&trials, |candidate| candidate == effect, &mut random),
         resamples: RESAMPLES,
         bic_gain,
         inclusion: inclusion(search, effect, &mut random),
     }
 }
 
-/// The block of each weighted residual, in their order.
-fn blocks(data: &Data<'_>, residuals: &[Vec<Vec<f64>>]) -> Vec<usize> {
-    let samples: usize = data.train.iter().map(|recording| recording.times.len()).sum();
-    let (mut all, mut before) = (Vec::new(), 0);
-    for (recording, outputs) in data.train.iter().zip(residuals) {
-        for (values, noise) in outputs.iter().zip(&data.noise) {
-            let measured =
-                values.iter().enumerate().filter(|(_, e)| noise.is_some() && e.is_finite());
-            all.extend(measured.map(|(k, _)| (before + k) * BLOCKS / samples.max(1)));
-        }
-        before += recording.times.len();
-    }
-    all
-}
-
-fn p_value(
+/// Probability that, with nothing hidden, the best candidate promises as much as it does in the base
+/// model. `None` where there is nothing to try.
+pub(crate) fn p_value_of_the_base(
     search: &Search<'_>,
-    rest: &[usize],
-    scores: &[Score],
-    effect: usize,
-    random: &mut Pcg64,
-) -> f64 {
-    let Some(fitted) = search.fitted(rest) else { return 1.0 };
-    let residuals = fitted.residuals(&search.data);
-    let residual = weighted(&search.data, &residuals);
-    let blocks = blocks(&search.data, &residuals);
-    // φ⊥ᵀr of each block, in units of ‖φ⊥‖.
-    let parts = |column: &Vec<f64>| {
-        let mut parts = vec![0.0; BLOCKS];
-        for ((a, r), block) in column.iter().zip(&residual).zip(&blocks) {
-            parts[*block] += a * r;
-        }
-        let length = column.iter().map(|a| a * a).sum::<f64>().sqrt();
-        for part in &mut parts {
-            *part /= length;
-        }
-        parts
-    };
-    let columns: Vec<(usize, Vec<Vec<f64>>)> = scores
-        .iter()
-        .map(|score| (score.candidate, score.columns.iter().map(parts).collect()))
-        .collect();
-    let gain = |columns: &[Vec<f64>], signs: &[f64]| -> f64 {
-        let along = |parts: &Vec<f64>| parts.iter().zip(signs).map(|(p, s)| p * s).sum::<f64>();
-        columns.iter().map(|parts| along(parts).powi(2)).sum()
-    };
-    let as_it_is = [1.0; BLOCKS];
-    let Some((_, own)) = columns.iter().find(|(candidate, _)| *candidate == effect) else {
-        return 1.0;
-    };
-    let observed = gain(own, &as_it_is);
-    let mut as_good = 0;
-    let mut signs = [0.0; BLOCKS];
-    for _ in 0..RESAMPLES {
-        for sign in &mut signs {
-            *sign = if random.next_u64() >> 63 == 0 { 1.0 } else { -1.0 };
-        }
-        let best = columns.iter().map(|(_, parts)| gain(parts, &signs)).fold(0.0, f64::max);
-        as_good += usize::from(best >= observed);
-    }
-    (1 + as_good) as f64 / (1 + RESAMPLES) as f64
+    first: Range<usize>,
+    seed: u64,
+) -> Option<f64> {
+    let trials = search.trials_in_the_base(first);
+    let mut random = Pcg64::new(u128::from(seed), 0);
+    (!trials.is_empty()).then(|| p_value(&trials, |_| true, &mut random))
 }
 
 fn inclusion(search: &Search<'_>, effect: usize, random: &mut Pcg64) -> f64 {

@@ -16,6 +16,7 @@
 
 mod account;
 mod activity;
+mod cancelling;
 mod candidates;
 mod colour;
 mod corrected;
@@ -35,10 +36,14 @@ mod moments;
 mod parallel;
 mod projection;
 mod reconstruct;
+mod resampled;
 mod screen;
 mod search;
 mod structure;
 mod templates;
+#[cfg(test)]
+#[path = "../../tests/support/uniform.rs"]
+mod uniform;
 mod unknown_input;
 mod verdict;
 mod weights;

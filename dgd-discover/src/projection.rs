@@ -26,6 +26,11 @@ impl Basis {
         basis
     }
 
+    /// Its columns, orthonormal.
+    pub(crate) fn columns(&self) -> &[Vec<f64>] {
+        &self.columns
+    }
+
     /// Takes in a column that is orthogonal to the span.
     pub(crate) fn extend(&mut self, rest: &[f64]) {
         let length = dot(rest, rest).sqrt();

@@ -25,6 +25,7 @@ use crate::fitted::{Data, Fitted, whitened};
 use crate::levels::{Ranges, range_of, ranges};
 use crate::parallel::in_parallel;
 use crate::projection::{Basis, dot};
+use crate::resampled::{BLOCKS, Contrast, Errors, Trial};
 use crate::structure::{BaseModel, Values};
 
 /// Points of the grid of an onset: a fit finds an onset that lies within a tenth of the recording.
@@ -55,6 +56,24 @@ pub(crate) struct Score {
     pub columns: Vec<Vec<f64>>,
 }
 
+/// What a screen says.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Screen {
+    /// Candidates that promise something, the best first.
+    pub scores: Vec<Score>,
+    /// What each candidate could gain at each place of its grid, whether it does or not.
+    pub trials: Vec<Trial>,
+}
+
+/// How closely a screen looks for onsets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Look {
+    /// On the grid: all that `trials` need.
+    OnTheGrid,
+    /// Closer about the best, too.
+    Closer,
+}
+
 /// Squared cosine between the columns of candidates that are the same equations: the solver's error
 /// is what is left of it.
 const PARALLEL: f64 = 1.0 - 1e-6;
@@ -70,19 +89,20 @@ pub(crate) fn screen(
     others: &[usize],
     fitted: &Fitted,
     data: &Data<'_>,
+    look: Look,
     threads: usize,
-) -> Vec<Score> {
-    let residual = weighted(data, &fitted.residuals(data));
-    let Some(basis) = fitted_directions(fitted, data) else { return Vec::new() };
-    let ranges = ranges(fitted, data);
-    let (basis, residual) = (&basis, &*residual);
-    let parts = Parts { base, all, fitted, data, threads, basis, residual, ranges: &ranges };
-    let mut scores: Vec<Score> = Vec::new();
+) -> Screen {
+    let residuals = fitted.residuals(data);
+    let Some(basis) = fitted_directions(fitted, data) else { return Screen::default() };
+    let errors = Errors::new(&weighted(data, &residuals), blocks(data, &residuals), &basis);
+    let (ranges, basis) = (&ranges(fitted, data), &basis);
+    let parts = Parts { base, all, fitted, data, threads, basis, errors: &errors, ranges, look };
+    let mut screen = Screen::default();
     for group in parts.groups(others) {
-        scores.extend(parts.screen(&group));
+        parts.screen(&group, &mut screen);
     }
-    scores.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.candidate.cmp(&b.candidate)));
-    scores
+    screen.scores.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.candidate.cmp(&b.candidate)));
+    screen
 }
 
 /// Whether two candidates do the same to the outputs, to first order and but for a factor.
@@ -99,8 +119,9 @@ struct Parts<'a> {
     data: &'a Data<'a>,
     threads: usize,
     basis: &'a Basis,
-    residual: &'a [f64],
+    errors: &'a Errors,
     ranges: &'a Ranges,
+    look: Look,
 }
 
 impl Parts<'_> {
@@ -128,19 +149,19 @@ impl Parts<'_> {
 
     /// Screens some candidates by simulations that hold them all; where these cannot be had, one by
     /// one.
-    fn screen(&self, others: &[usize]) -> Vec<Score> {
-        match self.screen_together(others) {
-            Some(scores) => scores,
-            None if others.len() > 1 => {
-                others.iter().flat_map(|&other| self.screen(&[other])).collect()
+    fn screen(&self, others: &[usize], screen: &mut Screen) {
+        let is_screened = self.screen_together(others, screen).is_some();
+        if !is_screened && others.len() > 1 {
+            for &other in others {
+                self.screen(&[other], screen);
             }
-            None => Vec::new(),
         }
     }
 
-    fn screen_together(&self, others: &[usize]) -> Option<Vec<Score>> {
+    /// Nothing where the candidates cannot be simulated together.
+    fn screen_together(&self, others: &[usize], screen: &mut Screen) -> Option<()> {
         if others.is_empty() {
-            return Some(Vec::new());
+            return Some(());
         }
         let Parts { base, all, .. } = *self;
         let chosen = &self.fitted.structure.candidates;
@@ -157,17 +178,23 @@ impl Parts<'_> {
         if !self.try_places(&together, &grid, &mut found) {
             return None;
         }
-        for found in &mut found {
+        for (&candidate, found) in others.iter().zip(&mut found) {
+            let contrasts = found.iter_mut().map(|promise| std::mem::take(&mut promise.contrasts));
+            screen.trials.extend(contrasts.map(|contrasts| Trial { candidate, contrasts }));
+            found.retain(|promise| promise.gain > 0.0);
             found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         }
-        self.zoom(&together, &mut found);
+        if self.look == Look::Closer {
+            self.zoom(&together, &mut found);
+        }
         let scores = others.iter().zip(found).filter_map(|(&candidate, found)| {
             let best = found.first()?;
             let (gain, columns) = (best.gain, best.columns.clone());
             let points = found.into_iter().take(MOST_POINTS).map(|promise| promise.point).collect();
             Some(Score { candidate, gain, points, columns })
         });
-        Some(scores.collect())
+        screen.scores.extend(scores);
+        Some(())
     }
 
     /// Simulates candidates with their inner constants at some places, and adds what each promises
@@ -201,8 +228,7 @@ impl Parts<'_> {
                 if !found.is_empty() && inner.is_empty() {
                     continue;
                 }
-                let promise =
-                    promise(system, &lambdas, brought, &columns, self.basis, self.residual);
+                let promise = promise(system, &lambdas, brought, &columns, self.basis, self.errors);
                 let Some(mut promise) = promise else { continue };
                 let at = inner.iter().map(|inner| inner.name.clone()).zip(at.clone());
                 promise.point.set(at);
@@ -315,6 +341,7 @@ struct Promise {
     gain: f64,
     point: StartPoint,
     columns: Vec<Vec<f64>>,
+    contrasts: Vec<Contrast>,
 }
 
 /// The gain of the best λ within bounds.
@@ -326,26 +353,26 @@ fn promise(
     brought: &Brought,
     columns: &[Vec<f64>],
     basis: &Basis,
-    residual: &[f64],
+    errors: &Errors,
 ) -> Option<Promise> {
     let mut basis = basis.clone();
-    let (mut gain, mut point, mut kept) = (0.0, StartPoint::default(), Vec::new());
+    let (mut gain, mut point) = (0.0, StartPoint::default());
+    let (mut kept, mut contrasts) = (Vec::new(), Vec::new());
     for (name, column) in lambdas.iter().zip(columns) {
         let parameter = system.signature().parameters.iter().find(|p| *p.name == ***name)?;
         let Some(rest) = basis.project_out(column) else { continue };
-        let (along, square) = (dot(&rest, residual), dot(&rest, &rest));
         let null = parameter.value;
-        let estimate = (null + along / square).clamp(parameter.lower, parameter.upper) - null;
-        // −Δ Σ(e/σ)² = 2 λ φᵀr − λ² φᵀφ
-        gain += estimate * (2.0 * along - estimate * square);
+        let contrast = errors.contrast(&rest, [parameter.lower - null, parameter.upper - null]);
+        gain += contrast.gain();
         if brought.blend.as_deref() != Some(name.as_str()) {
-            point.values.push(((*name).clone(), null + estimate));
+            point.values.push(((*name).clone(), null + contrast.estimate()));
             point.at_nothing.push(((*name).clone(), null));
         }
         basis.extend(&rest);
         kept.push(rest);
+        contrasts.push(contrast);
     }
-    (gain > 0.0).then_some(Promise { gain, point, columns: kept })
+    (!kept.is_empty()).then_some(Promise { gain, point, columns: kept, contrasts })
 }
 
 /// A constant within an effect, and where it is tried.
@@ -511,6 +538,21 @@ pub(crate) fn weighted(data: &Data<'_>, residuals: &[Vec<Vec<f64>>]) -> Vec<f64>
             let Some(noise) = noise else { continue };
             all.extend(whitened(recording, values, noise).into_iter().filter(|e| e.is_finite()));
         }
+    }
+    all
+}
+
+/// The block of each weighted residual, in their order.
+pub(crate) fn blocks(data: &Data<'_>, residuals: &[Vec<Vec<f64>>]) -> Vec<usize> {
+    let samples: usize = data.train.iter().map(|recording| recording.times.len()).sum();
+    let (mut all, mut before) = (Vec::new(), 0);
+    for (recording, outputs) in data.train.iter().zip(residuals) {
+        for (values, noise) in outputs.iter().zip(&data.noise) {
+            let measured =
+                values.iter().enumerate().filter(|(_, e)| noise.is_some() && e.is_finite());
+            all.extend(measured.map(|(k, _)| (before + k) * BLOCKS / samples.max(1)));
+        }
+        before += recording.times.len();
     }
     all
 }

@@ -20,7 +20,8 @@ use std::ops::Range;
 use crate::candidates::Candidate;
 use crate::fitted::{Data, Fitted, NoFit};
 use crate::parallel::in_parallel;
-use crate::screen::{Score, StartPoint, are_parallel, screen};
+use crate::resampled::Trial;
+use crate::screen::{Look, Score, Screen, StartPoint, are_parallel, screen};
 use crate::structure::{BaseModel, Values};
 use crate::verdict::Outcome;
 
@@ -66,7 +67,7 @@ pub(crate) struct Search<'a> {
     /// Templates that come to the same as an effect of the library.
     pub doubled: BTreeSet<usize>,
     /// Screens of structures.
-    pub screens: BTreeMap<Vec<usize>, Vec<Score>>,
+    pub screens: BTreeMap<Vec<usize>, Screen>,
     /// Parts of structures that were fitted from where the whole ended, with the whole.
     pub settled: BTreeSet<(Vec<usize>, Vec<usize>)>,
 }
@@ -179,20 +180,41 @@ impl Search<'_> {
         }
     }
 
-    /// The screen of a structure, the best first.
+    /// What candidates promise on top of a structure, the best first.
     pub(crate) fn screened(&mut self, chosen: &[usize]) -> Vec<Score> {
-        if let Some(scores) = self.screens.get(chosen) {
-            return scores.clone();
+        self.screen(chosen).map(|screen| screen.scores.clone()).unwrap_or_default()
+    }
+
+    /// What each of them could gain there.
+    pub(crate) fn trials(&mut self, chosen: &[usize]) -> Vec<Trial> {
+        self.screen(chosen).map(|screen| screen.trials.clone()).unwrap_or_default()
+    }
+
+    /// What each of some candidates could gain on top of the base model.
+    pub(crate) fn trials_in_the_base(&self, some: Range<usize>) -> Vec<Trial> {
+        match self.screens.get(&Vec::new()) {
+            Some(screen) if self.open == some => screen.trials.clone(),
+            _ => self.fitted(&[]).map_or_else(Vec::new, |fitted| {
+                self.screen_of(fitted, some, Look::OnTheGrid).trials
+            }),
         }
-        let Some(Ok(fitted)) = self.tried.get(chosen) else { return Vec::new() };
+    }
+
+    fn screen(&mut self, chosen: &[usize]) -> Option<&Screen> {
+        if !self.screens.contains_key(chosen) {
+            let screen = self.screen_of(self.fitted(chosen)?, self.open.clone(), Look::Closer);
+            self.screens.insert(chosen.to_vec(), screen);
+        }
+        self.screens.get(chosen)
+    }
+
+    fn screen_of(&self, fitted: &Fitted, some: Range<usize>, look: Look) -> Screen {
         let is_refused = |c: &usize| {
             self.doubled.contains(c) || matches!(self.tried.get(&vec![*c]), Some(Err(_)))
         };
-        let left = self.open.clone().filter(|c| !chosen.contains(c) && !is_refused(c));
-        let others: Vec<usize> = left.collect();
-        let scores = screen(self.base, self.candidates, &others, fitted, &self.data, self.threads);
-        self.screens.insert(chosen.to_vec(), scores.clone());
-        scores
+        let chosen = &fitted.structure.candidates;
+        let others: Vec<usize> = some.filter(|c| !chosen.contains(c) && !is_refused(c)).collect();
+        screen(self.base, self.candidates, &others, fitted, &self.data, look, self.threads)
     }
 
     /// Refits structures that were not tried before, each from the points that its screen suggests.

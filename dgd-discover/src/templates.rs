@@ -17,15 +17,17 @@ macro_rules! texts {
     };
 }
 
-const TEXTS: [(&str, &str); 16] = texts![
+const TEXTS: [(&str, &str); 18] = texts![
     "sensor_gain",
     "sensor_offset",
     "sensor_drift",
     "sensor_delay",
+    "sensor_lag",
     "sensor_saturation",
     "input_gain",
     "input_offset",
     "input_lag",
+    "dead_band",
     "parameter_step",
     "parameter_drift",
     "unmeasured_flow",

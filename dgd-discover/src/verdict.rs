@@ -82,7 +82,7 @@ impl Search<'_> {
     pub(crate) fn nearly_all(&mut self) -> Option<Outcome> {
         let best = self.ranked().into_iter().next().filter(|best| !best.is_empty())?;
         self.finish(std::slice::from_ref(&best));
-        if self.ranked().first() != Some(&best) || !self.is_sound(&best) {
+        if self.ranked().first() != Some(&best) || !self.is_believable(&best) {
             return None;
         }
         let [trained, held_out] = self.squares(&best)?;
@@ -145,7 +145,7 @@ impl Search<'_> {
         let rival = of_rivals.fold(f64::INFINITY, f64::min);
         let is_clear = !best.is_empty()
             && !self.is_specific(best)
-            && self.is_sound(best)
+            && self.is_believable(best)
             && trained < MOSTLY
             && held_out < MOSTLY
             && trained < CLEARLY * rival;
@@ -164,7 +164,7 @@ impl Search<'_> {
     /// The simplest structure that explains the data, unless one with more effects is worth them.
     pub(crate) fn outcome(&self) -> Outcome {
         let ranked = self.ranked();
-        let fits = |chosen: &&Vec<usize>| self.explains(chosen) && self.is_sound(chosen);
+        let fits = |chosen: &&Vec<usize>| self.explains(chosen) && self.is_believable(chosen);
         let Some(mut best) = ranked.iter().find(fits) else {
             return Outcome::Unexplained(ranked.into_iter().next().unwrap_or_default());
         };
@@ -172,7 +172,7 @@ impl Search<'_> {
         // and a name that only noise suggests is worse than none.
         let nearly = |chosen: &&Vec<usize>| {
             self.leaves_at_most(chosen, EXPLAINED, NEARLY_EXPLAINED_HELD_OUT)
-                && self.is_sound(chosen)
+                && self.is_believable(chosen)
         };
         while let Some(simpler) =
             ranked.iter().filter(nearly).find(|s| s.len() < best.len() && !self.is_worth(best, s))
@@ -303,7 +303,18 @@ impl Search<'_> {
         if !fitted.is_converged {
             notes.push("the fit was not finished".to_owned());
         }
+        if self.explains(chosen)
+            && let Some([a, b]) = self.cancelling(chosen)
+        {
+            let [a, b] = [a, b].map(|c| self.candidates[c].application.name());
+            notes.push(format!("`{b}` only takes back what `{a}` does"));
+        }
         notes.join("; ")
+    }
+
+    /// Whether the effects of a structure may be named: none is at a bound, or takes another back.
+    fn is_believable(&self, chosen: &[usize]) -> bool {
+        self.is_sound(chosen) && self.cancelling(chosen).is_none()
     }
 
     /// Whether no parameter of an effect has run into a bound.

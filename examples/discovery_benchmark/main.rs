@@ -3,6 +3,7 @@
 //! ```text
 //! cargo run --release --example discovery_benchmark -- [--cases N] [--hard] [--seed S]
 //!     [--only NAME[+NAME]] [--threads N] [--out DIR]
+//! cargo run --release --example discovery_benchmark -- --nulls N [--threads N]
 //! ```
 //!
 //! plants every effect of the library in `examples/drilling_rig`, which shares no code with the
@@ -12,11 +13,20 @@
 //! `none` and `outside` are kinds, too. `--threads` is the number of cases at a time; each is
 //! searched by one thread. With `--out` all rows go to `cases.csv` there, and the recordings of cases
 //! that were not seen through beside it.
+//!
+//! `--nulls` looks at so many servos with nothing hidden, with white noise and as many with coloured,
+//! and says whether the p-values are uniform.
 
 #[path = "../drilling_rig/mod.rs"]
 mod drilling_rig;
 #[path = "../../tests/support/examined.rs"]
 mod examined;
+#[path = "../../tests/support/nulls.rs"]
+mod nulls;
+#[path = "../../tests/support/servo.rs"]
+mod servo;
+#[path = "../../tests/support/uniform.rs"]
+mod uniform;
 
 mod cases;
 mod score;
@@ -29,10 +39,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use cases::{Case, cases};
-use dgd_discover::{Discovery, Ranked};
-use drilling_rig::{Pair, record};
+use dgd_discover::{Discovery, Ranked, Verdict};
+use drilling_rig::{Pair, random, record};
 use examined::{Examined, Samples, Texts};
+use nulls::{Noise, Said};
 use score::{Score, table};
+use uniform::kolmogorov_smirnov;
 
 struct Arguments {
     cases: usize,
@@ -41,6 +53,7 @@ struct Arguments {
     only: Option<String>,
     threads: usize,
     out: Option<PathBuf>,
+    nulls: Option<usize>,
 }
 
 /// Every so many cases the search is made again with another seed and two threads.
@@ -49,6 +62,10 @@ const REPEATED: usize = 9;
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments = parse(std::env::args().skip(1))?;
     let Arguments { seed, hard, .. } = arguments;
+    if let Some(number) = arguments.nulls {
+        calibrate(number, arguments.threads);
+        return Ok(());
+    }
     let cases = cases(arguments.cases, seed, hard, arguments.only.as_deref())?;
     if let Some(folder) = &arguments.out {
         fs::create_dir_all(folder)?;
@@ -86,6 +103,28 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     print!("\n{}", table(&scores, hard));
     Ok(())
+}
+
+/// Shows what is said where nothing is hidden.
+fn calibrate(number: usize, threads: usize) {
+    for (name, noise) in [("white", Noise::White), ("coloured", Noise::Coloured)] {
+        let begin = Instant::now();
+        let said = nulls::said(number, noise, threads);
+        let p_values: Vec<f64> = said.iter().map(|said| said.p_value).collect();
+        let below = |least: f64| p_values.iter().filter(|p| **p <= least).count();
+        let is_alarm = |said: &&Said| said.verdict != Verdict::Sufficient;
+        println!(
+            "{name:8}  {number} with nothing hidden: Kolmogorov-Smirnov p = {:.3}; below 0.01, 0.05, 0.1, \
+             0.5: {} {} {} {}; false alarms: {}; {:.1} s",
+            kolmogorov_smirnov(&p_values),
+            below(0.01),
+            below(0.05),
+            below(0.1),
+            below(0.5),
+            said.iter().filter(is_alarm).count(),
+            begin.elapsed().as_secs_f64()
+        );
+    }
 }
 
 /// How good what is found in a case is, and what is said about it.
@@ -127,7 +166,7 @@ fn said(found: &Discovery) -> (&'static str, Vec<(&str, &str)>) {
 fn parse(mut words: impl Iterator<Item = String>) -> Result<Arguments, Box<dyn Error>> {
     let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let mut arguments =
-        Arguments { cases: 54, hard: false, seed: 1, only: None, threads, out: None };
+        Arguments { cases: 54, hard: false, seed: 1, only: None, threads, out: None, nulls: None };
     while let Some(word) = words.next() {
         if word == "--hard" {
             arguments.hard = true;
@@ -137,6 +176,7 @@ fn parse(mut words: impl Iterator<Item = String>) -> Result<Arguments, Box<dyn E
         match word.as_str() {
             "--cases" => arguments.cases = value.parse()?,
             "--seed" => arguments.seed = value.parse()?,
+            "--nulls" => arguments.nulls = Some(value.parse()?),
             "--only" => arguments.only = Some(value),
             "--threads" => arguments.threads = value.parse::<usize>()?.max(1),
             "--out" => arguments.out = Some(PathBuf::from(value)),

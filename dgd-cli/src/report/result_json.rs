@@ -11,8 +11,8 @@ use super::{Subject, UNEXPLAINED};
 
 /// The text of the file.
 pub(super) fn write(subject: &Subject<'_>) -> String {
-    let Discovery { verdict, reason, effects, unexplained, gap, traces, ranking, screened, .. } =
-        subject.discovery;
+    let Discovery { verdict, reason, p_value, effects, unexplained, gap, .. } = subject.discovery;
+    let Discovery { traces, ranking, screened, .. } = subject.discovery;
     let recordings: Vec<Value> = traces
         .iter()
         .map(|trace| json!({ "name": trace.name, "held_out": trace.held_out }))
@@ -24,6 +24,7 @@ pub(super) fn write(subject: &Subject<'_>) -> String {
     let all = json!({
         "verdict": verdict.word(),
         "reason": reason,
+        "p_value": p_value.map(tidy),
         "model": subject.model_name(),
         "effects": effects.iter().map(effect).collect::<Vec<_>>(),
         "unexplained": unexplained.iter().map(left_over).collect::<Vec<_>>(),

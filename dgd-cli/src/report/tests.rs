@@ -156,6 +156,7 @@ fn discovery() -> Discovery {
         verdict: Verdict::Effects,
         reason: "It removes all of the excess error on held-out data; no second effect passes."
             .to_owned(),
+        p_value: Some(0.001),
         effects: vec![FoundEffect {
             name: "booster_flow_gain".to_owned(),
             kind: "input",
@@ -336,6 +337,7 @@ fn a_discovery_with_nothing_in_it_is_written_too() {
     let discovery = Discovery {
         verdict: Verdict::Sufficient,
         reason: String::new(),
+        p_value: None,
         effects: Vec::new(),
         unexplained: Vec::new(),
         gap: discovery()
