@@ -1,5 +1,7 @@
 //! Fits to recordings that were made with known parameters, start values and noise.
 
+#[path = "identification/linearised.rs"]
+mod linearised;
 mod support;
 
 use dgd::identify::{

@@ -1,12 +1,14 @@
 //! The command line, as typed.
 
+use std::fmt;
 use std::path::PathBuf;
 
 use crate::estimator::RegressionArgs;
 use crate::intervals::IntervalArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
-use dgd_runtime::{PerSample, Steps};
+use dgd_runtime::linearize::LinearAt;
+use dgd_runtime::{Inputs, PerSample, Steps};
 
 use crate::data::Rename;
 use crate::screening::args::ScreenArgs;
@@ -197,9 +199,9 @@ pub(crate) struct LinearizeArgs {
     /// Inputs
     #[arg(long, value_name = "FILE")]
     pub data: Option<PathBuf>,
-    /// A time of the run, s since the data's first sample; or `steady`: where the model is at rest
-    /// with the inputs of the first time
-    #[arg(long, value_name = "T|steady", allow_negative_numbers = true, value_parser = place)]
+    /// A time of the run, s since the data's first sample; `steady`: where the model is at rest with the
+    /// inputs of the first time; or `mean`: where it is at rest with their means
+    #[arg(long, value_name = "T|steady|mean", allow_negative_numbers = true, value_parser = place)]
     pub at: Place,
     #[command(flatten)]
     pub solve: SolveArgs,
@@ -210,8 +212,41 @@ pub(crate) struct LinearizeArgs {
 pub(crate) enum Place {
     /// Where a run is at this time, s.
     Time(f64),
-    /// Where it is at rest.
+    /// Where it is at rest with the inputs of the first time.
     Steady,
+    /// Where it is at rest with the inputs' means.
+    Mean,
+}
+
+impl Place {
+    /// Whether the model is at rest there.
+    pub(crate) fn is_rest(self) -> bool {
+        match self {
+            Place::Time(_) => false,
+            Place::Steady | Place::Mean => true,
+        }
+    }
+
+    /// What is linear close to it in a run over these times.
+    pub(crate) fn of(self, inputs: &Inputs, times: &[f64]) -> Option<LinearAt> {
+        let (first, last) = (*times.first()?, *times.last()?);
+        Some(match self {
+            Place::Time(t) => LinearAt::Reached(t),
+            Place::Steady => LinearAt::Rest(inputs.mean(first, first)),
+            Place::Mean => LinearAt::Rest(inputs.mean(first, last)),
+        })
+    }
+}
+
+/// As `--at` has it.
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Place::Time(t) => t.fmt(f),
+            Place::Steady => f.write_str("steady"),
+            Place::Mean => f.write_str("mean"),
+        }
+    }
 }
 
 /// What commands that run a model once share.
@@ -432,11 +467,12 @@ fn steps(text: &str) -> Result<Steps, String> {
 }
 
 /// Reads what `--at` says.
-fn place(text: &str) -> Result<Place, String> {
+pub(crate) fn place(text: &str) -> Result<Place, String> {
     match text.parse::<f64>() {
         _ if text == "steady" => Ok(Place::Steady),
+        _ if text == "mean" => Ok(Place::Mean),
         Ok(t) if t.is_finite() => Ok(Place::Time(t)),
-        _ => Err("there is a time in s, and `steady`".to_owned()),
+        _ => Err("there is a time in s, `steady`, and `mean`".to_owned()),
     }
 }
 

@@ -2,11 +2,17 @@
 
 use clap::{Args, ValueEnum};
 
+use crate::args::{Place, place};
+use crate::failure::CommandError;
+
 /// How parameters are estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Estimator {
     /// Simulates each recording from its start; start values are estimated, too
     OutputError,
+    /// Simulates the linear model close to an operating point, `--at`, exactly
+    #[value(alias = "linearized")]
+    Linearised,
     /// The innovations of an extended Kalman filter; states may stray, and how far is estimated
     PredictionError,
     /// Linear least squares on equations and outputs, without bounds
@@ -21,12 +27,24 @@ pub(crate) enum Estimator {
     Recursive,
 }
 
-/// Options of the estimators that do not simulate.
+impl Estimator {
+    /// Whether it compares simulated outputs with measured ones, sample by sample.
+    pub(crate) fn simulates(self) -> bool {
+        matches!(self, Self::OutputError | Self::Linearised)
+    }
+}
+
+/// Which estimator, and options of single ones.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct RegressionArgs {
     /// How parameters are estimated
     #[arg(long, value_enum, value_name = "NAME", default_value_t = Estimator::OutputError)]
     pub estimator: Estimator,
+    /// Linearised: where each recording's linear model is: where its run is at a time, s since the data's
+    /// first sample; `steady`, at rest with the inputs of the first time; or `mean`, at rest with their
+    /// means [default: mean]
+    #[arg(long, value_name = "T|steady|mean", allow_negative_numbers = true, value_parser = place)]
+    pub at: Option<Place>,
     /// Regressions: half of the width of the windows in which slopes of readings are taken, s [default: 5
     /// samples]
     #[arg(long, value_name = "SECONDS")]
@@ -50,6 +68,23 @@ pub(crate) struct RegressionArgs {
     /// Recursive: n_s in the normalisation m² = 1 + n_s²
     #[arg(long, value_enum, value_name = "NAME", default_value_t = Normalise::None)]
     pub normalise: Normalise,
+}
+
+impl RegressionArgs {
+    /// Where linear models are, if the estimator makes them.
+    ///
+    /// # Errors
+    ///
+    /// Where `--at` is given to another estimator.
+    pub(crate) fn place(&self) -> Result<Option<Place>, CommandError> {
+        match (self.estimator, self.at) {
+            (Estimator::Linearised, at) => Ok(Some(at.unwrap_or(Place::Mean))),
+            (_, None) => Ok(None),
+            (_, Some(_)) => {
+                Err(CommandError::Usage("`--at` goes with `--estimator linearised`".to_owned()))
+            }
+        }
+    }
 }
 
 /// What n_s² is.

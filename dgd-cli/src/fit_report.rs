@@ -13,6 +13,7 @@ use serde_json::{Map, Value, json};
 use crate::fit_quality::Quality;
 use crate::information::Origins;
 use crate::intervals::Intervals;
+use crate::linearised::Linearised;
 use crate::table::{push_table, significant};
 
 /// Correlations above this are pointed out.
@@ -33,6 +34,8 @@ pub(crate) struct Outcome<'a> {
     pub quality: Quality,
     /// On held-out recordings.
     pub quality_valid: Option<Quality>,
+    /// Where the linear models were, if those were fitted.
+    pub linearised: Option<Linearised>,
 }
 
 /// Held-out recordings.
@@ -123,6 +126,7 @@ impl Outcome<'_> {
             "termination": fit.termination.name(),
             "steps": match fit.stepping {
                 Stepping::Adaptive => json!("adaptive"),
+                Stepping::Exact => json!("exact"),
                 Stepping::PerSample(PerSampleChoice { method, steps }) => {
                     json!({ "per_sample": steps, "method": method.name })
                 }
@@ -130,6 +134,10 @@ impl Outcome<'_> {
         });
         if let Some(result) = result.as_object_mut() {
             self.intervals.write_json(self, result);
+            if let Some(linearised) = &self.linearised {
+                result.insert("estimator".to_owned(), json!("linearised"));
+                result.insert("linearised".to_owned(), linearised.to_json(self));
+            }
             if let Some(information) = &self.information {
                 result.insert("information".to_owned(), information.to_json(self));
             }
@@ -239,6 +247,9 @@ impl Outcome<'_> {
         }
         push_table(&mut text, &table);
         text.push('\n');
+        if let Some(linearised) = &self.linearised {
+            linearised.push_text(&mut text, self);
+        }
         self.push_remarks(&mut text);
         self.intervals.push_text(&mut text, self);
         if let Some(information) = &self.information {

@@ -51,9 +51,10 @@ impl IntervalArgs {
         if self.profile.is_empty() && self.bootstrap == 0 && !self.information {
             return Ok(());
         }
-        if estimator != Estimator::OutputError {
+        if !estimator.simulates() {
             return Err(CommandError::Usage(
-                "`--profile`, `--bootstrap` and `--information` go with `--estimator output-error`"
+                "`--profile`, `--bootstrap` and `--information` go with `--estimator output-error` and \
+                 `linearised`"
                     .to_owned(),
             ));
         }

@@ -15,6 +15,7 @@ mod fitted_model;
 mod information;
 mod intervals;
 mod linear_report;
+mod linearised;
 mod load;
 pub mod plot;
 mod recording;

@@ -204,6 +204,23 @@ impl<'a> LinearReport<'a> {
     }
 }
 
+/// Modes, and the sides of switches and bounds, at a point.
+pub(crate) fn modes<'a>(
+    signature: &'a Signature,
+    at: &'a OperatingPoint,
+) -> impl Iterator<Item = (&'a str, &'a str)> {
+    let automata = signature.discrete.automata.iter().zip(&at.z);
+    automata.filter_map(|(automaton, mode)| match automaton.kind {
+        AutomatonKind::When | AutomatonKind::Corner => None,
+        AutomatonKind::Modes
+        | AutomatonKind::Saturation
+        | AutomatonKind::States
+        | AutomatonKind::Switch => {
+            Some((&*automaton.name, &**automaton.modes.get(*mode as usize)?))
+        }
+    })
+}
+
 /// What was so long ago.
 fn late_name(name: &str, tau: f64) -> String {
     // A delay that varies has many digits.
@@ -239,16 +256,7 @@ impl LinearReport<'_> {
 
     /// Modes, and the sides of switches and bounds.
     fn modes(&self) -> impl Iterator<Item = (&str, &str)> {
-        let automata = self.signature.discrete.automata.iter().zip(&self.at.z);
-        automata.filter_map(|(automaton, mode)| match automaton.kind {
-            AutomatonKind::When | AutomatonKind::Corner => None,
-            AutomatonKind::Modes
-            | AutomatonKind::Saturation
-            | AutomatonKind::States
-            | AutomatonKind::Switch => {
-                Some((&*automaton.name, &**automaton.modes.get(*mode as usize)?))
-            }
-        })
+        modes(self.signature, &self.at)
     }
 
     /// Outputs that are read late, and by how much.
@@ -264,6 +272,7 @@ impl LinearReport<'_> {
         let _ = match self.place {
             Place::Time(_) => writeln!(text, "t = {t} s"),
             Place::Steady => writeln!(text, "its steady state with the inputs of t = {t} s"),
+            Place::Mean => writeln!(text, "its steady state with the means of the inputs"),
         };
         self.push_point(&mut text);
         for matrix in self.matrices().iter().filter(|matrix| !matrix.is_empty()) {
@@ -283,7 +292,7 @@ impl LinearReport<'_> {
         };
         if !self.states.is_empty() {
             // At rest slopes are rounding.
-            let columns = if self.place == Place::Steady { 3 } else { 5 };
+            let columns = if self.place.is_rest() { 3 } else { 5 };
             let heads = ["state", "value", "unit", "slope", ""].map(str::to_owned);
             let mut table = vec![heads[..columns].to_vec()];
             for (state, rate) in self.states.iter().zip(&self.rates) {
@@ -432,7 +441,7 @@ impl LinearReport<'_> {
         let mut all = json!({
             "model": self.signature.name,
             "t": self.at.t,
-            "steady": self.place == Place::Steady,
+            "steady": self.place.is_rest(),
             "states": states.collect::<Vec<_>>(),
             "inputs": channels.collect::<Vec<_>>(),
             "outputs": outputs.collect::<Vec<_>>(),

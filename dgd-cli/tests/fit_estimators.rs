@@ -3,6 +3,7 @@
 mod support;
 
 use serde_json::Value;
+use tempfile::TempDir;
 
 use support::{column, dgd, dgd_in, folder_with, listing, path, root};
 
@@ -202,12 +203,131 @@ fn what_cannot_be_had_from_readings_is_told_by_name() {
     .refused(1, &["`booster_line`", "mode"]);
 }
 
+/// A recording of the mud circulation whose signals stay close to a point, by the model itself.
+fn circulating(folder: &TempDir, rows: usize) -> String {
+    let mut csv = "time [s],w_ssp [%],q_boost [lpm],q_tf [lpm]\n".to_owned();
+    for k in 0..rows {
+        let speed = 52.0 + 0.2 * [0.0, 1.0, -1.0, 0.4, -0.6][k / 60 % 5];
+        let boost = 1850.0 + 8.0 * (0.011 * k as f64).sin();
+        csv += &format!("{k},{speed},{boost},{}\n", [290, 294][k / 150 % 2]);
+    }
+    let (inputs, data) = (path(folder, "inputs.csv"), path(folder, "data.csv"));
+    std::fs::write(&inputs, csv).expect("a folder");
+    let model = "models/mud_circulation.dgd";
+    let args = ["simulate", model, "--data", &inputs, "--noise-seed", "5", "-o", &data];
+    dgd(&[&args[..], &["--set", "h_r=51"]].concat()).done();
+    data
+}
+
+#[test]
+fn the_linear_model_has_the_parameters_and_says_how_far_it_holds() {
+    let folder = folder_with(&[]);
+    let data = circulating(&folder, 600);
+    let out = path(&folder, "out");
+    let args = ["fit", "models/mud_circulation.dgd", "--data", &data, "--noise", "declared"];
+    let linearised = [&args[..], &["--estimator", "linearised"]].concat();
+    let linear = json(&[&linearised[..], &["-o", &out, "--valid", &data]].concat());
+    let model = json(&args);
+    assert_eq!((&linear["estimator"], &linear["steps"]), (&"linearised".into(), &"exact".into()));
+    for name in ["M_ssp", "c0", "c2", "F2"] {
+        let [a, b] = [&linear, &model].map(|result| &result["parameters"][name]);
+        let (apart, std) = (number(&a["value"]) - number(&b["value"]), number(&b["std"]));
+        assert!(apart.abs() < 3.0 * std, "{name}: {a} {b}");
+        assert!((number(&a["std"]) / std - 1.0).abs() < 0.3, "{name}: {a} {b}");
+    }
+    // The point is that of the estimates, at rest with the mean flow: what comes in goes out.
+    let point = &linear["linearised"]["points"][0];
+    let flows = ["q_boost", "q_tf"].map(|name| number(&point["inputs"][name]["value"]));
+    let through = number(&point["unknowns"]["q_ssp"]["value"]) * 6e4;
+    assert!((flows.iter().sum::<f64>() / through - 1.0).abs() < 1e-9, "{point}");
+    assert_eq!(linear["linearised"]["at"], "mean");
+    for name in ["p_r", "p_out"] {
+        let output = &linear["linearised"]["model"]["outputs"][name];
+        // So small are the signals that the model itself fits as well.
+        let [with, without] = [&output["rms"], &linear["outputs"][name]["rms_train"]].map(number);
+        assert!((with / without - 1.0).abs() < 0.05, "{name}: {with} {without}");
+        assert!(number(&output["difference"]) < 0.3 * number(&linear["outputs"][name]["noise"]));
+        assert!(number(&output["quality"]["r_squared"]) > 0.9);
+        assert!(number(&linear["outputs"][name]["rms_valid"]) < 0.012);
+    }
+    let fitted = std::fs::read_to_string(folder.path().join("out/mud_circulation.dgd"));
+    assert!(!fitted.expect("the model").contains("M_ssp [kg/m^4]     = 1.1e8 "));
+
+    // By its other name, at other points, and in words.
+    let other = [&args[..], &["--estimator", "linearized"]].concat();
+    assert_eq!(json(&other)["parameters"], linear["parameters"]);
+    for at in ["steady", "120"] {
+        let found = json(&[&linearised[..], &["--at", at]].concat());
+        let [a, b] = [&found, &model].map(|result| &result["parameters"]["F2"]);
+        let apart = number(&a["value"]) - number(&b["value"]);
+        assert!(apart.abs() < 3.0 * number(&b["std"]), "{at}: {a} {b}");
+    }
+    let text = dgd(&linearised).done().out;
+    for part in ["steady state with the means of the inputs", "rms model", "fit model %", "h_r"] {
+        assert!(text.contains(part), "{text}");
+    }
+    assert!(!text.contains("by more than the noise"), "{text}");
+
+    // Where signals are large, it is said.
+    let text = dgd(&[&CIRCULATION[..], &["--estimator", "linearised"]].concat()).done().out;
+    assert!(text.contains("by more than the noise"), "{text}");
+}
+
+/// A tank with a valve that opens at a level.
+const VALVE: &[u8] = b"\
+model valve
+input u [1] hold
+parameter k [1/s] = 0.2 in 0.01 ..
+state x [1] = 1
+modes gate {
+  closed { equation e: der(x) = k*(u - x) }
+  open   { equation e: der(x) = k*(u - 2*x) }
+  closed -> open when x rises above 1.5
+}
+output y [1] = x
+";
+
+#[test]
+fn what_has_no_linear_model_is_told_by_name() {
+    let mut csv = "time [s],u [1],y [1]\n".to_owned();
+    for t in 0..60 {
+        let since = f64::from((t - 40).max(0));
+        let y = 4.0 - 3.0 * (-0.2 * since).exp();
+        csv += &format!("{t},{},{}\n", if t < 40 { 1 } else { 4 }, y.min(2.0));
+    }
+    let late = b"model late\ninput u [1] hold\nparameter k [1/s] = 0.2\nstate x [1] = 1\n\
+        equation e: der(x) = k*(u - delay(x, 2 [s]))\noutput y [1] = x\n";
+    let folder =
+        folder_with(&[("valve.dgd", VALVE), ("late.dgd", late), ("d.csv", csv.as_bytes())]);
+    let refused = |model: &str, more: &[&str], code: i32, parts: &[&str]| {
+        let args = ["fit", model, "--data", "d.csv", "--estimator", "linearised"];
+        dgd_in(folder.path(), &[&args[..], more].concat()).refused(code, parts);
+    };
+    let parts = ["d.csv", "`gate: closed`", "`open`", "`--until`", "`--estimator output-error`"];
+    refused("valve.dgd", &["--at", "steady"], 1, &parts);
+    refused("late.dgd", &[], 3, &["cannot be linearised", "d.csv", "`x` late", "output-error"]);
+    refused("valve.dgd", &["--at", "somewhere"], 2, &["`steady`, and `mean`"]);
+    let args = [&CIRCULATION[..], &["--at", "mean"]].concat();
+    dgd(&args).refused(2, &["`--at` goes with `--estimator linearised`"]);
+    // In one mode there is nothing to refuse.
+    let args = ["fit", "valve.dgd", "--data", "d.csv", "--estimator", "linearised"];
+    let found = dgd_in(folder.path(), &[&args[..], &["--until", "39", "--fix", "k"]].concat());
+    let text = found.done().out;
+    assert!(text.contains("d.csv stays in these modes: gate: closed"), "{text}");
+}
+
 #[test]
 fn every_estimator_is_in_the_help() {
     let help = dgd(&["fit", "--help"]).out;
-    for name in
-        ["output-error", "least-squares", "bounded", "separable", "nelder-mead", "recursive"]
-    {
+    for name in [
+        "output-error",
+        "linearised",
+        "least-squares",
+        "bounded",
+        "separable",
+        "nelder-mead",
+        "recursive",
+    ] {
         assert!(help.contains(&format!("- {name}:")), "{name}\n{help}");
     }
     assert!(root().join("docs/identification.md").exists());

@@ -139,6 +139,23 @@ fn the_mud_circulation_is_as_worked_out_by_hand() {
     assert_eq!(result["stable"], true);
     let slow = number(&result["poles"][0]["time_constant"]);
     assert!((slow + 1.0 / (half + root)).abs() < 1e-9, "{slow}");
+
+    // Means: the speed is held, the boost a straight line.
+    let moving = "time [s],w_ssp [%],q_boost [lpm],q_tf [lpm]\n\
+                  0,40,1700,300\n10,60,1800,300\n20,90,1900,300\n";
+    let folder = folder_with(&[("data.csv", moving.as_bytes())]);
+    let data = path(&folder, "data.csv");
+    let args = ["linearize", MUD, "--data", &data, "--at", "mean", "--format", "json"];
+    let mean = json_of(dgd(&args));
+    let level = number(&mean["states"][0]["value"]);
+    assert!((level - hand.level).abs() < 1e-10, "{level}");
+    assert_matrix(
+        &matrix(&mean, "A"),
+        &[&[0.0, 1.0 / hand.area], &[hand.by_level, hand.by_flow]],
+        tight,
+    );
+    assert_eq!(mean["steady"], true);
+    dgd(&["linearize", "models/pendulum_cartesian.dgd", "--at", "mean"]).refused(2, &["`--data`"]);
 }
 
 /// (3.17)–(3.18): the flow follows the level at once.

@@ -9,12 +9,13 @@ use dgd_compiler::source::Sources;
 use dgd_execute::Loaded;
 use dgd_runtime::identify::{
     Estimate, EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Prior, Recording,
-    StoppingRule, Termination, TrialFailed, evaluate, fit, fit_starts,
+    StoppingRule, Termination, TrialFailed, TrialFailure, evaluate, fit, fit_starts, nonlinear,
+    operating_points,
 };
 use dgd_runtime::{Direction, Options, Problem, System};
 use serde_json::Value;
 
-use crate::args::{FitArgs, NoiseFrom};
+use crate::args::{FitArgs, NoiseFrom, Place};
 use crate::command::{prediction_error, regress};
 use crate::console::{Console, print};
 use crate::data::{Files, write_folder};
@@ -26,6 +27,7 @@ use crate::fit_report::{Outcome, Tested};
 use crate::fitted_model;
 use crate::information::Origins;
 use crate::intervals::Intervals;
+use crate::linearised::{self, Linearised};
 use crate::load::Compilation;
 use crate::plot::Text;
 use crate::recording::{self, Clock};
@@ -43,11 +45,16 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
     if let Some(folder) = console.out() {
         fitted_model::verify_folder(folder, &args.model)?;
     }
-    let task = Task::load(args, console)?;
+    let place = args.regression.place()?;
+    let mut task = Task::load(args, console)?;
+    if let Some(place) = place {
+        task.linearise(place);
+    }
+    let task = task;
     let signature = task.system.signature();
     args.intervals.verify(args.regression.estimator, signature)?;
     match args.regression.estimator {
-        Estimator::OutputError => {}
+        Estimator::OutputError | Estimator::Linearised => {}
         Estimator::PredictionError => return prediction_error::run(&task, args, console),
         Estimator::LeastSquares
         | Estimator::Bounded
@@ -73,6 +80,7 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
 
     let train = task.evaluated(&problem, &fit, &args.data)?;
     let valid = task.tested(&problem, &fit, args)?;
+    let linearised = place.map(|place| task.linearised(place, &problem, &fit, &train, args));
     let outcome = Outcome {
         signature,
         variants: &task.compiled.model.variants,
@@ -93,6 +101,7 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
             .map(|tested| Quality::of(signature, &tested.recordings, &tested.evaluation)),
         train,
         valid,
+        linearised: linearised.transpose()?,
     };
     let json = outcome.to_json();
     if let Some(folder) = console.out() {
@@ -218,6 +227,38 @@ impl Task {
         })
     }
 
+    /// Has all recordings simulated by linear models.
+    fn linearise(&mut self, place: Place) {
+        for recording in self.train.iter_mut().chain(&mut self.valid) {
+            recording.linear = place.of(&recording.inputs, &recording.times);
+        }
+    }
+
+    /// Where the linear models were, and what the model itself makes of the estimates.
+    fn linearised(
+        &self,
+        place: Place,
+        problem: &OutputErrorProblem<'_, Loaded>,
+        fit: &Fit,
+        train: &Evaluation,
+        args: &FitArgs,
+    ) -> Result<Linearised, CommandError> {
+        let failed = |error| self.failed(EstimateError::Start(error), &args.data);
+        let points = operating_points(problem, &fit.p, &fit.starts).map_err(failed)?;
+        let model = nonlinear(problem, &fit.p, &fit.starts);
+        if let Ok(model) = &model {
+            let first = args.data.iter().zip(&model.departures);
+            if let Some((path, departure)) =
+                first.filter_map(|(path, found)| Some((path, found.as_ref()?))).next()
+            {
+                return Err(CommandError::Found(linearised::other_mode(path, departure)));
+            }
+        }
+        let model = model.map_err(|error| named(&error, &args.data));
+        let signature = self.system.signature();
+        Ok(Linearised::new(signature, place, points, (&self.train, train), model))
+    }
+
     pub(super) fn problem(&self, console: Console<'_>) -> OutputErrorProblem<'_, Loaded> {
         let parameters = self.compiled.program.parameters.iter().enumerate();
         let prior = |(parameter, declared): (usize, &dgd_compiler::model::Parameter)| {
@@ -327,10 +368,18 @@ impl Task {
                 ))
             }
             EstimateError::TooFewSamples { .. } => CommandError::Found(error.to_string()),
-            EstimateError::Start(failed) => CommandError::Computation(format!(
-                "the model cannot be simulated: {}",
-                named(&failed, paths)
-            )),
+            EstimateError::Start(failed) => {
+                let (what, instead) = match failed.reason {
+                    TrialFailure::NotLinearised(_) => {
+                        ("linearised", "; `--estimator output-error` simulates the model itself")
+                    }
+                    TrialFailure::Simulation(_)
+                    | TrialFailure::OutputNotFinite { .. }
+                    | TrialFailure::NoSensitivity { .. } => ("simulated", ""),
+                };
+                let reason = named(&failed, paths);
+                CommandError::Computation(format!("the model cannot be {what}: {reason}{instead}"))
+            }
             EstimateError::Noise { .. }
             | EstimateError::NotPositive { .. }
             | EstimateError::NotFiltered(_) => CommandError::Computation(error.to_string()),

@@ -1,6 +1,6 @@
 //! `dgd linearize`: the linear model close to a point of a run, or to a steady state.
 
-use dgd_runtime::linearize::{OperatingPoint, linearize, steady_state};
+use dgd_runtime::linearize::{LinearAt, OperatingPoint, linearize, steady_state};
 
 use crate::args::{LinearizeArgs, Place, RunArgs, SolveArgs};
 use crate::console::Console;
@@ -28,6 +28,15 @@ pub(crate) fn run(args: &LinearizeArgs, console: Console<'_>) -> Result<(), Comm
             OperatingPoint::reached(&run.problem(), from, t, &run.options).map_err(failed)?
         }
         Place::Steady => steady_state(&run.problem(), from, &run.options).map_err(failed)?,
+        Place::Mean if args.data.is_none() => {
+            return Err(CommandError::Usage("`--at mean` is of the inputs in `--data`".to_owned()));
+        }
+        Place::Mean => {
+            let until = run.times.last().map_or(from, |last| *last);
+            run.inputs.cover(from, until).map_err(failed)?;
+            let mean = LinearAt::Rest(run.inputs.mean(from, until));
+            mean.point(&run.problem(), from, &run.options).map_err(failed)?
+        }
     };
     let system = linearize(&run.problem(), &at).map_err(failed)?;
     let poles = system.poles().map_err(failed)?;
@@ -53,8 +62,8 @@ fn run_args(args: &LinearizeArgs) -> RunArgs {
     let LinearizeArgs { model, choices, data, at, solve } = args;
     let until = match at {
         Place::Time(t) => Some(*t),
-        // Only the first time matters; without data nothing else says when that is.
-        Place::Steady => data.is_none().then(|| solve.from.unwrap_or(0.0)),
+        // Without data nothing else says when the first time is, which is all that matters.
+        Place::Steady | Place::Mean => data.is_none().then(|| solve.from.unwrap_or(0.0)),
     };
     RunArgs {
         model: model.clone(),

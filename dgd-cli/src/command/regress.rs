@@ -34,9 +34,10 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
         Estimator::LeastSquares => by(RegressionMethod::LeastSquares),
         Estimator::Bounded => by(RegressionMethod::Bounded),
         Estimator::NelderMead => by(RegressionMethod::NelderMead),
-        Estimator::Separable | Estimator::OutputError | Estimator::PredictionError => {
-            by(RegressionMethod::VariableProjection)
-        }
+        Estimator::Separable
+        | Estimator::OutputError
+        | Estimator::Linearised
+        | Estimator::PredictionError => by(RegressionMethod::VariableProjection),
         Estimator::Recursive if task.clock == Clock::Rows => Err(RegressionError::NotOverTime),
         Estimator::Recursive => follow(&problem, &follow_options(&args.regression)).map(|found| {
             let fit = found.fit.clone();

@@ -16,7 +16,7 @@
 //! 53, with the correction of Patton, Politis, White, ibid. 28 (2009) 372.
 
 use crate::identify::around::Around;
-use crate::identify::error::{EstimateError, TrialFailed, TrialFailure};
+use crate::identify::error::{EstimateError, TrialFailed};
 use crate::identify::fit::Fit;
 use crate::identify::output_error::OutputErrorProblem;
 use crate::identify::parallel::in_parallel;
@@ -103,10 +103,7 @@ where
         let starts = &fit.starts[r];
         let simulated =
             outputs_of(problem.system, recording, &fit.p, starts, options, Derivatives::No)
-                .map_err(|error| {
-                    let reason = TrialFailure::Simulation(error);
-                    EstimateError::Start(TrialFailed { recording: r, reason })
-                })?;
+                .map_err(|reason| EstimateError::Start(TrialFailed { recording: r, reason }))?;
         let of_output = |i: usize| {
             fit.noise[i]?;
             let samples: Vec<(usize, f64)> = recording.counted(i).collect();

@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::error::IntegrateError;
 use crate::identify::filter::FilterError;
+use crate::linearize::NotLinearised;
 
 /// A point at which the residuals could not be evaluated.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +20,8 @@ pub struct TrialFailed {
 pub enum TrialFailure {
     /// The simulation stopped.
     Simulation(IntegrateError),
+    /// The linear model that was asked for cannot be had.
+    NotLinearised(NotLinearised),
     /// A simulated output is not a finite number where it was measured.
     OutputNotFinite {
         /// The output.
@@ -81,6 +84,7 @@ impl fmt::Display for TrialFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Simulation(error) => error.fmt(f),
+            Self::NotLinearised(error) => error.fmt(f),
             Self::OutputNotFinite { output, t } => {
                 write!(f, "output `{output}` is not finite at t = {t} s")
             }

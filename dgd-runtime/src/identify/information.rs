@@ -9,7 +9,7 @@
 //! is taken out (in J = QR with θᵢ last, its last row). Its squares are parts of the information that
 //! the standard deviation comes from, and can be added up by recording, output, or kind of sample.
 
-use crate::identify::error::{EstimateError, TrialFailed, TrialFailure};
+use crate::identify::error::{EstimateError, TrialFailed};
 use crate::identify::fit::Fit;
 use crate::identify::output_error::OutputErrorProblem;
 use crate::identify::parallel::in_parallel;
@@ -100,10 +100,8 @@ pub fn information<S: System + Clone + Send>(
 
     let mut all: Vec<(Information, f64)> = determined.iter().map(|i| (empty(i), 0.0)).collect();
     for (recording, result) in recordings.into_iter().enumerate() {
-        let found: Vec<(Information, f64)> = result.map_err(|error| {
-            let reason = TrialFailure::Simulation(error);
-            EstimateError::Start(TrialFailed { recording, reason })
-        })?;
+        let found: Vec<(Information, f64)> =
+            result.map_err(|reason| EstimateError::Start(TrialFailed { recording, reason }))?;
         for ((sum, most), (one, of_one)) in all.iter_mut().zip(found) {
             add(&mut sum.recordings, &one.recordings);
             add(&mut sum.outputs, &one.outputs);

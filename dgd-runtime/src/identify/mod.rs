@@ -9,6 +9,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `recording` | an experiment; its simulation and what its samples add to the normal equations |
+//! | `linearised` | the same by the linear model close to an operating point |
 //! | `variables` | from θ to variables of the order of 1, with bounds |
 //! | `output_error` | the problem, and how it is solved |
 //! | `weighing` | recordings simulated, weighed and added up |
@@ -34,6 +35,7 @@ pub mod filter;
 mod fit;
 mod information;
 mod levenberg_marquardt;
+mod linearised;
 mod nelder_mead;
 mod noise;
 mod output_error;
@@ -51,6 +53,7 @@ pub use error::{EstimateError, TrialFailed, TrialFailure};
 pub use fit::Fit;
 pub use information::{Information, information};
 pub use levenberg_marquardt::{Minimum, NormalEquations, StoppingRule, Termination, minimise};
+pub use linearised::{Departure, Nonlinear, nonlinear, operating_points};
 pub use nelder_mead::{Simplex, SimplexRule, nelder_mead};
 pub use noise::Noise;
 pub use output_error::{

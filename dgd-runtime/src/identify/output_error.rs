@@ -13,7 +13,7 @@
 //! The normal matrix has the shape of an arrow, one block shared by all recordings and one for
 //! each. Recordings are summed in their order, whatever thread simulated them.
 
-use crate::identify::error::{EstimateError, TrialFailed, TrialFailure};
+use crate::identify::error::{EstimateError, TrialFailed};
 use crate::identify::fit::{Fit, Total, finish};
 use crate::identify::levenberg_marquardt::{StoppingRule, minimise};
 use crate::identify::noise::{self, Noise};
@@ -307,12 +307,12 @@ pub fn evaluate<S: System + Clone + Send>(
     let names = output_names(*system);
     let results = in_parallel(*system, recordings.len(), *threads, |system, r| {
         let recording = &recordings[r];
-        outputs_of(system, recording, p, &starts[r], options, Derivatives::No)
-            .map_err(TrialFailure::Simulation)
-            .and_then(|observations| {
+        outputs_of(system, recording, p, &starts[r], options, Derivatives::No).and_then(
+            |observations| {
                 let sums = sums(recording, &observations, &[], |i| names[i].clone())?;
                 Ok((observations, sums))
-            })
+            },
+        )
     });
     let (mut observations, mut sums) = (Vec::new(), Vec::new());
     for (recording, result) in results.into_iter().enumerate() {

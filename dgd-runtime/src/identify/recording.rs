@@ -1,9 +1,10 @@
 //! One experiment: its simulation, and what its samples add to the normal equations.
 
-use crate::error::IntegrateError;
 use crate::identify::error::TrialFailure;
+use crate::identify::linearised;
 use crate::integrate::locked::{Sink, can_stream, stream};
 use crate::integrate::{simulate, simulate_with_sensitivities};
+use crate::linearize::LinearAt;
 use crate::observe::{Observations, observe};
 use crate::problem::{Options, Problem};
 use crate::signal::{Inputs, Segment};
@@ -25,12 +26,21 @@ pub struct Recording {
     pub start: Vec<(usize, f64)>,
     /// Samples before this time do not count, s.
     pub counts_from: f64,
+    /// Where the linear model is that stands in for the model; `None` for the model itself.
+    pub linear: Option<LinearAt>,
 }
 
 impl Recording {
     /// A recording all of whose samples count, with the model's start values.
     pub fn new(times: Vec<f64>, inputs: Inputs, measured: Vec<Option<Vec<f64>>>) -> Self {
-        Self { times, inputs, measured, start: Vec::new(), counts_from: f64::NEG_INFINITY }
+        Self {
+            times,
+            inputs,
+            measured,
+            start: Vec::new(),
+            counts_from: f64::NEG_INFINITY,
+            linear: None,
+        }
     }
 
     /// The part up to a time, all of which counts.
@@ -46,6 +56,7 @@ impl Recording {
                 .collect(),
             start: self.start.clone(),
             counts_from: f64::NEG_INFINITY,
+            linear: self.linear.clone(),
         }
     }
 
@@ -101,15 +112,19 @@ pub(crate) fn outputs_of<S: System>(
     start: &[(usize, f64)],
     options: &Options,
     derivatives: Derivatives,
-) -> Result<Observations, IntegrateError> {
+) -> Result<Observations, TrialFailure> {
     let problem = Problem { system, p, inputs: &recording.inputs, start };
+    if let Some(at) = &recording.linear {
+        return linearised::outputs_of(&problem, (recording, at), options, derivatives)
+            .map_err(TrialFailure::NotLinearised);
+    }
     let solution = match derivatives {
         Derivatives::No => simulate(&problem, &recording.times, options),
         Derivatives::Yes => simulate_with_sensitivities(&problem, &recording.times, options),
     };
     match solution {
         Ok(solution) => Ok(observe(&problem, &solution)),
-        Err(failure) => Err(failure.error),
+        Err(failure) => Err(TrialFailure::Simulation(failure.error)),
     }
 }
 
@@ -117,14 +132,14 @@ pub(crate) fn outputs_of<S: System>(
 ///
 /// # Errors
 ///
-/// What the simulation stopped for.
+/// [`TrialFailure::Simulation`], and [`TrialFailure::NotLinearised`] where [`Recording::linear`] asks for that.
 pub fn outputs_with_sensitivities<S: System>(
     system: &S,
     recording: &Recording,
     p: &[f64],
     start: &[(usize, f64)],
     options: &Options,
-) -> Result<Observations, IntegrateError> {
+) -> Result<Observations, TrialFailure> {
     outputs_of(system, recording, p, start, options, Derivatives::Yes)
 }
 
@@ -227,9 +242,8 @@ pub(crate) fn simulated_sums<S: System>(
     output_name: impl Fn(usize) -> String,
 ) -> Result<Vec<Sums>, TrialFailure> {
     let problem = Problem { system, p, inputs: &recording.inputs, start };
-    if !can_stream(&problem, options) {
-        let observations = outputs_of(system, recording, p, start, options, Derivatives::Yes)
-            .map_err(TrialFailure::Simulation)?;
+    if recording.linear.is_some() || !can_stream(&problem, options) {
+        let observations = outputs_of(system, recording, p, start, options, Derivatives::Yes)?;
         return sums(recording, &observations, columns, output_name);
     }
     let mut adding = Adding::new(&problem, recording, columns);

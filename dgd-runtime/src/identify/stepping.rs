@@ -10,6 +10,7 @@ use std::num::NonZeroU32;
 use crate::error::IntegrateError;
 use crate::identify::error::{EstimateError, TrialFailed, TrialFailure};
 use crate::identify::output_error::OutputErrorProblem;
+use crate::identify::recording::Recording;
 use crate::identify::variables::Variables;
 use crate::integrate::catalogue::DEFAULT;
 use crate::integrate::locked::{
@@ -27,6 +28,8 @@ const MOST: u32 = 8;
 pub enum Stepping {
     /// As long as the error of each allows.
     Adaptive,
+    /// Not at all: linear models have their solution between samples.
+    Exact,
     /// Equally, so many per sample and by this method, in all of them.
     PerSample(PerSampleChoice),
 }
@@ -35,7 +38,8 @@ impl Stepping {
     /// The options with it.
     pub fn applied(self, options: Options) -> Options {
         match self {
-            Self::Adaptive => Options { steps: Steps::Adaptive, ..options },
+            // A linear model's operating point may be that of a run.
+            Self::Adaptive | Self::Exact => Options { steps: Steps::Adaptive, ..options },
             Self::PerSample(choice) => choice.applied(options),
         }
     }
@@ -47,6 +51,11 @@ impl Stepping {
         z: &[f64],
     ) -> Result<Self, EstimateError> {
         let Options { method, steps, .. } = problem.options;
+        let linear = |recording: &Recording| recording.linear.is_some();
+        if problem.recordings.iter().any(linear) {
+            let all = problem.recordings.iter().all(linear);
+            return Ok(if all { Self::Exact } else { Self::Adaptive });
+        }
         match steps {
             Steps::Adaptive => Ok(Self::Adaptive),
             Steps::PerSample(PerSample::Exactly(steps)) => {
@@ -86,7 +95,7 @@ impl Stepping {
     /// Whether steps per sample are few.
     fn is_short(self) -> bool {
         match self {
-            Self::Adaptive => true,
+            Self::Adaptive | Self::Exact => true,
             Self::PerSample(choice) => choice.steps.get() <= MOST,
         }
     }

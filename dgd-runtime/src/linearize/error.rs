@@ -73,6 +73,39 @@ pub enum SteadyStateError {
     },
 }
 
+/// Why a recording is not simulated by a linear model.
+#[derive(Debug, Clone, PartialEq)]
+pub enum NotLinearised {
+    /// There is no steady state to linearise at.
+    NoSteadyState(SteadyStateError),
+    /// The steady state is left by itself.
+    Unstable {
+        /// The time, s.
+        t: f64,
+        /// Real part of the pole furthest to the right, 1/s.
+        re: f64,
+    },
+    /// The run does not get to the point, or does not start.
+    Run(IntegrateError),
+    /// There is no linear model at the point.
+    NoModel(LinearizeError),
+    /// The equations read an unknown late.
+    LateUnknown {
+        /// The unknown.
+        unknown: String,
+    },
+    /// The equations or outputs read the time.
+    ReadsTime {
+        /// The equation or the output.
+        equation: String,
+    },
+    /// Other unknowns have a derivative at the point than at the start.
+    OtherStates {
+        /// One of them.
+        unknown: String,
+    },
+}
+
 impl fmt::Display for LinearizeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -126,3 +159,33 @@ impl fmt::Display for SteadyStateError {
 }
 
 impl std::error::Error for SteadyStateError {}
+
+impl fmt::Display for NotLinearised {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoSteadyState(error) => error.fmt(f),
+            Self::Unstable { t, re } => write!(
+                f,
+                "the steady state at t = {t} s is unstable, with a pole at {re:.3e} 1/s: what is \
+                 measured does not stay close to it"
+            ),
+            Self::Run(error) => error.fmt(f),
+            Self::NoModel(error) => error.fmt(f),
+            Self::LateUnknown { unknown } => write!(
+                f,
+                "equations read `{unknown}` late, which a linear model of the states alone does not know"
+            ),
+            Self::ReadsTime { equation } => write!(
+                f,
+                "`{equation}` reads the time, which stands still in a linear model: give it as an input"
+            ),
+            Self::OtherStates { unknown } => write!(
+                f,
+                "`{unknown}` has a derivative either at the start or at the operating point, and not at \
+                 both: the linear model is that of one mode"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for NotLinearised {}

@@ -5,6 +5,7 @@
 //!   steady_state(problem, t, options)                   where it is at rest, 0 = f(t, y, u, p)
 //!   linearize(problem, point)                           → StateSpace: A, B, C, D
 //!   StateSpace::poles()                                 → Poles
+//!   LinearAt                                            where the linear model of a recording is
 //! ```
 //!
 //! Close to the point, with deviations of the states x (the unknowns that have a derivative there), of the inputs u
@@ -27,7 +28,10 @@
 //! linear model knows of no transition. Time itself stands still; a model that reads it, and a point that
 //! is not at rest, are described for a short while only.
 
+mod elimination;
 mod error;
+mod exponential;
+mod parametric;
 mod point;
 mod poles;
 mod steady;
@@ -36,12 +40,17 @@ pub use nalgebra::DMatrix;
 
 use crate::delay::delays;
 use crate::problem::Problem;
-use crate::system::{Pattern, Storage, System};
+use crate::system::{Pattern, Point, Storage, System};
+use elimination::Elimination;
 
-pub use error::{LinearizeError, SteadyStateError};
+pub use error::{LinearizeError, NotLinearised, SteadyStateError};
+pub use parametric::LinearAt;
 pub use point::OperatingPoint;
 pub use poles::{Pole, Poles, Stability};
 pub use steady::steady_state;
+
+pub(crate) use exponential::Responses;
+pub(crate) use parametric::{Matrices, Parametric};
 
 /// Most unknowns of a linear model, whose matrices are dense.
 const MOST_UNKNOWNS: usize = 4000;
@@ -167,43 +176,18 @@ pub fn linearize<S: System>(
     }
     let point = at.point(problem.p);
 
-    let mut mass = S::Vector::zeros(n);
-    system.mass(point, mass.as_mut());
-    let (states, eliminated): (Vec<usize>, Vec<usize>) =
-        (0..n).partition(|i| mass.as_ref()[*i] != 0.0);
     let columns = Columns::new(problem, at)?;
-    let slopes = Slopes::new(system, point, &columns)?;
-
-    // ∂y_a/∂(x, u, v)
-    let f_a = slopes.f.select_rows(&eliminated);
-    let of_others = select(&f_a, &states, n);
-    let follows = if eliminated.is_empty() {
-        of_others
-    } else {
-        let own = f_a.select_columns(&eliminated);
-        match (steady::open(&own), own.lu().solve(&of_others)) {
-            (None, Some(response)) => -response,
-            (open, _) => {
-                let (row, column) = open.unwrap_or((0, 0));
-                return Err(LinearizeError::Undetermined {
-                    t: at.t,
-                    equation: signature.equations.at(eliminated[row]).to_string(),
-                    unknown: signature.unknowns.name(eliminated[column]).to_string(),
-                });
-            }
-        }
-    };
-    let reduced = |rows: &DMatrix<f64>| {
-        select(rows, &states, n) + rows.select_columns(&eliminated) * &follows
-    };
-    let (n_x, n_m) = (states.len(), columns.channels.len());
+    let slopes = Slopes::new(system, point, &columns.places, columns.len())?;
+    let elimination = Elimination::new(system, point, &slopes.f)?;
+    let (n_x, n_m) = (elimination.states.len(), columns.channels.len());
     let n_v = columns.late.len();
     let split = |rows: &DMatrix<f64>| {
         let part = |from, count| rows.columns(from, count).into_owned();
         [part(0, n_x), part(n_x, n_m), part(n_x + n_m, n_v)]
     };
-    let [a, b, late_a] = split(&reduced(&slopes.f.select_rows(&states)));
-    let [c, d, late_c] = split(&reduced(&slopes.w));
+    let [a, b, late_a] = split(&elimination.of_states(&slopes.f));
+    let [c, d, late_c] = split(&elimination.reduced(&slopes.w));
+    let Elimination { states, eliminated, follows, .. } = elimination;
     let [by_x, by_u, by_v] = split(&follows);
     // r: a state itself, or what follows for an eliminated unknown.
     let mut sources = DMatrix::zeros(n_v, n_x + n_m + n_v);
@@ -257,12 +241,6 @@ impl StateSpace {
     pub fn poles(&self) -> Result<Poles, LinearizeError> {
         poles::poles(self)
     }
-}
-
-/// Columns of `rows` that belong to the states, then those behind all n unknowns.
-fn select(rows: &DMatrix<f64>, states: &[usize], n: usize) -> DMatrix<f64> {
-    let chosen: Vec<usize> = states.iter().copied().chain(n..rows.ncols()).collect();
-    rows.select_columns(&chosen)
 }
 
 /// What the columns behind those of the unknowns stand for, and where u has it.
@@ -354,14 +332,16 @@ struct Slopes {
 }
 
 impl Slopes {
+    /// For each number of u, `places` has its column behind the unknowns, of so `many`.
     fn new<S: System>(
         system: &S,
-        at: crate::system::Point<'_>,
-        columns: &Columns,
+        at: Point<'_>,
+        places: &[Option<usize>],
+        many: usize,
     ) -> Result<Self, LinearizeError> {
         let signature = system.signature();
         let n = signature.unknowns.len();
-        let (n_w, len) = (signature.outputs.len(), n + columns.len());
+        let (n_w, len) = (signature.outputs.len(), n + many);
         let (mut f, mut dfdt) = (S::Vector::zeros(n), S::Vector::zeros(n));
         let mut by_y = S::Jacobian::zeros(signature.jacobian.len());
         let still = S::Inputs::zeros(signature.n_u());
@@ -387,7 +367,7 @@ impl Slopes {
                 let place = if of_unknowns {
                     Some(column)
                 } else {
-                    columns.places[column].map(|column| n + column)
+                    places[column].map(|column| n + column)
                 };
                 let Some(place) = place else { continue };
                 if !value.is_finite() {

@@ -38,17 +38,41 @@ impl OperatingPoint {
     ) -> Result<Self, IntegrateError> {
         let both = [from, t];
         let times = if from == t { &both[1..] } else { &both[..] };
+        let (at, _) = Self::reached_with(problem, times, options, Wanted::UnknownsAndPast)?;
+        Ok(at)
+    }
+
+    /// The same with the sensitivities of the unknowns there, in the order of [`System`].
+    pub(crate) fn reached_with_sensitivities<S: System>(
+        problem: &Problem<'_, S>,
+        from: f64,
+        t: f64,
+        options: &Options,
+    ) -> Result<(Self, Vec<f64>), IntegrateError> {
+        let both = [from, t];
+        let times = if from == t { &both[1..] } else { &both[..] };
+        Self::reached_with(problem, times, options, Wanted::Sensitivities)
+    }
+
+    fn reached_with<S: System>(
+        problem: &Problem<'_, S>,
+        times: &[f64],
+        options: &Options,
+        wanted: Wanted<'_>,
+    ) -> Result<(Self, Vec<f64>), IntegrateError> {
         // Equal steps are made between rows, and there are none on the way.
         let options = Options { steps: Steps::Adaptive, ..*options };
-        let solution = S::integrate(problem, times, &options, Wanted::UnknownsAndPast)
+        let solution = S::integrate(problem, times, &options, wanted)
             .map_err(|Failure { error, .. }| error)?;
         let last = times.len() - 1;
+        let t = times[last];
         let inputs = problem.inputs_read().map_err(IntegrateError::Inputs)?;
         let mut u = vec![0.0; inputs.len()];
         inputs.value(t, Side::Right, &mut u);
         let first = u.len() - solution.n_past;
         u[first..].copy_from_slice(solution.past(last));
-        Ok(Self { t, y: solution.y(last).to_vec(), u, z: solution.z(last).to_vec() })
+        let at = Self { t, y: solution.y(last).to_vec(), u, z: solution.z(last).to_vec() };
+        Ok((at, solution.s(last).to_vec()))
     }
 
     /// Where functions of the model are evaluated.

@@ -176,7 +176,7 @@ fn sort(poles: &mut [Pole]) {
 
 /// Eigenvalues, those of each block of states that act on each other by themselves: fast states that are
 /// driven by slow ones, or drive them, leave no rounding in these.
-fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Pole>, LinearizeError> {
+pub(super) fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Pole>, LinearizeError> {
     let n = matrix.nrows();
     let places: Vec<(usize, usize)> =
         (0..n).flat_map(|j| (0..n).map(move |i| (i, j))).filter(|at| matrix[*at] != 0.0).collect();

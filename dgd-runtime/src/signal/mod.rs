@@ -266,6 +266,29 @@ impl Inputs {
         &self.starts[begin..end.max(begin)]
     }
 
+    /// The mean of each input over a stretch of time; its value where the stretch has no length.
+    pub fn mean(&self, from: f64, until: f64) -> Vec<f64> {
+        let mut mean = vec![0.0; self.n_u];
+        if until <= from {
+            self.value(from, Side::Right, &mut mean);
+            return mean;
+        }
+        let mut middle = vec![0.0; self.n_u];
+        let ends = self.breakpoints(from, until).iter().copied().chain([until]);
+        let mut begin = from;
+        for end in ends {
+            // The mean of a straight line is what it is in the middle.
+            let part = (end - begin) / (until - from);
+            let segment = self.segment(self.segment_at(begin, Side::Right));
+            segment.value(begin + 0.5 * (end - begin), &mut middle);
+            for (mean, middle) in mean.iter_mut().zip(&middle) {
+                *mean += part * middle;
+            }
+            begin = end;
+        }
+        mean
+    }
+
     /// Checks that the inputs are known from `from` to `until`.
     ///
     /// # Errors

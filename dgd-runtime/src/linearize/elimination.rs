@@ -1,0 +1,102 @@
+//! Algebraic unknowns, eliminated from rows of derivatives.
+//!
+//! With rows and columns of d those of states and of a those of the others, * all columns but those of a:
+//!
+//! ```text
+//!   K = −(∂f_a/∂y_a)⁻¹ ∂f_a/∂*          R = rows_* + rows_a K
+//!   K' = −(∂f_a/∂y_a)⁻¹ (∂f_a/∂*' + ∂f_a/∂y_a' K)
+//!   R' = rows_*' + rows_a' K + rows_a K'
+//! ```
+//!
+//! where ' is the derivative to a parameter.
+
+use nalgebra::{DMatrix, Dyn, LU};
+
+use super::error::LinearizeError;
+use super::steady;
+use crate::system::{Point, Storage, System};
+
+/// Which unknowns are states at a point, and how the others follow.
+pub(super) struct Elimination {
+    /// Positions of the states among the unknowns.
+    pub states: Vec<usize>,
+    /// Positions of the others.
+    pub eliminated: Vec<usize>,
+    /// K: by states, then by what is behind the unknowns.
+    pub follows: DMatrix<f64>,
+    own: Option<LU<f64, Dyn, Dyn>>,
+    n: usize,
+}
+
+impl Elimination {
+    /// From ∂f/∂(y, …), with rows of all n equations.
+    pub(super) fn new<S: System>(
+        system: &S,
+        at: Point<'_>,
+        f: &DMatrix<f64>,
+    ) -> Result<Self, LinearizeError> {
+        let signature = system.signature();
+        let n = signature.unknowns.len();
+        let mut mass = S::Vector::zeros(n);
+        system.mass(at, mass.as_mut());
+        let (states, eliminated): (Vec<usize>, Vec<usize>) =
+            (0..n).partition(|i| mass.as_ref()[*i] != 0.0);
+        let f_a = f.select_rows(&eliminated);
+        let of_others = select(&f_a, &states, n);
+        if eliminated.is_empty() {
+            return Ok(Self { states, eliminated, follows: of_others, own: None, n });
+        }
+        let own = f_a.select_columns(&eliminated);
+        let open = steady::open(&own);
+        let own = own.lu();
+        match (open, own.solve(&of_others)) {
+            (None, Some(response)) => {
+                Ok(Self { states, eliminated, follows: -response, own: Some(own), n })
+            }
+            (open, _) => {
+                let (row, column) = open.unwrap_or((0, 0));
+                Err(LinearizeError::Undetermined {
+                    t: at.t,
+                    equation: signature.equations.at(eliminated[row]).to_string(),
+                    unknown: signature.unknowns.name(eliminated[column]).to_string(),
+                })
+            }
+        }
+    }
+
+    /// R of these rows.
+    pub(super) fn reduced(&self, rows: &DMatrix<f64>) -> DMatrix<f64> {
+        select(rows, &self.states, self.n) + rows.select_columns(&self.eliminated) * &self.follows
+    }
+
+    /// R of the states' rows of f.
+    pub(super) fn of_states(&self, f: &DMatrix<f64>) -> DMatrix<f64> {
+        self.reduced(&f.select_rows(&self.states))
+    }
+
+    /// K', from the derivative of f's rows.
+    pub(super) fn slope(&self, f: &DMatrix<f64>) -> DMatrix<f64> {
+        let right = -self.reduced(&f.select_rows(&self.eliminated));
+        match &self.own {
+            // It was solved with before.
+            Some(own) => own.solve(&right).unwrap_or(right),
+            None => right,
+        }
+    }
+
+    /// R' of these rows, from their derivative and K'.
+    pub(super) fn reduced_slope(
+        &self,
+        rows: &DMatrix<f64>,
+        slopes: &DMatrix<f64>,
+        follows: &DMatrix<f64>,
+    ) -> DMatrix<f64> {
+        self.reduced(slopes) + rows.select_columns(&self.eliminated) * follows
+    }
+}
+
+/// Columns of `rows` that belong to the states, then those behind all n unknowns.
+fn select(rows: &DMatrix<f64>, states: &[usize], n: usize) -> DMatrix<f64> {
+    let chosen: Vec<usize> = states.iter().copied().chain(n..rows.ncols()).collect();
+    rows.select_columns(&chosen)
+}

@@ -1,0 +1,220 @@
+//! What a linear system does in a time h, exactly, and how that changes with A.
+//!
+//! ```text
+//!   ẋ = A x + b₀ + b₁ t    ⇒    x(h) = Φ x(0) + Γ₀ b₀ + Γ₁ b₁
+//!   Φ = e^(Ah),   Γ₀ = ∫₀ʰ e^(As) ds,   Γ₁ = ∫₀ʰ Γ₀(s) ds
+//! ```
+//!
+//! By their series where ‖Ah‖ is small, then by doubling,
+//!
+//! ```text
+//!   Γ₁(2h) = Φ Γ₁ + h Γ₀ + Γ₁,   Γ₀(2h) = Φ Γ₀ + Γ₀,   Φ(2h) = Φ²
+//! ```
+//!
+//! and for directions A' of A by the product rule in every operation.
+//!
+//! Al-Mohy, Higham, Computing the Fréchet derivative of the matrix exponential, SIAM J. Matrix Anal.
+//! Appl. 30 (2009) 1639–1657, differentiate their algorithm likewise.
+
+use nalgebra::DMatrix;
+
+/// Where series begin: ‖Ah‖ is at most this.
+const SMALL: f64 = 0.5;
+/// Terms of the series of Γ₁/h²: what follows is below 0.5¹⁶/18!.
+const TERMS: u32 = 16;
+
+/// Φ, Γ₀ and Γ₁ of one length of time.
+#[derive(Debug, Clone)]
+pub(crate) struct Response {
+    pub phi: DMatrix<f64>,
+    pub gamma_0: DMatrix<f64>,
+    pub gamma_1: DMatrix<f64>,
+}
+
+/// A response, and its derivatives in some directions of A.
+#[derive(Debug, Clone)]
+pub(crate) struct Differentiated {
+    pub value: Response,
+    pub slopes: Vec<Response>,
+}
+
+/// Responses of one system by length of time, each computed once.
+pub(crate) struct Responses<'a> {
+    a: &'a DMatrix<f64>,
+    directions: Vec<&'a DMatrix<f64>>,
+    /// The norm of A with states in units of their sizes, 1/s.
+    norm: f64,
+    known: Vec<(f64, Differentiated)>,
+}
+
+impl<'a> Responses<'a> {
+    /// Of ẋ = A x + …, states having these sizes.
+    pub(crate) fn new(
+        a: &'a DMatrix<f64>,
+        directions: Vec<&'a DMatrix<f64>>,
+        sizes: &[f64],
+    ) -> Self {
+        let column = |j: usize| -> f64 {
+            (0..a.nrows()).map(|i| (a[(i, j)] * sizes[j] / sizes[i]).abs()).sum()
+        };
+        let norm = (0..a.ncols()).map(column).fold(0.0, f64::max);
+        Self { a, directions, norm, known: Vec::new() }
+    }
+
+    /// Those of a time h, give or take the rounding of the times that it lies between.
+    pub(crate) fn of(&mut self, h: f64, rounding: f64) -> &Differentiated {
+        let known = self.known.iter().position(|(known, _)| (known - h).abs() <= rounding);
+        if known.is_none() {
+            let computed = self.computed(h);
+            self.known.push((h, computed));
+        }
+        &self.known[known.unwrap_or(self.known.len() - 1)].1
+    }
+
+    fn computed(&self, h: f64) -> Differentiated {
+        let mut doublings = 0;
+        let mut part = h;
+        // A norm that is no number is for the caller to see in the result.
+        while self.norm * part > SMALL && doublings < 1100 {
+            part *= 0.5;
+            doublings += 1;
+        }
+        let mut response = self.series(part);
+        for _ in 0..doublings {
+            response = doubled(&response, part);
+            part *= 2.0;
+        }
+        response
+    }
+
+    fn series(&self, h: f64) -> Differentiated {
+        let n = self.a.nrows();
+        let identity = DMatrix::identity(n, n);
+        // Γ₁ = h² Σ Nᵏ/(k+2)!, N = Ah, by Horner's rule.
+        let power = self.a * h;
+        let mut factor = (1..=TERMS + 2).map(f64::from).product::<f64>().recip();
+        let mut sum = &identity * factor;
+        let mut slopes = vec![DMatrix::zeros(n, n); self.directions.len()];
+        for k in (0..TERMS).rev() {
+            factor *= f64::from(k + 3);
+            for (slope, direction) in slopes.iter_mut().zip(&self.directions) {
+                *slope = *direction * &sum * h + &power * &*slope;
+            }
+            sum = &power * sum + &identity * factor;
+        }
+        // Γ₀ = h + A Γ₁,  Φ = 1 + A Γ₀.
+        let gamma_1 = sum * (h * h);
+        let gamma_0 = &identity * h + self.a * &gamma_1;
+        let phi = identity + self.a * &gamma_0;
+        let slopes = slopes.into_iter().zip(&self.directions).map(|(slope, direction)| {
+            let of_1 = slope * (h * h);
+            let of_0 = *direction * &gamma_1 + self.a * &of_1;
+            let of_phi = *direction * &gamma_0 + self.a * &of_0;
+            Response { phi: of_phi, gamma_0: of_0, gamma_1: of_1 }
+        });
+        let slopes = slopes.collect();
+        Differentiated { value: Response { phi, gamma_0, gamma_1 }, slopes }
+    }
+}
+
+/// The response of twice the time.
+fn doubled(response: &Differentiated, h: f64) -> Differentiated {
+    let Response { phi, gamma_0, gamma_1 } = &response.value;
+    let slopes = response.slopes.iter().map(|slope| Response {
+        phi: &slope.phi * phi + phi * &slope.phi,
+        gamma_0: &slope.phi * gamma_0 + phi * &slope.gamma_0 + &slope.gamma_0,
+        gamma_1: &slope.phi * gamma_1 + phi * &slope.gamma_1 + &slope.gamma_0 * h + &slope.gamma_1,
+    });
+    let slopes = slopes.collect();
+    let value = Response {
+        phi: phi * phi,
+        gamma_0: phi * gamma_0 + gamma_0,
+        gamma_1: phi * gamma_1 + gamma_0 * h + gamma_1,
+    };
+    Differentiated { value, slopes }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// x(h) of ẋ₁ = −k x₁ + b, ẋ₂ = x₁ − c x₂, from its closed form and that of its derivative to k.
+    #[test]
+    fn responses_of_two_stages_are_those_of_the_formula() {
+        for (k, c, h) in [(0.3, 2.0, 0.1), (0.3, 2.0, 7.0), (400.0, 0.01, 30.0)] {
+            let a = DMatrix::from_row_slice(2, 2, &[-k, 0.0, 1.0, -c]);
+            let direction = DMatrix::from_row_slice(2, 2, &[-1.0, 0.0, 0.0, 0.0]);
+            let mut responses = Responses::new(&a, vec![&direction], &[1.0, 1.0]);
+            let found = responses.of(h, 0.0);
+            let [ek, ec] = [(-k * h).exp(), (-c * h).exp()];
+            let near = |found: f64, expected: f64, scale: f64| {
+                assert!((found - expected).abs() <= 1e-11 * scale, "{found} {expected}");
+            };
+            let Response { phi, gamma_0, gamma_1 } = &found.value;
+            near(phi[(0, 0)], ek, 1.0);
+            near(phi[(1, 0)], (ek - ec) / (c - k), 1.0 / c);
+            near(phi[(1, 1)], ec, 1.0);
+            near(gamma_0[(0, 0)], -(-k * h).exp_m1() / k, 1.0 / k);
+            let ramp = |k: f64| (h + (-k * h).exp_m1() / k) / k;
+            near(gamma_1[(0, 0)], ramp(k), ramp(k));
+            // ∫ Γ₀₂₁: by partial fractions of 1/((s + k)(s + c) s²).
+            near(gamma_1[(1, 0)], (ramp(k) - ramp(c)) / (c - k), ramp(k) / c);
+            let slope = &found.slopes[0];
+            near(slope.phi[(0, 0)], -h * ek, h);
+            let of_exp = (-h * ek + (ek - ec) / (c - k)) / (c - k);
+            near(slope.phi[(1, 0)], of_exp, h / c);
+            let of_step = (h * ek + (-k * h).exp_m1() / k) / k;
+            near(slope.gamma_0[(0, 0)], of_step, 1.0 / (k * k));
+        }
+    }
+
+    /// x(h) of a linear ramp: derivatives of all three against extrapolated differences, states that act on
+    /// each other both ways and in units far apart.
+    #[test]
+    fn derivatives_are_those_of_differences() {
+        let a = DMatrix::from_row_slice(
+            3,
+            3,
+            &[
+                -0.4, 2e6, 0.0, //
+                -3e-7, -0.1, 1e-6, //
+                0.5, 1e5, -2.0,
+            ],
+        );
+        let direction = DMatrix::from_row_slice(
+            3,
+            3,
+            &[
+                0.2, -1e6, 3e-1, //
+                1e-7, 0.3, 0.0, //
+                0.1, 2e5, 1.0,
+            ],
+        );
+        let sizes = [1e6, 1.0, 1e6];
+        let of = |by: f64| {
+            let moved = &a + &direction * by;
+            Responses::new(&moved, Vec::new(), &sizes).of(3.0, 0.0).value.clone()
+        };
+        let mut responses = Responses::new(&a, vec![&direction], &sizes);
+        let found = &responses.of(3.0, 0.0).slopes[0];
+        let by = 1e-3;
+        let difference = |of_one: &dyn Fn(&Response) -> DMatrix<f64>, by: f64| {
+            (of_one(&of(by)) - of_one(&of(-by))) / (2.0 * by)
+        };
+        let parts: [(&dyn Fn(&Response) -> DMatrix<f64>, &DMatrix<f64>); 3] = [
+            (&|r| r.phi.clone(), &found.phi),
+            (&|r| r.gamma_0.clone(), &found.gamma_0),
+            (&|r| r.gamma_1.clone(), &found.gamma_1),
+        ];
+        for (of_one, found) in parts {
+            let expected = (difference(of_one, by / 2.0) * 4.0 - difference(of_one, by)) / 3.0;
+            for i in 0..3 {
+                for j in 0..3 {
+                    let scale = sizes[i] / sizes[j];
+                    let error = (found[(i, j)] - expected[(i, j)]).abs();
+                    assert!(error <= 1e-9 * scale, "{i} {j}: {error} of {scale}");
+                }
+            }
+        }
+    }
+}
