@@ -13,6 +13,7 @@ use serde_json::{Map, Value, json};
 use crate::fit_quality::Quality;
 use crate::information::Origins;
 use crate::intervals::Intervals;
+use crate::left_out::LeftOut;
 use crate::table::{push_table, significant};
 
 /// Correlations above this are pointed out.
@@ -30,6 +31,8 @@ pub(crate) struct Outcome<'a> {
     pub recordings: &'a [Recording],
     pub information: Option<Origins>,
     pub intervals: Intervals,
+    /// What Ctrl-C kept it from.
+    pub left_out: &'a LeftOut,
     pub quality: Quality,
     /// On held-out recordings.
     pub quality_valid: Option<Quality>,
@@ -121,6 +124,8 @@ impl Outcome<'_> {
             "evaluations": fit.evaluations,
             "failures": fit.failures,
             "termination": fit.termination.name(),
+            "status": self.left_out.status(),
+            "left_out": self.left_out.all(),
             "steps": match fit.stepping {
                 Stepping::Adaptive => json!("adaptive"),
                 Stepping::PerSample(PerSampleChoice { method, steps }) => {
@@ -239,6 +244,7 @@ impl Outcome<'_> {
         }
         push_table(&mut text, &table);
         text.push('\n');
+        self.left_out.push_text(&mut text);
         self.push_remarks(&mut text);
         self.intervals.push_text(&mut text, self);
         if let Some(information) = &self.information {

@@ -28,6 +28,7 @@ mod exponential;
 mod fitted;
 mod found;
 mod kalman;
+mod keeping;
 mod levels;
 mod missing;
 mod missing_terms;
