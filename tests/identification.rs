@@ -4,9 +4,12 @@
 mod linearised;
 mod support;
 
+use std::sync::Mutex;
+
 use dgd::identify::{
-    Bound, EstimateError, Fit, Noise, OutputErrorProblem, Prior, Recording, Stepping, TrialFailure,
-    evaluate, fit, fit_from, fit_starts, outputs_with_sensitivities,
+    Bound, EstimateError, Fit, Noise, OutputErrorProblem, Prior, Progress, Recording, Stepping,
+    Termination, TrialFailure, Watch, bootstrap, evaluate, fit, fit_from, fit_starts,
+    outputs_with_sensitivities, profile, profiles,
 };
 use dgd::{
     Column, Inputs, Interpolation, MethodKind, Options, PerSample, Steps, System, find_method,
@@ -404,6 +407,111 @@ fn trials_that_explode_are_steps_too_far() {
     let (best, found) = fit_from(&problem, &points).expect("the second succeeds");
     assert_eq!(best, 1);
     close(found.p[0], 0.9, 1e-6);
+}
+
+/// Stops when it has been told so many times of something.
+#[derive(Debug)]
+struct Patience {
+    what: &'static str,
+    times: usize,
+    told: Mutex<Vec<Progress>>,
+}
+
+impl Patience {
+    fn with(what: &'static str, times: usize) -> Self {
+        Self { what, times, told: Mutex::default() }
+    }
+
+    /// All that it was told of what it waits for.
+    fn told(&self) -> Vec<Progress> {
+        let told = self.told.lock().expect("no thread has panicked");
+        told.iter().copied().filter(|progress| progress.what == self.what).collect()
+    }
+}
+
+impl Watch for Patience {
+    fn advanced(&self, progress: Progress) {
+        self.told.lock().expect("no thread has panicked").push(progress);
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.told().len() >= self.times
+    }
+}
+
+#[test]
+fn a_fit_that_is_stopped_gives_the_best_so_far() {
+    let system = system(HEATER);
+    let recordings = [heated(1, TRUTH[2], SIGMA), heated(2, TRUTH[2], SIGMA)];
+    let p = declared(&system);
+    let problem = OutputErrorProblem {
+        noise: known(),
+        threads: 2,
+        ..OutputErrorProblem::new(&system, &p, &recordings)
+    };
+    let whole = fit(&problem).expect("a fit");
+    assert!(whole.iterations >= 4, "there is something to stop: {}", whole.iterations);
+    let at_start = evaluate(&problem, &p, &[vec![], vec![]]).expect("it can be simulated").cost;
+    let mut before = at_start;
+    for simulations in 0..whole.evaluations {
+        let watch = Patience::with("simulations", simulations);
+        let found = fit(&OutputErrorProblem { watch: &watch, ..problem.clone() }).expect("a fit");
+        let told = watch.told();
+        assert!(told.iter().map(|progress| progress.done).eq(2..2 + told.len()), "{told:?}");
+        if found.termination.is_converged() {
+            // Asked to stop when it had nothing left to do.
+            assert_eq!(values(&found), values(&whole));
+            continue;
+        }
+        assert_eq!(found.termination, Termination::Stopped);
+        // That at the start comes first.
+        assert_eq!(found.evaluations, simulations + 1);
+        assert!(found.cost <= before, "{simulations}: {} after {before}", found.cost);
+        let options = found.stepping.applied(problem.options);
+        let again =
+            evaluate(&OutputErrorProblem { options, ..problem.clone() }, &found.p, &found.starts);
+        let again = again.expect("it can be simulated");
+        close(again.cost, found.cost, 1e-9 * at_start);
+        before = found.cost;
+    }
+    assert!(before < 1e-3 * at_start, "the last of them is nearly there");
+}
+
+#[test]
+fn of_starts_profiles_and_data_sets_those_are_given_that_are_complete() {
+    let system = system(HEATER);
+    let recordings = [heated(3, TRUTH[2], SIGMA)];
+    let p = declared(&system);
+    let problem =
+        OutputErrorProblem { noise: known(), ..OutputErrorProblem::new(&system, &p, &recordings) };
+    let stopped = |watch| OutputErrorProblem { watch, ..problem.clone() };
+    let whole = fit(&problem).expect("a fit");
+
+    // The second start is the better one, and is not tried; the first is fitted to the end.
+    let points = [vec![(1, 500.0)], vec![(1, 21.0)]];
+    let (_, first) = fit_from(&problem, &points[..1]).expect("a fit");
+    let watch = Patience::with("starts", 1);
+    let (best, found) = fit_from(&stopped(&watch), &points).expect("a fit");
+    assert_eq!((best, values(&found)), (0, values(&first)));
+    assert_eq!(watch.told().len(), 1);
+
+    let random = |replicate: usize| {
+        let mut random = Pcg64::new(7, replicate as u128);
+        move || random.next_u64()
+    };
+    let all = bootstrap(&problem, &whole, 12, random).expect("resampled");
+    assert_eq!((all.replicates.len(), all.failures, all.left_out), (12, 0, 0));
+    let watch = Patience::with("resampled data sets", 5);
+    let some = bootstrap(&stopped(&watch), &whole, 12, random).expect("resampled");
+    assert_eq!((&some.replicates[..], some.failures, some.left_out), (&all.replicates[..5], 0, 7));
+
+    let all = profiles(&problem, &whole, &[0, 1, 2]).expect("profiles");
+    let watch = Patience::with("profiles", 2);
+    let some = profiles(&stopped(&watch), &whole, &[0, 1, 2]).expect("profiles");
+    // It is asked behind each: the second is there when it says so.
+    assert_eq!(some, all[..2]);
+    let at_once = Patience::with("profiles", 0);
+    assert_eq!(profile(&stopped(&at_once), &whole, 0), Err(EstimateError::Stopped));
 }
 
 #[test]

@@ -84,10 +84,16 @@ pub(crate) enum Command {
     /// Compute the linear model close to a point: A, B, C, D, poles and time constants
     Linearize(LinearizeArgs),
     /// Estimate parameters and start values from recordings
+    ///
+    /// Ctrl-C stops at the best so far and writes it, with what was left out; the exit code is then 130.
+    /// Pressed again, it ends at once.
     Fit(FitArgs),
     /// Estimate states and parameters row by row, as a recording comes in
     Track(TrackArgs),
     /// Find where a model and recordings disagree, and name the effect that is missing
+    ///
+    /// With `-o`, what is finished is kept until the end: a run that Ctrl-C or a kill has ended goes on with
+    /// `--resume`.
     Discover(DiscoverArgs),
     /// Find what is wrong with recordings before anything is fitted to them
     Screen(ScreenArgs),
@@ -292,6 +298,9 @@ pub(crate) struct FitArgs {
     /// Where the weights of the outputs come from
     #[arg(long, value_enum, default_value_t = NoiseFrom::Estimated)]
     pub noise: NoiseFrom,
+    /// Go on from where a run with the same input and `-o` was ended; the result is the same
+    #[arg(long)]
+    pub resume: bool,
     #[command(flatten)]
     pub intervals: IntervalArgs,
     #[command(flatten)]
@@ -377,6 +386,9 @@ pub(crate) struct DiscoverArgs {
     /// Parameters, and states for their start values, to leave alone
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub fix: Vec<String>,
+    /// Go on from where a run with the same input and `-o` was ended; the result is the same
+    #[arg(long)]
+    pub resume: bool,
     #[command(flatten)]
     pub solve: SolveArgs,
 }

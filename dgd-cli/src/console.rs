@@ -84,6 +84,8 @@ impl<'a> Console<'a> {
                 let all: Vec<&Diagnostic> = diagnostics.iter().collect();
                 complain(render::render(&all, sources, self.style()).trim_end());
             }
+            // The user knows: the result says so as well.
+            CommandError::Interrupted(message) => self.remark(message),
             CommandError::Found(message)
             | CommandError::Usage(message)
             | CommandError::Computation(message)

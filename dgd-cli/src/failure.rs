@@ -24,7 +24,12 @@ pub(crate) enum CommandError {
     Computation(String),
     /// The computation stopped on its way, and what it reached has been written with the reason: 3.
     Stopped(String),
+    /// Ctrl-C stopped it, and what it reached has been written: 130.
+    Interrupted(String),
 }
+
+/// The exit code of what Ctrl-C ended: 128 and the number of the signal, as shells have it.
+pub(crate) const INTERRUPTED: u8 = 130;
 
 /// What a name that nothing bears was probably meant to be, or all that there is.
 pub(crate) fn meant(name: &str, known: &[&str]) -> String {
@@ -47,6 +52,7 @@ impl CommandError {
             CommandError::Diagnosed { .. } | CommandError::Found(_) => 1,
             CommandError::Usage(_) => 2,
             CommandError::Computation(_) | CommandError::Stopped(_) => 3,
+            CommandError::Interrupted(_) => INTERRUPTED,
         })
     }
 }
@@ -66,7 +72,8 @@ impl fmt::Display for CommandError {
             CommandError::Found(message)
             | CommandError::Usage(message)
             | CommandError::Computation(message)
-            | CommandError::Stopped(message) => f.write_str(message),
+            | CommandError::Stopped(message)
+            | CommandError::Interrupted(message) => f.write_str(message),
         }
     }
 }

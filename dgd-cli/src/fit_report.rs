@@ -13,6 +13,7 @@ use serde_json::{Map, Value, json};
 use crate::fit_quality::Quality;
 use crate::information::Origins;
 use crate::intervals::Intervals;
+use crate::left_out::LeftOut;
 use crate::linearised::Linearised;
 use crate::table::{push_table, significant};
 
@@ -31,6 +32,8 @@ pub(crate) struct Outcome<'a> {
     pub recordings: &'a [Recording],
     pub information: Option<Origins>,
     pub intervals: Intervals,
+    /// What Ctrl-C kept it from.
+    pub left_out: &'a LeftOut,
     pub quality: Quality,
     /// On held-out recordings.
     pub quality_valid: Option<Quality>,
@@ -124,6 +127,8 @@ impl Outcome<'_> {
             "evaluations": fit.evaluations,
             "failures": fit.failures,
             "termination": fit.termination.name(),
+            "status": self.left_out.status(),
+            "left_out": self.left_out.all(),
             "steps": match fit.stepping {
                 Stepping::Adaptive => json!("adaptive"),
                 Stepping::Exact => json!("exact"),
@@ -247,6 +252,7 @@ impl Outcome<'_> {
         }
         push_table(&mut text, &table);
         text.push('\n');
+        self.left_out.push_text(&mut text);
         if let Some(linearised) = &self.linearised {
             linearised.push_text(&mut text, self);
         }

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use dgd_execute::Loaded;
 use dgd_runtime::identify::{
-    Bootstrap, End, EstimateError, Fit, OutputErrorProblem, Profile, THRESHOLD, bootstrap, profiles,
+    Bootstrap, End, EstimateError, Fit, OutputErrorProblem, Profile, THRESHOLD, Termination,
+    bootstrap, profiles,
 };
 use dgd_runtime::{Direction, Signature, Unit};
 use rand_pcg::Pcg64;
@@ -17,6 +18,7 @@ use serde_json::{Map, Value, json};
 use crate::estimator::Estimator;
 use crate::failure::CommandError;
 use crate::fit_report::{Outcome, digits_of, in_unit};
+use crate::left_out::LeftOut;
 use crate::plot::{Figure, Panel, Series, Style, Text};
 use crate::table::{push_table, significant};
 
@@ -88,16 +90,23 @@ impl IntervalArgs {
 pub(crate) struct Intervals {
     profiles: Vec<Profile>,
     bootstrap: Option<Bootstrap>,
+    /// Estimates whose profiles were asked for.
+    profiled: Vec<usize>,
 }
 
 impl Intervals {
-    /// Of the estimates of a fit to this problem.
+    /// Of the estimates of a fit to this problem. One that was stopped has none; where they are stopped,
+    /// they are what is complete.
     pub(crate) fn find(
         args: &IntervalArgs,
         problem: &OutputErrorProblem<'_, Loaded>,
         fit: &Fit,
         seed: u64,
     ) -> Result<Self, EstimateError> {
+        let profiled = args.profiled(fit);
+        if fit.termination == Termination::Stopped {
+            return Ok(Self { profiles: Vec::new(), bootstrap: None, profiled });
+        }
         let generator = |replicate: usize| {
             let mut random = Pcg64::new(u128::from(seed), replicate as u128);
             move || random.next_u64()
@@ -105,8 +114,32 @@ impl Intervals {
         let resampled = (args.bootstrap > 0)
             .then(|| bootstrap(problem, fit, args.bootstrap, generator))
             .transpose()?;
-        let profiles = profiles(problem, fit, &args.profiled(fit))?;
-        Ok(Self { profiles, bootstrap: resampled })
+        let profiles = profiles(problem, fit, &profiled)?;
+        Ok(Self { profiles, bootstrap: resampled, profiled })
+    }
+
+    /// Adds what was asked for and is not complete.
+    pub(crate) fn push_left_out(&self, left_out: &mut LeftOut, fit: &Fit) {
+        if let Some(Bootstrap { replicates, failures, left_out: missing @ 1.., .. }) =
+            &self.bootstrap
+        {
+            let made = replicates.len() + failures;
+            left_out.push(format!(
+                "the bootstrap was stopped after {made} of {} data sets, and its intervals are those of \
+                 {made}",
+                made + missing
+            ));
+        }
+        let is_missing = |i: &&usize| !self.profiles.iter().any(|profile| profile.estimate == **i);
+        let missing: Vec<String> = self
+            .profiled
+            .iter()
+            .filter(is_missing)
+            .map(|i| format!("`{}`", fit.estimates[*i].name))
+            .collect();
+        if !missing.is_empty() {
+            left_out.push(format!("there is no profile of {}", missing.join(", ")));
+        }
     }
 
     /// `profiles` and `bootstrap` of `result.json`.

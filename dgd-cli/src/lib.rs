@@ -1,6 +1,7 @@
 //! The `dgd` command: arguments, data files, pictures, and the commands themselves.
 
 mod args;
+mod attendant;
 mod command;
 mod command_line;
 mod console;
@@ -14,6 +15,7 @@ mod fit_report;
 mod fitted_model;
 mod information;
 mod intervals;
+mod left_out;
 mod linear_report;
 mod linearised;
 mod load;
@@ -22,6 +24,7 @@ mod recording;
 mod regression_report;
 mod report;
 mod result;
+mod resume;
 mod run;
 mod screening;
 mod sets;
@@ -38,7 +41,7 @@ use console::Console;
 /// Runs the command line of this process.
 ///
 /// Exit codes: 0 done, 1 the model or data has errors or a check found something, 2 wrong usage,
-/// 3 the computation failed.
+/// 3 the computation failed, 130 it was stopped by Ctrl-C.
 pub fn run() -> ExitCode {
     // Wrong usage ends the process here, with 2.
     let cli = Cli::parse();

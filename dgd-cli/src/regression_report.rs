@@ -14,6 +14,7 @@ use crate::fit_report::{
     CORRELATED, Tested, digits_of, entry, fixed_entries, in_unit, push_combinations,
     push_correlated, rms_of, variant_entries,
 };
+use crate::left_out::LeftOut;
 use crate::table::{push_table, significant};
 
 /// A regression and how well the model does with what it found.
@@ -27,6 +28,8 @@ pub(crate) struct RegressionOutcome<'a> {
     /// The recordings simulated, or why they cannot be.
     pub train: Option<Result<Tested, String>>,
     pub valid: Option<Result<Tested, String>>,
+    /// What Ctrl-C kept it from.
+    pub left_out: &'a LeftOut,
 }
 
 impl RegressionOutcome<'_> {
@@ -87,6 +90,8 @@ impl RegressionOutcome<'_> {
             "cost": fit.cost,
             "iterations": fit.iterations,
             "evaluations": fit.evaluations,
+            "status": self.left_out.status(),
+            "left_out": self.left_out.all(),
             "recursive": self.followed.map(|followed| json!({
                 "samples": followed.times.len(),
                 "frozen_seconds": followed.frozen,
@@ -203,6 +208,7 @@ impl RegressionOutcome<'_> {
             ]);
         }
         push_table(&mut text, &table);
+        self.left_out.push_text(&mut text);
 
         text.push('\n');
         let mut table = vec![["row", "samples", "R²", "MSE", "unit"].map(str::to_owned)];

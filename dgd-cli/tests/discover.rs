@@ -6,7 +6,9 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::{Value, json};
-use support::{Run, dgd, dgd_in, folder_with, listing, path, root};
+use support::{Run, dgd, dgd_in, folder_with, killed_and_resumed, listing, path, root};
+#[cfg(target_os = "linux")]
+use support::{interrupt, started, wait_until_it_minds_ctrl_c};
 
 const MODEL: &str = "models/mud_circulation.dgd";
 const TRAIN: &str = "examples/data/booster_stop.train.csv";
@@ -354,4 +356,41 @@ fn the_story_of_the_thesis_is_found_in_the_stand_in_for_its_recordings() {
     assert!((value(1, "flow_gain") - 1.0 / 0.951).abs() < 0.01, "{}", value(1, "flow_gain"));
     let exponent = value(2, "speed_exponent");
     assert!((exponent - 2.2).abs() < 0.05, "{exponent}");
+}
+
+#[test]
+fn a_run_that_is_killed_goes_on_and_ends_with_the_same_bytes() {
+    let parent = folder_with(&[]);
+    let (goal, other) = (path(&parent, "found"), path(&parent, "other"));
+    let args =
+        |goal| ["discover", MODEL, "--data", TRAIN, "--valid", VALID, "--until", "700", "-o", goal];
+    dgd(&args(&other)).done();
+    killed_and_resumed(&args(&goal), &parent, "found");
+    for name in ["mud_circulation.dgd", "mud_circulation.diff", "report.html", "result.json"] {
+        let read = |goal: &str| read(Path::new(goal), name).replace(goal, "DIR");
+        let resumed = read(&goal).replace(" --resume", "");
+        assert!(resumed == read(&other), "{name} differs");
+    }
+    assert_eq!(listing(&parent), ["found", "other"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn ctrl_c_says_how_to_go_on_and_other_input_does_not() {
+    let parent = folder_with(&[]);
+    let goal = path(&parent, "found");
+    let args = ["discover", MODEL, "--data", TRAIN, "-o", &goal];
+    let mut child = started(&args);
+    wait_until_it_minds_ctrl_c(&mut child);
+    interrupt(&child);
+    let run = Run::of(&child.wait_with_output().expect("it ends"));
+    run.refused(130, &["the same command with `--resume` goes on"]);
+    assert_eq!(listing(&parent), [".found.dgd-journal"]);
+
+    // Less of the recording is other input.
+    let resumed = discover(&["-o", &goal, "--until", "60", "--resume"]);
+    assert!(resumed.err.contains("it belongs to another model, other data"), "{}", resumed.err);
+    let resumed = discover(&["-o", &goal, "--until", "60", "--resume"]);
+    assert!(resumed.err.contains("nothing to go on from"), "{}", resumed.err);
+    discover(&["--resume"]).refused(2, &["`--resume`", "-o DIR"]);
 }

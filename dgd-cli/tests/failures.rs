@@ -1,11 +1,14 @@
 //! What a user is told when a run cannot be finished, and what is kept of it: equation and variable by
-//! their names, the time, exit code 3, and the rows up to there.
+//! their names, the time, exit code 3, and the rows up to there;
+//! and what Ctrl-C leaves.
 
 mod support;
 
 use std::fs;
 
-use support::{Run, column, dgd, folder_with, path};
+use support::{Run, column, dgd, folder_with, killed_and_resumed, path};
+#[cfg(target_os = "linux")]
+use support::{interrupt, started, wait_until_it_minds_ctrl_c};
 use tempfile::TempDir;
 
 /// A folder with a model of this text.
@@ -121,4 +124,83 @@ modes ball {
     let stopped = run(text, &[]);
     stopped.refused(3, &["`ball`", "without end at t = 1.3545"]);
     assert_eq!(column(&stopped.out, "time [s]"), [0.0, 1.0]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_fit_that_ctrl_c_stops_writes_the_best_so_far() {
+    const DATA: &str = "examples/data/circulation.csv";
+    const MODEL: &str = "models/mud_circulation.dgd";
+    let folder = folder_with(&[]);
+    let goal = path(&folder, "fitted");
+    // Many recordings and exact: far from done when it is stopped.
+    let mut args = vec!["fit", MODEL, "--steps", "adaptive", "--rtol", "1e-10", "-o", &goal];
+    args.extend(["--format", "json", "--profile", "c0", "--bootstrap", "9", "--valid", DATA]);
+    args.extend(["--data", DATA].repeat(8));
+    let mut child = started(&args);
+    wait_until_it_minds_ctrl_c(&mut child);
+    interrupt(&child);
+    let run = Run::of(&child.wait_with_output().expect("it ends"));
+    assert_eq!(run.code, 130, "{}", run.err);
+    let words = format!("what there is, is in {goal}; the same command with `--resume` goes on");
+    assert!(run.err.contains(&words), "{}", run.err);
+    let result = run.json();
+    assert_eq!((&result["status"], &result["termination"]), (&"stopped".into(), &"stopped".into()));
+    let left_out: Vec<&str> = (result["left_out"].as_array().expect("a list").iter())
+        .map(|words| words.as_str().expect("words"))
+        .collect();
+    let [converged, held_out, profile] = left_out.as_slice() else { panic!("{left_out:?}") };
+    assert!(converged.starts_with("stopped before it converged"), "{converged}");
+    assert_eq!(*held_out, "held-out recordings were not simulated");
+    assert_eq!(*profile, "there is no profile of `c0`");
+    assert!(result["outputs"]["p_r"]["rms_train"].is_number(), "{result}");
+    assert!(result["outputs"]["p_r"]["rms_valid"].is_null(), "{result}");
+    let written = |name: &str| fs::read_to_string(folder.path().join("fitted").join(name));
+    assert_eq!(written("result.json").expect("it was written"), run.out);
+    dgd(&["check", &path(&folder, "fitted/mud_circulation.dgd")]).done();
+}
+
+#[test]
+fn a_fit_that_is_killed_goes_on_and_ends_with_the_same_bytes() {
+    let folder = folder_with(&[]);
+    let (goal, other) = (path(&folder, "fitted"), path(&folder, "other"));
+    let args = |goal| {
+        let args = ["fit", "models/mud_circulation.dgd", "--data", "examples/data/circulation.csv"];
+        [&args[..], &["--profile", "c0", "--bootstrap", "30", "--seed", "3", "-o", goal]].concat()
+    };
+    let whole = dgd(&args(&other)).done();
+    let resumed = killed_and_resumed(&args(&goal), &folder, "fitted");
+    assert_eq!(resumed.out, whole.out);
+    for name in ["result.json", "mud_circulation.dgd"] {
+        let read = |goal: &str| fs::read(format!("{goal}/{name}")).expect("it was written");
+        assert!(read(&goal) == read(&other), "{name} differs");
+    }
+    let args = ["fit", "m.dgd", "--data", "d.csv", "--resume"];
+    dgd(&args).refused(2, &["`--resume`", "-o DIR"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_bootstrap_that_ctrl_c_stops_gives_what_is_complete() {
+    let data = "time [s],y [1]\n0,1\n1,2.1\n2,2.9\n3,4.2\n4,4.8\n5,6.1\n";
+    let model =
+        "model line\nparameter a [1/s] = 0.5\nparameter b [1] = 0\noutput y [1] = a*time + b\n";
+    let folder = folder_with(&[("m.dgd", model.as_bytes()), ("d.csv", data.as_bytes())]);
+    let (model, data) = (path(&folder, "m.dgd"), path(&folder, "d.csv"));
+    // More data sets than there is time for. Later each time, until the fit itself has been finished.
+    let mut waited = std::time::Duration::from_millis(50);
+    loop {
+        let mut child = started(&["fit", &model, "--data", &data, "--bootstrap", "100000000"]);
+        wait_until_it_minds_ctrl_c(&mut child);
+        std::thread::sleep(waited);
+        interrupt(&child);
+        let run = Run::of(&child.wait_with_output().expect("it ends"));
+        assert_eq!(run.code, 130, "{}", run.err);
+        if !run.out.contains("stopped before it converged") {
+            assert!(run.out.contains("the bootstrap was stopped after "), "{}", run.out);
+            assert!(run.out.contains(" of 100000000 data sets"), "{}", run.out);
+            break;
+        }
+        waited *= 2;
+    }
 }

@@ -14,7 +14,8 @@ use dgd_compiler::diagnostics::{Diagnostics, Reported};
 use dgd_compiler::effects::Effect;
 use dgd_compiler::model::resolve;
 use dgd_compiler::source::Sources;
-use dgd_runtime::identify::Recording;
+use dgd_runtime::identify::{Recording, Watch};
+use dgd_runtime::journal::{Digest, Journal};
 use dgd_runtime::{Options, Steps};
 
 use crate::account::{gap, left_over, ranking_of, reason, screened, traces, unexplained};
@@ -24,6 +25,7 @@ use crate::discovery::{Discovery, FoundEffect, Verdict};
 use crate::evidence::{evidence, p_value_of_the_base};
 use crate::fitted::{Data, Fitted, NoFit};
 use crate::found::{Found, parameters};
+use crate::keeping::Keeping;
 use crate::missing::missing_inputs;
 use crate::screen::StartPoint;
 use crate::search::Search;
@@ -54,6 +56,26 @@ pub struct Request<'a> {
     pub threads: usize,
     /// Seed of resampling.
     pub seed: u64,
+    /// Keeps fits and screens, so that a run that was ended goes on where it was. The result does not
+    /// depend on it.
+    pub journal: &'a dyn Journal,
+    /// Is told how far it is. A discovery is not stopped by it: half a search has no answer.
+    pub watch: &'a dyn Watch,
+}
+
+impl Request<'_> {
+    /// Digest of all that fits and screens depend on: texts, settings and recordings.
+    pub fn digest(&self) -> Digest {
+        let BaseModel { asts, options, free, fix, engine: _ } = self.base;
+        let texts: Vec<&str> = self.sources.iter().map(|source| &*source.text).collect();
+        Digest::EMPTY
+            .of(&env!("CARGO_PKG_VERSION"))
+            .of(&texts)
+            .of(&(self.library.len(), self.templates.len()))
+            .of(&(asts, options, free, fix))
+            .of(&(self.train.0, self.valid.0))
+            .of(&self.options)
+    }
 }
 
 /// Why there is no discovery.
@@ -121,10 +143,12 @@ pub fn discover(
         atol: options.atol.max(RANKING_TOLERANCE),
         ..options
     };
+    let keeping =
+        Keeping { journal: request.journal, watch: request.watch, request: request.digest() };
     let mut search = Search {
         base,
         candidates: &candidates,
-        data: Data { train, valid, noise, options: ranking },
+        data: Data { train, valid, noise, options: ranking, keeping },
         threads,
         tried: BTreeMap::new(),
         screens: BTreeMap::new(),

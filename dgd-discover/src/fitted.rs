@@ -4,9 +4,11 @@ use dgd_runtime::identify::{
     Estimate, EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Recording, Starts,
     StoppingRule, evaluate, fit, fit_starts,
 };
+use dgd_runtime::journal::{Kept, kept};
 use dgd_runtime::{Observations, Options, Signature, System};
 
 use crate::colour::Whitener;
+use crate::keeping::Keeping;
 use crate::moments::{Moments, cross, leap, with_found_starts};
 use crate::screen::StartPoint;
 use crate::structure::{Structure, Values};
@@ -23,6 +25,8 @@ pub(crate) struct Data<'a> {
     pub noise: Vec<Option<SensorNoise>>,
     /// How to integrate.
     pub options: Options,
+    /// What was computed before, and who looks on.
+    pub keeping: Keeping<'a>,
 }
 
 /// How long start values of held-out recordings are estimated from, s.
@@ -47,6 +51,14 @@ pub(crate) struct Fitted {
     pub valid: Option<Vec<Observations>>,
 }
 
+/// Where a fit of a structure ended: all that takes long to find.
+struct Ended {
+    p: Vec<f64>,
+    starts: Vec<Starts>,
+    estimates: Vec<Estimate>,
+    is_converged: bool,
+}
+
 /// Why a structure has no numbers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct NoFit(pub String);
@@ -60,40 +72,19 @@ impl Fitted {
         data: &Data<'_>,
         evaluations: usize,
     ) -> Result<Fitted, NoFit> {
-        let system = &structure.system;
-        let signature = system.signature();
+        let key = data.keeping.key(&("fit", &structure.candidates), |digest| {
+            digest.of(from).of(&points).of(&data.noise).of(&data.options).of(&evaluations)
+        });
+        let ended = kept(data.keeping.journal, key, || {
+            Ended::new(&structure, from, points, data, evaluations)
+        })?;
+        let Ended { p, starts, estimates, is_converged } = ended;
+        let values = Values::of(&structure.system, &p, &starts);
         let recordings = with_starts(data.train, from, &structure);
-        let mut best: Option<(Fit, Vec<Estimate>)> = None;
-        let mut failure = None;
-        for point in points {
-            let at = |values: &[(String, f64)]| {
-                let mut all = from.clone();
-                all.p.extend(values.iter().cloned());
-                let mut p = all.parameters(system);
-                clip(&mut p, signature);
-                p
-            };
-            let (suggested, nothing) = (at(&point.values), at(&point.at_nothing));
-            let problem = problem(&structure, &suggested, &recordings, data, evaluations);
-            match fitted(&problem, &nothing, &structure) {
-                Ok(found) if best.as_ref().is_none_or(|(best, _)| found.0.cost < best.cost) => {
-                    best = Some(found);
-                }
-                Ok(_) => {}
-                Err(error) => {
-                    failure.get_or_insert(error.to_string());
-                }
-            }
-        }
-        let Some((fit, estimates)) = best else {
-            return Err(NoFit(format!("cannot be fitted: {}", failure.unwrap_or_default())));
-        };
-        let values = Values::of(system, &fit.p, &fit.starts);
-        let problem = problem(&structure, &fit.p, &recordings, data, evaluations);
+        let problem = problem(&structure, &p, &recordings, data, evaluations);
         let Evaluation { observations: train, .. } =
-            evaluate(&problem, &fit.p, &fit.starts).map_err(|error| NoFit(error.to_string()))?;
-        let is_converged = fit.termination.is_converged();
-        let (p, error, valid) = (fit.p, (0.0, 0), None);
+            evaluate(&problem, &p, &starts).map_err(|error| NoFit(error.to_string()))?;
+        let (error, valid) = ((0.0, 0), None);
         let mut fitted =
             Fitted { structure, values, p, estimates, is_converged, error, train, valid };
         fitted.weigh(data);
@@ -131,6 +122,77 @@ impl Fitted {
             }
         }
         Some(all)
+    }
+}
+
+impl Ended {
+    /// Fits a structure from several points, the first of equals being the best.
+    fn new(
+        structure: &Structure,
+        from: &Values,
+        points: &[StartPoint],
+        data: &Data<'_>,
+        evaluations: usize,
+    ) -> Result<Ended, NoFit> {
+        let system = &structure.system;
+        let signature = system.signature();
+        let recordings = with_starts(data.train, from, structure);
+        let mut best: Option<(Fit, Vec<Estimate>)> = None;
+        let mut failure = None;
+        for point in points {
+            let at = |values: &[(String, f64)]| {
+                let mut all = from.clone();
+                all.p.extend(values.iter().cloned());
+                let mut p = all.parameters(system);
+                clip(&mut p, signature);
+                p
+            };
+            let (suggested, nothing) = (at(&point.values), at(&point.at_nothing));
+            let problem = problem(structure, &suggested, &recordings, data, evaluations);
+            match fitted(&problem, &nothing, structure) {
+                Ok(found) if best.as_ref().is_none_or(|(best, _)| found.0.cost < best.cost) => {
+                    best = Some(found);
+                }
+                Ok(_) => {}
+                Err(error) => {
+                    failure.get_or_insert(error.to_string());
+                }
+            }
+        }
+        let Some((fit, estimates)) = best else {
+            return Err(NoFit(format!("cannot be fitted: {}", failure.unwrap_or_default())));
+        };
+        let is_converged = fit.termination.is_converged();
+        Ok(Ended { p: fit.p, starts: fit.starts, estimates, is_converged })
+    }
+}
+
+impl Kept for Ended {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        let Self { p, starts, estimates, is_converged } = self;
+        p.write(bytes);
+        starts.write(bytes);
+        estimates.write(bytes);
+        is_converged.write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        Some(Self {
+            p: Kept::read(bytes)?,
+            starts: Kept::read(bytes)?,
+            estimates: Kept::read(bytes)?,
+            is_converged: Kept::read(bytes)?,
+        })
+    }
+}
+
+impl Kept for NoFit {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        self.0.write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        Some(Self(Kept::read(bytes)?))
     }
 }
 
@@ -259,7 +321,10 @@ fn held_out(
     evaluations: usize,
 ) -> Option<Vec<Observations>> {
     let problem = problem(structure, p, data.valid, data, evaluations);
-    let starts = fit_starts(&problem, START_SECONDS).ok()?;
+    let key = data.keeping.key(&("held out", &structure.candidates), |digest| {
+        digest.of(&p).of(&data.noise).of(&data.options).of(&evaluations)
+    });
+    let starts = kept(data.keeping.journal, key, || fit_starts(&problem, START_SECONDS).ok())?;
     Some(evaluate(&problem, p, &starts).ok()?.observations)
 }
 

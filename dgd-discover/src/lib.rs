@@ -29,6 +29,7 @@ mod exponential;
 mod fitted;
 mod found;
 mod kalman;
+mod keeping;
 mod levels;
 mod missing;
 mod missing_terms;

@@ -20,6 +20,8 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
+use dgd_runtime::journal::Kept;
+
 use crate::projection::Basis;
 
 /// Resamples.
@@ -62,6 +64,37 @@ pub(crate) struct Trial {
     pub candidate: usize,
     /// One for each λ, orthogonal to each other.
     pub contrasts: Vec<Contrast>,
+}
+
+impl Kept for Contrast {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        let Self { as_it_is, parts, length, bounds: [lower, upper] } = self;
+        as_it_is.write(bytes);
+        parts.write(bytes);
+        length.write(bytes);
+        (*lower, *upper).write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        Some(Self {
+            as_it_is: Kept::read(bytes)?,
+            parts: Kept::read(bytes)?,
+            length: Kept::read(bytes)?,
+            bounds: <(f64, f64)>::read(bytes)?.into(),
+        })
+    }
+}
+
+impl Kept for Trial {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        let Self { candidate, contrasts } = self;
+        candidate.write(bytes);
+        contrasts.write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        Some(Self { candidate: Kept::read(bytes)?, contrasts: Kept::read(bytes)? })
+    }
 }
 
 impl Contrast {

@@ -17,6 +17,7 @@ use dgd_compiler::effects::Brought;
 use dgd_execute::Loaded;
 use dgd_runtime::identify::Recording;
 use dgd_runtime::identify::outputs_with_sensitivities as observe;
+use dgd_runtime::journal::{Kept, kept};
 use dgd_runtime::{Direction, System};
 
 use crate::candidates::Candidate;
@@ -92,14 +93,31 @@ pub(crate) fn screen(
     look: Look,
     threads: usize,
 ) -> Screen {
+    let key = data.keeping.key(&("screen", &fitted.structure.candidates, others, look), |digest| {
+        digest.of(&fitted.values).of(&fitted.estimates).of(&data.noise).of(&data.options)
+    });
+    kept(data.keeping.journal, key, || computed(base, all, others, fitted, data, (look, threads)))
+}
+
+/// The screen, computed.
+fn computed(
+    base: &BaseModel,
+    all: &[Candidate<'_>],
+    others: &[usize],
+    fitted: &Fitted,
+    data: &Data<'_>,
+    (look, threads): (Look, usize),
+) -> Screen {
     let residuals = fitted.residuals(data);
     let Some(basis) = fitted_directions(fitted, data) else { return Screen::default() };
     let errors = Errors::new(&weighted(data, &residuals), blocks(data, &residuals), &basis);
     let (ranges, basis) = (&ranges(fitted, data), &basis);
     let parts = Parts { base, all, fitted, data, threads, basis, errors: &errors, ranges, look };
     let mut screen = Screen::default();
+    let count = data.keeping.count("candidates screened", others.len());
     for group in parts.groups(others) {
         parts.screen(&group, &mut screen);
+        count.more(group.len());
     }
     screen.scores.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.candidate.cmp(&b.candidate)));
     screen
@@ -332,6 +350,49 @@ impl StartPoint {
     fn value(&self, name: &str) -> f64 {
         let found = self.values.iter().find(|(other, _)| other == name);
         found.map_or(f64::NAN, |(_, value)| *value)
+    }
+}
+
+impl Kept for Screen {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        let Self { scores, trials } = self;
+        scores.write(bytes);
+        trials.write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        Some(Self { scores: Kept::read(bytes)?, trials: Kept::read(bytes)? })
+    }
+}
+
+impl Kept for Score {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        let Self { candidate, gain, points, columns } = self;
+        candidate.write(bytes);
+        gain.write(bytes);
+        points.write(bytes);
+        columns.write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        Some(Self {
+            candidate: Kept::read(bytes)?,
+            gain: Kept::read(bytes)?,
+            points: Kept::read(bytes)?,
+            columns: Kept::read(bytes)?,
+        })
+    }
+}
+
+impl Kept for StartPoint {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        let Self { values, at_nothing } = self;
+        values.write(bytes);
+        at_nothing.write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        Some(Self { values: Kept::read(bytes)?, at_nothing: Kept::read(bytes)? })
     }
 }
 

@@ -267,11 +267,14 @@ impl Search<'_> {
     /// Fits structures, several at a time.
     pub(crate) fn refit(&mut self, wanted: Vec<Wanted>, evaluations: usize, held_out: HeldOut) {
         let (base, candidates, data) = (self.base, self.candidates, &self.data);
+        let count = data.keeping.count("structures fitted", wanted.len());
         let results = in_parallel(self.threads, wanted.len(), |k| {
             let Wanted { chosen, from, points } = &wanted[k];
             let structure =
                 base.structure(candidates, chosen).map_err(|refused| NoFit(refused.0))?;
-            let mut fitted = Fitted::new(structure, from, points, data, evaluations)?;
+            let fitted = Fitted::new(structure, from, points, data, evaluations);
+            count.more(1);
+            let mut fitted = fitted?;
             if held_out == HeldOut::Now {
                 fitted.hold_out(data, evaluations);
             }

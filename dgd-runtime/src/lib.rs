@@ -25,6 +25,7 @@ mod error;
 pub mod identify;
 mod initial;
 pub mod integrate;
+pub mod journal;
 pub mod linalg;
 pub mod linearize;
 pub mod math;

@@ -4,7 +4,8 @@
 
 use std::path::{Path, PathBuf};
 
-use dgd::identify::Recording;
+use dgd::identify::{Recording, Unwatched};
+use dgd::journal::Forgetful;
 use dgd::{Column, Inputs, Options, Problem, Signature, System, start_from_outputs};
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::effects::Effect;
@@ -201,6 +202,8 @@ impl Examined {
             options: Options { rtol: 1e-6, atol: 1e-6, ..Options::default() },
             threads,
             seed,
+            journal: &Forgetful,
+            watch: &Unwatched,
         };
         let mut diagnostics = Diagnostics::default();
         discover(&request, &mut diagnostics)

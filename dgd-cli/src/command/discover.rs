@@ -7,9 +7,11 @@ use dgd_compiler::effects::Effect;
 use dgd_compiler::pipeline::{Compiled, Directions};
 use dgd_discover::{BaseModel, DiscoverError, Discovery, Request, discover, templates};
 use dgd_runtime::System;
-use dgd_runtime::identify::Recording;
+use dgd_runtime::identify::{Recording, Unwatched};
+use dgd_runtime::journal::{Forgetful, Journal};
 
 use crate::args::{DiscoverArgs, SolveArgs, Start};
+use crate::attendant::Attendant;
 use crate::command_line::command_line;
 use crate::console::{Console, print};
 use crate::effects::{self, FOLDER, load_folder};
@@ -19,6 +21,7 @@ use crate::fitted_model::verify_folder;
 use crate::load::Compilation;
 use crate::recording;
 use crate::report::{self, Subject};
+use crate::resume;
 use crate::run::{executable, options};
 
 pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), CommandError> {
@@ -26,6 +29,7 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
     if let Some(folder) = console.out() {
         verify_folder(folder, &args.model)?;
     }
+    resume::verify(args.resume, console)?;
     let integration = options(&args.solve)?;
     let mut compilation = Compilation::default();
     let compiled = base_model(args, &mut compilation)?;
@@ -59,18 +63,53 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
         options: integration,
         threads: console.threads(),
         seed: console.seed(),
+        journal: &Forgetful,
+        watch: &Unwatched,
     };
+    let journal = resume::journal(args.resume, request.digest(), console)?;
+    let watch = Attendant::ending(console, how_to_go_on(journal.is_some()));
+    let kept: &dyn Journal = match &journal {
+        Some(journal) => journal,
+        None => &Forgetful,
+    };
+    let request = Request { journal: kept, watch: &watch, ..request };
     let mut diagnostics = Diagnostics::default();
-    let found = discover(&request, &mut diagnostics).map_err(|error| match error {
+    let found = discover(&request, &mut diagnostics);
+    watch.write();
+    let found = found.map_err(|error| failed(error, &diagnostics, &compilation))?;
+    let shown = show(args, &found, &compiled, &compilation, console);
+    if let (Err(_), Some(journal)) = (&shown, &journal) {
+        journal.leave();
+        console.remark(
+            "the search is kept: the same command with `--resume` writes its result at once",
+        );
+    }
+    shown
+}
+
+fn failed(
+    error: DiscoverError,
+    diagnostics: &Diagnostics,
+    compilation: &Compilation,
+) -> CommandError {
+    match error {
         DiscoverError::Model(_) => {
-            CommandError::diagnosed(&diagnostics, compilation.sources.clone())
+            CommandError::diagnosed(diagnostics, compilation.sources.clone())
         }
         DiscoverError::NoRecording | DiscoverError::NothingMeasured => {
             CommandError::Found(error.to_string())
         }
         DiscoverError::BaseModel(_) => CommandError::Computation(error.to_string()),
-    })?;
-    show(args, &found, &compiled, &compilation, console)
+    }
+}
+
+fn how_to_go_on(is_kept: bool) -> String {
+    if is_kept {
+        "stopped by Ctrl-C; the same command with `--resume` goes on from here".to_owned()
+    } else {
+        "stopped by Ctrl-C; nothing was kept: with `-o DIR`, `--resume` would go on from here"
+            .to_owned()
+    }
 }
 
 /// Writes the folder of results, the pictures and the summary.

@@ -9,15 +9,18 @@ use dgd_compiler::source::Sources;
 use dgd_execute::Loaded;
 use dgd_runtime::identify::{
     Estimate, EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Prior, Recording,
-    StoppingRule, Termination, TrialFailed, TrialFailure, evaluate, fit, fit_starts, nonlinear,
-    operating_points,
+    StoppingRule, Termination, TrialFailed, TrialFailure, Watch, evaluate, fit, fit_starts,
+    nonlinear, operating_points,
 };
+use dgd_runtime::journal::{Digest, Keeping};
 use dgd_runtime::{Direction, Options, Problem, System};
 use serde_json::Value;
 
 use crate::args::{FitArgs, NoiseFrom, Place};
+use crate::attendant::Attendant;
 use crate::command::{prediction_error, regress};
 use crate::console::{Console, print};
+use crate::data::journal::RunJournal;
 use crate::data::{Files, write_folder};
 use crate::estimator::Estimator;
 use crate::failure::{CommandError, meant};
@@ -27,10 +30,12 @@ use crate::fit_report::{Outcome, Tested};
 use crate::fitted_model;
 use crate::information::Origins;
 use crate::intervals::Intervals;
+use crate::left_out::LeftOut;
 use crate::linearised::{self, Linearised};
 use crate::load::Compilation;
 use crate::plot::Text;
 use crate::recording::{self, Clock};
+use crate::resume;
 use crate::run::{executable, options, with_method, with_method_per_sample};
 
 /// Start values of a held-out recording are estimated from this long, which does not count in its
@@ -45,6 +50,7 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
     if let Some(folder) = console.out() {
         fitted_model::verify_folder(folder, &args.model)?;
     }
+    resume::verify(args.resume, console)?;
     let place = args.regression.place()?;
     let mut task = Task::load(args, console)?;
     if let Some(place) = place {
@@ -75,12 +81,19 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         Termination::Gradient
         | Termination::Reduction
         | Termination::Step
-        | Termination::Stalled => {}
+        | Termination::Stalled
+        | Termination::Stopped => {}
     }
 
     let train = task.evaluated(&problem, &fit, &args.data)?;
-    let valid = task.tested(&problem, &fit, args)?;
+    let mut left_out = LeftOut::of(fit.termination);
+    let valid =
+        task.tested_unless_stopped(args, &mut left_out, || task.tested(&problem, &fit, args))?;
     let linearised = place.map(|place| task.linearised(place, &problem, &fit, &train, args));
+    let intervals = Intervals::find(&args.intervals, &problem, &fit, console.seed())
+        .map_err(|error| task.failed(error, &args.data))?;
+    intervals.push_left_out(&mut left_out, &fit);
+    task.watch.write();
     let outcome = Outcome {
         signature,
         variants: &task.compiled.model.variants,
@@ -93,8 +106,8 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
             .then(|| Origins::find(&problem, &fit, &train))
             .transpose()
             .map_err(|error| task.failed(error, &args.data))?,
-        intervals: Intervals::find(&args.intervals, &problem, &fit, console.seed())
-            .map_err(|error| task.failed(error, &args.data))?,
+        intervals,
+        left_out: &left_out,
         quality: Quality::of(signature, &task.train, &train),
         quality_valid: valid
             .as_ref()
@@ -117,7 +130,8 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
             }
         }
     }
-    if console.is_json() { print(&format!("{json:#}\n")) } else { print(&outcome.to_text()) }
+    if console.is_json() { print(&format!("{json:#}\n")) } else { print(&outcome.to_text()) }?;
+    left_out.ended(task.journal.as_ref(), console)
 }
 
 /// What is to be fitted to what.
@@ -134,6 +148,12 @@ pub(super) struct Task {
     /// Whether a file has rows without time.
     pub(super) clock: Clock,
     options: Options,
+    /// Shows how far it is, and stops it.
+    pub(super) watch: Attendant,
+    /// Simulations, profiles and refits, kept until all is written.
+    pub(super) journal: Option<RunJournal>,
+    /// Of the model.
+    digest: Digest,
 }
 
 impl Task {
@@ -213,6 +233,18 @@ impl Task {
             })
             .collect();
         let sources = compilation.sources;
+        let digest = Digest::EMPTY.of(&compiled.program);
+        // Whose estimator simulates, it takes long.
+        let journal = if args.regression.estimator == Estimator::OutputError {
+            let input = digest.of(&(&p, &train, &valid, &noise)).of(&options);
+            resume::journal(args.resume, input, console)?
+        } else if args.resume {
+            return Err(CommandError::Usage(
+                "`--resume` goes with `--estimator output-error`".to_owned(),
+            ));
+        } else {
+            None
+        };
         Ok(Task {
             compiled,
             sources,
@@ -224,6 +256,9 @@ impl Task {
             noise,
             clock,
             options,
+            watch: Attendant::stopping(console),
+            journal,
+            digest,
         })
     }
 
@@ -274,6 +309,11 @@ impl Task {
             priors: parameters.filter_map(prior).collect(),
             options: self.options,
             threads: console.threads(),
+            watch: &self.watch,
+            keeping: match &self.journal {
+                Some(journal) => Keeping { journal, of: self.digest },
+                None => Keeping::NOTHING,
+            },
             ..OutputErrorProblem::new(&self.system, &self.p, &self.train)
         }
     }
@@ -302,6 +342,22 @@ impl Task {
         let held_out =
             OutputErrorProblem { p: &fit.p, recordings: &self.valid, noise, ..problem.clone() };
         self.simulated(&held_out, &args.valid).map(Some)
+    }
+
+    /// Held-out recordings, or what is said where Ctrl-C came first: start values that were not fitted to
+    /// the end say nothing of the model.
+    pub(super) fn tested_unless_stopped<T>(
+        &self,
+        args: &FitArgs,
+        left_out: &mut LeftOut,
+        tested: impl FnOnce() -> Result<Option<T>, CommandError>,
+    ) -> Result<Option<T>, CommandError> {
+        let valid = if self.watch.is_stopped() { None } else { tested()? };
+        if self.watch.is_stopped() && !args.valid.is_empty() {
+            left_out.push("held-out recordings were not simulated");
+            return Ok(None);
+        }
+        Ok(valid)
     }
 
     /// The recordings of a problem, simulated at its parameters with start values from their beginnings.
@@ -348,7 +404,11 @@ impl Task {
         let mut written =
             vec![(name, text.into_bytes()), ("result.json".to_owned(), json.into_bytes())];
         written.extend(more);
-        Ok(write_folder(folder, &Files { written, ..Files::default() })?)
+        let result = write_folder(folder, &Files { written, ..Files::default() });
+        if let (Err(_), Some(journal)) = (&result, &self.journal) {
+            journal.leave();
+        }
+        Ok(result?)
     }
 
     pub(super) fn failed(&self, error: EstimateError, paths: &[PathBuf]) -> CommandError {
@@ -382,7 +442,8 @@ impl Task {
             }
             EstimateError::Noise { .. }
             | EstimateError::NotPositive { .. }
-            | EstimateError::NotFiltered(_) => CommandError::Computation(error.to_string()),
+            | EstimateError::NotFiltered(_)
+            | EstimateError::Stopped => CommandError::Computation(error.to_string()),
         }
     }
 

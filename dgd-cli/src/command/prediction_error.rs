@@ -7,7 +7,8 @@ use dgd_runtime::identify::filter::{
     Level, LevelEstimate, PredictionError, PredictionErrorProblem, prediction_error,
 };
 use dgd_runtime::identify::{
-    Bound, Estimate, EstimateError, Evaluation, Misfit, Noise, OutputErrorProblem, evaluate,
+    Bound, Estimate, EstimateError, Evaluation, Misfit, Noise, OutputErrorProblem, Termination,
+    evaluate,
 };
 use dgd_runtime::{Direction, Options, Signature, System, Unit};
 use serde_json::{Map, Value, json};
@@ -17,6 +18,7 @@ use crate::args::FitArgs;
 use crate::console::{Console, print};
 use crate::failure::CommandError;
 use crate::fit_report::{Tested, digits_of, in_unit};
+use crate::left_out::LeftOut;
 use crate::table::{push_table, significant};
 
 /// Differences of innovations need at least this tolerance.
@@ -34,7 +36,7 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
     }
     let problem = problem(task, args, console);
     let found = prediction_error(&problem).map_err(|error| task.failed(error, &args.data))?;
-    if !found.termination.is_converged() {
+    if !found.termination.is_converged() && found.termination != Termination::Stopped {
         return Err(CommandError::Computation(format!(
             "no maximum of the likelihood was reached in {} evaluations ({})",
             found.evaluations,
@@ -54,15 +56,20 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
             .collect(),
         ..of_simulation
     };
-    let valid =
-        if task.valid.is_empty() { None } else { Some(task.simulated(&held_out, &args.valid)?) };
-    let outcome = Outcome { task, args, found: &found, train, valid };
+    let mut left_out = LeftOut::of(found.termination);
+    let valid = task.tested_unless_stopped(args, &mut left_out, || {
+        let is_asked = !task.valid.is_empty();
+        is_asked.then(|| task.simulated(&held_out, &args.valid)).transpose()
+    })?;
+    task.watch.write();
+    let outcome = Outcome { task, args, found: &found, train, valid, left_out: &left_out };
     let json = outcome.to_json();
     if let Some(folder) = console.out() {
         task.save(folder, args, &found.estimates, &json, Vec::new())?;
         console.remark(&format!("wrote {}", folder.display()));
     }
-    if console.is_json() { print(&format!("{json:#}\n")) } else { print(&outcome.to_text()) }
+    if console.is_json() { print(&format!("{json:#}\n")) } else { print(&outcome.to_text()) }?;
+    left_out.ended(None, console)
 }
 
 fn problem<'a>(
@@ -95,6 +102,7 @@ fn problem<'a>(
         options: Options { rtol: rtol.min(TIGHT), atol: atol.min(TIGHT), ..given.options },
         priors: given.priors,
         threads: given.threads,
+        watch: given.watch,
         ..defaults
     }
 }
@@ -106,6 +114,7 @@ struct Outcome<'a> {
     found: &'a PredictionError,
     train: Evaluation,
     valid: Option<Tested>,
+    left_out: &'a LeftOut,
 }
 
 impl Outcome<'_> {
@@ -190,6 +199,8 @@ impl Outcome<'_> {
             "iterations": found.iterations,
             "evaluations": found.evaluations,
             "termination": found.termination.name(),
+            "status": self.left_out.status(),
+            "left_out": self.left_out.all(),
         })
     }
 
@@ -260,6 +271,7 @@ impl Outcome<'_> {
             rows.push([name, number(train), number(valid), output.unit.symbol.to_string()]);
         }
         push_table(&mut text, &rows);
+        self.left_out.push_text(&mut text);
         for together in self.undetermined() {
             // Writing to a string does not fail.
             let _ =

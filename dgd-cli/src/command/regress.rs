@@ -8,7 +8,7 @@ use dgd_runtime::identify::regression::{
     FollowOptions, Forgetting, Normalisation, RegressionError, RegressionMethod, RegressionProblem,
     follow, regress,
 };
-use dgd_runtime::identify::{EstimateError, OutputErrorProblem, Recording};
+use dgd_runtime::identify::{EstimateError, OutputErrorProblem, Recording, Watch};
 
 use crate::args::FitArgs;
 use crate::command::fit::Task;
@@ -16,6 +16,7 @@ use crate::console::{Console, print};
 use crate::estimator::{Estimator, Normalise, RegressionArgs};
 use crate::failure::{CommandError, meant};
 use crate::fit_report::Tested;
+use crate::left_out::LeftOut;
 use crate::recording::Clock;
 use crate::regression_report::RegressionOutcome;
 
@@ -49,14 +50,26 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
     let simulated = |recordings: &[Recording], paths: &[PathBuf]| {
         simulated(task, console, &fit.p, recordings, paths)
     };
+    let mut left_out = if fit.is_stopped { LeftOut::stopped() } else { LeftOut::default() };
+    // Start values are fitted for it.
+    let mut train =
+        (!task.watch.is_stopped()).then(|| simulated(&task.train, &args.data)).flatten();
+    if task.watch.is_stopped() {
+        train = None;
+        left_out.push("the recordings were not simulated with what was found");
+    }
+    let valid = task
+        .tested_unless_stopped(args, &mut left_out, || Ok(simulated(&task.valid, &args.valid)))?;
+    task.watch.write();
     let outcome = RegressionOutcome {
         estimator: args.regression.estimator,
         signature: task.system.signature(),
         variants: &task.compiled.model.variants,
         fit: &fit,
         followed: followed.as_ref(),
-        train: simulated(&task.train, &args.data),
-        valid: simulated(&task.valid, &args.valid),
+        train,
+        valid,
+        left_out: &left_out,
     };
     let json = outcome.to_json();
     if let Some(folder) = console.out() {
@@ -65,7 +78,8 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
         task.save(folder, args, &fit.estimates, &json, more.into_iter().collect())?;
         console.remark(&format!("wrote {}", folder.display()));
     }
-    if console.is_json() { print(&format!("{json:#}\n")) } else { print(&outcome.to_text()) }
+    if console.is_json() { print(&format!("{json:#}\n")) } else { print(&outcome.to_text()) }?;
+    left_out.ended(None, console)
 }
 
 fn follow_options(args: &RegressionArgs) -> FollowOptions {
@@ -104,6 +118,7 @@ fn regression_problem<'a>(
             .iter()
             .map(|text| steady(task, text))
             .collect::<Result<_, CommandError>>()?,
+        watch: &task.watch,
         ..RegressionProblem::new(&task.system, &task.p, &task.train)
     })
 }

@@ -12,6 +12,7 @@
 mod clock;
 mod folder;
 mod header;
+pub mod journal;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod read;

@@ -4,7 +4,8 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::Duration;
 
 use serde_json::Value;
 use tempfile::TempDir;
@@ -64,6 +65,69 @@ pub(crate) fn dgd_in(folder: &Path, args: &[&str]) -> Run {
 /// Runs in the repository's root.
 pub(crate) fn dgd(args: &[&str]) -> Run {
     dgd_in(&root(), args)
+}
+
+/// A command under way, whose output is kept for its end.
+pub(crate) fn started(args: &[&str]) -> Child {
+    let mut command = command(&root(), args);
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    command.spawn().expect("the command starts")
+}
+
+/// Runs a command whose results go to `name` in a folder, kills it several times and has it go on with
+/// `--resume`, to its end.
+pub(crate) fn killed_and_resumed(args: &[&str], folder: &TempDir, name: &str) -> Run {
+    let journal = folder.path().join(format!(".{name}.dgd-journal"));
+    let size = || fs::metadata(&journal).map_or(0, |file| file.len());
+    let is_running = |child: &mut Child| child.try_wait().expect("a child").is_none();
+    let resumed = [args, &["--resume"]].concat();
+    let (mut kills, mut before) = (0, 64);
+    let run = loop {
+        let mut child = started(if kills == 0 { args } else { &resumed });
+        // When it has kept something more, and some time after that, longer each time.
+        while is_running(&mut child) && (size() <= before || kills == 4) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        std::thread::sleep(Duration::from_millis(100 * kills));
+        if !is_running(&mut child) {
+            break Run::of(&child.wait_with_output().expect("it has ended")).done();
+        }
+        child.kill().expect("it is under way");
+        child.wait().expect("it has ended");
+        // A record that is torn, as a kill leaves it at worst.
+        let bytes = fs::read(&journal).expect("it was left");
+        fs::write(&journal, &bytes[..bytes.len() - 1]).expect("the folder is writable");
+        (kills, before) = (kills + 1, size());
+        assert!(!folder.path().join(name).exists(), "nothing half written");
+    };
+    assert!(kills >= 2, "{kills}");
+    let found = run.err.lines().find_map(|line| line.strip_prefix("going on with "));
+    let found = found.and_then(|words| words.split(' ').next()).map(str::parse::<usize>);
+    assert!(matches!(found, Some(Ok(2..))), "less work: {}", run.err);
+    assert!(!journal.exists(), "a run that ends needs it no more");
+    run
+}
+
+/// Waits until a command has taken Ctrl-C into its own hands.
+#[cfg(target_os = "linux")]
+pub(crate) fn wait_until_it_minds_ctrl_c(child: &mut Child) {
+    // SIGINT is signal 2.
+    let minds = |status: &str| {
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+        caught.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|m| m & 2 > 0)
+    };
+    let status = format!("/proc/{}/status", child.id());
+    while !fs::read_to_string(&status).is_ok_and(|status| minds(&status)) {
+        assert!(child.try_wait().expect("a child").is_none(), "it ended by itself");
+        std::thread::yield_now();
+    }
+}
+
+/// Presses Ctrl-C.
+#[cfg(unix)]
+pub(crate) fn interrupt(child: &Child) {
+    let done = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(done.expect("there is `kill`").success());
 }
 
 pub(crate) fn folder_with(files: &[(&str, &[u8])]) -> TempDir {

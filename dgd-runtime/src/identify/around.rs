@@ -2,11 +2,13 @@
 
 use crate::identify::error::{EstimateError, TrialFailed};
 use crate::identify::fit::Fit;
-use crate::identify::levenberg_marquardt::{Minimum, StoppingRule, minimise};
+use crate::identify::levenberg_marquardt::{Minimum, StoppingRule, minimise_watched};
 use crate::identify::output_error::{NEGLIGIBLE_REDUCTION, OutputErrorProblem, Prior};
+use crate::identify::progress::Watch;
 use crate::identify::recording::Recording;
 use crate::identify::variables::{Variable, Variables};
 use crate::identify::weighing::{Weighted, simulate_all, weigh};
+use crate::journal::{Digest, Journal, Kept, kept_success};
 use crate::problem::Options;
 use crate::system::System;
 
@@ -26,6 +28,10 @@ pub(super) struct Around<'a> {
     pub bounds: Vec<(f64, f64)>,
     sigma: Vec<Option<f64>>,
     rule: StoppingRule,
+    pub watch: &'a dyn Watch,
+    pub journal: &'a dyn Journal,
+    /// Of all of it, if anything is kept.
+    pub of: Option<Digest>,
 }
 
 impl<'a> Around<'a> {
@@ -57,7 +63,26 @@ impl<'a> Around<'a> {
             bounds,
             sigma: fit.noise.clone(),
             rule: StoppingRule { reduction, evaluations, ..problem.stopping },
+            watch: problem.watch,
+            journal: problem.keeping.journal,
+            of: problem.keeping.digest(|digest| {
+                let problem = (problem.p, &problem.free, problem.recordings, &problem.priors);
+                let fit = (&fit.estimates, &fit.noise, fit.stepping, &fit.starts);
+                digest.of(&problem).of(&fit).of(&evaluations)
+            }),
         })
+    }
+
+    /// What is found around the fit, or was before.
+    pub(super) fn kept<T: Kept, E>(
+        &self,
+        arguments: impl FnOnce(Digest) -> Digest,
+        compute: impl FnOnce() -> Result<T, E>,
+    ) -> Result<T, E> {
+        match self.of {
+            None => compute(),
+            Some(of) => kept_success(self.journal, arguments(of).value(), compute),
+        }
     }
 
     /// The problem for one thread.
@@ -66,6 +91,7 @@ impl<'a> Around<'a> {
             free: self.free.clone(),
             priors: self.priors.clone(),
             options: self.options,
+            watch: self.watch,
             ..OutputErrorProblem::new(system, self.p, self.recordings)
         }
     }
@@ -89,6 +115,6 @@ impl<'a> Around<'a> {
         bounds: &[(f64, f64)],
     ) -> Result<Minimum<Weighted, TrialFailed>, TrialFailed> {
         let at = self.evaluated(problem, &z)?;
-        Ok(minimise(z, at, bounds, &self.rule, |z| self.evaluated(problem, z)))
+        Ok(minimise_watched(z, at, bounds, &self.rule, self.watch, |z| self.evaluated(problem, z)))
     }
 }

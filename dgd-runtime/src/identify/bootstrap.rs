@@ -15,13 +15,18 @@
 //! White, Automatic block-length selection for the dependent bootstrap, Econometric Reviews 23 (2004)
 //! 53, with the correction of Patton, Politis, White, ibid. 28 (2009) 372.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use crate::identify::around::Around;
 use crate::identify::error::{EstimateError, TrialFailed};
 use crate::identify::fit::Fit;
+use crate::identify::levenberg_marquardt::Termination;
 use crate::identify::output_error::OutputErrorProblem;
 use crate::identify::parallel::in_parallel;
+use crate::identify::progress::{Of, Progress};
 use crate::identify::recording::{Derivatives, Recording, outputs_of};
 use crate::identify::weighing::effective_priors;
+use crate::journal::Digest;
 use crate::system::System;
 
 /// Most simulations of a refit, which starts next to its minimum.
@@ -34,6 +39,8 @@ pub struct Bootstrap {
     pub replicates: Vec<Vec<f64>>,
     /// Refits that did not.
     pub failures: usize,
+    /// Refits that were not made, or not to the end, because the problem's watch stopped them.
+    pub left_out: usize,
     /// Mean length of the blocks in each recording, in rows.
     pub block_lengths: Vec<f64>,
 }
@@ -74,7 +81,8 @@ impl Bootstrap {
 /// Refits a fit's problem to so many resampled data sets, by the threads of the problem.
 ///
 /// `random` gives each replicate, by its number, a generator of its own of uniform 64-bit numbers, so that
-/// results do not depend on threads.
+/// results do not depend on threads. Where the watch of the problem stops it, the refits that are complete
+/// are given.
 ///
 /// # Errors
 ///
@@ -112,7 +120,12 @@ where
         sources.push(Source::new(recording, (0..fit.noise.len()).map(of_output).collect()));
     }
 
-    let refits = in_parallel(problem.system, replicates, problem.threads, |system, k| {
+    let done = AtomicUsize::new(0);
+    // None where no minimum was reached.
+    let refit = |system: &S, k: usize| -> Result<Option<Vec<f64>>, LeftOut> {
+        if around.watch.is_stopped() {
+            return Err(LeftOut);
+        }
         let mut uniform = Uniform(random(k));
         let recordings: Vec<Recording> =
             sources.iter().map(|source| source.resampled(&mut uniform)).collect();
@@ -121,18 +134,46 @@ where
         for prior in &mut resampled.priors {
             prior.mean = fit.p[prior.parameter] + prior.std * uniform.normal();
         }
-        let minimum = around.minimum(&resampled, around.z.clone(), &around.bounds).ok()?;
-        let found = minimum.termination.is_converged();
-        let variables = around.variables.all.iter().zip(&minimum.x);
-        found.then(|| variables.map(|(variable, z)| variable.value(*z)).collect::<Vec<f64>>())
+        match around.minimum(&resampled, around.z.clone(), &around.bounds) {
+            Ok(minimum) if minimum.termination.is_converged() => {
+                let variables = around.variables.all.iter().zip(&minimum.x);
+                Ok(Some(variables.map(|(variable, z)| variable.value(*z)).collect()))
+            }
+            Ok(minimum) if minimum.termination == Termination::Stopped => Err(LeftOut),
+            Ok(_) | Err(_) => Ok(None),
+        }
+    };
+    let refits = in_parallel(problem.system, replicates, problem.threads, |system, k| {
+        let drawn = |digest: Digest| {
+            let mut numbers = random(k);
+            digest.of(&("refit", numbers(), numbers()))
+        };
+        let refit = around.kept(drawn, || refit(system, k));
+        if refit.is_ok() {
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            let of = Of::Exactly(replicates);
+            around.watch.advanced(Progress { what: "resampled data sets", done, of });
+        }
+        refit
     });
-    let refits: Vec<Vec<f64>> = refits.into_iter().flatten().collect();
-    Ok(Bootstrap {
-        failures: replicates - refits.len(),
-        replicates: refits,
+    let mut found = Bootstrap {
+        replicates: Vec::with_capacity(replicates),
+        failures: 0,
+        left_out: 0,
         block_lengths: sources.iter().map(|source| source.block_length).collect(),
-    })
+    };
+    for refit in refits {
+        match refit {
+            Ok(Some(estimates)) => found.replicates.push(estimates),
+            Ok(None) => found.failures += 1,
+            Err(LeftOut) => found.left_out += 1,
+        }
+    }
+    Ok(found)
 }
+
+/// A refit that was not made to the end.
+struct LeftOut;
 
 /// Random numbers from random bits.
 struct Uniform<G>(G);

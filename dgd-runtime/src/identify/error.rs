@@ -70,6 +70,8 @@ pub enum EstimateError {
     Start(TrialFailed),
     /// The model cannot be filtered, which innovations need.
     NotFiltered(Box<FilterError>),
+    /// It was stopped before there was anything to give.
+    Stopped,
 }
 
 impl fmt::Display for TrialFailed {
@@ -122,6 +124,7 @@ impl fmt::Display for EstimateError {
                 write!(f, "the model cannot be simulated where the fit starts: {failed}")
             }
             Self::NotFiltered(error) => error.fmt(f),
+            Self::Stopped => write!(f, "it was stopped before there was a result"),
         }
     }
 }

@@ -25,6 +25,7 @@
 //! | `profile` | how far an estimate can go while the others make up for it |
 //! | `bootstrap` | how estimates scatter when residuals come in another order |
 //! | `information` | which samples determine which estimate |
+//! | `progress` | who looks on, and may stop it |
 //! | `filter` | states and parameters while samples come in, and by the likelihood of innovations |
 
 mod around;
@@ -41,6 +42,7 @@ mod noise;
 mod output_error;
 pub(crate) mod parallel;
 mod profile;
+mod progress;
 mod recording;
 pub mod regression;
 mod stepping;
@@ -52,7 +54,9 @@ pub use bootstrap::{Bootstrap, bootstrap};
 pub use error::{EstimateError, TrialFailed, TrialFailure};
 pub use fit::Fit;
 pub use information::{Information, information};
-pub use levenberg_marquardt::{Minimum, NormalEquations, StoppingRule, Termination, minimise};
+pub use levenberg_marquardt::{
+    Minimum, NormalEquations, StoppingRule, Termination, minimise, minimise_watched,
+};
 pub use linearised::{Departure, Nonlinear, nonlinear, operating_points};
 pub use nelder_mead::{Simplex, SimplexRule, nelder_mead};
 pub use noise::Noise;
@@ -60,6 +64,7 @@ pub use output_error::{
     Evaluation, OutputErrorProblem, Prior, Starts, evaluate, fit, fit_from, fit_starts,
 };
 pub use profile::{End, Profile, THRESHOLD, profile, profiles};
+pub use progress::{Of, Progress, Unwatched, Watch};
 pub use recording::{Misfit, Recording, outputs_with_sensitivities};
 pub use stepping::Stepping;
 pub use uncertainty::{Correlated, Estimate, Term, Undetermined};

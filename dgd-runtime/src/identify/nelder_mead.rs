@@ -11,6 +11,8 @@
 //! where the function has no value it is infinite. A simplex that has ended is set up once more, small,
 //! at its best vertex, so that one that has become flat is noticed.
 
+use crate::identify::progress::{Of, Progress, Watch};
+
 /// When to stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SimplexRule {
@@ -51,7 +53,8 @@ const ROUNDED: f64 = 1e-3;
 /// Those of the simplex that tries the end again.
 const SECOND_EDGE: f64 = 1e-3;
 
-/// Minimises a function from `x` on. Variables should be of the order of 1.
+/// Minimises a function from `x` on. Variables should be of the order of 1. What `watch` stops gives the best
+/// vertex so far, which is not converged.
 ///
 /// # Panics
 ///
@@ -60,12 +63,16 @@ pub fn nelder_mead(
     x: &[f64],
     bounds: &[(f64, f64)],
     rule: &SimplexRule,
+    watch: &dyn Watch,
     mut function: impl FnMut(&[f64]) -> Option<f64>,
 ) -> Simplex {
     assert_eq!(x.len(), bounds.len(), "one pair of bounds for each variable");
     let mut search = Search {
         bounds,
         evaluations: 0,
+        // Two simplexes have so many each.
+        most: 2 * rule.evaluations,
+        watch,
         function: &mut |x| match function(x) {
             Some(value) if !value.is_nan() => value,
             _ => f64::INFINITY,
@@ -81,6 +88,8 @@ pub fn nelder_mead(
 struct Search<'a> {
     bounds: &'a [(f64, f64)],
     evaluations: usize,
+    most: usize,
+    watch: &'a dyn Watch,
     function: &'a mut dyn FnMut(&[f64]) -> f64,
 }
 
@@ -91,6 +100,8 @@ impl Search<'_> {
         }
         self.evaluations += 1;
         let value = (self.function)(&x);
+        let (done, of) = (self.evaluations, Of::AtMost(self.most));
+        self.watch.advanced(Progress { what: "evaluations", done, of });
         (x, value)
     }
 
@@ -115,7 +126,8 @@ impl Search<'_> {
             // Stable: of equals the older is the better.
             vertices.sort_by(|a, b| a.1.total_cmp(&b.1));
             let is_converged = is_small(&vertices, rule);
-            if n == 0 || is_converged || self.evaluations >= until {
+            let is_ended = self.evaluations >= until || self.watch.is_stopped();
+            if n == 0 || is_converged || is_ended {
                 let (x, value) = vertices.swap_remove(0);
                 return Simplex { x, value, evaluations: 0, is_converged: n == 0 || is_converged };
             }
@@ -165,6 +177,7 @@ fn is_small(vertices: &[(Vec<f64>, f64)], rule: &SimplexRule) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::identify::progress::Unwatched;
 
     const ANYWHERE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
@@ -175,7 +188,8 @@ mod tests {
     #[test]
     fn the_valley_is_followed_to_its_end() {
         let rule = SimplexRule { spread: 1.0, ..SimplexRule::default() };
-        let found = nelder_mead(&[-1.2, 1.0], &[ANYWHERE; 2], &rule, |x| Some(rosenbrock(x)));
+        let found =
+            nelder_mead(&[-1.2, 1.0], &[ANYWHERE; 2], &rule, &Unwatched, |x| Some(rosenbrock(x)));
         assert!(found.is_converged);
         assert!(found.x.iter().all(|x| (x - 1.0).abs() < 1e-6), "{found:?}");
     }
@@ -185,11 +199,11 @@ mod tests {
         // On x₁ = 1/2 the valley's floor is x₂ = 1/4.
         let rule = SimplexRule::default();
         let bounds = [(-2.0, 0.5), ANYWHERE];
-        let found = nelder_mead(&[-1.2, 1.0], &bounds, &rule, |x| Some(rosenbrock(x)));
+        let found = nelder_mead(&[-1.2, 1.0], &bounds, &rule, &Unwatched, |x| Some(rosenbrock(x)));
         assert!((found.x[0] - 0.5).abs() < 1e-8 && (found.x[1] - 0.25).abs() < 1e-6, "{found:?}");
         let logarithm = |x: &[f64]| (x[0] > 0.0).then(|| (x[0] / 2.0).ln().powi(2));
         let rule = SimplexRule { spread: 1.0, ..rule };
-        let found = nelder_mead(&[0.01], &[ANYWHERE], &rule, logarithm);
+        let found = nelder_mead(&[0.01], &[ANYWHERE], &rule, &Unwatched, logarithm);
         assert!((found.x[0] - 2.0).abs() < 1e-6, "{found:?}");
     }
 }

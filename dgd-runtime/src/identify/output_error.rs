@@ -15,15 +15,17 @@
 
 use crate::identify::error::{EstimateError, TrialFailed};
 use crate::identify::fit::{Fit, Total, finish};
-use crate::identify::levenberg_marquardt::{StoppingRule, minimise};
+use crate::identify::levenberg_marquardt::{StoppingRule, Termination, minimise_watched};
 use crate::identify::noise::{self, Noise};
 use crate::identify::parallel::in_parallel;
+use crate::identify::progress::{Of, Progress, Unwatched, Watch};
 use crate::identify::recording::{Derivatives, Misfit, Recording, Sums, outputs_of, sums};
 use crate::identify::stepping::Stepping;
 use crate::identify::variables::{Variable, Variables};
 use crate::identify::weighing::{
     Weighted, effective_priors, misfits, output_names, simulate_all, weigh,
 };
+use crate::journal::{Digest, Keeping, kept_success};
 use crate::observe::Observations;
 use crate::problem::Options;
 use crate::system::{Direction, System};
@@ -78,6 +80,10 @@ pub struct OutputErrorProblem<'a, S> {
     pub stopping: StoppingRule,
     /// How many recordings are simulated at a time. Results do not depend on it.
     pub threads: usize,
+    /// Who looks on, and may stop it.
+    pub watch: &'a dyn Watch,
+    /// Where simulations of fits, profiles and refits are kept, and a digest of the model.
+    pub keeping: Keeping<'a>,
 }
 
 impl<'a, S: System> OutputErrorProblem<'a, S> {
@@ -94,6 +100,8 @@ impl<'a, S: System> OutputErrorProblem<'a, S> {
             options: Options::default(),
             stopping: StoppingRule::default(),
             threads: 1,
+            watch: &Unwatched,
+            keeping: Keeping::NOTHING,
         }
     }
 }
@@ -101,7 +109,8 @@ impl<'a, S: System> OutputErrorProblem<'a, S> {
 /// Estimates the free parameters and start values.
 ///
 /// A parameter outside of its bounds starts at the nearer one. A minimum that was not reached is no
-/// error: [`Fit::termination`] says so.
+/// error: [`Fit::termination`] says so. A fit that its watch stops gives the best so far, weighted with
+/// the noise as it was taken for then.
 ///
 /// # Errors
 ///
@@ -128,13 +137,18 @@ pub fn fit<S: System + Clone + Send>(
         return Err(EstimateError::TooFewSamples { samples, free: variables.len() });
     }
 
+    let of = problem.keeping.digest(|digest| {
+        digest.of(&"simulations of a fit").of(&problem.p).of(&problem.free).of(&problem.recordings)
+    });
     let mut total = Total::default();
     let mut stepping = Stepping::first(problem, &variables, &z)?;
     loop {
         let options = stepping.applied(problem.options);
         let stepped = OutputErrorProblem { options, ..problem.clone() };
-        let ended = estimate(&stepped, &variables, z, data, &mut total)?;
-        let Some(next) = stepping.next(problem, &variables, &ended.z)? else {
+        let ended = estimate(&stepped, &variables, z, data, of, &mut total)?;
+        let is_stopped = total.termination == Some(Termination::Stopped);
+        let next = if is_stopped { None } else { stepping.next(problem, &variables, &ended.z)? };
+        let Some(next) = next else {
             let Ended { z, at, sigma } = ended;
             return Ok(finish(&stepped, &variables, &z, &at, sigma, stepping, total));
         };
@@ -149,14 +163,22 @@ struct Ended {
     sigma: Vec<Option<f64>>,
 }
 
-/// Estimates with given steps from z on.
+/// Estimates with given steps from z on. Simulations are kept under digests that begin with `of`.
 fn estimate<S: System + Clone + Send>(
     problem: &OutputErrorProblem<'_, S>,
     variables: &Variables,
     mut z: Vec<f64>,
     data: usize,
+    of: Option<Digest>,
     total: &mut Total,
 ) -> Result<Ended, EstimateError> {
+    let simulated = |z: &[f64]| match of {
+        None => simulate_all(problem, variables, z),
+        Some(of) => {
+            let key = of.of(&problem.options).of(&z).value();
+            kept_success(problem.keeping.journal, key, || simulate_all(problem, variables, z))
+        }
+    };
     let least = least_noise(problem);
     let mut sigma = first_noise(problem, &least);
     let bounds: Vec<(f64, f64)> = variables.all.iter().map(Variable::bounds).collect();
@@ -168,14 +190,18 @@ fn estimate<S: System + Clone + Send>(
         problem.stopping.reduction.max(NEGLIGIBLE_REDUCTION / freedom)
     };
     total.evaluations += 1;
-    let first = simulate_all(problem, variables, &z).map_err(EstimateError::Start)?;
+    let first = simulated(&z).map_err(EstimateError::Start)?;
     let mut at = weigh(problem, variables, &z, &sigma, first);
     for round in 1.. {
         let left = problem.stopping.evaluations.saturating_sub(total.evaluations);
         let rule = StoppingRule { reduction, evaluations: left, ..problem.stopping };
-        let minimum = minimise(z, at, &bounds, &rule, |z| {
-            let sums = simulate_all(problem, variables, z)?;
-            Ok(weigh(problem, variables, z, &sigma, sums))
+        let mut done = total.evaluations;
+        let minimum = minimise_watched(z, at, &bounds, &rule, problem.watch, |z| {
+            let sums = simulated(z);
+            done += 1;
+            let of = Of::AtMost(problem.stopping.evaluations);
+            problem.watch.advanced(Progress { what: "simulations", done, of });
+            Ok(weigh(problem, variables, z, &sigma, sums?))
         });
         let termination = minimum.termination;
         (z, at) = total.add(minimum);
@@ -197,7 +223,8 @@ fn estimate<S: System + Clone + Send>(
 /// The best of fits that start from several points, and which it was.
 ///
 /// Each point gives values to some parameters, by position, SI; the others start as in `problem`.
-/// The fit with the least [`Fit::deviance`] is the best, the first of equals.
+/// The fit with the least [`Fit::deviance`] is the best, the first of equals. Where the watch of the
+/// problem stops it, that is the best so far, and the points that are left are not tried.
 ///
 /// # Errors
 ///
@@ -214,6 +241,9 @@ pub fn fit_from<S: System + Clone + Send>(
     let mut best: Option<(usize, Fit)> = None;
     let mut first_error = None;
     for (k, point) in points.iter().enumerate() {
+        if k > 0 && problem.watch.is_stopped() {
+            break;
+        }
         let mut p = problem.p.to_vec();
         for &(i, value) in point {
             p[i] = value;
@@ -228,6 +258,8 @@ pub fn fit_from<S: System + Clone + Send>(
                 first_error.get_or_insert(error);
             }
         }
+        let of = Of::Exactly(points.len());
+        problem.watch.advanced(Progress { what: "starts", done: k + 1, of });
     }
     match (best, first_error) {
         (Some(best), _) => Ok(best),

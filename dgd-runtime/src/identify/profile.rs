@@ -16,13 +16,17 @@
 //! analysis of partially observed dynamical models by exploiting the profile likelihood,
 //! Bioinformatics 25 (2009) 1923.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use crate::identify::around::Around;
 use crate::identify::error::EstimateError;
 use crate::identify::fit::Fit;
 use crate::identify::output_error::OutputErrorProblem;
 use crate::identify::parallel::in_parallel;
+use crate::identify::progress::{Of, Progress};
 use crate::identify::uncertainty::Term;
 use crate::identify::variables::Scale;
+use crate::journal::Kept;
 use crate::system::System;
 
 /// χ²₁(0.95), what the deviance of an interval of 95 % rises by.
@@ -80,6 +84,24 @@ impl End {
     }
 }
 
+impl Kept for End {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        let kind: usize = match self {
+            Self::Interval(_) => 0,
+            Self::Bound(_) => 1,
+            Self::Open(_) => 2,
+            Self::Unsimulated(_) => 3,
+        };
+        (kind, self.value()).write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        let (kind, value) = <(usize, f64)>::read(bytes)?;
+        let kinds = [Self::Interval, Self::Bound, Self::Open, Self::Unsimulated];
+        Some(kinds.get(kind)?(value))
+    }
+}
+
 /// Deviance along an estimate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
@@ -99,6 +121,33 @@ pub struct Profile {
     pub others_above: Vec<f64>,
     /// Simulations of all recordings.
     pub evaluations: usize,
+}
+
+impl Kept for Profile {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        let Self { estimate, values, deviance, lower, upper, .. } = self;
+        estimate.write(bytes);
+        values.write(bytes);
+        deviance.write(bytes);
+        lower.write(bytes);
+        upper.write(bytes);
+        self.others_below.write(bytes);
+        self.others_above.write(bytes);
+        self.evaluations.write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        Some(Self {
+            estimate: Kept::read(bytes)?,
+            values: Kept::read(bytes)?,
+            deviance: Kept::read(bytes)?,
+            lower: Kept::read(bytes)?,
+            upper: Kept::read(bytes)?,
+            others_below: Kept::read(bytes)?,
+            others_above: Kept::read(bytes)?,
+            evaluations: Kept::read(bytes)?,
+        })
+    }
 }
 
 impl Profile {
@@ -125,7 +174,8 @@ impl Profile {
 }
 
 /// The profiles of some estimates of a fit to this problem, in the order of `estimates`, by the threads
-/// of the problem.
+/// of the problem. Where its watch stops it, those that are complete are given ([`Profile::estimate`] says
+/// which they are).
 ///
 /// # Errors
 ///
@@ -144,19 +194,32 @@ pub fn profiles<S: System + Clone + Send>(
         .evaluated(&around.problem(problem.system), &around.z)
         .map_err(EstimateError::Start)?;
     let least = first.as_ref().cost;
+    let done = AtomicUsize::new(0);
     let found = in_parallel(problem.system, estimates.len(), problem.threads, |system, k| {
         let problem = around.problem(system);
         let along = Along { around: &around, problem: &problem, i: estimates[k], least };
-        along.profile(fit)
+        let profile = around.kept(
+            |digest| digest.of(&("profile", estimates[k])),
+            || {
+                let profile = along.profile(fit);
+                // What is found after this was said may lack something.
+                if around.watch.is_stopped() { Err(EstimateError::Stopped) } else { Ok(profile) }
+            },
+        );
+        let profile = profile.ok()?;
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        let of = Of::Exactly(estimates.len());
+        around.watch.advanced(Progress { what: "profiles", done, of });
+        Some(profile)
     });
-    Ok(found)
+    Ok(found.into_iter().flatten().collect())
 }
 
 /// The profile of one estimate: [`profiles`].
 ///
 /// # Errors
 ///
-/// As [`profiles`].
+/// As [`profiles`], and [`EstimateError::Stopped`].
 ///
 /// # Panics
 ///
@@ -166,7 +229,7 @@ pub fn profile<S: System + Clone + Send>(
     fit: &Fit,
     estimate: usize,
 ) -> Result<Profile, EstimateError> {
-    Ok(profiles(problem, fit, &[estimate])?.remove(0))
+    profiles(problem, fit, &[estimate])?.pop().ok_or(EstimateError::Stopped)
 }
 
 /// One estimate, along which the others are fitted.
@@ -252,7 +315,8 @@ impl<S: System + Clone + Send> Along<'_, S> {
         };
         let mut before: Option<Place> = None;
         let least_step = 1e-9 * start.abs().max(1.0);
-        while arm.places.len() < MOST_POINTS && arm.at.z[self.i] != far {
+        let is_stopped = || self.around.watch.is_stopped();
+        while arm.places.len() < MOST_POINTS && arm.at.z[self.i] != far && !is_stopped() {
             let now = arm.at.z[self.i];
             let next = now + sign * h;
             let next = if (next - far) * sign >= 0.0 { far } else { next };
@@ -288,7 +352,7 @@ impl<S: System + Clone + Send> Along<'_, S> {
         let (mut inside, mut outside) = (arm.at.clone(), beyond.clone());
         let (mut f_inside, mut f_outside) = (inside.root() - threshold, outside.root() - threshold);
         for _ in 0..12 {
-            if outside.root() - threshold <= CLOSE * threshold {
+            if self.around.watch.is_stopped() || outside.root() - threshold <= CLOSE * threshold {
                 break;
             }
             let (a, b) = (inside.z[self.i], outside.z[self.i]);

@@ -23,8 +23,11 @@
 
 use super::likelihood::{Failed, Search};
 use crate::identify::error::EstimateError;
-use crate::identify::levenberg_marquardt::{NormalEquations, StoppingRule, Termination, minimise};
+use crate::identify::levenberg_marquardt::{
+    NormalEquations, StoppingRule, Termination, minimise_watched,
+};
 use crate::identify::output_error::{Prior, Starts};
+use crate::identify::progress::{Of, Progress, Unwatched, Watch};
 use crate::identify::recording::Recording;
 use crate::identify::uncertainty::{Estimate, Uncertainty, Undetermined};
 use crate::identify::variables::Bound;
@@ -68,6 +71,8 @@ pub struct PredictionErrorProblem<'a, S> {
     pub stopping: StoppingRule,
     /// How many recordings are filtered at a time. Results do not depend on it.
     pub threads: usize,
+    /// Who looks on, and may stop it.
+    pub watch: &'a dyn Watch,
 }
 
 impl<'a, S: System> PredictionErrorProblem<'a, S> {
@@ -88,6 +93,7 @@ impl<'a, S: System> PredictionErrorProblem<'a, S> {
             options: Options { rtol: 1e-8, atol: 1e-8, ..Options::default() },
             stopping: StoppingRule { reduction: 1e-11, ..StoppingRule::default() },
             threads: 1,
+            watch: &Unwatched,
         }
     }
 }
@@ -142,6 +148,8 @@ impl PredictionError {
 
 /// Estimates parameters, start values and levels of noise by the innovations of an extended Kalman filter.
 ///
+/// What its watch stops gives the best so far ([`PredictionError::termination`]).
+///
 /// # Errors
 ///
 /// [`EstimateError`]: nothing to estimate or to estimate from, the model cannot be filtered, or not where the
@@ -173,9 +181,16 @@ pub fn prediction_error<S: System + Clone + Send>(
     for (z, (low, high)) in z.iter_mut().zip(&bounds) {
         *z = z.clamp(*low, *high);
     }
-    let evaluate = |z: &[f64]| search.evaluate(problem.system, problem.threads, z);
+    let mut done = 0;
+    let mut evaluate = |z: &[f64]| {
+        let at = search.evaluate(problem.system, problem.threads, z);
+        done += 1;
+        let of = Of::AtMost(problem.stopping.evaluations + 1);
+        problem.watch.advanced(Progress { what: "evaluations", done, of });
+        at
+    };
     let first = evaluate(&z).map_err(Failed::at_start)?;
-    let minimum = minimise(z, first, &bounds, &problem.stopping, evaluate);
+    let minimum = minimise_watched(z, first, &bounds, &problem.stopping, problem.watch, evaluate);
     Ok(PredictionError {
         samples,
         iterations: minimum.iterations,

@@ -22,6 +22,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::box_quadratic;
+use super::progress::{Unwatched, Watch};
 
 /// Damping of the first step, and least damping after a trial that failed, relative to D.
 const FIRST_DAMPING: f64 = 1e-3;
@@ -96,6 +97,8 @@ pub enum Termination {
     Blocked,
     /// The allowed evaluations were not enough.
     EvaluationLimit,
+    /// Who watched it asked to stop ([`Watch`]); the best so far was kept.
+    Stopped,
 }
 
 impl Termination {
@@ -103,7 +106,7 @@ impl Termination {
     pub fn is_converged(self) -> bool {
         match self {
             Self::Gradient | Self::Reduction | Self::Step | Self::Stalled => true,
-            Self::Blocked | Self::EvaluationLimit => false,
+            Self::Blocked | Self::EvaluationLimit | Self::Stopped => false,
         }
     }
 
@@ -116,6 +119,7 @@ impl Termination {
             Self::Stalled => "stalled",
             Self::Blocked => "blocked",
             Self::EvaluationLimit => "evaluation limit",
+            Self::Stopped => "stopped",
         }
     }
 }
@@ -154,6 +158,22 @@ pub fn minimise<T: AsRef<NormalEquations>, E>(
     at: T,
     bounds: &[(f64, f64)],
     rule: &StoppingRule,
+    evaluate: impl FnMut(&[f64]) -> Result<T, E>,
+) -> Minimum<T, E> {
+    minimise_watched(x, at, bounds, rule, &Unwatched, evaluate)
+}
+
+/// [`minimise`], which `watch` may stop before any evaluation.
+///
+/// # Panics
+///
+/// As [`minimise`].
+pub fn minimise_watched<T: AsRef<NormalEquations>, E>(
+    x: Vec<f64>,
+    at: T,
+    bounds: &[(f64, f64)],
+    rule: &StoppingRule,
+    watch: &dyn Watch,
     mut evaluate: impl FnMut(&[f64]) -> Result<T, E>,
 ) -> Minimum<T, E> {
     assert_eq!(x.len(), bounds.len(), "one pair of bounds for each variable");
@@ -214,6 +234,10 @@ pub fn minimise<T: AsRef<NormalEquations>, E>(
                 continue;
             };
             if minimum.evaluations >= rule.evaluations {
+                return minimum;
+            }
+            if watch.is_stopped() {
+                minimum.termination = Termination::Stopped;
                 return minimum;
             }
             minimum.evaluations += 1;

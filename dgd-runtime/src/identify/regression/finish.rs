@@ -65,6 +65,8 @@ pub struct RegressionFit {
     pub iterations: usize,
     /// Evaluations of all rows.
     pub evaluations: usize,
+    /// Whether it was stopped before it converged; values are the best so far.
+    pub is_stopped: bool,
     uncertainty: Uncertainty,
     sizes: Vec<f64>,
 }
@@ -267,6 +269,7 @@ pub(crate) fn finish<S: System>(
         samples: tallies.iter().map(|tally| tally.samples).sum(),
         iterations: found.iterations,
         evaluations: found.evaluations,
+        is_stopped: false,
         sizes: prepared.sizes.clone(),
         p: found.p,
         uncertainty,

@@ -37,6 +37,7 @@ mod triangle;
 use crate::identify::levenberg_marquardt::StoppingRule;
 use crate::identify::noise::Noise;
 use crate::identify::output_error::Prior;
+use crate::identify::progress::{Unwatched, Watch};
 use crate::identify::recording::Recording;
 use crate::identify::regression::finish::Found;
 use crate::identify::regression::prepare::Prepared;
@@ -92,6 +93,8 @@ pub struct RegressionProblem<'a, S> {
     pub steady: Vec<(usize, f64)>,
     /// When the search of parameters that do not enter linearly stops.
     pub stopping: StoppingRule,
+    /// Who looks on, and may stop it.
+    pub watch: &'a dyn Watch,
 }
 
 impl<'a, S: System> RegressionProblem<'a, S> {
@@ -113,11 +116,13 @@ impl<'a, S: System> RegressionProblem<'a, S> {
                 step: 1e-12,
                 evaluations: 2000,
             },
+            watch: &Unwatched,
         }
     }
 }
 
-/// Estimates the free parameters.
+/// Estimates the free parameters. What the watch of the problem stops gives the best so far
+/// ([`RegressionFit::is_stopped`]).
 ///
 /// # Errors
 ///
@@ -142,15 +147,19 @@ pub fn regress<S: System>(
     }
 
     let mut found = Found::first(&prepared, &mut rows)?;
+    let mut is_stopped = false;
     for _ in 0..MOST_ROUNDS {
         let next = separable::solve(&prepared, &mut rows, &linear, &found, method)?;
         // The weight of rows of one kind, with nothing beside them, changes nothing.
         let is_one = next.sigma.len() == 1 && problem.priors.is_empty();
         let is_stable = is_one || next.is_stable(&found, STABLE);
         found = next;
-        if is_stable {
+        is_stopped = problem.watch.is_stopped();
+        if is_stable || is_stopped {
             break;
         }
     }
-    finish::finish(&prepared, &mut rows, &linear, found, method)
+    let mut fit = finish::finish(&prepared, &mut rows, &linear, found, method)?;
+    fit.is_stopped = is_stopped;
+    Ok(fit)
 }

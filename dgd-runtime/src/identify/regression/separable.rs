@@ -17,8 +17,9 @@
 
 use nalgebra::DVector;
 
-use crate::identify::levenberg_marquardt::{NormalEquations, Termination, minimise};
+use crate::identify::levenberg_marquardt::{NormalEquations, Termination, minimise_watched};
 use crate::identify::nelder_mead::{SimplexRule, nelder_mead};
+use crate::identify::progress::{Of, Progress};
 use crate::identify::regression::RegressionMethod;
 use crate::identify::regression::error::RegressionError;
 use crate::identify::regression::finish::Found;
@@ -83,12 +84,13 @@ pub(crate) fn solve<S: System>(
         let bounds: Vec<(f64, f64)> = outer.variables.all.iter().map(Variable::bounds).collect();
         let z = if method == RegressionMethod::NelderMead {
             let rule = SimplexRule::default();
-            let found = nelder_mead(&z, &bounds, &rule, |z| {
+            let watch = prepared.problem.watch;
+            let found = nelder_mead(&z, &bounds, &rule, watch, |z| {
                 let mut trial = outer.parameters(&p, z);
                 inner.solve(rows, &mut trial).ok()
             });
             evaluations += found.evaluations;
-            if !found.is_converged {
+            if !found.is_converged && !watch.is_stopped() {
                 return Err(RegressionError::NotConverged { evaluations });
             }
             found.x
@@ -255,8 +257,14 @@ impl<'a, S: System> Outer<'a, S> {
         let mut at = self.project(rows, inner, &mut near, &z)?;
         let (mut evaluations, mut iterations) = (1, 0);
         loop {
-            let minimum =
-                minimise(z, at, bounds, &rule, |z| self.project(rows, inner, &mut near, z));
+            let watch = self.prepared.problem.watch;
+            let mut done = evaluations;
+            let minimum = minimise_watched(z, at, bounds, &rule, watch, |z| {
+                done += 1;
+                let of = Of::AtMost(self.prepared.problem.stopping.evaluations);
+                watch.advanced(Progress { what: "evaluations", done, of });
+                self.project(rows, inner, &mut near, z)
+            });
             evaluations += minimum.evaluations;
             iterations += minimum.iterations;
             rule.evaluations = rule.evaluations.saturating_sub(minimum.evaluations);

@@ -1,0 +1,248 @@
+//! What a person sees of a long computation, and what Ctrl-C does to it.
+
+use std::io::{self, IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use dgd_runtime::identify::{Of, Progress, Watch};
+
+use crate::console::Console;
+use crate::failure::INTERRUPTED;
+
+/// The line is drawn no more often than this.
+const BETWEEN: Duration = Duration::from_millis(100);
+
+/// Nothing is said of the time that is left before so much has gone by.
+const TOO_SOON: Duration = Duration::from_secs(1);
+
+/// Longest line, in characters: what a terminal has at least.
+const WIDTH: usize = 79;
+
+/// Shows how far a computation is, on a terminal, and knows whether it is to stop.
+#[derive(Debug)]
+pub(crate) struct Attendant {
+    shared: Arc<Shared>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    is_stopped: AtomicBool,
+    /// Whether results are written: what is ended then would leave half of them.
+    is_writing: Mutex<bool>,
+    /// None where nobody looks.
+    line: Option<Mutex<Line>>,
+}
+
+impl Attendant {
+    /// The first Ctrl-C asks the computation to stop, the second ends the program.
+    pub(crate) fn stopping(console: Console<'_>) -> Self {
+        let (attendant, is_quiet) = (Self::new(console), console.is_quiet());
+        let shared = Arc::clone(&attendant.shared);
+        on_interrupt(move || {
+            if shared.is_stopped.swap(true, Ordering::Relaxed) {
+                shared.end("");
+            } else if !is_quiet {
+                shared.say("stopping at the best so far; Ctrl-C once more ends at once\n");
+            }
+        });
+        attendant
+    }
+
+    /// Ctrl-C ends the program, which says this.
+    pub(crate) fn ending(console: Console<'_>, words: String) -> Self {
+        let attendant = Self::new(console);
+        let shared = Arc::clone(&attendant.shared);
+        on_interrupt(move || shared.end(&format!("{words}\n")));
+        attendant
+    }
+
+    fn new(console: Console<'_>) -> Self {
+        let for_a_program = console.is_json() && !io::stdout().is_terminal();
+        let is_seen = io::stderr().is_terminal() && !console.is_quiet() && !for_a_program;
+        let line = is_seen.then(|| Mutex::new(Line::new(Instant::now())));
+        let (is_stopped, is_writing) = (AtomicBool::new(false), Mutex::new(false));
+        Self { shared: Arc::new(Shared { is_stopped, is_writing, line }) }
+    }
+
+    /// The computation is over: takes the line away, and lets nothing end the program while it writes.
+    pub(crate) fn write(&self) {
+        if let Ok(mut is_writing) = self.shared.is_writing.lock() {
+            *is_writing = true;
+        }
+        self.shared.clear();
+    }
+}
+
+impl Watch for Attendant {
+    fn advanced(&self, progress: Progress) {
+        // Who is drawing already will draw again.
+        if let Some(line) = &self.shared.line
+            && let Ok(mut line) = line.try_lock()
+            && let Some(text) = line.advanced(progress, Instant::now())
+        {
+            draw(&text);
+        }
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.shared.is_stopped.load(Ordering::Relaxed)
+    }
+}
+
+impl Drop for Attendant {
+    fn drop(&mut self) {
+        self.shared.clear();
+    }
+}
+
+impl Shared {
+    fn clear(&self) {
+        if let Some(line) = &self.line
+            && let Ok(mut line) = line.lock()
+        {
+            draw(&line.cleared());
+        }
+    }
+
+    fn say(&self, words: &str) {
+        self.clear();
+        draw(words);
+    }
+
+    /// Ends the program, but not while it writes.
+    fn end(&self, words: &str) {
+        // The lock is held to the end, so that writing cannot begin.
+        if let Ok(is_writing) = self.is_writing.lock()
+            && !*is_writing
+        {
+            self.say(words);
+            std::process::exit(INTERRUPTED.into());
+        }
+    }
+}
+
+/// A computation that cannot be interrupted goes on as it would have without all this.
+fn on_interrupt(act: impl FnMut() + Send + 'static) {
+    let _ = ctrlc::set_handler(act);
+}
+
+/// There is nowhere to say that this failed.
+fn draw(text: &str) {
+    let mut terminal = io::stderr().lock();
+    let _ = terminal.write_all(text.as_bytes()).and_then(|()| terminal.flush());
+}
+
+/// The line of a terminal that says how far it is.
+#[derive(Debug)]
+struct Line {
+    /// What is counted at present, and since when.
+    what: &'static str,
+    since: Instant,
+    done: usize,
+    drawn: Option<Instant>,
+    /// Characters on the terminal.
+    width: usize,
+}
+
+impl Line {
+    fn new(now: Instant) -> Self {
+        Self { what: "", since: now, done: 0, drawn: None, width: 0 }
+    }
+
+    /// What to write, if it is time to.
+    fn advanced(&mut self, progress: Progress, now: Instant) -> Option<String> {
+        if progress.what != self.what || progress.done < self.done {
+            // What is counted now began when the last of what was counted before was done.
+            let began = if self.what.is_empty() { self.since } else { now };
+            *self = Self { what: progress.what, since: began, ..*self };
+        }
+        self.done = progress.done;
+        if self.drawn.is_some_and(|drawn| now < drawn + BETWEEN) {
+            return None;
+        }
+        let text: String = words(progress, now - self.since).chars().take(WIDTH).collect();
+        let width = text.chars().count();
+        let padding = " ".repeat(self.width.saturating_sub(width));
+        (self.drawn, self.width) = (Some(now), width);
+        Some(format!("\r{text}{padding}"))
+    }
+
+    /// What to write so that nothing stays.
+    fn cleared(&mut self) -> String {
+        let width = std::mem::take(&mut self.width);
+        if width == 0 { String::new() } else { format!("\r{}\r", " ".repeat(width)) }
+    }
+}
+
+fn words(progress: Progress, elapsed: Duration) -> String {
+    let Progress { what, done, of } = progress;
+    let (all, at_most) = match of {
+        Of::Exactly(all) => (all, ""),
+        Of::AtMost(all) => (all, "at most "),
+    };
+    let mut text = format!("{what}: {done} of {at_most}{all}, {} so far", clock(elapsed));
+    if elapsed >= TOO_SOON && done > 0 && done < all {
+        let left = elapsed.mul_f64((all - done) as f64 / done as f64);
+        text += &format!(
+            ", {}{} left",
+            if at_most.is_empty() { "about " } else { at_most },
+            clock(left)
+        );
+    }
+    text
+}
+
+/// Minutes and seconds, with hours where there are some.
+fn clock(time: Duration) -> String {
+    let seconds = time.as_secs();
+    let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
+    if hours > 0 {
+        format!("{hours}:{minutes:02}:{seconds:02}")
+    } else {
+        format!("{minutes}:{seconds:02}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_says_what_how_many_and_how_long() {
+        let start = Instant::now();
+        let at = |seconds: u64| start + Duration::from_secs(seconds);
+        let mut line = Line::new(start);
+        let mut said = |what, done, of, seconds| {
+            line.advanced(Progress { what, done, of }, at(seconds))
+                .map(|text| text.trim().to_owned())
+        };
+        let of = Of::AtMost(200);
+        let first = said("simulations", 1, of, 0);
+        assert_eq!(first.as_deref(), Some("simulations: 1 of at most 200, 0:00 so far"));
+        assert_eq!(said("simulations", 2, of, 0), None, "twice within a tenth of a second");
+        assert_eq!(
+            said("simulations", 50, of, 30).as_deref(),
+            Some("simulations: 50 of at most 200, 0:30 so far, at most 1:30 left")
+        );
+        // Another count has a time of its own; the same one that begins anew, too.
+        let of = Of::Exactly(3);
+        said("profiles", 1, of, 40);
+        let second = said("profiles", 2, of, 4050);
+        assert_eq!(second.as_deref(), Some("profiles: 2 of 3, 1:06:50 so far, about 33:25 left"));
+        assert_eq!(said("profiles", 1, of, 5000).as_deref(), Some("profiles: 1 of 3, 0:00 so far"));
+    }
+
+    #[test]
+    fn nothing_of_a_longer_line_stays() {
+        let start = Instant::now();
+        let mut line = Line::new(start);
+        let progress = |done, all| Progress { what: "starts", done, of: Of::Exactly(all) };
+        let long = line.advanced(progress(100_000, 100_000), start).expect("the first is drawn");
+        let short = line.advanced(progress(1, 2), start + BETWEEN).expect("it is time");
+        assert_eq!(short.chars().count(), long.chars().count());
+        let cleared = line.cleared();
+        assert!(cleared.trim().is_empty() && cleared.starts_with('\r') && cleared.ends_with('\r'));
+        assert_eq!(line.cleared(), "", "nothing is there any more");
+    }
+}
