@@ -244,6 +244,21 @@ fn what_no_library_knows_is_given_no_name() {
 }
 
 #[test]
+fn a_loss_that_ends_is_no_loss_with_an_influx() {
+    // The two together, from two moments on, are as good as the truth, and both are wrong.
+    let loss = Effect::PassingLoss { flow: 2.5e-3, begins: 300.0, ends: 600.0 };
+    let mut examined = Texts::of_the_repository().read();
+    examined.templates.clear();
+    let discovery = found(&examined, &[loss]);
+    assert_eq!(discovery.verdict, Verdict::Unexplained, "{:?}", names(&discovery));
+    assert!(discovery.effects.is_empty(), "{:?}", names(&discovery));
+    assert!(discovery.reason.contains("only takes back"), "{}", discovery.reason);
+    let pair = discovery.ranking.iter().find(|r| r.effects == ["mud_loss", "well_influx"]);
+    let pair = pair.expect("it was tried");
+    assert!(pair.train < 1.1 && pair.note.contains("only takes back"), "{pair:?}");
+}
+
+#[test]
 fn an_effect_that_the_library_lacks_is_given_no_other_name() {
     let examined = Texts::of_the_repository().without("booster_u_tubing").read();
     has_no_name(&found_in(&examined, &hidden(SEED, MINUTES, &[U_TUBING]), 2));

@@ -144,7 +144,7 @@ fn a_servo_without_dry_friction_has_none() {
 fn p_values_are_uniform_where_nothing_is_hidden() {
     // The first of those that `discovery_benchmark --nulls` looks at.
     for noise in [Noise::White, Noise::Coloured] {
-        let said = nulls::said(60, noise, 2);
+        let said = nulls::said(20, noise, 2);
         assert!(said.iter().all(|said| said.verdict == Verdict::Sufficient), "{noise:?}: {said:?}");
         let p_values: Vec<f64> = said.iter().map(|said| said.p_value).collect();
         let p = kolmogorov_smirnov(&p_values);

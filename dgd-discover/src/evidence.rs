@@ -14,7 +14,7 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
 use crate::discovery::Evidence;
-use crate::resampled::{BLOCKS, RESAMPLES, p_value};
+use crate::resampled::{BLOCKS, RESAMPLES, gain, p_value};
 use crate::screen::{blocks, weighted};
 use crate::search::Search;
 
@@ -29,8 +29,12 @@ pub(crate) fn evidence(
     let bic_gain = search.bic(&rest).zip(search.bic(chosen)).map_or(0.0, |(a, b)| a - b);
     let mut random = Pcg64::new(u128::from(seed), 1 + effect as u128);
     let trials = search.trials(&rest);
+    let own = trials.iter().filter(|trial| trial.candidate == effect);
+    // To first order an effect that is large, or jumps, promises far less than its refit gains.
+    let left = |chosen: &[usize]| search.training_error(chosen).map_or(0.0, |(sum, _)| sum);
+    let observed = gain(own).max(left(&rest) - left(chosen));
     Evidence {
-        p_value: p_value(&trials, |candidate| candidate == effect, &mut random),
+        p_value: p_value(&trials, observed, &mut random),
         resamples: RESAMPLES,
         bic_gain,
         inclusion: inclusion(search, effect, &mut random),
@@ -46,7 +50,7 @@ pub(crate) fn p_value_of_the_base(
 ) -> Option<f64> {
     let trials = search.trials_in_the_base(first);
     let mut random = Pcg64::new(u128::from(seed), 0);
-    (!trials.is_empty()).then(|| p_value(&trials, |_| true, &mut random))
+    (!trials.is_empty()).then(|| p_value(&trials, gain(&trials), &mut random))
 }
 
 fn inclusion(search: &Search<'_>, effect: usize, random: &mut Pcg64) -> f64 {

@@ -186,20 +186,17 @@ impl Trial {
     }
 }
 
-/// Probability that the best of all candidates gains as much from resampled errors as the best of
-/// some does from the errors as they are; a multiple of 1/1000, 1 where nothing was tried.
+/// The most that candidates gain from the errors as they are.
+pub(crate) fn gain<'a>(trials: impl IntoIterator<Item = &'a Trial>) -> f64 {
+    trials.into_iter().map(Trial::gain).fold(0.0, f64::max)
+}
+
+/// Probability that the best of all candidates gains as much from resampled errors as was observed; a
+/// multiple of 1/1000.
 ///
-/// It is uniform where nothing is hidden: the rank of what was gained among the resamples, in which ties
-/// are broken at random.
-pub(crate) fn p_value(
-    trials: &[Trial],
-    is_asked: impl Fn(usize) -> bool,
-    random: &mut Pcg64,
-) -> f64 {
-    let asked = trials.iter().filter(|trial| is_asked(trial.candidate));
-    let Some(observed) = asked.map(Trial::gain).reduce(f64::max) else {
-        return 1.0;
-    };
+/// It is uniform where nothing is hidden and the best gain from the errors as they are was observed: the
+/// rank of that among the resamples, in which ties are broken at random.
+pub(crate) fn p_value(trials: &[Trial], observed: f64, random: &mut Pcg64) -> f64 {
     let (mut above, mut ties) = (0, 0);
     let mut signs = [0.0; BLOCKS];
     for _ in 0..RESAMPLES {
@@ -259,7 +256,8 @@ mod tests {
                 let candidate = k.saturating_sub(steps.len() - 1);
                 Trial { candidate, contrasts: vec![errors.contrast(column, bounds)] }
             });
-            p_value(&trials.collect::<Vec<_>>(), |_| true, &mut random)
+            let trials: Vec<Trial> = trials.collect();
+            p_value(&trials, gain(&trials), &mut random)
         };
         (0..number).map(of_seed).collect()
     }
@@ -284,7 +282,7 @@ mod tests {
             let contrast =
                 Errors::new(&errors, blocks.clone(), &fitted).contrast(&line, [0.0, f64::INFINITY]);
             let trials = [Trial { candidate: 0, contrasts: vec![contrast] }];
-            p_value(&trials, |_| true, &mut random)
+            p_value(&trials, gain(&trials), &mut random)
         };
         let all: Vec<f64> = (0..500).map(of_seed).collect();
         let p = kolmogorov_smirnov(&all);

@@ -26,6 +26,8 @@ pub(crate) enum Effect {
     WellInflux { flow: f64, onset: f64 },
     /// Flow from the riser into the well.
     MudLoss { flow: f64, onset: f64 },
+    /// Flow from the riser into the well for a while.
+    PassingLoss { flow: f64, begins: f64, ends: f64 },
     /// Exponent of the speed in the pump's head.
     PumpSpeedExponent { exponent: f64 },
     /// Time constant with which the pump follows its reference.
@@ -122,6 +124,11 @@ impl Effect {
                 flow: random.between(1.5e-3, 3.5e-3),
                 onset: random.between(0.18, 0.4) * seconds,
             },
+            "passing_loss" => {
+                let begins = random.between(0.2, 0.4) * seconds;
+                let ends = begins + random.between(0.2, 0.4) * seconds;
+                Self::PassingLoss { flow: random.between(1.5e-3, 3.5e-3), begins, ends }
+            }
             "pump_speed_exponent" => {
                 let steeper = random.chance(0.5);
                 let (low, high) = if steeper { (2.4, 2.7) } else { (1.4, 1.7) };
@@ -182,7 +189,8 @@ impl Effect {
             Self::DensityChange { .. } => "density_change",
             Self::TopFillGain { .. } => "top_fill_gain",
             Self::PressureSensorDrift { .. } => "pressure_sensor_drift",
-            Self::StickingGauge { .. }
+            Self::PassingLoss { .. }
+            | Self::StickingGauge { .. }
             | Self::HalfShutValve { .. }
             | Self::AgeingFriction { .. } => "?",
         }
@@ -204,6 +212,7 @@ impl Effect {
             | Self::MudLoss { onset, .. }
             | Self::ReturnLinePlugging { onset, .. }
             | Self::DensityChange { onset, .. } => Some(onset),
+            Self::PassingLoss { begins, .. } => Some(begins),
             Self::HalfShutValve { shuts, .. } => Some(shuts),
             _ => None,
         }
@@ -221,6 +230,9 @@ impl Effect {
             Self::BoosterFlowGain { gain } => Self::BoosterFlowGain { gain: factor(gain) },
             Self::WellInflux { flow, onset } => Self::WellInflux { flow: share * flow, onset },
             Self::MudLoss { flow, onset } => Self::MudLoss { flow: share * flow, onset },
+            Self::PassingLoss { flow, begins, ends } => {
+                Self::PassingLoss { flow: share * flow, begins, ends }
+            }
             Self::PumpSpeedExponent { exponent } => {
                 Self::PumpSpeedExponent { exponent: 2.0 + share * (exponent - 2.0) }
             }
@@ -262,9 +274,14 @@ impl Effect {
             Self::FlowMeterOffset { flow } => rig.sensors.flow_offset = flow,
             Self::FlowMeterDelay { delay } => rig.sensors.flow_delay = delay,
             Self::BoosterFlowGain { gain } => rig.booster_gain = gain,
-            Self::WellInflux { flow, onset } => rig.plant.influx = Some(Influx { flow, onset }),
+            Self::WellInflux { flow, onset } => {
+                rig.plant.influx = Some(Influx { flow, onset, end: f64::INFINITY });
+            }
             Self::MudLoss { flow, onset } => {
-                rig.plant.influx = Some(Influx { flow: -flow, onset });
+                rig.plant.influx = Some(Influx { flow: -flow, onset, end: f64::INFINITY });
+            }
+            Self::PassingLoss { flow, begins, ends } => {
+                rig.plant.influx = Some(Influx { flow: -flow, onset: begins, end: ends });
             }
             Self::PumpSpeedExponent { exponent } => {
                 rig.plant.c0 *= COMMON_SPEED.powf(rig.plant.exponent - exponent);
@@ -319,6 +336,11 @@ impl Effect {
             Self::MudLoss { flow, onset } => vec![
                 (Parameters, "q_res [m^3/s], into the riser", -flow),
                 (Parameters, "t_res [s]", onset),
+            ],
+            Self::PassingLoss { flow, begins, ends } => vec![
+                (Parameters, "q_res [m^3/s], into the riser", -flow),
+                (Parameters, "t_res [s]", begins),
+                (Parameters, "t_end [s]", ends),
             ],
             Self::PumpSpeedExponent { exponent } => vec![(Parameters, "k [1]", exponent)],
             Self::PumpSpeedLag { lag } => vec![(Parameters, "tau_pump [s]", lag)],

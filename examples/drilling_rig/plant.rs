@@ -80,6 +80,8 @@ pub(crate) struct BoosterLine {
 pub(crate) struct Influx {
     pub(crate) flow: f64,
     pub(crate) onset: f64,
+    /// When it is over.
+    pub(crate) end: f64,
 }
 
 /// Friction goes from F to (1 + share) F, with a time constant, s.
@@ -198,16 +200,16 @@ impl Plant {
     }
 
     fn well_flow(&self, t: f64) -> f64 {
-        self.influx.map_or(0.0, |i| if t >= i.onset { i.flow } else { 0.0 })
+        self.influx.map_or(0.0, |i| if t >= i.onset && t < i.end { i.flow } else { 0.0 })
     }
 
     /// Times at which the equations jump, s.
     fn jumps(&self) -> impl Iterator<Item = f64> {
-        let onset = self.influx.map(|i| i.onset);
+        let influx = self.influx.map(|i| [i.onset, i.end]);
         let valve = self.valve.map(|v| [v.shuts, v.opens]);
         let steps = self.plugging.into_iter().chain(self.density_step);
         let steps = steps.map(|step| step.onset);
-        onset.into_iter().chain(valve.into_iter().flatten()).chain(steps)
+        influx.into_iter().flatten().chain(valve.into_iter().flatten()).chain(steps)
     }
 
     /// Negative where the booster line must leave the mode it is in, if it has modes at all.

@@ -38,11 +38,7 @@ pub(crate) struct Said {
 
 /// What is said about so many servos of different seeds.
 pub(crate) fn said(number: usize, noise: Noise, threads: usize) -> Vec<Said> {
-    let mut examined =
-        Texts { model: ("servo.dgd".to_owned(), MODEL.to_owned()), effects: Vec::new() }.read();
-    let templates = std::mem::take(&mut examined.templates);
-    (examined.library, examined.templates) =
-        templates.into_iter().partition(|effect| LIBRARY.contains(&effect.name.text.as_str()));
+    let examined = examined();
     let next = AtomicUsize::new(0);
     let work = || {
         let mut all = Vec::new();
@@ -61,6 +57,16 @@ pub(crate) fn said(number: usize, noise: Noise, threads: usize) -> Vec<Said> {
     });
     all.sort_by_key(|(k, _)| *k);
     all.into_iter().map(|(_, said)| said).collect()
+}
+
+/// The servo's model with a library of some templates.
+fn examined() -> Examined {
+    let mut examined =
+        Texts { model: ("servo.dgd".to_owned(), MODEL.to_owned()), effects: Vec::new() }.read();
+    let templates = std::mem::take(&mut examined.templates);
+    (examined.library, examined.templates) =
+        templates.into_iter().partition(|effect| LIBRARY.contains(&effect.name.text.as_str()));
+    examined
 }
 
 fn of(examined: &Examined, seed: u64, noise: Noise) -> Said {
