@@ -215,7 +215,7 @@ fn circulating(folder: &TempDir, rows: usize) -> String {
     std::fs::write(&inputs, csv).expect("a folder");
     let model = "models/mud_circulation.dgd";
     let args = ["simulate", model, "--data", &inputs, "--noise-seed", "5", "-o", &data];
-    dgd(&[&args[..], &["--set", "h_r=51"]].concat()).done();
+    dgd(&[&args[..], &["--set", "h_r=47.6"]].concat()).done();
     data
 }
 
@@ -247,7 +247,8 @@ fn the_linear_model_has_the_parameters_and_says_how_far_it_holds() {
         let [with, without] = [&output["rms"], &linear["outputs"][name]["rms_train"]].map(number);
         assert!((with / without - 1.0).abs() < 0.05, "{name}: {with} {without}");
         assert!(number(&output["difference"]) < 0.3 * number(&linear["outputs"][name]["noise"]));
-        assert!(number(&output["quality"]["r_squared"]) > 0.9);
+        let linear_r = number(&linear["outputs"][name]["quality"]["train"]["r_squared"]);
+        assert!((number(&output["quality"]["r_squared"]) - linear_r).abs() < 0.03, "{name}");
         assert!(number(&linear["outputs"][name]["rms_valid"]) < 0.012);
     }
     let fitted = std::fs::read_to_string(folder.path().join("out/mud_circulation.dgd"));
