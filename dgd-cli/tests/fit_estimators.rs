@@ -298,8 +298,14 @@ fn what_has_no_linear_model_is_told_by_name() {
     }
     let late = b"model late\ninput u [1] hold\nparameter k [1/s] = 0.2\nstate x [1] = 1\n\
         equation e: der(x) = k*(u - delay(x, 2 [s]))\noutput y [1] = x\n";
-    let folder =
-        folder_with(&[("valve.dgd", VALVE), ("late.dgd", late), ("d.csv", csv.as_bytes())]);
+    let sum = b"model sum\ninput u [1] hold\nparameter k [1/s] = 0.2\nstate x [1] = 1\n\
+        equation e: der(x) = k*u\noutput y [1] = x\n";
+    let folder = folder_with(&[
+        ("valve.dgd", VALVE),
+        ("late.dgd", late),
+        ("sum.dgd", sum),
+        ("d.csv", csv.as_bytes()),
+    ]);
     let refused = |model: &str, more: &[&str], code: i32, parts: &[&str]| {
         let args = ["fit", model, "--data", "d.csv", "--estimator", "linearised"];
         dgd_in(folder.path(), &[&args[..], more].concat()).refused(code, parts);
@@ -307,6 +313,7 @@ fn what_has_no_linear_model_is_told_by_name() {
     let parts = ["d.csv", "`gate: closed`", "`open`", "`--until`", "`--estimator output-error`"];
     refused("valve.dgd", &["--at", "steady"], 1, &parts);
     refused("late.dgd", &[], 3, &["cannot be linearised", "d.csv", "`x` late", "output-error"]);
+    refused("sum.dgd", &[], 3, &["`e`", "leaves `x` open", "`--at T`"]);
     refused("valve.dgd", &["--at", "somewhere"], 2, &["`steady`, and `mean`"]);
     let args = [&CIRCULATION[..], &["--at", "mean"]].concat();
     dgd(&args).refused(2, &["`--at` goes with `--estimator linearised`"]);
