@@ -215,7 +215,7 @@ fn circulating(folder: &TempDir, rows: usize) -> String {
     std::fs::write(&inputs, csv).expect("a folder");
     let model = "models/mud_circulation.dgd";
     let args = ["simulate", model, "--data", &inputs, "--noise-seed", "5", "-o", &data];
-    dgd(&[&args[..], &["--set", "h_r=51"]].concat()).done();
+    dgd(&[&args[..], &["--set", "h_r=47.6"]].concat()).done();
     data
 }
 
@@ -247,7 +247,8 @@ fn the_linear_model_has_the_parameters_and_says_how_far_it_holds() {
         let [with, without] = [&output["rms"], &linear["outputs"][name]["rms_train"]].map(number);
         assert!((with / without - 1.0).abs() < 0.05, "{name}: {with} {without}");
         assert!(number(&output["difference"]) < 0.3 * number(&linear["outputs"][name]["noise"]));
-        assert!(number(&output["quality"]["r_squared"]) > 0.9);
+        let linear_r = number(&linear["outputs"][name]["quality"]["train"]["r_squared"]);
+        assert!((number(&output["quality"]["r_squared"]) - linear_r).abs() < 0.03, "{name}");
         assert!(number(&linear["outputs"][name]["rms_valid"]) < 0.012);
     }
     let fitted = std::fs::read_to_string(folder.path().join("out/mud_circulation.dgd"));
@@ -297,8 +298,14 @@ fn what_has_no_linear_model_is_told_by_name() {
     }
     let late = b"model late\ninput u [1] hold\nparameter k [1/s] = 0.2\nstate x [1] = 1\n\
         equation e: der(x) = k*(u - delay(x, 2 [s]))\noutput y [1] = x\n";
-    let folder =
-        folder_with(&[("valve.dgd", VALVE), ("late.dgd", late), ("d.csv", csv.as_bytes())]);
+    let sum = b"model sum\ninput u [1] hold\nparameter k [1/s] = 0.2\nstate x [1] = 1\n\
+        equation e: der(x) = k*u\noutput y [1] = x\n";
+    let folder = folder_with(&[
+        ("valve.dgd", VALVE),
+        ("late.dgd", late),
+        ("sum.dgd", sum),
+        ("d.csv", csv.as_bytes()),
+    ]);
     let refused = |model: &str, more: &[&str], code: i32, parts: &[&str]| {
         let args = ["fit", model, "--data", "d.csv", "--estimator", "linearised"];
         dgd_in(folder.path(), &[&args[..], more].concat()).refused(code, parts);
@@ -306,6 +313,7 @@ fn what_has_no_linear_model_is_told_by_name() {
     let parts = ["d.csv", "`gate: closed`", "`open`", "`--until`", "`--estimator output-error`"];
     refused("valve.dgd", &["--at", "steady"], 1, &parts);
     refused("late.dgd", &[], 3, &["cannot be linearised", "d.csv", "`x` late", "output-error"]);
+    refused("sum.dgd", &[], 3, &["`e`", "leaves `x` open", "`--at T`"]);
     refused("valve.dgd", &["--at", "somewhere"], 2, &["`steady`, and `mean`"]);
     let args = [&CIRCULATION[..], &["--at", "mean"]].concat();
     dgd(&args).refused(2, &["`--at` goes with `--estimator linearised`"]);

@@ -13,6 +13,7 @@ use dgd_runtime::identify::{
     nonlinear, operating_points,
 };
 use dgd_runtime::journal::{Digest, Keeping};
+use dgd_runtime::linearize::NotLinearised;
 use dgd_runtime::{Direction, Options, Problem, System};
 use serde_json::Value;
 
@@ -429,13 +430,19 @@ impl Task {
             }
             EstimateError::TooFewSamples { .. } => CommandError::Found(error.to_string()),
             EstimateError::Start(failed) => {
-                let (what, instead) = match failed.reason {
-                    TrialFailure::NotLinearised(_) => {
-                        ("linearised", "; `--estimator output-error` simulates the model itself")
+                let (what, instead) = match &failed.reason {
+                    TrialFailure::NotLinearised(reason) => {
+                        let rest = matches!(
+                            reason,
+                            NotLinearised::NoSteadyState(_) | NotLinearised::Unstable { .. }
+                        );
+                        let run = if rest { "`--at T` takes a point of its run, and " } else { "" };
+                        let itself = "`--estimator output-error` simulates the model itself";
+                        ("linearised", format!("; {run}{itself}"))
                     }
                     TrialFailure::Simulation(_)
                     | TrialFailure::OutputNotFinite { .. }
-                    | TrialFailure::NoSensitivity { .. } => ("simulated", ""),
+                    | TrialFailure::NoSensitivity { .. } => ("simulated", String::new()),
                 };
                 let reason = named(&failed, paths);
                 CommandError::Computation(format!("the model cannot be {what}: {reason}{instead}"))

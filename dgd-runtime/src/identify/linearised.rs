@@ -5,9 +5,10 @@
 //!   x(0) is that of the model: start values are what they are
 //! ```
 //!
-//! Between samples inputs are straight lines, for which the solution is exact ([`Responses`]); so are the derivatives to θ,
-//! those of A, B, C, D and of the point included ([`Parametric`]). What arrives late by a time that is itself free jumps at a
-//! time that moves: at a jump Δv of u(t − τ) the derivative of x jumps by −B Δv dτ/dθ.
+//! Between samples inputs are straight lines, for which the solution is exact ([`Responses`]); so are
+//! the derivatives to θ, those of A, B, C, D and of the point included ([`Parametric`]). What arrives
+//! late by a time that is itself free jumps at a time that moves: at a jump Δv of u(t − τ) the
+//! derivative of x jumps by −B Δv dτ/dθ.
 
 use nalgebra::DVector;
 

@@ -5,15 +5,15 @@
 //!   w = w₀ + C (x − x₀) + D (u − u₀)           A, B, C, D, r, x₀ and w₀ are functions of θ
 //! ```
 //!
-//! The point y₀(θ) moves with S = dy₀/dθ: at rest 0 = f(y₀, u₀, θ) gives ∂f/∂y S = −∂f/∂θ, and a run has its
-//! sensitivities. Derivatives of the equations are the compiled ones: of g = ∂f/∂y S + ∂f/∂θ,
+//! The point y₀(θ) moves with S = dy₀/dθ: at rest 0 = f(y₀, u₀, θ) gives ∂f/∂y S = −∂f/∂θ, and a run
+//! has its sensitivities. Derivatives of the equations are the compiled ones: of g = ∂f/∂y S + ∂f/∂θ,
 //!
 //! ```text
 //!   ∂g/∂y = d(∂f/∂y)/dθ,   ∂g/∂u = d(∂f/∂u)/dθ          along y₀(θ)
 //! ```
 //!
-//! Of outputs only first derivatives are compiled. d(∂w/∂y)/dθ and d(∂w/∂u)/dθ are central differences of those
-//! along (S, θ), extrapolated from two steps.
+//! Of outputs only first derivatives are compiled. d(∂w/∂y)/dθ and d(∂w/∂u)/dθ are central
+//! differences of those along (S, θ), extrapolated from two steps.
 //!
 //! Columns of B and D are those of u as equations read it: declared inputs, late ones, slopes of late ones.
 
@@ -411,7 +411,8 @@ impl<S: System> Along<'_, S> {
         Equations { g, dgdy, dgdt }
     }
 
-    /// g reads slopes of late inputs for what a delay moves, −∂f/∂v v̇ dτ/dθ, which is no derivative of ∂f/∂v̇.
+    /// g reads slopes of late inputs for what a delay moves, −∂f/∂v v̇ dτ/dθ, which is no derivative of
+    /// ∂f/∂v̇.
     fn forget_slopes(&self, f: &mut [DMatrix<f64>]) {
         let signature = self.problem.system.signature();
         let n = signature.unknowns.len();
