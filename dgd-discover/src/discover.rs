@@ -172,8 +172,11 @@ pub fn discover(
         chosen.iter().map(|&c| evidence(&mut search, &chosen, c, request.seed)).collect();
     let refined =
         |search: &Search<'_>, chosen: &[usize]| refined(search, chosen, options).map_err(failed);
+    let count = keeping.count("last fits", if chosen.is_empty() { 1 } else { 2 });
     let before = refined(&search, &[])?;
+    count.more(1);
     let after = if chosen.is_empty() { before.clone() } else { refined(&search, &chosen)? };
+    count.more(1);
     let data = Data { options, ..search.data.clone() };
     let missing = missing_inputs(&model, request.base.engine, &before, &data);
     let effects = chosen.iter().zip(evidence).map(|(&c, evidence)| {

@@ -28,9 +28,11 @@ impl Keeping<'_> {
         arguments(self.request.of(what)).value()
     }
 
-    /// Counts to a number, and tells of it.
+    /// Counts from nothing to a number, and tells of it.
     pub(crate) fn count(&self, what: &'static str, all: usize) -> Count<'_> {
-        Count { watch: self.watch, what, all, done: AtomicUsize::new(0) }
+        let count = Count { watch: self.watch, what, all, done: AtomicUsize::new(0) };
+        count.more(0);
+        count
     }
 }
 

@@ -20,6 +20,8 @@ impl Search<'_> {
     pub(crate) fn fit_base(&mut self, start: &Values) -> Result<(), NoFit> {
         let refused = |refused: crate::structure::Refused| NoFit(refused.0);
         let structure = self.base.structure(self.candidates, &[]).map_err(refused)?;
+        let keeping = self.data.keeping;
+        let count = keeping.count("fits of the model as it is", 2);
         let fitted = Fitted::new(
             structure.clone(),
             start,
@@ -27,6 +29,7 @@ impl Search<'_> {
             &self.data,
             4 * EVALUATIONS,
         )?;
+        count.more(1);
         let changed = self.tighten_noise(&fitted);
         let mut fitted = if changed {
             let from = fitted.values.clone();
@@ -36,6 +39,7 @@ impl Search<'_> {
         };
         fitted.weigh(&self.data);
         fitted.hold_out(&self.data, EVALUATIONS);
+        count.more(1);
         self.tried.insert(Vec::new(), Ok(fitted));
         Ok(())
     }

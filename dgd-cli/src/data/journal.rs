@@ -224,7 +224,7 @@ mod tests {
             let (journal, before) = open(&path, OWNER, Opening::Resume);
             assert_eq!(before, Before::Results(count + 1), "of {length} bytes");
             assert_eq!(journal.find(9).as_deref(), Some(b"new".as_slice()));
-            kill(journal);
+            drop(journal);
             assert!(!path.exists(), "a run that ends needs it no more");
         }
     }
