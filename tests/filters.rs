@@ -564,25 +564,237 @@ output y [1] = x  noise 0.1 [1]
 }
 
 #[test]
-fn models_with_a_memory_are_refused_by_name() {
+fn models_with_a_past_are_refused_by_name() {
     let text = "\
-model thermostat
-state x [1] = 0
+model remote
+parameter a [1] = 0.5
+state x [1] = 1
+equation lag: der(x) * 1 [s] = -a*delay(x, 2 [s])
+output y [1] = x  noise 0.1 [1]
+";
+    let refused = |text: &str| {
+        let system = system(text, &[]);
+        let p = declared(&system);
+        let problem = FilterProblem::new(&system, &p);
+        let tuning = tuning(&[[1.0, 0.1]], &[[0.1, 0.0]], &[0.1]);
+        let begun = Filter::begin(&problem, &tuning, Sample { t: 0.0, u: &[], measured: &[0.0] });
+        begun.err().expect("refused").to_string()
+    };
+    let error = refused(text);
+    assert!(error.contains("what `x` was before") && error.contains("`output-error`"), "{error}");
+    let late = text.replace("delay(x, 2 [s])", "x").replace("y [1] = x", "y [1] = delay(x, 2 [s])");
+    let error = refused(&late);
+    assert!(error.contains("what output `y` reads late"), "{error}");
+}
+
+/// Two tanks: a heater with two modes that the state switches and one that an input does, a counter that
+/// starts anew, a level that cannot fall below zero, and an unknown that is a state in one mode only.
+const HYBRID: &str = "\
+model hybrid
+input u [1] hold
+parameter a [1] = 0.6
+parameter b [1] = 0.35
+parameter k [1] = 0.9
+state x [1] = 0.1
+state n [1] = 0
+state h [1] = 0.3
+state v [1] = u
 modes heater {
-  on  { equation heat: der(x) * 1 [s] = 1 - x }
-  off { equation heat: der(x) * 1 [s] = -x }
+  on  { equation heat: der(x) * 1 [s] = 1 - a*x }
+  off { equation heat: der(x) * 1 [s] = -a*x }
   on -> off when x rises above 0.8
   off -> on when x falls below 0.2
 }
-output y [1] = x  noise 0.1 [1]
+modes line {
+  full     { equation outlet: v = u + 0.5*x }
+  draining { equation outlet: der(v) * 1 [s] = -k*v + b*h }
+  full -> draining when u falls below 0.7
+  draining -> full when v falls below 0.05
+}
+saturate h >= 0
+equation count: der(n) * 1 [s] = b + 0.2*v
+when n rises above 1 { reset n = 0.1*x }
+equation level: der(h) * 1 [s] = 0.6*u - 0.5 - 0.2*b*x
+output y [1] = x + v  noise 0.1 [1]
+output q [1] = h + n  noise 0.1 [1]
 ";
-    let system = system(text, &[]);
+
+/// Rows at irregular times; the input jumps to and fro.
+fn hybrid_data() -> Data {
+    let n = 90;
+    let t: Vec<f64> =
+        (0..n).map(|k| f64::from(k) * 0.25 + if k % 3 == 1 { 0.07 } else { 0.0 }).collect();
+    let u = |k: usize| vec![[1.3, 0.4, 0.2, 1.0][k / 13 % 4]];
+    Data { u: (0..t.len()).map(u).collect(), measured: vec![vec![f64::NAN; 2]; t.len()], t }
+}
+
+fn held_inputs(data: &Data) -> dgd::Inputs {
+    let u: Vec<f64> = data.u.iter().map(|u| u[0]).collect();
+    let column = dgd::Column { name: "u", interpolation: dgd::Interpolation::Hold, values: &u };
+    dgd::Inputs::recorded(&data.t, &[column]).expect("inputs")
+}
+
+/// Estimates are the run's, and their covariance is S P₀ Sᵀ with its sensitivities.
+#[track_caller]
+fn predicts_like(
+    system: &Loaded,
+    data: &Data,
+    solution: &dgd::Solution,
+    states: &[f64],
+    parameters: &[f64],
+) {
+    let p = declared(system);
+    let walks = |all: &[f64]| all.iter().map(|start| [*start, 0.0]).collect::<Vec<_>>();
+    let noise = vec![0.1; system.signature().outputs.len()];
+    let tuning = tuning(&walks(states), &walks(parameters), &noise);
+    let mut left = parameters.iter();
+    let sigma = |direction: &dgd::Direction| match direction {
+        dgd::Direction::Start(i) => states[*i],
+        dgd::Direction::Parameter(_) => *left.next().expect("one for each free parameter"),
+    };
+    let sigma: Vec<f64> = system.signature().directions.iter().map(sigma).collect();
+    for estimator in [Estimator::ExtendedKalman, recursive(1.0)] {
+        let problem =
+            FilterProblem { estimator, options: tight(), ..FilterProblem::new(system, &p) };
+        assert_eq!(problem.states(), (0..states.len()).collect::<Vec<_>>());
+        for (k, row) in rows(&problem, &tuning, data).iter().enumerate() {
+            assert_eq!(row.failure, None);
+            let s = solution.s(k);
+            for (i, state) in row.states.iter().enumerate() {
+                close(state.value, solution.y(k)[i], 1e-8);
+                let variance = |(j, sigma): (usize, &f64)| (s[j * solution.n + i] * sigma).powi(2);
+                let std = sigma.iter().enumerate().map(variance).sum::<f64>().sqrt();
+                close(state.std, std, 1e-6 * (1e-3 + std));
+            }
+        }
+    }
+}
+
+/// A pendulum in Cartesian coordinates, of which now one and now the other coordinate is a state.
+#[test]
+fn states_that_constraints_choose_are_all_carried() {
+    let path = support::root().join("models/pendulum_cartesian.dgd");
+    let system = system(&std::fs::read_to_string(path).expect("a model file"), &["g", "l"]);
     let p = declared(&system);
-    let problem = FilterProblem::new(&system, &p);
-    let tuning = tuning(&[[1.0, 0.1]], &[], &[0.1]);
-    let error = Filter::begin(&problem, &tuning, Sample { t: 0.0, u: &[], measured: &[0.0] });
-    let error = error.err().expect("refused").to_string();
-    assert!(error.contains("the mode of `heater`"), "{error}");
+    let t: Vec<f64> = (0..30).map(|k| 0.1 * f64::from(k)).collect();
+    let run = dgd::Problem { system: &system, p: &p, inputs: &dgd::Inputs::none(), start: &[] };
+    let solution = dgd::simulate_with_sensitivities(&run, &t, &tight()).expect("a run");
+    let chosen: Vec<&[f64]> = (0..30).map(|k| solution.z(k)).collect();
+    assert!(chosen.windows(2).any(|pair| pair[0] != pair[1]), "{chosen:?}");
+    let data = Data { u: vec![vec![]; 30], measured: vec![vec![f64::NAN; 4]; 30], t };
+    predicts_like(&system, &data, &solution, &[1e-3, 2e-3, 3e-3, 4e-3], &[5e-3, 6e-3]);
+}
+
+/// Without samples a filter only predicts: from row to row it is in the modes that one run over all rows is
+/// in, and its covariance is S P₀ Sᵀ with the sensitivities of that run, through all of its events.
+#[test]
+fn modes_go_along_with_the_prediction_and_so_does_the_covariance() {
+    let system = system(HYBRID, &["a", "b", "k"]);
+    let p = declared(&system);
+    let data = hybrid_data();
+    let inputs = held_inputs(&data);
+    let run = dgd::Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+    // v depends on x at the start: it is no start value of its own there.
+    let solution = dgd::simulate_with_sensitivities(&run, &data.t, &tight()).expect("a run");
+    let automata =
+        |kind: &str| solution.events.iter().filter(|event| event.automaton == kind).count();
+    assert!(automata("heater") >= 4 && automata("line") >= 3, "{:?}", solution.events);
+    assert!(automata("saturate h") >= 2 && solution.events.len() > 12, "{:?}", solution.events);
+    assert!(solution.undefined.is_empty(), "{:?}", solution.undefined);
+
+    predicts_like(&system, &data, &solution, &[1e-3, 2e-3, 3e-3, 4e-3], &[5e-3, 6e-3, 7e-3]);
+    // Sigma points without a spread go through the same modes.
+    let none = self::tuning(&[[0.0, 0.0]; 4], &[[0.0, 0.0]; 3], &[0.1, 0.1]);
+    let estimator = Estimator::Unscented(Spread::default());
+    let problem = FilterProblem { estimator, options: tight(), ..FilterProblem::new(&system, &p) };
+    for (k, row) in rows(&problem, &none, &data).iter().enumerate() {
+        for (state, y) in row.states.iter().zip(solution.y(k)) {
+            close(state.value, *y, 1e-8);
+        }
+    }
+}
+
+/// A ball that is dropped: after a bounce at t_b, in closed form,
+///
+/// ```text
+///   s = √(v² + 2 g h),   t_b = (v + s)/g,   height = e s (t − t_b) − g/2 (t − t_b)²
+/// ```
+///
+/// so that the covariance after the bounce is known from derivatives of that, which are what the saltation
+/// matrix stands for. Then its height is measured, and what is estimated is as uncertain as the filter says.
+#[test]
+fn a_ball_bounces_with_the_covariance_of_the_closed_form() {
+    let text = "\
+model ball
+parameter e [1] = 0.8  in 0 .. 1
+parameter g [m/s^2] = 10
+state h [m] = 5
+state v [m/s] = 0  nominal 1
+equation height: der(h) = v
+equation fall: der(v) = -g
+when h falls below 0 { reset v = -e*v }
+output y [m] = h  noise 0.01 [m]
+";
+    let system = system(text, &["e"]);
+    let p = declared(&system);
+    let problem = FilterProblem { options: tight(), ..FilterProblem::new(&system, &p) };
+    // The first bounce is after 1 s, six of its standard deviations from any row, the second after 2.6 s.
+    let height = |h: f64, v: f64, e: f64, t: f64| {
+        let (g, s) = (10.0, (v * v + 20.0 * h).sqrt());
+        let tau = t - (v + s) / g;
+        if tau < 0.0 {
+            [h + v * t - 5.0 * t * t, v - g * t]
+        } else {
+            [e * s * tau - 5.0 * tau * tau, e * s - g * tau]
+        }
+    };
+    let t: Vec<f64> = (0..21).map(|k| 0.12 * f64::from(k)).collect();
+    let std = [0.02, 0.05, 0.03];
+    let tuning = tuning(&[[std[0], 0.0], [std[1], 0.0]], &[[std[2], 0.0]], &[0.01]);
+    let nothing =
+        |measured: Vec<Vec<f64>>| Data { t: t.clone(), u: vec![vec![]; t.len()], measured };
+    let silent = rows(&problem, &tuning, &nothing(vec![vec![f64::NAN]; t.len()]));
+    for (row, t) in silent.iter().zip(&t) {
+        // Central differences of the closed form, their error h² f‴/6.
+        let step = 1e-5;
+        for i in 0..2 {
+            let by = |dh: f64, dv: f64, de: f64| height(5.0 + dh, dv, 0.8 + de, *t)[i];
+            let slopes = [
+                by(step, 0.0, 0.0) - by(-step, 0.0, 0.0),
+                by(0.0, step, 0.0) - by(0.0, -step, 0.0),
+                by(0.0, 0.0, step) - by(0.0, 0.0, -step),
+            ];
+            let variance: f64 =
+                slopes.iter().zip(&std).map(|(d, s)| (d / (2.0 * step) * s).powi(2)).sum();
+            close(row.states[i].value, height(5.0, 0.0, 0.8, *t)[i], 1e-8);
+            close(row.states[i].std, variance.sqrt(), 1e-7);
+        }
+    }
+
+    let runs = 80;
+    let (mut nis, mut samples, mut of_e) = ([0.0; 2], 0, [0.0; 2]);
+    for seed in 0..runs {
+        let mut random = Normal::new(700 + seed);
+        let (h, v) = (5.0 + std[0] * random.next(), std[1] * random.next());
+        let e = 0.8 + std[2] * random.next();
+        let read = |t: &f64| vec![height(h, v, e, *t)[0] + 0.01 * random.next()];
+        let data = nothing(t.iter().map(read).collect());
+        let estimators = [Estimator::ExtendedKalman, Estimator::Unscented(Spread::default())];
+        for (k, estimator) in estimators.into_iter().enumerate() {
+            let problem = FilterProblem { estimator, ..problem.clone() };
+            let found = rows(&problem, &tuning, &data);
+            nis[k] += found.iter().map(|row| row.normalised_square).sum::<f64>();
+            let last = found.last().expect("rows").parameters[0];
+            assert!(last.std < 0.3 * std[2], "{}", last.std);
+            of_e[k] += ((last.value - e) / last.std).powi(2);
+        }
+        samples += t.len();
+    }
+    println!("innovations {nis:?} of {samples}, restitution {of_e:?} of {runs}");
+    for k in 0..2 {
+        consistent(nis[k], samples as f64);
+        consistent(of_e[k], runs as f64);
+    }
 }
 
 /// Without uncertainty a filter is a simulation: inputs that hold, go in straight lines, jump between two rows

@@ -8,8 +8,8 @@ mod support;
 use std::path::Path;
 
 use dgd::identify::regression::{
-    FollowOptions, Forgetting, Normalisation, RegressionError, RegressionFit, RegressionMethod,
-    RegressionProblem, RowOf, follow, regress,
+    FollowOptions, Forgetting, LeftOut, Normalisation, RegressionError, RegressionFit,
+    RegressionMethod, RegressionProblem, RowOf, follow, regress,
 };
 use dgd::identify::{Bound, Prior, Recording};
 use dgd::{Column, Inputs, Interpolation, System};
@@ -438,4 +438,232 @@ fn an_unknown_that_no_output_gives_is_named() {
     let short = Case::made_up(LINE, made_up(1.0, 1, &[("x", &|t| t)], &[&|t| t]));
     let error = regress(&short.problem(), RegressionMethod::LeastSquares).expect_err("one sample");
     assert_eq!(error, RegressionError::TooFewRows { rows: 1, free: 2 });
+}
+
+/// A recording of a model's own run with other values of some parameters, all outputs read without error.
+fn simulated(
+    text: &str,
+    truth: &[(&str, f64)],
+    h: f64,
+    n: usize,
+    inputs: &[(&str, Interpolation, &dyn Fn(f64) -> f64)],
+) -> (Recording, dgd::Solution) {
+    let times: Vec<f64> = (0..n).map(|k| h * k as f64).collect();
+    let sampled: Vec<Vec<f64>> =
+        inputs.iter().map(|(_, _, f)| times.iter().map(|t| f(*t)).collect()).collect();
+    let columns: Vec<Column<'_>> = inputs
+        .iter()
+        .zip(&sampled)
+        .map(|((name, interpolation, _), values)| Column {
+            name,
+            interpolation: *interpolation,
+            values,
+        })
+        .collect();
+    let inputs = if columns.is_empty() {
+        Inputs::none()
+    } else {
+        Inputs::recorded(&times, &columns).expect("inputs")
+    };
+    let directions = Directions::None;
+    let path = Path::new("model.dgd");
+    let compiled = support::compiled_text(path, text.to_owned(), (&[], &[]), &directions);
+    let system = Loaded::new(compiled.program);
+    let parameters = &system.signature().parameters;
+    let of = |p: &dgd::Parameter| truth.iter().find(|(name, _)| *name == p.name);
+    let p: Vec<f64> =
+        parameters.iter().map(|p| of(p).map_or(p.value, |(_, value)| *value)).collect();
+    let problem = dgd::Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+    let tight = dgd::Options { rtol: 1e-11, atol: 1e-11, ..dgd::Options::default() };
+    let solution = dgd::simulate(&problem, &times, &tight).expect("a run");
+    let seen = dgd::observe(&problem, &solution);
+    let n_w = seen.n_w;
+    let measured = (0..n_w).map(|i| Some((0..n).map(|k| seen.w(k)[i]).collect())).collect();
+    (Recording::new(times, inputs, measured), solution)
+}
+
+/// The riser with a booster line that goes on after its pump has slowed down, and comes back (Haukanes 2015:
+/// 3.9, 3.13, 3.14): no sensor sees what comes out of the line.
+const RISER_AND_LINE: &str = "\
+model riser_and_line
+constant rho [kg/m^3] = 1120
+constant g [m/s^2] = 9.81
+constant wobble [lpm] = 20
+input q_boost [lpm] linear
+parameter A_r [m^2] = 0.15
+parameter theta_1 [1] = 1
+parameter tau_d [s] = 30
+parameter tau_b [s] = 10
+parameter theta_i [1/s] = 0.05
+state h_r [m] = 150
+state q_ssp [lpm] = 2000
+state q_bo [lpm] = q_boost  fixed
+equation riser: A_r*der(h_r) = theta_1*q_ssp - q_bo
+equation pump: der(q_ssp) = (2000 [lpm] - q_ssp + 8 [lpm/m]*(150 [m] - h_r))/(20 [s])
+modes line {
+  full { equation outlet: q_bo = q_boost }
+  ramp_down { equation outlet: tau_b*der(q_bo) = delay(q_boost, tau_d) - q_bo }
+  ramp_up { equation outlet: der(q_bo) = theta_i*q_boost }
+  full -> ramp_down when q_boost falls below delay(q_boost, 10 [s]) - wobble { reset q_bo = delay(q_boost, 10 [s]) }
+  ramp_down -> ramp_up when q_boost rises above q_bo + wobble
+  ramp_up -> full when q_bo rises above q_boost
+}
+output h_r [m]
+output q_ssp [lpm]
+";
+
+/// What a line without a sensor lets out goes along with what is known: the regression is that of a model
+/// which is given the true flow as an input.
+#[test]
+fn a_line_that_no_sensor_sees_goes_along_with_the_record() {
+    let lpm = 1e-3 / 60.0;
+    let ramp = |t: f64, from: f64, until: f64| ((t - from) / (until - from)).clamp(0.0, 1.0);
+    let boost = |t: f64| {
+        lpm * 1800.0
+            * (1.0 - ramp(t, 100.0, 112.0) + ramp(t, 260.0, 275.0) - ramp(t, 500.0, 510.0)
+                + ramp(t, 640.0, 650.0))
+    };
+    let truth = [("A_r", 0.2), ("theta_1", 0.93)];
+    let (recording, solution) =
+        simulated(RISER_AND_LINE, &truth, 1.0, 900, &[("q_boost", Interpolation::Linear, &boost)]);
+    let entered: Vec<&str> = solution.events.iter().map(|event| event.to.as_ref()).collect();
+    assert_eq!(entered, ["ramp_down", "ramp_up", "full"].repeat(2));
+
+    // The same riser, given what comes out of the line.
+    let given = RISER_AND_LINE
+        .replace("state q_bo [lpm] = q_boost  fixed\n", "")
+        .replace("input q_boost [lpm] linear", "input q_bo [lpm] linear");
+    let begin = given.find("modes line").expect("the block");
+    let end = given.find("output h_r").expect("the outputs");
+    let given = format!("{}{}", &given[..begin], &given[end..]);
+    let given = given
+        .lines()
+        .filter(|line| !["tau_d", "tau_b", "theta_i"].iter().any(|name| line.contains(name)))
+        .collect::<Vec<_>>()
+        .join("\n");
+    let q_bo: Vec<f64> = (0..solution.len()).map(|k| solution.y(k)[2]).collect();
+    let column = Column { name: "q_bo", interpolation: Interpolation::Linear, values: &q_bo };
+    let inputs = Inputs::recorded(&recording.times, &[column]).expect("inputs");
+    let with_flow = Case::made_up(&format!("{given}\n"), Recording { inputs, ..recording.clone() });
+
+    let line = |free: &[&str]| {
+        let case = Case::of(RISER_AND_LINE, free, &[]);
+        Case { recordings: vec![recording.clone()], ..case }
+    };
+    let carried = line(&["A_r", "theta_1"]).fit(RegressionMethod::LeastSquares);
+    let known = with_flow.fit(RegressionMethod::LeastSquares);
+    for (name, truth) in truth {
+        let (found, expected) = (value(&carried, name), value(&known, name));
+        println!("{name}: {found}, with the flow {expected}, true {truth}");
+        // Slopes over eleven samples round the corners of the flow: a thousandth. Windows end where modes
+        // change, so that there is less of that here.
+        assert!((found / truth - 1.0).abs() < 2e-3, "{name}: {found}");
+        assert!((found / expected - 1.0).abs() < 2e-3, "{name}: {found} {expected}");
+    }
+    assert_eq!(carried.left_out, LeftOut::default());
+    // Every sample has a row: the flow is known in all modes.
+    assert_eq!(carried.rows[0].samples, 900);
+
+    // Neither with what is estimated in the line's own equations, which no reading helps with.
+    let error = regress(&line(&["theta_1", "tau_b"]).problem(), RegressionMethod::LeastSquares);
+    let error = error.expect_err("the flow is not measured");
+    assert!(
+        matches!(&error, RegressionError::NotReconstructed { unknown, .. } if unknown == "q_bo"),
+        "{error}"
+    );
+    // Along the record, too: least squares that go along end where those of all rows do.
+    let options = FollowOptions {
+        time_constants: vec![5.0],
+        start_variance: 1e6,
+        forgetting: Forgetting {
+            rate: 0.0,
+            limit: f64::INFINITY,
+            normalisation: Normalisation::None,
+        },
+    };
+    let case = line(&["A_r", "theta_1"]);
+    let followed = follow(&case.problem(), &options).expect("estimates");
+    for (name, truth) in truth {
+        let found = value(&followed.fit, name);
+        assert!((found / truth - 1.0).abs() < 2e-3, "{name}: {found}");
+    }
+}
+
+/// Conditions on what is measured tell the mode; windows of slopes end where something happens. A
+/// counter that starts anew is a straight line between its resets, and a heater's temperature goes along two
+/// exponentials.
+#[test]
+fn conditions_on_readings_tell_the_mode() {
+    const HEATER: &str = "\
+model heater
+parameter a [1] = 1
+parameter power [1] = 2
+parameter rate [1] = 0.5
+state x [1] = 0.1
+state n [1] = 0
+modes heater {
+  on  { equation heat: der(x) * 10 [s] = power - a*x }
+  off { equation heat: der(x) * 10 [s] = -a*x }
+  on -> off when x rises above 0.8
+  off -> on when x falls below 0.2
+}
+equation count: der(n) * 1 [s] = rate
+when n rises above 10 { reset n = 0 }
+output x [1]
+output n [1]
+";
+    let truth = [("a", 0.7), ("power", 1.5), ("rate", 0.83)];
+    let (recording, solution) = simulated(HEATER, &truth, 0.2, 600, &[]);
+    assert!(solution.events.len() > 12, "{:?}", solution.events);
+    let fit = Case::made_up(HEATER, recording).fit(RegressionMethod::LeastSquares);
+    // A straight line has no error; a parabola over 2.2 s of exp(−0.07 t) is off by 1²/10 0.07² of itself.
+    assert!((value(&fit, "rate") / 0.83 - 1.0).abs() < 1e-6, "{}", value(&fit, "rate"));
+    for (name, truth) in &truth[..2] {
+        let found = value(&fit, name);
+        assert!((found / truth - 1.0).abs() < 2e-3, "{name}: {found}");
+    }
+}
+
+/// x is read late from the record; the delay is searched for where it is not known.
+#[test]
+fn what_was_is_read_from_the_record() {
+    const LATE: &str = "\
+model late
+input u [1] linear
+parameter a [1] = 0.5
+parameter b [1] = 0.5
+parameter tau [s] = 2.9  in 0.5 .. 10
+state x [1] = 0.3
+equation late: der(x) * 4 [s] = b*u - a*delay(x, tau)
+output x [1]
+";
+    let truth = [("a", 0.8), ("b", 1.2), ("tau", 3.43)];
+    let u = |t: f64| (0.2 * t).sin() + 0.6 * (0.31 * t).cos();
+    let (recording, _) = simulated(LATE, &truth, 0.05, 1600, &[("u", Interpolation::Linear, &u)]);
+    let case = |free: &[&str], text: &str| Case {
+        recordings: vec![recording.clone()],
+        ..Case::of(text, free, &[])
+    };
+    let known = case(&["a", "b"], &LATE.replace("tau [s] = 2.9", "tau [s] = 3.43"));
+    let known = known.fit(RegressionMethod::LeastSquares);
+    let searched = case(&[], LATE).fit(RegressionMethod::VariableProjection);
+    assert_eq!(searched.linear, [true, true, false]);
+    for (fit, names) in [(&known, &truth[..2]), (&searched, &truth[..])] {
+        for (name, truth) in names {
+            let found = value(fit, name);
+            println!("{name}: {found} {truth}");
+            // The slope of a parabola over 0.5 s of a signal with ω = 0.4 is off by 0.25²/10 ω² of itself.
+            assert!((found / truth - 1.0).abs() < 1e-3, "{name}: {found}");
+        }
+        // 3.43 s before the sample at 3.4 s nothing had been recorded: 69 samples.
+        assert_eq!(fit.left_out.before_record, 69);
+        assert_eq!(fit.rows[0].samples, 1531);
+    }
+    let error = regress(&case(&[], LATE).problem(), RegressionMethod::LeastSquares);
+    let error = error.expect_err("a delay is not linear").to_string();
+    assert!(error.contains("`tau` does not enter `late` linearly"), "{error}");
+    // A delay of an input stays refused.
+    let of_input = LATE.replace("b*u", "b*delay(u, tau)");
+    let error = regress(&case(&[], &of_input).problem(), RegressionMethod::VariableProjection);
+    assert!(matches!(error, Err(RegressionError::FreeDelay { .. })), "{error:?}");
 }

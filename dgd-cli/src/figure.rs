@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::console::Console;
 use crate::data::write_whole;
 use crate::failure::CommandError;
-use crate::plot::{Figure, Panel, Series, Style, Text, render_png, render_svg};
+use crate::plot::{Envelope, Figure, Panel, Series, Style, Text, render_png, render_svg};
 
 /// What one panel shows.
 #[derive(Debug, Clone)]
@@ -47,6 +47,42 @@ pub(crate) fn panels(subjects: &[Subject]) -> Figure {
         })
         .collect();
     Figure::new(Text::plain("Time").with_unit("s"), panels)
+}
+
+/// Differences as dots, and the band in which nineteen of twenty are expected: ± 2 standard deviations.
+pub(crate) fn differences(
+    title: Text,
+    unit: &str,
+    times: &[f64],
+    values: Vec<f64>,
+    std: &[f64],
+) -> Panel {
+    let edge = |k: f64| std.iter().map(|std| k * std).collect();
+    Panel {
+        title,
+        y_label: Text::default().with_unit(unit),
+        series: vec![Series {
+            name: Text::default(),
+            style: Style::Dots,
+            x: times.to_vec(),
+            y: values,
+        }],
+        envelopes: vec![Envelope {
+            name: Text::default(),
+            around: Some(0),
+            x: times.to_vec(),
+            low: edge(-2.0),
+            high: edge(2.0),
+        }],
+        ..Panel::default()
+    }
+}
+
+/// Panels of what is computed and recorded, their differences beside them.
+pub(crate) fn beside(subjects: &[Subject], differences: Vec<Panel>, x_label: Text) -> Figure {
+    let panels = panels(subjects).panels.into_iter().zip(differences);
+    let panels: Vec<Panel> = panels.flat_map(|(signals, rest)| [signals, rest]).collect();
+    Figure { columns: 2, ..Figure::new(x_label, panels) }
 }
 
 /// Formats of pictures, by ending.

@@ -1,20 +1,25 @@
 //! What a regression found, for people and for programs.
 
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 use clap::ValueEnum;
 use dgd_compiler::model::Variant;
 use dgd_runtime::Signature;
 use dgd_runtime::identify::Bound;
-use dgd_runtime::identify::regression::{Followed, RegressionFit, RowOf, RowQuality};
+use dgd_runtime::identify::regression::{
+    Followed, LeftOut, RegressionFit, RowOf, RowQuality, RowTrace,
+};
 use serde_json::{Map, Value, json};
 
 use crate::estimator::Estimator;
+use crate::figure::{Line, Subject, beside, differences as differences_panel};
 use crate::fit_report::{
     CORRELATED, Tested, digits_of, entry, fixed_entries, in_unit, push_combinations,
     push_correlated, rms_of, variant_entries,
 };
 use crate::left_out::LeftOut;
+use crate::plot::{Figure, Text};
 use crate::table::{push_table, significant};
 
 /// A regression and how well the model does with what it found.
@@ -87,6 +92,10 @@ impl RegressionOutcome<'_> {
             "condition_number": fit.condition_number.is_finite().then_some(fit.condition_number),
             "undetermined": undetermined,
             "samples": fit.samples,
+            "left_out": {
+                "before_record": fit.left_out.before_record,
+                "without_mode": fit.left_out.without_mode,
+            },
             "cost": fit.cost,
             "iterations": fit.iterations,
             "evaluations": fit.evaluations,
@@ -173,6 +182,60 @@ impl RegressionOutcome<'_> {
         rms_of(&tested.evaluation, output, &self.signature.outputs[output].unit)
     }
 
+    /// What each equation and output should be and is, and the difference within ± 2 of its standard
+    /// deviations; over time, or over rows.
+    pub(crate) fn figure(&self, traces: &[RowTrace], paths: &[PathBuf], by_row: bool) -> Figure {
+        let (mut subjects, mut differences) = (Vec::new(), Vec::new());
+        for trace in traces {
+            let row = &self.fit.rows[trace.row];
+            let (unit, factor) = self.row_unit(row);
+            let offset = match row.of {
+                RowOf::Output(i) => self.signature.outputs[i].unit.offset,
+                RowOf::Equation(_) => 0.0,
+            };
+            let in_unit =
+                |values: &[f64]| values.iter().map(|value| (value - offset) / factor).collect();
+            let line = |name: &str, values: &[f64], measured| Line {
+                name: Text::plain(name),
+                times: trace.times.clone(),
+                values: in_unit(values),
+                measured,
+            };
+            let file = match paths.get(trace.recording) {
+                Some(path) if paths.len() > 1 => {
+                    format!(", {}", path.file_name().unwrap_or_default().to_string_lossy())
+                }
+                _ => String::new(),
+            };
+            let title =
+                |what: &str| Text::plain(what).then(Text::name(&row.name)).then(Text::plain(&file));
+            let read = match row.of {
+                RowOf::Output(_) => "measured",
+                RowOf::Equation(_) => "from readings",
+            };
+            let both = trace.target.iter().zip(&trace.predicted);
+            let difference = both.map(|(target, predicted)| (target - predicted) / factor);
+            let std = vec![row.mean_squared_error.sqrt() / factor.abs(); trace.times.len()];
+            differences.push(differences_panel(
+                title("residual of "),
+                &unit,
+                &trace.times,
+                difference.collect(),
+                &std,
+            ));
+            subjects.push(Subject {
+                title: title(""),
+                unit,
+                lines: vec![
+                    line("fitted", &trace.predicted, false),
+                    line(read, &trace.target, true),
+                ],
+            });
+        }
+        let x_label = if by_row { Text::plain("Row") } else { Text::plain("Time").with_unit("s") };
+        beside(&subjects, differences, x_label)
+    }
+
     /// A matrix over the estimates; null where something is not determined.
     fn matrix(&self, entry: impl Fn(usize, usize) -> Option<f64>) -> Value {
         let n = self.fit.estimates.len();
@@ -254,6 +317,20 @@ impl RegressionOutcome<'_> {
                     row.name
                 );
             }
+        }
+        let LeftOut { before_record, without_mode } = fit.left_out;
+        if before_record > 0 {
+            let _ = writeln!(
+                text,
+                "{before_record} samples were left out: what they read late was before the record"
+            );
+        }
+        if without_mode > 0 {
+            let _ = writeln!(
+                text,
+                "{without_mode} samples were left out: the model cannot be simulated up to them, so \
+                 that their modes are not known"
+            );
         }
         for tested in [&self.train, &self.valid].into_iter().flatten() {
             if let Err(error) = tested {

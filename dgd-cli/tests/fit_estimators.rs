@@ -88,12 +88,28 @@ fn active_bounds_come_with_the_free_solution() {
     ]);
     let run = dgd_in(
         folder.path(),
-        &["fit", "m.dgd", "--data", "d.csv", "--estimator", "bounded", "-o", "out"],
+        &[
+            "fit",
+            "m.dgd",
+            "--data",
+            "d.csv",
+            "--estimator",
+            "bounded",
+            "-o",
+            "out",
+            "--plot",
+            "rows.svg",
+        ],
     );
     assert_eq!(run.code, 0, "{}", run.err);
     assert!(run.out.contains("at its lower bound, without bounds -500.0"), "{}", run.out);
     let text = std::fs::read_to_string(folder.path().join("out/result.json")).expect("a result");
     let found: Value = serde_json::from_str(&text).expect("JSON");
+    // A table has no time: its residuals are drawn over its rows.
+    let picture = std::fs::read_to_string(folder.path().join("rows.svg")).expect("a picture");
+    for part in ["residual of", "fitted", "measured", "Row"] {
+        assert!(picture.contains(part), "{part}");
+    }
     let a = &found["parameters"]["a"];
     assert_eq!(
         (&a["value"], &a["at_bound"], &a["std"]),
@@ -192,15 +208,19 @@ fn what_cannot_be_had_from_readings_is_told_by_name() {
         .refused(2, &["--smoothing 0"]);
     dgd(&[&CIRCULATION[..], &["--estimator", "bounded", "--until", "0"]].concat())
         .refused(1, &["0 rows are too few"]);
-    dgd(&[
+    let line = [
         "fit",
         "models/mud_circulation_u_tubing.dgd",
         "--data",
-        "data/normal_circulation.csv.gz",
+        "examples/data/booster_stop.train.csv",
+        "--until",
+        "300",
         "--estimator",
-        "least-squares",
-    ])
-    .refused(1, &["`booster_line`", "mode"]);
+        "separable",
+    ];
+    dgd(&line).refused(1, &["`tau_d`", "delay", "`output-error`"]);
+    // What the line's own equations have is seen by no reading of what comes out of it.
+    dgd(&[&line[..], &["--fix", "tau_d"]].concat()).refused(1, &["`riser`", "reads `q_bo`"]);
 }
 
 /// A recording of the mud circulation whose signals stay close to a point, by the model itself.

@@ -209,15 +209,11 @@ fn gaps_and_outliers_are_told() {
 fn what_makes_no_sense_is_refused_in_the_users_names() {
     let data = recording(5);
     let silent = TANKS.replace("noise 1 [mbar]", "");
-    let modes = TANKS.replace(
-        "equation upper: A*der(h_1) = q_in - out(h_1, a_1)",
-        "modes feed {\n  on { equation upper: A*der(h_1) = q_in - out(h_1, a_1) }\n  off { equation upper: \
-         A*der(h_1) = -out(h_1, a_1) }\n  on -> off when h_1 rises above 2 [m]\n}",
-    );
+    let late = TANKS.replace("output h_1 [m]  ", "output h_1 [m] = delay(h_1, 3 [s])  ");
     let folder = folder_with(&[
         ("t.dgd", TANKS.as_bytes()),
         ("silent.dgd", silent.as_bytes()),
-        ("modes.dgd", modes.as_bytes()),
+        ("late.dgd", late.as_bytes()),
         ("d.csv", data.as_bytes()),
     ]);
     let refused = |args: &[&str], code: i32, parts: &[&str]| {
@@ -231,7 +227,11 @@ fn what_makes_no_sense_is_refused_in_the_users_names() {
     );
     let asked = ["silent.dgd", "--data", "d.csv", "--noise", "p_2=2"];
     dgd_in(folder.path(), &[&["track"], &asked[..]].concat()).done();
-    refused(&["modes.dgd", "--data", "d.csv"], 3, &["the mode of `feed`"]);
+    refused(
+        &["late.dgd", "--data", "d.csv"],
+        3,
+        &["what output `h_1` reads late", "`output-error`"],
+    );
     refused(&["t.dgd", "--data", "d.csv", "--forgetting", "0.9"], 2, &["--estimator recursive"]);
     refused(
         &["t.dgd", "--data", "d.csv", "--process-noise", "a_3=1"],
@@ -270,8 +270,13 @@ fn a_fit_by_prediction_error_finds_the_valve_and_that_nothing_strays() {
         dgd_in(folder.path(), &all).done()
     };
     let by_simulation = fit(&["--format", "json"]).json();
-    let text = fit(&["--estimator", "prediction-error", "-o", "fitted"]).out;
+    let drawn = ["--estimator", "prediction-error", "-o", "fitted", "--plot", "fit.svg"];
+    let text = fit(&drawn).out;
     assert!(text.contains("h_1 strays in a minute") && text.contains("rms, valid"), "{text}");
+    // Two outputs of two recordings, each with its innovations.
+    let picture = std::fs::read_to_string(folder.path().join("fit.svg")).expect("a picture");
+    assert_eq!(picture.matches("innovation of").count(), 4);
+    assert_eq!(picture.matches("one row ahead").count(), 4);
     let result = std::fs::read(folder.path().join("fitted/result.json")).expect("a result");
     let found: Value = serde_json::from_slice(&result).expect("JSON");
     let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{found:#}"));

@@ -10,7 +10,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::dae::{Dae, assemble};
+use crate::dae::{Dae, Unknown, assemble};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::model::{Model, ModelOptions, resolve};
 use crate::program::{Direction, Program, lower};
@@ -39,7 +39,8 @@ pub enum Directions {
         /// None of these, parameters and states.
         fixed: Vec<Name>,
     },
-    /// What a filter tracks: parameters as in a fit, and all states, those that are `fixed` too.
+    /// What a filter tracks: parameters as in a fit, and all unknowns that are states in some mode, those
+    /// that are `fixed` too.
     Tracked {
         /// These parameters; all that are not `fixed` where no parameter is named.
         free: Vec<Name>,
@@ -246,7 +247,10 @@ fn chosen(
                 let of = Direction::Parameter(i);
                 (of, if asked { free.contains(&of) } else { !parameter.fixed })
             });
-            let states = dae.unknowns.iter().enumerate().filter(|(_, x)| x.differential);
+            // A filter also carries what is differential in other modes than it starts in.
+            let somewhere = |x: &Unknown| tracked && dae.graph.value(x.mass) != Some(0.0);
+            let states = dae.unknowns.iter().enumerate();
+            let states = states.filter(|(_, x)| x.differential || somewhere(x));
             let starts = states.map(|(i, state)| {
                 let of = Direction::Start(i);
                 (of, tracked || !state.fixed || free.contains(&of))

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::integrate::Memory;
 use crate::signal::Side;
 use crate::system::{Signature, Text};
 
@@ -33,6 +34,9 @@ pub struct Solution {
     pub events: Vec<Event>,
     /// Where and why sensitivities are undefined.
     pub undefined: Vec<UndefinedSensitivity>,
+    /// What another run goes on from where this one has ended; of a run that is to be gone on from
+    /// ([`Wanted::Resumed`](crate::integrate::Wanted)).
+    pub memory: Option<Memory>,
     /// Work done.
     pub statistics: Statistics,
 }
@@ -192,6 +196,7 @@ impl Solution {
             past: Vec::new(),
             events: Vec::new(),
             undefined: Vec::new(),
+            memory: None,
             statistics: Statistics::default(),
         }
     }

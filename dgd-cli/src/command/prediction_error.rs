@@ -1,24 +1,28 @@
 //! `dgd fit --estimator prediction-error`: by the likelihood of innovations, with process noise.
 
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 use dgd_execute::Loaded;
 use dgd_runtime::identify::filter::{
-    Level, LevelEstimate, PredictionError, PredictionErrorProblem, prediction_error,
+    FilterProblem, Level, LevelEstimate, PredictionError, PredictionErrorProblem, Row,
+    prediction_error, predictions,
 };
 use dgd_runtime::identify::{
-    Bound, Estimate, EstimateError, Evaluation, Misfit, Noise, OutputErrorProblem, Termination,
-    evaluate,
+    Bound, Estimate, EstimateError, Evaluation, Misfit, Noise, OutputErrorProblem, Recording,
+    Starts, Termination, evaluate,
 };
-use dgd_runtime::{Direction, Options, Signature, System, Unit};
+use dgd_runtime::{Direction, Options, Output, Signature, System, Unit};
 use serde_json::{Map, Value, json};
 
 use super::fit::Task;
 use crate::args::FitArgs;
 use crate::console::{Console, print};
 use crate::failure::CommandError;
+use crate::figure::{self, Line, Subject};
 use crate::fit_report::{Tested, digits_of, in_unit};
 use crate::left_out::LeftOut;
+use crate::plot::{Figure, Panel, Text};
 use crate::table::{push_table, significant};
 
 /// Differences of innovations need at least this tolerance.
@@ -27,13 +31,6 @@ const TIGHT: f64 = 1e-8;
 const MINUTE: f64 = 60.0;
 
 pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(), CommandError> {
-    if !args.solve.plot.is_empty() {
-        return Err(CommandError::Usage(
-            "`--plot` draws what `--estimator output-error` simulates; draw a fit by prediction error \
-             with `dgd track` and the fitted model"
-                .to_owned(),
-        ));
-    }
     let problem = problem(task, args, console);
     let found = prediction_error(&problem).map_err(|error| task.failed(error, &args.data))?;
     if !found.termination.is_converged() && found.termination != Termination::Stopped {
@@ -63,6 +60,12 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
     })?;
     task.watch.write();
     let outcome = Outcome { task, args, found: &found, train, valid, left_out: &left_out };
+    if !args.solve.plot.is_empty() {
+        let figure = outcome.figure(&problem)?;
+        for path in &args.solve.plot {
+            figure::save(&figure, path, console)?;
+        }
+    }
     let json = outcome.to_json();
     if let Some(folder) = console.out() {
         task.save(folder, args, &found.estimates, &json, Vec::new())?;
@@ -85,7 +88,8 @@ fn problem<'a>(
         Direction::Start(i) => {
             let unknown = &task.compiled.dae.unknowns[*i];
             let (free, fixed) = (named(&args.free, &unknown.name), named(&args.fix, &unknown.name));
-            !fixed && (free || !unknown.fixed)
+            // Where it is algebraic at the start, it follows the others.
+            unknown.differential && !fixed && (free || !unknown.fixed)
         }
     };
     let given = task.problem(console);
@@ -141,8 +145,40 @@ impl Outcome<'_> {
 
     /// Positions of the states.
     fn states(&self) -> Vec<usize> {
-        let unknowns = &self.signature().unknowns;
-        (0..unknowns.len()).filter(|i| unknowns.is_differential(*i)).collect()
+        FilterProblem::new(&self.task.system, &self.task.p).states()
+    }
+
+    /// What was measured and what was predicted one row ahead, and the innovations within ± 2 of the
+    /// standard deviations that the filter gives them; of recordings fitted to, then of those held out.
+    fn figure(&self, problem: &PredictionErrorProblem<'_, Loaded>) -> Result<Figure, CommandError> {
+        let Self { task, args, found, .. } = self;
+        let (mut subjects, mut panels) = (Vec::new(), Vec::new());
+        let mut draw = |problem: &PredictionErrorProblem<'_, Loaded>,
+                        starts: &[Starts],
+                        paths: &[PathBuf]|
+         -> Result<(), CommandError> {
+            let rows = predictions(problem, found, starts);
+            let rows = rows.map_err(|error| task.failed(error, paths))?;
+            for ((rows, recording), path) in rows.iter().zip(problem.recordings).zip(paths) {
+                let file = path.file_name().unwrap_or_default().to_string_lossy();
+                for (i, output) in self.signature().outputs.iter().enumerate() {
+                    if found.noise[i].is_none() || recording.measured[i].is_none() {
+                        continue;
+                    }
+                    let (subject, panel) = innovations(output, i, recording, rows, &file);
+                    subjects.push(subject);
+                    panels.push(panel);
+                }
+            }
+            Ok(())
+        };
+        draw(problem, &found.starts, &args.data)?;
+        if let Some(valid) = &self.valid {
+            let held_out =
+                PredictionErrorProblem { recordings: &valid.recordings, ..problem.clone() };
+            draw(&held_out, &valid.starts, &args.valid)?;
+        }
+        Ok(figure::beside(&subjects, panels, Text::plain("Time").with_unit("s")))
     }
 
     fn rms(&self, evaluation: &Evaluation, output: usize) -> Option<f64> {
@@ -279,6 +315,57 @@ impl Outcome<'_> {
         }
         text
     }
+}
+
+/// An output of one recording: measured and predicted, and its innovations.
+fn innovations(
+    output: &Output,
+    i: usize,
+    recording: &Recording,
+    rows: &[Row],
+    file: &str,
+) -> (Subject, Panel) {
+    let Unit { symbol, factor, offset } = &output.unit;
+    let in_unit = |value: f64| (value - offset) / factor;
+    let samples = recording.measured[i].as_deref().unwrap_or_default();
+    let measured = samples.iter().copied().map(in_unit).collect();
+    // Of two rows with one time, the second has the innovation.
+    let positions = (0..recording.times.len())
+        .filter(|k| recording.times.get(k + 1) != Some(&recording.times[*k]));
+    let of_row = |(k, row): (usize, &Row)| match row.innovations[i] {
+        Some(innovation) => [
+            in_unit(samples[k] - innovation.value),
+            innovation.value / factor,
+            innovation.std / factor.abs(),
+        ],
+        None => [f64::NAN; 3],
+    };
+    let all: Vec<[f64; 3]> = positions.zip(rows).map(of_row).collect();
+    let times: Vec<f64> = rows.iter().map(|row| row.t).collect();
+    let column = |of: usize| all.iter().map(|row| row[of]).collect::<Vec<f64>>();
+    let title = |what: &str| {
+        Text::plain(what).then(Text::name(&output.name)).then(Text::plain(&format!(", {file}")))
+    };
+    let subject = Subject {
+        title: title(""),
+        unit: symbol.to_string(),
+        lines: vec![
+            Line {
+                name: Text::plain("one row ahead"),
+                times: times.clone(),
+                values: column(0),
+                measured: false,
+            },
+            Line {
+                name: Text::plain("measured"),
+                times: recording.times.clone(),
+                values: measured,
+                measured: true,
+            },
+        ],
+    };
+    let panel = figure::differences(title("innovation of "), symbol, &times, column(1), &column(2));
+    (subject, panel)
 }
 
 fn bound(bound: Bound) -> &'static str {

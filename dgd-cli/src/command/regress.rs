@@ -6,7 +6,7 @@ use dgd_execute::Loaded;
 use dgd_runtime::System;
 use dgd_runtime::identify::regression::{
     FollowOptions, Forgetting, Normalisation, RegressionError, RegressionMethod, RegressionProblem,
-    follow, regress,
+    follow, regress, traces,
 };
 use dgd_runtime::identify::{EstimateError, OutputErrorProblem, Recording, Watch};
 
@@ -15,19 +15,13 @@ use crate::command::fit::Task;
 use crate::console::{Console, print};
 use crate::estimator::{Estimator, Normalise, RegressionArgs};
 use crate::failure::{CommandError, meant};
+use crate::figure;
 use crate::fit_report::Tested;
 use crate::left_out::LeftOut;
 use crate::recording::Clock;
 use crate::regression_report::RegressionOutcome;
 
 pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(), CommandError> {
-    if !args.solve.plot.is_empty() {
-        return Err(CommandError::Usage(
-            "`--plot` draws what `--estimator output-error` simulates; simulate the fitted model \
-             instead"
-                .to_owned(),
-        ));
-    }
     let problem = regression_problem(task, args, console)?;
     let by = |method| regress(&problem, method);
     let mut followed = None;
@@ -77,6 +71,13 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
         let more = estimates.map(|csv| ("estimates.csv".to_owned(), csv.into_bytes()));
         task.save(folder, args, &fit.estimates, &json, more.into_iter().collect())?;
         console.remark(&format!("wrote {}", folder.display()));
+    }
+    if !args.solve.plot.is_empty() {
+        let traces = traces(&problem, &fit).map_err(|error| failed(task, args, error))?;
+        let figure = outcome.figure(&traces, &args.data, task.clock == Clock::Rows);
+        for path in &args.solve.plot {
+            figure::save(&figure, path, console)?;
+        }
     }
     if console.is_json() { print(&format!("{json:#}\n")) } else { print(&outcome.to_text()) }?;
     left_out.ended(None, console)
@@ -172,8 +173,7 @@ fn failed(task: &Task, args: &FitArgs, error: RegressionError) -> CommandError {
         | RegressionError::NotReconstructed { .. }
         | RegressionError::TooFewRows { .. }
         | RegressionError::NotLinear { .. }
-        | RegressionError::Modes { .. }
-        | RegressionError::DelayedUnknown { .. }
+        | RegressionError::ModesAndPast { .. }
         | RegressionError::FreeDelay { .. }
         | RegressionError::NotOverTime => CommandError::Found(error.to_string()),
         RegressionError::NotFinite { row, recording, t } => {
@@ -185,6 +185,7 @@ fn failed(task: &Task, args: &FitArgs, error: RegressionError) -> CommandError {
         }
         RegressionError::Inputs(_)
         | RegressionError::Variables(_)
+        | RegressionError::ModesDoNotSettle { .. }
         | RegressionError::NotConverged { .. } => CommandError::Computation(error.to_string()),
     }
 }

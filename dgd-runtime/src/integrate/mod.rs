@@ -36,6 +36,7 @@ mod initial_step;
 mod instant;
 mod locate;
 pub(crate) mod locked;
+mod memory;
 mod moving_jump;
 mod newton;
 mod order;
@@ -66,6 +67,8 @@ use controller::Controller;
 use drive::Drive;
 use events::Hybrid;
 use locked::Steps;
+pub use memory::Memory;
+pub(crate) use memory::held_by_bounds;
 use moving_jump::MovingJumps;
 use stepper::{At, Base, Directions, Failed, Stepper, Trial};
 use taylor::Expansion;
@@ -132,7 +135,7 @@ pub fn simulate_with_sensitivities<S: System>(
 }
 
 /// What a run gives.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Wanted<'a> {
     /// The unknowns alone.
     Unknowns,
@@ -142,6 +145,38 @@ pub enum Wanted<'a> {
     Chosen(&'a [usize]),
     /// The unknowns and their sensitivities to the model's directions.
     Sensitivities,
+    /// The unknowns of a run that can be gone on from ([`Solution::memory`]), and goes on from another one's
+    /// end: the problem has start values of all unknowns then, and the run begins where the other one ended.
+    Resumed(Option<&'a Memory>),
+    /// The same with sensitivities.
+    ResumedSensitivities(Option<&'a Memory>),
+}
+
+impl<'a> Wanted<'a> {
+    /// The unknowns to be kept, where that is not all.
+    fn chosen(self) -> Option<&'a [usize]> {
+        match self {
+            Wanted::Chosen(chosen) => Some(chosen),
+            _ => None,
+        }
+    }
+
+    fn with_sensitivities(self) -> bool {
+        matches!(self, Wanted::Sensitivities | Wanted::ResumedSensitivities(_))
+    }
+
+    /// What the run goes on from.
+    fn resumed(self) -> Option<&'a Memory> {
+        match self {
+            Wanted::Resumed(memory) | Wanted::ResumedSensitivities(memory) => memory,
+            _ => None,
+        }
+    }
+
+    /// Whether another run is to go on from this one.
+    fn is_remembered(self) -> bool {
+        matches!(self, Wanted::Resumed(_) | Wanted::ResumedSensitivities(_))
+    }
 }
 
 /// What [`simulate`] and [`simulate_with_sensitivities`] do, with this very type of system.
@@ -170,11 +205,8 @@ fn run<S: System>(
     wanted: Wanted<'_>,
 ) -> Result<Solution, Failure> {
     let signature = problem.system.signature();
-    let (directions, chosen) = match wanted {
-        Wanted::Unknowns | Wanted::UnknownsAndPast => (None, None),
-        Wanted::Chosen(chosen) => (None, Some(chosen)),
-        Wanted::Sensitivities => (Some(Directions::new(problem.system)), None),
-    };
+    let chosen = wanted.chosen();
+    let directions = wanted.with_sensitivities().then(|| Directions::new(problem.system));
     assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
     assert_eq!(problem.inputs.len(), signature.inputs.len(), "number of inputs");
     if let Some(chosen) = chosen {
@@ -183,7 +215,9 @@ fn run<S: System>(
     }
     let n_s = if directions.is_some() { signature.directions.len() } else { 0 };
     let mut solution = Solution::empty(signature, n_s);
-    let reads_past = wanted == Wanted::UnknownsAndPast || outputs_read_past(signature);
+    let reads_past = matches!(wanted, Wanted::UnknownsAndPast)
+        || wanted.is_remembered()
+        || outputs_read_past(signature);
     if chosen.is_none() && reads_past {
         solution.n_past = signature.past().len();
     }
@@ -211,7 +245,7 @@ fn run<S: System>(
         }
         Steps::Automatic | Steps::Adaptive => {
             solution.n = chosen.map_or(solution.n, <[usize]>::len);
-            run_to(&read, all, options, directions, chosen, &mut solution)
+            run_to(&read, all, options, directions, wanted, &mut solution)
         }
     };
     if let Some(late) = late {
@@ -229,7 +263,7 @@ fn run_to<'a, S: System>(
     times: &[f64],
     options: &Options,
     directions: Option<Directions<S>>,
-    chosen: Option<&'a [usize]>,
+    wanted: Wanted<'a>,
     solution: &mut Solution,
 ) -> Result<(), IntegrateError> {
     let (Some(&from), Some(&until)) = (times.first(), times.last()) else {
@@ -241,8 +275,12 @@ fn run_to<'a, S: System>(
     solution.z.reserve(solution.n_z * times.len());
     solution.past.reserve(solution.n_past * times.len());
     let mut simulation = Simulation::new(problem, options, from, directions);
-    simulation.chosen = chosen;
+    simulation.chosen = wanted.chosen();
+    simulation.resumed = wanted.resumed();
     let outcome = simulation.integrate(times, until, solution);
+    if wanted.is_remembered() {
+        solution.memory = Some(simulation.memory());
+    }
     let reached = simulation.t;
     for stretch in &mut solution.undefined {
         stretch.until = reached;
@@ -363,6 +401,8 @@ struct Simulation<'a, S: System> {
     sensitivity_row: Option<S::Sensitivity>,
     /// The unknowns to be recorded; all without it.
     chosen: Option<&'a [usize]>,
+    /// What the run goes on from.
+    resumed: Option<&'a Memory>,
 }
 
 impl<'a, S: System> Simulation<'a, S> {
@@ -415,6 +455,7 @@ impl<'a, S: System> Simulation<'a, S> {
             row: S::Vector::zeros(n),
             sensitivity_row,
             chosen: None,
+            resumed: None,
         }
     }
 
@@ -488,9 +529,15 @@ impl<'a, S: System> Simulation<'a, S> {
             }
         }
         solution.statistics.segments = 1;
-        self.begin_modes();
+        match self.resumed {
+            None => self.begin_modes(),
+            Some(memory) => self.recall_modes(memory),
+        }
         self.select_first_states();
         self.begin_switches();
+        if let Some(memory) = self.resumed {
+            self.recall_bounds(memory);
+        }
         self.make_consistent(solution)?;
         self.reselect_states(solution)?;
         // What is beyond its bound at the start; other conditions that are true from the start act

@@ -65,7 +65,8 @@ impl Asked {
         compiled: &Compiled,
     ) -> Self {
         let dae = &compiled.dae;
-        let states = dae.unknowns.iter().filter(|unknown| unknown.differential);
+        let states =
+            dae.unknowns.iter().filter(|unknown| dae.graph.value(unknown.mass) != Some(0.0));
         let states = states.map(|unknown| (unknown.name.clone(), unknown.unit.clone()));
         let parameters = dae.parameters.iter();
         let parameters = parameters

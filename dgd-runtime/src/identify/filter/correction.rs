@@ -48,10 +48,10 @@ impl<S: System> Filter<'_, S> {
         let Local { y, w, c, .. } = match self.ahead.take() {
             Some(ahead) => ahead,
             None => {
-                self.model.local(inputs, self.t, &self.y, &self.coordinates, &self.variables)?
+                self.model.local(inputs, self.t, &self.place, &self.coordinates, &self.variables)?
             }
         };
-        self.y = y;
+        self.place.y = y;
         let of_outputs = match &self.carried {
             Some(carried) => c * carried * &self.root,
             None => c * &self.root,
@@ -66,7 +66,8 @@ impl<S: System> Filter<'_, S> {
         let mut outputs = DMatrix::zeros(self.noise.len(), points.ncols());
         for (point, mut output) in points.column_iter().zip(outputs.column_iter_mut()) {
             let variables: Vec<f64> = point.iter().copied().collect();
-            let w = self.model.outputs(inputs, self.t, &self.y, &self.coordinates, &variables)?;
+            let w =
+                self.model.outputs(inputs, self.t, &self.place, &self.coordinates, &variables)?;
             output.copy_from_slice(&w);
         }
         let (mean, of_outputs) = spread.moments(&outputs, n);
@@ -119,7 +120,7 @@ impl<S: System> Filter<'_, S> {
             *variable += step;
         }
         self.coordinates.project(&mut self.variables);
-        self.coordinates.write_states(&self.variables, &mut self.y);
+        self.coordinates.write_states(&self.variables, &mut self.place.y);
         if let Estimator::Recursive { forgetting_factor, .. } = self.estimator {
             self.forget(forgetting_factor, &looked.of_variables);
         }

@@ -11,9 +11,9 @@ use crate::signal::InputError;
 pub enum FilterError {
     /// The model has no unknown with a derivative and no parameter is free.
     NothingTracked,
-    /// What is to come depends on more than the differential unknowns at one time.
+    /// Samples are of more than states and modes at one time.
     Remembers {
-        /// What depends on it, in the model's names.
+        /// What else, in the model's names.
         what: String,
     },
     /// The model was compiled without derivatives to the start value of this unknown.
@@ -67,7 +67,8 @@ impl fmt::Display for FilterError {
             ),
             Self::Remembers { what } => write!(
                 f,
-                "a filter goes on from its states alone, and this model also depends on {what}"
+                "a filter knows how uncertain states are at one time, and not how uncertain {what} is, \
+                 which this model needs; the estimator `output-error` of `dgd fit` simulates that"
             ),
             Self::NoDirection { unknown } => write!(
                 f,

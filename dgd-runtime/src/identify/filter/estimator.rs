@@ -13,7 +13,8 @@ use nalgebra::{DMatrix, DVector};
 use super::coordinates::Coordinates;
 use super::drive::Drive;
 use super::error::FilterError;
-use super::interval::{Local, Model};
+use super::interval::{Local, Model, Place};
+use super::prediction::consistent;
 use super::problem::{
     Estimator, FilterProblem, Sample, Tuning, verify_first_inputs, verify_tuning,
 };
@@ -52,7 +53,7 @@ pub struct Innovation {
 pub struct Row {
     /// Time, s.
     pub t: f64,
-    /// Differential unknowns, in the order of y.
+    /// Unknowns that are differential in some mode, in the order of y.
     pub states: Vec<Tracked>,
     /// Free parameters, in the order of the directions.
     pub parameters: Vec<Tracked>,
@@ -79,8 +80,8 @@ pub struct Filter<'a, S> {
     pub(super) drive: Drive,
     pub(super) watch: Watch,
     pub(super) t: f64,
-    /// Unknowns at t: guesses of the algebraic ones.
-    pub(super) y: Vec<f64>,
+    /// Unknowns and modes at t.
+    pub(super) place: Place,
     /// States and parameters.
     pub(super) variables: Vec<f64>,
     /// L of their covariance L Lᵀ; for [`Estimator::Recursive`] that of start values and parameters.
@@ -193,7 +194,7 @@ impl<'a, S: System> Filter<'a, S> {
             Estimator::ExtendedKalman | Estimator::Unscented(_) => f64::INFINITY,
         };
         let n_outputs = tuning.noise.len();
-        Ok(Self {
+        let mut filter = Self {
             model,
             estimator: problem.estimator,
             gate: problem.gate,
@@ -201,7 +202,7 @@ impl<'a, S: System> Filter<'a, S> {
             drive: Drive::default(),
             watch: Watch::default(),
             t,
-            y,
+            place: Place { y, memory: None },
             variables,
             root: DMatrix::from_diagonal(&DVector::from_column_slice(&start)),
             carried: recursive.then(|| DMatrix::identity(n, n)),
@@ -213,7 +214,29 @@ impl<'a, S: System> Filter<'a, S> {
             failures: 0,
             ahead: None,
             innovated: Innovated::default(),
-        })
+        };
+        filter.make_consistent(inputs);
+        Ok(filter)
+    }
+
+    /// States that are algebraic in the modes at the start follow the others, and so does their uncertainty.
+    fn make_consistent(&mut self, inputs: &Inputs) {
+        let signature = self.model.system.signature();
+        let states = &self.coordinates.states;
+        if states.iter().all(|i| signature.unknowns.is_differential(*i))
+            && signature.discrete.automata.is_empty()
+        {
+            return;
+        }
+        // What fails here fails at the first row, too, which says why.
+        let Self { model, t, place, coordinates, variables, .. } = &*self;
+        let Ok(local) = model.local(inputs, *t, place, coordinates, variables) else { return };
+        self.coordinates.read_states(&local.y, &mut self.variables);
+        let n = self.coordinates.len();
+        match &mut self.carried {
+            Some(carried) => *carried = consistent(&local.phi, DMatrix::identity(n, n)),
+            None => self.root = consistent(&local.phi, std::mem::take(&mut self.root)),
+        }
     }
 
     /// Takes in a row. After an error about its inputs the filter is as before.

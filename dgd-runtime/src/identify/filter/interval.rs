@@ -3,6 +3,8 @@
 //! A run over one interval begins with all unknowns given, algebraic ones as guesses. A run of no length
 //! makes them consistent and gives S = ∂y/∂(x, θ) there; with it the generated functions give
 //!
+//! It also begins in the modes in which the one before has ended.
+//!
 //! ```text
 //!   A = ∂ẋ/∂(x, θ) = rows of x of (∂f/∂y S + ∂f/∂θ),    C = dw/d(x, θ) = ∂w/∂y S + ∂w/∂θ
 //! ```
@@ -15,12 +17,12 @@ use super::problem::FilterProblem;
 use crate::delay::delays;
 use crate::error::IntegrateError;
 use crate::identify::error::TrialFailure;
+use crate::integrate::{Memory, Wanted, held_by_bounds};
 use crate::observe::observe;
 use crate::problem::{Options, Problem};
 use crate::signal::{Inputs, Side};
 use crate::solution::Solution;
-use crate::system::{AutomatonKind, Point, Signature, System};
-use crate::{simulate, simulate_with_sensitivities};
+use crate::system::{Point, Signature, System};
 
 /// A model as a filter sees it.
 pub(super) struct Model<'a, S> {
@@ -29,10 +31,18 @@ pub(super) struct Model<'a, S> {
     pub options: Options,
 }
 
+/// Where a run begins or has ended.
+#[derive(Debug, Clone)]
+pub(super) struct Place {
+    /// Unknowns: guesses of the algebraic ones.
+    pub y: Vec<f64>,
+    /// Modes, and what else the run before remembers.
+    pub memory: Option<Memory>,
+}
+
 /// Where an interval ended.
 pub(super) struct Moved {
-    /// Unknowns.
-    pub y: Vec<f64>,
+    pub place: Place,
     /// ∂x/∂(x, θ) in scaled variables: states × all.
     pub phi: DMatrix<f64>,
 }
@@ -43,6 +53,9 @@ pub(super) struct Local {
     pub y: Vec<f64>,
     /// Outputs.
     pub w: Vec<f64>,
+    /// ∂x/∂(x, θ) in scaled variables: states × all. Rows of states that are algebraic here are what follows
+    /// from the others.
+    pub phi: DMatrix<f64>,
     /// A in scaled variables: states × all.
     pub a: DMatrix<f64>,
     /// C in scaled variables: outputs, SI, × all.
@@ -72,25 +85,19 @@ impl<'a, S: System> Model<'a, S> {
         &self,
         inputs: &Inputs,
         times: (f64, f64),
-        y: &[f64],
+        from: &Place,
         coordinates: &Coordinates,
         variables: &[f64],
     ) -> Result<Moved, TrialFailure> {
-        let (p, start) = self.started(y, coordinates, variables);
+        let (p, start) = self.started(&from.y, coordinates, variables);
         let problem = Problem { system: self.system, p: &p, inputs, start: &start };
-        let solution = simulate_with_sensitivities(&problem, &[times.0, times.1], &self.options);
-        let solution = solution.map_err(|failure| TrialFailure::Simulation(failure.error))?;
+        let wanted = Wanted::ResumedSensitivities(from.memory.as_ref());
+        let mut solution = self.run(&problem, &[times.0, times.1], wanted)?;
         let last = solution.len() - 1;
-        let y = solution.y(last).to_vec();
-        let s = solution.s(last);
-        let n = y.len();
-        let phi = DMatrix::from_fn(coordinates.n_states(), coordinates.len(), |row, column| {
-            let slope = coordinates.slope(column, variables[column]);
-            let of = coordinates.directions[column] * n + coordinates.states[row];
-            s[of] * slope / coordinates.sizes[row]
-        });
+        let phi = transition(solution.s(last), solution.n, coordinates, variables);
         if phi.iter().all(|value| value.is_finite()) {
-            Ok(Moved { y, phi })
+            let place = Place { y: solution.y(last).to_vec(), memory: solution.memory.take() };
+            Ok(Moved { place, phi })
         } else {
             Err(self.undefined(times.1, &solution))
         }
@@ -101,15 +108,16 @@ impl<'a, S: System> Model<'a, S> {
         &self,
         inputs: &Inputs,
         times: (f64, f64),
-        y: &[f64],
+        from: &Place,
         coordinates: &Coordinates,
         variables: &[f64],
-    ) -> Result<Vec<f64>, TrialFailure> {
-        let (p, start) = self.started(y, coordinates, variables);
+    ) -> Result<Place, TrialFailure> {
+        let (p, start) = self.started(&from.y, coordinates, variables);
         let problem = Problem { system: self.system, p: &p, inputs, start: &start };
-        let solution = simulate(&problem, &[times.0, times.1], &self.options);
-        let solution = solution.map_err(|failure| TrialFailure::Simulation(failure.error))?;
-        Ok(solution.y(solution.len() - 1).to_vec())
+        let wanted = Wanted::Resumed(from.memory.as_ref());
+        let mut solution = self.run(&problem, &[times.0, times.1], wanted)?;
+        let y = solution.y(solution.len() - 1).to_vec();
+        Ok(Place { y, memory: solution.memory.take() })
     }
 
     /// Outputs at one time, for one set of states and parameters.
@@ -117,14 +125,13 @@ impl<'a, S: System> Model<'a, S> {
         &self,
         inputs: &Inputs,
         t: f64,
-        y: &[f64],
+        at: &Place,
         coordinates: &Coordinates,
         variables: &[f64],
     ) -> Result<Vec<f64>, TrialFailure> {
-        let (p, start) = self.started(y, coordinates, variables);
+        let (p, start) = self.started(&at.y, coordinates, variables);
         let problem = Problem { system: self.system, p: &p, inputs, start: &start };
-        let solution = simulate(&problem, &[t], &self.options);
-        let solution = solution.map_err(|failure| TrialFailure::Simulation(failure.error))?;
+        let solution = self.run(&problem, &[t], Wanted::Resumed(at.memory.as_ref()))?;
         Ok(observe(&problem, &solution).w)
     }
 
@@ -133,14 +140,14 @@ impl<'a, S: System> Model<'a, S> {
         &self,
         inputs: &Inputs,
         t: f64,
-        y: &[f64],
+        at: &Place,
         coordinates: &Coordinates,
         variables: &[f64],
     ) -> Result<Local, TrialFailure> {
-        let (p, start) = self.started(y, coordinates, variables);
+        let (p, start) = self.started(&at.y, coordinates, variables);
         let problem = Problem { system: self.system, p: &p, inputs, start: &start };
-        let solution = simulate_with_sensitivities(&problem, &[t], &self.options);
-        let solution = solution.map_err(|failure| TrialFailure::Simulation(failure.error))?;
+        let wanted = Wanted::ResumedSensitivities(at.memory.as_ref());
+        let solution = self.run(&problem, &[t], wanted)?;
         let observations = observe(&problem, &solution);
         let (y, s, z) = (solution.y(0), solution.s(0), solution.z(0));
 
@@ -152,16 +159,35 @@ impl<'a, S: System> Model<'a, S> {
         self.system.sensitivity_rhs(Point { t, y, u: &u, p: &p, z }, s, &mut f, &mut g);
 
         let slope = |column: usize| coordinates.slope(column, variables[column]);
-        let n = y.len();
-        let a = DMatrix::from_fn(coordinates.n_states(), coordinates.len(), |row, column| {
-            let of = coordinates.directions[column] * n + coordinates.states[row];
-            g[of] * slope(column) / coordinates.sizes[row]
-        });
         let (dw, n_w) = (observations.dw(0), observations.n_w);
         let c = DMatrix::from_fn(n_w, coordinates.len(), |row, column| {
             dw[coordinates.directions[column] * n_w + row] * slope(column)
         });
-        Ok(Local { y: y.to_vec(), w: observations.w(0).to_vec(), a, c })
+        Ok(Local {
+            y: y.to_vec(),
+            w: observations.w(0).to_vec(),
+            phi: transition(s, y.len(), coordinates, variables),
+            a: transition(&g, y.len(), coordinates, variables),
+            c,
+        })
+    }
+
+    fn run(
+        &self,
+        problem: &Problem<'_, S>,
+        times: &[f64],
+        wanted: Wanted<'_>,
+    ) -> Result<Solution, TrialFailure> {
+        S::integrate(problem, times, &self.options, wanted)
+            .map_err(|failure| TrialFailure::Simulation(failure.error))
+    }
+
+    /// States that are held by their bounds: nothing makes them stray.
+    pub(super) fn held(&self, at: &Place, coordinates: &Coordinates) -> Vec<usize> {
+        let Some(memory) = &at.memory else { return Vec::new() };
+        let discrete = &self.system.signature().discrete;
+        let position = |i: &usize| coordinates.states.iter().position(|state| state == i);
+        held_by_bounds(discrete, memory.z()).iter().filter_map(position).collect()
     }
 
     /// Parameters, and start values of all unknowns.
@@ -184,23 +210,17 @@ impl<'a, S: System> Model<'a, S> {
     }
 }
 
-/// What a model goes on from beside its differential unknowns, if there is something.
+/// Rows of the states of ∂y/∂θ, or of its slopes, in scaled variables: states × all.
+fn transition(s: &[f64], n: usize, coordinates: &Coordinates, variables: &[f64]) -> DMatrix<f64> {
+    DMatrix::from_fn(coordinates.n_states(), coordinates.len(), |row, column| {
+        let slope = coordinates.slope(column, variables[column]);
+        let of = coordinates.directions[column] * n + coordinates.states[row];
+        s[of] * slope / coordinates.sizes[row]
+    })
+}
+
+/// What of the past a model or its outputs read, if there is something.
 fn remembered(signature: &Signature) -> Option<String> {
-    for automaton in signature.discrete.automata.iter() {
-        let name = &automaton.name;
-        match automaton.kind {
-            AutomatonKind::Modes => return Some(format!("the mode of `{name}`")),
-            AutomatonKind::When => return Some(format!("what `{name}` has done before")),
-            AutomatonKind::States => {
-                return Some(format!("which unknowns are states, `{name}`"));
-            }
-            AutomatonKind::Saturation => {
-                return Some(format!("whether `{name}` is at its bound"));
-            }
-            // Which side they are on is seen from y.
-            AutomatonKind::Switch | AutomatonKind::Corner => {}
-        }
-    }
     if let Some(delayed) = signature.delayed_unknowns.first() {
         let name = signature.unknowns.name(delayed.unknown);
         return Some(format!("what `{name}` was before"));

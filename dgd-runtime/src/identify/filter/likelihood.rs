@@ -235,16 +235,8 @@ impl<'p> Search<'p> {
             points.iter().map(|z| self.variables.parameters(self.p, z)).collect();
         let mut filters: Vec<Filter<'_, S>> = Vec::with_capacity(points.len());
         let mut sum = NormalEquations::zeros(z.len());
-        let mut measured = vec![f64::NAN; self.noise.len()];
-        for (k, &t) in recording.times.iter().enumerate() {
-            // The second of two rows with one time counts.
-            if recording.times.get(k + 1) == Some(&t) {
-                continue;
-            }
-            for (measured, samples) in measured.iter_mut().zip(&recording.measured) {
-                let counts = t >= recording.counts_from;
-                *measured = samples.as_ref().filter(|_| counts).map_or(f64::NAN, |s| s[k]);
-            }
+        for (k, measured) in counting_rows(recording) {
+            let t = recording.times[k];
             let failed = |error| Failed::of(error, r);
             if filters.is_empty() {
                 for ((z, p), start) in points.iter().zip(&ps).zip(&starts) {
@@ -323,6 +315,20 @@ impl<'p> Search<'p> {
     }
 }
 
+/// Positions of the rows of a recording, the second of two with one time, each with its samples; NaN for one
+/// that does not count.
+pub(super) fn counting_rows(recording: &Recording) -> impl Iterator<Item = (usize, Vec<f64>)> + '_ {
+    let times = &recording.times;
+    let last = move |k: &usize| times.get(k + 1) != Some(&times[*k]);
+    (0..times.len()).filter(last).map(move |k| {
+        let counts = times[k] >= recording.counts_from;
+        let sample = |samples: &Option<Vec<f64>>| {
+            samples.as_ref().filter(|_| counts).map_or(f64::NAN, |samples| samples[k])
+        };
+        (k, recording.measured.iter().map(sample).collect())
+    })
+}
+
 impl Failed {
     /// Where the search begins it ends it.
     pub(super) fn at_start(self) -> EstimateError {
@@ -333,7 +339,7 @@ impl Failed {
         }
     }
 
-    fn of(error: FilterError, recording: usize) -> Self {
+    pub(super) fn of(error: FilterError, recording: usize) -> Self {
         match error {
             FilterError::Start(error) => {
                 let reason = TrialFailure::Simulation(error);

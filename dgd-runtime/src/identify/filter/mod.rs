@@ -25,8 +25,16 @@
 //! | `prediction_error` | parameters and noise levels by the likelihood of the innovations |
 //! | `likelihood` | that likelihood, and its derivatives |
 //!
-//! Not every model can be filtered: where what is to come depends on more than the differential unknowns
-//! (modes that are remembered, unknowns that are read late), [`FilterError::Remembers`] names it.
+//! Modes go along with the prediction as in a simulation: a transition is located where the estimate passes its
+//! threshold, and the covariance goes through it as sensitivities do, S⁺ = D⁺ − ẏ⁺ τ with the derivatives τ of
+//! its time (the saltation matrix). An unknown that is differential in some modes only is a state all the time;
+//! where it is algebraic, it follows the others, and so does its uncertainty. A correction does not change
+//! modes: a condition that it makes true acts when the next interval begins. What a correction makes of a
+//! state at its bound is nothing, as it is certain to be there.
+//!
+//! What unknowns were is not tracked: where a model or an output reads it, samples would have to correct it,
+//! and its uncertainty would be part of what is predicted. Taken as known it makes standard deviations many
+//! times too small. [`FilterError::Remembers`] names it.
 
 mod coordinates;
 mod correction;
@@ -45,7 +53,7 @@ mod watch;
 pub use error::{FilterError, Missing};
 pub use estimator::{Filter, Innovation, Row, Tracked};
 pub use prediction_error::{
-    Level, LevelEstimate, PredictionError, PredictionErrorProblem, prediction_error,
+    Level, LevelEstimate, PredictionError, PredictionErrorProblem, prediction_error, predictions,
 };
 pub use problem::{Estimator, FilterProblem, Sample, Tuning, Walk, usual_tuning};
 pub use unscented::Spread;

@@ -21,7 +21,9 @@
 //! stochastic grey-box models, Automatica 40 (2004) 225; the information is that of Goodrich and Caines, IEEE
 //! TAC 24 (1979) 403.
 
-use super::likelihood::{Failed, Search};
+use super::estimator::{Filter, Row};
+use super::likelihood::{Failed, Search, counting_rows};
+use super::problem::{FilterProblem, Tuning, Walk, states_of};
 use crate::identify::error::EstimateError;
 use crate::identify::levenberg_marquardt::{
     NormalEquations, StoppingRule, Termination, minimise_watched,
@@ -50,8 +52,8 @@ pub enum Level {
 /// What to estimate from what.
 #[derive(Debug, Clone)]
 pub struct PredictionErrorProblem<'a, S> {
-    /// The model. Its directions are what can be free, and have the start values of all differential
-    /// unknowns among them.
+    /// The model. Its directions are what can be free, and have the start values of all unknowns that are
+    /// differential in some mode among them.
     pub system: &'a S,
     /// All parameters, SI: values of those that are not free, first guesses of the others.
     pub p: &'a [f64],
@@ -59,7 +61,7 @@ pub struct PredictionErrorProblem<'a, S> {
     pub free: Vec<bool>,
     /// What was recorded. Of two rows with one time the second counts.
     pub recordings: &'a [Recording],
-    /// For each differential unknown, how far it strays by itself in a second, SI/√s.
+    /// For each unknown that is differential in some mode, how far it strays by itself in a second, SI/√s.
     pub rates: Vec<Level>,
     /// For each output, the standard deviation of its noise, SI; `None` for one that is not used.
     pub noise: Vec<Option<Level>>,
@@ -80,8 +82,7 @@ impl<'a, S: System> PredictionErrorProblem<'a, S> {
     /// estimated.
     pub fn new(system: &'a S, p: &'a [f64], recordings: &'a [Recording]) -> Self {
         let signature = system.signature();
-        let unknowns = &signature.unknowns;
-        let states = (0..unknowns.len()).filter(|i| unknowns.is_differential(*i)).count();
+        let states = states_of(system).len();
         Self {
             system,
             p,
@@ -121,7 +122,7 @@ pub struct PredictionError {
     /// Changes of the estimates that the innovations do not see. Positions from `estimates.len()` on are
     /// levels of noise, rates first.
     pub undetermined: Vec<Undetermined>,
-    /// How far each differential unknown strays by itself in a second, SI/√s.
+    /// How far each unknown that is differential in some mode strays by itself in a second, SI/√s.
     pub rates: Vec<LevelEstimate>,
     /// Standard deviation of each output's noise, SI.
     pub noise: Vec<Option<LevelEstimate>>,
@@ -198,6 +199,57 @@ pub fn prediction_error<S: System + Clone + Send>(
         termination: minimum.termination,
         ..search.finish(&minimum.x, &minimum.at, signature)
     })
+}
+
+/// The filter of an estimate, along recordings: a row for each sample, but for the first of two with one time.
+///
+/// `starts` are start values for each recording of the problem, such as [`PredictionError::starts`].
+///
+/// # Errors
+///
+/// [`EstimateError`]: the model cannot be filtered with these numbers.
+///
+/// # Panics
+///
+/// When lengths are not those of the model's signature, or there are not as many starts as recordings.
+pub fn predictions<S: System>(
+    problem: &PredictionErrorProblem<'_, S>,
+    found: &PredictionError,
+    starts: &[Starts],
+) -> Result<Vec<Vec<Row>>, EstimateError> {
+    assert_eq!(starts.len(), problem.recordings.len(), "starts of all recordings");
+    let walk = |rate: &LevelEstimate| Walk { start: 0.0, rate: rate.value };
+    let tuning = Tuning {
+        states: found.rates.iter().map(walk).collect(),
+        parameters: Vec::new(),
+        noise: found.noise.iter().map(|noise| noise.map(|noise| noise.value)).collect(),
+    };
+    let along = |(r, (recording, start)): (usize, (&Recording, &Starts))| {
+        let failed = |error| Failed::of(error, r).at_start();
+        let filter = FilterProblem {
+            free: vec![false; problem.free.len()],
+            start: start.clone(),
+            options: problem.options,
+            ..FilterProblem::new(problem.system, &found.p)
+        };
+        let mut rows: Vec<Row> = Vec::with_capacity(recording.times.len());
+        let mut under_way = None;
+        for (k, measured) in counting_rows(recording) {
+            let (t, inputs) = (recording.times[k], &recording.inputs);
+            let row = match &mut under_way {
+                None => {
+                    let begun = Filter::begin_recorded(&filter, &tuning, inputs, (t, &measured));
+                    let (begun, row) = begun.map_err(failed)?;
+                    under_way = Some(begun);
+                    row
+                }
+                Some(filter) => filter.advance(inputs, t, &measured).map_err(failed)?,
+            };
+            rows.push(row);
+        }
+        Ok(rows)
+    };
+    problem.recordings.iter().zip(starts).enumerate().map(along).collect()
 }
 
 /// Samples of outputs in use that count.

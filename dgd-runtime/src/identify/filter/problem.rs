@@ -2,6 +2,7 @@
 
 use super::error::{FilterError, Missing};
 use super::unscented::Spread;
+use crate::discrete::differential_somewhere;
 use crate::initial::consistent_start;
 use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
 use crate::signal::Inputs;
@@ -69,7 +70,7 @@ pub struct Walk {
 ///
 /// | field | one for each |
 /// |---|---|
-/// | `states` | differential unknown, in the order of y |
+/// | `states` | unknown that is differential in some mode, in the order of y |
 /// | `parameters` | free parameter, in the order of the model's directions |
 /// | `noise` | output |
 #[derive(Debug, Clone, PartialEq)]
@@ -87,7 +88,7 @@ pub struct Tuning {
 #[derive(Debug, Clone)]
 pub struct FilterProblem<'a, S> {
     /// The model. Its directions are the parameters that can be free and the start values of all
-    /// differential unknowns.
+    /// unknowns that are differential in some mode.
     pub system: &'a S,
     /// All parameters, SI: values of those that are not free, first estimates of the others.
     pub p: &'a [f64],
@@ -117,10 +118,9 @@ impl<'a, S: System> FilterProblem<'a, S> {
         }
     }
 
-    /// Positions of the differential unknowns.
+    /// Positions of the unknowns that are differential, in some mode.
     pub fn states(&self) -> Vec<usize> {
-        let unknowns = &self.system.signature().unknowns;
-        (0..unknowns.len()).filter(|i| unknowns.is_differential(*i)).collect()
+        states_of(self.system)
     }
 
     /// Positions of the free parameters, in the order of the directions.
@@ -133,6 +133,12 @@ impl<'a, S: System> FilterProblem<'a, S> {
             })
             .collect()
     }
+}
+
+/// Positions of the unknowns that are differential, in some mode.
+pub(super) fn states_of<S: System>(system: &S) -> Vec<usize> {
+    let somewhere = differential_somewhere(system);
+    (0..somewhere.len()).filter(|i| somewhere[*i]).collect()
 }
 
 /// What was read at one time.

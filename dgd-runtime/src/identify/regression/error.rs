@@ -41,15 +41,17 @@ pub enum RegressionError {
         /// Parameter, and where it is.
         parameters: Vec<(String, String)>,
     },
-    /// Modes, events or bounds of states decide which equations hold, and readings do not say.
-    Modes {
+    /// A model with modes reads an unknown late: modes are followed from sample to sample, without a past.
+    ModesAndPast {
         /// The `modes` block, event or state.
         name: String,
-    },
-    /// The equations read an unknown late.
-    DelayedUnknown {
         /// The unknown.
         unknown: String,
+    },
+    /// The modes at the samples change with the estimates, round after round.
+    ModesDoNotSettle {
+        /// In how many samples they did so in the last round.
+        samples: usize,
     },
     /// A free parameter is in a delay.
     FreeDelay {
@@ -121,20 +123,20 @@ impl fmt::Display for RegressionError {
                 }
                 write!(f, "; the estimator `separable` needs no such thing")
             }
-            Self::Modes { name } => write!(
+            Self::ModesAndPast { name, unknown } => write!(
                 f,
-                "which equations hold is decided by `{name}`, and no reading says in which mode the \
-                 system was; the estimator `output-error` simulates that"
+                "modes are followed from sample to sample, and beside `{name}` this model also reads \
+                 what `{unknown}` was before; the estimator `output-error` simulates that"
             ),
-            Self::DelayedUnknown { unknown } => write!(
+            Self::ModesDoNotSettle { samples } => write!(
                 f,
-                "the equations read `{unknown}` late, which is not reconstructed from readings; the \
-                 estimator `output-error` simulates that"
+                "the modes change with the estimates, and the estimates with the modes, in \
+                 {samples} samples without an end; the estimator `output-error` has no such rounds"
             ),
             Self::FreeDelay { parameter, delay } => write!(
                 f,
-                "parameter `{parameter}` is in the delay `{delay}`, which no regression estimates; the \
-                 estimator `output-error` does"
+                "parameter `{parameter}` is in the delay `{delay}` of an input or output, which no \
+                 regression estimates; the estimator `output-error` does"
             ),
             Self::NotFinite { row, recording, t } => {
                 write!(f, "`{row}` has no finite value at t = {t} s of recording {}", recording + 1)

@@ -7,7 +7,7 @@ use crate::identify::regression::RegressionMethod;
 use crate::identify::regression::error::RegressionError;
 use crate::identify::regression::least_squares::{UNSEEN, spectrum};
 use crate::identify::regression::prepare::Prepared;
-use crate::identify::regression::rows::{RowOf, Rows};
+use crate::identify::regression::rows::{LeftOut, RowOf, Rows};
 use crate::identify::regression::separable::triangle;
 use crate::identify::uncertainty::{Estimate, Uncertainty, Undetermined};
 use crate::identify::variables::Bound;
@@ -61,6 +61,8 @@ pub struct RegressionFit {
     pub cost: f64,
     /// Rows of all equations and outputs.
     pub samples: usize,
+    /// Samples that have none.
+    pub left_out: LeftOut,
     /// Accepted steps of the outer search.
     pub iterations: usize,
     /// Evaluations of all rows.
@@ -267,6 +269,7 @@ pub(crate) fn finish<S: System>(
         rows: qualities.collect(),
         cost: triangle.zeta().norm_squared() + triangle.remainder(),
         samples: tallies.iter().map(|tally| tally.samples).sum(),
+        left_out: rows.left_out(),
         iterations: found.iterations,
         evaluations: found.evaluations,
         is_stopped: false,

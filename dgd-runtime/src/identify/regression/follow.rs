@@ -135,6 +135,10 @@ impl<S: System> Following<'_, S> {
         let mut last: Option<(f64, Vec<f64>)> = None;
         for sample in known.first..known.times.len() {
             let t = known.times[sample];
+            if known.is_cut(sample) && resets_a_row(rows) {
+                // A value that jumps has no rate.
+                last = None;
+            }
             let now =
                 self.signals(rows, (recording, sample), known.point(sample, &self.prepared.p));
             let Some(now) = now else {
@@ -188,16 +192,28 @@ impl<S: System> Following<'_, S> {
             let (plain, by_rate) = block.split_at_mut(n + 1);
             let of = rows.kinds[kind].of;
             let moved = match of {
-                RowOf::Equation(i) if rows.is_differential(kind, at) => at.y[i],
+                // Only what readings give has moved by itself.
+                RowOf::Equation(i) if rows.is_differential(kind, at) => {
+                    if !rows.known[recording].is_given(sample, i) {
+                        return None;
+                    }
+                    at.y[i]
+                }
                 RowOf::Equation(_) | RowOf::Output(_) => 0.0,
             };
             let measured = match of {
                 RowOf::Output(i) => rows.recordings[recording].measured[i].as_ref()?[sample],
                 RowOf::Equation(_) => 0.0,
             };
+            if !rows.kinds[kind].late.is_empty() && !rows.known[recording].has_past(sample) {
+                return None;
+            }
             let multiplier = rows.kinds[kind].multiplier;
-            let (predicted, by_p) = rows.predict(at);
-            let (value, slopes) = (predicted[kind], &by_p[kind * n..(kind + 1) * n]);
+            let multiplier = multiplier.filter(|_| rows.is_multiplied(kind, at));
+            let (value, slopes) = rows.with_late(recording, at, |rows, at| {
+                let (predicted, by_p) = rows.predict(at);
+                (predicted[kind], by_p[kind * n..(kind + 1) * n].to_vec())
+            });
             let factor = multiplier.map_or(1.0, |k| p[free[k]]);
             // g(p) = g(p̂) + Σ gⱼ (pⱼ − p̂ⱼ),  g = f or p_k f
             let mut constant = factor * value;
@@ -215,6 +231,13 @@ impl<S: System> Following<'_, S> {
         }
         signals.iter().all(|signal| signal.is_finite()).then_some(signals)
     }
+}
+
+/// Whether some transition resets an unknown whose equation has rows.
+fn resets_a_row<S: System>(rows: &Rows<'_, S>) -> bool {
+    let discrete = &rows.system().signature().discrete;
+    let mut resets = discrete.transitions().flat_map(|(_, transition)| transition.resets.iter());
+    resets.any(|i| rows.kinds.iter().any(|kind| kind.of == RowOf::Equation(*i)))
 }
 
 /// The row of filtered signals: what is smoothed, and the rates of what enters by its rate.

@@ -13,11 +13,14 @@
 //! | file | holds |
 //! |---|---|
 //! | `known`, `slopes` | y and ẏ at each sample |
+//! | `modes` | in which modes the system was there, and what readings do not give but follows |
+//! | `late` | what it was before |
 //! | `rows` | residuals and their derivatives, row by row |
 //! | `structure` | which parameters enter linearly |
 //! | `triangle`, `least_squares` | linear least squares without squaring, free and within bounds |
 //! | `separable` | linear parameters inside, the others outside |
 //! | `finish` | what was found, and how sure it is |
+//! | `trace` | what the rows are then, sample by sample |
 //! | `filters`, `recursive`, `follow` | the same while samples come in |
 
 mod error;
@@ -25,13 +28,16 @@ mod filters;
 mod finish;
 mod follow;
 mod known;
+mod late;
 mod least_squares;
+mod modes;
 mod prepare;
 mod recursive;
 mod rows;
 mod separable;
 mod slopes;
 mod structure;
+mod trace;
 mod triangle;
 
 use crate::identify::levenberg_marquardt::StoppingRule;
@@ -40,6 +46,7 @@ use crate::identify::output_error::Prior;
 use crate::identify::progress::{Unwatched, Watch};
 use crate::identify::recording::Recording;
 use crate::identify::regression::finish::Found;
+use crate::identify::regression::known::Known;
 use crate::identify::regression::prepare::Prepared;
 use crate::system::System;
 
@@ -50,10 +57,15 @@ pub use follow::{FollowOptions, Followed, follow};
 pub use recursive::{
     ContinuousLeastSquares, Forgetting, Normalisation, RecursiveLeastSquares, RegressorSample,
 };
-pub use rows::RowOf;
+pub use rows::{LeftOut, RowOf};
+pub use trace::{RowTrace, traces};
 
 /// Most rounds of re-estimated noise.
 const MOST_ROUNDS: usize = 12;
+/// Most rounds in which modes and pasts follow from estimates.
+const MOST_MODE_ROUNDS: usize = 30;
+/// Modes of up to this part of the samples may go on changing: readings close to a threshold do so.
+const UNSETTLED: f64 = 0.01;
 /// Noise that changes by less than this part is stable.
 const STABLE: f64 = 0.01;
 
@@ -138,18 +150,58 @@ pub fn regress<S: System>(
 ) -> Result<RegressionFit, RegressionError> {
     let mut prepared = Prepared::new(problem)?;
     prepared.clamp(method);
-    let known = prepared.known()?;
-    let mut rows = prepared.rows(&known)?;
-    let linear = structure::find_linear(problem.system, &mut rows, problem.p);
+    let mut known = prepared.known()?;
+    let mut fit = regress_known(&prepared, &known, method)?;
+    let signature = problem.system.signature();
+    if modes::remembered(problem.system).is_none() && signature.delayed_unknowns.is_empty() {
+        return Ok(fit);
+    }
+    // Conditions may have parameters that are estimated, in themselves or in what leads to them, and delays
+    // decide which samples have a past.
+    let mut samples = 0;
+    for _ in 0..MOST_MODE_ROUNDS {
+        prepared.p.clone_from(&fit.p);
+        prepared.clamp(RegressionMethod::Bounded);
+        let next = prepared.known()?;
+        samples = differing(&known, &next);
+        let pasts_differ = known.iter().zip(&next).any(|(known, next)| known.pasts_differ(next));
+        if samples == 0 && !pasts_differ {
+            return Ok(fit);
+        }
+        known = next;
+        fit = regress_known(&prepared, &known, method)?;
+    }
+    let all: usize = known.iter().map(|known| known.times.len()).sum();
+    if samples as f64 <= UNSETTLED * all as f64 {
+        Ok(fit)
+    } else {
+        Err(RegressionError::ModesDoNotSettle { samples })
+    }
+}
+
+/// In how many samples modes differ.
+fn differing(known: &[Known], next: &[Known]) -> usize {
+    known.iter().zip(next).map(|(known, next)| known.modes_differ(next)).sum()
+}
+
+/// The regression on what is known of each sample.
+fn regress_known<S: System>(
+    prepared: &Prepared<'_, S>,
+    known: &[Known],
+    method: RegressionMethod,
+) -> Result<RegressionFit, RegressionError> {
+    let problem = prepared.problem;
+    let mut rows = prepared.rows(known)?;
+    let linear = structure::find_linear(problem.system, &mut rows, &prepared.p);
     let is_linear = linear.iter().all(|linear| *linear);
     if !is_linear && matches!(method, RegressionMethod::LeastSquares | RegressionMethod::Bounded) {
         return Err(prepare::not_linear(problem, &mut rows, &linear));
     }
 
-    let mut found = Found::first(&prepared, &mut rows)?;
+    let mut found = Found::first(prepared, &mut rows)?;
     let mut is_stopped = false;
     for _ in 0..MOST_ROUNDS {
-        let next = separable::solve(&prepared, &mut rows, &linear, &found, method)?;
+        let next = separable::solve(prepared, &mut rows, &linear, &found, method)?;
         // The weight of rows of one kind, with nothing beside them, changes nothing.
         let is_one = next.sigma.len() == 1 && problem.priors.is_empty();
         let is_stable = is_one || next.is_stable(&found, STABLE);
@@ -159,7 +211,7 @@ pub fn regress<S: System>(
             break;
         }
     }
-    let mut fit = finish::finish(&prepared, &mut rows, &linear, found, method)?;
+    let mut fit = finish::finish(prepared, &mut rows, &linear, found, method)?;
     fit.is_stopped = is_stopped;
     Ok(fit)
 }

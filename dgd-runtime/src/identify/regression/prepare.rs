@@ -5,10 +5,11 @@ use crate::identify::noise::Noise;
 use crate::identify::recording::Recording;
 use crate::identify::regression::error::RegressionError;
 use crate::identify::regression::known::{Known, Sensors};
-use crate::identify::regression::rows::{RowKind, RowOf, Rows};
+use crate::identify::regression::modes::remembered;
+use crate::identify::regression::rows::{RowKind, RowOf, Rows, delaying, late_reads};
 use crate::identify::regression::{RegressionMethod, RegressionProblem, structure};
 use crate::problem::{Problem, parameter_size};
-use crate::system::{AutomatonKind, Direction, Output, Pattern, System};
+use crate::system::{Direction, Output, Pattern, System};
 
 /// A problem that has been looked through.
 pub(crate) struct Prepared<'a, S> {
@@ -44,7 +45,6 @@ impl<'a, S: System> Prepared<'a, S> {
             free,
             p: problem.p.to_vec(),
         };
-        prepared.verify_modes()?;
         prepared.verify_delays()?;
         Ok(prepared)
     }
@@ -91,7 +91,7 @@ impl<'a, S: System> Prepared<'a, S> {
             }
         }
         for (j, i) in self.free.iter().enumerate() {
-            let has = |kind: &RowKind| kind.parameters.iter().any(|(parameter, _)| *parameter == j);
+            let has = |kind: &RowKind| kind.has_parameter(j);
             let kinds = || rows.kinds.iter().zip(&count).filter(|(kind, _)| has(kind));
             if kinds().any(|(_, count)| *count > 0) {
                 continue;
@@ -122,12 +122,18 @@ impl<'a, S: System> Prepared<'a, S> {
     /// What determines the unknowns.
     fn sensors(&self) -> Sensors {
         let signature = self.problem.system.signature();
-        let has_free = |pattern: &Pattern, row: usize| {
-            pattern.positions().any(|(r, c)| r == row && self.free.contains(&c))
+        let system = self.problem.system;
+        let delaying = delaying(system, &self.free);
+        let has_free = |by_u: &Pattern, by_p: &Pattern, row: usize| {
+            by_p.positions().any(|(r, c)| r == row && self.free.contains(&c))
+                || late_reads(system, by_u, row).iter().any(|(k, _)| !delaying[*k].is_empty())
         };
-        let outputs = signature.outputs.iter().enumerate().filter(|(i, _)| {
-            self.uses(*i) && self.is_prompt(*i) && !has_free(&signature.output_jacobians[2], *i)
-        });
+        let [_, by_u, by_p] = &signature.output_jacobians;
+        let outputs = signature
+            .outputs
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| self.uses(*i) && self.is_prompt(*i) && !has_free(by_u, by_p, *i));
         let noise = |(i, output): (usize, &Output)| match self.problem.noise[i] {
             Some(Noise::Known(sigma)) => (i, sigma),
             _ => (i, output.noise.unwrap_or(output.unit.factor.abs())),
@@ -135,9 +141,9 @@ impl<'a, S: System> Prepared<'a, S> {
         Sensors {
             outputs: outputs.map(noise).collect(),
             equations: (0..signature.unknowns.len())
-                .filter(|i| !signature.unknowns.is_differential(*i))
-                .filter(|i| !has_free(&signature.parameter_jacobian, *i))
+                .filter(|i| !has_free(&signature.input_jacobian, &signature.parameter_jacobian, *i))
                 .collect(),
+            free: self.free.clone(),
         }
     }
 
@@ -178,40 +184,25 @@ impl<'a, S: System> Prepared<'a, S> {
         RegressionError::NotReconstructed { parameter, row, unknown, taken }
     }
 
-    fn verify_modes(&self) -> Result<(), RegressionError> {
-        let system = self.problem.system;
-        let signature = system.signature();
-        for automaton in signature.discrete.automata.iter() {
-            let bounds_a_state = || {
-                let resets = automaton.transitions.iter().flat_map(|t| t.resets.iter());
-                resets.into_iter().any(|i| signature.unknowns.is_differential(*i))
-            };
-            let decides = match automaton.kind {
-                AutomatonKind::Modes | AutomatonKind::When => true,
-                AutomatonKind::Saturation => bounds_a_state(),
-                AutomatonKind::States | AutomatonKind::Switch | AutomatonKind::Corner => false,
-            };
-            if decides {
-                return Err(RegressionError::Modes { name: automaton.name.to_string() });
-            }
-        }
-        Ok(())
-    }
-
     fn verify_delays(&self) -> Result<(), RegressionError> {
         let system = self.problem.system;
         let signature = system.signature();
-        if let Some(late) = signature.delayed_unknowns.first() {
+        if let (Some(late), Some(name)) = (signature.delayed_unknowns.first(), remembered(system)) {
             let unknown = signature.unknowns.name(late.unknown).to_string();
-            return Err(RegressionError::DelayedUnknown { unknown });
+            return Err(RegressionError::ModesAndPast { name, unknown });
         }
         let Some(recording) = self.problem.recordings.first() else { return Ok(()) };
         let problem = Problem { system, p: &self.p, inputs: &recording.inputs, start: &[] };
         let dtau = delay_sensitivities(&problem);
         let n = signature.delays.len();
+        let of_inputs = |delay: usize| {
+            signature.delayed_inputs.iter().any(|late| late.delay == delay)
+                || signature.outputs.iter().any(|output| output.delay == Some(delay))
+        };
         for (k, slope) in dtau.iter().enumerate() {
             let (j, delay) = (k / n, k % n);
             if *slope != 0.0
+                && of_inputs(delay)
                 && let Direction::Parameter(i) = signature.directions[j]
                 && self.free.contains(&i)
             {

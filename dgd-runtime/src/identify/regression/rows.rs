@@ -7,12 +7,18 @@
 //! | output i | wᵢ(t, y, u, p) | measured |
 //!
 //! Its residual is predicted − target; that of an equation with a multiplier p_k is p_k (predicted −
-//! target), which undoes the division by a factor of the derivative: M ẏ = F has become ẏ = F/M.
+//! target), which undoes the division by a factor of the derivative: M ẏ = F has become ẏ = F/M. An equation
+//! that is differential in some modes only is not multiplied in the others, and counts there where it reads a
+//! parameter.
+//!
+//! What a row reads late moves with a delay that is estimated: ∂/∂p has −∂f/∂x(t − τ) ẋ(t − τ) ∂τ/∂p, too.
 
+use crate::discrete::changes_by_mode;
 use crate::identify::recording::Recording;
 use crate::identify::regression::error::RegressionError;
 use crate::identify::regression::known::Known;
-use crate::system::{Pattern, Point, System};
+use crate::identify::regression::late::{BeforeRecord, Late};
+use crate::system::{Direction, Pattern, Point, System};
 
 /// What a row is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,6 +27,15 @@ pub enum RowOf {
     Equation(usize),
     /// The output at this position.
     Output(usize),
+}
+
+/// Samples without rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LeftOut {
+    /// What they read late was before the record.
+    pub before_record: usize,
+    /// The model cannot be simulated up to them, so that their modes are not known.
+    pub without_mode: usize,
 }
 
 /// Rows of one equation or output at all samples.
@@ -32,11 +47,20 @@ pub(crate) struct RowKind {
     pub reads: Vec<usize>,
     /// Free parameters that it reads, each with the position of its derivative among the non-zeros.
     pub parameters: Vec<(usize, usize)>,
+    /// Delayed unknowns that it reads, each with the position of its derivative to the value among the
+    /// non-zeros, and the free parameters that are in their delays.
+    pub late: Vec<(usize, usize)>,
+    pub in_delays: Vec<usize>,
     /// Position of the free parameter by which it is multiplied.
     pub multiplier: Option<usize>,
 }
 
 impl RowKind {
+    /// Whether the row depends on the j-th free parameter.
+    pub(crate) fn has_parameter(&self, j: usize) -> bool {
+        self.in_delays.contains(&j) || self.parameters.iter().any(|(other, _)| *other == j)
+    }
+
     /// All that have a free parameter: equations, and outputs that are in use.
     pub(crate) fn all<S: System>(
         system: &S,
@@ -55,23 +79,76 @@ impl RowKind {
             reads.dedup();
             reads
         };
-        let equations = (0..signature.unknowns.len()).map(|i| Self {
-            of: RowOf::Equation(i),
-            name: signature.equations.at(i).into_owned(),
-            reads: reads(&signature.jacobian, i),
-            parameters: parameters(&signature.parameter_jacobian, i),
-            multiplier: None,
+        let late = |pattern: &Pattern, row: usize| late_reads(system, pattern, row);
+        let delaying = delaying(system, free);
+        let in_delays = |late: &[(usize, usize)]| -> Vec<usize> {
+            let reads = |j: &usize| late.iter().any(|(k, _)| delaying[*k].contains(j));
+            (0..free.len()).filter(reads).collect()
+        };
+        let equations = (0..signature.unknowns.len()).map(|i| {
+            let late = late(&signature.input_jacobian, i);
+            Self {
+                of: RowOf::Equation(i),
+                name: signature.equations.at(i).into_owned(),
+                reads: reads(&signature.jacobian, i),
+                parameters: parameters(&signature.parameter_jacobian, i),
+                in_delays: in_delays(&late),
+                late,
+                multiplier: None,
+            }
         });
-        let [by_y, _, by_p] = &signature.output_jacobians;
-        let outputs = (0..signature.outputs.len()).filter(|i| used(*i)).map(|i| Self {
-            of: RowOf::Output(i),
-            name: signature.outputs[i].name.to_string(),
-            reads: reads(by_y, i),
-            parameters: parameters(by_p, i),
-            multiplier: None,
+        let [by_y, by_u, by_p] = &signature.output_jacobians;
+        let outputs = (0..signature.outputs.len()).filter(|i| used(*i)).map(|i| {
+            let late = late(by_u, i);
+            Self {
+                of: RowOf::Output(i),
+                name: signature.outputs[i].name.to_string(),
+                reads: reads(by_y, i),
+                parameters: parameters(by_p, i),
+                in_delays: in_delays(&late),
+                late,
+                multiplier: None,
+            }
         });
-        equations.chain(outputs).filter(|kind| !kind.parameters.is_empty()).collect()
+        let has_some = |kind: &Self| !(kind.parameters.is_empty() && kind.in_delays.is_empty());
+        equations.chain(outputs).filter(has_some).collect()
     }
+}
+
+/// Delayed unknowns that a row reads, each with the position of the derivative to its value.
+pub(crate) fn late_reads<S: System>(
+    system: &S,
+    pattern: &Pattern,
+    row: usize,
+) -> Vec<(usize, usize)> {
+    let layout = system.signature().past();
+    let values = layout.first + layout.n_v..layout.first + 2 * layout.n_v;
+    let places = pattern.positions().enumerate();
+    let own = places.filter(|(_, (r, column))| *r == row && values.contains(column));
+    own.map(|(place, (_, column))| (column - values.start, place)).collect()
+}
+
+/// For each delayed unknown, the free parameters that its delay may depend on.
+pub(crate) fn delaying<S: System>(system: &S, free: &[usize]) -> Vec<Vec<usize>> {
+    let signature = system.signature();
+    let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
+    let (n_tau, n_s) = (signature.delays.len(), signature.directions.len());
+    let mut dtau = vec![0.0; n_tau * n_s];
+    let delayed = signature.delayed_unknowns.iter();
+    if n_tau > 0 && delayed.len() > 0 {
+        let at = Point { t: 0.0, y: &[], u: &[], p: &p, z: &[] };
+        system.delay_sensitivities(at, &mut dtau);
+    }
+    let moves = |delay: usize, j: &usize| {
+        signature.directions.iter().enumerate().any(|(direction, of)| {
+            *of == Direction::Parameter(free[*j]) && dtau[direction * n_tau + delay] != 0.0
+        })
+    };
+    delayed
+        .map(|late| {
+            (0..free.len()).filter(|j| !late.varies && moves(late.delay, j)).collect::<Vec<_>>()
+        })
+        .collect()
 }
 
 /// One row.
@@ -79,6 +156,9 @@ impl RowKind {
 pub(crate) struct Row<'a> {
     /// Position of its kind.
     pub kind: usize,
+    /// Position of its recording, and of its sample there.
+    pub recording: usize,
+    pub sample: usize,
     pub predicted: f64,
     pub target: f64,
     /// Multiplied, where its kind has a multiplier.
@@ -98,7 +178,13 @@ pub(crate) struct Rows<'a, S> {
     f: Vec<f64>,
     w: Vec<f64>,
     mass: Vec<f64>,
+    /// Whether each equation is differential in some modes and algebraic in others.
+    by_mode: Vec<bool>,
     dfdp: Vec<f64>,
+    dfdu: Vec<f64>,
+    dtau: Vec<f64>,
+    late: Option<Late>,
+    u: Vec<f64>,
     output_jacobians: [Vec<f64>; 3],
     dwdt: Vec<f64>,
     /// Predicted values of all kinds and their derivatives, kind by kind.
@@ -125,7 +211,12 @@ impl<'a, S: System> Rows<'a, S> {
             f: vec![0.0; n],
             w: vec![0.0; n_w],
             mass: vec![0.0; n],
+            by_mode: changes_by_mode(system),
             dfdp: vec![0.0; signature.parameter_jacobian.len()],
+            dfdu: vec![0.0; signature.input_jacobian.len()],
+            dtau: vec![0.0; signature.delays.len() * signature.directions.len()],
+            late: Late::new(system),
+            u: vec![0.0; signature.n_u()],
             output_jacobians: [0, 1, 2].map(|of| vec![0.0; signature.output_jacobians[of].len()]),
             dwdt: vec![0.0; n_w],
             predicted: vec![0.0; kinds.len()],
@@ -133,6 +224,10 @@ impl<'a, S: System> Rows<'a, S> {
             slopes: vec![0.0; free.len()],
             kinds,
         }
+    }
+
+    pub(crate) fn system(&self) -> &'a S {
+        self.system
     }
 
     /// Predicted values of all kinds at a point, and their derivatives to the free parameters, kind by
@@ -159,7 +254,50 @@ impl<'a, S: System> Rows<'a, S> {
                 self.by_p[k * self.free.len() + j] = derivatives[*place];
             }
         }
+        if self.kinds.iter().any(|kind| !kind.in_delays.is_empty()) {
+            self.add_delays(at);
+        }
         (&self.predicted, &self.by_p)
+    }
+
+    /// −∂f/∂x(t − τ) ẋ(t − τ) ∂τ/∂p.
+    fn add_delays(&mut self, at: Point<'_>) {
+        let signature = self.system.signature();
+        self.system.input_jacobian(at, &mut self.dfdu);
+        self.system.delay_sensitivities(at, &mut self.dtau);
+        let (layout, n_tau) = (signature.past(), signature.delays.len());
+        for (k, kind) in self.kinds.iter().enumerate() {
+            let derivatives = match kind.of {
+                RowOf::Equation(_) => &self.dfdu,
+                RowOf::Output(_) => &self.output_jacobians[1],
+            };
+            for (delayed, place) in &kind.late {
+                let rate = at.u[layout.first + 2 * layout.n_v + delayed];
+                let delay = signature.delayed_unknowns[*delayed].delay;
+                for j in &kind.in_delays {
+                    let wanted = Direction::Parameter(self.free[*j]);
+                    let of = signature.directions.iter().position(|of| *of == wanted);
+                    let slope = of.map_or(0.0, |of| self.dtau[of * n_tau + delay]);
+                    self.by_p[k * self.free.len() + j] -= derivatives[*place] * rate * slope;
+                }
+            }
+        }
+    }
+
+    /// Calls `f` with a point of a recording, and with what is read late there.
+    pub(crate) fn with_late<T>(
+        &mut self,
+        recording: usize,
+        at: Point<'_>,
+        f: impl FnOnce(&mut Self, Point<'_>) -> T,
+    ) -> T {
+        let Some(mut late) = self.late.take() else { return f(self, at) };
+        let mut u = std::mem::take(&mut self.u);
+        u.copy_from_slice(at.u);
+        late.write(self.system, &self.known[recording], BeforeRecord::AsAtFirst, at, &mut u);
+        let result = f(self, Point { u: &u, ..at });
+        (self.late, self.u) = (Some(late), u);
+        result
     }
 
     /// Whether the row is that of a differential equation at the point.
@@ -173,6 +311,14 @@ impl<'a, S: System> Rows<'a, S> {
         }
     }
 
+    /// Whether the multiplier of a row counts at the point: an algebraic equation has not been divided.
+    pub(crate) fn is_multiplied(&mut self, kind: usize, at: Point<'_>) -> bool {
+        match self.kinds[kind].of {
+            RowOf::Equation(i) => !self.by_mode[i] || self.is_differential(kind, at),
+            RowOf::Output(_) => true,
+        }
+    }
+
     /// The target of a row; NaN where readings do not give the row.
     pub(crate) fn target(
         &mut self,
@@ -182,11 +328,34 @@ impl<'a, S: System> Rows<'a, S> {
         p: &[f64],
     ) -> f64 {
         let known = &self.known[recording];
-        let at = known.point(sample, p);
-        if sample < known.first || self.kinds[kind].reads.iter().any(|i| at.y[*i].is_nan()) {
+        if sample < known.first {
             return f64::NAN;
         }
-        let of = self.kinds[kind].of;
+        self.with_late(recording, known.point(sample, p), |rows, at| {
+            rows.target_at(kind, (recording, sample), at)
+        })
+    }
+
+    fn target_at(
+        &mut self,
+        kind: usize,
+        (recording, sample): (usize, usize),
+        at: Point<'_>,
+    ) -> f64 {
+        let known = &self.known[recording];
+        let RowKind { of, reads, late, .. } = &self.kinds[kind];
+        let layout = self.system.signature().past();
+        let is_unknown = |(k, _): &(usize, usize)| at.u[layout.first + layout.n_v + k].is_nan();
+        if reads.iter().any(|i| at.y[*i].is_nan()) || late.iter().any(is_unknown) {
+            return f64::NAN;
+        }
+        if !late.is_empty() && !known.has_past(sample) {
+            return f64::NAN;
+        }
+        let of = *of;
+        if self.is_idle(kind, at) {
+            return f64::NAN;
+        }
         match of {
             RowOf::Output(i) => {
                 let measured = self.recordings[recording].measured[i].as_ref();
@@ -195,6 +364,28 @@ impl<'a, S: System> Rows<'a, S> {
             RowOf::Equation(i) if self.is_differential(kind, at) => known.ydot(sample)[i],
             RowOf::Equation(_) => 0.0,
         }
+    }
+
+    /// How many samples have no rows for want of a past or of a mode.
+    pub(crate) fn left_out(&self) -> LeftOut {
+        let mut left_out = LeftOut::default();
+        for known in self.known {
+            let n = known.times.len();
+            left_out.without_mode += n - known.lost_from.max(known.first).min(n);
+            left_out.before_record += (known.first..n).filter(|k| !known.has_past(*k)).count();
+        }
+        left_out
+    }
+
+    /// Whether an equation is one of other modes than those at the point as far as its parameters go.
+    fn is_idle(&mut self, kind: usize, at: Point<'_>) -> bool {
+        let RowOf::Equation(i) = self.kinds[kind].of else { return false };
+        if !self.by_mode[i] || self.is_differential(kind, at) {
+            return false;
+        }
+        let n = self.free.len();
+        let (_, by_p) = self.predict(at);
+        by_p[kind * n..(kind + 1) * n].iter().all(|slope| *slope == 0.0)
     }
 
     /// Visits all rows that readings give.
@@ -228,12 +419,17 @@ impl<'a, S: System> Rows<'a, S> {
                 if targets.iter().all(|target| target.is_nan()) {
                     continue;
                 }
-                self.predict(known.point(sample, p));
+                let at = known.point(sample, p);
+                self.with_late(recording, at, |rows, at| {
+                    rows.predict(at);
+                });
                 for (kind, &target) in targets.iter().enumerate().filter(|(_, t)| !t.is_nan()) {
                     let predicted = self.predicted[kind];
                     self.slopes.copy_from_slice(&self.by_p[kind * n..(kind + 1) * n]);
                     let mut residual = predicted - target;
-                    if let Some(k) = self.kinds[kind].multiplier {
+                    let multiplier = self.kinds[kind].multiplier;
+                    let multiplier = multiplier.filter(|_| self.is_multiplied(kind, at));
+                    if let Some(k) = multiplier {
                         // ∂(p_k e)/∂p_j = p_k ∂e/∂p_j + δ_jk e
                         let factor = p[self.free[k]];
                         self.slopes.iter_mut().for_each(|slope| *slope *= factor);
@@ -250,7 +446,7 @@ impl<'a, S: System> Rows<'a, S> {
                         });
                     }
                     let slopes = &self.slopes;
-                    visitor(Row { kind, predicted, target, residual, slopes });
+                    visitor(Row { kind, recording, sample, predicted, target, residual, slopes });
                 }
             }
         }

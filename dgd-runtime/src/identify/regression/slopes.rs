@@ -9,7 +9,8 @@
 //! σ √3 / (h √(m (m + 1) (2m + 1))), and is wrong by half_width²/10 times the third derivative.
 //!
 //! Stamps need not be regular, and samples may be missing. A window ends where two samples have one
-//! time: inputs jump there, and so do slopes.
+//! time, as inputs jump there, and before a sample that an event lies in front of: there slopes jump, or even
+//! values.
 //!
 //! Savitzky, Golay, Analytical Chemistry 36 (1964) 1627; for irregular stamps local regression,
 //! Cleveland, J. Am. Stat. Assoc. 74 (1979) 829, without weights.
@@ -20,9 +21,9 @@ use std::ops::Range;
 const LEAST_SAMPLES: usize = 4;
 
 /// Slopes at all times; NaN where `y` is, and where a window has too few samples.
-pub(crate) fn slopes(times: &[f64], y: &[f64], half_width: f64) -> Vec<f64> {
+pub(crate) fn slopes(times: &[f64], cuts: &[bool], y: &[f64], half_width: f64) -> Vec<f64> {
     let mut all = vec![f64::NAN; times.len()];
-    for stretch in stretches(times) {
+    for stretch in stretches(times, cuts) {
         let mut window = stretch.start..stretch.start;
         for k in stretch.clone() {
             let t = times[k];
@@ -40,12 +41,12 @@ pub(crate) fn slopes(times: &[f64], y: &[f64], half_width: f64) -> Vec<f64> {
     all
 }
 
-/// Parts in which all times are different.
-fn stretches(times: &[f64]) -> Vec<Range<usize>> {
+/// Parts in which all times are different and nothing happens.
+fn stretches(times: &[f64], cuts: &[bool]) -> Vec<Range<usize>> {
     let mut all = Vec::new();
     let mut first = 0;
     for k in 1..=times.len() {
-        if k == times.len() || times[k] == times[k - 1] {
+        if k == times.len() || times[k] == times[k - 1] || cuts[k] {
             all.push(first..k);
             first = k;
         }
@@ -99,7 +100,7 @@ mod tests {
         let parabola = |t: f64| 2.0 - 0.5 * t + 0.01 * t * t;
         let mut y: Vec<f64> = times.iter().map(|t| parabola(*t)).collect();
         y[20] = f64::NAN;
-        let found = slopes(&times, &y, 4.0);
+        let found = slopes(&times, &vec![false; times.len()], &y, 4.0);
         assert!(found[20].is_nan());
         for (k, (t, slope)) in times.iter().zip(&found).enumerate().filter(|(k, _)| *k != 20) {
             assert!((slope - (-0.5 + 0.02 * t)).abs() < 1e-12, "{k}: {slope}");
@@ -114,7 +115,7 @@ mod tests {
             .map(|k| {
                 let mut y = vec![0.0; 21];
                 y[k] = 1.0;
-                slopes(&times, &y, 2.5)[10].powi(2)
+                slopes(&times, &[false; 21], &y, 2.5)[10].powi(2)
             })
             .sum();
         let expected = 3.0 / (0.25 * 5.0 * 6.0 * 11.0);
@@ -125,7 +126,7 @@ mod tests {
     fn a_kink_at_two_samples_of_one_time_is_not_smoothed() {
         let times = [0.0, 1.0, 2.0, 3.0, 4.0, 4.0, 5.0, 6.0, 7.0, 8.0];
         let y = [0.0, 1.0, 2.0, 3.0, 4.0, 4.0, 3.0, 2.0, 1.0, 0.0];
-        let found = slopes(&times, &y, 3.0);
+        let found = slopes(&times, &[false; 10], &y, 3.0);
         for (k, slope) in found.iter().enumerate() {
             let expected = if k < 5 { 1.0 } else { -1.0 };
             assert!((slope - expected).abs() < 1e-12, "{k}: {slope}");

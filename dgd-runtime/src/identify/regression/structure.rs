@@ -168,7 +168,7 @@ fn conflicts_of<S: System>(
 ) -> Vec<(usize, usize)> {
     let n = rows.free.len();
     let with = |p: &[f64]| multiplier.map(|m| (m, p[rows.free[m]]));
-    let read = || rows.kinds[kind].parameters.iter().map(|(j, _)| *j);
+    let read = || (0..n).filter(|j| rows.kinds[kind].has_parameter(*j));
     let mut found = Vec::new();
     for Neighbourhood { p, at, moved } in points {
         for k in read() {
