@@ -102,14 +102,13 @@ pub(crate) fn traces(
 /// All structures that were tried, the best first, then those that could not be.
 pub(crate) fn ranking_of(search: &Search<'_>) -> Vec<Ranked> {
     let base = search.bic(&[]).unwrap_or_default();
-    let mean = |square: Option<f64>| square.filter(|square| square.is_finite());
     let names = |chosen: &[usize]| {
         chosen.iter().map(|&c| search.candidates[c].application.name()).collect()
     };
     let fitted = search.ranked().into_iter().map(|chosen| Ranked {
         effects: names(&chosen),
         train: search.training_square(&chosen).unwrap_or(f64::NAN),
-        valid: mean(search.held_out_square(&chosen)),
+        valid: search.held_out_square(&chosen),
         bic: search.bic(&chosen).unwrap_or(f64::NAN) - base,
         note: search.note(&chosen),
     });
@@ -200,7 +199,7 @@ pub(crate) fn reason(
 ) -> String {
     let training = |chosen: &[usize]| search.training_square(chosen).unwrap_or(f64::NAN);
     // Neither without held-out recordings nor where they cannot be simulated.
-    let held_out = |chosen: &[usize]| search.held_out_square(chosen).filter(|e| e.is_finite());
+    let held_out = |chosen: &[usize]| search.held_out_square(chosen);
     let names = |chosen: &[usize]| {
         let names: Vec<String> = chosen.iter().map(|&c| candidates[c].application.name()).collect();
         names.join(" and ")

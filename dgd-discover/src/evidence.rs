@@ -70,6 +70,7 @@ fn inclusion(search: &Search<'_>, effect: usize, random: &mut Pcg64) -> f64 {
             Some((chosen.contains(&effect), penalty, sums))
         })
         .collect();
+    let unit = search.unit();
     let mut included = 0;
     let mut counts = [0.0; BLOCKS];
     for _ in 0..RESAMPLES {
@@ -78,7 +79,7 @@ fn inclusion(search: &Search<'_>, effect: usize, random: &mut Pcg64) -> f64 {
             counts[(random.next_u64() % BLOCKS as u64) as usize] += 1.0;
         }
         let criterion = |(_, penalty, sums): &(bool, f64, Vec<f64>)| {
-            penalty + sums.iter().zip(&counts).map(|(sum, count)| sum * count).sum::<f64>()
+            penalty + sums.iter().zip(&counts).map(|(sum, count)| sum * count).sum::<f64>() / unit
         };
         let best = structures.iter().min_by(|a, b| criterion(a).total_cmp(&criterion(b)));
         included += usize::from(best.is_some_and(|(has, ..)| *has));

@@ -13,6 +13,8 @@
 //!
 //! Rao, Proc. Cambridge Phil. Soc. 44 (1948) 50; Silvey, Ann. Math. Stat. 30 (1959) 389.
 
+use std::sync::{Mutex, PoisonError};
+
 use dgd_compiler::effects::Brought;
 use dgd_execute::Loaded;
 use dgd_runtime::identify::Recording;
@@ -154,6 +156,10 @@ impl Parts<'_> {
                 continue;
             };
             let inner = inner_constants(&system, &self.all[other], &brought[0], self);
+            // One whose bounds keep it from beginning while something is recorded has nothing to say.
+            if inner.iter().any(|inner| inner.is_onset && inner.lower >= inner.upper) {
+                continue;
+            }
             if inner.is_empty() {
                 plain.push(other);
             } else if inner.iter().all(|inner| inner.is_onset) {
@@ -189,7 +195,7 @@ impl Parts<'_> {
             .zip(&brought)
             .map(|(&other, brought)| inner_constants(&system, &all[other], brought, self))
             .collect();
-        let together = Together { others, system: &system, brought: &brought, inner: &inner };
+        let together = Together { system: &system, brought: &brought, inner: &inner };
         let points = inner.iter().flatten().map(|inner| inner.points).max().unwrap_or(1);
         let grid: Vec<Place> = (0..points).map(|g| together.grid(g)).collect();
         let mut found: Vec<Vec<Promise>> = vec![Vec::new(); others.len()];
@@ -223,16 +229,17 @@ impl Parts<'_> {
         places: &[Place],
         found: &mut [Vec<Promise>],
     ) -> bool {
-        let Parts { base, all, data, .. } = *self;
-        let Together { others, system, brought, inner } = *together;
-        let chosen = &self.fitted.structure.candidates;
-        let known = &self.fitted.values;
+        let Together { system, brought, inner } = *together;
+        let (known, data) = (&self.fitted.values, self.data);
+        // Loaded models are for one thread each.
+        let systems: Vec<Mutex<Loaded>> =
+            places.iter().map(|_| Mutex::new(system.clone())).collect();
         let runs = in_parallel(self.threads, places.len(), |g| {
             let mut values = known.clone();
             for (inner, at) in inner.iter().zip(&places[g]) {
                 values.p.extend(inner.iter().map(|inner| inner.name.clone()).zip(at.clone()));
             }
-            let (system, _) = base.screening(all, chosen, others).ok()?;
+            let system = systems[g].lock().unwrap_or_else(PoisonError::into_inner);
             sensitivities(&system, &values, data)
         });
         let is_simulated = runs.iter().any(Option::is_some);
@@ -314,7 +321,6 @@ type Place = Vec<Vec<f64>>;
 /// Candidates that are simulated together.
 #[derive(Clone, Copy)]
 struct Together<'a> {
-    others: &'a [usize],
     system: &'a Loaded,
     brought: &'a [Brought],
     /// Inner constants of each.
@@ -578,7 +584,11 @@ fn sensitivities_by_recording(
                 let is_measured = |k: usize| measured[k].is_finite();
                 let whitener = Whitener::new(&recording.times, is_measured, noise);
                 for (j, column) in columns.iter_mut().enumerate() {
-                    let derivative = |k: usize| observations.dw(k)[j * observations.n_w + output];
+                    // What is known of no sample behind a point at which it does not exist takes no part.
+                    let derivative = |k: usize| {
+                        let value = observations.dw(k)[j * observations.n_w + output];
+                        if value.is_finite() { value } else { 0.0 }
+                    };
                     let of_sample =
                         |k: usize| if is_measured(k) { derivative(k) } else { f64::NAN };
                     let whitened = whitener.apply((0..measured.len()).map(of_sample));

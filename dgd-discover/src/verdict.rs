@@ -116,14 +116,15 @@ impl Search<'_> {
     }
 
     /// Mean squares of the errors over the noise, in training and in held-out recordings; the former
-    /// twice where there are no others.
+    /// twice where there are no held-out samples that count.
     fn squares(&self, chosen: &[usize]) -> Option<[f64; 2]> {
         let trained = self.training_square(chosen)?;
         if self.data.valid.is_empty() {
             return Some([trained, trained]);
         }
-        let held_out = self.held_out_square(chosen)?;
-        Some([trained, held_out])
+        let residuals = self.fitted(chosen)?.held_out_residuals(&self.data)?;
+        let held_out = mean(&chi_square(&residuals, &self.data.noise));
+        Some([trained, held_out.unwrap_or(trained)])
     }
 
     /// A structure of templates that leaves more than noise and yet is the answer as far as it goes:
@@ -132,17 +133,15 @@ impl Search<'_> {
     pub(crate) fn partly(&mut self) -> Option<Outcome> {
         self.finish_templates();
         let best = &*self.ranked().into_iter().next()?;
-        let share = |of: &dyn Fn(&Self, &[usize]) -> Option<f64>, chosen: &[usize]| {
-            Some(of(self, chosen)? / of(self, &[])?)
-        };
-        let trained = share(&|s, chosen| s.training_square(chosen), best)?;
-        let held_out = share(&|s, chosen| s.held_out_square(chosen), best)?;
+        let [all_trained, all_held_out] = self.squares(&[])?;
+        let [trained, held_out] = self.squares(best)?;
+        let [trained, held_out] = [trained / all_trained, held_out / all_held_out];
         let rivals = self.ranked().into_iter().filter(|other| {
             let shares_one = best.iter().any(|effect| other.contains(effect));
             other.len() <= best.len() && !shares_one && !other.is_empty()
         });
-        let of_rivals = rivals.filter_map(|other| share(&|s, c| s.training_square(c), &other));
-        let rival = of_rivals.fold(f64::INFINITY, f64::min);
+        let of_rivals = rivals.filter_map(|other| self.training_square(&other));
+        let rival = of_rivals.fold(f64::INFINITY, f64::min) / all_trained;
         let is_clear = !best.is_empty()
             && !self.is_specific(best)
             && self.is_believable(best)
@@ -210,11 +209,15 @@ impl Search<'_> {
     /// structure leaves: where that is more than noise, differences count less.
     pub(crate) fn bic(&self, chosen: &[usize]) -> Option<f64> {
         let (sum, n) = self.training_error(chosen)?;
-        let least = self.tried.keys().filter_map(|s| self.training_error(s));
-        let least = least.map(|(sum, _)| sum).fold(f64::INFINITY, f64::min);
-        let unit = (least / n as f64).max(1.0);
         let fitted = self.fitted(chosen)?;
-        Some(sum / unit + fitted.free() as f64 * (n as f64).ln())
+        Some(sum / self.unit() + fitted.free() as f64 * (n as f64).ln())
+    }
+
+    /// The mean of what the best structure leaves, ε², but at least that of noise.
+    pub(crate) fn unit(&self) -> f64 {
+        let errors = self.tried.keys().filter_map(|chosen| self.training_error(chosen));
+        let means = errors.map(|(sum, n)| sum / n as f64);
+        means.fold(f64::INFINITY, f64::min).max(1.0)
     }
 
     /// Σ ε² of the training recordings, and how many samples; ε is white if the errors are noise.
@@ -230,13 +233,13 @@ impl Search<'_> {
 
     /// Mean square of the errors in the training recordings over that of the noise.
     pub(crate) fn training_square(&self, chosen: &[usize]) -> Option<f64> {
-        Some(mean(&chi_square(&self.fitted(chosen)?.residuals(&self.data), &self.data.noise)))
+        mean(&chi_square(&self.fitted(chosen)?.residuals(&self.data), &self.data.noise))
     }
 
-    /// The same of the held-out recordings.
+    /// The same of the held-out recordings; `None` where none of their samples counts.
     pub(crate) fn held_out_square(&self, chosen: &[usize]) -> Option<f64> {
         let residuals = self.fitted(chosen)?.held_out_residuals(&self.data)?;
-        Some(mean(&chi_square(&residuals, &self.data.noise)))
+        mean(&chi_square(&residuals, &self.data.noise))
     }
 
     /// Whether a structure leaves nothing but noise of the training recordings.
@@ -326,7 +329,8 @@ impl Search<'_> {
     }
 }
 
-fn mean(by_output: &[(f64, usize)]) -> f64 {
+/// `None` of nothing.
+fn mean(by_output: &[(f64, usize)]) -> Option<f64> {
     let (sum, n) = by_output.iter().fold((0.0, 0), |(sum, n), (s, m)| (sum + s, n + m));
-    sum / n as f64
+    (n > 0).then(|| sum / n as f64)
 }

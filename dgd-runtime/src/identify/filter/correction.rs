@@ -139,10 +139,10 @@ impl<S: System> Filter<'_, S> {
 
     /// P ← P/λ for the parameters, unless it would wind up: then it stays what it was before the row.
     fn forget(&mut self, factor: f64, before: &DMatrix<f64>) {
-        if factor >= 1.0 {
+        let n_states = self.coordinates.n_states();
+        if factor >= 1.0 || n_states == self.coordinates.len() {
             return;
         }
-        let n_states = self.coordinates.n_states();
         for mut row in self.root.row_iter_mut().skip(n_states) {
             row /= factor.sqrt();
         }

@@ -150,13 +150,14 @@ impl Evaluated {
 fn moved_by<S: System>(system: &S, i: usize, value: f64, part: f64) -> f64 {
     let parameter = &system.signature().parameters[i];
     let step = part * parameter_size(system, i);
-    let within = |value: f64| parameter.lower <= value && value <= parameter.upper;
-    let step_back = value - step;
-    if within(value + step) || !within(step_back) {
-        (value + step).clamp(parameter.lower, parameter.upper)
+    let within = |value: &f64| parameter.lower <= *value && *value <= parameter.upper;
+    // Where the bounds leave no room for the step, to the one further away.
+    let further = if parameter.upper - value >= value - parameter.lower {
+        parameter.upper
     } else {
-        step_back
-    }
+        parameter.lower
+    };
+    [value + step, value - step].into_iter().find(within).unwrap_or(further)
 }
 
 /// Pairs (j, k) of parameters for which the derivatives of a kind to the j-th change with the k-th.
