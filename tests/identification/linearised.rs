@@ -358,7 +358,7 @@ fn refused(text: &str, at: &dyn Fn(&Recording) -> LinearAt) -> NotLinearised {
         Err(EstimateError::Start(TrialFailed {
             recording: 0,
             reason: TrialFailure::NotLinearised(reason),
-        })) => reason,
+        })) => *reason,
         other => panic!("{other:?}"),
     }
 }

@@ -433,7 +433,7 @@ impl Task {
                 let (what, instead) = match &failed.reason {
                     TrialFailure::NotLinearised(reason) => {
                         let rest = matches!(
-                            reason,
+                            **reason,
                             NotLinearised::NoSteadyState(_) | NotLinearised::Unstable { .. }
                         );
                         let run = if rest { "`--at T` takes a point of its run, and " } else { "" };

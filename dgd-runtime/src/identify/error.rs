@@ -21,7 +21,7 @@ pub enum TrialFailure {
     /// The simulation stopped.
     Simulation(IntegrateError),
     /// The linear model that was asked for cannot be had.
-    NotLinearised(NotLinearised),
+    NotLinearised(Box<NotLinearised>),
     /// A simulated output is not a finite number where it was measured.
     OutputNotFinite {
         /// The output.

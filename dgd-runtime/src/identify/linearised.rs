@@ -372,8 +372,10 @@ pub fn operating_points<S: System>(
         };
         let start = guess(recording, at, start);
         let run = Problem { system: problem.system, p, inputs: &recording.inputs, start };
-        let failed =
-            |error| TrialFailed { recording: r, reason: TrialFailure::NotLinearised(error) };
+        let failed = |error| TrialFailed {
+            recording: r,
+            reason: TrialFailure::NotLinearised(Box::new(error)),
+        };
         at.point(&run, from, &problem.options).map(Some).map_err(failed)
     });
     all.collect()

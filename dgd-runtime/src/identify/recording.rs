@@ -117,7 +117,7 @@ pub(crate) fn outputs_of<S: System>(
     let problem = Problem { system, p, inputs: &recording.inputs, start };
     if let Some(at) = &recording.linear {
         return linearised::outputs_of(&problem, (recording, at), options, derivatives)
-            .map_err(TrialFailure::NotLinearised);
+            .map_err(|error| TrialFailure::NotLinearised(Box::new(error)));
     }
     let solution = match derivatives {
         Derivatives::No => simulate(&problem, &recording.times, options),

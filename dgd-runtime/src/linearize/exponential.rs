@@ -198,16 +198,11 @@ mod tests {
         let mut responses = Responses::new(&a, vec![&direction], &sizes);
         let found = &responses.of(3.0, 0.0).slopes[0];
         let by = 1e-3;
-        let difference = |of_one: &dyn Fn(&Response) -> DMatrix<f64>, by: f64| {
-            (of_one(&of(by)) - of_one(&of(-by))) / (2.0 * by)
-        };
-        let parts: [(&dyn Fn(&Response) -> DMatrix<f64>, &DMatrix<f64>); 3] = [
-            (&|r| r.phi.clone(), &found.phi),
-            (&|r| r.gamma_0.clone(), &found.gamma_0),
-            (&|r| r.gamma_1.clone(), &found.gamma_1),
-        ];
-        for (of_one, found) in parts {
-            let expected = (difference(of_one, by / 2.0) * 4.0 - difference(of_one, by)) / 3.0;
+        let parts = |r: &Response| [r.phi.clone(), r.gamma_0.clone(), r.gamma_1.clone()];
+        let difference =
+            |part: usize, by: f64| (&parts(&of(by))[part] - &parts(&of(-by))[part]) / (2.0 * by);
+        for (part, found) in parts(found).iter().enumerate() {
+            let expected = (difference(part, by / 2.0) * 4.0 - difference(part, by)) / 3.0;
             for i in 0..3 {
                 for j in 0..3 {
                     let scale = sizes[i] / sizes[j];
