@@ -101,7 +101,7 @@ pub(crate) fn pair_findings(
             let (low, high) = extremes(&cleaned.values[first]).unwrap_or_default();
             let p = gain.p_value_beyond(harmless / (high - low));
             if p < RARE {
-                find(Fault::Gain(gain), p);
+                find(Fault::Gain(over_first(gain)), p);
             }
         }
         if let Some(rate) = pair.rate {
@@ -131,6 +131,20 @@ pub(crate) fn pair_findings(
         }
     }
     findings
+}
+
+/// The second channel's slope over the first, less one, from that of b − a over (a + b)/2, g:
+///
+/// ```text
+///   b/a = (2 + g)/(2 − g),   d(b/a)/dg = 4/(2 − g)²
+/// ```
+fn over_first(gain: Estimate) -> Estimate {
+    let g = gain.value;
+    Estimate {
+        value: 2.0 * g / (2.0 - g),
+        std_error: 4.0 / (2.0 - g).powi(2) * gain.std_error,
+        ..gain
+    }
 }
 
 /// Which of three and more channels is the odd one.

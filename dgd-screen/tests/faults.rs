@@ -149,6 +149,30 @@ fn gains_drifts_and_noise_of_a_pair_are_told_apart() {
 }
 
 #[test]
+fn a_gain_is_that_of_the_second_over_the_first() {
+    // The regressor is the mean of both, whose slope is not the first one's: 0.182 would be said of 1.2.
+    for ratio in [0.8, 1.02, 1.2] {
+        let mut covered = 0;
+        for seed in 0..50 {
+            let mut normal = Normal::new(13_000 + seed);
+            let a = sensor(&mut normal, 0.01, |_| 0.0);
+            let b = sensor(&mut normal, 0.01, |k| (ratio - 1.0) * (motion(k) - 20.5));
+            let screening = screened(&[("p_A", &a), ("p_B", &b)]);
+            let gain = screening.findings.iter().find_map(|finding| match finding.fault {
+                Fault::Gain(gain) => Some(gain),
+                _ => None,
+            });
+            let gain = gain.unwrap_or_else(|| panic!("{ratio}, seed {seed}: no gain"));
+            assert!(gain.std_error < 2e-3, "{gain:?}");
+            covered += usize::from(covers(&gain, ratio - 1.0));
+        }
+        println!("gain of {ratio}: 95 % intervals cover {covered} of 50");
+        // Binomial: 47.5 ± 1.5.
+        assert!(covered >= 43, "{ratio}: {covered}");
+    }
+}
+
+#[test]
 fn tanks_of_one_kind_are_not_taken_for_one_sensor() {
     let mut normal = Normal::new(4);
     let a = sensor(&mut normal, 0.01, |_| 0.0);
