@@ -8,8 +8,8 @@ mod support;
 
 use dgd_screen::noise::white_noise;
 use dgd_screen::{
-    Channel, Estimate, Fault, Record, Request, Screening, Weight, frozen, saturated, screen, shift,
-    spikes,
+    Channel, Estimate, Fault, Finding, Record, Request, Screening, Weight, frozen, saturated,
+    screen, shift, spikes,
 };
 use support::{Normal, seconds};
 
@@ -288,6 +288,36 @@ fn pulses_of_several_channels_are_events() {
     let spikes = screening.findings.iter().filter(|f| matches!(f.fault, Fault::Spikes { .. }));
     let at: Vec<f64> = spikes.flat_map(|f| &f.stretches).map(|stretch| stretch.from).collect();
     assert_eq!(at, [2500.0]);
+}
+
+#[test]
+fn a_spike_is_one_where_no_other_channel_has_values_around_it() {
+    let mut normal = Normal::new(14);
+    let mut a = sensor(&mut normal, 0.01, |_| 0.0);
+    // Every tenth row has a value, and its neighbours none.
+    let sparse: Vec<f64> = sensor(&mut normal, 0.01, |_| 3.0)
+        .into_iter()
+        .enumerate()
+        .map(|(k, x)| if k % 10 == 0 { x } else { f64::NAN })
+        .collect();
+    a[1200] += 0.15;
+    let screening = screened(&[("p_A", &a), ("elsewhere", &sparse)]);
+    let found: Vec<&Finding> = screening
+        .findings
+        .iter()
+        .filter(|f| matches!(f.fault, Fault::Spikes { .. } | Fault::Pulses { .. }))
+        .collect();
+    assert!(matches!(&found[..], [Finding { fault: Fault::Spikes { .. }, .. }]), "{found:?}");
+}
+
+#[test]
+fn a_spike_of_a_set_value_is_found_however_large_its_steps_are() {
+    let mut set: Vec<f64> =
+        (0..N).map(|k| [0.0, 1000.0, 2000.0, 500.0, 1500.0, 0.0][k / 600]).collect();
+    assert!(faults(&screened(&[("q_set", &set)])).is_empty());
+    set[1000] += 100.0;
+    let screening = screened(&[("q_set", &set)]);
+    assert_eq!(faults(&screening), [&Fault::Spikes { count: 1, largest: 100.0 }]);
 }
 
 #[test]
