@@ -10,8 +10,8 @@
 //! h. With equal spacing e² = Δ²/6 of second differences Δ. Steps, spikes and the curvature of a few
 //! samples are cut off: σ² is the mean of e² over |e| ≤ 3σ, divided by what a normal distribution
 //! has left there, starting from the median of |e|. Where that is zero, most of the record stands
-//! still: if what changes does so by a sensor's step at a time, e of about that size count, and
-//! otherwise values are set, which have no noise.
+//! still: if it changes by the sensor's step at times, e of about that size count, and otherwise
+//! values are set, which have no noise.
 //!
 //! Source: Gasser, Sroka, Jennen-Steinmetz, Residual variance and residual pattern in nonlinear
 //! regression, Biometrika 73 (1986) 625–633, for e; the trimming is Huber's proposal of a truncated
@@ -88,12 +88,14 @@ pub fn white_noise(times: &[f64], residuals: &[f64], measured: &[f64]) -> Option
         trimmed_root_mean_square(&errors, typical)
     } else {
         // |e| is less than a change of the middle one of three samples.
-        mean_square(&errors, flicker(measured)?).sqrt()
+        let step = quantisation.or_else(|| flicker(measured))?;
+        mean_square(&errors, step).sqrt()
     };
-    let std = std.max(rounding);
+    // What jumps by several steps at a time, and never by one, is set.
     if std == 0.0 {
         return None;
     }
+    let std = std.max(rounding);
     // Var(mean Δ²/6)/σ⁴ = 2·(36 + 2·16 + 2·1)/36/N = 35/(9N) from the autocorrelation 6, −4, 1 of
     // second differences; half of its root for σ. The trimming costs 6 % more.
     let relative_error = 1.06 * 0.5 * (35.0 / (9.0 * errors.len() as f64)).sqrt();
@@ -145,8 +147,8 @@ fn trimmed_root_mean_square(errors: &[f64], guess: f64) -> f64 {
     std
 }
 
-/// The step by which a reading flickers that mostly stands still; `None` where most changes are by
-/// more than the smallest, or there are few: then it is set and held.
+/// The step by which a reading of few levels flickers that mostly stands still; `None` where most
+/// changes are by more than the smallest, or there are few: then it is set and held.
 fn flicker(measured: &[f64]) -> Option<f64> {
     let valid: Vec<f64> = measured.iter().copied().filter(|value| value.is_finite()).collect();
     let size = valid.iter().fold(0.0, |size: f64, value| size.max(value.abs()));

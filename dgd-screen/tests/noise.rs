@@ -113,6 +113,20 @@ fn a_value_that_is_set_and_held_has_no_noise() {
 }
 
 #[test]
+fn a_calculated_value_that_is_rounded_has_the_noise_of_rounding() {
+    // It rests most of the time, moves by many steps a sample in between, and its last figure turns.
+    let value = |k: usize| {
+        let ramp = (k as f64 - 2000.0).clamp(0.0, 300.0);
+        let turn = if k % 500 == 250 { 0.1 } else { 0.0 };
+        ((7.77 * ramp + turn) / 0.1).round() * 0.1
+    };
+    let times = seconds(3600);
+    let readings: Vec<f64> = (0..3600).map(value).collect();
+    let noise = white_noise(&times, &readings, &readings).expect("it is rounded");
+    assert!((noise.std / (0.1 / 12f64.sqrt()) - 1.0).abs() < 1e-6, "{noise:?}");
+}
+
+#[test]
 fn too_little_says_nothing() {
     let times = seconds(9);
     assert_eq!(white_noise(&times, &[1.0; 9], &[1.0; 9]), None);
