@@ -31,7 +31,7 @@ pub(crate) fn compared(cleaned: &Cleaned, record: &Record<'_>, request: &Request
     for i in 0..n {
         for j in i + 1..n {
             let (a, b) = (&record.channels[i], &record.channels[j]);
-            let is_same = request.same.contains(&[i, j]);
+            let is_same = request.same.contains(&[i, j]) || request.alike.contains(&[i, j]);
             let proposed = stem(a.name, b.name).filter(|_| a.unit == b.unit);
             let by_letter = proposed.as_ref().is_some_and(|(_, by_letter)| *by_letter);
             if !is_same && (proposed.is_none() || request.different.contains(&[i, j])) {
@@ -186,7 +186,7 @@ pub(crate) fn odd_findings(pairs: &[Comparison]) -> Vec<Finding> {
 }
 
 /// Channels that are joined by comparisons, in order.
-pub(crate) fn groups(pairs: &[Comparison]) -> Vec<Vec<usize>> {
+fn groups(pairs: &[Comparison]) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for pair in pairs {
         let (mut joined, rest): (Vec<Vec<usize>>, Vec<Vec<usize>>) =

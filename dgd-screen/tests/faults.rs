@@ -121,10 +121,6 @@ fn the_odd_one_of_three_is_named() {
         let screening = screened(&[("p_A", &a), ("p_B", &b), ("p_C", &c)]);
         let odd = screening.findings.iter().find(|f| matches!(f.fault, Fault::Odd(_)));
         assert_eq!(odd.map(|odd| odd.channels.clone()), Some(vec![1]), "seed {seed}");
-        // The noise of each from differences alone.
-        for (channel, noise) in &screening.noise_of_groups()[0] {
-            assert!((noise / 0.01 - 1.0).abs() < 0.15, "{channel}: {noise}");
-        }
     }
 }
 
