@@ -1,7 +1,7 @@
 //! What a fit found, for people and for programs.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use dgd_compiler::model::Variant;
 use dgd_runtime::identify::{
@@ -24,6 +24,8 @@ pub(crate) struct Outcome<'a> {
     pub variants: &'a [Variant],
     pub fit: &'a Fit,
     pub data: &'a [PathBuf],
+    /// What the recordings are called.
+    pub recording_names: Vec<String>,
     pub train: Evaluation,
     pub valid: Option<Tested>,
     /// What was fitted to.
@@ -176,7 +178,7 @@ impl Outcome<'_> {
         let estimate = &self.fit.estimates[i];
         match estimate.recording {
             Some(r) if self.data.len() > 1 => {
-                format!("{} of {}", estimate.name, file_name(&self.data[r]))
+                format!("{} of {}", estimate.name, self.recording_names[r])
             }
             _ => estimate.name.clone(),
         }
@@ -202,17 +204,16 @@ impl Outcome<'_> {
             let value = in_unit(estimate.value, unit);
             let std = estimate.std.map(|std| std / unit.factor);
             let remark = match estimate.at_bound {
-                Some(Bound::Lower) => "at its lower bound",
-                Some(Bound::Upper) => "at its upper bound",
-                None if std.is_none() => "not determined",
-                None => "",
+                Some(bound) => format!("at its {} bound", bound_name(bound)),
+                None if std.is_none() => "not determined".to_owned(),
+                None => String::new(),
             };
             table.push([
                 self.name(i),
                 digits_of(value, std),
                 std.map_or_else(String::new, |std| significant(std, 2)),
                 unit.symbol.to_string(),
-                remark.to_owned(),
+                remark,
             ]);
         }
         push_table(&mut text, &table);
@@ -283,10 +284,6 @@ impl Outcome<'_> {
 /// An estimate's name and what `result.json` has of it.
 pub(crate) fn entry(signature: &Signature, estimate: &Estimate) -> (String, Value) {
     let unit = unit_of(signature, estimate);
-    let bound = estimate.at_bound.map(|bound| match bound {
-        Bound::Lower => "lower",
-        Bound::Upper => "upper",
-    });
     let name = match estimate.of {
         Direction::Parameter(_) => estimate.name.clone(),
         Direction::Start(i) => signature.unknowns.name(i).to_string(),
@@ -295,12 +292,20 @@ pub(crate) fn entry(signature: &Signature, estimate: &Estimate) -> (String, Valu
         "value": in_unit(estimate.value, unit),
         "unit": unit.symbol,
         "std": estimate.std.map(|std| std / unit.factor),
-        "at_bound": bound,
+        "at_bound": estimate.at_bound.map(bound_name),
     });
     (name, entry)
 }
 
-fn unit_of<'a>(signature: &'a Signature, estimate: &Estimate) -> &'a Unit {
+/// A bound for programs and in sentences.
+pub(crate) fn bound_name(bound: Bound) -> &'static str {
+    match bound {
+        Bound::Lower => "lower",
+        Bound::Upper => "upper",
+    }
+}
+
+pub(crate) fn unit_of<'a>(signature: &'a Signature, estimate: &Estimate) -> &'a Unit {
     match estimate.of {
         Direction::Parameter(i) => &signature.parameters[i].unit,
         Direction::Start(i) => signature.unknowns.unit(i),
@@ -366,12 +371,8 @@ pub(crate) fn push_combinations(
     }
 }
 
-pub(crate) fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
-}
-
 pub(crate) fn in_unit(si: f64, unit: &Unit) -> f64 {
-    (si - unit.offset) / unit.factor
+    unit.from_si(si)
 }
 
 /// A value to the second digit of its standard deviation.
