@@ -1,7 +1,7 @@
 //! What a fit found, for people and for programs.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use dgd_compiler::model::Variant;
 use dgd_runtime::identify::{
@@ -369,6 +369,10 @@ pub(crate) fn push_combinations(
             }
         };
     }
+}
+
+pub(crate) fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 pub(crate) fn in_unit(si: f64, unit: &Unit) -> f64 {
