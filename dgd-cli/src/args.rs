@@ -285,13 +285,8 @@ pub(crate) struct FitArgs {
     /// A recording to test on, which takes no part in the fit; repeatable
     #[arg(long, value_name = "FILE")]
     pub valid: Vec<PathBuf>,
-    /// Parameters to estimate, and `fixed` states whose start values to estimate too [default: those
-    /// that are not `fixed`]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    pub free: Vec<String>,
-    /// Parameters, and states for their start values, to leave alone
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    pub fix: Vec<String>,
+    #[command(flatten)]
+    pub sought: Sought,
     /// Outputs to fit [default: all that were measured]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub outputs: Vec<String>,
@@ -322,12 +317,8 @@ pub(crate) struct TrackArgs {
     /// How estimates are moved and corrected
     #[arg(long, value_enum, default_value_t = Tracker::Ekf)]
     pub estimator: Tracker,
-    /// Parameters to track [default: those that are not `fixed`]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    pub free: Vec<String>,
-    /// Parameters to leave alone
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    pub fix: Vec<String>,
+    #[command(flatten)]
+    pub sought: Sought,
     /// Outputs to use [default: all that are measured]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub outputs: Vec<String>,
@@ -379,6 +370,18 @@ pub(crate) struct DiscoverArgs {
     /// A folder of effects besides `effects` beside the model; repeatable
     #[arg(long, value_name = "DIR")]
     pub effects: Vec<PathBuf>,
+    #[command(flatten)]
+    pub sought: Sought,
+    /// Go on from where a run with the same input and `-o` was ended; the result is the same
+    #[arg(long)]
+    pub resume: bool,
+    #[command(flatten)]
+    pub solve: SolveArgs,
+}
+
+/// What is estimated.
+#[derive(Debug, Args)]
+pub(crate) struct Sought {
     /// Parameters to estimate, and `fixed` states whose start values to estimate too [default: those
     /// that are not `fixed`]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
@@ -386,11 +389,6 @@ pub(crate) struct DiscoverArgs {
     /// Parameters, and states for their start values, to leave alone
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub fix: Vec<String>,
-    /// Go on from where a run with the same input and `-o` was ended; the result is the same
-    #[arg(long)]
-    pub resume: bool,
-    #[command(flatten)]
-    pub solve: SolveArgs,
 }
 
 /// Where the weights of the outputs come from.

@@ -87,11 +87,13 @@ impl<'a> Console<'a> {
             // The user knows: the result says so as well.
             CommandError::Interrupted(message) => self.remark(message),
             CommandError::Found(message)
+            | CommandError::Shown(message)
             | CommandError::Usage(message)
             | CommandError::Computation(message)
             | CommandError::Stopped(message) => {
-                // The result of a run that stopped says why, and there is one result.
-                if self.is_json() && !matches!(error, CommandError::Stopped(_)) {
+                // The result that was written says why, and there is one result.
+                let is_written = matches!(error, CommandError::Shown(_) | CommandError::Stopped(_));
+                if self.is_json() && !is_written {
                     print_or_complain(&json!({ "error": message }));
                 } else if self.is_coloured() {
                     complain(&format!("\u{1b}[1;31merror\u{1b}[0m: {message}"));

@@ -20,6 +20,8 @@ pub(crate) enum CommandError {
     Found(String),
     /// The command line asks for something that makes no sense: 2.
     Usage(String),
+    /// The result, which has been written, has what was looked for: 1.
+    Shown(String),
     /// The computation failed: 3.
     Computation(String),
     /// The computation stopped on its way, and what it reached has been written with the reason: 3.
@@ -46,10 +48,19 @@ impl CommandError {
         CommandError::Diagnosed { diagnostics, sources }
     }
 
+    /// The same, where the result says so already.
+    pub(crate) fn written(self) -> Self {
+        match self {
+            CommandError::Found(message) => CommandError::Shown(message),
+            CommandError::Computation(message) => CommandError::Stopped(message),
+            other => other,
+        }
+    }
+
     /// The exit code promised for it.
     pub(crate) fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
-            CommandError::Diagnosed { .. } | CommandError::Found(_) => 1,
+            CommandError::Diagnosed { .. } | CommandError::Found(_) | CommandError::Shown(_) => 1,
             CommandError::Usage(_) => 2,
             CommandError::Computation(_) | CommandError::Stopped(_) => 3,
             CommandError::Interrupted(_) => INTERRUPTED,
@@ -70,6 +81,7 @@ impl fmt::Display for CommandError {
                 write!(f, "{} mistakes", diagnostics.len())
             }
             CommandError::Found(message)
+            | CommandError::Shown(message)
             | CommandError::Usage(message)
             | CommandError::Computation(message)
             | CommandError::Stopped(message)

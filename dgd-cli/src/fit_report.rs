@@ -26,6 +26,8 @@ pub(crate) struct Outcome<'a> {
     pub variants: &'a [Variant],
     pub fit: &'a Fit,
     pub data: &'a [PathBuf],
+    /// What the recordings are called.
+    pub recording_names: Vec<String>,
     pub train: Evaluation,
     pub valid: Option<Tested>,
     /// What was fitted to.
@@ -189,7 +191,7 @@ impl Outcome<'_> {
         let estimate = &self.fit.estimates[i];
         match estimate.recording {
             Some(r) if self.data.len() > 1 => {
-                format!("{} of {}", estimate.name, file_name(&self.data[r]))
+                format!("{} of {}", estimate.name, self.recording_names[r])
             }
             _ => estimate.name.clone(),
         }
@@ -215,17 +217,16 @@ impl Outcome<'_> {
             let value = in_unit(estimate.value, unit);
             let std = estimate.std.map(|std| std / unit.factor);
             let remark = match estimate.at_bound {
-                Some(Bound::Lower) => "at its lower bound",
-                Some(Bound::Upper) => "at its upper bound",
-                None if std.is_none() => "not determined",
-                None => "",
+                Some(bound) => format!("at its {} bound", bound_name(bound)),
+                None if std.is_none() => "not determined".to_owned(),
+                None => String::new(),
             };
             table.push([
                 self.name(i),
                 digits_of(value, std),
                 std.map_or_else(String::new, |std| significant(std, 2)),
                 unit.symbol.to_string(),
-                remark.to_owned(),
+                remark,
             ]);
         }
         push_table(&mut text, &table);
@@ -300,10 +301,6 @@ impl Outcome<'_> {
 /// An estimate's name and what `result.json` has of it.
 pub(crate) fn entry(signature: &Signature, estimate: &Estimate) -> (String, Value) {
     let unit = unit_of(signature, estimate);
-    let bound = estimate.at_bound.map(|bound| match bound {
-        Bound::Lower => "lower",
-        Bound::Upper => "upper",
-    });
     let name = match estimate.of {
         Direction::Parameter(_) => estimate.name.clone(),
         Direction::Start(i) => signature.unknowns.name(i).to_string(),
@@ -312,12 +309,20 @@ pub(crate) fn entry(signature: &Signature, estimate: &Estimate) -> (String, Valu
         "value": in_unit(estimate.value, unit),
         "unit": unit.symbol,
         "std": estimate.std.map(|std| std / unit.factor),
-        "at_bound": bound,
+        "at_bound": estimate.at_bound.map(bound_name),
     });
     (name, entry)
 }
 
-fn unit_of<'a>(signature: &'a Signature, estimate: &Estimate) -> &'a Unit {
+/// A bound for programs and in sentences.
+pub(crate) fn bound_name(bound: Bound) -> &'static str {
+    match bound {
+        Bound::Lower => "lower",
+        Bound::Upper => "upper",
+    }
+}
+
+pub(crate) fn unit_of<'a>(signature: &'a Signature, estimate: &Estimate) -> &'a Unit {
     match estimate.of {
         Direction::Parameter(i) => &signature.parameters[i].unit,
         Direction::Start(i) => signature.unknowns.unit(i),
@@ -388,7 +393,7 @@ pub(crate) fn file_name(path: &Path) -> String {
 }
 
 pub(crate) fn in_unit(si: f64, unit: &Unit) -> f64 {
-    (si - unit.offset) / unit.factor
+    unit.from_si(si)
 }
 
 /// A value to the second digit of its standard deviation.

@@ -10,7 +10,7 @@ use dgd_runtime::{Side, System};
 use dgd_screen::{Channel, Record, motion, usual_spacing};
 use serde_json::{Map, Value, json};
 
-use crate::fit_report::{Outcome, file_name};
+use crate::fit_report::Outcome;
 use crate::table::significant;
 
 /// Windows in which a sample is at rest or not: so many samples and so many seconds, at least; as `dgd screen`.
@@ -114,9 +114,9 @@ impl Origins {
                 _ => "",
             };
             let best = found.best.map_or_else(String::new, |(r, output, k)| {
-                let file = match outcome.data {
+                let file = match outcome.recording_names.as_slice() {
                     [_] => String::new(),
-                    paths => format!(" of {}", file_name(&paths[r])),
+                    names => format!(" of {}", names[r]),
                 };
                 format!(
                     "; most by `{}` at {} s{file}, of which more would do better",
@@ -161,7 +161,7 @@ fn kinds(
         values.iter().map(|values| channel(values.as_slice())).collect();
     let window = usual_spacing(&recording.times).map_or(WINDOW.1, |h| (WINDOW.0 * h).max(WINDOW.1));
     let noise = vec![None; channels.len()];
-    let found = motion(&Record { times: &recording.times, channels }, &noise, &[], window, &[]);
+    let found = motion(&Record { times: &recording.times, channels }, &noise, window, &[]);
     let mut kinds = vec![TRANSIENT; n];
     for steady in found.steady {
         let (first, last) = steady.samples;

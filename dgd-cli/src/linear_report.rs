@@ -32,7 +32,7 @@ struct Quantity {
 
 impl Quantity {
     fn value(&self) -> f64 {
-        (self.value - self.unit.offset) / self.unit.factor
+        self.unit.from_si(self.value)
     }
 
     fn label(&self) -> String {

@@ -10,7 +10,7 @@ use dgd_compiler::source::{Source, SourceId, Sources, Span};
 use dgd_compiler::syntax;
 use dgd_compiler::syntax::ast::{Ast, Name};
 
-use crate::args::Choices;
+use crate::args::{Choices, Sought};
 use crate::effects::asked;
 use crate::failure::CommandError;
 
@@ -64,6 +64,14 @@ impl Compilation {
         let source = self.argument(flag, text);
         let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
         Name { text: text.to_owned(), span: Span { source, start: 0, end } }
+    }
+
+    /// The names of `--free` and `--fix`.
+    pub(crate) fn sought(&mut self, sought: &Sought) -> (Vec<Name>, Vec<Name>) {
+        let mut names = |flag: &str, names: &[String]| -> Vec<Name> {
+            names.iter().map(|name| self.name(flag, name.trim())).collect()
+        };
+        (names("--free", &sought.free), names("--fix", &sought.fix))
     }
 
     /// Variants and settings of the command line.

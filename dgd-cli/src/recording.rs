@@ -1,6 +1,6 @@
 //! Data files as a model sees them: its inputs and measured outputs, in SI.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use dgd_compiler::dae::Dae;
 use dgd_compiler::diagnostics::Diagnostics;
@@ -15,6 +15,8 @@ use crate::console::Console;
 use crate::data::select::{self, Gaps};
 use crate::data::{self, Rename, Table};
 use crate::failure::CommandError;
+use crate::fit_report::file_name;
+use crate::load::Compilation;
 use crate::run::measured_start;
 
 /// What a data file may be without a time column.
@@ -82,6 +84,24 @@ impl Recording {
         Some(recording)
     }
 
+    /// Reads data files; mistakes in any of them end the command.
+    pub(crate) fn read_all(
+        (paths, renames): (&[PathBuf], &[Rename]),
+        dae: &Dae,
+        clock: Clock,
+        compilation: &mut Compilation,
+        console: Console<'_>,
+    ) -> Result<Vec<Recording>, CommandError> {
+        let Compilation { sources, diagnostics } = compilation;
+        let read =
+            |path: &PathBuf| Self::read((path, renames), dae, clock, sources, diagnostics, console);
+        let all: Vec<Recording> = paths.iter().filter_map(read).collect();
+        if diagnostics.check().is_err() {
+            return Err(CommandError::diagnosed(diagnostics, sources.clone()));
+        }
+        Ok(all)
+    }
+
     /// What the model knows of a table; `None` where that has mistakes.
     pub(crate) fn select(
         table: &Table,
@@ -146,6 +166,25 @@ impl Recording {
     }
 }
 
+/// What recordings are called in results: by their files' names; where two of these are the same, by
+/// the paths as they were given, and by numbers where these are, too.
+pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
+    let files: Vec<String> = paths.iter().map(|path| file_name(path)).collect();
+    let typed: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+    let is_unique = |names: &[String]| {
+        let mut sorted: Vec<&String> = names.iter().collect();
+        sorted.sort_unstable();
+        sorted.windows(2).all(|pair| pair[0] != pair[1])
+    };
+    if is_unique(&files) {
+        files
+    } else if is_unique(&typed) {
+        typed
+    } else {
+        typed.iter().enumerate().map(|(k, path)| format!("{path} ({})", k + 1)).collect()
+    }
+}
+
 /// Columns that a model knows.
 pub(crate) struct Known<'a> {
     dae: &'a Dae,
@@ -195,4 +234,18 @@ pub(crate) struct Measured {
     pub times: Vec<f64>,
     /// For each output of the model, its samples.
     pub outputs: Vec<Option<Vec<f64>>>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn recordings_have_names_of_their_own() {
+        let named = |paths: &[&str]| names(&paths.iter().map(PathBuf::from).collect::<Vec<_>>());
+        assert_eq!(named(&["a/one.csv", "b/two.csv"]), ["one.csv", "two.csv"]);
+        assert_eq!(named(&["a/run.csv", "b/run.csv"]), ["a/run.csv", "b/run.csv"]);
+        let twice = named(&["run.csv", "a/run.csv", "run.csv"]);
+        assert_eq!(twice, ["run.csv (1)", "a/run.csv (2)", "run.csv (3)"]);
+    }
 }

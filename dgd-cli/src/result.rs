@@ -90,8 +90,7 @@ fn write_to(
             .iter()
             .map(|column| {
                 let unit = &column.unit;
-                let values: Vec<f64> =
-                    column.values.iter().map(|v| (v - unit.offset) / unit.factor).collect();
+                let values: Vec<f64> = column.values.iter().map(|v| unit.from_si(*v)).collect();
                 json!({ "name": column.name, "unit": unit.symbol, "values": values })
             })
             .collect();

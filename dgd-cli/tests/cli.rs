@@ -351,6 +351,27 @@ fn measured_starts_need_measurements() {
 }
 
 #[test]
+fn models_without_states_need_no_start_values() {
+    let model = b"model line\ninput u\nparameter a = 1.5\noutput y = a*u  noise 0.1\n";
+    let mut data = "time [s],u,y\n".to_owned();
+    for k in 0..200 {
+        let u = [1.0, 3.0, 2.0][k / 20 % 3];
+        data += &format!("{k},{u},{}\n", 2.0 * u + 0.1 * [1.0, -1.0, 0.5, -0.5][k * k % 7 % 4]);
+    }
+    let folder = folder_with(&[("line.dgd", model), ("a.csv", data.as_bytes())]);
+    let run = |command: &str, more: &[&str]| {
+        dgd_in(folder.path(), &[&[command, "line.dgd", "--data", "a.csv"], more].concat()).done()
+    };
+    let measured = run("simulate", &["--start", "measured"]).out;
+    assert_eq!(measured, run("simulate", &[]).out);
+    let fitted = run("fit", &["--start", "measured", "--format", "json"]).json();
+    let a = fitted["parameters"]["a"]["value"].as_f64().expect("a number");
+    assert!((a - 2.0).abs() < 0.02, "{a}");
+    run("screen", &[]);
+    run("discover", &[]);
+}
+
+#[test]
 fn sensitivities_are_verified_on_demand() {
     let run = tank("sensitivity", &["--verify-sensitivities"]).done();
     assert!(run.err.contains("d(h)/d(A)") && run.err.contains("d(h)/d(k)"), "{}", run.err);

@@ -110,6 +110,31 @@ fn errors_that_go_with_an_input_are_said_to() {
 }
 
 #[test]
+fn recordings_of_one_file_name_are_told_apart() {
+    let folder = folder_with(&[("m.dgd", MODEL)]);
+    for (name, seed) in [("a", 5), ("b", 6)] {
+        std::fs::create_dir(folder.path().join(name)).expect("a folder");
+        let data = recording(seed, 0.0);
+        std::fs::write(folder.path().join(name).join("run.csv"), data).expect("a file");
+    }
+    let args = ["fit", "m.dgd", "--data", "a/run.csv", "--data", "b/run.csv"];
+    let more = ["--profile", "tau,x(0)", "--bootstrap", "20", "--format", "json"];
+    let plot = ["--plot", "fit.svg", "--information"];
+    let run = dgd_in(folder.path(), &[&args[..], &more, &plot].concat()).done();
+    let found = run.json();
+    let names = |found: &Value| -> Vec<String> {
+        found.as_object().expect("names").keys().cloned().collect()
+    };
+    assert_eq!(names(&found["profiles"]), ["tau", "x(0) of a/run.csv", "x(0) of b/run.csv"]);
+    let all = ["gain", "tau", "x(0) of a/run.csv", "x(0) of b/run.csv"];
+    assert_eq!(names(&found["bootstrap"]["estimates"]), all);
+    assert_eq!(names(&found["information"]), all);
+    let drawn: Vec<String> =
+        listing(&folder).into_iter().filter(|name| name.contains("profile")).collect();
+    assert_eq!(drawn.len(), 3, "{drawn:?}");
+}
+
+#[test]
 fn intervals_are_reported_and_drawn() {
     let data = recording(4, 0.0).into_bytes();
     let folder = folder_with(&[("m.dgd", MODEL), ("a.csv", &data)]);

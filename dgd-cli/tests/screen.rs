@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::fs;
 
 use serde_json::Value;
-use support::{dgd, dgd_in, folder_with, listing, path, root};
+use support::{column, dgd, dgd_in, folder_with, listing, path, root};
 
 const MODEL: &str = "models/mud_circulation.dgd";
 
@@ -209,6 +209,92 @@ fn columns_without_any_value_are_told_by_commands_that_run_a_model() {
     assert!(fit.json()["outputs"]["p_in"]["rms_train"].is_null(), "{}", fit.out);
     dgd(&["fit", MODEL, "--data", &without("q_tf")])
         .refused(1, &["the input `q_tf` has no value in any row"]);
+}
+
+/// Rows of a pressure in bar that moves, as two sensors read it; the second reading is changed.
+fn pressures(change: impl Fn(f64) -> f64) -> String {
+    let mut text = String::new();
+    let mut state = 1_u64;
+    let mut noise = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+    };
+    for k in 0..1200 {
+        let p = 20.0 + if k < 600 { 0.0 } else { 2.0 };
+        let (a, b) = (p + 0.02 * noise(), change(p + 0.02 * noise()));
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "{k},{a:.4},{b:.6}");
+    }
+    text
+}
+
+#[test]
+fn columns_are_compared_in_one_unit() {
+    let bars = format!("time [s],p_A [bara],p_B [barg]\n{}", pressures(|p| p - 1.01325));
+    let pascals = format!("time [s],p_A [bara],p_B [Pa]\n{}", pressures(|p| 1e5 * p));
+    let flow = format!("time [s],p_A [bara],p_B [lpm]\n{}", pressures(|p| p));
+    let bare = format!("time [s],p_A [bara],p_B\n{}", pressures(|p| p));
+    let folder = folder_with(&[
+        ("bars.csv", bars.as_bytes()),
+        ("pascals.csv", pascals.as_bytes()),
+        ("flow.csv", flow.as_bytes()),
+        ("bare.csv", bare.as_bytes()),
+    ]);
+    let run = |args: &[&str]| dgd_in(folder.path(), &[&["screen"], args].concat());
+    // Gauge and absolute are one atmosphere apart, and that is no fault.
+    let json = run(&["--data", "bars.csv", "--same", "p_A,p_B", "--format", "json"]).done().json();
+    assert_eq!(faults(&json), []);
+    let pair = &json["recordings"][0]["redundant"][0];
+    let offset = pair["offset"]["value"].as_f64().expect("a number");
+    // Each reads the same but for a noise of 0.02/√12 bar, in means over 1200 rows.
+    assert!(offset.abs() < 5.0 * 0.02 / 12f64.sqrt() * (2.0 / 1200f64).sqrt(), "{pair}");
+    assert_eq!(json["recordings"][0]["columns"][1]["unit"], "bara");
+
+    // One table of all recordings, in the unit of the first.
+    run(&["--data", "bars.csv", "--data", "pascals.csv", "-o", "out"]).done();
+    let steady = fs::read_to_string(folder.path().join("out/steady.csv")).expect("a table");
+    let means = column(&steady, "p_B [barg]");
+    assert_eq!(means.len(), 4, "{steady}");
+    // Pa does not say from where it counts.
+    for (mean, truth) in means.iter().zip([18.987, 20.987, 20.0, 22.0]) {
+        assert!((mean - truth).abs() < 0.01, "{mean} {truth}");
+    }
+    let clash = &["`p_B` is in `lpm`", "does not convert to `barg`", "--rename"];
+    run(&["--data", "bars.csv", "--data", "flow.csv"]).refused(1, clash);
+    let clash = &["`p_B` is in `lpm`", "does not convert to `bara`"];
+    run(&["--data", "flow.csv", "--same", "p_A,p_B"]).refused(1, clash);
+    let bare = ["--data", "bare.csv", "--same", "p_A,p_B"];
+    run(&bare).refused(1, &["the column `p_B` has no unit", "write `p_B [bara]`"]);
+    run(&[&bare[..], &["--rename", "p_B=p_B [bara]"]].concat()).done();
+}
+
+#[test]
+fn what_is_said_to_measure_the_same_and_does_not_is_told() {
+    let apart = format!("time [s],p [bar],back [bar]\n{}", pressures(|p| 3.0 * p - 40.0));
+    let few = format!("time [s],p [bar],few [bar]\n{}", pressures(|_| f64::NAN));
+    let few = few.replacen("NaN", "20.01", 3);
+    let folder = folder_with(&[("apart.csv", apart.as_bytes()), ("few.csv", few.as_bytes())]);
+    let found = |data: &str, same: &str| {
+        let args = ["screen", "--data", data, "--same", same, "--format", "json"];
+        let json = dgd_in(folder.path(), &args).done().json();
+        let about =
+            findings(&json).iter().find(|f| f["channels"].as_array().is_some_and(|c| c.len() == 2));
+        about.cloned().unwrap_or_else(|| panic!("{json:#}"))
+    };
+    let unlike = found("apart.csv", "p,back");
+    assert_eq!((&unlike["kind"], &unlike["severity"]), (&"unlike".into(), &"fault".into()));
+    let untold = found("few.csv", "p,few");
+    assert_eq!((&untold["kind"], &untold["severity"]), (&"untold".into(), &"remark".into()));
+    let both = ["screen", "--data", "apart.csv", "--data", "few.csv", "--same", "back,few"];
+    dgd_in(folder.path(), &both).refused(2, &["no recording has both `back` and `few`"]);
+}
+
+#[test]
+fn a_check_that_finds_faults_prints_one_document() {
+    let data = "data/no_flow.csv.gz";
+    let run = dgd(&["screen", "--check", "--data", data, "--format", "json"]);
+    run.refused(1, &["2 faults were found"]);
+    assert_eq!(run.json()["faults"], 2);
 }
 
 #[test]

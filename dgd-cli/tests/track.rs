@@ -257,6 +257,17 @@ fn what_makes_no_sense_is_refused_in_the_users_names() {
     );
     run.refused(1, &["line 3", "`x` in column `q_in` is not a number"]);
     assert_eq!(run.out.lines().count(), 2);
+    // For programs what ended it is a line like the others.
+    let run = piped(
+        folder.path(),
+        &["track", "t.dgd", "--data", "-", "--format", "json"],
+        "time [s],q_in [lpm],h_1 [m]\n0,300,1\n5,x,1\n",
+    );
+    run.refused(1, &["line 3"]);
+    let lines: Vec<Value> =
+        run.out.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+    let keys = ["settings", "states", "error"];
+    assert!(lines.len() == 3 && (0..3).all(|k| !lines[k][keys[k]].is_null()), "{}", run.out);
 }
 
 /// The tanks do not stray, so that prediction error and output error say the same.
@@ -285,6 +296,12 @@ fn a_fit_by_prediction_error_finds_the_valve_and_that_nothing_strays() {
     assert!((number(&a["value"]) - number(&b["value"])).abs() < std, "{a} {b}");
     assert!((number(&a["value"]) - 15.0).abs() < 4.0 * number(&a["std"]), "{a}");
     assert!(number(&found["process_noise_in_a_minute"]["h_1"]["value"]) < 5e-3);
+    let starts = |found: &Value| -> Vec<String> {
+        let values = found["starts"][0]["values"].as_object().expect("start values");
+        values.keys().cloned().collect()
+    };
+    assert_eq!(starts(&found), ["h_1", "h_2"]);
+    assert_eq!(starts(&found), starts(&by_simulation));
     let rms = number(&found["outputs"]["h_1"]["rms_train"]);
     assert!((0.8e-2..1.2e-2).contains(&rms), "{rms}");
     let model = std::fs::read_to_string(folder.path().join("fitted/t.dgd")).expect("a model");

@@ -45,7 +45,7 @@ pub(crate) fn corrected(
         .filter(|(parameter, _)| estimated(&parameter.name))
         .flat_map(|(parameter, value)| {
             let unit = &parameter.unit;
-            let text = number((value - unit.offset) / unit.factor);
+            let text = number(unit.from_si(*value));
             let places = declared.iter().filter(|(name, _)| *name == *parameter.name);
             let places: Vec<Span> = places.map(|(_, span)| *span).collect();
             // What a part declares has no place in this text.

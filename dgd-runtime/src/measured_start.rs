@@ -26,7 +26,8 @@ const UNSEEN: f64 = 1e-8;
 /// Gauss–Newton on w(y₀) = w_measured: with G = dw/dy_d, algebraic unknowns following, the
 /// correction Δ minimises |N⁻¹ (w_measured − w − G Δ)| over N, the outputs' noise. Where the outputs
 /// determine less than the unknowns, it is the shortest in units of the unknowns' sizes, so that
-/// what is not seen keeps the model's start value.
+/// what is not seen keeps the model's start value. A model without differential unknowns, or outputs
+/// of which none was measured, give no start values.
 ///
 /// `measured` and `noise` have one entry for each output; an output without a measurement is left
 /// out.
@@ -64,6 +65,10 @@ pub fn start_from_outputs<S: System>(
         system.mass(at, &mut mass);
         let (differential, algebraic): (Vec<usize>, Vec<usize>) =
             (0..n).partition(|i| mass[*i] != 0.0);
+        if differential.is_empty() || seen.is_empty() {
+            // Nothing is to be found, or nothing tells: the model's start stands.
+            return Ok(Vec::new());
+        }
         system.outputs(at, &mut w);
         let slopes = output_slopes(system, at, &differential, &algebraic)
             .ok_or(MeasuredStartError::Undetermined { t })?;

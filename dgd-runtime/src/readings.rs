@@ -20,8 +20,7 @@ pub struct Reading {
 
 impl Reading {
     fn new(name: &str, si: f64, unit: &Unit) -> Self {
-        let value = (si - unit.offset) / unit.factor;
-        Reading { name: name.to_owned(), value, unit: unit.symbol.to_string() }
+        Reading { name: name.to_owned(), value: unit.from_si(si), unit: unit.symbol.to_string() }
     }
 }
 

@@ -625,6 +625,13 @@ pub struct Unit {
     pub offset: f64,
 }
 
+impl Unit {
+    /// The value in this unit of one in SI.
+    pub fn from_si(&self, si: f64) -> f64 {
+        (si - self.offset) / self.factor
+    }
+}
+
 /// Something that sensitivities are taken to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {

@@ -204,9 +204,11 @@ fn stands_out(values: &[f64], samples: (usize, usize), noise: f64) -> bool {
     let (first, last) = samples;
     let around = first.saturating_sub(AROUND)..first;
     let behind = last + 1..(last + 1 + AROUND).min(values.len());
-    let neighbours = || around.clone().chain(behind.clone()).map(|k| values[k]);
-    let low = neighbours().filter(|x| x.is_finite()).fold(f64::INFINITY, f64::min);
-    let high = neighbours().filter(|x| x.is_finite()).fold(f64::NEG_INFINITY, f64::max);
+    // Without a value on either side there is nothing to stand out from.
+    let (Some(before), Some(after)) = (extremes(&values[around]), extremes(&values[behind])) else {
+        return false;
+    };
+    let (low, high) = (before.0.min(after.0), before.1.max(after.1));
     let clear = ALONG * noise;
     (first..=last).map(|k| values[k]).any(|x| x > high + clear || x < low - clear)
 }

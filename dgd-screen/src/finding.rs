@@ -79,6 +79,11 @@ pub enum Fault {
         /// The step.
         step: f64,
     },
+    /// Two channels that are said to measure the same do not move together.
+    Unlike,
+    /// Whether two channels measure the same that are said to, the record does not tell: they rest, too
+    /// far apart, or have too few samples in common.
+    Untold,
     /// The second channel reads this much more than the first.
     Offset {
         /// Second − first.

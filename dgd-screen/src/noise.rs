@@ -9,7 +9,9 @@
 //! has variance σ²: what is linear over three samples drops out, and s adds s̈²h⁴/6 at a spacing of
 //! h. With equal spacing e² = Δ²/6 of second differences Δ. Steps, spikes and the curvature of a few
 //! samples are cut off: σ² is the mean of e² over |e| ≤ 3σ, divided by what a normal distribution
-//! has left there, starting from the median of |e|.
+//! has left there, starting from the median of |e|. Where that is zero, most of the record stands
+//! still: if it changes by the sensor's step at times, e of about that size count, and otherwise
+//! values are set, which have no noise.
 //!
 //! Source: Gasser, Sroka, Jennen-Steinmetz, Residual variance and residual pattern in nonlinear
 //! regression, Biometrika 73 (1986) 625–633, for e; the trimming is Huber's proposal of a truncated
@@ -56,14 +58,16 @@ const CUT: f64 = 3.0;
 const LEFT_WITHIN_CUT: f64 = 0.973_336_924_606_624_6;
 /// Median of a standard normal number's size.
 const MEDIAN_SIZE: f64 = 0.674_489_750_196_081_7;
-/// The fewest triples from which a noise level is told.
+/// The fewest triples from which a noise level is told, and steps from which a step is.
 const FEWEST: usize = 8;
+/// Conversions of units leave the last bits of a reading undetermined.
+const ROUNDING: f64 = 1e-12;
 
 /// White noise of a sensor from its residuals (measured − simulated) and its readings.
 ///
 /// Where there is no model yet, the readings do as residuals. Samples that are not finite are
 /// skipped, and so are triples that span more than three times the usual spacing. `None` where too
-/// little is left, or nothing ever changes.
+/// little is left, nothing ever changes, or values are set and held.
 ///
 /// # Panics
 ///
@@ -78,10 +82,20 @@ pub fn white_noise(times: &[f64], residuals: &[f64], measured: &[f64]) -> Option
     let quantisation = quantisation_step(measured);
     // Rounding to multiples of q adds an error with a variance of q²/12.
     let rounding = quantisation.map_or(0.0, |step| step / 12f64.sqrt());
-    let std = trimmed_root_mean_square(&errors).max(rounding);
+    let mut sizes: Vec<f64> = errors.iter().map(|e| e.abs()).collect();
+    let typical = median(&mut sizes)? / MEDIAN_SIZE;
+    let std = if typical > 0.0 {
+        trimmed_root_mean_square(&errors, typical)
+    } else {
+        // |e| is less than a change of the middle one of three samples.
+        let step = quantisation.or_else(|| flicker(measured))?;
+        mean_square(&errors, step).sqrt()
+    };
+    // What jumps by several steps at a time, and never by one, is set.
     if std == 0.0 {
         return None;
     }
+    let std = std.max(rounding);
     // Var(mean Δ²/6)/σ⁴ = 2·(36 + 2·16 + 2·1)/36/N = 35/(9N) from the autocorrelation 6, −4, 1 of
     // second differences; half of its root for σ. The trimming costs 6 % more.
     let relative_error = 1.06 * 0.5 * (35.0 / (9.0 * errors.len() as f64)).sqrt();
@@ -112,28 +126,40 @@ fn second_difference_errors(times: &[f64], residuals: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// σ with σ² = mean(e² where |e| ≤ 3σ)/(what is left of a normal distribution).
-fn trimmed_root_mean_square(errors: &[f64]) -> f64 {
-    let mean_square = |bound: f64| {
-        let kept = errors.iter().filter(|e| e.abs() <= bound);
-        let (sum, count) = kept.fold((0.0, 0usize), |(sum, n), e| (sum + e * e, n + 1));
-        sum / count.max(1) as f64
-    };
-    let mut sizes: Vec<f64> = errors.iter().map(|e| e.abs()).collect();
-    let mut std = median(&mut sizes).unwrap_or(0.0) / MEDIAN_SIZE;
-    if std == 0.0 {
-        // More than half of a coarsely quantised record does not change: nothing to trim by.
-        return mean_square(f64::INFINITY).sqrt();
-    }
+/// Mean of e² where |e| is within a bound.
+fn mean_square(errors: &[f64], bound: f64) -> f64 {
+    let kept = errors.iter().filter(|e| e.abs() <= bound);
+    let (sum, count) = kept.fold((0.0, 0usize), |(sum, n), e| (sum + e * e, n + 1));
+    sum / count.max(1) as f64
+}
+
+/// σ with σ² = mean(e² where |e| ≤ 3σ)/(what is left of a normal distribution), from a first guess.
+fn trimmed_root_mean_square(errors: &[f64], guess: f64) -> f64 {
+    let mut std = guess;
     // A fixed point: the set of errors within the bound stops changing after a few rounds.
     for _ in 0..20 {
-        let next = (mean_square(CUT * std) / LEFT_WITHIN_CUT).sqrt();
+        let next = (mean_square(errors, CUT * std) / LEFT_WITHIN_CUT).sqrt();
         if (next - std).abs() <= 1e-12 * std {
             break;
         }
         std = next;
     }
     std
+}
+
+/// The step by which a reading of few levels flickers that mostly stands still; `None` where most
+/// changes are by more than the smallest, or there are few: then it is set and held.
+fn flicker(measured: &[f64]) -> Option<f64> {
+    let valid: Vec<f64> = measured.iter().copied().filter(|value| value.is_finite()).collect();
+    let size = valid.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
+    let changes: Vec<f64> = valid
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]).abs())
+        .filter(|change| *change > ROUNDING * size)
+        .collect();
+    let step = changes.iter().copied().fold(f64::INFINITY, f64::min);
+    let single = changes.iter().filter(|change| **change < 1.5 * step).count();
+    (single >= FEWEST && 2 * single > changes.len()).then_some(step)
 }
 
 /// The step to whose multiples, up to an offset, all readings are rounded; `None` where they are
@@ -146,8 +172,7 @@ pub fn quantisation_step(measured: &[f64]) -> Option<f64> {
     let mut levels: Vec<f64> = measured.iter().copied().filter(|value| value.is_finite()).collect();
     levels.sort_unstable_by(f64::total_cmp);
     let (&lowest, &highest) = (levels.first()?, levels.last()?);
-    // Conversions of units leave the last bits of a reading undetermined.
-    let rounding = 1e-12 * lowest.abs().max(highest.abs());
+    let rounding = ROUNDING * lowest.abs().max(highest.abs());
     let mut distances: Vec<f64> = levels
         .windows(2)
         .map(|pair| pair[1] - pair[0])

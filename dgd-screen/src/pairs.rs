@@ -31,7 +31,7 @@ pub(crate) fn compared(cleaned: &Cleaned, record: &Record<'_>, request: &Request
     for i in 0..n {
         for j in i + 1..n {
             let (a, b) = (&record.channels[i], &record.channels[j]);
-            let is_same = request.same.contains(&[i, j]);
+            let is_same = request.same.contains(&[i, j]) || request.alike.contains(&[i, j]);
             let proposed = stem(a.name, b.name).filter(|_| a.unit == b.unit);
             let by_letter = proposed.as_ref().is_some_and(|(_, by_letter)| *by_letter);
             if !is_same && (proposed.is_none() || request.different.contains(&[i, j])) {
@@ -101,7 +101,7 @@ pub(crate) fn pair_findings(
             let (low, high) = extremes(&cleaned.values[first]).unwrap_or_default();
             let p = gain.p_value_beyond(harmless / (high - low));
             if p < RARE {
-                find(Fault::Gain(gain), p);
+                find(Fault::Gain(over_first(gain)), p);
             }
         }
         if let Some(rate) = pair.rate {
@@ -131,6 +131,20 @@ pub(crate) fn pair_findings(
         }
     }
     findings
+}
+
+/// The second channel's slope over the first, less one, from that of b − a over (a + b)/2, g:
+///
+/// ```text
+///   b/a = (2 + g)/(2 − g),   d(b/a)/dg = 4/(2 − g)²
+/// ```
+fn over_first(gain: Estimate) -> Estimate {
+    let g = gain.value;
+    Estimate {
+        value: 2.0 * g / (2.0 - g),
+        std_error: 4.0 / (2.0 - g).powi(2) * gain.std_error,
+        ..gain
+    }
 }
 
 /// Which of three and more channels is the odd one.
@@ -172,7 +186,7 @@ pub(crate) fn odd_findings(pairs: &[Comparison]) -> Vec<Finding> {
 }
 
 /// Channels that are joined by comparisons, in order.
-pub(crate) fn groups(pairs: &[Comparison]) -> Vec<Vec<usize>> {
+fn groups(pairs: &[Comparison]) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for pair in pairs {
         let (mut joined, rest): (Vec<Vec<usize>>, Vec<Vec<usize>>) =

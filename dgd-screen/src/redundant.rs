@@ -12,12 +12,7 @@
 //! part of d, is the regressor, so that equal noises do not bias the gain. At rest names are all
 //! there is to go by, and only letters are believed: figures also number things of one kind.
 //!
-//! The noise of each of three and more comes from their differences,
-//! σ_a² = (σ²_{a−b} + σ²_{a−c} − σ²_{b−c})/2.
-//!
-//! Sources: Haukanes 2015, §3.3.1, for the comparison; Gray, Allan, A method for estimating the
-//! frequency stability of an individual oscillator, 28th Symp. Frequency Control (1974) 243–246, for
-//! the noise of three.
+//! Source: Haukanes 2015, §3.3.1, for the comparison.
 
 use crate::estimate::{Estimate, mean, regression};
 use crate::noise::{SensorNoise, white_noise};
@@ -46,8 +41,6 @@ pub struct Comparison {
     pub rate: Option<Estimate>,
     /// White noise of each.
     pub noise: [Option<SensorNoise>; 2],
-    /// White noise of the difference.
-    pub difference_noise: Option<SensorNoise>,
 }
 
 /// What two channels with alike names turn out to be.
@@ -128,7 +121,6 @@ pub fn compare(
     let difference: Vec<f64> = a.iter().zip(&b).map(|(a, b)| b - a).collect();
     let Some(offset) = mean(&difference) else { return Compared::Unknown };
     let noise = [white_noise(&t, &a, &a), white_noise(&t, &b, &b)];
-    let difference_noise = white_noise(&t, &difference, &difference);
 
     let length = (both.len() / BLOCKS).max(SHORTEST);
     let blocks = |values: &[f64]| -> Vec<f64> {
@@ -157,15 +149,7 @@ pub fn compare(
         }
         (None, regression(&[t], &d, LAGS).map(|fit| fit.coefficients[0]), Kinship::Named)
     };
-    Compared::Same(Box::new(Comparison {
-        channels,
-        kinship,
-        offset,
-        gain,
-        rate,
-        noise,
-        difference_noise,
-    }))
+    Compared::Same(Box::new(Comparison { channels, kinship, offset, gain, rate, noise }))
 }
 
 fn centred(mut values: Vec<f64>) -> Vec<f64> {
@@ -200,21 +184,4 @@ pub fn odd_one(offsets: &[f64]) -> Option<usize> {
         offsets.iter().enumerate().map(|(i, x)| ((x - middle).abs(), i)).collect();
     distances.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     (distances[0].0 > CLEAR * distances[1].0).then_some(distances[0].1)
-}
-
-/// White noise of each of three and more sensors from the variances of their differences, all pairs
-/// in the order (0, 1), (0, 2), …, (1, 2), …; NaN where the differences contradict each other.
-pub fn noise_of_each(n: usize, variances: &[f64]) -> Vec<f64> {
-    let pair = |i: usize, j: usize| {
-        let (i, j) = (i.min(j), i.max(j));
-        variances[i * (2 * n - i - 1) / 2 + j - i - 1]
-    };
-    // Σ over j of σ²_{i−j} = (n − 2) σ_i² + Σ σ², and the sum over all pairs is (n − 1) Σ σ².
-    let total = variances.iter().sum::<f64>() / (n as f64 - 1.0);
-    (0..n)
-        .map(|i| {
-            let row: f64 = (0..n).filter(|j| *j != i).map(|j| pair(i, j)).sum();
-            ((row - total) / (n as f64 - 2.0)).sqrt()
-        })
-        .collect()
 }

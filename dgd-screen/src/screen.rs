@@ -4,9 +4,9 @@ use crate::cleaned::Cleaned;
 use crate::finding::{Fault, Finding, Weight};
 use crate::noise::SensorNoise;
 use crate::operating_points::{OperatingPoint, operating_points};
-use crate::pairs::{Kin, compared, groups, odd_findings, pair_findings};
+use crate::pairs::{Kin, compared, odd_findings, pair_findings};
 use crate::record::{Channel, Record, extremes};
-use crate::redundant::{Compared, Comparison, noise_of_each};
+use crate::redundant::{Compared, Comparison};
 use crate::sampling::{Sampling, sampling};
 use crate::steady::{Motion, motion};
 
@@ -16,8 +16,10 @@ pub const RARE: f64 = 1e-6;
 /// What is known besides the samples.
 #[derive(Debug, Clone, Default)]
 pub struct Request {
-    /// Channels that measure the same.
+    /// Channels that are said to measure the same, in one unit; it is a finding where they do not.
     pub same: Vec<[usize; 2]>,
+    /// Channels that measured the same in another record.
+    pub alike: Vec<[usize; 2]>,
     /// Channels that are not compared although their names are alike.
     pub different: Vec<[usize; 2]>,
     /// Window for slopes, s; chosen by the spacing of the samples without it.
@@ -71,13 +73,27 @@ pub fn screen(record: &Record<'_>, request: &Request) -> Screening {
     let cleaned = Cleaned::of(record);
     let sampling = sampling(record.times);
     let mut findings = spacing_findings(&sampling);
-    let comparisons: Vec<Comparison> = compared(&cleaned, record, request)
-        .into_iter()
-        .filter_map(|kin| match kin.compared {
-            Compared::Same(comparison) => Some(*comparison),
-            Compared::Different | Compared::Unknown => None,
-        })
-        .collect();
+    let mut comparisons: Vec<Comparison> = Vec::new();
+    for kin in compared(&cleaned, record, request) {
+        let (fault, weight) = match kin.compared {
+            Compared::Same(comparison) => {
+                comparisons.push(*comparison);
+                continue;
+            }
+            Compared::Different => (Fault::Unlike, Weight::Fault),
+            Compared::Unknown => (Fault::Untold, Weight::Remark),
+        };
+        if request.same.contains(&kin.channels) {
+            let channels = kin.channels.to_vec();
+            findings.push(Finding {
+                channels,
+                stretches: Vec::new(),
+                fault,
+                p_value: None,
+                weight,
+            });
+        }
+    }
     let channels: Vec<Summary> = (0..record.channels.len())
         .map(|i| {
             let valid = record.channels[i].values.iter().filter(|value| value.is_finite());
@@ -103,7 +119,7 @@ pub fn screen(record: &Record<'_>, request: &Request) -> Screening {
         times: record.times,
         channels: values.map(|(c, values)| Channel { values, ..*c }).collect(),
     };
-    let motion = motion(&without_faults, &noise, &[], window, &request.limits);
+    let motion = motion(&without_faults, &noise, window, &request.limits);
     let tolerances: Vec<f64> = noise.iter().map(|std| std.unwrap_or(0.0)).collect();
     let points = operating_points(&motion, &tolerances);
     Screening { findings, channels, sampling, comparisons, motion, points }
@@ -126,26 +142,4 @@ fn spacing_findings(sampling: &Sampling) -> Vec<Finding> {
         findings.push(whole(Fault::Uneven(sampling.uneven), Vec::new()));
     }
     findings
-}
-
-impl Screening {
-    /// White noise of the members of each group of three and more channels that measure the same, from
-    /// their differences: position and standard deviation.
-    pub fn noise_of_groups(&self) -> Vec<Vec<(usize, f64)>> {
-        groups(&self.comparisons)
-            .into_iter()
-            .filter(|group| group.len() > 2)
-            .filter_map(|group| {
-                let mut variances = Vec::new();
-                for (at, i) in group.iter().enumerate() {
-                    for j in &group[at + 1..] {
-                        let pair = self.comparisons.iter().find(|p| p.channels == [*i, *j])?;
-                        variances.push(pair.difference_noise?.std.powi(2));
-                    }
-                }
-                let noise = noise_of_each(group.len(), &variances);
-                Some(group.into_iter().zip(noise).collect())
-            })
-            .collect()
-    }
 }

@@ -66,8 +66,7 @@ const CLEAR: f64 = 4.0;
 /// Times ε above which something moves.
 const MOVING: f64 = 4.0;
 
-/// Finds the stretches. `noise` has the standard deviation of each channel, `skipped` the channels
-/// that are not looked at; `limits` sets the largest slope of a channel at rest, per second.
+/// Finds the stretches. `noise` has the standard deviation of each channel; `limits` sets the largest slope of a channel at rest, per second.
 ///
 /// # Panics
 ///
@@ -75,7 +74,6 @@ const MOVING: f64 = 4.0;
 pub fn motion(
     record: &Record<'_>,
     noise: &[Option<f64>],
-    skipped: &[usize],
     window: f64,
     limits: &[(usize, f64)],
 ) -> Motion {
@@ -86,7 +84,7 @@ pub fn motion(
     let (mut at_rest, mut moving) = (vec![n > 0; n], vec![false; n]);
     for (channel, values) in record.channels.iter().map(|channel| channel.values).enumerate() {
         let Some((low, high)) = extremes(values) else { continue };
-        if skipped.contains(&channel) || low == high {
+        if low == high {
             continue;
         }
         let changes = changes(times, values, window);

@@ -81,6 +81,52 @@ fn a_quantised_sensor_tells_its_step() {
 }
 
 #[test]
+fn a_value_that_is_set_and_held_has_no_noise() {
+    let times = seconds(3600);
+    let held = |levels: &[f64]| -> Vec<f64> {
+        (0..3600).map(|k| levels[k * levels.len() / 3600]).collect()
+    };
+    for levels in [
+        &[0.0, 1000.0, 2000.0, 500.0, 1500.0, 0.0][..],
+        &[0.0, 50.0],
+        // More levels than it takes to tell a step, all multiples of 50.
+        &[0.0, 500.0, 50.0, 600.0, 200.0, 800.0, 350.0, 1000.0, 150.0, 700.0, 450.0, 900.0],
+    ] {
+        let set = held(levels);
+        assert_eq!(white_noise(&times, &set, &set), None, "{levels:?}");
+    }
+
+    // A reading of few levels that flickers from one to the next has that of its flicker: with a
+    // rare change by q, e² is q²·(4 + 1 + 1)/6 on three triples.
+    let q = 0.1;
+    let flicker: Vec<f64> = (0..3600).map(|k| if k % 20 == 10 { 20.0 + q } else { 20.0 }).collect();
+    let noise = white_noise(&times, &flicker, &flicker).expect("it flickers");
+    assert!((noise.std / (q / 20f64.sqrt()) - 1.0).abs() < 0.01, "{noise:?}");
+    // Two steps on top of it add nothing.
+    let stepped: Vec<f64> = flicker
+        .iter()
+        .enumerate()
+        .map(|(k, r)| r + if k / 1200 == 1 { 5.0 } else { 0.0 })
+        .collect();
+    let noise = white_noise(&times, &stepped, &stepped).expect("it flickers");
+    assert!((noise.std / (q / 20f64.sqrt()) - 1.0).abs() < 0.01, "{noise:?}");
+}
+
+#[test]
+fn a_calculated_value_that_is_rounded_has_the_noise_of_rounding() {
+    // It rests most of the time, moves by many steps a sample in between, and its last figure turns.
+    let value = |k: usize| {
+        let ramp = (k as f64 - 2000.0).clamp(0.0, 300.0);
+        let turn = if k % 500 == 250 { 0.1 } else { 0.0 };
+        ((7.77 * ramp + turn) / 0.1).round() * 0.1
+    };
+    let times = seconds(3600);
+    let readings: Vec<f64> = (0..3600).map(value).collect();
+    let noise = white_noise(&times, &readings, &readings).expect("it is rounded");
+    assert!((noise.std / (0.1 / 12f64.sqrt()) - 1.0).abs() < 1e-6, "{noise:?}");
+}
+
+#[test]
 fn too_little_says_nothing() {
     let times = seconds(9);
     assert_eq!(white_noise(&times, &[1.0; 9], &[1.0; 9]), None);

@@ -1,7 +1,7 @@
 //! Section 3.2: what the riser's level says of each parameter.
 
 use dgd::{Column, Inputs, Interpolation, Options, Problem, System, simulate_with_sensitivities};
-use dgd_cli::plot::{Figure, Panel, PanelOrder, Text};
+use dgd_cli::plot::{Figure, Panel, Text};
 
 use crate::chapters::Fallible;
 use crate::model::{Choices, Model};
@@ -54,11 +54,7 @@ pub(crate) fn draw() -> Fallible<Section> {
     });
     let go_to_rest =
         claim(towards, "Sensitivities go to those of the steady state, in closed form.".to_owned());
-    let figure = Figure {
-        columns: 2,
-        order: PanelOrder::ByRow,
-        ..Figure::new(Text::plain("Time").with_unit("s"), panels)
-    };
+    let figure = Figure { columns: 2, ..Figure::new(Text::plain("Time").with_unit("s"), panels) };
     let finding = Finding {
         number: "3.1",
         title: "The riser's level after a step in pump speed, and its sensitivities",

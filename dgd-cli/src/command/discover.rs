@@ -38,28 +38,25 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
     let Ok(templates) = templates(sources, diagnostics) else {
         return Err(CommandError::diagnosed(diagnostics, sources.clone()));
     };
-    let names = |paths: &[PathBuf]| -> Vec<String> {
-        let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into();
-        paths.iter().map(name).collect()
-    };
     let train = recordings(args, &args.data, &compiled, &mut compilation, console)?;
     let valid = recordings(args, &args.valid, &compiled, &mut compilation, console)?;
 
     let base = BaseModel {
         asts: compiled.asts.clone(),
         options: compilation.options(&args.choices)?,
-        free: args.free.clone(),
-        fix: args.fix.clone(),
+        free: args.sought.free.clone(),
+        fix: args.sought.fix.clone(),
         engine: args.solve.engine.into(),
     };
-    let (train_names, valid_names) = (names(&args.data), names(&args.valid));
+    let names = recording::names(&[args.data.as_slice(), &args.valid].concat());
+    let (train_names, valid_names) = names.split_at(args.data.len());
     let request = Request {
         base: &base,
         library: &library,
         templates: &templates,
         sources: &compilation.sources,
-        train: (&train, &train_names),
-        valid: (&valid, &valid_names),
+        train: (&train, train_names),
+        valid: (&valid, valid_names),
         options: integration,
         threads: console.threads(),
         seed: console.seed(),
@@ -154,11 +151,7 @@ fn base_model(
     compilation: &mut Compilation,
 ) -> Result<Compiled, CommandError> {
     let options = compilation.options(&args.choices)?;
-    let mut names = |flag: &str, names: &[String]| {
-        names.iter().map(|name| compilation.name(flag, name.trim())).collect()
-    };
-    let free = names("--free", &args.free);
-    let fixed = names("--fix", &args.fix);
+    let (free, fixed) = compilation.sought(&args.sought);
     let directions = Directions::Estimated { free, fixed };
     match compilation.compile_text(&args.model, &args.choices.apply, &options, &directions)? {
         Ok(compiled) => Ok(compiled),
@@ -219,23 +212,9 @@ fn recordings(
     compilation: &mut Compilation,
     console: Console<'_>,
 ) -> Result<Vec<Recording>, CommandError> {
-    let Compilation { sources, diagnostics } = compilation;
-    let mut read = Vec::with_capacity(paths.len());
-    for path in paths {
-        let (renames, dae) = (&args.solve.rename, &compiled.dae);
-        let clock = recording::Clock::Time;
-        read.extend(recording::Recording::read(
-            (path, renames),
-            dae,
-            clock,
-            sources,
-            diagnostics,
-            console,
-        ));
-    }
-    if diagnostics.check().is_err() {
-        return Err(CommandError::diagnosed(diagnostics, sources.clone()));
-    }
+    let files = (paths, args.solve.rename.as_slice());
+    let clock = recording::Clock::Time;
+    let read = recording::Recording::read_all(files, &compiled.dae, clock, compilation, console)?;
     let system = executable(compiled.program.clone(), &args.solve)?;
     let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();
     let integration = options(&args.solve)?;

@@ -100,6 +100,7 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         variants: &task.compiled.model.variants,
         fit: &fit,
         data: &args.data,
+        recording_names: recording::names(&args.data),
         recordings: &task.train,
         information: args
             .intervals
@@ -162,11 +163,7 @@ impl Task {
         let options = options(&args.solve)?;
         let mut compilation = Compilation::default();
         let options_of_model = compilation.options(&args.choices)?;
-        let mut names = |flag: &str, names: &[String]| {
-            names.iter().map(|name| compilation.name(flag, name.trim())).collect()
-        };
-        let free = names("--free", &args.free);
-        let fixed = names("--fix", &args.fix);
+        let (free, fixed) = compilation.sought(&args.sought);
         let directions = if args.regression.estimator == Estimator::PredictionError {
             Directions::Tracked { free, fixed }
         } else {
@@ -180,36 +177,24 @@ impl Task {
             Err(reported) => return Err(compilation.fail(reported)),
         };
         let used = used_outputs(&mut compilation, &compiled, &args.outputs);
-        let mut read = |paths: &[PathBuf]| -> Vec<Option<recording::Recording>> {
-            let Compilation { sources, diagnostics } = &mut compilation;
-            let (renames, dae) = (&args.solve.rename, &compiled.dae);
-            let one = |path: &PathBuf| {
-                let clock = recording::Clock::Rows;
-                recording::Recording::read(
-                    (path, renames),
-                    dae,
-                    clock,
-                    sources,
-                    diagnostics,
-                    console,
-                )
-            };
-            paths.iter().map(one).collect()
+        let mut read = |paths: &[PathBuf]| {
+            let files = (paths, args.solve.rename.as_slice());
+            let dae = &compiled.dae;
+            recording::Recording::read_all(files, dae, Clock::Rows, &mut compilation, console)
         };
+        // What is reported of the second are the mistakes of both.
         let (train, valid) = (read(&args.data), read(&args.valid));
-        if compilation.diagnostics.check().is_err() {
-            return Err(CommandError::diagnosed(&compilation.diagnostics, compilation.sources));
-        }
+        let (valid, train) = (valid?, train?);
 
-        let mut clocks = train.iter().chain(&valid).flatten().map(|read| read.clock);
+        let mut clocks = train.iter().chain(&valid).map(|read| read.clock);
         let clock =
             if clocks.any(|clock| clock == Clock::Rows) { Clock::Rows } else { Clock::Time };
         let system = executable(compiled.program.clone(), &args.solve)?;
         let signature = system.signature();
         let options = with_method(options, &args.solve, signature);
         let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
-        let experiments = |read: Vec<Option<recording::Recording>>, paths: &[PathBuf]| {
-            let read = read.into_iter().flatten().zip(paths);
+        let experiments = |read: Vec<recording::Recording>, paths: &[PathBuf]| {
+            let read = read.iter().zip(paths);
             read.map(|(read, path)| read.experiment(&system, &p, path, &args.solve, &options))
                 .collect::<Result<Vec<Recording>, CommandError>>()
         };
@@ -463,7 +448,7 @@ impl Task {
             .filter_map(|estimate| {
                 let Direction::Parameter(i) = estimate.of else { return None };
                 let unit = &parameters[i].unit;
-                let value = (estimate.value - unit.offset) / unit.factor;
+                let value = unit.from_si(estimate.value);
                 Some(format!("`{}` = {value:.4e} {}", estimate.name, unit.symbol))
             })
             .collect();
@@ -511,16 +496,16 @@ fn used_outputs(compilation: &mut Compilation, compiled: &Compiled, names: &[Str
 
 /// Each output of each recording, simulated and measured.
 fn subjects(outcome: &Outcome<'_>, task: &Task, args: &FitArgs) -> Vec<Subject> {
-    let train = args.data.iter().zip(&task.train).zip(&outcome.train.observations);
+    let names = recording::names(&[args.data.as_slice(), &args.valid].concat());
+    let train = task.train.iter().zip(&outcome.train.observations);
     let tested = outcome.valid.iter().flat_map(|tested| &tested.evaluation.observations);
-    let valid = args.valid.iter().zip(&task.valid).zip(tested);
+    let valid = task.valid.iter().zip(tested);
     let mut subjects = Vec::new();
-    for ((path, recording), observations) in train.chain(valid) {
-        let file = path.file_name().unwrap_or_default().to_string_lossy();
+    for (file, (recording, observations)) in names.iter().zip(train.chain(valid)) {
         for (i, output) in outcome.signature.outputs.iter().enumerate() {
             let Some(measured) = &recording.measured[i] else { continue };
             let unit = &output.unit;
-            let in_unit = |value: f64| (value - unit.offset) / unit.factor;
+            let in_unit = |value: f64| unit.from_si(value);
             let simulated = (0..recording.times.len()).map(|k| in_unit(observations.w(k)[i]));
             let line = |name: &str, values: Vec<f64>, measured| Line {
                 name: Text::plain(name),

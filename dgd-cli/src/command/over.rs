@@ -79,13 +79,16 @@ pub(super) fn figure(
     Some(Figure::new(Text::name(name).with_unit(&abscissa.unit.symbol), panels))
 }
 
-/// Samples at the rows that have one; NaN, which is not drawn, elsewhere.
+/// Samples at the rows that have one; NaN, which is not drawn, elsewhere. Of two rows with one time, the
+/// sides of a jump, the second has the second sample of that time, if there are two.
 fn measured_at(rows: &[f64], times: &[f64], samples: &[f64]) -> Vec<f64> {
-    let sample = |row: &f64| {
-        let k = times.partition_point(|time| time < row);
-        if times.get(k) == Some(row) { samples[k] } else { f64::NAN }
+    let sample = |(at, row): (usize, &f64)| {
+        let first = times.partition_point(|time| time < row);
+        let end = times.partition_point(|time| time <= row);
+        let side = usize::from(at > 0 && rows[at - 1] == *row);
+        if first == end { f64::NAN } else { samples[(first + side).min(end - 1)] }
     };
-    rows.iter().map(sample).collect()
+    rows.iter().enumerate().map(sample).collect()
 }
 
 #[cfg(test)]
@@ -98,5 +101,14 @@ mod tests {
         assert_eq!(found[0], 5.0);
         assert!(found[1].is_nan() && found[3].is_nan());
         assert_eq!(found[2], 6.0);
+    }
+
+    #[test]
+    fn both_sides_of_a_jump_are_drawn() {
+        let times = [0.0, 1.0, 1.0, 2.0];
+        let samples = [5.0, 6.0, 7.0, 8.0];
+        assert_eq!(measured_at(&times, &times, &samples), samples);
+        // A result that jumps where the samples do not, and the other way round.
+        assert_eq!(measured_at(&[0.0, 0.0, 1.0], &times, &samples), [5.0, 5.0, 6.0]);
     }
 }

@@ -9,8 +9,8 @@ use dgd_runtime::identify::filter::{
     prediction_error, predictions,
 };
 use dgd_runtime::identify::{
-    Bound, Estimate, EstimateError, Evaluation, Misfit, Noise, OutputErrorProblem, Recording,
-    Starts, Termination, evaluate,
+    Estimate, EstimateError, Evaluation, Noise, OutputErrorProblem, Recording, Starts, Termination,
+    evaluate,
 };
 use dgd_runtime::{Direction, Options, Output, Signature, System, Unit};
 use serde_json::{Map, Value, json};
@@ -20,7 +20,7 @@ use crate::args::FitArgs;
 use crate::console::{Console, print};
 use crate::failure::CommandError;
 use crate::figure::{self, Line, Subject};
-use crate::fit_report::{Tested, digits_of, in_unit};
+use crate::fit_report::{Tested, bound_name, digits_of, entry, in_unit, rms_of, unit_of};
 use crate::left_out::LeftOut;
 use crate::plot::{Figure, Panel, Text};
 use crate::table::{push_table, significant};
@@ -87,7 +87,8 @@ fn problem<'a>(
         Direction::Parameter(_) => true,
         Direction::Start(i) => {
             let unknown = &task.compiled.dae.unknowns[*i];
-            let (free, fixed) = (named(&args.free, &unknown.name), named(&args.fix, &unknown.name));
+            let (free, fixed) =
+                (named(&args.sought.free, &unknown.name), named(&args.sought.fix, &unknown.name));
             // Where it is algebraic at the start, it follows the others.
             unknown.differential && !fixed && (free || !unknown.fixed)
         }
@@ -124,23 +125,6 @@ struct Outcome<'a> {
 impl Outcome<'_> {
     fn signature(&self) -> &Signature {
         self.task.system.signature()
-    }
-
-    fn unit(&self, estimate: &Estimate) -> &Unit {
-        match estimate.of {
-            Direction::Parameter(i) => &self.signature().parameters[i].unit,
-            Direction::Start(i) => self.signature().unknowns.unit(i),
-        }
-    }
-
-    fn entry(&self, estimate: &Estimate) -> Value {
-        let unit = self.unit(estimate);
-        json!({
-            "value": in_unit(estimate.value, unit),
-            "unit": unit.symbol,
-            "std": estimate.std.map(|std| std / unit.factor.abs()),
-            "at_bound": estimate.at_bound.map(bound),
-        })
     }
 
     /// Positions of the states.
@@ -182,8 +166,7 @@ impl Outcome<'_> {
     }
 
     fn rms(&self, evaluation: &Evaluation, output: usize) -> Option<f64> {
-        let all: Misfit = evaluation.misfits.iter().map(|misfits| misfits[output]).sum();
-        all.rms().map(|rms| rms / self.signature().outputs[output].unit.factor.abs())
+        rms_of(evaluation, output, &self.signature().outputs[output].unit)
     }
 
     fn to_json(&self) -> Value {
@@ -193,13 +176,13 @@ impl Outcome<'_> {
             .estimates
             .iter()
             .filter(of_parameter)
-            .map(|estimate| (estimate.name.clone(), self.entry(estimate)))
+            .map(|estimate| entry(signature, estimate))
             .collect();
         let starts: Vec<Value> = (self.args.data.iter().enumerate())
             .map(|(r, path)| {
                 let own = found.estimates.iter().filter(|estimate| estimate.recording == Some(r));
                 let values: Map<String, Value> =
-                    own.map(|estimate| (estimate.name.clone(), self.entry(estimate))).collect();
+                    own.map(|estimate| entry(signature, estimate)).collect();
                 json!({ "data": path.display().to_string(), "values": values })
             })
             .collect();
@@ -270,7 +253,7 @@ impl Outcome<'_> {
         let mut rows = vec![cells(["estimate", "value", "std", "unit"])];
         let several = self.args.data.len() > 1;
         for estimate in &found.estimates {
-            let unit = self.unit(estimate);
+            let unit = unit_of(signature, estimate);
             let value = in_unit(estimate.value, unit);
             let std = estimate.std.map(|std| std / unit.factor.abs());
             let name = match estimate.recording {
@@ -278,7 +261,7 @@ impl Outcome<'_> {
                 _ => estimate.name.clone(),
             };
             let shown = match (std, estimate.at_bound) {
-                (_, Some(reached)) => format!("at its {} bound", bound(reached)),
+                (_, Some(reached)) => format!("at its {} bound", bound_name(reached)),
                 (Some(std), None) => significant(std, 2),
                 (None, None) => "not determined".to_owned(),
             };
@@ -368,13 +351,6 @@ fn innovations(
     (subject, panel)
 }
 
-fn bound(bound: Bound) -> &'static str {
-    match bound {
-        Bound::Lower => "lower",
-        Bound::Upper => "upper",
-    }
-}
-
 /// A level of noise for programs, `scale` times.
 fn level_entry(level: LevelEstimate, unit: &Unit, scale: f64) -> Value {
     let value = level.value * scale / unit.factor.abs();
@@ -382,7 +358,7 @@ fn level_entry(level: LevelEstimate, unit: &Unit, scale: f64) -> Value {
         "value": value,
         "unit": unit.symbol,
         "std": level.log_std.map(|std| std * value),
-        "at_bound": level.at_bound.map(bound),
+        "at_bound": level.at_bound.map(bound_name),
     })
 }
 

@@ -16,15 +16,22 @@ use crate::figure;
 use crate::load::{Loaded, load};
 use crate::screening::against_model::Model;
 use crate::screening::args::ScreenArgs;
-use crate::screening::{self, Wishes};
+use crate::screening::{self, Wishes, units};
 
 pub(crate) fn run(args: &ScreenArgs, console: Console<'_>) -> Result<(), CommandError> {
     figure::verify_formats(&args.plot)?;
     if args.plot.len() > 1 && args.data.len() > 1 && args.plot.len() != args.data.len() {
         return Err(CommandError::Usage("give one `--plot`, or one for each `--data`".to_owned()));
     }
-    let tables = read(args)?;
+    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let mut tables = read(args, &mut sources, &mut diagnostics);
+    if diagnostics.check().is_err() {
+        return Err(CommandError::diagnosed(&diagnostics, sources));
+    }
     let wishes = wishes(args, &tables)?;
+    if units::unify(&mut tables, &wishes.same, &mut diagnostics).is_err() {
+        return Err(CommandError::diagnosed(&diagnostics, sources));
+    }
     let mut screened = screening::screen_all(tables, &wishes);
     if let Some(model) = &args.model {
         let Loaded { compiled, .. } = load(model, &args.choices, |_| Directions::None)?;
@@ -54,28 +61,28 @@ pub(crate) fn run(args: &ScreenArgs, console: Console<'_>) -> Result<(), Command
     match faults {
         0 => Ok(()),
         _ if !args.check => Ok(()),
-        1 => Err(CommandError::Found("one fault was found".to_owned())),
-        n => Err(CommandError::Found(format!("{n} faults were found"))),
+        1 => Err(CommandError::Shown("one fault was found".to_owned())),
+        n => Err(CommandError::Shown(format!("{n} faults were found"))),
     }
 }
 
-/// All recordings, with the names that the user gives to columns.
-fn read(args: &ScreenArgs) -> Result<Vec<(PathBuf, Table)>, CommandError> {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+/// All recordings, with the names that the user gives to columns; mistakes are reported.
+fn read(
+    args: &ScreenArgs,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Vec<(PathBuf, Table)> {
     let mut tables = Vec::with_capacity(args.data.len());
     for path in &args.data {
-        let Ok(table) = read_as_it_is(path, &args.rename, &mut sources, &mut diagnostics) else {
+        let Ok(table) = read_as_it_is(path, &args.rename, sources, diagnostics) else {
             continue;
         };
         // Rows without a time are no recording.
-        if table.recording(&mut diagnostics).is_ok() {
+        if table.recording(diagnostics).is_ok() {
             tables.push((path.clone(), table));
         }
     }
-    if diagnostics.check().is_err() {
-        return Err(CommandError::diagnosed(&diagnostics, sources));
-    }
-    Ok(tables)
+    tables
 }
 
 /// What the options say, with names that are there.
@@ -102,7 +109,16 @@ fn wishes(args: &ScreenArgs, tables: &[(PathBuf, Table)]) -> Result<Wishes, Comm
             return Err(CommandError::Usage(message));
         }
         for (at, one) in names.iter().enumerate() {
-            same.extend(names[at + 1..].iter().map(|other| [one.clone(), other.clone()]));
+            for other in &names[at + 1..] {
+                let has_both = |(_, table): &(PathBuf, Table)| {
+                    table.column(one).is_some() && table.column(other).is_some()
+                };
+                if !tables.iter().any(has_both) {
+                    let message = format!("`--same`: no recording has both `{one}` and `{other}`");
+                    return Err(CommandError::Usage(message));
+                }
+                same.push([one.clone(), other.clone()]);
+            }
         }
     }
     let mut rest = Vec::new();

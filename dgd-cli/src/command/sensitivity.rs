@@ -233,7 +233,7 @@ fn subjects(
         subjects.push(Subject {
             title: Text::name(&name),
             unit: unit.symbol.to_string(),
-            lines: line(values.iter().map(|v| (v - unit.offset) / unit.factor).collect()),
+            lines: line(values.iter().map(|v| unit.from_si(*v)).collect()),
         });
         for pair in &pairs[i * n_s..(i + 1) * n_s] {
             subjects.push(Subject {

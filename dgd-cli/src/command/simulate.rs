@@ -157,7 +157,7 @@ fn subjects(run: &Run, solution: &Solution, observations: &Observations) -> Vec<
 }
 
 pub(super) fn in_unit(values: &[f64], unit: &dgd_runtime::Unit) -> Vec<f64> {
-    values.iter().map(|value| (value - unit.offset) / unit.factor).collect()
+    values.iter().map(|value| unit.from_si(*value)).collect()
 }
 
 /// Adds white noise of the declared size to each output that declares one.

@@ -101,14 +101,6 @@ impl Clock {
         }
     }
 
-    /// What the file calls the first time, s; zero for stamps.
-    pub(super) fn first_time(&self) -> f64 {
-        match self {
-            Clock::Counted { factor, first } => first * factor,
-            Clock::Zoned { .. } | Clock::Local { .. } => 0.0,
-        }
-    }
-
     /// Seconds from the first time to the one in this cell.
     pub(super) fn seconds(&self, cell: &[u8]) -> Result<f64, TimeFault> {
         match (self, Cell::parse(cell)?) {
@@ -154,7 +146,6 @@ mod tests {
         assert_eq!(Clock::start(b"0", None).err(), Some(TimeFault::NoUnit));
         let clock = Clock::start(b"0.5", Some(60.0)).expect("a number");
         assert_eq!(clock.seconds(b"2"), Ok(90.0));
-        assert_eq!(clock.first_time(), 30.0);
         assert_eq!(clock.seconds(b"2026-11-21"), Err(TimeFault::NotLikeTheFirst));
     }
 }

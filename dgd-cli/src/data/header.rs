@@ -6,24 +6,38 @@ use std::ops::Range;
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::{Sources, Span};
 use dgd_compiler::syntax::ast;
-use dgd_compiler::units::read_unit;
+use dgd_compiler::units::{Unit, read_unit};
 
 use super::Column;
 use super::records::Record;
+use super::rename::Renamed;
 use super::rows::Kept;
 
 /// The header line of a file.
 pub(super) struct Header {
     /// Where it lies in the text.
     pub(super) place: Range<usize>,
-    /// Its cells and their places.
-    pub(super) cells: Vec<(String, Range<usize>)>,
+    pub(super) cells: Vec<Cell>,
     open_quote: bool,
+}
+
+/// A cell of a header line.
+pub(super) struct Cell {
+    /// As the file has it.
+    pub(super) text: String,
+    /// Where it lies in the text.
+    pub(super) place: Range<usize>,
+    /// What the column is called instead.
+    pub(super) renamed: Option<Renamed>,
 }
 
 impl Header {
     pub(super) fn of(record: &Record<'_>) -> Header {
-        let cells = (0..record.len()).map(|cell| (record.text(cell), record.place(cell)));
+        let cells = (0..record.len()).map(|cell| Cell {
+            text: record.text(cell),
+            place: record.place(cell),
+            renamed: None,
+        });
         Header {
             place: record.place_from(0),
             cells: cells.collect(),
@@ -34,28 +48,23 @@ impl Header {
     /// The columns, without values.
     pub(super) fn columns(&self, kept: Kept, sources: &Sources) -> Vec<Column> {
         let mut columns: Vec<Column> = Vec::with_capacity(self.cells.len());
-        for (text, place) in &self.cells {
-            let place = kept.span(place);
-            let parsed = parse(text);
-            let malformed = |fault: &str| {
-                Diagnostic::new(Code::E609, place, format!("malformed column header: {fault}"))
-                    .help("a column is headed `name [unit]`")
-            };
-            let mut fault = parsed.fault.map(malformed);
-            let unit = parsed.unit.and_then(|unit| {
-                // The last bracket opens the unit, which is not to be found in the name.
-                let bracket = sources.text(place).rfind('[').unwrap_or_default() as u32;
-                let span = Span { start: place.start + bracket, ..place };
-                match read_unit(&ast::Unit { span, text: unit.to_owned() }, sources) {
-                    Ok(unit) => Some(unit),
-                    Err(diagnostic) => {
-                        fault = Some(*diagnostic);
-                        None
-                    }
+        for cell in &self.cells {
+            let place = kept.span(&cell.place);
+            let parsed = parse(&cell.text);
+            let new = cell.renamed.as_ref();
+            let (mut unit, mut fault) = (new.and_then(|new| new.unit.clone()), None);
+            if unit.is_none() {
+                fault = parsed.fault.map(|fault| {
+                    Diagnostic::new(Code::E609, place, format!("malformed column header: {fault}"))
+                        .help("a column is headed `name [unit]`")
+                });
+                match parsed.unit.map(|unit| unit_at(unit, place, sources)).transpose() {
+                    Ok(read) => unit = read,
+                    Err(diagnostic) => fault = Some(*diagnostic),
                 }
-            });
+            }
             columns.push(Column {
-                name: parsed.name.to_owned(),
+                name: new.map_or(parsed.name, |new| &new.name).to_owned(),
                 unit,
                 values: Vec::new(),
                 place,
@@ -89,9 +98,9 @@ impl Header {
         kept: Kept,
         diagnostics: &mut Diagnostics,
     ) -> Result<(), Reported> {
-        let (first, first_place) = &self.cells[0];
+        let Cell { text: first, place: first_place, .. } = &self.cells[0];
         if self.open_quote {
-            let place = self.cells.last().map_or(&self.place, |(_, place)| place);
+            let place = self.cells.last().map_or(&self.place, |cell| &cell.place);
             let message = "a quoted cell is not closed";
             return Err(diagnostics.error(Diagnostic::new(Code::E609, kept.span(place), message)));
         }
@@ -128,7 +137,15 @@ pub(super) struct Parsed<'a> {
     /// The text between the brackets.
     pub(super) unit: Option<&'a str>,
     /// What is malformed.
-    fault: Option<&'static str>,
+    pub(super) fault: Option<&'static str>,
+}
+
+/// The unit at the end of the text of this place.
+pub(super) fn unit_at(text: &str, place: Span, sources: &Sources) -> Result<Unit, Box<Diagnostic>> {
+    // The last bracket opens the unit, which is not to be found in the name.
+    let bracket = sources.text(place).rfind('[').unwrap_or_default() as u32;
+    let span = Span { start: place.start + bracket, ..place };
+    read_unit(&ast::Unit { span, text: text.to_owned() }, sources)
 }
 
 /// Takes a header cell apart.

@@ -48,8 +48,6 @@ pub struct Table {
     /// Seconds since the first sample, where the file has a time column. Two equal ones are the
     /// left and right side of a jump.
     pub time: Option<Vec<f64>>,
-    /// What the file calls the time of the first sample, s; zero where it has stamps.
-    pub first_time: f64,
     /// What is wrong with the order of times, where the file was read as it is.
     pub disorder: Disorder,
     /// The columns besides time, in the order of the file.
@@ -60,7 +58,7 @@ pub struct Table {
 /// Times that do not run forwards, in a file that was read as it is.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Disorder {
-    /// The first time that comes after a later one, in words.
+    /// The first time that comes after a later one, in words, and whether that one is left out.
     pub backwards: Option<String>,
     /// The first time that more than two rows have.
     pub crowded: Option<String>,
@@ -68,7 +66,7 @@ pub struct Disorder {
     pub left_out: usize,
 }
 
-/// What becomes of rows whose time does not run forwards.
+/// What becomes of rows whose time does not run forwards. As few are left out as it takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Order {
     /// The file is refused.
@@ -99,9 +97,9 @@ pub struct Column {
     pub place: Span,
     /// What is wrong with the header cell.
     pub fault: Option<Diagnostic>,
-    /// Cells that hold no value, if any.
+    /// Cells of the file that hold no value, if any.
     pub missing: Option<Cells>,
-    /// Cells that hold something else than a number, if any; their values are NaN.
+    /// Cells of the file that hold something else than a number, if any; their values are NaN.
     pub not_numbers: Option<Cells>,
 }
 

@@ -19,9 +19,6 @@ use parquet::schema::types::ColumnDescriptor;
 
 use super::write::{push_number, quoted};
 
-/// What a Parquet file begins with.
-pub(super) const MAGIC: &[u8] = b"PAR1";
-
 /// The CSV text of a Parquet file.
 pub(super) fn to_csv(file: Vec<u8>) -> Result<String> {
     // The library panics on some files that are damaged where `verify` does not look. Nothing of

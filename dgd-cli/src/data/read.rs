@@ -83,23 +83,23 @@ pub(super) fn read_with(
     let mut head = Vec::new();
     let opened = decompressed(input).and_then(|mut input| {
         (&mut input).take(limit as u64).read_to_end(&mut head)?;
+        if head.starts_with(PARQUET) {
+            // Only its end tells a Parquet file from a text that begins with the same letters.
+            input.read_to_end(&mut head)?;
+        }
         Ok(input)
     });
-    let rest = match opened {
+    let mut rest = match opened {
         Ok(rest) => rest,
         Err(error) => {
             return Err(diagnostics.error(unreadable(name, "", sources, &error.to_string())));
         }
     };
-    #[cfg(feature = "parquet")]
-    if head.starts_with(super::parquet::MAGIC) {
-        let text = std::io::copy(&mut { rest }, &mut head)
-            .map_err(|error| error.to_string())
-            .and_then(|_| super::parquet::to_csv(head).map_err(|error| error.to_string()));
-        return match text {
-            Ok(text) => read_with(reading, name, text.as_bytes(), sources, diagnostics),
-            Err(error) => Err(diagnostics.error(unreadable(name, "", sources, &error))),
-        };
+    if head.starts_with(PARQUET) {
+        if head.ends_with(PARQUET) {
+            return read_parquet(reading, name, head, sources, diagnostics);
+        }
+        rest = Box::new(Cursor::new(head.split_off(limit.min(head.len()))));
     }
     let whole = head.len() < limit;
     let head = head.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&head);
@@ -135,7 +135,7 @@ pub(super) fn read_with(
     let source = sources.add(Source { name: name.to_owned(), text: shown.to_owned() });
 
     let kept = Kept { source, whole };
-    header.rename(renames, kept, diagnostics)?;
+    header.rename(renames, kept, sources, diagnostics)?;
     let mut rows = Rows::below(&header, order, kept, sources, diagnostics)?;
     loop {
         match records.next() {
@@ -163,6 +163,36 @@ pub(super) fn decompressed<'a>(mut input: impl Read + 'a) -> io::Result<Box<dyn 
     })
 }
 
+/// What a Parquet file begins and ends with.
+const PARQUET: &[u8] = b"PAR1";
+
+#[cfg(feature = "parquet")]
+fn read_parquet(
+    reading: Reading<'_>,
+    name: &str,
+    file: Vec<u8>,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Table, Reported> {
+    match super::parquet::to_csv(file) {
+        Ok(text) => read_with(reading, name, text.as_bytes(), sources, diagnostics),
+        Err(error) => Err(diagnostics.error(unreadable(name, "", sources, &error.to_string()))),
+    }
+}
+
+#[cfg(not(feature = "parquet"))]
+fn read_parquet(
+    _: Reading<'_>,
+    name: &str,
+    _: Vec<u8>,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Table, Reported> {
+    let why = "it is a Parquet file, and this build reads CSV";
+    let diagnostic = unreadable(name, "", sources, why).help("write it as `.csv` or `.csv.gz`");
+    Err(diagnostics.error(diagnostic))
+}
+
 /// Why bytes are not the text of a table, and what to do about it.
 #[derive(Clone, Copy)]
 struct NotText {
@@ -172,14 +202,6 @@ struct NotText {
 
 /// Files that are no text, by how they begin.
 const NOT_TEXT: &[(&[u8], NotText)] = &[
-    #[cfg(not(feature = "parquet"))]
-    (
-        b"PAR1",
-        NotText {
-            message: "it is a Parquet file, and this build reads CSV",
-            help: "write it as `.csv` or `.csv.gz`",
-        },
-    ),
     (
         b"PK\x03\x04",
         NotText { message: "it is a spreadsheet or a zip archive", help: "save the sheet as CSV" },
@@ -202,7 +224,11 @@ fn utf8(head: &[u8], whole: bool) -> Result<&str, (&str, NotText)> {
         if !whole && error.error_len().is_none() {
             return Ok(valid);
         }
-        let why = NotText { message: "this is not UTF-8 text", help: "save it as UTF-8" };
+        let why = if head.starts_with(PARQUET) {
+            NotText { message: "it is a Parquet file without its end", help: "copy it again" }
+        } else {
+            NotText { message: "this is not UTF-8 text", help: "save it as UTF-8" }
+        };
         Err((valid, why))
     })
 }

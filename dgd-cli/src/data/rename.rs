@@ -3,8 +3,10 @@
 use std::str::FromStr;
 
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::units::Unit;
 
-use super::header::{Header, parse};
+use super::header::{Header, parse, unit_at};
 use super::rows::Kept;
 
 /// Another name for a column, as in `P_RIS=p_r`, or with its unit, as in `P_RIS=p_r [barg]`.
@@ -30,6 +32,39 @@ impl FromStr for Rename {
     }
 }
 
+/// What a column is called instead of what its header says.
+pub(super) struct Renamed {
+    pub(super) name: String,
+    /// Replaces that of the file, if there is one.
+    pub(super) unit: Option<Unit>,
+}
+
+impl Rename {
+    /// The name and the unit, read in a source of its own.
+    fn read(
+        &self,
+        sources: &mut Sources,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Renamed, Reported> {
+        let text = format!("{}={}", self.column, self.name);
+        let byte = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
+        let (start, end) = (byte(self.column.len() + 1), byte(text.len()));
+        let source = sources.add(Source { name: "(--rename)".to_owned(), text });
+        let place = Span { source, start, end };
+        let parsed = parse(&self.name);
+        if let Some(fault) = parsed.fault {
+            let message = format!("malformed column name: {fault}");
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E609, place, message)
+                    .help("a column is called `name`, or `name [unit]`"),
+            ));
+        }
+        let unit = parsed.unit.map(|unit| unit_at(unit, place, sources)).transpose();
+        let unit = unit.map_err(|diagnostic| diagnostics.error(*diagnostic))?;
+        Ok(Renamed { name: parsed.name.to_owned(), unit })
+    }
+}
+
 impl Header {
     /// Gives columns other names. A file that has the new name already and not the old one is left
     /// alone, so that files of several kinds can be read together.
@@ -37,19 +72,36 @@ impl Header {
         &mut self,
         renames: &[Rename],
         kept: Kept,
+        sources: &mut Sources,
         diagnostics: &mut Diagnostics,
     ) -> Result<(), Reported> {
         let names: Vec<String> =
-            self.cells.iter().map(|(text, _)| parse(text).name.to_owned()).collect();
+            self.cells.iter().map(|cell| parse(&cell.text).name.to_owned()).collect();
         let mut reported = Ok(());
         for rename in renames {
-            let new = parse(&rename.name);
-            if let Some(at) = names.iter().position(|name| *name == rename.column) {
-                let (text, _) = &self.cells[at];
-                let unit = new.unit.or(parse(text).unit);
-                let unit = unit.map(|unit| format!(" [{unit}]")).unwrap_or_default();
-                self.cells[at].0 = format!("{}{unit}", new.name);
-            } else if !names.iter().any(|name| name == new.name) {
+            let new = match rename.read(sources, diagnostics) {
+                Ok(new) => new,
+                Err(error) => {
+                    reported = Err(error);
+                    continue;
+                }
+            };
+            let mut called = (0..names.len()).filter(|at| names[*at] == rename.column);
+            let (first, second) = (called.next(), called.next());
+            if let (Some(first), Some(second)) = (first, second) {
+                let message = format!(
+                    "two columns are called `{}`, one of which is to be called `{}`",
+                    rename.column, new.name
+                );
+                let place = |at: usize| kept.span(&self.cells[at].place);
+                reported = Err(diagnostics.error(
+                    Diagnostic::new(Code::E609, place(second), message)
+                        .label(place(first), "the first of them")
+                        .help("name the columns apart in the file"),
+                ));
+            } else if let Some(at) = first {
+                self.cells[at].renamed = Some(new);
+            } else if !names.contains(&new.name) {
                 let message = format!(
                     "there is no column `{}`, which is to be called `{}`",
                     rename.column, new.name

@@ -100,10 +100,8 @@ impl Rows {
             Cells::count(&mut self.ragged, || (place, counted(record.len())));
             return;
         }
-        if let Some(time) = &mut self.time
-            && !time.take(record, self.kept)
-        {
-            return;
+        if let Some(time) = &mut self.time {
+            time.take(record, self.kept);
         }
         self.taken += 1;
         let first = usize::from(self.time.is_some());
@@ -140,19 +138,20 @@ impl Rows {
         }
         let time = self.time.map(|time| time.finish(diagnostics)).transpose();
         reported?;
-        let (time, first_time, disorder) = match time? {
-            Some(Timed { seconds, first, disorder }) => (Some(seconds), first, disorder),
-            None => (None, 0.0, Disorder::default()),
+        let Rows { mut columns, taken: mut n_rows, .. } = self;
+        let (time, disorder) = match time? {
+            None => (None, Disorder::default()),
+            Some(Timed { seconds, rows, disorder }) => {
+                if let Some(rows) = rows {
+                    for column in &mut columns {
+                        column.values = rows.iter().map(|row| column.values[*row]).collect();
+                    }
+                    n_rows = rows.len();
+                }
+                (Some(seconds), disorder)
+            }
         };
-        Ok(Table {
-            source: self.kept.source,
-            header: self.header,
-            time,
-            first_time,
-            disorder,
-            columns: self.columns,
-            n_rows: self.taken,
-        })
+        Ok(Table { source: self.kept.source, header: self.header, time, disorder, columns, n_rows })
     }
 }
 

@@ -89,7 +89,7 @@ impl<'a> Stream<'a> {
         let (offset, lines) = (head.len(), head.matches('\n').count());
         let source = sources.add(Source { name: name.to_owned(), text: head });
         let kept = Kept { source, whole: true };
-        header.rename(renames, kept, diagnostics)?;
+        header.rename(renames, kept, sources, diagnostics)?;
         let mut columns = header.columns(kept, sources);
         header.verify(&columns, kept, diagnostics)?;
         let n_cells = columns.len();
@@ -102,7 +102,6 @@ impl<'a> Stream<'a> {
             source,
             header: kept.span(&header.place),
             time: factor.is_some().then(Vec::new),
-            first_time: 0.0,
             columns,
             disorder: Disorder::default(),
             n_rows: 0,

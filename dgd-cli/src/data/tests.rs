@@ -68,7 +68,7 @@ fn output(text: &str, declared: &str) -> Result<Option<Vec<f64>>, Vec<String>> {
 fn a_recording_is_columns_and_seconds() {
     let table = good("time [min],q [lpm],\"p, raw [bar]\"\n2, 300 ,1e1\n2.5,NaN,\n3,na,-2\n");
     assert_eq!(table.time.as_deref(), Some([0.0, 30.0, 60.0].as_slice()));
-    assert_eq!((table.first_time, table.len()), (120.0, 3));
+    assert_eq!(table.len(), 3);
     assert_eq!(table.columns[1].name, "p, raw");
     assert_eq!(table.columns[0].unit.as_ref().map(|unit| unit.symbol.as_str()), Some("lpm"));
     let [first, rest @ ..] = table.columns[0].values.as_slice() else { panic!("no values") };
@@ -367,15 +367,105 @@ fn columns_take_other_names_and_units() {
 
 #[test]
 fn rows_out_of_order_are_left_out_and_told_where_that_is_asked_for() {
-    let text = "time [s],x [m]\n0,1\n1,2\n0.5,9\n0.7,9\n1,3\n1,9\n2,4\n";
+    let text = "time [s],x [m]\n0,1\n0.8,2\n1,3\n1,4\n1,9\n0.5,9\n0.7,9\n2,5\n";
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
     let reading = Reading { order: Order::Recorded, ..reading(1000) };
     let table = read_with(reading, "a.csv", text.as_bytes(), &mut sources, &mut diagnostics)
         .expect("a recording");
-    assert_eq!(table.time, Some(vec![0.0, 1.0, 1.0, 2.0]));
-    assert_eq!(table.columns[0].values, [1.0, 2.0, 3.0, 4.0]);
-    assert_eq!(table.len(), 4);
+    assert_eq!(table.time, Some(vec![0.0, 0.8, 1.0, 1.0, 2.0]));
+    assert_eq!(table.columns[0].values, [1.0, 2.0, 3.0, 4.0, 5.0]);
+    assert_eq!(table.len(), 5);
     assert_eq!(table.disorder.left_out, 3);
     assert_eq!(table.disorder.backwards.as_deref(), Some("`0.5` comes after `1`"));
     assert_eq!(table.disorder.crowded.as_deref(), Some("1"));
+}
+
+#[test]
+fn as_few_rows_are_left_out_as_it_takes() {
+    let read = |times: &[&str]| {
+        let rows: Vec<String> =
+            times.iter().enumerate().map(|(k, time)| format!("{time},{k}\n")).collect();
+        let text = format!("time [s],x [m]\n{}", rows.concat());
+        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let reading = Reading { order: Order::Recorded, ..reading(1000) };
+        let table = read_with(reading, "a.csv", text.as_bytes(), &mut sources, &mut diagnostics)
+            .expect("a recording");
+        assert_eq!(table.time.as_ref().map(Vec::len), Some(table.len()));
+        (table.time.unwrap_or_default(), table.columns[0].values.clone(), table.disorder)
+    };
+    // One stamp far ahead, in the middle, at the end of the first, and at the start.
+    let (times, x, disorder) = read(&["0", "1", "4e9", "3", "4"]);
+    assert_eq!((times, x), (vec![0.0, 1.0, 3.0, 4.0], vec![0.0, 1.0, 3.0, 4.0]));
+    assert_eq!(disorder.left_out, 1);
+    assert_eq!(disorder.backwards.as_deref(), Some("`3` comes after `4e9`, which is ahead"));
+    let (times, x, disorder) = read(&["5000", "11", "12.5", "13"]);
+    assert_eq!((times, x), (vec![0.0, 1.5, 2.0], vec![1.0, 2.0, 3.0]));
+    assert_eq!(disorder.left_out, 1);
+    // One far behind.
+    let (times, x, disorder) = read(&["10", "11", "2", "13"]);
+    assert_eq!((times, x), (vec![0.0, 1.0, 3.0], vec![0.0, 1.0, 3.0]));
+    assert_eq!(disorder.backwards.as_deref(), Some("`2` comes after `11`"));
+    // A clock that is set back shows times twice.
+    let (times, x, _) = read(&["0", "1", "2", "3", "1.5", "2.5", "3.5", "4.5"]);
+    assert_eq!(
+        (times, x),
+        (vec![0.0, 1.0, 2.0, 3.0, 3.5, 4.5], vec![0.0, 1.0, 2.0, 3.0, 6.0, 7.0])
+    );
+    // Two of one time are a jump, three are too many, in whatever order they come.
+    let (times, x, disorder) = read(&["0", "1", "1", "0.5", "1", "2"]);
+    assert_eq!((times, x), (vec![0.0, 1.0, 1.0, 2.0], vec![0.0, 1.0, 2.0, 5.0]));
+    assert_eq!(disorder.left_out, 2);
+}
+
+#[test]
+fn new_names_are_read_as_carefully_as_headers() {
+    let read = |text: &str, rename: &str| {
+        let renames = [rename.parse::<Rename>().expect("a new name")];
+        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let reading = Reading { renames: &renames, ..reading(1000) };
+        let table = read_with(reading, "a.csv", text.as_bytes(), &mut sources, &mut diagnostics);
+        let all = diagnostics.sorted();
+        assert_eq!(table.is_err(), !render(&all, &sources, Style::Plain).is_empty());
+        let entries = all.iter().map(|diagnostic| entry(diagnostic, &sources));
+        let list: Vec<String> = entries
+            .map(|e| format!("{}:{} {}", e.places[0].file, e.places[0].column, e.message))
+            .collect();
+        (table.ok(), list)
+    };
+    let (_, refused) = read("time [s],P [bar],P [bar]\n0,1,2\n", "P=p_in");
+    assert_eq!(
+        refused,
+        ["a.csv:18 two columns are called `P`, one of which is to be called `p_in`"]
+    );
+    let (_, refused) = read("time [s],P [psi]\n0,1\n", "P=p_in [bar");
+    assert_eq!(refused, ["(--rename):3 malformed column name: a `[` is not closed"]);
+    for header in ["T [°C]", "T [K]", "\"T\"", "T [\u{b0}\u{b0}\u{b0}\u{b0}]"] {
+        let (_, refused) = read(&format!("time [s],{header}\n0,1\n"), "T=T_a [xx]");
+        assert_eq!(refused.len(), 1, "{refused:?}");
+        assert!(
+            refused[0].starts_with("(--rename):8 ") && refused[0].contains("`xx`"),
+            "{refused:?}"
+        );
+    }
+    // The unit of the file stands where the new name has none, and so does what is wrong with it.
+    let (table, _) = read("time [s],T [°C]\n0,1\n", "T=T_a");
+    let column = &table.expect("a recording").columns[0];
+    assert_eq!((column.name.as_str(), column.unit.as_ref()), ("T_a", Some(&unit("°C"))));
+    let (table, _) = read("time [s],T [°C\n0,1\n", "T=T_a");
+    assert!(table.expect("a recording").columns[0].fault.is_some());
+    let (table, _) = read("time [s],T [°C\n0,1\n", "T=T_a [K]");
+    assert!(table.expect("a recording").columns[0].fault.is_none());
+}
+
+#[test]
+fn a_text_that_begins_as_a_parquet_file_is_a_text() {
+    let text = format!("PAR1 [bar],x [m]\n{}", "1,2\n".repeat(1000));
+    for kept in [100, 100_000] {
+        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let read =
+            read_with(reading(kept), "a.csv", text.as_bytes(), &mut sources, &mut diagnostics);
+        let table = read.expect("a table");
+        assert_eq!((table.columns[0].name.as_str(), table.len()), ("PAR1", 1000));
+    }
+    assert!(errors(b"PAR1\x15\xff\x00")[0].ends_with("it is a Parquet file without its end"));
 }

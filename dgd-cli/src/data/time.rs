@@ -13,7 +13,6 @@ use super::{Cells, Column, Disorder, Order, Place};
 pub(super) struct Time {
     header: Span,
     order: Order,
-    left_out: usize,
     /// Seconds in the header's unit, if it has one.
     factor: Option<f64>,
     clock: Option<Clock>,
@@ -21,7 +20,7 @@ pub(super) struct Time {
     last: Option<Last>,
     /// The first of each kind of mistake, and how many there are.
     unreadable: Option<(Cells, TimeFault)>,
-    backwards: Option<(Cells, Place, String)>,
+    backwards: Option<(Cells, Before)>,
     crowded: Option<(Cells, Place)>,
 }
 
@@ -29,9 +28,16 @@ pub(super) struct Time {
 pub(super) struct Timed {
     /// Seconds since the first sample.
     pub(super) seconds: Vec<f64>,
-    /// What the file calls the time of that, s.
-    pub(super) first: f64,
+    /// The rows that have these times, where some are left out.
+    pub(super) rows: Option<Vec<usize>>,
     pub(super) disorder: Disorder,
+}
+
+/// The row before one whose time is earlier.
+struct Before {
+    row: usize,
+    place: Place,
+    text: String,
 }
 
 /// The last row that had a time.
@@ -70,7 +76,6 @@ impl Time {
         Ok(Time {
             header: column.place,
             order,
-            left_out: 0,
             factor,
             clock: None,
             seconds: Vec::new(),
@@ -86,8 +91,8 @@ impl Time {
         self.factor
     }
 
-    /// Takes in the time of a row; false for one that is to be left out.
-    pub(super) fn take(&mut self, record: &Record<'_>, kept: Kept) -> bool {
+    /// Takes in the time of a row.
+    pub(super) fn take(&mut self, record: &Record<'_>, kept: Kept) {
         let cell = record.cell(0);
         let place = kept.place(&record.place(0), record.line, self.header);
         let read = match &self.clock {
@@ -104,16 +109,15 @@ impl Time {
                     Some((cells, _)) => cells.count += 1,
                     None => self.unreadable = Some((Cells::one(place, record.text(0)), fault)),
                 }
-                return true;
+                return;
             }
         };
         let Some(last) = &mut self.last else {
             let text = cell.to_owned();
             self.last = Some(Last { seconds, place, text, same_from: place, same: 1 });
             self.seconds.push(seconds);
-            return true;
+            return;
         };
-        let before = (last.same, last.same_from);
         if seconds == last.seconds {
             last.same += 1;
         } else {
@@ -127,27 +131,19 @@ impl Time {
             }
         }
         if seconds < last.seconds {
-            if let Some((cells, ..)) = &mut self.backwards {
+            if let Some((cells, _)) = &mut self.backwards {
                 cells.count += 1;
             } else {
                 let text = String::from_utf8_lossy(&last.text).into_owned();
-                self.backwards = Some((Cells::one(place, record.text(0)), last.place, text));
+                let before = Before { row: self.seconds.len() - 1, place: last.place, text };
+                self.backwards = Some((Cells::one(place, record.text(0)), before));
             }
-        }
-        if self.order == Order::Recorded && (seconds < last.seconds || last.same > 2) {
-            // The latest time so far stays what the next ones are compared with.
-            self.left_out += 1;
-            if seconds < last.seconds {
-                (last.same, last.same_from) = before;
-            }
-            return false;
         }
         self.seconds.push(seconds);
         last.seconds = seconds;
         last.place = place;
         last.text.clear();
         last.text.extend_from_slice(cell);
-        true
     }
 
     /// All times, unless they make the whole file doubtful.
@@ -160,16 +156,23 @@ impl Time {
                 None => diagnostic,
             }));
         }
-        let mut disorder = Disorder { left_out: self.left_out, ..Disorder::default() };
-        if let Some((cells, before, text)) = self.backwards {
-            if self.order == Order::Recorded {
-                disorder.backwards = Some(format!("`{}` comes after `{text}`", cells.text));
+        let is_out_of_order = self.backwards.is_some() || self.crowded.is_some();
+        let rows = (self.order == Order::Recorded && is_out_of_order)
+            .then(|| rows_in_order(&self.seconds));
+        let left_out = rows.as_ref().map_or(0, |rows| self.seconds.len() - rows.len());
+        let mut disorder = Disorder { left_out, ..Disorder::default() };
+        if let Some((cells, before)) = self.backwards {
+            let Before { row, place, text } = before;
+            if let Some(rows) = &rows {
+                let has_its_time = |kept: &usize| self.seconds[*kept] == self.seconds[row];
+                let ahead = if rows.iter().any(has_its_time) { "" } else { ", which is ahead" };
+                disorder.backwards = Some(format!("`{}` comes after `{text}`{ahead}", cells.text));
             } else {
                 let message = format!("time runs backwards: `{}` comes after `{text}`", cells.text);
                 let diagnostic = cells.diagnostic(Code::E605, message);
                 reported =
                     Err(diagnostics
-                        .error(diagnostic.label(before.span, before.text("the row before"))));
+                        .error(diagnostic.label(place.span, place.text("the row before"))));
             }
         }
         if let Some((cells, first)) = self.crowded {
@@ -186,7 +189,45 @@ impl Time {
             }
         }
         reported?;
-        let first = self.clock.map_or(0.0, |clock| clock.first_time());
-        Ok(Timed { seconds: self.seconds, first, disorder })
+        let mut seconds = self.seconds;
+        if let Some(rows) = &rows {
+            // The first row may be left out, too.
+            let first = rows.first().map_or(0.0, |row| seconds[*row]);
+            seconds = rows.iter().map(|row| seconds[*row] - first).collect();
+        }
+        Ok(Timed { seconds, rows, disorder })
     }
+}
+
+/// The most rows whose times never decrease, and of which no three have the same.
+///
+/// A single time that is far ahead is left out by itself then, and not all that come after it. Where as
+/// many rows are left out either way, the earlier ones stay: of a clock that is set back, what it shows
+/// for the second time goes.
+///
+/// Source: Fredman, On computing the length of longest increasing subsequences, Discrete Math. 11
+/// (1975) 29–35.
+fn rows_in_order(seconds: &[f64]) -> Vec<usize> {
+    // From the end: the row with the latest time that begins a run of each length, and the row behind
+    // each in its run.
+    let mut beginnings: Vec<usize> = Vec::new();
+    let mut behind: Vec<Option<usize>> = vec![None; seconds.len()];
+    for (row, time) in seconds.iter().enumerate().rev() {
+        let length = beginnings.partition_point(|first| seconds[*first] >= *time);
+        behind[row] = length.checked_sub(1).map(|shorter| beginnings[shorter]);
+        if length == beginnings.len() {
+            beginnings.push(row);
+        } else {
+            beginnings[length] = row;
+        }
+    }
+    let rows = std::iter::successors(beginnings.last().copied(), |row| behind[*row]);
+    let mut kept: Vec<usize> = Vec::with_capacity(beginnings.len());
+    for row in rows {
+        let third = kept.len().checked_sub(2).map(|at| seconds[kept[at]]);
+        if third != Some(seconds[row]) {
+            kept.push(row);
+        }
+    }
+    kept
 }

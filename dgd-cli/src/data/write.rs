@@ -134,8 +134,7 @@ fn push_in_unit(line: &mut String, si: f64, unit: &Unit) {
         push_number(line, si);
         return;
     }
-    // value = (SI − offset) / factor
-    let quotient = (si - unit.offset) / unit.factor;
+    let quotient = unit.from_si(si);
     let reads_back = |value: &f64| value * unit.factor + unit.offset == si;
     // 1583.7 and not 1583.7000000000003, where both are read as the same SI value.
     let value = [15, 16]

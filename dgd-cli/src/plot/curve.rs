@@ -81,16 +81,6 @@ impl Column {
     }
 }
 
-/// Lets each value hold until the next point: a horizontal line, then a jump.
-pub(super) fn held(points: impl Iterator<Item = Point>) -> impl Iterator<Item = Point> {
-    let mut before: Option<Point> = None;
-    points.flat_map(move |point| {
-        let corner = before.map(|(_, y)| (point.0, y));
-        before = Some(point);
-        corner.into_iter().chain([point])
-    })
-}
-
 /// One dot per cell of a raster, at most about `limit` of them: the cells grow until they fit.
 pub(super) fn dots(points: impl Iterator<Item = Point>, limit: usize) -> Vec<Point> {
     let mut dots: Vec<Point> = points.filter(|p| p.0.is_finite() && p.1.is_finite()).collect();
@@ -135,12 +125,6 @@ mod tests {
         assert_eq!(drawn.len(), 1);
         assert!(drawn[0].len() <= 4 * 601);
         assert!(drawn[0].iter().any(|p| p.1 == 99.0));
-    }
-
-    #[test]
-    fn a_held_value_goes_on_to_the_next_point() {
-        let drawn: Vec<Point> = held([(0.0, 1.0), (2.0, 3.0)].into_iter()).collect();
-        assert_eq!(drawn, [(0.0, 1.0), (2.0, 1.0), (2.0, 3.0)]);
     }
 
     #[test]

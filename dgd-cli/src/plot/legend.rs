@@ -53,13 +53,13 @@ const SWATCH: f64 = 9.0;
 /// How the series at `index` of a panel is drawn.
 pub(super) fn pen(index: usize, style: Style) -> Pen {
     let width = match style {
-        Style::Line | Style::Step => 1.6,
+        Style::Line => 1.6,
         Style::ThinLine => 0.8,
         Style::Dots => DOT_DIAMETER,
     };
     let dashes = DASHES[index / COLOURS.len() % DASHES.len()];
     let tint = match style {
-        Style::Line | Style::Step => 0.0,
+        Style::Line => 0.0,
         Style::ThinLine | Style::Dots => TINT,
     };
     Pen { colour: tinted(COLOURS[index % COLOURS.len()], tint), width, dashes }
@@ -103,7 +103,7 @@ impl Entry {
                 diameter: pen.width,
                 colour: pen.colour,
             },
-            Key::Series(Style::Line | Style::ThinLine | Style::Step, pen) => {
+            Key::Series(Style::Line | Style::ThinLine, pen) => {
                 Mark::Lines { lines: vec![vec![place(0.0), place(1.0)]], pen }
             }
             Key::Surface(colour) => {

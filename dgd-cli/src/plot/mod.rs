@@ -37,9 +37,7 @@ pub struct Figure {
     pub width: f64,
     /// Panels side by side; at least one and at most the number of panels is used.
     pub columns: usize,
-    /// How the panels fill the grid.
-    pub order: PanelOrder,
-    /// The panels, in reading order.
+    /// The panels: left to right, then down.
     pub panels: Vec<Panel>,
     /// Label of the common axis, drawn under the lowest panel of each column.
     pub x_label: Text,
@@ -49,27 +47,16 @@ impl Figure {
     /// Width of a figure that fills the text width of a page.
     pub const WIDTH: f64 = 800.0;
 
-    /// A figure without a title, of the usual width and grid, filled row by row.
+    /// A figure without a title, of the usual width and grid.
     pub fn new(x_label: Text, panels: Vec<Panel>) -> Figure {
         Figure {
             title: Text::default(),
             width: Figure::WIDTH,
             columns: columns_for(panels.len()),
-            order: PanelOrder::ByRow,
             panels,
             x_label,
         }
     }
-}
-
-/// How the panels of a figure fill its grid.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum PanelOrder {
-    /// Left to right, then down.
-    #[default]
-    ByRow,
-    /// Down, then left to right.
-    ByColumn,
 }
 
 /// One pair of axes.
@@ -109,8 +96,6 @@ pub enum Style {
     ThinLine,
     /// Single points, under the lines.
     Dots,
-    /// Each value holds until the next point.
-    Step,
 }
 
 /// A shaded window of x; drawn where it meets the axis.
@@ -171,7 +156,7 @@ mod tests {
         let noise = |i: u32| f64::from(i.wrapping_mul(2_654_435_761) >> 8);
         let y: Vec<f64> = (0..points).map(noise).collect();
         let series = |style| Series { name: "x".into(), style, x: x.clone(), y: y.clone() };
-        let styles = [Style::Line, Style::Dots, Style::ThinLine, Style::Step];
+        let styles = [Style::Line, Style::Dots, Style::ThinLine];
         let high = y.iter().map(|y| y + 1e6).collect();
         let envelope =
             Envelope { x: x.clone(), low: y.clone(), high, around: Some(0), ..Envelope::default() };

@@ -122,7 +122,7 @@ fn series(name: &str, style: Style, times: &[f64], y: Vec<f64>) -> Series {
 }
 
 fn shifted(values: &[f64], unit: &Unit) -> Vec<f64> {
-    values.iter().map(|value| (value - unit.offset) / unit.factor).collect()
+    values.iter().map(|value| unit.from_si(*value)).collect()
 }
 
 fn bands(windows: &[Window]) -> Vec<Band> {

@@ -40,7 +40,7 @@ impl Quantity {
     /// A parameter in its declared unit.
     pub(super) fn of(parameter: &ParameterValue) -> Quantity {
         let unit = &parameter.unit;
-        let value = (parameter.value - unit.offset) / unit.factor;
+        let value = unit.from_si(parameter.value);
         let std = parameter.std.map(|std| std / unit.factor);
         Quantity { value, std: std.filter(|std| std.is_finite() && *std > 0.0) }
     }

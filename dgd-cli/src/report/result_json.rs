@@ -99,7 +99,7 @@ fn parameters(parameters: &[ParameterValue]) -> Value {
     named(parameters.iter().map(|parameter| {
         let unit = &parameter.unit;
         let value = json!({
-            "value": tidy((parameter.value - unit.offset) / unit.factor),
+            "value": tidy(unit.from_si(parameter.value)),
             "unit": unit.symbol,
             "std": parameter.std.map(|std| tidy(std / unit.factor)),
         });

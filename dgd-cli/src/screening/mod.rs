@@ -1,9 +1,9 @@
 //! What is wrong with recordings, as `dgd screen` says it.
 //!
 //! ```text
-//!   files ─ tables ─ dgd-screen ─┬─ notice: findings in the user's words
-//!                                │   against_model, balances: what a model adds
-//!                                └─ summary (terminal), json, figure, page, tables (steady.csv)
+//!   files ─ tables ─ units ─ dgd-screen ─┬─ notice: findings in the user's words
+//!                                        │   against_model, balances: what a model adds
+//!                                        └─ summary (terminal), json, figure, page, tables (steady.csv)
 //! ```
 
 pub(crate) mod against_model;
@@ -16,6 +16,7 @@ mod page;
 mod prediction;
 mod summary;
 mod tables;
+pub(crate) mod units;
 
 use std::path::{Path, PathBuf};
 
@@ -58,7 +59,8 @@ pub(crate) struct Wishes {
     pub rest: Vec<(String, f64)>,
 }
 
-/// Screens recordings. What one recording says of two columns with alike names holds for all.
+/// Screens recordings, of which columns of one name have one unit, and those that measure the same.
+/// What one recording says of two columns with alike names holds for all.
 pub(crate) fn screen_all(tables: Vec<(PathBuf, Table)>, wishes: &Wishes) -> Vec<Screened> {
     let units: Vec<Vec<String>> = tables
         .iter()
@@ -66,21 +68,20 @@ pub(crate) fn screen_all(tables: Vec<(PathBuf, Table)>, wishes: &Wishes) -> Vec<
         .collect();
     let records: Vec<Record<'_>> =
         tables.iter().zip(&units).map(|((_, table), units)| record(table, units)).collect();
-    let mut same = wishes.same.clone();
-    let mut different: Vec<[String; 2]> = Vec::new();
+    let (mut alike, mut different): (Vec<[String; 2]>, Vec<[String; 2]>) = (Vec::new(), Vec::new());
     if tables.len() > 1 {
         for record in &records {
             for pair in kin(record, &Request::default()) {
                 let names = pair.channels.map(|i| record.channels[i].name.to_owned());
                 match pair.compared {
-                    Compared::Same(comparison) if comparison.gain.is_some() => same.push(names),
+                    Compared::Same(comparison) if comparison.gain.is_some() => alike.push(names),
                     Compared::Different => different.push(names),
                     Compared::Same(_) | Compared::Unknown => {}
                 }
             }
         }
         // Two that move apart in one recording do not measure the same, unless the user says so.
-        same.retain(|names| wishes.same.contains(names) || !different.contains(names));
+        alike.retain(|names| !different.contains(names));
     }
     let screenings: Vec<Screening> = records
         .iter()
@@ -95,7 +96,8 @@ pub(crate) fn screen_all(tables: Vec<(PathBuf, Table)>, wishes: &Wishes) -> Vec<
             };
             let limits = wishes.rest.iter().filter_map(|(name, rate)| Some((at(name)?, *rate)));
             let request = Request {
-                same: pairs(&same),
+                same: pairs(&wishes.same),
+                alike: pairs(&alike),
                 different: pairs(&different),
                 window: wishes.window,
                 limits: limits.collect(),
@@ -139,12 +141,15 @@ fn of_reading(table: &Table) -> Vec<Notice> {
     };
     let disorder = &table.disorder;
     if let Some(text) = &disorder.backwards {
-        let rows = disorder.left_out;
+        let rows = match disorder.left_out {
+            1 => "one row is".to_owned(),
+            n => format!("{n} rows are"),
+        };
         add(
             "time_backwards",
             Vec::new(),
-            format!("time runs backwards: {text}; {rows} rows are out of order"),
-            "they are left out here; mend the clock or sort the rows before a fit",
+            format!("time runs backwards: {text}; {rows} out of order"),
+            "left out here; mend the clock or sort the rows before a fit",
         );
     } else if let Some(text) = &disorder.crowded {
         add(

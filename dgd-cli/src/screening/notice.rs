@@ -221,6 +221,21 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
             "log more digits if the sensor has them",
             Some(Amount::exact(*step, apart)),
         ),
+        Fault::Unlike => say(
+            "unlike",
+            format!("`{one}` and `{other}` do not move alike, and are said to measure the same"),
+            "one of them is wrong, or `--same` is",
+            None,
+        ),
+        Fault::Untold => say(
+            "untold",
+            format!(
+                "whether `{one}` and `{other}` measure the same is not to be seen: they rest, too \
+                 far apart, or have too few rows in common"
+            ),
+            "screen a recording in which they move",
+            None,
+        ),
         Fault::Offset { offset, kinship } => {
             let amount = Amount::of(offset, apart);
             let than = if offset.value > 0.0 { "more" } else { "less" };

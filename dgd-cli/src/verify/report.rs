@@ -134,7 +134,7 @@ impl Report {
         let wrong = rows.iter().find(|row| row.is_wrong(self.allowed));
         match wrong.and_then(|row| Some((row, row.worst.as_ref()?))) {
             None => Ok(()),
-            Some((row, Worst { ratio, apart, at })) => Err(CommandError::Computation(format!(
+            Some((row, Worst { ratio, apart, at })) => Err(CommandError::Stopped(format!(
                 "{} differs from its difference by {:.1e} of its largest value at {at} s, {ratio:.1e} \
                  times the tolerance or what the difference is good to; {} times are allowed",
                 row.name(),
@@ -177,7 +177,10 @@ mod tests {
         };
         assert!(conclude(99.0).is_ok());
         for ratio in [101.0, f64::INFINITY, f64::NAN] {
-            let error = conclude(ratio).expect_err("it is wrong").to_string();
+            let error = conclude(ratio).expect_err("it is wrong");
+            // The result has the comparison already, and there is one result.
+            assert!(matches!(error, CommandError::Stopped(_)), "{error:?}");
+            let error = error.to_string();
             assert!(error.contains("d(h)/d(k)") && error.contains("at 3 s"), "{error}");
         }
     }

@@ -34,11 +34,8 @@ pub(crate) fn run(args: &TrackArgs, console: Console<'_>) -> Result<(), CommandE
     let estimator = settings::estimator(args)?;
     let mut compilation = Compilation::default();
     let options_of_model = compilation.options(&args.choices)?;
-    let mut names = |flag: &str, names: &[String]| {
-        names.iter().map(|name| compilation.name(flag, name.trim())).collect()
-    };
-    let directions =
-        Directions::Tracked { free: names("--free", &args.free), fixed: names("--fix", &args.fix) };
+    let (free, fixed) = compilation.sought(&args.sought);
+    let directions = Directions::Tracked { free, fixed };
     let apply = &args.choices.apply;
     let compiled = compilation.compile_text(&args.model, apply, &options_of_model, &directions)?;
     let compiled = match compiled {
@@ -100,7 +97,7 @@ impl Tracking<'_> {
             tally: Tally::new(row.clone()),
         };
         let written = match self.console.out() {
-            None => output.write(&settings, filter, row, rows, &mut io::stdout().lock()),
+            None => output.print(&settings, filter, row, rows),
             Some(path) => output.save(path, &settings, filter, row, rows),
         };
         // What was learnt until then is worth being told.
@@ -146,6 +143,26 @@ struct Output<'a> {
 }
 
 impl Output<'_> {
+    /// Tracks to standard output; what ends it is the last line of what programs read there.
+    fn print(
+        &mut self,
+        settings: &Settings,
+        filter: Filter<'_, Loaded>,
+        row: Row,
+        rows: Rows,
+    ) -> Result<(), CommandError> {
+        let mut out = io::stdout().lock();
+        let ended = self.write(settings, filter, row, rows, &mut out);
+        match ended {
+            Err(error) if self.tracking.console.is_json() => {
+                let line = writeln!(out, "{}", json!({ "error": error.to_string() }));
+                is_gone(line.and_then(|()| out.flush()))?;
+                Err(error.written())
+            }
+            ended => ended,
+        }
+    }
+
     /// Tracks into a file that appears whole or not at all.
     fn save(
         &mut self,

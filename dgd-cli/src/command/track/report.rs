@@ -96,7 +96,7 @@ impl Report {
     pub(super) fn json(&self, row: &Row) -> Value {
         let tracked = |subjects: &[Subject], rows: &[Tracked]| -> Value {
             let entries = subjects.iter().zip(rows).map(|(of, tracked)| {
-                let value = (tracked.value - of.unit.offset) / of.unit.factor;
+                let value = of.unit.from_si(tracked.value);
                 let std = tracked.std / of.unit.factor.abs();
                 (of.name.clone(), json!({ "value": value, "std": std, "unit": of.unit.symbol }))
             });
@@ -138,9 +138,8 @@ impl Report {
         let mut panels: Vec<Panel> = states
             .chain(parameters)
             .map(|(of, tracked): (&Subject, Vec<Tracked>)| {
-                let of_unit = |value: f64| (value - of.unit.offset) / of.unit.factor;
                 let most = MOST_BAND * median(tracked.iter().map(|tracked| tracked.std));
-                let at = |t: &Tracked, k: f64| of_unit(t.value + k * t.std.min(most));
+                let at = |t: &Tracked, k: f64| of.unit.from_si(t.value + k * t.std.min(most));
                 let edge = |k: f64| tracked.iter().map(|t| at(t, k)).collect();
                 panel(of, &times, edge(0.0), (edge(-2.0), edge(2.0)), Style::Line)
             })

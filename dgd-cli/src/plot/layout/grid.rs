@@ -3,15 +3,14 @@
 use super::label_width;
 use super::panel::PlacedPanel;
 use super::{COLUMN_GAP, LABEL_GAP, LABEL_SIZE, LINE_HEIGHT, MARGIN, TICK_GAP, TICK_LENGTH};
+use crate::plot::Figure;
 use crate::plot::font::Font;
-use crate::plot::{Figure, PanelOrder};
 
 /// Which panel stands where.
 pub(super) struct Grid {
     pub(super) rows: usize,
     pub(super) columns: usize,
     panels: usize,
-    order: PanelOrder,
 }
 
 impl Grid {
@@ -19,20 +18,12 @@ impl Grid {
         let panels = figure.panels.len();
         let columns = figure.columns.clamp(1, panels.max(1));
         let rows = panels.div_ceil(columns);
-        let columns = match figure.order {
-            PanelOrder::ByRow => columns,
-            // Full columns may need fewer of them: four panels in two rows leave no third one.
-            PanelOrder::ByColumn => panels.div_ceil(rows.max(1)).max(1),
-        };
-        Grid { rows, columns, panels, order: figure.order }
+        Grid { rows, columns, panels }
     }
 
     /// Row and column of a panel.
     pub(super) fn place(&self, index: usize) -> (usize, usize) {
-        match self.order {
-            PanelOrder::ByRow => (index / self.columns, index % self.columns),
-            PanelOrder::ByColumn => (index % self.rows, index / self.rows),
-        }
+        (index / self.columns, index % self.columns)
     }
 
     pub(super) fn row(&self, row: usize) -> impl Iterator<Item = usize> {

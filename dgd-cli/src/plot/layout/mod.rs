@@ -161,7 +161,7 @@ fn text(text: Text, at: Point, anchor: Anchor, size: f64) -> Mark {
 #[cfg(test)]
 mod tests {
     use super::super::scene::Rectangle;
-    use super::super::{Band, Envelope, Panel, PanelOrder, Series, Style};
+    use super::super::{Band, Envelope, Panel, Series, Style};
     use super::*;
 
     fn series(name: &str, style: Style, y: impl Fn(f64) -> f64) -> Series {
@@ -233,15 +233,9 @@ mod tests {
     #[test]
     fn no_text_overlaps_another_or_leaves_the_page() {
         let font = Font::embedded();
-        for (panels, columns, order) in [
-            (1, 1, PanelOrder::ByRow),
-            (4, 1, PanelOrder::ByRow),
-            (5, 2, PanelOrder::ByColumn),
-            (7, 3, PanelOrder::ByRow),
-            (4, 3, PanelOrder::ByColumn),
-        ] {
+        for (panels, columns) in [(1, 1), (4, 1), (5, 2), (7, 3), (4, 3)] {
             for stretch in [1.0, 3e5] {
-                let mut figure = Figure { columns, order, ..figure(panels) };
+                let mut figure = Figure { columns, ..figure(panels) };
                 for series in figure.panels.iter_mut().flat_map(|panel| &mut panel.series) {
                     series.x.iter_mut().for_each(|x| *x *= stretch);
                 }
@@ -326,7 +320,7 @@ mod tests {
 
     #[test]
     fn odd_figures_are_drawn_too() {
-        let lonely = Series { x: vec![1.0], ..series("x", Style::Step, |_| 2.0) };
+        let lonely = Series { x: vec![1.0], ..series("x", Style::Line, |_| 2.0) };
         let undefined = series("x", Style::Dots, |_| f64::NAN);
         let bands = vec![Band { from: f64::NAN, to: f64::NAN }];
         let both = vec![lonely.clone(), undefined.clone()];

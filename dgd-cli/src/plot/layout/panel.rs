@@ -72,7 +72,6 @@ impl<'a> PlacedPanel<'a> {
                     return vec![dots(centres, pen)];
                 }
                 Style::Line | Style::ThinLine => curve::lines(points, columns),
-                Style::Step => curve::lines(curve::held(points), columns),
             };
             // A point between two gaps has no line to lie on.
             let (alone, lines): (Vec<_>, Vec<_>) =
