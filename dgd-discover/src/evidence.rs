@@ -63,7 +63,7 @@ fn inclusion(search: &Search<'_>, effect: usize, random: &mut Pcg64) -> f64 {
             let residuals = fitted.residuals(&search.data);
             let residual = weighted(&search.data, &residuals);
             let mut sums = vec![0.0; BLOCKS];
-            for (e, block) in residual.iter().zip(blocks(&search.data, &residuals)) {
+            for (e, block) in residual.iter().zip(blocks(&search.data, &residuals, BLOCKS)) {
                 sums[block] += e * e;
             }
             let penalty = fitted.free() as f64 * (residual.len() as f64).ln();

@@ -112,7 +112,8 @@ fn computed(
 ) -> Screen {
     let residuals = fitted.residuals(data);
     let Some(basis) = fitted_directions(fitted, data) else { return Screen::default() };
-    let errors = Errors::new(&weighted(data, &residuals), blocks(data, &residuals), &basis);
+    let blocks = blocks(data, &residuals, independent_blocks(data));
+    let errors = Errors::new(&weighted(data, &residuals), blocks, &basis);
     let (ranges, basis) = (&ranges(fitted, data), &basis);
     let parts = Parts { base, all, fitted, data, threads, basis, errors: &errors, ranges, look };
     let mut screen = Screen::default();
@@ -613,15 +614,34 @@ pub(crate) fn weighted(data: &Data<'_>, residuals: &[Vec<Vec<f64>>]) -> Vec<f64>
     all
 }
 
-/// The block of each weighted residual, in their order.
-pub(crate) fn blocks(data: &Data<'_>, residuals: &[Vec<Vec<f64>>]) -> Vec<usize> {
+/// Blocks are at least so many times as long as the noise's memory: what is left of its correlation, which
+/// is never known exactly, stays within a block.
+const MEMORIES: f64 = 5.0;
+
+/// And so many there are at least.
+const FEWEST_BLOCKS: f64 = 10.0;
+
+/// How many blocks of all recordings have little to do with each other.
+fn independent_blocks(data: &Data<'_>) -> usize {
+    let colours = data.noise.iter().flatten().filter_map(|noise| noise.colour);
+    let memory = colours.map(|colour| colour.memory).fold(0.0, f64::max);
+    let length = |recording: &Recording| match recording.times.as_slice() {
+        [first, .., last] => last - first,
+        _ => 0.0,
+    };
+    let seconds: f64 = data.train.iter().map(length).sum();
+    (seconds / (MEMORIES * memory)).clamp(FEWEST_BLOCKS, BLOCKS as f64) as usize
+}
+
+/// The block of each weighted residual, in their order, of so many.
+pub(crate) fn blocks(data: &Data<'_>, residuals: &[Vec<Vec<f64>>], number: usize) -> Vec<usize> {
     let samples: usize = data.train.iter().map(|recording| recording.times.len()).sum();
     let (mut all, mut before) = (Vec::new(), 0);
     for (recording, outputs) in data.train.iter().zip(residuals) {
         for (values, noise) in outputs.iter().zip(&data.noise) {
             let measured =
                 values.iter().enumerate().filter(|(_, e)| noise.is_some() && e.is_finite());
-            all.extend(measured.map(|(k, _)| (before + k) * BLOCKS / samples.max(1)));
+            all.extend(measured.map(|(k, _)| (before + k) * number / samples.max(1)));
         }
         before += recording.times.len();
     }
