@@ -184,11 +184,8 @@ fn words(progress: Progress, elapsed: Duration) -> String {
     let mut text = format!("{what}: {done} of {at_most}{all}, {} so far", clock(elapsed));
     if elapsed >= TOO_SOON && done > 0 && done < all {
         let left = elapsed.mul_f64((all - done) as f64 / done as f64);
-        text += &format!(
-            ", {}{} left",
-            if at_most.is_empty() { "about " } else { at_most },
-            clock(left)
-        );
+        let about = if at_most.is_empty() { "about " } else { at_most };
+        text.extend([", ", about, &clock(left), " left"]);
     }
     text
 }

@@ -73,7 +73,7 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
     let mut diagnostics = Diagnostics::default();
     let found = discover(&request, &mut diagnostics);
     watch.write();
-    let found = found.map_err(|error| failed(error, &diagnostics, &compilation))?;
+    let found = found.map_err(|error| failed(&error, &diagnostics, &compilation))?;
     let shown = show(args, &found, &compiled, &compilation, console);
     if let (Err(_), Some(journal)) = (&shown, &journal) {
         journal.leave();
@@ -85,7 +85,7 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
 }
 
 fn failed(
-    error: DiscoverError,
+    error: &DiscoverError,
     diagnostics: &Diagnostics,
     compilation: &Compilation,
 ) -> CommandError {
