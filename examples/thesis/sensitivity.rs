@@ -54,10 +54,7 @@ pub(crate) fn draw() -> Fallible<Section> {
     });
     let go_to_rest =
         claim(towards, "Sensitivities go to those of the steady state, in closed form.".to_owned());
-    let figure = Figure {
-        columns: 2,
-        ..Figure::new(Text::plain("Time").with_unit("s"), panels)
-    };
+    let figure = Figure { columns: 2, ..Figure::new(Text::plain("Time").with_unit("s"), panels) };
     let finding = Finding {
         number: "3.1",
         title: "The riser's level after a step in pump speed, and its sensitivities",
