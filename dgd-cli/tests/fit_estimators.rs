@@ -2,6 +2,8 @@
 
 mod support;
 
+use std::fmt::Write as _;
+
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -229,7 +231,8 @@ fn circulating(folder: &TempDir, rows: usize) -> String {
     for k in 0..rows {
         let speed = 52.0 + 0.2 * [0.0, 1.0, -1.0, 0.4, -0.6][k / 60 % 5];
         let boost = 1850.0 + 8.0 * (0.011 * k as f64).sin();
-        csv += &format!("{k},{speed},{boost},{}\n", [290, 294][k / 150 % 2]);
+        let fill = [290, 294][k / 150 % 2];
+        writeln!(csv, "{k},{speed},{boost},{fill}").expect("a string takes all");
     }
     let (inputs, data) = (path(folder, "inputs.csv"), path(folder, "data.csv"));
     std::fs::write(&inputs, csv).expect("a folder");
@@ -314,7 +317,8 @@ fn what_has_no_linear_model_is_told_by_name() {
     for t in 0..60 {
         let since = f64::from((t - 40).max(0));
         let y = 4.0 - 3.0 * (-0.2 * since).exp();
-        csv += &format!("{t},{},{}\n", if t < 40 { 1 } else { 4 }, y.min(2.0));
+        let u = if t < 40 { 1 } else { 4 };
+        writeln!(csv, "{t},{u},{}", y.min(2.0)).expect("a string takes all");
     }
     let late = b"model late\ninput u [1] hold\nparameter k [1/s] = 0.2\nstate x [1] = 1\n\
         equation e: der(x) = k*(u - delay(x, 2 [s]))\noutput y [1] = x\n";

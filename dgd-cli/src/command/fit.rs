@@ -268,9 +268,9 @@ impl Task {
         let points = operating_points(problem, &fit.p, &fit.starts).map_err(failed)?;
         let model = nonlinear(problem, &fit.p, &fit.starts);
         if let Ok(model) = &model {
-            let first = args.data.iter().zip(&model.departures);
+            let mut all = args.data.iter().zip(&model.departures);
             if let Some((path, departure)) =
-                first.filter_map(|(path, found)| Some((path, found.as_ref()?))).next()
+                all.find_map(|(path, found)| Some((path, found.as_ref()?)))
             {
                 return Err(CommandError::Found(linearised::other_mode(path, departure)));
             }
