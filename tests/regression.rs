@@ -8,8 +8,8 @@ mod support;
 use std::path::Path;
 
 use dgd::identify::regression::{
-    FollowOptions, Forgetting, LeftOut, Normalisation, RegressionError, RegressionFit,
-    RegressionMethod, RegressionProblem, RowOf, follow, regress,
+    FollowOptions, Forgetting, Normalisation, RegressionError, RegressionFit, RegressionMethod,
+    RegressionProblem, RowOf, RowsLeftOut, follow, regress,
 };
 use dgd::identify::{Bound, Prior, Recording};
 use dgd::{Column, Inputs, Interpolation, System};
@@ -560,7 +560,7 @@ fn a_line_that_no_sensor_sees_goes_along_with_the_record() {
         assert!((found / truth - 1.0).abs() < 2e-3, "{name}: {found}");
         assert!((found / expected - 1.0).abs() < 2e-3, "{name}: {found} {expected}");
     }
-    assert_eq!(carried.left_out, LeftOut::default());
+    assert_eq!(carried.left_out, RowsLeftOut::default());
     // Every sample has a row: the flow is known in all modes.
     assert_eq!(carried.rows[0].samples, 900);
 

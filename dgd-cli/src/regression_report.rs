@@ -8,7 +8,7 @@ use dgd_compiler::model::Variant;
 use dgd_runtime::Signature;
 use dgd_runtime::identify::Bound;
 use dgd_runtime::identify::regression::{
-    Followed, LeftOut, RegressionFit, RowOf, RowQuality, RowTrace,
+    Followed, RegressionFit, RowOf, RowQuality, RowTrace, RowsLeftOut,
 };
 use serde_json::{Map, Value, json};
 
@@ -318,7 +318,7 @@ impl RegressionOutcome<'_> {
                 );
             }
         }
-        let LeftOut { before_record, without_mode } = fit.left_out;
+        let RowsLeftOut { before_record, without_mode } = fit.left_out;
         if before_record > 0 {
             let _ = writeln!(
                 text,

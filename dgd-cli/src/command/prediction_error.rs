@@ -9,8 +9,8 @@ use dgd_runtime::identify::filter::{
     prediction_error, predictions,
 };
 use dgd_runtime::identify::{
-    Estimate, EstimateError, Evaluation, Noise, OutputErrorProblem, Recording, Starts, Termination,
-    evaluate,
+    Bound, Estimate, EstimateError, Evaluation, Noise, OutputErrorProblem, Recording, Starts,
+    Termination, evaluate,
 };
 use dgd_runtime::{Direction, Options, Output, Signature, System, Unit};
 use serde_json::{Map, Value, json};

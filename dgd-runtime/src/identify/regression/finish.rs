@@ -7,7 +7,7 @@ use crate::identify::regression::RegressionMethod;
 use crate::identify::regression::error::RegressionError;
 use crate::identify::regression::least_squares::{UNSEEN, spectrum};
 use crate::identify::regression::prepare::Prepared;
-use crate::identify::regression::rows::{LeftOut, RowOf, Rows};
+use crate::identify::regression::rows::{RowOf, Rows, RowsLeftOut};
 use crate::identify::regression::separable::triangle;
 use crate::identify::uncertainty::{Estimate, Uncertainty, Undetermined};
 use crate::identify::variables::Bound;
@@ -62,7 +62,7 @@ pub struct RegressionFit {
     /// Rows of all equations and outputs.
     pub samples: usize,
     /// Samples that have none.
-    pub left_out: LeftOut,
+    pub left_out: RowsLeftOut,
     /// Accepted steps of the outer search.
     pub iterations: usize,
     /// Evaluations of all rows.

@@ -57,7 +57,7 @@ pub use follow::{FollowOptions, Followed, follow};
 pub use recursive::{
     ContinuousLeastSquares, Forgetting, Normalisation, RecursiveLeastSquares, RegressorSample,
 };
-pub use rows::{LeftOut, RowOf};
+pub use rows::{RowOf, RowsLeftOut};
 pub use trace::{RowTrace, traces};
 
 /// Most rounds of re-estimated noise.

@@ -31,7 +31,7 @@ pub enum RowOf {
 
 /// Samples without rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct LeftOut {
+pub struct RowsLeftOut {
     /// What they read late was before the record.
     pub before_record: usize,
     /// The model cannot be simulated up to them, so that their modes are not known.
@@ -367,8 +367,8 @@ impl<'a, S: System> Rows<'a, S> {
     }
 
     /// How many samples have no rows for want of a past or of a mode.
-    pub(crate) fn left_out(&self) -> LeftOut {
-        let mut left_out = LeftOut::default();
+    pub(crate) fn left_out(&self) -> RowsLeftOut {
+        let mut left_out = RowsLeftOut::default();
         for known in self.known {
             let n = known.times.len();
             left_out.without_mode += n - known.lost_from.max(known.first).min(n);
