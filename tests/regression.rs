@@ -440,13 +440,16 @@ fn an_unknown_that_no_output_gives_is_named() {
     assert_eq!(error, RegressionError::TooFewRows { rows: 1, free: 2 });
 }
 
+/// An input over time: its name, what it does between samples, and its values.
+type Driven<'a> = (&'a str, Interpolation, &'a dyn Fn(f64) -> f64);
+
 /// A recording of a model's own run with other values of some parameters, all outputs read without error.
 fn simulated(
     text: &str,
     truth: &[(&str, f64)],
     h: f64,
     n: usize,
-    inputs: &[(&str, Interpolation, &dyn Fn(f64) -> f64)],
+    inputs: &[Driven<'_>],
 ) -> (Recording, dgd::Solution) {
     let times: Vec<f64> = (0..n).map(|k| h * k as f64).collect();
     let sampled: Vec<Vec<f64>> =

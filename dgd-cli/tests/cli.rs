@@ -4,6 +4,7 @@
 mod golden;
 mod support;
 
+use std::fmt::Write as _;
 use std::fs;
 
 use golden::{Goldens, files};
@@ -356,7 +357,8 @@ fn models_without_states_need_no_start_values() {
     let mut data = "time [s],u,y\n".to_owned();
     for k in 0..200 {
         let u = [1.0, 3.0, 2.0][k / 20 % 3];
-        data += &format!("{k},{u},{}\n", 2.0 * u + 0.1 * [1.0, -1.0, 0.5, -0.5][k * k % 7 % 4]);
+        let y = 2.0 * u + 0.1 * [1.0, -1.0, 0.5, -0.5][k * k % 7 % 4];
+        let _ = writeln!(data, "{k},{u},{y}");
     }
     let folder = folder_with(&[("line.dgd", model), ("a.csv", data.as_bytes())]);
     let run = |command: &str, more: &[&str]| {

@@ -86,16 +86,16 @@ fn to_unit_of(column: &mut Column, first: &Column) -> Result<(), Box<Diagnostic>
                     ),
             ))
         }
-        (Some(unit), None) => Err(without_unit(first, column, unit)),
-        (None, Some(unit)) => Err(without_unit(column, first, unit)),
+        (Some(unit), None) => Err(Box::new(without_unit(first, column, unit))),
+        (None, Some(unit)) => Err(Box::new(without_unit(column, first, unit))),
     }
 }
 
-fn without_unit(column: &Column, other: &Column, unit: &Unit) -> Box<Diagnostic> {
-    Box::new(column.fault.clone().unwrap_or_else(|| {
+fn without_unit(column: &Column, other: &Column, unit: &Unit) -> Diagnostic {
+    column.fault.clone().unwrap_or_else(|| {
         let message = format!("the column `{}` has no unit", column.name);
         Diagnostic::new(Code::E609, column.place, message)
             .label(other.place, format!("`{}` is in `{}` here", other.name, unit.symbol))
             .help(format!("write `{} [{}]`", column.name, unit.symbol))
-    }))
+    })
 }
