@@ -1,7 +1,7 @@
 //! What a fit found, for people and for programs.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use dgd_compiler::model::Variant;
 use dgd_runtime::identify::{
@@ -167,7 +167,7 @@ impl Outcome<'_> {
         let of = |(path, starts): (&PathBuf, &Starts)| {
             let entry = |(i, value): &(usize, f64)| {
                 let unknown = self.signature.unknowns.at(*i);
-                let value = in_unit(*value, &unknown.unit);
+                let value = unknown.unit.from_si(*value);
                 (unknown.name.to_string(), json!({ "value": value, "unit": unknown.unit.symbol }))
             };
             let values: Map<String, Value> = starts.iter().map(entry).collect();
@@ -214,7 +214,7 @@ impl Outcome<'_> {
         let mut table = vec![["estimate", "value", "std", "unit", ""].map(str::to_owned)];
         for (i, estimate) in fit.estimates.iter().enumerate() {
             let unit = self.unit(estimate);
-            let value = in_unit(estimate.value, unit);
+            let value = unit.from_si(estimate.value);
             let std = estimate.std.map(|std| std / unit.factor);
             let remark = match estimate.at_bound {
                 Some(bound) => format!("at its {} bound", bound_name(bound)),
@@ -306,7 +306,7 @@ pub(crate) fn entry(signature: &Signature, estimate: &Estimate) -> (String, Valu
         Direction::Start(i) => signature.unknowns.name(i).to_string(),
     };
     let entry = json!({
-        "value": in_unit(estimate.value, unit),
+        "value": unit.from_si(estimate.value),
         "unit": unit.symbol,
         "std": estimate.std.map(|std| std / unit.factor),
         "at_bound": estimate.at_bound.map(bound_name),
@@ -339,7 +339,7 @@ pub(crate) fn fixed_entries(
     let fixed = signature.parameters.iter().enumerate().filter(|(i, _)| is_fixed(*i));
     let entry = |(i, parameter): (usize, &dgd_runtime::Parameter)| {
         let unit = &parameter.unit;
-        let entry = json!({ "value": in_unit(p[i], unit), "unit": unit.symbol });
+        let entry = json!({ "value": unit.from_si(p[i]), "unit": unit.symbol });
         (parameter.name.to_string(), entry)
     };
     fixed.map(entry).collect()
@@ -386,14 +386,6 @@ pub(crate) fn push_combinations(
             }
         };
     }
-}
-
-pub(crate) fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-pub(crate) fn in_unit(si: f64, unit: &Unit) -> f64 {
-    unit.from_si(si)
 }
 
 /// A value to the second digit of its standard deviation.

@@ -17,7 +17,7 @@ use serde_json::{Map, Value, json};
 
 use crate::estimator::Estimator;
 use crate::failure::CommandError;
-use crate::fit_report::{Outcome, digits_of, in_unit};
+use crate::fit_report::{Outcome, digits_of};
 use crate::left_out::LeftOut;
 use crate::plot::{Figure, Panel, Series, Style, Text};
 use crate::table::{push_table, significant};
@@ -157,7 +157,7 @@ impl Intervals {
             json!({
                 "unit": unit.symbol,
                 "std": resampled.std(i).map(|std| std / unit.factor),
-                "interval": interval.map(|(low, high)| [in_unit(low, unit), in_unit(high, unit)]),
+                "interval": interval.map(|(low, high)| [unit.from_si(low), unit.from_si(high)]),
             })
         };
         let estimates: Map<String, Value> =
@@ -192,7 +192,7 @@ impl Intervals {
             let half = estimate.std.map(|std| THRESHOLD.sqrt() * std);
             let scale = self.scale_of(i, outcome.fit);
             let number =
-                |value: f64| digits_of(in_unit(value, unit), scale.map(|s| s / unit.factor));
+                |value: f64| digits_of(unit.from_si(value), scale.map(|s| s / unit.factor));
             let pair = |low: f64, high: f64| format!("{} .. {}", number(low), number(high));
             let by_std = half.map(|half| pair(estimate.value - half, estimate.value + half));
             let profile = self.profiles.iter().find(|profile| profile.estimate == i);
@@ -240,7 +240,7 @@ impl Intervals {
             for (side, end, others) in sides {
                 let name = outcome.name(profile.estimate);
                 let unit = outcome.unit(&outcome.fit.estimates[profile.estimate]);
-                let reached = significant(in_unit(end.value(), unit), 3);
+                let reached = significant(unit.from_si(end.value()), 3);
                 let _ = match end {
                     End::Interval(_) | End::Bound(_) => continue,
                     End::Open(_) => {
@@ -319,7 +319,7 @@ fn profile_entry(profile: &Profile, outcome: &Outcome<'_>) -> Value {
             End::Open(_) => "open",
             End::Unsimulated(_) => "unsimulated",
         };
-        json!({ "value": in_unit(end.value(), unit), "end": kind })
+        json!({ "value": unit.from_si(end.value()), "end": kind })
     };
     let (low, high) = profile.interval();
     let followers = |others: &[f64]| {
@@ -329,12 +329,12 @@ fn profile_entry(profile: &Profile, outcome: &Outcome<'_>) -> Value {
     };
     json!({
         "unit": unit.symbol,
-        "interval": [low.map(|low| in_unit(low, unit)), high.map(|high| in_unit(high, unit))],
+        "interval": [low.map(|low| unit.from_si(low)), high.map(|high| unit.from_si(high))],
         "lower": end(profile.lower),
         "upper": end(profile.upper),
         "with_lower": followers(&profile.others_below),
         "with_upper": followers(&profile.others_above),
-        "values": profile.values.iter().map(|value| in_unit(*value, unit)).collect::<Vec<_>>(),
+        "values": profile.values.iter().map(|value| unit.from_si(*value)).collect::<Vec<_>>(),
         "deviance": profile.deviance,
         "threshold": THRESHOLD,
         "evaluations": profile.evaluations,
@@ -344,7 +344,7 @@ fn profile_entry(profile: &Profile, outcome: &Outcome<'_>) -> Value {
 /// Deviance over the estimate, with the threshold.
 fn figure(profile: &Profile, name: &str, outcome: &Outcome<'_>) -> Figure {
     let unit = outcome.unit(&outcome.fit.estimates[profile.estimate]);
-    let x: Vec<f64> = profile.values.iter().map(|value| in_unit(*value, unit)).collect();
+    let x: Vec<f64> = profile.values.iter().map(|value| unit.from_si(*value)).collect();
     let ends = [x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(0.0)];
     let line = |name: &str, style, x: &[f64], y: Vec<f64>| Series {
         name: Text::plain(name),

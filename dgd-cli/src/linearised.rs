@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 
 use crate::args::Place;
 use crate::fit_quality::Quality;
-use crate::fit_report::{Outcome, file_name, in_unit, rms_of};
+use crate::fit_report::{Outcome, rms_of};
 use crate::linear_report::modes;
 use crate::table::{push_table, significant};
 
@@ -115,14 +115,14 @@ impl Linearised {
                 writeln!(text, "linear close to the steady state with the means of the inputs:")
             }
         };
-        let points: Vec<(String, &OperatingPoint)> = outcome
-            .data
+        let points: Vec<(&String, &OperatingPoint)> = outcome
+            .recording_names
             .iter()
             .zip(&self.points)
-            .filter_map(|(path, point)| Some((file_name(path), point.as_ref()?)))
+            .filter_map(|(name, point)| Some((name, point.as_ref()?)))
             .collect();
         let mut heads = vec!["at".to_owned()];
-        heads.extend(points.iter().map(|(name, _)| name.clone()));
+        heads.extend(points.iter().map(|(name, _)| (*name).clone()));
         heads.push("unit".to_owned());
         let mut table = vec![heads];
         let columns: Vec<Vec<Quantity>> = points
@@ -221,7 +221,7 @@ fn inputs(signature: &Signature, point: &OperatingPoint) -> Vec<Quantity> {
     let inputs = signature.inputs.iter().zip(&point.u);
     let quantity = |(input, value): (&dgd_runtime::Input, &f64)| Quantity {
         name: input.name.to_string(),
-        value: in_unit(*value, &input.unit),
+        value: input.unit.from_si(*value),
         unit: input.unit.symbol.to_string(),
     };
     inputs.map(quantity).collect()
@@ -232,7 +232,7 @@ fn unknowns(signature: &Signature, point: &OperatingPoint) -> Vec<Quantity> {
         let unit = signature.unknowns.unit(i);
         Quantity {
             name: signature.unknowns.name(i).into_owned(),
-            value: in_unit(*value, unit),
+            value: unit.from_si(*value),
             unit: unit.symbol.to_string(),
         }
     };

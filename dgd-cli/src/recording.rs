@@ -15,7 +15,6 @@ use crate::console::Console;
 use crate::data::select::{self, Gaps};
 use crate::data::{self, Rename, Table};
 use crate::failure::CommandError;
-use crate::fit_report::file_name;
 use crate::load::Compilation;
 use crate::run::measured_start;
 
@@ -169,7 +168,8 @@ impl Recording {
 /// What recordings are called in results: by their files' names; where two of these are the same, by
 /// the paths as they were given, and by numbers where these are, too.
 pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
-    let files: Vec<String> = paths.iter().map(|path| file_name(path)).collect();
+    let file = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let files: Vec<String> = paths.iter().map(file).collect();
     let typed: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
     let is_unique = |names: &[String]| {
         let mut sorted: Vec<&String> = names.iter().collect();

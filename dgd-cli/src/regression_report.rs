@@ -15,11 +15,12 @@ use serde_json::{Map, Value, json};
 use crate::estimator::Estimator;
 use crate::figure::{Line, Subject, beside, differences as differences_panel};
 use crate::fit_report::{
-    CORRELATED, Tested, digits_of, entry, fixed_entries, in_unit, push_combinations,
-    push_correlated, rms_of, variant_entries,
+    CORRELATED, Tested, digits_of, entry, fixed_entries, push_combinations, push_correlated,
+    rms_of, variant_entries,
 };
 use crate::left_out::LeftOut;
 use crate::plot::{Figure, Text};
+use crate::recording;
 use crate::table::{push_table, significant};
 
 /// A regression and how well the model does with what it found.
@@ -130,7 +131,7 @@ impl RegressionOutcome<'_> {
         for ((recording, t), estimates) in followed.times.iter().zip(&followed.estimates) {
             let _ = write!(text, "{t}");
             for (value, parameter) in estimates.iter().zip(units()) {
-                let _ = write!(text, ",{}", in_unit(*value, &parameter.unit));
+                let _ = write!(text, ",{}", parameter.unit.from_si(*value));
             }
             let _ = if is_one { writeln!(text) } else { writeln!(text, ",{}", recording + 1) };
         }
@@ -146,7 +147,7 @@ impl RegressionOutcome<'_> {
     fn unbounded(&self, j: usize) -> Option<f64> {
         let dgd_runtime::Direction::Parameter(i) = self.fit.estimates[j].of else { return None };
         let value = self.fit.unbounded.as_ref()?[i];
-        self.fit.linear[j].then(|| in_unit(value, &self.signature.parameters[i].unit))
+        self.fit.linear[j].then(|| self.signature.parameters[i].unit.from_si(value))
     }
 
     /// Unit of a row's errors, and SI in one of it.
@@ -185,6 +186,7 @@ impl RegressionOutcome<'_> {
     /// What each equation and output should be and is, and the difference within ± 2 of its standard
     /// deviations; over time, or over rows.
     pub(crate) fn figure(&self, traces: &[RowTrace], paths: &[PathBuf], by_row: bool) -> Figure {
+        let names = recording::names(paths);
         let (mut subjects, mut differences) = (Vec::new(), Vec::new());
         for trace in traces {
             let row = &self.fit.rows[trace.row];
@@ -201,11 +203,9 @@ impl RegressionOutcome<'_> {
                 values: in_unit(values),
                 measured,
             };
-            let file = match paths.get(trace.recording) {
-                Some(path) if paths.len() > 1 => {
-                    format!(", {}", path.file_name().unwrap_or_default().to_string_lossy())
-                }
-                _ => String::new(),
+            let file = match names.as_slice() {
+                [_] => String::new(),
+                names => format!(", {}", names[trace.recording]),
             };
             let title =
                 |what: &str| Text::plain(what).then(Text::name(&row.name)).then(Text::plain(&file));
@@ -264,7 +264,7 @@ impl RegressionOutcome<'_> {
             };
             table.push([
                 estimate.name.clone(),
-                digits_of(in_unit(estimate.value, unit), std),
+                digits_of(unit.from_si(estimate.value), std),
                 std.map_or_else(String::new, |std| significant(std, 2)),
                 unit.symbol.to_string(),
                 remark,

@@ -17,17 +17,18 @@ pub(crate) fn verify(is_resumed: bool, console: Console<'_>) -> Result<(), Comma
     Ok(())
 }
 
-/// Where what is finished is kept until the run ends, if it can be: beside `--out`.
+/// Where what is finished is kept until the run ends, if it can be: beside `--out`. `input` is a digest of all that
+/// it depends on.
 pub(crate) fn journal(
     is_resumed: bool,
-    input: Digest,
+    input: impl FnOnce() -> Digest,
     console: Console<'_>,
 ) -> Result<Option<RunJournal>, CommandError> {
     let Some(out) = console.out() else { return Ok(None) };
     let path = RunJournal::path(out);
     let shown = path.display().to_string();
     let opening = if is_resumed { Opening::Resume } else { Opening::Anew };
-    match RunJournal::open(path, owner(input), opening) {
+    match RunJournal::open(path, owner(input()), opening) {
         Ok((journal, before)) => {
             match before {
                 Before::Results(n) => {

@@ -15,7 +15,6 @@
 
 use crate::activity::{AT_WORK, Change, changes};
 use crate::search::Search;
-use crate::structure::Structure;
 
 /// An effect takes another back where they leave less than this share of it, root mean square: the
 /// chance that two sizes that know nothing of each other are so near.
@@ -29,23 +28,23 @@ impl Search<'_> {
             let rest: Vec<usize> = chosen.iter().copied().filter(|c| !some.contains(c)).collect();
             self.base.structure(self.candidates, &rest).ok()
         };
+        let by = |some: &[usize]| {
+            let (values, recording) = (&fitted.values, &self.data.train[0]);
+            let without = without(some)?;
+            Some(changes(&fitted.structure, &without, values, recording, &self.data.options))
+        };
         let pairs = chosen
             .iter()
             .enumerate()
-            .flat_map(|(i, a)| chosen[i + 1..].iter().flat_map(move |b| [[*a, *b], [*b, *a]]));
-        let takes_back = |[a, b]: &[usize; 2]| {
-            let (Some(without_a), Some(without_b), Some(without_both)) =
-                (without(&[*a]), without(&[*b]), without(&[*a, *b]))
-            else {
-                return false;
-            };
-            let of = |without: &Structure| {
-                let (values, recording) = (&fitted.values, &self.data.train[0]);
-                changes(&fitted.structure, without, values, recording, &self.data.options)
-            };
-            do_cancel(&of(&without_a), &of(&without_b), &of(&without_both))
+            .flat_map(|(i, a)| chosen[i + 1..].iter().map(move |b| [*a, *b]));
+        let taken_back = |[a, b]: [usize; 2]| {
+            let (by_a, by_b, by_both) = (by(&[a])?, by(&[b])?, by(&[a, b])?);
+            if do_cancel(&by_a, &by_b, &by_both) {
+                return Some([a, b]);
+            }
+            do_cancel(&by_b, &by_a, &by_both).then_some([b, a])
         };
-        pairs.into_iter().find(takes_back)
+        pairs.into_iter().find_map(taken_back)
     }
 }
 

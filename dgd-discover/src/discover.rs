@@ -143,8 +143,9 @@ pub fn discover(
         atol: options.atol.max(RANKING_TOLERANCE),
         ..options
     };
-    let keeping =
-        Keeping { journal: request.journal, watch: request.watch, request: request.digest() };
+    let is_kept = request.journal.is_of_use();
+    let digest = if is_kept { request.digest() } else { Digest::EMPTY };
+    let keeping = Keeping { journal: request.journal, watch: request.watch, request: digest };
     let mut search = Search {
         base,
         candidates: &candidates,

@@ -5,6 +5,7 @@ use dgd_runtime::identify::{
     StoppingRule, evaluate, fit, fit_starts,
 };
 use dgd_runtime::journal::{Kept, kept};
+use dgd_runtime::keep_by_fields;
 use dgd_runtime::{Observations, Options, Signature, System};
 
 use crate::colour::Whitener;
@@ -167,24 +168,7 @@ impl Ended {
     }
 }
 
-impl Kept for Ended {
-    fn write(&self, bytes: &mut Vec<u8>) {
-        let Self { p, starts, estimates, is_converged } = self;
-        p.write(bytes);
-        starts.write(bytes);
-        estimates.write(bytes);
-        is_converged.write(bytes);
-    }
-
-    fn read(bytes: &mut &[u8]) -> Option<Self> {
-        Some(Self {
-            p: Kept::read(bytes)?,
-            starts: Kept::read(bytes)?,
-            estimates: Kept::read(bytes)?,
-            is_converged: Kept::read(bytes)?,
-        })
-    }
-}
+keep_by_fields!(Ended { p, starts, estimates, is_converged });
 
 impl Kept for NoFit {
     fn write(&self, bytes: &mut Vec<u8>) {

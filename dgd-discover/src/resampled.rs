@@ -16,11 +16,10 @@
 //! Sources: Wu, Ann. Stat. 14 (1986) 1261 (random signs); White, Econometrica 68 (2000) 1097 (the
 //! maximum over candidates); Bell, McCaffrey, Survey Methodology 28 (2002) 169 (u_b).
 
+use dgd_runtime::keep_by_fields;
 use nalgebra::{DMatrix, SymmetricEigen};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
-
-use dgd_runtime::journal::Kept;
 
 use crate::projection::Basis;
 
@@ -66,36 +65,9 @@ pub(crate) struct Trial {
     pub contrasts: Vec<Contrast>,
 }
 
-impl Kept for Contrast {
-    fn write(&self, bytes: &mut Vec<u8>) {
-        let Self { as_it_is, parts, length, bounds: [lower, upper] } = self;
-        as_it_is.write(bytes);
-        parts.write(bytes);
-        length.write(bytes);
-        (*lower, *upper).write(bytes);
-    }
+keep_by_fields!(Contrast { as_it_is, parts, length, bounds });
 
-    fn read(bytes: &mut &[u8]) -> Option<Self> {
-        Some(Self {
-            as_it_is: Kept::read(bytes)?,
-            parts: Kept::read(bytes)?,
-            length: Kept::read(bytes)?,
-            bounds: <(f64, f64)>::read(bytes)?.into(),
-        })
-    }
-}
-
-impl Kept for Trial {
-    fn write(&self, bytes: &mut Vec<u8>) {
-        let Self { candidate, contrasts } = self;
-        candidate.write(bytes);
-        contrasts.write(bytes);
-    }
-
-    fn read(bytes: &mut &[u8]) -> Option<Self> {
-        Some(Self { candidate: Kept::read(bytes)?, contrasts: Kept::read(bytes)? })
-    }
-}
+keep_by_fields!(Trial { candidate, contrasts });
 
 impl Contrast {
     /// λ, from nothing.

@@ -19,7 +19,8 @@ use dgd_compiler::effects::Brought;
 use dgd_execute::Loaded;
 use dgd_runtime::identify::Recording;
 use dgd_runtime::identify::outputs_with_sensitivities as observe;
-use dgd_runtime::journal::{Kept, kept};
+use dgd_runtime::journal::kept;
+use dgd_runtime::keep_by_fields;
 use dgd_runtime::{Direction, System};
 
 use crate::candidates::Candidate;
@@ -360,48 +361,11 @@ impl StartPoint {
     }
 }
 
-impl Kept for Screen {
-    fn write(&self, bytes: &mut Vec<u8>) {
-        let Self { scores, trials } = self;
-        scores.write(bytes);
-        trials.write(bytes);
-    }
+keep_by_fields!(Screen { scores, trials });
 
-    fn read(bytes: &mut &[u8]) -> Option<Self> {
-        Some(Self { scores: Kept::read(bytes)?, trials: Kept::read(bytes)? })
-    }
-}
+keep_by_fields!(Score { candidate, gain, points, columns });
 
-impl Kept for Score {
-    fn write(&self, bytes: &mut Vec<u8>) {
-        let Self { candidate, gain, points, columns } = self;
-        candidate.write(bytes);
-        gain.write(bytes);
-        points.write(bytes);
-        columns.write(bytes);
-    }
-
-    fn read(bytes: &mut &[u8]) -> Option<Self> {
-        Some(Self {
-            candidate: Kept::read(bytes)?,
-            gain: Kept::read(bytes)?,
-            points: Kept::read(bytes)?,
-            columns: Kept::read(bytes)?,
-        })
-    }
-}
-
-impl Kept for StartPoint {
-    fn write(&self, bytes: &mut Vec<u8>) {
-        let Self { values, at_nothing } = self;
-        values.write(bytes);
-        at_nothing.write(bytes);
-    }
-
-    fn read(bytes: &mut &[u8]) -> Option<Self> {
-        Some(Self { values: Kept::read(bytes)?, at_nothing: Kept::read(bytes)? })
-    }
-}
+keep_by_fields!(StartPoint { values, at_nothing });
 
 /// What a candidate promises at one point of the grid.
 #[derive(Debug, Clone)]

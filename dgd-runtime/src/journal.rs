@@ -147,6 +147,23 @@ pub trait Kept: Sized {
     fn read(bytes: &mut &[u8]) -> Option<Self>;
 }
 
+/// Makes a struct what can be kept, of which all fields can be: `keep_by_fields!(Point { x, y })`.
+#[macro_export]
+macro_rules! keep_by_fields {
+    ($of:ty { $($field:ident),+ }) => {
+        impl $crate::journal::Kept for $of {
+            fn write(&self, bytes: &mut Vec<u8>) {
+                let Self { $($field),+ } = self;
+                $($crate::journal::Kept::write($field, bytes);)+
+            }
+
+            fn read(bytes: &mut &[u8]) -> Option<Self> {
+                Some(Self { $($field: $crate::journal::Kept::read(bytes)?),+ })
+            }
+        }
+    };
+}
+
 impl Kept for u64 {
     fn write(&self, bytes: &mut Vec<u8>) {
         bytes.extend(self.to_le_bytes());
@@ -266,6 +283,19 @@ impl<A: Kept, B: Kept> Kept for (A, B) {
     }
 }
 
+impl<T: Kept, const N: usize> Kept for [T; N] {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        for value in self {
+            value.write(bytes);
+        }
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        let all: Option<Vec<T>> = (0..N).map(|_| T::read(bytes)).collect();
+        all?.try_into().ok()
+    }
+}
+
 impl Kept for Direction {
     fn write(&self, bytes: &mut Vec<u8>) {
         let (is_start, place) = match *self {
@@ -291,28 +321,7 @@ impl Kept for Bound {
     }
 }
 
-impl Kept for Estimate {
-    fn write(&self, bytes: &mut Vec<u8>) {
-        let Self { name, of, recording, value, std, at_bound } = self;
-        name.write(bytes);
-        of.write(bytes);
-        recording.write(bytes);
-        value.write(bytes);
-        std.write(bytes);
-        at_bound.write(bytes);
-    }
-
-    fn read(bytes: &mut &[u8]) -> Option<Self> {
-        Some(Self {
-            name: Kept::read(bytes)?,
-            of: Kept::read(bytes)?,
-            recording: Kept::read(bytes)?,
-            value: Kept::read(bytes)?,
-            std: Kept::read(bytes)?,
-            at_bound: Kept::read(bytes)?,
-        })
-    }
-}
+keep_by_fields!(Estimate { name, of, recording, value, std, at_bound });
 
 #[cfg(test)]
 mod tests {

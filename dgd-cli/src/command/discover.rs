@@ -63,7 +63,7 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
         journal: &Forgetful,
         watch: &Unwatched,
     };
-    let journal = resume::journal(args.resume, request.digest(), console)?;
+    let journal = resume::journal(args.resume, || request.digest(), console)?;
     let watch = Attendant::ending(console, how_to_go_on(journal.is_some()));
     let kept: &dyn Journal = match &journal {
         Some(journal) => journal,

@@ -154,7 +154,7 @@ pub(super) struct Task {
     pub(super) watch: Attendant,
     /// Simulations, profiles and refits, kept until all is written.
     pub(super) journal: Option<RunJournal>,
-    /// Of the model.
+    /// Of the model, where something is kept.
     digest: Digest,
 }
 
@@ -219,10 +219,10 @@ impl Task {
             })
             .collect();
         let sources = compilation.sources;
-        let digest = Digest::EMPTY.of(&compiled.program);
+        let of_model = || Digest::EMPTY.of(&compiled.program);
         // Whose estimator simulates, it takes long.
         let journal = if args.regression.estimator == Estimator::OutputError {
-            let input = digest.of(&(&p, &train, &valid, &noise)).of(&options);
+            let input = || of_model().of(&(&p, &train, &valid, &noise)).of(&options);
             resume::journal(args.resume, input, console)?
         } else if args.resume {
             return Err(CommandError::Usage(
@@ -231,6 +231,7 @@ impl Task {
         } else {
             None
         };
+        let digest = if journal.is_some() { of_model() } else { Digest::EMPTY };
         Ok(Task {
             compiled,
             sources,

@@ -20,9 +20,10 @@ use crate::args::FitArgs;
 use crate::console::{Console, print};
 use crate::failure::CommandError;
 use crate::figure::{self, Line, Subject};
-use crate::fit_report::{Tested, bound_name, digits_of, entry, in_unit, rms_of, unit_of};
+use crate::fit_report::{Tested, bound_name, digits_of, entry, rms_of, unit_of};
 use crate::left_out::LeftOut;
 use crate::plot::{Figure, Panel, Text};
+use crate::recording;
 use crate::table::{push_table, significant};
 
 /// Differences of innovations need at least this tolerance.
@@ -143,13 +144,13 @@ impl Outcome<'_> {
          -> Result<(), CommandError> {
             let rows = predictions(problem, found, starts);
             let rows = rows.map_err(|error| task.failed(error, paths))?;
-            for ((rows, recording), path) in rows.iter().zip(problem.recordings).zip(paths) {
-                let file = path.file_name().unwrap_or_default().to_string_lossy();
+            let names = recording::names(paths);
+            for ((rows, recording), name) in rows.iter().zip(problem.recordings).zip(&names) {
                 for (i, output) in self.signature().outputs.iter().enumerate() {
                     if found.noise[i].is_none() || recording.measured[i].is_none() {
                         continue;
                     }
-                    let (subject, panel) = innovations(output, i, recording, rows, &file);
+                    let (subject, panel) = innovations(output, i, recording, rows, name);
                     subjects.push(subject);
                     panels.push(panel);
                 }
@@ -254,7 +255,7 @@ impl Outcome<'_> {
         let several = self.args.data.len() > 1;
         for estimate in &found.estimates {
             let unit = unit_of(signature, estimate);
-            let value = in_unit(estimate.value, unit);
+            let value = unit.from_si(estimate.value);
             let std = estimate.std.map(|std| std / unit.factor.abs());
             let name = match estimate.recording {
                 Some(r) if several => format!("{} of recording {}", estimate.name, r + 1),
@@ -308,16 +309,16 @@ fn innovations(
     rows: &[Row],
     file: &str,
 ) -> (Subject, Panel) {
-    let Unit { symbol, factor, offset } = &output.unit;
-    let in_unit = |value: f64| (value - offset) / factor;
+    let unit = &output.unit;
+    let Unit { symbol, factor, .. } = unit;
     let samples = recording.measured[i].as_deref().unwrap_or_default();
-    let measured = samples.iter().copied().map(in_unit).collect();
+    let measured = samples.iter().map(|value| unit.from_si(*value)).collect();
     // Of two rows with one time, the second has the innovation.
     let positions = (0..recording.times.len())
         .filter(|k| recording.times.get(k + 1) != Some(&recording.times[*k]));
     let of_row = |(k, row): (usize, &Row)| match row.innovations[i] {
         Some(innovation) => [
-            in_unit(samples[k] - innovation.value),
+            unit.from_si(samples[k] - innovation.value),
             innovation.value / factor,
             innovation.std / factor.abs(),
         ],

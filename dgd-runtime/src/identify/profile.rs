@@ -27,6 +27,7 @@ use crate::identify::progress::{Of, Progress};
 use crate::identify::uncertainty::Term;
 use crate::identify::variables::Scale;
 use crate::journal::Kept;
+use crate::keep_by_fields;
 use crate::system::System;
 
 /// χ²₁(0.95), what the deviance of an interval of 95 % rises by.
@@ -123,32 +124,16 @@ pub struct Profile {
     pub evaluations: usize,
 }
 
-impl Kept for Profile {
-    fn write(&self, bytes: &mut Vec<u8>) {
-        let Self { estimate, values, deviance, lower, upper, .. } = self;
-        estimate.write(bytes);
-        values.write(bytes);
-        deviance.write(bytes);
-        lower.write(bytes);
-        upper.write(bytes);
-        self.others_below.write(bytes);
-        self.others_above.write(bytes);
-        self.evaluations.write(bytes);
-    }
-
-    fn read(bytes: &mut &[u8]) -> Option<Self> {
-        Some(Self {
-            estimate: Kept::read(bytes)?,
-            values: Kept::read(bytes)?,
-            deviance: Kept::read(bytes)?,
-            lower: Kept::read(bytes)?,
-            upper: Kept::read(bytes)?,
-            others_below: Kept::read(bytes)?,
-            others_above: Kept::read(bytes)?,
-            evaluations: Kept::read(bytes)?,
-        })
-    }
-}
+keep_by_fields!(Profile {
+    estimate,
+    values,
+    deviance,
+    lower,
+    upper,
+    others_below,
+    others_above,
+    evaluations
+});
 
 impl Profile {
     /// The interval of 95 %, SI; `None` for a side that the data leaves open. A bound closes one.

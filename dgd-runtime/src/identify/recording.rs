@@ -4,7 +4,7 @@ use crate::identify::error::TrialFailure;
 use crate::identify::linearised;
 use crate::integrate::locked::{Sink, can_stream, stream};
 use crate::integrate::{simulate, simulate_with_sensitivities};
-use crate::journal::Kept;
+use crate::keep_by_fields;
 use crate::linearize::LinearAt;
 use crate::observe::{Observations, observe};
 use crate::problem::{Options, Problem};
@@ -169,26 +169,7 @@ pub(crate) struct Sums {
     pub information: Vec<f64>,
 }
 
-impl Kept for Sums {
-    fn write(&self, bytes: &mut Vec<u8>) {
-        let Self { samples, without_sensitivity, squares, gradient, information } = self;
-        samples.write(bytes);
-        without_sensitivity.write(bytes);
-        squares.write(bytes);
-        gradient.write(bytes);
-        information.write(bytes);
-    }
-
-    fn read(bytes: &mut &[u8]) -> Option<Self> {
-        Some(Self {
-            samples: Kept::read(bytes)?,
-            without_sensitivity: Kept::read(bytes)?,
-            squares: Kept::read(bytes)?,
-            gradient: Kept::read(bytes)?,
-            information: Kept::read(bytes)?,
-        })
-    }
-}
+keep_by_fields!(Sums { samples, without_sensitivity, squares, gradient, information });
 
 impl Sums {
     fn zeros(n: usize) -> Self {
