@@ -1,6 +1,8 @@
 //! Regressions on made-up and on recorded data, against formulas, other computations of the same, and the
 //! numbers of Haukanes 2015, chapter 3.
 
+#[path = "regression/profiles.rs"]
+mod profiles;
 #[path = "support/recorded.rs"]
 mod recorded;
 mod support;
@@ -342,6 +344,34 @@ fn samples_that_move_can_be_left_out() {
     let part = slow.samples as f64 / all.samples as f64;
     assert!((0.2..0.5).contains(&part), "{part}");
     assert!((value(&slow, "k") - 5.0).abs() < 5e-3);
+}
+
+#[test]
+fn rows_that_read_no_state_obey_limits_of_states_too() {
+    // `gain` reads the input alone: at samples that are not steady it is off.
+    let text = format!("{SPRING}parameter c [1/N] = 1\noutput gain [1] = c*F\n");
+    let mut recording = spring(0.01);
+    let rate = |t: f64| -t.sin() - 2.0 * (2.0 * t).sin();
+    let force = |t: f64| {
+        let (x, v) = (t.sin() + 0.5 * (2.0 * t).sin(), t.cos() + (2.0 * t).cos());
+        3.0 * rate(t) + 0.7 * v + 5.0 * x
+    };
+    let gain = |t: &f64| if rate(*t).abs() < 1.3 { 2.0 } else { 50.0 } * force(*t);
+    recording.measured.push(Some(recording.times.iter().map(gain).collect()));
+    let case = Case::made_up(&text, recording);
+    let slow = RegressionProblem { steady: vec![(1, 1.0)], ..case.problem() };
+    let fit = regress(&slow, RegressionMethod::LeastSquares).expect("a fit");
+    assert!((value(&fit, "c") - 2.0).abs() < 1e-9, "{}", value(&fit, "c"));
+}
+
+#[test]
+fn without_a_steady_sample_it_is_said_how_slow_they_are() {
+    let case = Case::made_up(SPRING, spring(0.01));
+    let slow = RegressionProblem { steady: vec![(1, 1e-9)], ..case.problem() };
+    let error = regress(&slow, RegressionMethod::LeastSquares).expect_err("nothing is steady");
+    let RegressionError::NothingSteady { unknowns } = &error else { panic!("{error}") };
+    assert!(unknowns[0].slowest > 1e-9 && unknowns[0].slowest < 0.05, "{error}");
+    assert!(error.to_string().starts_with("no sample is steady: `v` moves by "), "{error}");
 }
 
 const LINE: &str = "\

@@ -422,11 +422,11 @@ fn parameters_that_cancel_have_open_profiles_that_name_each_other() {
     // near zero, where b would be infinite.
     assert!(matches!(profile.upper, End::Open(_)), "{:?}", profile.upper);
     assert!(profile.deviance.iter().zip(&profile.values).all(|(d, a)| *a < 0.1 || d.abs() < 1e-3));
-    let followers = profile.followers(&fit, &profile.others_above);
+    let followers = &profile.with_upper;
     assert_eq!(followers.len(), 1);
     assert!(followers[0].estimate == 1 && followers[0].change < 0.0, "{followers:?}");
     // What is left of b keeps the product.
-    let product = profile.upper.value() * profile.others_above[1];
+    let product = profile.upper.value() * profile.at_upper[1];
     let found = fit.estimates[0].value * fit.estimates[1].value;
     assert!((product / found - 1.0).abs() < 1e-3, "{product} {found}");
 }

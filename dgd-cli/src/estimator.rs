@@ -32,6 +32,11 @@ impl Estimator {
     pub(crate) fn simulates(self) -> bool {
         matches!(self, Self::OutputError | Self::Linearised)
     }
+
+    /// Whether the likelihood can be followed along an estimate.
+    pub(crate) fn has_profiles(self) -> bool {
+        !matches!(self, Self::PredictionError | Self::Recursive)
+    }
 }
 
 /// Which estimator, and options of single ones.

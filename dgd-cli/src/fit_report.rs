@@ -12,7 +12,7 @@ use serde_json::{Map, Value, json};
 
 use crate::fit_quality::Quality;
 use crate::information::Origins;
-use crate::intervals::Intervals;
+use crate::intervals::{Estimated, Intervals};
 use crate::left_out::LeftOut;
 use crate::linearised::Linearised;
 use crate::table::{push_table, significant};
@@ -186,17 +186,6 @@ impl Outcome<'_> {
         unit_of(self.signature, estimate)
     }
 
-    /// An estimate's name, with its recording where there are several.
-    pub(crate) fn name(&self, i: usize) -> String {
-        let estimate = &self.fit.estimates[i];
-        match estimate.recording {
-            Some(r) if self.data.len() > 1 => {
-                format!("{} of {}", estimate.name, self.recording_names[r])
-            }
-            _ => estimate.name.clone(),
-        }
-    }
-
     fn errors(&self, output: usize) -> OutputErrors {
         let unit = &self.signature.outputs[output].unit;
         let rms = |evaluation: &Evaluation| rms_of(evaluation, output, unit);
@@ -319,6 +308,27 @@ pub(crate) fn bound_name(bound: Bound) -> &'static str {
     match bound {
         Bound::Lower => "lower",
         Bound::Upper => "upper",
+    }
+}
+
+impl Estimated for Outcome<'_> {
+    fn signature(&self) -> &Signature {
+        self.signature
+    }
+
+    fn estimates(&self) -> &[Estimate] {
+        &self.fit.estimates
+    }
+
+    /// With its recording where there are several.
+    fn name(&self, i: usize) -> String {
+        let estimate = &self.fit.estimates[i];
+        match estimate.recording {
+            Some(r) if self.data.len() > 1 => {
+                format!("{} of {}", estimate.name, self.recording_names[r])
+            }
+            _ => estimate.name.clone(),
+        }
     }
 }
 

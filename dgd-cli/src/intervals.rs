@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use dgd_execute::Loaded;
 use dgd_runtime::identify::{
-    Bootstrap, End, EstimateError, Fit, OutputErrorProblem, Profile, THRESHOLD, Termination,
-    bootstrap, profiles,
+    Bootstrap, End, Estimate, EstimateError, Fit, OutputErrorProblem, Profile, THRESHOLD, Term,
+    Termination, bootstrap, profiles,
 };
 use dgd_runtime::{Direction, Signature, Unit};
 use rand_pcg::Pcg64;
@@ -17,7 +17,7 @@ use serde_json::{Map, Value, json};
 
 use crate::estimator::Estimator;
 use crate::failure::CommandError;
-use crate::fit_report::{Outcome, digits_of};
+use crate::fit_report::{digits_of, unit_of};
 use crate::left_out::LeftOut;
 use crate::plot::{Figure, Panel, Series, Style, Text};
 use crate::table::{push_table, significant};
@@ -27,6 +27,23 @@ const PROBABILITY: f64 = 0.95;
 
 /// A profile that falls by more than this below the fit has found a better one.
 const BETTER: f64 = 0.1;
+
+/// The estimates that intervals are of.
+pub(crate) trait Estimated {
+    /// Of the model.
+    fn signature(&self) -> &Signature;
+
+    /// All of them.
+    fn estimates(&self) -> &[Estimate];
+
+    /// What one is called.
+    fn name(&self, i: usize) -> String;
+
+    /// Its unit.
+    fn unit(&self, i: usize) -> &Unit {
+        unit_of(self.signature(), &self.estimates()[i])
+    }
+}
 
 /// Options for intervals.
 #[derive(Debug, Clone, Args)]
@@ -53,16 +70,22 @@ impl IntervalArgs {
         if self.profile.is_empty() && self.bootstrap == 0 && !self.information {
             return Ok(());
         }
-        if !estimator.simulates() {
+        if !estimator.simulates() && (self.bootstrap > 0 || self.information) {
             return Err(CommandError::Usage(
-                "`--profile`, `--bootstrap` and `--information` go with `--estimator output-error` and \
-                 `linearised`"
+                "`--bootstrap` and `--information` go with `--estimator output-error` and `linearised`"
                     .to_owned(),
             ));
         }
-        let names: Vec<String> = (0..signature.directions.len())
-            .map(|j| signature.direction_name(j).into_owned())
-            .collect();
+        if !self.profile.is_empty() && !estimator.has_profiles() {
+            return Err(CommandError::Usage(
+                "`--profile` does not go with `--estimator recursive` and `prediction-error`".to_owned(),
+            ));
+        }
+        let directions = signature.directions.iter().enumerate();
+        let estimated = directions
+            .filter(|(_, of)| estimator.simulates() || matches!(of, Direction::Parameter(_)));
+        let names: Vec<String> =
+            estimated.map(|(j, _)| signature.direction_name(j).into_owned()).collect();
         for name in self.profile.iter().map(|name| name.trim()) {
             if name != "all" && !names.iter().any(|known| known == name) {
                 return Err(CommandError::Usage(format!(
@@ -75,14 +98,14 @@ impl IntervalArgs {
     }
 
     /// Positions of the estimates to profile.
-    fn profiled(&self, fit: &Fit) -> Vec<usize> {
-        let wanted = |(_, estimate): &(usize, &dgd_runtime::identify::Estimate)| {
+    pub(crate) fn profiled(&self, estimates: &[Estimate]) -> Vec<usize> {
+        let wanted = |(_, estimate): &(usize, &Estimate)| {
             self.profile.iter().map(|name| name.trim()).any(|name| {
                 name == estimate.name
                     || name == "all" && matches!(estimate.of, Direction::Parameter(_))
             })
         };
-        fit.estimates.iter().enumerate().filter(wanted).map(|(i, _)| i).collect()
+        estimates.iter().enumerate().filter(wanted).map(|(i, _)| i).collect()
     }
 }
 
@@ -103,7 +126,7 @@ impl Intervals {
         fit: &Fit,
         seed: u64,
     ) -> Result<Self, EstimateError> {
-        let profiled = args.profiled(fit);
+        let profiled = args.profiled(&fit.estimates);
         if fit.termination == Termination::Stopped {
             return Ok(Self { profiles: Vec::new(), bootstrap: None, profiled });
         }
@@ -118,8 +141,13 @@ impl Intervals {
         Ok(Self { profiles, bootstrap: resampled, profiled })
     }
 
+    /// Of a regression, those profiles that are complete.
+    pub(crate) fn of_profiles(profiles: Vec<Profile>, profiled: Vec<usize>) -> Self {
+        Self { profiles, bootstrap: None, profiled }
+    }
+
     /// Adds what was asked for and is not complete.
-    pub(crate) fn push_left_out(&self, left_out: &mut LeftOut, fit: &Fit) {
+    pub(crate) fn push_left_out(&self, left_out: &mut LeftOut, estimates: &[Estimate]) {
         if let Some(Bootstrap { replicates, failures, left_out: missing @ 1.., .. }) =
             &self.bootstrap
         {
@@ -135,7 +163,7 @@ impl Intervals {
             .profiled
             .iter()
             .filter(is_missing)
-            .map(|i| format!("`{}`", fit.estimates[*i].name))
+            .map(|i| format!("`{}`", estimates[*i].name))
             .collect();
         if !missing.is_empty() {
             left_out.push(format!("there is no profile of {}", missing.join(", ")));
@@ -143,7 +171,7 @@ impl Intervals {
     }
 
     /// `profiles` and `bootstrap` of `result.json`.
-    pub(crate) fn write_json(&self, outcome: &Outcome<'_>, result: &mut Map<String, Value>) {
+    pub(crate) fn write_json(&self, outcome: &dyn Estimated, result: &mut Map<String, Value>) {
         let profiles: Map<String, Value> = self
             .profiles
             .iter()
@@ -152,7 +180,7 @@ impl Intervals {
         result.insert("profiles".to_owned(), Value::Object(profiles));
         let Some(resampled) = &self.bootstrap else { return };
         let entry = |i: usize| {
-            let unit = outcome.unit(&outcome.fit.estimates[i]);
+            let unit = outcome.unit(i);
             let interval = resampled.interval(i, PROBABILITY);
             json!({
                 "unit": unit.symbol,
@@ -161,7 +189,7 @@ impl Intervals {
             })
         };
         let estimates: Map<String, Value> =
-            (0..outcome.fit.estimates.len()).map(|i| (outcome.name(i), entry(i))).collect();
+            (0..outcome.estimates().len()).map(|i| (outcome.name(i), entry(i))).collect();
         result.insert(
             "bootstrap".to_owned(),
             json!({
@@ -174,9 +202,9 @@ impl Intervals {
     }
 
     /// A table of the intervals, and what keeps one from being closed.
-    pub(crate) fn push_text(&self, text: &mut String, outcome: &Outcome<'_>) {
+    pub(crate) fn push_text(&self, text: &mut String, outcome: &dyn Estimated) {
         let shown: Vec<usize> = match &self.bootstrap {
-            Some(_) => (0..outcome.fit.estimates.len()).collect(),
+            Some(_) => (0..outcome.estimates().len()).collect(),
             None => self.profiles.iter().map(|profile| profile.estimate).collect(),
         };
         if shown.is_empty() {
@@ -187,10 +215,10 @@ impl Intervals {
                 .map(str::to_owned),
         ];
         for i in shown {
-            let estimate = &outcome.fit.estimates[i];
-            let unit = outcome.unit(estimate);
+            let estimate = &outcome.estimates()[i];
+            let unit = outcome.unit(i);
             let half = estimate.std.map(|std| THRESHOLD.sqrt() * std);
-            let scale = self.scale_of(i, outcome.fit);
+            let scale = self.scale_of(i, outcome.estimates());
             let number =
                 |value: f64| digits_of(unit.from_si(value), scale.map(|s| s / unit.factor));
             let pair = |low: f64, high: f64| format!("{} .. {}", number(low), number(high));
@@ -221,30 +249,30 @@ impl Intervals {
     }
 
     /// What an interval's digits are to show, SI.
-    fn scale_of(&self, i: usize, fit: &Fit) -> Option<f64> {
+    fn scale_of(&self, i: usize, estimates: &[Estimate]) -> Option<f64> {
         let profile = self.profiles.iter().find(|profile| profile.estimate == i);
         let width = profile.and_then(|profile| match profile.interval() {
             (Some(low), Some(high)) => Some(0.25 * (high - low)),
             _ => None,
         });
-        width.or(fit.estimates[i].std).or_else(|| self.bootstrap.as_ref()?.std(i))
+        width.or(estimates[i].std).or_else(|| self.bootstrap.as_ref()?.std(i))
     }
 
-    fn push_remarks(&self, text: &mut String, outcome: &Outcome<'_>) {
+    fn push_remarks(&self, text: &mut String, outcome: &dyn Estimated) {
         // Writing to a string does not fail.
         for profile in &self.profiles {
             let sides = [
-                ("below", profile.lower, &profile.others_below),
-                ("above", profile.upper, &profile.others_above),
+                ("below", profile.lower, &profile.with_lower),
+                ("above", profile.upper, &profile.with_upper),
             ];
             for (side, end, others) in sides {
                 let name = outcome.name(profile.estimate);
-                let unit = outcome.unit(&outcome.fit.estimates[profile.estimate]);
+                let unit = outcome.unit(profile.estimate);
                 let reached = significant(unit.from_si(end.value()), 3);
                 let _ = match end {
                     End::Interval(_) | End::Bound(_) => continue,
                     End::Open(_) => {
-                        let others = with_others(profile, others, outcome);
+                        let others = with_others(others, outcome);
                         writeln!(
                             text,
                             "`{name}` is open {side}, as far as {reached} {}: {others}",
@@ -286,7 +314,7 @@ impl Intervals {
     }
 
     /// A figure for each profile, in files beside this one: `fit.svg` → `fit.profile-c0.svg`.
-    pub(crate) fn figures(&self, outcome: &Outcome<'_>, path: &Path) -> Vec<(PathBuf, Figure)> {
+    pub(crate) fn figures(&self, outcome: &dyn Estimated, path: &Path) -> Vec<(PathBuf, Figure)> {
         let of = |profile: &Profile| {
             let name = outcome.name(profile.estimate);
             let stem = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -299,8 +327,7 @@ impl Intervals {
 }
 
 /// What goes along with an open end.
-fn with_others(profile: &Profile, others: &[f64], outcome: &Outcome<'_>) -> String {
-    let terms = profile.followers(outcome.fit, others);
+fn with_others(terms: &[Term], outcome: &dyn Estimated) -> String {
     if terms.is_empty() {
         return "no output is far enough off there".to_owned();
     }
@@ -310,8 +337,8 @@ fn with_others(profile: &Profile, others: &[f64], outcome: &Outcome<'_>) -> Stri
     format!("{} {verb} up for it", names.join(" and "))
 }
 
-fn profile_entry(profile: &Profile, outcome: &Outcome<'_>) -> Value {
-    let unit: &Unit = outcome.unit(&outcome.fit.estimates[profile.estimate]);
+fn profile_entry(profile: &Profile, outcome: &dyn Estimated) -> Value {
+    let unit: &Unit = outcome.unit(profile.estimate);
     let end = |end: End| {
         let kind = match end {
             End::Interval(_) => "interval",
@@ -322,18 +349,15 @@ fn profile_entry(profile: &Profile, outcome: &Outcome<'_>) -> Value {
         json!({ "value": unit.from_si(end.value()), "end": kind })
     };
     let (low, high) = profile.interval();
-    let followers = |others: &[f64]| {
-        let terms = profile.followers(outcome.fit, others);
-        let entry = |term: &dgd_runtime::identify::Term| json!({ "name": outcome.name(term.estimate), "relative_change": term.change });
-        terms.iter().map(entry).collect::<Vec<_>>()
-    };
+    let entry = |term: &Term| json!({ "name": outcome.name(term.estimate), "relative_change": term.change });
+    let followers = |terms: &[Term]| terms.iter().map(entry).collect::<Vec<_>>();
     json!({
         "unit": unit.symbol,
         "interval": [low.map(|low| unit.from_si(low)), high.map(|high| unit.from_si(high))],
         "lower": end(profile.lower),
         "upper": end(profile.upper),
-        "with_lower": followers(&profile.others_below),
-        "with_upper": followers(&profile.others_above),
+        "with_lower": followers(&profile.with_lower),
+        "with_upper": followers(&profile.with_upper),
         "values": profile.values.iter().map(|value| unit.from_si(*value)).collect::<Vec<_>>(),
         "deviance": profile.deviance,
         "threshold": THRESHOLD,
@@ -342,8 +366,8 @@ fn profile_entry(profile: &Profile, outcome: &Outcome<'_>) -> Value {
 }
 
 /// Deviance over the estimate, with the threshold.
-fn figure(profile: &Profile, name: &str, outcome: &Outcome<'_>) -> Figure {
-    let unit = outcome.unit(&outcome.fit.estimates[profile.estimate]);
+fn figure(profile: &Profile, name: &str, outcome: &dyn Estimated) -> Figure {
+    let unit = outcome.unit(profile.estimate);
     let x: Vec<f64> = profile.values.iter().map(|value| unit.from_si(*value)).collect();
     let ends = [x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(0.0)];
     let line = |name: &str, style, x: &[f64], y: Vec<f64>| Series {

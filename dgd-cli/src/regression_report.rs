@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use dgd_compiler::model::Variant;
 use dgd_runtime::Signature;
-use dgd_runtime::identify::Bound;
+use dgd_runtime::identify::{Bound, Estimate};
 use dgd_runtime::identify::regression::{
     Followed, RegressionFit, RowOf, RowQuality, RowTrace, RowsLeftOut,
 };
@@ -18,6 +18,7 @@ use crate::fit_report::{
     CORRELATED, Tested, digits_of, entry, fixed_entries, push_combinations, push_correlated,
     rms_of, variant_entries,
 };
+use crate::intervals::{Estimated, Intervals};
 use crate::left_out::LeftOut;
 use crate::plot::{Figure, Text};
 use crate::recording;
@@ -34,8 +35,23 @@ pub(crate) struct RegressionOutcome<'a> {
     /// The recordings simulated, or why they cannot be.
     pub train: Option<Result<Tested, String>>,
     pub valid: Option<Result<Tested, String>>,
+    pub intervals: Intervals,
     /// What Ctrl-C kept it from.
     pub left_out: &'a LeftOut,
+}
+
+impl Estimated for RegressionOutcome<'_> {
+    fn signature(&self) -> &Signature {
+        self.signature
+    }
+
+    fn estimates(&self) -> &[Estimate] {
+        &self.fit.estimates
+    }
+
+    fn name(&self, i: usize) -> String {
+        self.fit.estimates[i].name.clone()
+    }
 }
 
 impl RegressionOutcome<'_> {
@@ -77,9 +93,9 @@ impl RegressionOutcome<'_> {
             dgd_runtime::Direction::Parameter(i) => signature.parameters[i].unit.factor,
             dgd_runtime::Direction::Start(i) => signature.unknowns.unit(i).factor,
         };
-        json!({
+        let mut result = json!({
             "model": signature.name,
-            "estimator": self.name(),
+            "estimator": self.estimator_name(),
             "variants": variant_entries(self.variants),
             "parameters": parameters,
             "fixed": fixed_entries(signature, &fit.p, &fit.estimates),
@@ -93,7 +109,7 @@ impl RegressionOutcome<'_> {
             "condition_number": fit.condition_number.is_finite().then_some(fit.condition_number),
             "undetermined": undetermined,
             "samples": fit.samples,
-            "left_out": {
+            "samples_left_out": {
                 "before_record": fit.left_out.before_record,
                 "without_mode": fit.left_out.without_mode,
             },
@@ -109,7 +125,11 @@ impl RegressionOutcome<'_> {
                     Some(followed.covariance[(i, j)] / factor(i) / factor(j))
                 }),
             })),
-        })
+        });
+        if let Value::Object(result) = &mut result {
+            self.intervals.write_json(self, result);
+        }
+        result
     }
 
     /// The recursive estimates, sample by sample; with a column for the recording where there are several.
@@ -138,7 +158,7 @@ impl RegressionOutcome<'_> {
         Some(text)
     }
 
-    fn name(&self) -> String {
+    fn estimator_name(&self) -> String {
         let value = self.estimator.to_possible_value();
         value.map_or_else(String::new, |value| value.get_name().to_owned())
     }
@@ -301,6 +321,7 @@ impl RegressionOutcome<'_> {
             ]);
         }
         push_table(&mut text, &table);
+        self.intervals.push_text(&mut text, self);
         text.push('\n');
         self.push_remarks(&mut text);
         text

@@ -93,7 +93,7 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
     let linearised = place.map(|place| task.linearised(place, &problem, &fit, &train, args));
     let intervals = Intervals::find(&args.intervals, &problem, &fit, console.seed())
         .map_err(|error| task.failed(error, &args.data))?;
-    intervals.push_left_out(&mut left_out, &fit);
+    intervals.push_left_out(&mut left_out, &fit.estimates);
     task.watch.write();
     let outcome = Outcome {
         signature,

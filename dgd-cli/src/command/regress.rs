@@ -6,7 +6,7 @@ use dgd_execute::Loaded;
 use dgd_runtime::System;
 use dgd_runtime::identify::regression::{
     FollowOptions, Forgetting, Normalisation, RegressionError, RegressionMethod, RegressionProblem,
-    follow, regress, traces,
+    follow, regress, regression_profiles, traces,
 };
 use dgd_runtime::identify::{EstimateError, OutputErrorProblem, Recording, Watch};
 
@@ -17,6 +17,7 @@ use crate::estimator::{Estimator, Normalise, RegressionArgs};
 use crate::failure::{CommandError, meant};
 use crate::figure;
 use crate::fit_report::Tested;
+use crate::intervals::Intervals;
 use crate::left_out::LeftOut;
 use crate::recording::Clock;
 use crate::regression_report::RegressionOutcome;
@@ -45,6 +46,15 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
         simulated(task, console, &fit.p, recordings, paths)
     };
     let mut left_out = if fit.is_stopped { LeftOut::stopped() } else { LeftOut::default() };
+    let profiled = args.intervals.profiled(&fit.estimates);
+    let profiles = if profiled.is_empty() || fit.is_stopped {
+        Vec::new()
+    } else {
+        let profiles = regression_profiles(&problem, &fit, &profiled);
+        profiles.map_err(|error| failed(task, args, error))?
+    };
+    let intervals = Intervals::of_profiles(profiles, profiled);
+    intervals.push_left_out(&mut left_out, &fit.estimates);
     // Start values are fitted for it.
     let mut train =
         (!task.watch.is_stopped()).then(|| simulated(&task.train, &args.data)).flatten();
@@ -63,6 +73,7 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
         followed: followed.as_ref(),
         train,
         valid,
+        intervals,
         left_out: &left_out,
     };
     let json = outcome.to_json();
@@ -77,6 +88,9 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
         let figure = outcome.figure(&traces, &args.data, task.clock == Clock::Rows);
         for path in &args.solve.plot {
             figure::save(&figure, path, console)?;
+            for (path, figure) in outcome.intervals.figures(&outcome, path) {
+                figure::save(&figure, &path, console)?;
+            }
         }
     }
     if console.is_json() { print(&format!("{json:#}\n")) } else { print(&outcome.to_text()) }?;
@@ -175,6 +189,8 @@ fn failed(task: &Task, args: &FitArgs, error: RegressionError) -> CommandError {
         | RegressionError::NotLinear { .. }
         | RegressionError::ModesAndPast { .. }
         | RegressionError::FreeDelay { .. }
+        | RegressionError::NeverTogether { .. }
+        | RegressionError::NothingSteady { .. }
         | RegressionError::NotOverTime => CommandError::Found(error.to_string()),
         RegressionError::NotFinite { row, recording, t } => {
             let file = args.data.get(recording).map(|path| path.display().to_string());

@@ -22,12 +22,14 @@
 //! | `nelder_mead` | the simplex method |
 //! | `uncertainty` | covariance, and what the data does not determine |
 //! | `around` | the problem of a fit again, next to where it ended |
+//! | `along` | from a minimum outwards along one variable |
 //! | `profile` | how far an estimate can go while the others make up for it |
 //! | `bootstrap` | how estimates scatter when residuals come in another order |
 //! | `information` | which samples determine which estimate |
 //! | `progress` | who looks on, and may stop it |
 //! | `filter` | states and parameters while samples come in, and by the likelihood of innovations |
 
+mod along;
 mod around;
 mod bootstrap;
 mod box_quadratic;

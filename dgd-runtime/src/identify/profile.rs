@@ -6,18 +6,18 @@
 //! ```
 //!
 //! From the estimate outwards on each side, the others start where they were last, moved on as they
-//! moved before. Steps are such that √d, a straight line where the model is linear, grows by a fifth
-//! of its threshold each; the crossing is then closed in on by the false position of √d. A side that
-//! never gets there is open: the data does not bound the estimate on that side, whatever its standard
-//! deviation says. σ is that of the fit all along.
+//! moved before ([`super::along`]). A side that never gets there is open: the data does not bound the
+//! estimate on that side, whatever its standard deviation says. σ is that of the fit all along.
 //!
 //! Sources: Venzon, Moolgavkar, A method for computing profile-likelihood-based confidence
 //! intervals, Appl. Statist. 37 (1988) 87; Raue et al., Structural and practical identifiability
 //! analysis of partially observed dynamical models by exploiting the profile likelihood,
 //! Bioinformatics 25 (2009) 1923.
 
+use std::cell::Cell;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::identify::along::{Place, Way};
 use crate::identify::around::Around;
 use crate::identify::error::EstimateError;
 use crate::identify::fit::Fit;
@@ -33,23 +33,11 @@ use crate::system::System;
 /// χ²₁(0.95), what the deviance of an interval of 95 % rises by.
 pub const THRESHOLD: f64 = 3.841_458_820_694_124;
 
-/// √d grows by this part of its threshold in a step.
-const STEP: f64 = 0.2;
-
-/// A step is repeated with half its length where √d has grown by more than this part of the threshold.
-const TOO_FAR: f64 = 0.6;
-
-/// A crossing is known where √d is this close to that of the threshold, relative to it.
-const CLOSE: f64 = 1e-3;
-
-/// Most points of a side.
-const MOST_POINTS: usize = 60;
-
 /// Most simulations of a point.
 const MOST_EVALUATIONS: usize = 60;
 
 /// A side ends here where it is open, in sizes of the estimate, or of 1 where that is larger.
-const FAR: f64 = 1e3;
+pub(super) const FAR: f64 = 1e3;
 
 /// The same of a logarithm: a factor of a million.
 const FAR_LOGARITHM: f64 = 13.8;
@@ -116,11 +104,16 @@ pub struct Profile {
     pub lower: End,
     /// Where it ends above.
     pub upper: End,
-    /// The other estimates at the lower end, SI.
-    pub others_below: Vec<f64>,
-    /// The other estimates at the upper end, SI.
-    pub others_above: Vec<f64>,
-    /// Simulations of all recordings.
+    /// All estimates at the lower end, SI.
+    pub at_lower: Vec<f64>,
+    /// All estimates at the upper end, SI.
+    pub at_upper: Vec<f64>,
+    /// The other estimates that make up for this one at the lower end, with their changes in parts of
+    /// their sizes. Empty where they stay.
+    pub with_lower: Vec<Term>,
+    /// The same at the upper end.
+    pub with_upper: Vec<Term>,
+    /// Evaluations of all recordings.
     pub evaluations: usize,
 }
 
@@ -130,8 +123,10 @@ keep_by_fields!(Profile {
     deviance,
     lower,
     upper,
-    others_below,
-    others_above,
+    at_lower,
+    at_upper,
+    with_lower,
+    with_upper,
     evaluations
 });
 
@@ -145,17 +140,49 @@ impl Profile {
         (end(self.lower), end(self.upper))
     }
 
-    /// The other estimates that make up for this one at an end, with their changes in parts of their
-    /// sizes. Empty where they stay.
-    pub fn followers(&self, fit: &Fit, others: &[f64]) -> Vec<Term> {
-        // An estimate may be zero, its size is not.
-        let change = |i: usize| (others[i] - fit.estimates[i].value) / fit.size(i);
-        let all = (0..others.len()).filter(|i| *i != self.estimate);
-        let terms: Vec<Term> = all.map(|i| Term { estimate: i, change: change(i) }).collect();
-        let largest = terms.iter().map(|term| term.change.abs()).fold(0.0, f64::max);
-        let counts = |term: &Term| term.change.abs() > (TAKES_PART * largest).max(STAYS);
-        terms.into_iter().filter(counts).collect()
+    /// What is found along a way. `value` gives an estimate of a variable, SI; `sizes` what changes of the
+    /// estimates are compared with, SI.
+    pub(super) fn along(
+        way: &Way<'_>,
+        value: impl Fn(usize, f64) -> f64,
+        sizes: &[f64],
+        evaluations: &Cell<usize>,
+    ) -> Self {
+        let (below, above) = (way.arm(-1.0), way.arm(1.0));
+        let centre = Place { z: way.centre.clone(), deviance: 0.0 };
+        let all = |place: &Place| -> Vec<f64> {
+            place.z.iter().enumerate().map(|(i, z)| value(i, *z)).collect()
+        };
+        let mut places: Vec<&Place> =
+            below.places.iter().chain([&centre]).chain(&above.places).collect();
+        places.sort_by(|a, b| a.z[way.i].total_cmp(&b.z[way.i]));
+        let of_fit = all(&centre);
+        let followers = |at: &[f64]| followers(way.i, &of_fit, at, sizes);
+        let (at_lower, at_upper) = (all(&below.at), all(&above.at));
+        Self {
+            estimate: way.i,
+            values: places.iter().map(|place| value(way.i, place.z[way.i])).collect(),
+            deviance: places.iter().map(|place| place.deviance).collect(),
+            lower: (below.end)(at_lower[way.i]),
+            upper: (above.end)(at_upper[way.i]),
+            with_lower: followers(&at_lower),
+            with_upper: followers(&at_upper),
+            at_lower,
+            at_upper,
+            evaluations: evaluations.get(),
+        }
     }
+}
+
+/// The other estimates that changed with the i-th.
+fn followers(i: usize, of_fit: &[f64], at: &[f64], sizes: &[f64]) -> Vec<Term> {
+    // An estimate may be zero, its size is not.
+    let change = |j: usize| (at[j] - of_fit[j]) / sizes[j];
+    let others = (0..at.len()).filter(|j| *j != i);
+    let terms: Vec<Term> = others.map(|j| Term { estimate: j, change: change(j) }).collect();
+    let largest = terms.iter().map(|term| term.change.abs()).fold(0.0, f64::max);
+    let counts = |term: &Term| term.change.abs() > (TAKES_PART * largest).max(STAYS);
+    terms.into_iter().filter(counts).collect()
 }
 
 /// The profiles of some estimates of a fit to this problem, in the order of `estimates`, by the threads
@@ -226,144 +253,27 @@ struct Along<'a, S> {
     least: f64,
 }
 
-/// A point of a profile.
-#[derive(Debug, Clone)]
-struct Place {
-    z: Vec<f64>,
-    deviance: f64,
-}
-
-impl Place {
-    /// √d.
-    fn root(&self) -> f64 {
-        self.deviance.max(0.0).sqrt()
-    }
-}
-
-/// One side of a profile.
-struct Arm {
-    /// From the fit outwards, without it.
-    places: Vec<Place>,
-    end: fn(f64) -> End,
-    at: Place,
-}
 
 impl<S: System + Clone + Send> Along<'_, S> {
     fn profile(&self, fit: &Fit) -> Profile {
-        let mut evaluations = 0;
-        let below = self.arm(-1.0, fit, &mut evaluations);
-        let above = self.arm(1.0, fit, &mut evaluations);
-        let centre = Place { z: self.around.z.clone(), deviance: 0.0 };
-        let variables = &self.around.variables.all;
-        let value = |place: &Place| variables[self.i].value(place.z[self.i]);
-        let all = |place: &Place| -> Vec<f64> {
-            variables.iter().zip(&place.z).map(|(variable, z)| variable.value(*z)).collect()
-        };
-        let mut places: Vec<&Place> =
-            below.places.iter().chain([&centre]).chain(&above.places).collect();
-        places.sort_by(|a, b| a.z[self.i].total_cmp(&b.z[self.i]));
-        Profile {
-            estimate: self.i,
-            values: places.iter().map(|place| value(place)).collect(),
-            deviance: places.iter().map(|place| place.deviance).collect(),
-            lower: (below.end)(value(&below.at)),
-            upper: (above.end)(value(&above.at)),
-            others_below: all(&below.at),
-            others_above: all(&above.at),
-            evaluations,
-        }
-    }
-
-    /// The side of the smaller or the larger values.
-    fn arm(&self, sign: f64, fit: &Fit, evaluations: &mut usize) -> Arm {
         let start = self.around.z[self.i];
-        let (low, high) = self.around.bounds[self.i];
-        let variable = &self.around.variables.all[self.i];
-        let reach = match variable.scale {
+        let variables = &self.around.variables.all;
+        let reach = match variables[self.i].scale {
             Scale::Linear(_) => FAR * start.abs().max(1.0),
             Scale::Logarithm => FAR_LOGARITHM,
         };
-        let (bound, bounded) = if sign < 0.0 { (low, low) } else { (high, high) };
-        let far = if sign < 0.0 { bound.max(start - reach) } else { bound.min(start + reach) };
-        let at_far: fn(f64) -> End = if far == bounded { End::Bound } else { End::Open };
-
-        let threshold = THRESHOLD.sqrt();
-        let usual = fit.estimates[self.i].std.map(|std| std / variable.slope(start).abs());
-        let mut h = match usual {
-            Some(std) if std > 0.0 => (STEP * threshold * std).min(0.1 * reach),
-            _ => 1e-2 * start.abs().max(1e-2),
+        let evaluations = Cell::new(0);
+        let way = Way {
+            i: self.i,
+            centre: self.around.z.clone(),
+            bounds: self.around.bounds[self.i],
+            reach,
+            std: fit.estimates[self.i].std.map(|std| std / variables[self.i].slope(start).abs()),
+            place: &|held, from, other| self.place(held, from, other, &evaluations),
+            is_stopped: &|| self.around.watch.is_stopped(),
         };
-        let mut arm = Arm {
-            places: Vec::new(),
-            end: at_far,
-            at: Place { z: self.around.z.clone(), deviance: 0.0 },
-        };
-        let mut before: Option<Place> = None;
-        let least_step = 1e-9 * start.abs().max(1.0);
-        let is_stopped = || self.around.watch.is_stopped();
-        while arm.places.len() < MOST_POINTS && arm.at.z[self.i] != far && !is_stopped() {
-            let now = arm.at.z[self.i];
-            let next = now + sign * h;
-            let next = if (next - far) * sign >= 0.0 { far } else { next };
-            let Some(place) = self.place(next, &arm.at, before.as_ref(), evaluations) else {
-                h *= 0.25;
-                if h < least_step {
-                    arm.end = End::Unsimulated;
-                    return arm;
-                }
-                continue;
-            };
-            let growth = (place.root() - arm.at.root()) / threshold;
-            if growth > TOO_FAR && h > least_step {
-                h *= (STEP / growth).max(0.1);
-                continue;
-            }
-            if place.deviance >= THRESHOLD {
-                return self.crossing(arm, place, evaluations);
-            }
-            h *= if growth > 0.0 { (STEP / growth).clamp(0.5, 3.0) } else { 3.0 };
-            before = Some(std::mem::replace(&mut arm.at, place.clone()));
-            arm.places.push(place);
-        }
-        if arm.at.z[self.i] != far {
-            arm.end = End::Open;
-        }
-        arm
-    }
-
-    /// Closes in on the threshold between where an arm is and a place beyond it.
-    fn crossing(&self, mut arm: Arm, beyond: Place, evaluations: &mut usize) -> Arm {
-        let threshold = THRESHOLD.sqrt();
-        let (mut inside, mut outside) = (arm.at.clone(), beyond.clone());
-        let (mut f_inside, mut f_outside) = (inside.root() - threshold, outside.root() - threshold);
-        for _ in 0..12 {
-            if self.around.watch.is_stopped() || outside.root() - threshold <= CLOSE * threshold {
-                break;
-            }
-            let (a, b) = (inside.z[self.i], outside.z[self.i]);
-            let z = a + (b - a) * f_inside / (f_inside - f_outside);
-            let Some(place) = self.place(z, &inside, Some(&outside), evaluations) else { break };
-            let f = place.root() - threshold;
-            if f.abs() <= CLOSE * threshold {
-                outside = place;
-                break;
-            }
-            // Illinois: the end that stays counts half.
-            if f < 0.0 {
-                (inside, f_inside) = (place, f);
-                f_outside *= 0.5;
-            } else {
-                (outside, f_outside) = (place, f);
-                f_inside *= 0.5;
-            }
-        }
-        arm.places.push(outside.clone());
-        if beyond.z[self.i] != outside.z[self.i] {
-            arm.places.push(beyond);
-        }
-        arm.end = End::Interval;
-        arm.at = outside;
-        arm
+        let sizes: Vec<f64> = (0..fit.estimates.len()).map(|i| fit.size(i)).collect();
+        Profile::along(&way, |i, z| variables[i].value(z), &sizes, &evaluations)
     }
 
     /// The least sum of squares with the estimate held at a value; `None` where no minimum is found.
@@ -372,34 +282,25 @@ impl<S: System + Clone + Send> Along<'_, S> {
         held: f64,
         from: &Place,
         other: Option<&Place>,
-        evaluations: &mut usize,
+        evaluations: &Cell<usize>,
     ) -> Option<Place> {
         let mut bounds = self.around.bounds.clone();
         bounds[self.i] = (held, held);
-        let moved_on = other.map(|other| self.moved_on(held, from, other));
+        let moved_on = other.map(|other| {
+            let moved = from.moved_on(self.i, held, other).into_iter().zip(&bounds);
+            moved.map(|(z, (low, high))| z.clamp(*low, *high)).collect()
+        });
         let mut stayed = from.z.clone();
         stayed[self.i] = held;
         for z in moved_on.into_iter().chain([stayed]) {
-            *evaluations += 1;
+            evaluations.set(evaluations.get() + 1);
             let Ok(minimum) = self.around.minimum(self.problem, z, &bounds) else { continue };
-            *evaluations += minimum.evaluations;
+            evaluations.set(evaluations.get() + minimum.evaluations);
             if minimum.termination.is_converged() {
                 let deviance = minimum.at.as_ref().cost - self.least;
                 return Some(Place { z: minimum.x, deviance });
             }
         }
         None
-    }
-
-    /// The others on the line through two places.
-    fn moved_on(&self, held: f64, from: &Place, other: &Place) -> Vec<f64> {
-        let i = self.i;
-        let part = (held - from.z[i]) / (from.z[i] - other.z[i]);
-        let moved = from.z.iter().zip(&other.z).zip(&self.around.bounds);
-        let mut z: Vec<f64> = moved
-            .map(|((from, other), (low, high))| (from + part * (from - other)).clamp(*low, *high))
-            .collect();
-        z[i] = held;
-        z
     }
 }

@@ -49,6 +49,8 @@ pub struct Term {
     pub change: f64,
 }
 
+keep_by_fields!(Term { estimate, change });
+
 /// Changes of the estimates that together change no output.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Undetermined {

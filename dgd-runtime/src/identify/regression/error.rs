@@ -86,6 +86,29 @@ pub enum RegressionError {
     Forgetting,
     /// A recursive regression needs samples over time.
     NotOverTime,
+    /// A recursive regression needs samples at which all rows are known.
+    NeverTogether {
+        /// The equations and outputs.
+        rows: Vec<String>,
+    },
+    /// No sample is steady.
+    NothingSteady {
+        /// What should be.
+        unknowns: Vec<Unsteady>,
+    },
+}
+
+/// An unknown that should move no faster than a limit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unsteady {
+    /// Its name.
+    pub unknown: String,
+    /// How slowly it moves at least, in its unit per second; infinity where no reading says it.
+    pub slowest: f64,
+    /// The limit, in its unit per second.
+    pub limit: f64,
+    /// Its unit.
+    pub unit: String,
 }
 
 impl fmt::Display for RegressionError {
@@ -156,6 +179,31 @@ impl fmt::Display for RegressionError {
             }
             Self::NotOverTime => {
                 write!(f, "a recursive estimator follows samples over time, and these have no time")
+            }
+            Self::NeverTogether { rows } => {
+                let rows: Vec<String> = rows.iter().map(|row| format!("`{row}`")).collect();
+                write!(
+                    f,
+                    "a recursive estimator needs samples at which all of {} are known, and there is \
+                     none; `least-squares` takes each by itself",
+                    rows.join(", ")
+                )
+            }
+            Self::NothingSteady { unknowns } => {
+                write!(f, "no sample is steady")?;
+                for (k, Unsteady { unknown, slowest, limit, unit }) in unknowns.iter().enumerate() {
+                    let gap = if k == 0 { ": " } else { "; " };
+                    if slowest.is_finite() {
+                        write!(
+                            f,
+                            "{gap}`{unknown}` moves by {slowest:.3e} {unit} per second at least, and \
+                             {limit:.3e} are allowed"
+                        )?;
+                    } else {
+                        write!(f, "{gap}no measured output says how fast `{unknown}` moves")?;
+                    }
+                }
+                Ok(())
             }
         }
     }

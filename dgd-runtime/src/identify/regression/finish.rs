@@ -70,7 +70,8 @@ pub struct RegressionFit {
     /// Whether it was stopped before it converged; values are the best so far.
     pub is_stopped: bool,
     uncertainty: Uncertainty,
-    sizes: Vec<f64>,
+    /// What changes of the estimates are compared with.
+    pub(super) sizes: Vec<f64>,
 }
 
 impl RegressionFit {
@@ -186,6 +187,19 @@ impl Found {
         });
         let sigma = sigma.collect();
         Ok(Self { sigma, p, unbounded, least: last.least.clone(), iterations, evaluations })
+    }
+
+    /// Where a fit ended, to go on from with its weights.
+    pub(crate) fn of(fit: &RegressionFit) -> Self {
+        let sigma: Vec<f64> = fit.rows.iter().map(|row| row.sigma).collect();
+        Self {
+            p: fit.p.clone(),
+            unbounded: fit.p.clone(),
+            least: sigma.clone(),
+            sigma,
+            iterations: 0,
+            evaluations: 0,
+        }
     }
 
     /// Whether another round would change nothing: weights are as they were, to a part.

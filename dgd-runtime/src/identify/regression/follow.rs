@@ -95,7 +95,10 @@ pub fn follow<S: System>(
             estimates.push(theta.iter().zip(&prepared.sizes).map(|(z, size)| z * size).collect());
         });
     }
-    let Some(last) = estimates.last() else { return Err(RegressionError::NotOverTime) };
+    let Some(last) = estimates.last() else {
+        let rows = rows.kinds.iter().map(|kind| kind.name.clone()).collect();
+        return Err(RegressionError::NeverTogether { rows });
+    };
     let mut p = prepared.p.clone();
     for (i, value) in prepared.free.iter().zip(last as &Vec<f64>) {
         p[*i] = *value;

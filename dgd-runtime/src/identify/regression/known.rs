@@ -77,6 +77,7 @@ pub(crate) struct Known {
     cuts: Vec<bool>,
     /// Whether all that is read late at a sample is in the record.
     has_past: Vec<bool>,
+    is_steady: Vec<bool>,
     /// Samples from this one on cannot be simulated up to, so that their modes are not known.
     pub lost_from: usize,
 }
@@ -156,17 +157,25 @@ impl Known {
         cubic((t - self.times[k]) / h, h, ends, slopes)
     }
 
-    /// Leaves out samples at which an unknown moves faster than its limit.
+    /// Leaves out samples at which an unknown moves faster than its limit, or nobody knows how fast. They
+    /// are still what is read late.
     pub(crate) fn keep_steady(&mut self, limits: &[(usize, f64)]) {
         for k in 0..self.times.len() {
             let slopes = &self.ydot[k * self.n..(k + 1) * self.n];
             // NaN is not known to be steady.
-            let is_steady = limits.iter().all(|(i, limit)| slopes[*i].abs() <= *limit);
-            if !is_steady {
-                self.y[k * self.n..(k + 1) * self.n].fill(f64::NAN);
-                self.ydot[k * self.n..(k + 1) * self.n].fill(f64::NAN);
-            }
+            self.is_steady[k] = limits.iter().all(|(i, limit)| slopes[*i].abs() <= *limit);
         }
+    }
+
+    /// Whether a sample has rows, as far as they are known.
+    pub(crate) fn counts(&self, k: usize) -> bool {
+        k >= self.first && self.is_steady[k]
+    }
+
+    /// How slowly an unknown moves at least, SI; infinity where that is known of no sample.
+    pub(crate) fn slowest(&self, unknown: usize) -> f64 {
+        let slopes = (self.first..self.times.len()).map(|k| self.ydot[k * self.n + unknown].abs());
+        slopes.fold(f64::INFINITY, f64::min)
     }
 
     /// What the recording at a position says.
@@ -197,6 +206,7 @@ impl Known {
             given: vec![false; n * times.len()],
             cuts: vec![false; times.len()],
             has_past: vec![true; times.len()],
+            is_steady: vec![true; times.len()],
             lost_from: times.len(),
             times,
         };

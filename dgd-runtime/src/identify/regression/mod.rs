@@ -20,6 +20,7 @@
 //! | `triangle`, `least_squares` | linear least squares without squaring, free and within bounds |
 //! | `separable` | linear parameters inside, the others outside |
 //! | `finish` | what was found, and how sure it is |
+//! | `profile` | how far an estimate can go while the others make up for it |
 //! | `trace` | what the rows are then, sample by sample |
 //! | `filters`, `recursive`, `follow` | the same while samples come in |
 
@@ -32,6 +33,7 @@ mod late;
 mod least_squares;
 mod modes;
 mod prepare;
+mod profile;
 mod recursive;
 mod rows;
 mod separable;
@@ -50,10 +52,11 @@ use crate::identify::regression::known::Known;
 use crate::identify::regression::prepare::Prepared;
 use crate::system::System;
 
-pub use error::RegressionError;
+pub use error::{RegressionError, Unsteady};
 pub use filters::LambdaFilter;
 pub use finish::{RegressionFit, RowQuality};
 pub use follow::{FollowOptions, Followed, follow};
+pub use profile::regression_profiles;
 pub use recursive::{
     ContinuousLeastSquares, Forgetting, Normalisation, RecursiveLeastSquares, RegressorSample,
 };
@@ -200,8 +203,9 @@ fn regress_known<S: System>(
 
     let mut found = Found::first(prepared, &mut rows)?;
     let mut is_stopped = false;
+    let bounds = prepared.bounds(method);
     for _ in 0..MOST_ROUNDS {
-        let next = separable::solve(prepared, &mut rows, &linear, &found, method)?;
+        let next = separable::solve(prepared, &mut rows, &linear, &found, (method, &bounds))?;
         // The weight of rows of one kind, with nothing beside them, changes nothing.
         let is_one = next.sigma.len() == 1 && problem.priors.is_empty();
         let is_stable = is_one || next.is_stable(&found, STABLE);

@@ -3,7 +3,7 @@
 use crate::delay::delay_sensitivities;
 use crate::identify::noise::Noise;
 use crate::identify::recording::Recording;
-use crate::identify::regression::error::RegressionError;
+use crate::identify::regression::error::{RegressionError, Unsteady};
 use crate::identify::regression::known::{Known, Sensors};
 use crate::identify::regression::modes::remembered;
 use crate::identify::regression::rows::{RowKind, RowOf, Rows, delaying, late_reads};
@@ -51,13 +51,21 @@ impl<'a, S: System> Prepared<'a, S> {
 
     /// Puts first guesses within their bounds, where the method keeps to them.
     pub(crate) fn clamp(&mut self, method: RegressionMethod) {
-        if method == RegressionMethod::LeastSquares {
-            return;
+        for (i, (lower, upper)) in self.free.iter().zip(self.bounds(method)) {
+            self.p[*i] = self.p[*i].clamp(lower, upper);
         }
+    }
+
+    /// Bounds of the free parameters, where the method keeps to them.
+    pub(crate) fn bounds(&self, method: RegressionMethod) -> Vec<(f64, f64)> {
         let parameters = &self.problem.system.signature().parameters;
-        for i in &self.free {
-            self.p[*i] = self.p[*i].clamp(parameters[*i].lower, parameters[*i].upper);
-        }
+        let of = |i: &usize| match method {
+            RegressionMethod::LeastSquares => (f64::NEG_INFINITY, f64::INFINITY),
+            RegressionMethod::Bounded
+            | RegressionMethod::VariableProjection
+            | RegressionMethod::NelderMead => (parameters[*i].lower, parameters[*i].upper),
+        };
+        self.free.iter().map(of).collect()
     }
 
     /// What is known at each sample.
@@ -74,7 +82,26 @@ impl<'a, S: System> Prepared<'a, S> {
             known.keep_steady(steady);
             all.push(known);
         }
+        let counts = |known: &Known| (0..known.times.len()).any(|k| known.counts(k));
+        if !steady.is_empty() && !all.iter().any(counts) {
+            return Err(self.nothing_steady(&all));
+        }
         Ok(all)
+    }
+
+    fn nothing_steady(&self, known: &[Known]) -> RegressionError {
+        let unknowns = &self.problem.system.signature().unknowns;
+        let of = |(i, limit): &(usize, f64)| {
+            let unit = unknowns.unit(*i);
+            let slowest = known.iter().map(|known| known.slowest(*i)).fold(f64::INFINITY, f64::min);
+            Unsteady {
+                unknown: unknowns.name(*i).to_string(),
+                slowest: slowest / unit.factor.abs(),
+                limit: limit / unit.factor.abs(),
+                unit: unit.symbol.to_string(),
+            }
+        };
+        RegressionError::NothingSteady { unknowns: self.problem.steady.iter().map(of).collect() }
     }
 
     /// The rows, of which each free parameter has some.

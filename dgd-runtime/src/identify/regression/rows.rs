@@ -328,7 +328,7 @@ impl<'a, S: System> Rows<'a, S> {
         p: &[f64],
     ) -> f64 {
         let known = &self.known[recording];
-        if sample < known.first {
+        if !known.counts(sample) {
             return f64::NAN;
         }
         self.with_late(recording, known.point(sample, p), |rows, at| {

@@ -62,26 +62,26 @@ pub(crate) fn triangle<S: System>(
     Ok(triangle)
 }
 
-/// Solves with given weights, from where the last round ended.
+/// Solves with given weights, from where the last round ended, within bounds of the free parameters.
 pub(crate) fn solve<S: System>(
     prepared: &Prepared<'_, S>,
     rows: &mut Rows<'_, S>,
     linear: &[bool],
     last: &Found,
-    method: RegressionMethod,
+    (method, bounds): (RegressionMethod, &[(f64, f64)]),
 ) -> Result<Found, RegressionError> {
     let inner = Inner {
         prepared,
         columns: (0..linear.len()).filter(|j| linear[*j]).collect(),
         sigma: &last.sigma,
-        is_bounded: method != RegressionMethod::LeastSquares,
+        bounds,
     };
     let outer = Outer::new(prepared, linear)?;
     let (mut p, mut evaluations) = (last.p.clone(), last.evaluations);
     let mut iterations = last.iterations;
     if outer.variables.len() > 0 {
         let z = outer.variables_at(&p);
-        let bounds: Vec<(f64, f64)> = outer.variables.all.iter().map(Variable::bounds).collect();
+        let bounds = outer.bounds(bounds);
         let z = if method == RegressionMethod::NelderMead {
             let rule = SimplexRule::default();
             let watch = prepared.problem.watch;
@@ -113,7 +113,8 @@ struct Inner<'a, S> {
     /// Positions of the linear ones among the free parameters.
     columns: Vec<usize>,
     sigma: &'a [f64],
-    is_bounded: bool,
+    /// Of the free parameters.
+    bounds: &'a [(f64, f64)],
 }
 
 impl<S: System> Inner<'_, S> {
@@ -145,33 +146,21 @@ impl<S: System> Inner<'_, S> {
         let triangle = self.triangle(rows, p)?;
         let (r, zeta) = (triangle.r(), triangle.zeta());
         let parameter = |j: usize| self.prepared.free[self.columns[j]];
-        let bounds = |j: usize| {
-            let parameter = &self.prepared.problem.system.signature().parameters[parameter(j)];
-            (parameter.lower, parameter.upper)
-        };
+        let bounds = |j: usize| self.bounds[self.columns[j]];
         let n = self.columns.len();
-        let delta = if self.is_bounded {
-            let lower = DVector::from_fn(n, |j, _| bounds(j).0 - p[parameter(j)]);
-            let upper = DVector::from_fn(n, |j, _| bounds(j).1 - p[parameter(j)]);
-            let delta = least_squares::solve_bounded(&r, &zeta, &lower, &upper);
-            for j in 0..n {
-                // A bound is met exactly, in spite of rounding.
-                p[parameter(j)] = if delta[j] <= lower[j] {
-                    bounds(j).0
-                } else if delta[j] >= upper[j] {
-                    bounds(j).1
-                } else {
-                    p[parameter(j)] + delta[j]
-                };
-            }
-            delta
-        } else {
-            let delta = least_squares::solve(&r, &zeta);
-            for j in 0..n {
-                p[parameter(j)] += delta[j];
-            }
-            delta
-        };
+        let lower = DVector::from_fn(n, |j, _| bounds(j).0 - p[parameter(j)]);
+        let upper = DVector::from_fn(n, |j, _| bounds(j).1 - p[parameter(j)]);
+        let delta = least_squares::solve_bounded(&r, &zeta, &lower, &upper);
+        for j in 0..n {
+            // A bound is met exactly, in spite of rounding.
+            p[parameter(j)] = if delta[j] <= lower[j] {
+                bounds(j).0
+            } else if delta[j] >= upper[j] {
+                bounds(j).1
+            } else {
+                p[parameter(j)] + delta[j]
+            };
+        }
         Ok((r * delta - zeta).norm_squared() + triangle.remainder())
     }
 
@@ -187,9 +176,8 @@ impl<S: System> Inner<'_, S> {
     }
 
     fn is_held(&self, j: usize, p: &[f64]) -> bool {
-        let i = self.prepared.free[j];
-        let parameter = &self.prepared.problem.system.signature().parameters[i];
-        self.is_bounded && (p[i] <= parameter.lower || p[i] >= parameter.upper)
+        let (value, (lower, upper)) = (p[self.prepared.free[j]], self.bounds[j]);
+        value <= lower || value >= upper
     }
 }
 
@@ -236,6 +224,15 @@ impl<'a, S: System> Outer<'a, S> {
             variable.variable(p[self.prepared.free[*j]]).clamp(low, high)
         };
         self.variables.all.iter().zip(&self.positions).map(value).collect()
+    }
+
+    /// Bounds of the variables, of which one may be held.
+    fn bounds(&self, bounds: &[(f64, f64)]) -> Vec<(f64, f64)> {
+        let of = |(variable, j): (&Variable, &usize)| match bounds[*j] {
+            (low, high) if low == high => (variable.variable(low), variable.variable(high)),
+            _ => variable.bounds(),
+        };
+        self.variables.all.iter().zip(&self.positions).map(of).collect()
     }
 
     fn parameters(&self, p: &[f64], z: &[f64]) -> Vec<f64> {
