@@ -114,7 +114,7 @@ impl Outcome<'_> {
             "starts_valid": self.starts_valid(),
             "names": parameters().map(|estimate| estimate.name.clone()).collect::<Vec<_>>(),
             "covariance": self.matrix(|i, j| {
-                let factor = |i: usize| self.unit(&fit.estimates[i]).factor;
+                let factor = |i: usize| self.unit(i).factor;
                 Some(fit.covariance(i, j)? / factor(i) / factor(j))
             }),
             "correlation": self.matrix(|i, j| fit.correlation(i, j)),
@@ -182,10 +182,6 @@ impl Outcome<'_> {
         json!(self.parameters().map(row).collect::<Vec<_>>())
     }
 
-    pub(crate) fn unit(&self, estimate: &Estimate) -> &Unit {
-        unit_of(self.signature, estimate)
-    }
-
     fn errors(&self, output: usize) -> OutputErrors {
         let unit = &self.signature.outputs[output].unit;
         let rms = |evaluation: &Evaluation| rms_of(evaluation, output, unit);
@@ -202,7 +198,7 @@ impl Outcome<'_> {
         let mut text = String::new();
         let mut table = vec![["estimate", "value", "std", "unit", ""].map(str::to_owned)];
         for (i, estimate) in fit.estimates.iter().enumerate() {
-            let unit = self.unit(estimate);
+            let unit = self.unit(i);
             let value = unit.from_si(estimate.value);
             let std = estimate.std.map(|std| std / unit.factor);
             let remark = match estimate.at_bound {

@@ -11,6 +11,7 @@ use dgd_screen::{Channel, Record, motion, usual_spacing};
 use serde_json::{Map, Value, json};
 
 use crate::fit_report::Outcome;
+use crate::intervals::Estimated;
 use crate::table::significant;
 
 /// Windows in which a sample is at rest or not: so many samples and so many seconds, at least; as `dgd screen`.

@@ -78,7 +78,8 @@ impl IntervalArgs {
         }
         if !self.profile.is_empty() && !estimator.has_profiles() {
             return Err(CommandError::Usage(
-                "`--profile` does not go with `--estimator recursive` and `prediction-error`".to_owned(),
+                "`--profile` does not go with `--estimator recursive` and `prediction-error`"
+                    .to_owned(),
             ));
         }
         let directions = signature.directions.iter().enumerate();

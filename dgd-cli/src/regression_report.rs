@@ -6,10 +6,10 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use dgd_compiler::model::Variant;
 use dgd_runtime::Signature;
-use dgd_runtime::identify::{Bound, Estimate};
 use dgd_runtime::identify::regression::{
     Followed, RegressionFit, RowOf, RowQuality, RowTrace, RowsLeftOut,
 };
+use dgd_runtime::identify::{Bound, Estimate};
 use serde_json::{Map, Value, json};
 
 use crate::estimator::Estimator;

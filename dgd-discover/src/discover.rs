@@ -149,7 +149,7 @@ pub fn discover(
     let mut search = Search {
         base,
         candidates: &candidates,
-        data: Data { train, valid, noise, options: ranking, keeping },
+        data: Data { train, valid, noise, options: ranking, own_weights: false, keeping },
         threads,
         tried: BTreeMap::new(),
         screens: BTreeMap::new(),
@@ -171,14 +171,18 @@ pub fn discover(
     let p_value = p_value_of_the_base(&search, first, request.seed);
     let evidence: Vec<_> =
         chosen.iter().map(|&c| evidence(&mut search, &chosen, c, request.seed)).collect();
-    let refined =
-        |search: &Search<'_>, chosen: &[usize]| refined(search, chosen, options).map_err(failed);
-    let count = keeping.count("last fits", if chosen.is_empty() { 1 } else { 2 });
-    let before = refined(&search, &[])?;
-    count.more(1);
-    let after = if chosen.is_empty() { before.clone() } else { refined(&search, &chosen)? };
-    count.more(1);
     let data = Data { options, ..search.data.clone() };
+    // What is written is what a fit of it finds, which chooses its steps itself.
+    let of_fit = Data { options: request.options, own_weights: true, ..search.data.clone() };
+    let count = keeping.count("last fits", if chosen.is_empty() { 1 } else { 2 });
+    let of_base = if verdict == Verdict::Sufficient { &of_fit } else { &data };
+    let before = refined(&search, &[], of_base).map_err(failed)?;
+    count.more(1);
+    let after = match chosen.as_slice() {
+        [] => before.clone(),
+        chosen => refined(&search, chosen, &of_fit).map_err(failed)?,
+    };
+    count.more(1);
     let missing = missing_inputs(&model, request.base.engine, &before, &data);
     let effects = chosen.iter().zip(evidence).map(|(&c, evidence)| {
         let parts = Found { search: &search, data: &data, chosen: &chosen, after: &after };
@@ -219,14 +223,13 @@ fn readings(recordings: &[Recording]) -> Vec<Vec<Vec<f64>>> {
 }
 
 /// A structure that was tried, fitted to the end with the asked tolerance.
-fn refined(search: &Search<'_>, chosen: &[usize], options: Options) -> Result<Fitted, NoFit> {
+fn refined(search: &Search<'_>, chosen: &[usize], data: &Data<'_>) -> Result<Fitted, NoFit> {
     let Some(fitted) = search.fitted(chosen) else {
         return Err(NoFit("it was never fitted".to_owned()));
     };
-    let data = Data { options, ..search.data.clone() };
     let structure = fitted.structure.clone();
-    let mut fitted =
-        Fitted::new(structure, &fitted.values, &[StartPoint::default()], &data, LAST_EVALUATIONS)?;
-    fitted.hold_out(&data, LAST_EVALUATIONS);
+    let points = [StartPoint::default()];
+    let mut fitted = Fitted::new(structure, &fitted.values, &points, data, LAST_EVALUATIONS)?;
+    fitted.hold_out(data, LAST_EVALUATIONS);
     Ok(fitted)
 }

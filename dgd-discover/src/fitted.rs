@@ -26,6 +26,9 @@ pub(crate) struct Data<'a> {
     pub noise: Vec<Option<SensorNoise>>,
     /// How to integrate.
     pub options: Options,
+    /// Whether fits end with weights of what they leave, as those of `dgd fit` do, so that it finds a
+    /// corrected model's numbers again.
+    pub own_weights: bool,
     /// What was computed before, and who looks on.
     pub keeping: Keeping<'a>,
 }
@@ -74,7 +77,7 @@ impl Fitted {
         evaluations: usize,
     ) -> Result<Fitted, NoFit> {
         let key = data.keeping.key(&("fit", &structure.candidates), |digest| {
-            digest.of(from).of(&points).of(&data.noise).of(&data.options).of(&evaluations)
+            digest.of(from).of(&points).of(&data.noise).of(&data.options).of(&evaluations).of(&data.own_weights)
         });
         let ended = kept(data.keeping.journal, key, || {
             Ended::new(&structure, from, points, data, evaluations)
@@ -150,7 +153,7 @@ impl Ended {
             };
             let (suggested, nothing) = (at(&point.values), at(&point.at_nothing));
             let problem = problem(structure, &suggested, &recordings, data, evaluations);
-            match fitted(&problem, &nothing, structure) {
+            match fitted(&problem, &nothing, structure, data.own_weights) {
                 Ok(found) if best.as_ref().is_none_or(|(best, _)| found.0.cost < best.cost) => {
                     best = Some(found);
                 }
@@ -199,6 +202,7 @@ fn fitted(
     problem: &OutputErrorProblem<'_, dgd_execute::Loaded>,
     other: &[f64],
     structure: &Structure,
+    own_weights: bool,
 ) -> Result<(Fit, Vec<Estimate>), EstimateError> {
     let mut p = problem.p.to_vec();
     let starts: Vec<Starts> = problem.recordings.iter().map(|r| r.start.clone()).collect();
@@ -239,6 +243,13 @@ fn fitted(
         }
         let recordings = with_found_starts(problem.recordings, &best.starts);
         best = held(&p, &recordings)?;
+    }
+    if own_weights && best.termination.is_converged() {
+        let recordings = with_found_starts(problem.recordings, &best.starts);
+        let estimated = |noise: &Option<Noise>| noise.map(|_| Noise::Estimated);
+        let noise = problem.noise.iter().map(estimated).collect();
+        let recordings = recordings.as_slice();
+        best = fit(&OutputErrorProblem { p: &best.p, recordings, noise, free, ..problem.clone() })?;
     }
     let estimates = moments.estimates(problem.system, &best);
     Ok((best, estimates))

@@ -12,8 +12,9 @@ use dgd_compiler::pipeline::Directions;
 use dgd_execute::Interpreted;
 use rand_pcg::Pcg64;
 
+use super::{HEATER, SIGMA, close, declared, heated, known, normal, system};
+
 use crate::support::compiled_with;
-use crate::{HEATER, SIGMA, close, declared, heated, known, normal, system};
 
 /// The problem with the linear models of its recordings.
 fn linearised(recordings: &[Recording], at: impl Fn(&Recording) -> LinearAt) -> Vec<Recording> {
@@ -409,7 +410,7 @@ fn the_model_itself_says_how_far_its_linear_one_holds() {
     close(point.y[0], (mean[0] / p[1]).powi(2), 1e-8);
 
     // A valve that opens at a level: the run is in another mode than the point.
-    let valve = crate::system(
+    let valve = super::system(
         "model valve\ninput u [1] hold\nparameter k [1/s] = 0.2\nstate x [1] = 1\n\
          modes gate {\n  closed { equation e: der(x) = k*(u - x) }\n\
          open { equation e: der(x) = k*(u - 2*x) }\n\

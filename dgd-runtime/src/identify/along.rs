@@ -80,11 +80,8 @@ impl Way<'_> {
         let start = self.centre[self.i];
         let (low, high) = self.bounds;
         let bound = if sign < 0.0 { low } else { high };
-        let far = if sign < 0.0 {
-            bound.max(start - self.reach)
-        } else {
-            bound.min(start + self.reach)
-        };
+        let far =
+            if sign < 0.0 { bound.max(start - self.reach) } else { bound.min(start + self.reach) };
         let at_far: fn(f64) -> End = if far == bound { End::Bound } else { End::Open };
 
         let threshold = THRESHOLD.sqrt();

@@ -3,7 +3,7 @@
 use crate::identify::error::{EstimateError, TrialFailed};
 use crate::identify::fit::Fit;
 use crate::identify::levenberg_marquardt::{Minimum, StoppingRule, minimise_watched};
-use crate::identify::output_error::{NEGLIGIBLE_REDUCTION, OutputErrorProblem, Prior};
+use crate::identify::output_error::{OutputErrorProblem, Prior};
 use crate::identify::progress::Watch;
 use crate::identify::recording::Recording;
 use crate::identify::variables::{Variable, Variables};
@@ -51,7 +51,7 @@ impl<'a> Around<'a> {
         });
         let z = z.collect();
         let freedom = fit.degrees_of_freedom.max(1) as f64;
-        let reduction = problem.stopping.reduction.max(NEGLIGIBLE_REDUCTION / freedom);
+        let reduction = problem.stopping.reduction.max(problem.negligible_reduction / freedom);
         Ok(Self {
             p: problem.p,
             free: problem.free.clone(),

@@ -31,16 +31,14 @@ use crate::problem::Options;
 use crate::system::{Direction, System};
 
 /// Most fits with re-estimated noise.
-const MOST_ROUNDS: usize = 6;
+const MOST_ROUNDS: usize = 10;
 
-/// Noise that changes by less than this part is stable: a weight enters the estimates in second
-/// order only.
-const STABLE: f64 = 0.01;
+/// Noise that changes by less than this part is stable. It follows estimates in second order, so that a
+/// round or two get there, and a fit that starts where one ended ends there.
+const STABLE: f64 = 1e-6;
 
-/// A promised reduction of Σ (e/σ)² below this part of its mean per degree of freedom ends a fit: the
-/// estimates are then within √1e-6 of their standard deviations from the minimum, those being of
-/// residuals of the size that is left.
-pub(super) const NEGLIGIBLE_REDUCTION: f64 = 1e-6;
+/// [`OutputErrorProblem::negligible_reduction`], if nothing else is asked for.
+const NEGLIGIBLE_REDUCTION: f64 = 1e-6;
 
 /// The same where the cost is exact: 1e-9 of a standard deviation.
 const EXACT_REDUCTION: f64 = 1e-18;
@@ -78,6 +76,10 @@ pub struct OutputErrorProblem<'a, S> {
     pub options: Options,
     /// When to stop.
     pub stopping: StoppingRule,
+    /// A promised reduction of Σ (e/σ)² below this part of its mean per degree of freedom ends a fit, too:
+    /// the estimates are then within its root of their standard deviations from the minimum, those being
+    /// of residuals of the size that is left.
+    pub negligible_reduction: f64,
     /// How many recordings are simulated at a time. Results do not depend on it.
     pub threads: usize,
     /// Who looks on, and may stop it.
@@ -99,6 +101,7 @@ impl<'a, S: System> OutputErrorProblem<'a, S> {
             priors: Vec::new(),
             options: Options::default(),
             stopping: StoppingRule::default(),
+            negligible_reduction: NEGLIGIBLE_REDUCTION,
             threads: 1,
             watch: &Unwatched,
             keeping: Keeping::NOTHING,
@@ -187,7 +190,7 @@ fn estimate<S: System + Clone + Send>(
     let reduction = if problem.system.signature().unknowns.is_empty() {
         EXACT_REDUCTION
     } else {
-        problem.stopping.reduction.max(NEGLIGIBLE_REDUCTION / freedom)
+        problem.stopping.reduction.max(problem.negligible_reduction / freedom)
     };
     total.evaluations += 1;
     let first = simulated(&z).map_err(EstimateError::Start)?;

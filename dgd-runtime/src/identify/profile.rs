@@ -253,7 +253,6 @@ struct Along<'a, S> {
     least: f64,
 }
 
-
 impl<S: System + Clone + Send> Along<'_, S> {
     fn profile(&self, fit: &Fit) -> Profile {
         let start = self.around.z[self.i];

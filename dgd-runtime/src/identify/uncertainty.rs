@@ -15,6 +15,7 @@
 use nalgebra::{DMatrix, DVector, SVD, SymmetricEigen};
 
 use crate::identify::variables::Bound;
+use crate::keep_by_fields;
 use crate::system::Direction;
 
 /// A variable takes part in a combination from this share of its squares on.

@@ -1,6 +1,6 @@
 //! Fits to the recording with noise, from values that are 30 % off.
 
-use dgd::identify::{Fit, Noise, OutputErrorProblem, Recording, StoppingRule, fit};
+use dgd::identify::{Fit, Noise, OutputErrorProblem, Recording, fit};
 use dgd::{Inputs, Options, System};
 use peers_problems::request::{Answer, Failure, Request};
 use peers_problems::two_state::{
@@ -16,7 +16,8 @@ pub(crate) fn solve(
     options: Options,
 ) -> Result<(), Failure> {
     let p = off(nominal(), &FIT_START);
-    estimate(request, system, (inputs, times), options, &p, measured(request)?, |found| {
+    let wanted = Wanted { p: &p, readings: measured(request)?, stopping: Stopping::Usual };
+    estimate(request, system, (inputs, times), options, wanted, |found| {
         let theta = FIT_START.map(|(position, _)| found.p[position] / nominal()[position]);
         Answer::new(theta.to_vec(), found.evaluations)
     })
@@ -31,7 +32,8 @@ pub(crate) fn too_free(
     options: Options,
 ) -> Result<(), Failure> {
     let p = off(nominal(), &RANK_START);
-    estimate(request, system, (inputs, times), options, &p, measured(request)?, |found| {
+    let wanted = Wanted { p: &p, readings: measured(request)?, stopping: Stopping::Usual };
+    estimate(request, system, (inputs, times), options, wanted, |found| {
         let sum = square_losses(&found.p) / square_losses(&nominal());
         let theta = |position: usize| found.p[position] / nominal()[position];
         let undetermined = found.undetermined.iter().map(|combination| {
@@ -60,15 +62,12 @@ pub(crate) fn six(
     let nominal = nominal_six();
     let p: Vec<f64> = nominal.iter().zip(SIX_START).map(|(p, factor)| p * factor).collect();
     let readings = columns(&request.instruments()?, SIX_NOISE);
-    estimate(request, system, (inputs, times), options, &p, readings, |found| {
+    let wanted = Wanted { p: &p, readings, stopping: Stopping::AtSixDigits };
+    estimate(request, system, (inputs, times), options, wanted, |found| {
         let theta = found.p.iter().zip(nominal).map(|(p, nominal)| p / nominal);
         Answer::new(theta.collect(), found.evaluations)
     })
 }
-
-/// The part of Σ r² that a last step may leave: estimates then have six digits, where the default
-/// leaves a thousandth of a standard deviation.
-const REDUCTION: f64 = 1e-16;
 
 /// Some parameters off by factors.
 fn off(mut p: [f64; 5], start: &[(usize, f64)]) -> [f64; 5] {
@@ -91,24 +90,42 @@ fn columns<const N: usize>(rows: &[[f64; N]], noise: [f64; N]) -> Readings {
     noise.into_iter().enumerate().map(column).collect()
 }
 
-/// `p` is what the fit starts from.
+/// When a fit ends.
+enum Stopping {
+    /// A thousandth of a standard deviation from the minimum.
+    Usual,
+    /// Where the weakest estimate has six digits, which is nearer.
+    AtSixDigits,
+}
+
+/// What is fitted to what.
+struct Wanted<'a> {
+    /// What the fit starts from.
+    p: &'a [f64],
+    readings: Readings,
+    stopping: Stopping,
+}
+
 fn estimate(
     request: &Request,
     system: &(impl System + Clone + Send),
     (inputs, times): (Inputs, Vec<f64>),
     options: Options,
-    p: &[f64],
-    readings: Readings,
+    wanted: Wanted<'_>,
     answer: impl FnOnce(Fit) -> Answer,
 ) -> Result<(), Failure> {
+    let Wanted { p, readings, stopping } = wanted;
     let (columns, sigmas): (Vec<_>, Vec<_>) = readings.into_iter().unzip();
     let recordings = [Recording::new(times, inputs, columns.into_iter().map(Some).collect())];
-    let problem = OutputErrorProblem {
+    let mut problem = OutputErrorProblem {
         noise: sigmas.into_iter().map(|sigma| Some(Noise::Known(sigma))).collect(),
         options,
-        stopping: StoppingRule { reduction: REDUCTION, ..StoppingRule::default() },
         ..OutputErrorProblem::new(system, p, &recordings)
     };
+    if matches!(stopping, Stopping::AtSixDigits) {
+        problem.stopping.reduction = 1e-16;
+        problem.negligible_reduction = 0.0;
+    }
     request.measure(
         || {
             let found = fit(&problem)?;

@@ -1,0 +1,395 @@
+//! `dgd discover`: what it writes, and what it refuses.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::support::{Run, dgd, dgd_in, folder_with, killed_and_resumed, listing, path, root};
+
+#[cfg(target_os = "linux")]
+use crate::support::{interrupt, started, wait_until_it_minds_ctrl_c};
+
+const MODEL: &str = "models/mud_circulation.dgd";
+const TRAIN: &str = "examples/data/booster_stop.train.csv";
+const VALID: &str = "examples/data/booster_stop.valid.csv";
+
+fn discover(more: &[&str]) -> Run {
+    dgd(&[&["discover", MODEL, "--data", TRAIN], more].concat())
+}
+
+fn read(folder: &Path, name: &str) -> String {
+    fs::read_to_string(folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+#[track_caller]
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+#[test]
+fn a_discovery_writes_what_it_found() {
+    let parent = folder_with(&[]);
+    let folder = parent.path().join("found");
+    let goal = folder.display().to_string();
+    let run = || discover(&["--valid", VALID, "--format", "json", "-o", &goal]).done();
+    let files = ["mud_circulation.dgd", "mud_circulation.diff", "report.html", "result.json"];
+    let first = run();
+    let written = files.map(|name| read(&folder, name));
+    let mut names: Vec<String> = fs::read_dir(&folder)
+        .expect("it was written")
+        .map(|entry| entry.expect("readable").file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    assert_eq!(names, files);
+    assert_eq!(first.out, written[3], "standard output has the result as well");
+
+    result_is_right(&first.json());
+    model_stands_by_itself(&folder);
+    let base = read(&root(), MODEL);
+    assert_eq!(patched(&base, &written[1]), written[0]);
+    page_is_whole(&written[2], &goal);
+
+    assert_eq!(run().out, first.out);
+    assert!(files.map(|name| read(&folder, name)) == written, "the same bytes again");
+}
+
+fn result_is_right(result: &Value) {
+    assert_eq!(result["verdict"], "effects");
+    assert_eq!(result["unexplained"], json!([]));
+    let [effect] = result["effects"].as_array().expect("a list").as_slice() else {
+        panic!("one effect is hidden: {}", result["effects"])
+    };
+    assert_eq!(effect["name"], "booster_u_tubing");
+    assert_eq!(effect["kind"], "plant");
+    assert_eq!(effect["form"], "column_with_momentum");
+    assert_eq!(effect["target"], "riser");
+    assert_eq!(effect["onset"], Value::Null);
+    assert_eq!(effect["alternatives"], json!([]));
+    assert_eq!(effect["told_apart_by"], Value::Null);
+
+    // As the recording's truth has them, to ten seconds: a window fades out.
+    let windows = effect["windows"].as_array().expect("a list");
+    let truth = [[384.0, 529.0], [804.0, 841.0], [1936.0, 2079.0], [2362.0, 2401.0]];
+    assert_eq!(windows.len(), truth.len(), "{windows:?}");
+    for (window, truth) in windows.iter().zip(truth) {
+        for (end, truth) in [(&window[0], truth[0]), (&window[1], truth[1])] {
+            assert!((number(end) - truth).abs() < 10.0, "{windows:?}");
+        }
+    }
+
+    let friction = &effect["parameters"]["F_b"];
+    assert_eq!(friction["unit"], "Pa*s/m^3");
+    assert!(number(&friction["std"]) < 0.02 * number(&friction["value"]));
+    // The rig's, with an inertia of the line that is 20 % off the effect's.
+    assert!((number(&friction["value"]) / 6.8148e7 - 1.0).abs() < 0.03, "{friction}");
+
+    let evidence = &effect["evidence"];
+    let resamples = number(&evidence["resamples"]);
+    assert!(resamples >= 99.0);
+    let p_value = number(&evidence["p_value"]);
+    assert!((1.0 / (resamples + 1.0) - 1e-9..0.01).contains(&p_value), "{evidence}");
+    assert!(number(&evidence["bic_gain"]) > 100.0);
+    assert!((0.9..=1.0).contains(&number(&evidence["inclusion"])));
+
+    let gap = result["gap"].as_object().expect("an object");
+    for (output, unit, noise) in [
+        ("p_r", "bar", 0.008),
+        ("p_in", "bar", 0.01),
+        ("p_out", "bar", 0.01),
+        ("q_ssp", "lpm", 14.0),
+    ] {
+        let gap = &gap[output];
+        assert_eq!(gap["unit"], unit);
+        // 2700 samples know the noise to 1.5 %.
+        let estimated = number(&gap["noise"]);
+        assert!((estimated / noise - 1.0).abs() < 0.06, "{output}: {estimated}");
+        for part in ["train", "valid"] {
+            let (before, after) =
+                (number(&gap[format!("{part}_before")]), number(&gap[format!("{part}_after")]));
+            assert!(before > 2.0 * estimated, "{output}: {before}");
+            assert!((0.8..1.2).contains(&(after / estimated)), "{output}: {after}");
+        }
+    }
+    assert_eq!(gap.len(), 4);
+}
+
+/// The corrected model checks, is laid out, and simulates without the library beside it.
+fn model_stands_by_itself(folder: &Path) {
+    let check = dgd_in(folder, &["check", "mud_circulation.dgd"]).done();
+    assert!(check.err.contains("modes booster_line"), "{}", check.err);
+    dgd_in(folder, &["fmt", "--check", "mud_circulation.dgd"]).done();
+    let data = root().join(TRAIN).display().to_string();
+    let args = ["simulate", "mud_circulation.dgd", "--data", &data, "--until", "60"];
+    dgd_in(folder, &args).done();
+}
+
+/// A text with a unified diff applied, which must fit to the letter.
+fn patched(base: &str, diff: &str) -> String {
+    let base: Vec<&str> = base.split_inclusive('\n').collect();
+    let mut text = String::new();
+    let mut at = 0;
+    for line in diff.split_inclusive('\n').skip(2) {
+        let (mark, content) = line.split_at(1);
+        match mark {
+            "@" => {
+                // @@ -FIRST,LENGTH +FIRST,LENGTH @@
+                let first = content.split(['-', ',']).nth(1).expect("where the hunk begins");
+                let begins = first.parse::<usize>().expect("a number") - 1;
+                text.extend(base[at..begins].iter().copied());
+                at = begins;
+            }
+            "+" => text.push_str(content),
+            _ => {
+                assert_eq!(base[at], content);
+                at += 1;
+                if mark == " " {
+                    text.push_str(content);
+                }
+            }
+        }
+    }
+    text.extend(base[at..].iter().copied());
+    text
+}
+
+fn page_is_whole(page: &str, goal: &str) {
+    for part in [
+        "Missing from the model: booster_u_tubing",
+        "<h2>The gap",
+        "<h2>Measured and simulated",
+        "<h2>Simulation errors",
+        "<h2>What each equation would have needed",
+        "<h2>Structures that were refitted",
+        "<h2>Equations",
+        "<h2>Parameters",
+        "<h2>The change of",
+        "<math",
+        "booster_stop.train.csv",
+        "booster_stop.valid.csv",
+        "384–",
+        goal,
+    ] {
+        assert!(page.contains(part), "no {part:?}");
+    }
+    // Measured, errors and missing terms, of two recordings.
+    assert!(page.matches("<svg").count() >= 5);
+    assert_eq!(page.matches("<svg").count(), page.matches("</svg>").count());
+    // It needs nothing but a browser.
+    for foreign in ["<script", "<link", "<img", "<iframe", "@import", "src=", "url(", "onload"] {
+        assert!(!page.contains(foreign), "{foreign:?} in the page");
+    }
+    let addresses = page.matches("http").count();
+    let namespaces = page.matches("xmlns=\"http://www.w3.org/").count();
+    assert_eq!(addresses, namespaces, "no address but names of XML");
+}
+
+#[test]
+fn quiet_says_nothing_where_a_folder_has_it() {
+    let parent = folder_with(&[]);
+    let goal = path(&parent, "found");
+    let run = discover(&["--until", "700", "--quiet", "-o", &goal]).done();
+    assert_eq!((run.out.as_str(), run.err.as_str()), ("", ""));
+    let result = read(Path::new(&goal), "result.json");
+    let result: Value = serde_json::from_str(&result).expect("JSON");
+    assert_eq!(result["effects"][0]["name"], "booster_u_tubing");
+    assert_eq!(result["gap"]["p_r"]["valid_after"], Value::Null, "nothing was held out");
+}
+
+#[test]
+fn the_short_of_it_is_printed() {
+    let run = discover(&["--until", "700"]).done();
+    let mut lines = run.out.lines();
+    assert_eq!(lines.next(), Some("Missing from the model: booster_u_tubing."));
+    for part in ["F_b", "active", "evidence", "simulation error", "q_ssp"] {
+        assert!(run.out.contains(part), "no {part:?} in\n{}", run.out);
+    }
+    assert!(!run.out.contains("report:"), "nothing was written");
+}
+
+#[test]
+fn with_its_effect_applied_nothing_is_missing() {
+    let more =
+        ["--until", "700", "--apply", "booster_u_tubing/column_with_momentum", "--format", "json"];
+    let result = discover(&more).done().json();
+    assert_eq!(result["verdict"], "sufficient");
+    assert_eq!(result["effects"], json!([]));
+    let friction = number(&result["parameters"]["F_b"]["value"]);
+    assert!((friction / 6.8148e7 - 1.0).abs() < 0.05, "{friction}");
+}
+
+/// What is found where an effect was hidden in the model's own simulation, with noise.
+fn found_in_own(inputs: &str, hide: &[&str], base: &[&str]) -> Value {
+    let folder = folder_with(&[]);
+    let data = path(&folder, "hidden.csv");
+    let args = ["simulate", MODEL, "--data", inputs, "--noise-seed", "3", "-o", &data];
+    dgd(&[&args[..], hide].concat()).done();
+    let args = ["discover", MODEL, "--data", &data, "--format", "json"];
+    dgd(&[&args[..], base].concat()).done().json()
+}
+
+#[test]
+fn each_form_of_u_tubing_is_told_from_the_others() {
+    let forms = [
+        ("column_with_momentum", &[("F_b", 6e7)][..]),
+        ("weighted_column", &[("F_b", 6e7), ("theta_hb", 1.5), ("theta_b", 3.6)]),
+        ("delay_and_integrator", &[("tau_d", 30.0), ("tau_b", 10.0), ("theta_i", 0.05)]),
+    ];
+    for (form, truth) in forms {
+        // The riser is 200 m deep, and the base model's pump a little weaker than the true one.
+        let form_of_it = format!("booster_u_tubing/{form}");
+        let hide = ["--apply", &form_of_it, "--set", "c0=400", "--set", "h_r=200"];
+        let result = found_in_own("examples/data/case_2.csv", &hide, &["--set", "c0=390"]);
+        let [effect] = result["effects"].as_array().expect("a list").as_slice() else {
+            panic!("{form} is hidden: {}, {}", result["effects"], result["reason"])
+        };
+        assert_eq!((&effect["name"], &effect["form"]), (&json!("booster_u_tubing"), &json!(form)));
+        assert_eq!(effect["alternatives"], json!([]));
+        for (name, truth) in truth {
+            let found = &effect["parameters"][name];
+            let (value, std) = (number(&found["value"]), number(&found["std"]));
+            assert!((value - truth).abs() < 4.0 * std, "{form}: {name} = {value} ± {std}");
+            assert!(std < 0.05 * truth, "{form}: {name} is known to {std} only");
+        }
+    }
+}
+
+#[test]
+fn friction_of_higher_order_is_found_alone() {
+    // The second's terms nearly cancel each other, and the screen promises too much of them.
+    for (f3, f4) in [(3e9, 0.0), (-2e9, 8e10)] {
+        let (f3_set, f4_set) = (format!("F3={f3}"), format!("F4={f4}"));
+        let hide = ["--apply", "friction_higher_order", "--set", &f3_set, "--set", &f4_set];
+        let result = found_in_own("examples/data/circulation.csv", &hide, &[]);
+        let [effect] = result["effects"].as_array().expect("a list").as_slice() else {
+            panic!("one effect is hidden: {}, {}", result["effects"], result["reason"])
+        };
+        assert_eq!(effect["name"], "friction_higher_order");
+        for (name, truth) in [("F3", f3), ("F4", f4)] {
+            let found = &effect["parameters"][name];
+            let (value, std) = (number(&found["value"]), number(&found["std"]));
+            assert!((value - truth).abs() < 4.0 * std, "{name} = {value} ± {std}, not {truth}");
+        }
+    }
+}
+
+#[test]
+fn without_effects_only_the_verdict_is_left() {
+    let model = fs::read(root().join(MODEL)).expect("the model");
+    let folder = folder_with(&[("mud_circulation.dgd", &model)]);
+    let (alone, data) = (path(&folder, "mud_circulation.dgd"), root().join(TRAIN));
+    let data = data.display().to_string();
+    let options = ["--until", "700", "--format", "json"];
+    let judged = dgd(&[&["discover", &alone, "--data", &data][..], &options].concat()).done();
+    assert_eq!(judged.json()["verdict"], "unexplained");
+    let remark = ["no effects of this model", "only templates", "`effects`", "--effects"];
+    assert!(remark.iter().all(|part| judged.err.contains(part)), "{}", judged.err);
+    discover(&["--effects", "nowhere"]).refused(2, &["--effects nowhere", "no such folder"]);
+    let empty = path(&folder, "none");
+    fs::create_dir(&empty).expect("a folder");
+    dgd(&["discover", &alone, "--data", &data, "--effects", &empty])
+        .refused(2, &["no effects", "`--effects`"]);
+    fs::remove_dir(&empty).expect("the folder");
+    assert_eq!(listing(&folder), ["mud_circulation.dgd"]);
+
+    // With the library named, it is as if it lay beside the model.
+    let library = root().join("models/effects").display().to_string();
+    let found = dgd(&[
+        "discover",
+        &alone,
+        "--data",
+        &data,
+        "--until",
+        "700",
+        "--effects",
+        &library,
+        "--format",
+        "json",
+    ]);
+    let beside = discover(&["--until", "700", "--format", "json"]).done().json();
+    assert_eq!(found.done().json()["effects"], beside["effects"]);
+}
+
+#[test]
+fn what_is_wrong_is_shown_where_it_is() {
+    let parent = folder_with(&[(
+        "leak.dgd",
+        b"effect leak on mud_circulation\nkind plant\n\nadd k k to riser\n",
+    )]);
+    let goal = path(&parent, "found");
+    let effects = parent.path().display().to_string();
+    discover(&["--effects", &effects, "-o", &goal]).refused(1, &["E105", "leak.dgd:4:7"]);
+    discover(&["--valid", "nowhere.csv", "-o", &goal]).refused(1, &["E601", "nowhere.csv"]);
+    dgd(&["discover", MODEL, "--data", "nowhere.csv"]).refused(1, &["E601", "nowhere.csv"]);
+    dgd(&["discover", MODEL]).refused(2, &["--data"]);
+    discover(&["--apply", "mud_los"]).refused(1, &["did you mean `mud_loss`?"]);
+    discover(&["-o", "models"]).refused(2, &["would replace the model itself"]);
+    assert_eq!(listing(&parent), ["leak.dgd"], "nothing was written");
+}
+
+#[test]
+fn recordings_must_measure_an_output() {
+    let inputs = b"time [s],w_ssp [%],q_boost [lpm],q_tf [lpm]\n0,50,1500,200\n1,50,1500,200\n";
+    let folder = folder_with(&[("inputs.csv", inputs)]);
+    let data = path(&folder, "inputs.csv");
+    dgd(&["discover", MODEL, "--data", &data]).refused(1, &["measured"]);
+}
+
+#[test]
+fn the_story_of_the_thesis_is_found_in_the_stand_in_for_its_recordings() {
+    let [train, valid] = ["booster_ramps", "normal_circulation"]
+        .map(|name| root().join(format!("data/{name}.csv.gz")).display().to_string());
+    let model = root().join(MODEL).display().to_string();
+    let args = ["discover", &model, "--data", &train, "--valid", &valid, "--format", "json"];
+    let story = dgd(&args).done().json();
+    // The rig is richer than the model with all of them: something smaller is left over, and said.
+    assert_eq!(story["verdict"], "effects", "{}", story["reason"]);
+    let names: Vec<&str> = (story["effects"].as_array().expect("a list").iter())
+        .map(|effect| effect["name"].as_str().expect("a name"))
+        .collect();
+    assert_eq!(names, ["booster_u_tubing", "flow_meter_gain", "pump_speed_exponent"]);
+    assert_eq!(story["unexplained"].as_array().map(Vec::len), Some(1));
+    let value = |effect: usize, name: &str| {
+        story["effects"][effect]["parameters"][name]["value"].as_f64().expect("a number")
+    };
+    // 1/0.951 and 2.2, bent a little by what is left over.
+    assert!((value(1, "flow_gain") - 1.0 / 0.951).abs() < 0.01, "{}", value(1, "flow_gain"));
+    let exponent = value(2, "speed_exponent");
+    assert!((exponent - 2.2).abs() < 0.05, "{exponent}");
+}
+
+#[test]
+fn a_run_that_is_killed_goes_on_and_ends_with_the_same_bytes() {
+    let parent = folder_with(&[]);
+    let (goal, other) = (path(&parent, "found"), path(&parent, "other"));
+    let args =
+        |goal| ["discover", MODEL, "--data", TRAIN, "--valid", VALID, "--until", "700", "-o", goal];
+    dgd(&args(&other)).done();
+    killed_and_resumed(&args(&goal), &parent, "found");
+    for name in ["mud_circulation.dgd", "mud_circulation.diff", "report.html", "result.json"] {
+        let read = |goal: &str| read(Path::new(goal), name).replace(goal, "DIR");
+        assert!(read(&goal) == read(&other), "{name} differs");
+    }
+    assert_eq!(listing(&parent), ["found", "other"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn ctrl_c_says_how_to_go_on_and_other_input_does_not() {
+    let parent = folder_with(&[]);
+    let goal = path(&parent, "found");
+    let args = ["discover", MODEL, "--data", TRAIN, "-o", &goal];
+    let mut child = started(&args);
+    wait_until_it_minds_ctrl_c(&mut child);
+    interrupt(&child);
+    let run = Run::of(&child.wait_with_output().expect("it ends"));
+    run.refused(130, &["the same command with `--resume` goes on"]);
+    assert_eq!(listing(&parent), [".found.dgd-journal"]);
+
+    // Less of the recording is other input.
+    let resumed = discover(&["-o", &goal, "--until", "60", "--resume"]);
+    assert!(resumed.err.contains("it belongs to another model, other data"), "{}", resumed.err);
+    let resumed = discover(&["-o", &goal, "--until", "60", "--resume"]);
+    assert!(resumed.err.contains("nothing to go on from"), "{}", resumed.err);
+    discover(&["--resume"]).refused(2, &["`--resume`", "-o DIR"]);
+}

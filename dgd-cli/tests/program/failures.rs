@@ -1,0 +1,205 @@
+//! What a user is told when a run cannot be finished, and what is kept of it: equation and variable by
+//! their names, the time, exit code 3, and the rows up to there;
+//! and what Ctrl-C leaves.
+
+use std::fs;
+
+use crate::support::{Run, column, dgd, folder_with, killed_and_resumed, path};
+
+#[cfg(target_os = "linux")]
+use crate::support::{interrupt, started, wait_until_it_minds_ctrl_c};
+use tempfile::TempDir;
+
+/// A folder with a model of this text.
+fn with_model(text: &str) -> (TempDir, String) {
+    let folder = folder_with(&[("m.dgd", format!("model m\n{text}").as_bytes())]);
+    let model = path(&folder, "m.dgd");
+    (folder, model)
+}
+
+/// Simulates a model of this text, in four rows.
+fn run(text: &str, more: &[&str]) -> Run {
+    let (_folder, model) = with_model(text);
+    let args = ["simulate", &model, "--until", "3", "--every", "1"];
+    dgd(&[&args, more].concat())
+}
+
+#[test]
+fn a_start_that_is_impossible_names_equation_and_unknown() {
+    let text = "unknown z [m] = 1\nequation area: z^2 + 1 [m^2] = 0\n";
+    run(text, &[]).refused(3, &["no consistent values at t = 0 s", "`area`", "`z`"]);
+    let text = "parameter a = -1\nstate x = sqrt(a)\nequation e: der(x) = -x * 1 [1/s]\n";
+    run(text, &[]).refused(3, &["start value of `x`", "t = 0 s", "not finite"]);
+}
+
+/// s falls to zero at 1.5 s, from where on its root is none.
+const ROOT: &str = "
+state s [cm] = 150
+state v [m^(1/2)*s] = 0
+equation fall: der(s) = -1 [m/s]
+equation gain: der(v) = sqrt(s)
+";
+
+#[test]
+fn what_is_not_finite_is_said_with_equation_unknown_time_and_values() {
+    run(ROOT, &[]).refused(3, &["`gain`", "t = 1.49999999", "it determines `v`", "`s` = ", " cm"]);
+}
+
+#[test]
+fn rows_up_to_a_failure_are_printed() {
+    let rows = |csv: &str| (column(csv, "time [s]"), column(csv, "s [cm]"));
+    let stopped = run(ROOT, &[]);
+    let (times, s) = rows(&stopped.out);
+    assert_eq!(times, [0.0, 1.0]);
+    assert!((s[1] - 50.0).abs() < 1e-6, "{s:?}");
+
+    let stopped = run(ROOT, &["--format", "json"]);
+    stopped.refused(3, &["`gain`"]);
+    let result = stopped.json();
+    assert_eq!(result["rows"], 2);
+    assert!(result["error"].as_str().is_some_and(|error| error.contains("`gain`")), "{result}");
+}
+
+#[test]
+fn rows_up_to_a_failure_are_kept_beside_the_file_asked_for() {
+    let (folder, model) = with_model(ROOT);
+    for command in ["simulate", "sensitivity"] {
+        let out = path(&folder, &format!("{command}.csv"));
+        let args = [command, &model, "--until", "3", "--every", "1", "-o", &out];
+        dgd(&args).refused(3, &[&format!("{command}.partial.csv (2 rows)"), "`gain`"]);
+        assert!(!fs::exists(&out).expect("the folder is there"));
+        let kept = fs::read_to_string(path(&folder, &format!("{command}.partial.csv")));
+        assert_eq!(column(&kept.expect("it was written"), "time [s]"), [0.0, 1.0]);
+    }
+}
+
+#[test]
+fn a_step_that_becomes_too_small_names_the_unknown() {
+    // x = √(1 − t/s) ends at 1 s with an infinite slope.
+    let text = "state x = 1\nequation decay: der(x) = -0.5 [1/s] / x\n";
+    run(text, &[]).refused(3, &["step size fell to", "t = 1", "`x`"]);
+}
+
+#[test]
+fn an_input_that_ends_too_early_is_named_with_both_times() {
+    let text = "input q [lpm] linear\nstate v [l] = 0\nequation e: der(v) = q\n";
+    let folder = folder_with(&[
+        ("m.dgd", format!("model m\n{text}").as_bytes()),
+        ("q.csv", b"time [s],q [lpm]\n0,1\n2,3\n"),
+    ]);
+    let (model, data) = (path(&folder, "m.dgd"), path(&folder, "q.csv"));
+    let args = ["simulate", &model, "--data", &data, "--until", "3"];
+    dgd(&args).refused(3, &["`q`", "3 s", "2 s"]);
+}
+
+#[test]
+fn a_delay_below_zero_is_named() {
+    let text = "input q [lpm]\nparameter tau [s] = 1\nstate v [l] = 0\n\
+                equation e: der(v) = delay(q, tau)\n";
+    let folder = folder_with(&[
+        ("m.dgd", format!("model m\n{text}").as_bytes()),
+        ("q.csv", b"time [s],q [lpm]\n0,1\n2,3\n"),
+    ]);
+    let (model, data) = (path(&folder, "m.dgd"), path(&folder, "q.csv"));
+    let run = dgd(&["simulate", &model, "--data", &data, "--set", "tau=-2"]);
+    run.refused(3, &["`delay(q, tau)`", "-2 s"]);
+}
+
+#[test]
+fn a_ball_that_comes_to_rest_has_endless_impacts() {
+    let text = "
+state h [m] = 1
+state v [m/s] = 0
+equation fall: der(h) = v
+modes ball {
+  flying { equation weight: der(v) = -9.81 [m/s^2] }
+  flying -> flying when h falls below 0 [m] {
+    reset h = 0 [m]
+    reset v = -0.5*v
+  }
+}
+";
+    // The impacts have a limit at √(2 h/g) (1 + e)/(1 − e) = 1.35457 s.
+    let stopped = run(text, &[]);
+    stopped.refused(3, &["`ball`", "without end at t = 1.3545"]);
+    assert_eq!(column(&stopped.out, "time [s]"), [0.0, 1.0]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_fit_that_ctrl_c_stops_writes_the_best_so_far() {
+    const DATA: &str = "examples/data/circulation.csv";
+    const MODEL: &str = "models/mud_circulation.dgd";
+    let folder = folder_with(&[]);
+    let goal = path(&folder, "fitted");
+    // Many recordings and exact: far from done when it is stopped.
+    let mut args = vec!["fit", MODEL, "--steps", "adaptive", "--rtol", "1e-10", "-o", &goal];
+    args.extend(["--format", "json", "--profile", "c0", "--bootstrap", "9", "--valid", DATA]);
+    args.extend(["--data", DATA].repeat(8));
+    let mut child = started(&args);
+    wait_until_it_minds_ctrl_c(&mut child);
+    interrupt(&child);
+    let run = Run::of(&child.wait_with_output().expect("it ends"));
+    assert_eq!(run.code, 130, "{}", run.err);
+    let words = format!("what there is, is in {goal}; the same command with `--resume` goes on");
+    assert!(run.err.contains(&words), "{}", run.err);
+    let result = run.json();
+    assert_eq!((&result["status"], &result["termination"]), (&"stopped".into(), &"stopped".into()));
+    let left_out: Vec<&str> = (result["left_out"].as_array().expect("a list").iter())
+        .map(|words| words.as_str().expect("words"))
+        .collect();
+    let [converged, held_out, profile] = left_out.as_slice() else { panic!("{left_out:?}") };
+    assert!(converged.starts_with("stopped before it converged"), "{converged}");
+    assert_eq!(*held_out, "held-out recordings were not simulated");
+    assert_eq!(*profile, "there is no profile of `c0`");
+    assert!(result["outputs"]["p_r"]["rms_train"].is_number(), "{result}");
+    assert!(result["outputs"]["p_r"]["rms_valid"].is_null(), "{result}");
+    let written = |name: &str| fs::read_to_string(folder.path().join("fitted").join(name));
+    assert_eq!(written("result.json").expect("it was written"), run.out);
+    dgd(&["check", &path(&folder, "fitted/mud_circulation.dgd")]).done();
+}
+
+#[test]
+fn a_fit_that_is_killed_goes_on_and_ends_with_the_same_bytes() {
+    let folder = folder_with(&[]);
+    let (goal, other) = (path(&folder, "fitted"), path(&folder, "other"));
+    let args = |goal| {
+        let args = ["fit", "models/mud_circulation.dgd", "--data", "examples/data/circulation.csv"];
+        [&args[..], &["--profile", "c0", "--bootstrap", "30", "--seed", "3", "-o", goal]].concat()
+    };
+    let whole = dgd(&args(&other)).done();
+    let resumed = killed_and_resumed(&args(&goal), &folder, "fitted");
+    assert_eq!(resumed.out, whole.out);
+    for name in ["result.json", "mud_circulation.dgd"] {
+        let read = |goal: &str| fs::read(format!("{goal}/{name}")).expect("it was written");
+        assert!(read(&goal) == read(&other), "{name} differs");
+    }
+    let args = ["fit", "m.dgd", "--data", "d.csv", "--resume"];
+    dgd(&args).refused(2, &["`--resume`", "-o DIR"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_bootstrap_that_ctrl_c_stops_gives_what_is_complete() {
+    let data = "time [s],y [1]\n0,1\n1,2.1\n2,2.9\n3,4.2\n4,4.8\n5,6.1\n";
+    let model =
+        "model line\nparameter a [1/s] = 0.5\nparameter b [1] = 0\noutput y [1] = a*time + b\n";
+    let folder = folder_with(&[("m.dgd", model.as_bytes()), ("d.csv", data.as_bytes())]);
+    let (model, data) = (path(&folder, "m.dgd"), path(&folder, "d.csv"));
+    // More data sets than there is time for. Later each time, until the fit itself has been finished.
+    let mut waited = std::time::Duration::from_millis(50);
+    loop {
+        let mut child = started(&["fit", &model, "--data", &data, "--bootstrap", "100000000"]);
+        wait_until_it_minds_ctrl_c(&mut child);
+        std::thread::sleep(waited);
+        interrupt(&child);
+        let run = Run::of(&child.wait_with_output().expect("it ends"));
+        assert_eq!(run.code, 130, "{}", run.err);
+        if !run.out.contains("stopped before it converged") {
+            assert!(run.out.contains("the bootstrap was stopped after "), "{}", run.out);
+            assert!(run.out.contains(" of 100000000 data sets"), "{}", run.out);
+            break;
+        }
+        waited *= 2;
+    }
+}

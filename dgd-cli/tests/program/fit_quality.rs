@@ -1,0 +1,223 @@
+//! What `dgd fit` says of how good a fit is and how sure its estimates are.
+
+use std::fmt::Write as _;
+
+use serde_json::Value;
+
+use crate::support::{dgd, dgd_in, folder_with, listing};
+
+const MODEL: &[u8] = b"\
+model tank
+input u [1] hold
+input v [1] hold
+parameter gain [1] = 0.8 in 0 ..
+parameter tau [s] = 40 in 1 .. 1000
+state x [1] = 2
+equation tank: tau * der(x) = gain*u - x
+output y [1] = x
+output twice [mm] = 2 [mm] * x
+";
+
+/// Standard normal numbers: SplitMix64 and Box and Muller's transform.
+struct Normal(u64);
+
+impl Normal {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^= z >> 31;
+        ((z >> 11) + 1) as f64 / (1u64 << 53) as f64
+    }
+
+    fn next(&mut self) -> f64 {
+        (-2.0 * self.uniform().ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
+    }
+}
+
+/// A recording of gain 0.5, tau 20 s, with noise of 0.05, and so much of v in the reading of y.
+fn recording(seed: u64, of_v: f64) -> String {
+    let mut normal = Normal(seed);
+    let mut text = "time [s],u [1],v [1],y [1],twice [mm]\n".to_owned();
+    let mut x = 2.0;
+    for k in 0..400_usize {
+        let u = [4.0, 1.0, 6.0, 3.0][k / 25 % 4];
+        let v = [0.0, 1.0, 0.0, 0.0, 1.0][k / 11 % 5];
+        let y = x + of_v * v + 0.05 * normal.next();
+        let twice = 2.0 * x + 0.1 * normal.next();
+        let _ = writeln!(text, "{k},{u},{v},{y},{twice}");
+        x = 0.5 * u + (x - 0.5 * u) * (-1.0f64 / 20.0).exp();
+    }
+    text
+}
+
+#[track_caller]
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+#[test]
+fn quality_is_told_for_fitted_and_held_out_recordings() {
+    let files = [
+        ("m.dgd", MODEL),
+        ("a.csv", &recording(1, 0.0).into_bytes()),
+        ("b.csv", &recording(2, 0.0).into_bytes()),
+    ];
+    let folder = folder_with(&files);
+    let args = ["fit", "m.dgd", "--data", "a.csv", "--valid", "b.csv"];
+    let found = dgd_in(folder.path(), &[&args[..], &["--format", "json"]].concat()).done().json();
+    for (name, unit, sigma) in [("y", "1^2", 0.05), ("twice", "mm^2", 0.1)] {
+        for (set, rms, samples) in [("train", "rms_train", 400), ("valid", "rms_valid", 339)] {
+            let output = &found["outputs"][name];
+            let quality = &output["quality"][set];
+            assert_eq!(
+                (&quality["samples"], &quality["mse_unit"]),
+                (&samples.into(), &unit.into())
+            );
+            let mse = number(&quality["mse"]);
+            assert!((mse.sqrt() / number(&output[rms]) - 1.0).abs() < 1e-9);
+            // σ from n samples scatters by 1/√(2n); five of these.
+            assert!((mse.sqrt() / sigma - 1.0).abs() < 5.0 / 678f64.sqrt(), "{name} {set} {mse}");
+            // fit % = 100 (1 − √(1 − R²))
+            let unexplained = 1.0 - number(&quality["r_squared"]);
+            let fit = 100.0 * (1.0 - unexplained.sqrt());
+            assert!((number(&quality["fit_percent"]) - fit).abs() < 1e-9);
+            assert!(fit > 80.0 && fit < 100.0, "{fit}");
+            // Nothing is hidden: one of 12 tests below 0.001 is chance in a hundred.
+            assert!(number(&quality["whiteness"]["p_value"]) > 1e-3, "{quality}");
+            assert_eq!(quality["whiteness"]["autocorrelation"].as_array().map(Vec::len), Some(25));
+            for input in ["u", "v"] {
+                assert!(number(&quality["inputs"][input]["p_value"]) > 1e-3, "{quality}");
+            }
+        }
+    }
+    let text = dgd_in(folder.path(), &args).done().out;
+    assert!(text.contains("fit valid %") && !text.contains("go with"), "{text}");
+    assert!(!text.contains("no white noise"), "{text}");
+}
+
+#[test]
+fn errors_that_go_with_an_input_are_said_to() {
+    let data = recording(3, 0.2).into_bytes();
+    let folder = folder_with(&[("m.dgd", MODEL), ("a.csv", &data)]);
+    let text = dgd_in(folder.path(), &["fit", "m.dgd", "--data", "a.csv"]).done().out;
+    assert!(text.contains("errors of `y` go with `v` (correlation +0."), "{text}");
+    assert!(text.contains("`dgd discover` looks for it") && !text.contains("`twice` go"), "{text}");
+    // What is added to `y` misleads the parameters that `twice` shares, too.
+    assert!(text.contains("errors of `y`") && text.contains("are no white noise"), "{text}");
+}
+
+#[test]
+fn recordings_of_one_file_name_are_told_apart() {
+    let folder = folder_with(&[("m.dgd", MODEL)]);
+    for (name, seed) in [("a", 5), ("b", 6)] {
+        std::fs::create_dir(folder.path().join(name)).expect("a folder");
+        let data = recording(seed, 0.0);
+        std::fs::write(folder.path().join(name).join("run.csv"), data).expect("a file");
+    }
+    let args = ["fit", "m.dgd", "--data", "a/run.csv", "--data", "b/run.csv"];
+    let more = ["--profile", "tau,x(0)", "--bootstrap", "20", "--format", "json"];
+    let plot = ["--plot", "fit.svg", "--information"];
+    let run = dgd_in(folder.path(), &[&args[..], &more, &plot].concat()).done();
+    let found = run.json();
+    let names = |found: &Value| -> Vec<String> {
+        found.as_object().expect("names").keys().cloned().collect()
+    };
+    assert_eq!(names(&found["profiles"]), ["tau", "x(0) of a/run.csv", "x(0) of b/run.csv"]);
+    let all = ["gain", "tau", "x(0) of a/run.csv", "x(0) of b/run.csv"];
+    assert_eq!(names(&found["bootstrap"]["estimates"]), all);
+    assert_eq!(names(&found["information"]), all);
+    let drawn: Vec<String> =
+        listing(&folder).into_iter().filter(|name| name.contains("profile")).collect();
+    assert_eq!(drawn.len(), 3, "{drawn:?}");
+}
+
+#[test]
+fn intervals_are_reported_and_drawn() {
+    let data = recording(4, 0.0).into_bytes();
+    let folder = folder_with(&[("m.dgd", MODEL), ("a.csv", &data)]);
+    let args = ["fit", "m.dgd", "--data", "a.csv", "--profile", "all", "--bootstrap", "99"];
+    let more = ["--seed", "7", "-o", "out", "--plot", "fit.svg"];
+    let text = dgd_in(folder.path(), &[&args[..], &more].concat()).done().out;
+    for part in ["by profile", "by bootstrap", "99 data sets"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let result = std::fs::read_to_string(folder.path().join("out/result.json")).expect("a result");
+    let found: Value = serde_json::from_str(&result).expect("JSON");
+    for (name, truth) in [("gain", 0.5), ("tau", 20.0)] {
+        let estimate = &found["parameters"][name];
+        let (value, std) = (number(&estimate["value"]), number(&estimate["std"]));
+        let profile = &found["profiles"][name];
+        let (low, high) = (number(&profile["interval"][0]), number(&profile["interval"][1]));
+        assert!(low < value && value < high && (value - truth).abs() < 5.0 * std);
+        // Nearly linear in its parameters, with white noise: all three agree.
+        assert!(((high - low) / (2.0 * 1.959_964 * std) - 1.0).abs() < 0.05, "{profile}");
+        assert_eq!(profile["lower"]["end"], "interval");
+        let resampled = &found["bootstrap"]["estimates"][name];
+        assert!((number(&resampled["std"]) / std - 1.0).abs() < 0.4, "{resampled} {std}");
+    }
+    let files = listing(&folder);
+    for file in ["fit.svg", "fit.profile-gain.svg", "fit.profile-tau.svg"] {
+        assert!(files.iter().any(|name| name == file), "{files:?}");
+    }
+
+    // The same seed gives the same bytes with any number of threads.
+    let json =
+        |more: &[&str]| dgd_in(folder.path(), &[&args[..], &["--format", "json"], more].concat());
+    let one = json(&["--seed", "7", "--threads", "1"]).done().out;
+    assert_eq!(one, json(&["--seed", "7", "--threads", "3"]).done().out);
+    assert_eq!(one.trim(), result.trim());
+    assert_ne!(one, json(&["--seed", "8"]).done().out);
+}
+
+#[test]
+fn parameters_that_cancel_are_open_and_named() {
+    let model = String::from_utf8(MODEL.to_vec()).expect("text");
+    let model = model.replace("gain*u", "gain*factor*u");
+    let model = model.replace("state x", "parameter factor [1] = 1 in 0 ..\nstate x");
+    let data = recording(5, 0.0).into_bytes();
+    let folder = folder_with(&[("m.dgd", model.as_bytes()), ("a.csv", &data)]);
+    let run = dgd_in(folder.path(), &["fit", "m.dgd", "--data", "a.csv", "--profile", "gain"]);
+    let text = run.done().out;
+    assert!(
+        text.contains("`gain` is open above") && text.contains("`factor` makes up for it"),
+        "{text}"
+    );
+}
+
+#[test]
+fn what_has_no_intervals_is_refused_by_name() {
+    let fit = ["fit", "models/mud_circulation.dgd", "--data", "examples/data/circulation.csv"];
+    dgd(&[&fit[..], &["--profile", "c3"]].concat())
+        .refused(2, &["--profile c3", "`c0`", "`h_r(0)`"]);
+    dgd(&[&fit[..], &["--bootstrap", "9", "--estimator", "bounded"]].concat())
+        .refused(2, &["--bootstrap", "output-error"]);
+}
+
+#[test]
+fn what_determines_each_parameter_is_told() {
+    let args = ["fit", "models/mud_circulation.dgd", "--data", "examples/data/circulation.csv"];
+    let args = [&args[..], &["--information"]].concat();
+    let text = dgd(&args).done().out;
+    assert!(text.contains("`M_ssp`: ") && text.contains("% from transients"), "{text}");
+    let found = dgd(&[&args[..], &["--format", "json"]].concat()).done().json();
+    let of = |name: &str| &found["information"][name];
+    for name in ["M_ssp", "c0", "c2", "F2", "h_r(0)"] {
+        let sum: f64 = of(name)["outputs"].as_object().expect("outputs").values().map(number).sum();
+        assert!((sum - 1.0).abs() < 1e-3, "{name}: {sum}");
+        assert!((number(&of(name)["steady"]) + number(&of(name)["transient"]) - 1.0).abs() < 1e-3);
+    }
+    // The same where other parameters are not determined.
+    let fewer = [&args[..], &["--outputs", "p_r,q_ssp", "--format", "json"]].concat();
+    let fewer = dgd(&fewer).done().json();
+    assert_eq!(fewer["information"]["c2"], Value::Null);
+    for name in ["M_ssp", "c0"] {
+        let parts = &fewer["information"][name];
+        let sum = number(&parts["steady"]) + number(&parts["transient"]);
+        assert!((sum - 1.0).abs() < 1e-3, "{name}: {parts}");
+    }
+    // A mass is felt where it is accelerated, and nowhere else.
+    assert!(number(&of("M_ssp")["transient"]) > 0.9, "{}", of("M_ssp"));
+    assert!(number(&of("c0")["steady"]) > 2.0 * number(&of("M_ssp")["steady"]), "{}", of("c0"));
+}

@@ -1,0 +1,22 @@
+//! The program, run as its users do.
+
+#[path = "../../../tests/support/golden.rs"]
+mod golden;
+#[path = "../support/mod.rs"]
+mod support;
+
+mod accuracy;
+mod commands;
+mod discover;
+mod effects;
+mod ensembles;
+mod failures;
+mod fit_estimators;
+mod fit_quality;
+mod linearize;
+mod parts;
+mod per_sample;
+mod screen;
+mod starts;
+mod track;
+mod verify;

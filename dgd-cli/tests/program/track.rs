@@ -1,0 +1,308 @@
+//! `dgd track`: rows out for rows in, from files and from standard input.
+
+use std::fmt::Write as _;
+use std::io::{BufRead, BufReader, Write};
+use std::process::Stdio;
+
+use serde_json::Value;
+
+use crate::support::{Run, column, command, dgd_in, folder_with, listing};
+
+const TANKS: &str = "\
+/// Two tanks, one into the other.
+model tanks
+constant A [m^2] = 1
+input q_in [lpm] hold
+parameter a_1 [cm^2] = 10  in 0.1 .. 100, log
+parameter a_2 [cm^2] = 12  in 0.1 .. 100, log, fixed
+state h_1 [m] = 1
+state h_2 [m] = 0.5
+function out(h [m], a [m^2]) = a*sqrt(2*9.81 [m/s^2]*h)
+equation upper: A*der(h_1) = q_in - out(h_1, a_1)
+equation lower: A*der(h_2) = out(h_1, a_1) - out(h_2, a_2)
+output h_1 [m]                  noise 1 [cm]
+output p_2 [mbar] = 9.81e3 [Pa/m]*h_2  noise 1 [mbar]
+";
+
+/// Numbers in (−√3, √3), of unit variance, the same in every run.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0) * 3.0_f64.sqrt()
+    }
+}
+
+/// A recording of the tanks with another valve, by the classical Runge–Kutta method.
+fn recording(rows: usize) -> String {
+    let (a_1, a_2) = (15e-4, 12e-4);
+    let f = |h: [f64; 2], q: f64| {
+        let out = |h: f64, a: f64| a * (2.0 * 9.81 * h).sqrt();
+        [q - out(h[0], a_1), out(h[0], a_1) - out(h[1], a_2)]
+    };
+    let mut noise = Noise(9);
+    let mut h = [1.1, 0.4];
+    let mut text = "time [s],q_in [lpm],h_1 [cm],p_2 [mbar]\n".to_owned();
+    for k in 0..rows {
+        let lpm = [300.0, 450.0, 380.0][k / 40 % 3];
+        let (level, pressure) = (100.0 * h[0] + noise.next(), 98.1 * h[1] + noise.next());
+        let _ = writeln!(text, "{},{lpm},{level:.3},{pressure:.3}", 5 * k);
+        let (q, dt) = (lpm / 60_000.0, 5.0);
+        let add = |h: [f64; 2], k: [f64; 2], s: f64| [h[0] + s * k[0], h[1] + s * k[1]];
+        let k1 = f(h, q);
+        let k2 = f(add(h, k1, dt / 2.0), q);
+        let k3 = f(add(h, k2, dt / 2.0), q);
+        let k4 = f(add(h, k3, dt), q);
+        h = [0, 1].map(|i| h[i] + dt / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
+    }
+    text
+}
+
+fn piped(folder: &std::path::Path, args: &[&str], text: &str) -> Run {
+    let mut child = command(folder, args)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the command starts");
+    let mut input = child.stdin.take().expect("a pipe");
+    let text = text.to_owned();
+    let writer = std::thread::spawn(move || {
+        // The command may end before it has read all.
+        let _ = input.write_all(text.as_bytes());
+    });
+    let output = child.wait_with_output().expect("it ends");
+    writer.join().expect("the writer ends");
+    Run::of(&output)
+}
+
+#[test]
+fn a_file_gives_one_line_for_each_row_and_finds_the_valve() {
+    let data = recording(240);
+    let folder = folder_with(&[("t.dgd", TANKS.as_bytes()), ("d.csv", data.as_bytes())]);
+    for estimator in ["ekf", "ukf", "recursive"] {
+        let args = ["track", "t.dgd", "--data", "d.csv", "--estimator", estimator];
+        let run = dgd_in(folder.path(), &args).done();
+        assert_eq!(run.out.lines().count(), 241);
+        assert_eq!(
+            run.out.lines().next(),
+            Some(
+                "time [s],h_1 [m],std(h_1) [m],h_2 [m],std(h_2) [m],a_1 [cm^2],std(a_1) [cm^2],\
+                 innovation(h_1) [m],std(innovation(h_1)) [m],innovation(p_2) [mbar],\
+                 std(innovation(p_2)) [mbar],nis [1]"
+            )
+        );
+        let (valve, std) = (column(&run.out, "a_1 [cm^2]"), column(&run.out, "std(a_1) [cm^2]"));
+        let (last, std) = (valve[239], std[239]);
+        assert!((last - 15.0).abs() < 4.0 * std && std < 0.5, "{estimator}: {last} ± {std}");
+        // What is taken as how uncertain is said, with its reason.
+        for part in
+            ["10 % of its size", "noise: h_1 0.0100 m (declared)", "times as large as expected"]
+        {
+            assert!(run.err.contains(part), "{}", run.err);
+        }
+        let ratio = column(&run.out, "nis [1]").iter().sum::<f64>() / 480.0;
+        assert!((0.8..1.25).contains(&ratio), "{estimator}: {ratio}");
+    }
+}
+
+#[test]
+fn standard_input_is_answered_row_by_row_as_a_file_is() {
+    let data = recording(60);
+    let folder = folder_with(&[("t.dgd", TANKS.as_bytes()), ("d.csv", data.as_bytes())]);
+    let of_file = dgd_in(folder.path(), &["track", "t.dgd", "--data", "d.csv"]).done();
+    let args = ["track", "t.dgd", "--data", "-", "--quiet"];
+    let streamed = piped(folder.path(), &args, &data).done();
+    assert_eq!(of_file.out, streamed.out);
+    assert_eq!(streamed.err, "");
+
+    // The answer to a row is there before the next is written.
+    let mut child = command(folder.path(), &args)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("the command starts");
+    let mut input = child.stdin.take().expect("a pipe");
+    let mut answers = BufReader::new(child.stdout.take().expect("a pipe")).lines();
+    let mut lines = data.lines();
+    writeln!(input, "{}", lines.next().expect("a header")).expect("it reads");
+    for (k, line) in lines.take(10).enumerate() {
+        writeln!(input, "{line}").expect("it reads");
+        input.flush().expect("it reads");
+        if k == 0 {
+            answers.next().expect("a header").expect("text");
+        }
+        let answer = answers.next().expect("an answer").expect("text");
+        assert_eq!(Some(answer.as_str()), of_file.out.lines().nth(k + 1));
+    }
+    drop(input);
+    assert!(child.wait().expect("it ends").success());
+}
+
+#[test]
+fn results_go_to_files_whole_and_to_programs_as_json() {
+    let data = recording(80);
+    let folder = folder_with(&[("t.dgd", TANKS.as_bytes()), ("d.csv", data.as_bytes())]);
+    let args = ["track", "t.dgd", "--data", "d.csv", "-o", "out.csv", "--plot", "out.svg"];
+    let run = dgd_in(folder.path(), &args).done();
+    assert_eq!(run.out, "");
+    let out = std::fs::read_to_string(folder.path().join("out.csv")).expect("a file");
+    assert_eq!(out.lines().count(), 81);
+    let figure = std::fs::read_to_string(folder.path().join("out.svg")).expect("a picture");
+    assert!(figure.contains("innovation of"), "no panel of innovations");
+
+    let args =
+        ["track", "t.dgd", "--data", "d.csv", "--format", "json", "--start-std", "h_1=2 [cm]"];
+    let run = dgd_in(folder.path(), &args).done();
+    let lines: Vec<Value> =
+        run.out.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+    assert_eq!(lines.len(), 81);
+    let tracked = &lines[0]["settings"]["tracked"]["h_1"];
+    assert_eq!(
+        (tracked["start_std"].as_f64(), tracked["start_std_from"].as_str()),
+        (Some(0.02), Some("asked"))
+    );
+    let last = &lines[80];
+    assert_eq!(last["time"], 395.0);
+    assert!(last["parameters"]["a_1"]["std"].as_f64().is_some_and(|std| std < 2.0));
+    assert_eq!(last["innovations"]["p_2"]["used"], true);
+
+    // A row that cannot be read leaves no file.
+    let broken = data.replace("\n100,", "\n90,");
+    std::fs::write(folder.path().join("broken.csv"), &broken).expect("writable");
+    let args = ["track", "t.dgd", "--data", "-", "-o", "none.csv"];
+    piped(folder.path(), &args, &broken).refused(1, &["back in time", "90"]);
+    assert!(!listing(&folder).iter().any(|name| name.contains("none")), "{:?}", listing(&folder));
+}
+
+#[test]
+fn gaps_and_outliers_are_told() {
+    let mut rows: Vec<String> = recording(120).lines().map(str::to_owned).collect();
+    rows[20] = "95,300,NaN,NaN".to_owned();
+    rows[31] = "150,,,40".to_owned();
+    rows[60] = "295,450,900,40".to_owned();
+    let data = rows.join("\n");
+    let folder = folder_with(&[("t.dgd", TANKS.as_bytes()), ("d.csv", data.as_bytes())]);
+    let args = ["track", "t.dgd", "--data", "d.csv", "--gate", "6", "--outputs", "h_1"];
+    let run = dgd_in(folder.path(), &args).done();
+    assert!(run.err.contains("beyond the gate, not used: 1"), "{}", run.err);
+    assert!(
+        run.err.contains("rows without input `q_in`, which kept its last value: 1"),
+        "{}",
+        run.err
+    );
+    assert!(!run.out.contains("p_2") && !run.err.contains("lost its way"), "{}", run.err);
+    let innovation = column(&run.out, "innovation(h_1) [m]");
+    assert!(innovation[19].is_nan() && innovation[59] > 5.0);
+    // The upper tank says nothing about the lower one: its valve stays as uncertain as it was, and is named.
+    let args = ["track", "t.dgd", "--data", "d.csv", "--free", "a_2", "--outputs", "h_1"];
+    let run = dgd_in(folder.path(), &args).done();
+    assert!(run.err.contains("the data says little about `h_2`, `a_2`"), "{}", run.err);
+    let std = column(&run.out, "std(a_2) [cm^2]");
+    assert!(std.iter().all(|std| (std / 3.6 - 1.0).abs() < 1e-9), "{std:?}");
+}
+
+#[test]
+fn what_makes_no_sense_is_refused_in_the_users_names() {
+    let data = recording(5);
+    let silent = TANKS.replace("noise 1 [mbar]", "");
+    let late = TANKS.replace("output h_1 [m]  ", "output h_1 [m] = delay(h_1, 3 [s])  ");
+    let folder = folder_with(&[
+        ("t.dgd", TANKS.as_bytes()),
+        ("silent.dgd", silent.as_bytes()),
+        ("late.dgd", late.as_bytes()),
+        ("d.csv", data.as_bytes()),
+    ]);
+    let refused = |args: &[&str], code: i32, parts: &[&str]| {
+        let all: Vec<&str> = ["track"].iter().chain(args).copied().collect();
+        dgd_in(folder.path(), &all).refused(code, parts);
+    };
+    refused(
+        &["silent.dgd", "--data", "d.csv"],
+        2,
+        &["`p_2` declares no noise", "--noise 'p_2=… [mbar]'"],
+    );
+    let asked = ["silent.dgd", "--data", "d.csv", "--noise", "p_2=2"];
+    dgd_in(folder.path(), &[&["track"], &asked[..]].concat()).done();
+    refused(
+        &["late.dgd", "--data", "d.csv"],
+        3,
+        &["what output `h_1` reads late", "`output-error`"],
+    );
+    refused(&["t.dgd", "--data", "d.csv", "--forgetting", "0.9"], 2, &["--estimator recursive"]);
+    refused(
+        &["t.dgd", "--data", "d.csv", "--process-noise", "a_3=1"],
+        1,
+        &["no state and no parameter is called `a_3`", "a_1"],
+    );
+    refused(
+        &["t.dgd", "--data", "d.csv", "--start-std", "h_1=2 [bar]"],
+        1,
+        &["`h_1` is in `m`", "bar"],
+    );
+    refused(&["t.dgd", "--data", "d.csv", "--noise", "h_1=-1"], 1, &["--noise"]);
+    refused(&["t.dgd", "--data", "none.csv"], 1, &["none.csv"]);
+    refused(&["t.dgd", "--data", "d.csv", "--gate", "0"], 2, &["the gate"]);
+    let run = piped(folder.path(), &["track", "t.dgd", "--data", "-"], "");
+    run.refused(1, &["standard input", "empty"]);
+    let run = piped(folder.path(), &["track", "t.dgd", "--data", "-"], "time [s],h_1 [m]\n0,1\n");
+    run.refused(1, &["no column for the input `q_in`"]);
+    let run = piped(
+        folder.path(),
+        &["track", "t.dgd", "--data", "-"],
+        "time [s],q_in [lpm],h_1 [m]\n0,300,1\n5,x,1\n",
+    );
+    run.refused(1, &["line 3", "`x` in column `q_in` is not a number"]);
+    assert_eq!(run.out.lines().count(), 2);
+    // For programs what ended it is a line like the others.
+    let run = piped(
+        folder.path(),
+        &["track", "t.dgd", "--data", "-", "--format", "json"],
+        "time [s],q_in [lpm],h_1 [m]\n0,300,1\n5,x,1\n",
+    );
+    run.refused(1, &["line 3"]);
+    let lines: Vec<Value> =
+        run.out.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+    let keys = ["settings", "states", "error"];
+    assert!(lines.len() == 3 && (0..3).all(|k| !lines[k][keys[k]].is_null()), "{}", run.out);
+}
+
+/// The tanks do not stray, so that prediction error and output error say the same.
+#[test]
+fn a_fit_by_prediction_error_finds_the_valve_and_that_nothing_strays() {
+    let data = recording(120);
+    let folder = folder_with(&[("t.dgd", TANKS.as_bytes()), ("d.csv", data.as_bytes())]);
+    let fit = |more: &[&str]| {
+        let args = ["fit", "t.dgd", "--data", "d.csv", "--valid", "d.csv", "--noise", "declared"];
+        let all: Vec<&str> = args.iter().chain(more).copied().collect();
+        dgd_in(folder.path(), &all).done()
+    };
+    let by_simulation = fit(&["--format", "json"]).json();
+    let drawn = ["--estimator", "prediction-error", "-o", "fitted", "--plot", "fit.svg"];
+    let text = fit(&drawn).out;
+    assert!(text.contains("h_1 strays in a minute") && text.contains("rms, valid"), "{text}");
+    // Two outputs of two recordings, each with its innovations.
+    let picture = std::fs::read_to_string(folder.path().join("fit.svg")).expect("a picture");
+    assert_eq!(picture.matches("innovation of").count(), 4);
+    assert_eq!(picture.matches("one row ahead").count(), 4);
+    let result = std::fs::read(folder.path().join("fitted/result.json")).expect("a result");
+    let found: Value = serde_json::from_slice(&result).expect("JSON");
+    let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{found:#}"));
+    let (a, b) = (&found["parameters"]["a_1"], &by_simulation["parameters"]["a_1"]);
+    let std = number(&b["std"]);
+    assert!((number(&a["value"]) - number(&b["value"])).abs() < std, "{a} {b}");
+    assert!((number(&a["value"]) - 15.0).abs() < 4.0 * number(&a["std"]), "{a}");
+    assert!(number(&found["process_noise_in_a_minute"]["h_1"]["value"]) < 5e-3);
+    let starts = |found: &Value| -> Vec<String> {
+        let values = found["starts"][0]["values"].as_object().expect("start values");
+        values.keys().cloned().collect()
+    };
+    assert_eq!(starts(&found), ["h_1", "h_2"]);
+    assert_eq!(starts(&found), starts(&by_simulation));
+    let rms = number(&found["outputs"]["h_1"]["rms_train"]);
+    assert!((0.8e-2..1.2e-2).contains(&rms), "{rms}");
+    let model = std::fs::read_to_string(folder.path().join("fitted/t.dgd")).expect("a model");
+    assert!(!model.contains("= 10  in"), "{model}");
+}

@@ -1,0 +1,7 @@
+//! Where a discrepancy is.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod discrepancy;
+mod unknown_input;

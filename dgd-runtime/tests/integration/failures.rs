@@ -1,0 +1,136 @@
+//! What is said when a simulation cannot be finished.
+
+use dgd_runtime::{
+    Column, Failure, Inputs, IntegrateError, Interpolation, METHODS, Options, Problem, Solution,
+    find_method, simulate, simulate_with_sensitivities,
+};
+
+use crate::support::problems::Relaxation;
+use crate::support::problems::hopeless::{BelowZero, Explosion, NoRoot};
+use crate::support::{Equations, Heaped, parameters};
+
+fn run<E: Equations>(
+    inputs: &Inputs,
+    times: &[f64],
+    options: &Options,
+) -> Result<Solution, Failure> {
+    let system = Heaped::<E>::new();
+    let p = parameters::<E>();
+    let problem = Problem { system: &system, p: &p, inputs, start: &[] };
+    let with = simulate_with_sensitivities(&problem, times, options);
+    let without = simulate(&problem, times, options);
+    assert_eq!(with.is_ok(), without.is_ok());
+    without
+}
+
+fn said<E: Equations>(inputs: &Inputs, times: &[f64], options: &Options) -> String {
+    run::<E>(inputs, times, options).unwrap_err().to_string()
+}
+
+#[test]
+fn the_solver_says_where_it_stopped_and_why() {
+    let none = Inputs::none();
+    let times = [0.0, 0.5, 1.5];
+    let options = Options::default();
+    let failure = run::<Explosion>(&none, &times, &options).unwrap_err();
+    assert_eq!(failure.partial.times, [0.0, 0.5]);
+    assert!((failure.partial.y(1)[0] - 2.0).abs() < 1e-4);
+    // The last steps overflow.
+    let message = failure.to_string();
+    assert!(message.contains("`of_x` is not finite at t = 1.0"), "{message}");
+
+    let message = said::<BelowZero>(&none, &times, &options);
+    assert!(message.contains("`of_x` is not finite at t = 1.07"), "{message}");
+
+    let failure = run::<BelowZero>(&none, &times, &options).unwrap_err();
+    let IntegrateError::NotFinite { equation, unknown, values, .. } = &failure.error else {
+        panic!("{failure}");
+    };
+    assert_eq!((equation.as_str(), unknown.as_str()), ("of_x", "x"));
+    let read: Vec<&str> = values.iter().map(|value| value.name.as_str()).collect();
+    assert_eq!(read, ["x", "k"]);
+    // The root's argument is all but used up.
+    assert!(values[0].value.abs() < 1e-3, "{values:?}");
+
+    let few = Options { max_steps: 3, ..options };
+    let message = said::<BelowZero>(&none, &[0.0, 0.9], &Options { rtol: 1e-9, ..few });
+    assert!(message.contains("3 steps were not enough"), "{message}");
+
+    let message = said::<NoRoot>(&none, &times, &options);
+    assert!(message.contains("no consistent values at t = 0 s"), "{message}");
+    assert!(message.contains("`of_z`"), "{message}");
+}
+
+/// Where a solution ends or equations do, every method stops there, with what was reached, and names
+/// what it was.
+#[test]
+fn every_method_says_where_it_stopped_and_why() {
+    let none = Inputs::none();
+    let times = [0.0, 0.5, 1.5];
+    for method in METHODS {
+        let options = Options { method, ..Options::default() };
+        let name = method.name;
+        // x = 1/(1 − t): infinite at t = 1, where steps end or numbers do.
+        let failure = run::<Explosion>(&none, &times, &options).unwrap_err();
+        assert_eq!(failure.partial.times, [0.0, 0.5], "{name}");
+        let message = failure.to_string();
+        assert!(message.contains("x`"), "{name}: {message}");
+        let t = time(&failure.error);
+        assert!((t - 1.0).abs() < 1e-3, "{name}: {message}");
+        assert!(format!("{failure:?}").ends_with("reached: Some(0.5), .. }"), "{failure:?}");
+        // √x with x = 0 at t = 1.07: not defined from there on.
+        let failure = run::<BelowZero>(&none, &times, &options).unwrap_err();
+        let message = failure.to_string();
+        assert!(message.contains("`of_x` is not finite"), "{name}: {message}");
+        let t = time(&failure.error);
+        assert!((t - 1.07).abs() < 1e-2, "{name}: {message}");
+    }
+}
+
+/// When it stopped.
+fn time(error: &IntegrateError) -> f64 {
+    match error {
+        IntegrateError::StepSizeTooSmall { t, .. }
+        | IntegrateError::NotFinite { t, .. }
+        | IntegrateError::NewtonDiverged { t, .. }
+        | IntegrateError::SingularIteration { t, .. } => *t,
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn senseless_requests_are_refused() {
+    let inputs = Inputs::constant(&[0.0]);
+    for (rtol, atol) in [(0.0, 1e-6), (1e-6, -1.0), (f64::NAN, 1e-6)] {
+        let options = Options { rtol, atol, ..Options::default() };
+        let message = said::<Relaxation>(&inputs, &[0.0, 1.0], &options);
+        assert!(message.contains("must be a positive number"), "{message}");
+    }
+    let options = Options::default();
+    let message = said::<Relaxation>(&inputs, &[0.0, 2.0, 1.0], &options);
+    assert!(message.contains("asked times go back"), "{message}");
+    let message = said::<Relaxation>(&inputs, &[0.0, 1.0, 1.0, 1.0], &options);
+    assert!(message.contains("more than twice"), "{message}");
+    let message = said::<Relaxation>(&inputs, &[0.0, f64::NAN], &options);
+    assert!(message.contains("asked time number 2"), "{message}");
+    assert!(run::<Relaxation>(&inputs, &[], &options).unwrap().is_empty());
+    assert_eq!(run::<Relaxation>(&inputs, &[3.0], &options).unwrap().y, [2.0]);
+}
+
+#[test]
+fn linear_inputs_end_and_all_begin() {
+    let column = Column { name: "u", interpolation: Interpolation::Linear, values: &[1.0, 2.0] };
+    let inputs = Inputs::recorded(&[0.0, 1.0], &[column]).unwrap();
+    let options = Options::default();
+    let message = said::<Relaxation>(&inputs, &[0.0, 2.0], &options);
+    assert!(message.contains("`u`") && message.contains("beyond its last sample"), "{message}");
+    let message = said::<Relaxation>(&inputs, &[-1.0, 1.0], &options);
+    assert!(message.contains("before its first sample"), "{message}");
+}
+
+#[test]
+fn methods_are_found_by_name() {
+    assert_eq!(find_method("rodas5p").unwrap().order, 5);
+    let message = find_method("euler").unwrap_err().to_string();
+    assert!(message.contains("`euler`") && message.contains("`rodas5p`"), "{message}");
+}

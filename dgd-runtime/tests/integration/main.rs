@@ -1,0 +1,12 @@
+//! Solutions of small systems written by hand.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod accuracy;
+mod failures;
+mod jumps;
+mod large;
+mod per_sample;
+mod singular;
+mod stiff;

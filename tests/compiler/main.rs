@@ -1,0 +1,15 @@
+//! The compiler's stages, what is written of them, and how much work models are.
+
+#[path = "../support/golden.rs"]
+mod golden;
+#[path = "../support/inline.rs"]
+mod inline;
+#[path = "../support/mod.rs"]
+mod support;
+
+mod docs;
+mod invariance;
+mod model_pages;
+mod mutations;
+mod pipeline;
+mod work;

@@ -1,0 +1,10 @@
+//! What is read late.
+
+#[path = "../support/inline.rs"]
+mod inline;
+#[path = "../support/mod.rs"]
+mod support;
+
+mod delay_equations;
+mod delays;
+mod neutral_equations;

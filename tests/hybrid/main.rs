@@ -1,0 +1,12 @@
+//! What happens at moments: modes, events, switches.
+
+#[path = "../support/exact.rs"]
+mod exact;
+#[path = "../support/inline.rs"]
+mod inline;
+#[path = "../support/mod.rs"]
+mod support;
+
+mod events;
+mod hybrid;
+mod switches;

@@ -1,0 +1,321 @@
+//! `if`, `min`, `max`, `abs` and `sign` as events, and solutions that slide along them.
+
+use dgd::{AutomatonKind, Column, Inputs, Interpolation, System};
+
+use crate::exact::{
+    assert_close, assert_slopes_are_differences, event_times, parameters, run, run_with, slopes,
+    value,
+};
+use crate::inline::system;
+
+/// Rodas5P's error after the few hundred steps of these cases stays within a factor of a hundred of
+/// the tolerance of 1e-11.
+const CLOSE: f64 = 1e-8;
+
+fn kinds(row: &str) -> Vec<AutomatonKind> {
+    let text = format!(
+        "model m\nparameter a = 0.3\nstate q = 1\nstate p = 2\n\
+         equation one: der(q) = 1 [1/s]*({row})\nequation two: der(p) = -1 [1/s]*q"
+    );
+    let system = system(&text);
+    system.signature().discrete.automata.iter().map(|automaton| automaton.kind).collect()
+}
+
+#[test]
+fn only_what_does_not_go_on_smoothly_is_an_event() {
+    let smooth = [
+        "-q*abs(q)",
+        "-a*q*abs(q) - q",
+        "-q*sqrt(abs(q))",
+        "-(if q > 0 then q^2 else -q^2)",
+        "if q > a then (q - a)^2 else 0",
+        "max(q - a, 0)^3",
+        "abs(q)^2",
+        "p*(if a > 0.2 then 1 else 2)",
+    ];
+    for row in smooth {
+        assert_eq!(kinds(row), [], "{row}");
+    }
+    let corners = [
+        "abs(q)",
+        "max(q, p)",
+        "min(q - a, 0)*p",
+        "if q > a then 2*(q - a) else 0",
+        "if q > 0 then sqrt(q) else 0",
+        "abs(q)*p",
+    ];
+    for row in corners {
+        assert_eq!(kinds(row), [AutomatonKind::Corner], "{row}");
+    }
+    for row in ["sign(q)", "if q > a then 2 else 1", "if q <= a then p else 0"] {
+        assert_eq!(kinds(row), [AutomatonKind::Switch], "{row}");
+    }
+    assert_eq!(kinds("if q > a and q < p then 2 else 1"), [AutomatonKind::Switch; 2]);
+    assert_eq!(kinds("sign(q - a) + abs(a - q)"), [AutomatonKind::Switch]);
+}
+
+#[test]
+fn a_jump_of_a_rate_is_located_and_moves_with_its_threshold() {
+    let system = system(
+        "model m
+         parameter a = 2
+         parameter low [1/s] = 1
+         parameter high [1/s] = 3
+         state x = 0
+         state y = 0
+         equation one: der(x) = low
+         equation two: der(y) = if x > a then high else low",
+    );
+    let solution = run(&system, &[0.0, 5.0]);
+    assert_close(solution.y(1), &[5.0, 2.0 + 9.0], CLOSE);
+    assert_close(&event_times(&solution), &[2.0], CLOSE);
+    // y = low t₁ + high (5 − t₁) with t₁ = a/low.
+    assert_close(&slopes(&system, &solution, "y", 1)[..3], &[-2.0, 6.0, 3.0], CLOSE);
+    assert!(solution.statistics.steps < 20, "{:?}", solution.statistics);
+}
+
+#[test]
+fn a_window_of_ten_seconds_in_an_hour_is_not_stepped_over() {
+    let system = system(
+        "model m
+         parameter a [s] = 1500
+         parameter length [s] = 10
+         parameter rate = 0.3
+         state x [s] = 0
+         state y [s] = 0
+         equation one: der(x) = 1
+         equation two: der(y) = if x > a and x < a + length then rate else 0",
+    );
+    let solution = run(&system, &[0.0, 3600.0]);
+    assert_close(&[value(&system, &solution, "y", 1)], &[3.0], CLOSE);
+    assert_close(&slopes(&system, &solution, "y", 1)[..3], &[0.0, 0.3, 10.0], CLOSE);
+    assert_close(&event_times(&solution), &[1500.0, 1510.0], CLOSE);
+}
+
+#[test]
+fn a_threshold_passed_and_passed_back_within_a_step_is_found() {
+    // x turns back 0.05 beyond the threshold; with these rates steps are as long as they like.
+    let system = system(
+        "model m
+         parameter a = 0.95
+         state x = 0
+         state y = 0
+         equation one: der(x) = 2e-3 [1/s]*(1 - 1e-3 [1/s]*time)
+         equation two: der(y) = if x > a then 1 [1/s] else 0",
+    );
+    // x = 1 − (1 − t/1000)² is above a for 2000 √(1 − a) seconds.
+    let solution = run(&system, &[0.0, 2000.0]);
+    let above = 2000.0 * 0.05_f64.sqrt();
+    assert_close(&[value(&system, &solution, "y", 1)], &[above], CLOSE);
+    assert_close(&slopes(&system, &solution, "y", 1)[..1], &[-1000.0 / 0.05_f64.sqrt()], CLOSE);
+}
+
+#[test]
+fn a_corner_costs_no_accuracy() {
+    let system = system(
+        "model m
+         parameter a = 0.7
+         state x = 0
+         state y = 0
+         equation one: der(x) = 1 [1/s]
+         equation two: der(y) = max(x - a, 0)*1 [1/s]",
+    );
+    let solution = run(&system, &[0.0, 3.0]);
+    assert_close(solution.y(1), &[3.0, 0.5 * 2.3 * 2.3], CLOSE);
+    assert_close(&slopes(&system, &solution, "y", 1)[..1], &[-2.3], CLOSE);
+    assert!(solution.events.is_empty(), "nothing has changed: {:?}", solution.events);
+    assert!(solution.statistics.steps < 80, "{:?}", solution.statistics);
+}
+
+/// A block that slides on a floor, pulled by a rope.
+const BLOCK: &str = "model block
+input pull [N] linear
+parameter m [kg] = 2
+parameter friction [N] = 3
+parameter v_0 [m/s] = 4
+state x [m] = 0
+state v [m/s] = v_0
+equation way: der(x) = v
+equation momentum: m * der(v) = pull - friction*sign(v)
+";
+
+fn pulled(times: &[f64], values: &[f64]) -> Inputs {
+    let column = Column { name: "pull", interpolation: Interpolation::Linear, values };
+    Inputs::recorded(times, &[column]).expect("inputs")
+}
+
+#[test]
+fn a_block_slides_and_stops_for_good() {
+    let block = system(BLOCK);
+    let inputs = pulled(&[0.0, 100.0], &[0.0, 0.0]);
+    let p = parameters(&block);
+    let solution = run_with(&block, &p, &inputs, &[0.0, 1.0, 5.0, 100.0]).expect("a solution");
+    let [m, f, v] = [2.0, 3.0, 4.0];
+    let way = 0.5 * m * v * v / f;
+    for k in [2, 3] {
+        assert_close(&solution.y(k)[..2], &[way, 0.0], CLOSE);
+        let expected = [way / m, -way / f, m * v / f];
+        assert_close(&slopes(&block, &solution, "x", k)[..3], &expected, CLOSE);
+        assert_close(&slopes(&block, &solution, "v", k)[..3], &[0.0; 3], CLOSE);
+    }
+    assert_close(&event_times(&solution), &[m * v / f, m * v / f], CLOSE);
+    // As long as it rests nothing happens, and nothing is done.
+    assert!(solution.statistics.steps < 40, "{:?}", solution.statistics);
+}
+
+#[test]
+fn a_block_rests_until_it_is_pulled_hard_enough() {
+    let block = system(BLOCK);
+    // From rest the pull rises by 1 N/s: it breaks away at 3 s.
+    let inputs = pulled(&[0.0, 8.0], &[0.0, 8.0]);
+    let p = [2.0, 3.0, 0.0];
+    let times = [0.0, 1.5, 3.0, 5.0];
+    let solution = run_with(&block, &p, &inputs, &times).expect("a solution");
+    assert_close(&solution.y(1)[..2], &[0.0, 0.0], CLOSE);
+    // Half of what friction can hold pulls: share = (1 + 1/2)/2.
+    assert_close(&[solution.y(1)[2]], &[0.75], CLOSE);
+    // Then m v̇ = t − 3: v = (t − 3)²/(2m), x = (t − 3)³/(6m).
+    assert_close(&solution.y(3)[..2], &[8.0 / 12.0, 1.0], CLOSE);
+    // To the mass and the friction; ∂v/∂F = −(t − F)/m.
+    assert_close(&slopes(&block, &solution, "v", 3)[..2], &[-0.5, -1.0], CLOSE);
+    assert_close(&slopes(&block, &solution, "x", 3)[..2], &[-1.0 / 3.0, -1.0], CLOSE);
+}
+
+#[test]
+fn friction_through_an_algebraic_force_slides_as_well() {
+    let block = system(
+        "model block
+         input pull [N] linear
+         parameter m [kg] = 2
+         parameter friction [N] = 3
+         parameter v_0 [m/s] = 4
+         state x [m] = 0
+         state v [m/s] = v_0
+         unknown force [N] = 0
+         equation way: der(x) = v
+         equation momentum: m * der(v) = force
+         equation rope: 0 = pull - force - friction*sign(v)",
+    );
+    let inputs = pulled(&[0.0, 4.0, 20.0], &[0.0, 0.0, 8.0]);
+    let p = parameters(&block);
+    let times = [0.0, 1.0, 3.5, 8.0, 14.0];
+    let solution = run_with(&block, &p, &inputs, &times).expect("a solution");
+    // It stops at 8/3 s after 16/3 m, rests until the pull of 0.5 N/s is 3 N at 10 s, and then
+    // m v̇ = (t − 10)/2.
+    assert_close(&solution.y(2)[..2], &[16.0 / 3.0, 0.0], CLOSE);
+    assert_close(&solution.y(3)[..2], &[16.0 / 3.0, 0.0], CLOSE);
+    assert_close(&solution.y(4)[..2], &[16.0 / 3.0 + 64.0 / 24.0, 2.0], CLOSE);
+    assert_slopes_are_differences(&block, &inputs, &times, 1e-5);
+}
+
+#[test]
+fn a_mass_on_a_belt_sticks_and_slips() {
+    let oscillator = system(
+        "model oscillator
+         parameter m [kg] = 1
+         parameter k [N/m] = 4
+         parameter c [N*s/m] = 0.1
+         parameter friction [N] = 2
+         parameter v_b [m/s] = 0.5
+         parameter v_s [m/s] = 1
+         state x [m] = 0
+         state v [m/s] = 0
+         function drag(w [m/s]) = friction*sign(w)/(1 + abs(w)/v_s)
+         equation way: der(x) = v
+         equation momentum: m * der(v) = -k*x - c*v + drag(v_b - v)",
+    );
+    let solution = run(&oscillator, &[0.0, 20.0]);
+    // Mode by mode with SciPy's DOP853, rtol 1e-13: state at 20 s, and when it sticks and slips.
+    assert_close(&solution.y(1)[..2], &[0.591_997_329_28, 0.447_124_632_58], CLOSE);
+    let changes = [
+        0.337_787_515_83,
+        1.149_140_342_04,
+        3.582_503_599_14,
+        4.876_028_494_10,
+        7.309_391_751_20,
+        8.602_916_646_17,
+        11.036_279_903_27,
+        12.329_804_798_23,
+        14.763_168_055_33,
+        16.056_692_950_30,
+        18.490_056_207_40,
+        19.783_581_102_37,
+    ];
+    let mut found = event_times(&solution);
+    // It enters the far side of the surface and slides along it at one time.
+    found.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+    assert_close(&found, &changes, CLOSE);
+    // Differences of the same, extrapolated once: good to about 1e-5.
+    let by_x = [-3.306_16, 1.261_08, 2.587_77, -0.998_473, 3.528_736, 0.824_576];
+    let by_v = [3.858_23, -1.601_15, -3.109_01, 1.428_637, -2.943_857, -0.938_221];
+    assert_close(&slopes(&oscillator, &solution, "x", 1)[..6], &by_x, 1e-5);
+    assert_close(&slopes(&oscillator, &solution, "v", 1)[..6], &by_v, 1e-5);
+}
+
+#[test]
+fn what_slips_off_a_belt_that_gathers_speed_leaves_it_for_good() {
+    // It leaves tangentially, where errors within the tolerance look like a return.
+    for friction in [19, 20, 21] {
+        let load = system(&format!(
+            "model load
+             parameter F [N] = {friction}
+             state stretch [m] = 0  nominal 0.01
+             state v [m/s] = 0  nominal 0.1
+             let slip = 0.1 [m/s] + 0.04 [m/s^2]*time - v
+             equation spring: der(stretch) = v
+             equation mass: 2 [kg]*der(v) = F*sign(slip)/(1 + abs(slip)/0.5 [m/s]) - 400 [N/m]*stretch"
+        ));
+        assert_slopes_are_differences(&load, &Inputs::none(), &[0.0, 3.0], 1e-5);
+    }
+}
+
+#[test]
+fn two_blocks_stick_at_one_time_and_pull_each_other() {
+    // Both stick from the start; the pull breaks the first away, whose spring takes the second along.
+    let blocks = system(
+        "model blocks
+         parameter rate [N/s] = 1
+         parameter f_1 [N] = 1
+         parameter f_2 [N] = 2
+         parameter k [N/m] = 3
+         state x_1 [m] = 0
+         state v_1 [m/s] = 0
+         state x_2 [m] = 0
+         state v_2 [m/s] = 0
+         let spring = k*(x_1 - x_2) + 2 [N*s/m]*(v_1 - v_2)
+         equation way_1: der(x_1) = v_1
+         equation way_2: der(x_2) = v_2
+         equation momentum_1: 1 [kg]*der(v_1) = rate*time - spring - f_1*sign(v_1)
+         equation momentum_2: 1 [kg]*der(v_2) = spring - f_2*sign(v_2)",
+    );
+    let solution = run(&blocks, &[0.0, 0.5, 2.0, 8.0]);
+    assert_close(&solution.y(1)[..4], &[0.0; 4], CLOSE);
+    let x_2 = value(&blocks, &solution, "x_2", 2);
+    assert!(x_2.abs() < 1e-12, "the second still sticks: {x_2}");
+    assert!(value(&blocks, &solution, "x_2", 3) > 0.1);
+    assert_slopes_are_differences(&blocks, &Inputs::none(), &[0.0, 8.0], 1e-5);
+}
+
+#[test]
+fn a_relay_without_hysteresis_holds_its_level_without_chattering() {
+    let relay = system(
+        "model relay
+         parameter level = 1
+         parameter gain [1/s] = 2
+         state x = 0
+         state on [s] = 0
+         equation tank: der(x) = (if x < level then gain else 0) - 0.5 [1/s]*x
+         equation counter: der(on) = if x < level then 1 else 0",
+    );
+    let solution = run(&relay, &[0.0, 1.0, 50.0]);
+    // It is at the level after ln(4/3)/0.5, and holds it with a quarter of the gain.
+    let reached = 2.0 * f64::ln(4.0 / 3.0);
+    assert_close(&solution.y(2)[..1], &[1.0], CLOSE);
+    let on = value(&relay, &solution, "on", 2);
+    assert_close(&[on], &[reached + 0.25 * (50.0 - reached)], CLOSE);
+    // To the level, in closed form: x holds it, dt₁/dL = 2/(4 − L), and the share is L/4.
+    assert_close(&slopes(&relay, &solution, "x", 2)[..2], &[1.0, 0.0], CLOSE);
+    let by_level = 2.0 / 3.0 * 0.75 + 0.25 * (50.0 - reached);
+    assert_close(&slopes(&relay, &solution, "on", 2)[..1], &[by_level], CLOSE);
+    assert!(solution.statistics.steps < 60, "{:?}", solution.statistics);
+}

@@ -1,0 +1,14 @@
+//! Estimates from recordings, by every estimator.
+
+#[path = "../support/examined.rs"]
+mod examined;
+#[path = "../support/recorded.rs"]
+mod recorded;
+#[path = "../support/mod.rs"]
+mod support;
+
+mod filters;
+mod nist;
+mod output_error;
+mod regression;
+mod uncertainty;

@@ -1,0 +1,9 @@
+//! Parts, arrays, effects and lines of cells.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod arrays;
+mod effects;
+mod line;
+mod parts;

@@ -1,0 +1,15 @@
+//! Solutions and their sensitivities, against other solutions.
+
+#[path = "../support/inline.rs"]
+mod inline;
+#[path = "../support/mod.rs"]
+mod support;
+
+mod ensembles;
+mod index_reduction;
+mod ivp_testset;
+mod linearize;
+mod random_daes;
+mod reference;
+mod sensitivity_references;
+mod taylor;
