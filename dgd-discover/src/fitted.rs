@@ -77,7 +77,13 @@ impl Fitted {
         evaluations: usize,
     ) -> Result<Fitted, NoFit> {
         let key = data.keeping.key(&("fit", &structure.candidates), |digest| {
-            digest.of(from).of(&points).of(&data.noise).of(&data.options).of(&evaluations).of(&data.own_weights)
+            digest
+                .of(from)
+                .of(&points)
+                .of(&data.noise)
+                .of(&data.options)
+                .of(&evaluations)
+                .of(&data.own_weights)
         });
         let ended = kept(data.keeping.journal, key, || {
             Ended::new(&structure, from, points, data, evaluations)

@@ -3,17 +3,8 @@
 use dgd::ensemble::{Ensemble, Kept, Member, Wanted, reduce, simulate};
 use dgd::{Column, Failure, Inputs, Interpolation, Options, Problem, System, find_method, observe};
 
+use crate::generated;
 use crate::support::{Noise, interpreted};
-
-mod models {
-    dgd::model!("models/bench_two_state.dgd", as ode);
-    dgd::model!("models/bench_two_state.dgd", flow = static, as dae);
-    dgd::model!("models/mud_circulation.dgd", as mud);
-    dgd::model!("models/mud_circulation.dgd", flow = static, as mud_static);
-    dgd::model!("models/robertson.dgd", as robertson);
-    dgd::model!("models/tank_with_weir.dgd", as weir);
-    dgd::model!("models/delayed_sensor.dgd", as delayed);
-}
 
 type Outcome = Result<Kept, Failure>;
 
@@ -92,10 +83,10 @@ fn a_member_does_not_depend_on_its_neighbours_its_place_or_the_threads() {
             assert_eq!(alone, one[k..=k], "{name} {k}");
         }
     }
-    verify(&models::mud::Model, "rodas5p");
-    verify(&models::mud::Model, "tsit5");
-    verify(&models::mud_static::Model, "rodas5p");
-    verify(&models::mud::Model, "bdf");
+    verify(&generated::mud_circulation::dynamic_flow::Model, "rodas5p");
+    verify(&generated::mud_circulation::dynamic_flow::Model, "tsit5");
+    verify(&generated::mud_circulation::static_flow::Model, "rodas5p");
+    verify(&generated::mud_circulation::dynamic_flow::Model, "bdf");
 }
 
 /// The largest difference of unknowns and outputs, in units of the largest value of each.
@@ -146,19 +137,39 @@ fn lanes_are_as_near_to_the_solution_as_the_integrator() {
     }
     let times = seconds(400);
     for name in ["rodas5p", "tsit5"] {
-        verify(&models::ode::Model, &times, &inputs(&models::ode::Model), name);
-        verify(&models::mud::Model, &times, &inputs(&models::mud::Model), name);
+        verify(
+            &generated::bench_two_state::dynamic_flow::Model,
+            &times,
+            &inputs(&generated::bench_two_state::dynamic_flow::Model),
+            name,
+        );
+        verify(
+            &generated::mud_circulation::dynamic_flow::Model,
+            &times,
+            &inputs(&generated::mud_circulation::dynamic_flow::Model),
+            name,
+        );
     }
-    verify(&models::dae::Model, &times, &inputs(&models::dae::Model), "rodas5p");
-    verify(&models::mud_static::Model, &times, &inputs(&models::mud_static::Model), "rodas5p");
+    verify(
+        &generated::bench_two_state::static_flow::Model,
+        &times,
+        &inputs(&generated::bench_two_state::static_flow::Model),
+        "rodas5p",
+    );
+    verify(
+        &generated::mud_circulation::static_flow::Model,
+        &times,
+        &inputs(&generated::mud_circulation::static_flow::Model),
+        "rodas5p",
+    );
     // Rates from 0.04 to 3e7 1/s, and pivots away from the diagonal.
     let decades: Vec<f64> = [0.0].into_iter().chain((-4..6).map(|k| 10_f64.powi(k))).collect();
-    verify(&models::robertson::Model, &decades, &Inputs::none(), "rodas5p");
+    verify(&generated::robertson_ode::Model, &decades, &Inputs::none(), "rodas5p");
 }
 
 #[test]
 fn both_sides_of_a_jump_are_given_where_a_time_is_asked_for_twice() {
-    let system = models::dae::Model;
+    let system = generated::bench_two_state::static_flow::Model;
     let column = Column { name: "w", interpolation: Interpolation::Hold, values: &[0.8, 0.88] };
     let inputs = Inputs::recorded(&[0.0, 100.0], &[column]).expect("sound samples");
     let sets = parameter_sets(&system, 9);
@@ -176,7 +187,7 @@ fn both_sides_of_a_jump_are_given_where_a_time_is_asked_for_twice() {
 #[test]
 fn generated_and_loaded_models_give_the_same_bits() {
     let loaded = interpreted("models/mud_circulation.dgd", &[("flow", "static")]);
-    let system = models::mud_static::Model;
+    let system = generated::mud_circulation::static_flow::Model;
     let (inputs, times) = (inputs(&system), seconds(120));
     let sets = parameter_sets(&system, 9);
     let members = members(&sets, &inputs);
@@ -196,17 +207,17 @@ fn what_has_no_lanes_is_run_by_the_integrator() {
         }
     }
     let constant = |system: &dyn Fn() -> usize| Inputs::constant(&vec![1e-3; system()]);
-    let weir = models::weir::Model;
+    let weir = generated::tank_with_weir::Model;
     verify(&weir, &constant(&|| weir.signature().inputs.len()), &Options::default());
-    let delayed = models::delayed::Model;
+    let delayed = generated::delayed_sensor::Model;
     verify(&delayed, &constant(&|| delayed.signature().inputs.len()), &Options::default());
-    let mud = models::mud::Model;
+    let mud = generated::mud_circulation::dynamic_flow::Model;
     verify(&mud, &inputs(&mud), &method("kencarp4"));
 }
 
 #[test]
 fn sensitivities_are_those_of_the_integrator() {
-    let system = models::ode::Model;
+    let system = generated::bench_two_state::dynamic_flow::Model;
     let (inputs, times) = (inputs(&system), seconds(50));
     let sets = parameter_sets(&system, 3);
     let members = members(&sets, &inputs);
@@ -230,7 +241,7 @@ fn sensitivities_are_those_of_the_integrator() {
 
 #[test]
 fn a_member_that_fails_says_why_and_stops_no_other() {
-    let system = models::ode::Model;
+    let system = generated::bench_two_state::dynamic_flow::Model;
     let (inputs, times) = (inputs(&system), seconds(100));
     let mut sets = parameter_sets(&system, 12);
     let sound = run(&system, &members(&sets, &inputs), &times, &Options::default(), 1);
@@ -260,7 +271,7 @@ fn a_member_that_fails_says_why_and_stops_no_other() {
 
 #[test]
 fn nothing_and_single_times_are_no_special_cases() {
-    let system = models::mud_static::Model;
+    let system = generated::mud_circulation::static_flow::Model;
     let inputs = inputs(&system);
     let sets = parameter_sets(&system, 3);
     let members = members(&sets, &inputs);
@@ -278,7 +289,7 @@ fn nothing_and_single_times_are_no_special_cases() {
 /// The ensemble of the benchmark (`benches/peers`): CVODES and others agree to seven digits.
 #[test]
 fn the_mean_level_of_ten_thousand_sets_is_that_of_other_solvers() {
-    let system = models::ode::Model;
+    let system = generated::bench_two_state::dynamic_flow::Model;
     let column = Column { name: "w", interpolation: Interpolation::Hold, values: &[0.8, 0.88] };
     let inputs = Inputs::recorded(&[0.0, 100.0], &[column]).expect("sound samples");
     let mut state: u64 = 12345;

@@ -6,6 +6,7 @@ mod inline;
 mod support;
 
 mod ensembles;
+mod generated;
 mod index_reduction;
 mod ivp_testset;
 mod linearize;

@@ -11,7 +11,8 @@ use dgd::{
 use crate::support;
 
 dgd::model!("models/pump_speed_step.dgd");
-mod riser {
+/// The riser; generated once, as each model brings a solver of its own to be compiled.
+pub(crate) mod riser {
     dgd::model!("models/mud_circulation.dgd", as dynamic_flow);
     dgd::model!("models/mud_circulation.dgd", flow = static, as static_flow);
 }

@@ -10,9 +10,7 @@ use crate::drilling_rig::plant::{
 use crate::drilling_rig::recording::{HEADER, Recording, Row};
 use crate::drilling_rig::sensors::Noise;
 use crate::drilling_rig::{Scenario, record};
-
-dgd::model!("models/mud_circulation.dgd");
-use mud_circulation::{Model, Parameters};
+use crate::reduced_model::riser::dynamic_flow::{Model, Parameters};
 
 const F_B: f64 = 6e7;
 const M_B: f64 = 4e7;

@@ -122,6 +122,17 @@ fn model_stands_by_itself(folder: &Path) {
     let data = root().join(TRAIN).display().to_string();
     let args = ["simulate", "mud_circulation.dgd", "--data", &data, "--until", "60"];
     dgd_in(folder, &args).done();
+
+    // Fitted again, it has its own numbers.
+    let found: Value = serde_json::from_str(&read(folder, "result.json")).expect("JSON");
+    let args = ["fit", "mud_circulation.dgd", "--data", &data, "--format", "json"];
+    let refitted = dgd_in(folder, &args).done().json();
+    let refitted = refitted["parameters"].as_object().expect("an object");
+    assert_eq!(refitted.len(), 5, "{refitted:?}");
+    for (name, refitted) in refitted {
+        let (found, again) = (&found["parameters"][name]["value"], number(&refitted["value"]));
+        assert!((again / number(found) - 1.0).abs() < 1e-6, "{name}: {found}, then {again}");
+    }
 }
 
 /// A text with a unified diff applied, which must fit to the letter.

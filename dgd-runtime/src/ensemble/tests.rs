@@ -6,14 +6,14 @@ use super::pack::Pack;
 use super::{Member, Wanted};
 use crate::width::Width;
 use crate::{Inputs, Options, find_method};
-use support::problems::LogisticStacked;
+use support::problems::{Logistic, LogisticStacked};
 
 #[path = "../../tests/support/mod.rs"]
 mod support;
 
 #[test]
 fn all_widths_give_the_same_bits() {
-    let system = LogisticStacked::new();
+    let system = LogisticStacked::of::<Logistic>();
     let inputs = Inputs::constant(&[0.0]);
     let sets: Vec<[f64; 3]> = (0..11).map(|k| [1.0 + 0.1 * f64::from(k), 2.0, 0.1]).collect();
     let times: Vec<f64> = (0..50).map(|k| 0.1 * f64::from(k)).collect();

@@ -35,7 +35,7 @@ fn options(tolerance: f64) -> Options {
 
 #[test]
 fn errors_follow_the_tolerance() {
-    let system = LogisticStacked::new();
+    let system = LogisticStacked::of::<Logistic>();
     let p = parameters::<Logistic>();
     let inputs = Inputs::constant(&[0.0]);
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
@@ -61,7 +61,7 @@ fn errors_follow_the_tolerance() {
 
 #[test]
 fn algebraic_unknowns_are_as_good_as_differential_ones() {
-    let system = AlgebraicStacked::new();
+    let system = AlgebraicStacked::of::<Algebraic>();
     let p = parameters::<Algebraic>();
     let inputs = Inputs::constant(&[0.0]);
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
@@ -96,10 +96,10 @@ fn robertson_as_ode_and_as_dae() {
     let tolerance = 1e-7;
     let options = Options { rtol: tolerance, atol: 1e-4 * tolerance, ..Options::default() };
 
-    let system = RobertsonStacked::new();
+    let system = RobertsonStacked::of::<Robertson>();
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
     let ode = simulate(&problem, &times, &options).unwrap();
-    let system = RobertsonDaeStacked::new();
+    let system = RobertsonDaeStacked::of::<RobertsonDae>();
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
     let dae = simulate(&problem, &times, &options).unwrap();
 
@@ -114,7 +114,7 @@ fn robertson_as_ode_and_as_dae() {
 
 #[test]
 fn held_and_linear_inputs() {
-    let system = RelaxationStacked::new();
+    let system = RelaxationStacked::of::<Relaxation>();
     let p = parameters::<Relaxation>();
     let (k, x0) = (p[0], p[1]);
     let sampled = [0.0, 1.0, 2.0, 3.0];
@@ -169,7 +169,7 @@ fn held_and_linear_inputs() {
 #[test]
 fn storage_does_not_change_a_bit() {
     fn compare<E: Equations>(stacked: &impl System, until: f64, inputs: &Inputs) {
-        let heaped = Heaped::<E>::new();
+        let heaped = Heaped::of::<E>();
         let p = parameters::<E>();
         let times = times(until, 50);
         let options = Options::default();
@@ -185,9 +185,9 @@ fn storage_does_not_change_a_bit() {
     let column =
         Column { name: "u", interpolation: Interpolation::Linear, values: &[1.0, 2.0, 0.0] };
     let inputs = Inputs::recorded(&[0.0, 1.5, 4.0], &[column]).unwrap();
-    compare::<Relaxation>(&RelaxationStacked::new(), 4.0, &inputs);
-    compare::<Algebraic>(&AlgebraicStacked::new(), 3.0, &Inputs::constant(&[0.0]));
-    compare::<RobertsonDae>(&RobertsonDaeStacked::new(), 40.0, &Inputs::none());
+    compare::<Relaxation>(&RelaxationStacked::of::<Relaxation>(), 4.0, &inputs);
+    compare::<Algebraic>(&AlgebraicStacked::of::<Algebraic>(), 3.0, &Inputs::constant(&[0.0]));
+    compare::<RobertsonDae>(&RobertsonDaeStacked::of::<RobertsonDae>(), 40.0, &Inputs::none());
 }
 
 /// Global errors with steps of 1/4 and 1/8, without error control: an input that no equation reads
@@ -199,7 +199,7 @@ fn the_order_is_that_of_the_method() {
         start: &[(usize, f64)],
         exact: impl Fn(f64) -> Vec<f64>,
     ) -> [f64; 3] {
-        let system = Heaped::<E>::new();
+        let system = Heaped::of::<E>();
         let p = parameters::<E>();
         let samples = times(2.0, steps);
         let values: Vec<f64> = samples.iter().map(|t| t * 3.0).collect();
@@ -242,7 +242,7 @@ fn the_order_is_that_of_the_method() {
 
 #[test]
 fn replaced_start_values_depend_on_nothing() {
-    let system = RelaxationStacked::new();
+    let system = RelaxationStacked::of::<Relaxation>();
     let p = parameters::<Relaxation>();
     let inputs = Inputs::constant(&[1.0]);
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[(0, 5.0)] };

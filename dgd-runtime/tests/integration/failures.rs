@@ -14,7 +14,7 @@ fn run<E: Equations>(
     times: &[f64],
     options: &Options,
 ) -> Result<Solution, Failure> {
-    let system = Heaped::<E>::new();
+    let system = Heaped::of::<E>();
     let p = parameters::<E>();
     let problem = Problem { system: &system, p: &p, inputs, start: &[] };
     let with = simulate_with_sensitivities(&problem, times, options);

@@ -16,7 +16,7 @@ fn close(a: f64, b: f64) -> bool {
 
 #[test]
 fn a_time_that_occurs_twice_is_left_and_right() {
-    let system = FollowerStacked::new();
+    let system = FollowerStacked::of::<Follower>();
     let p = parameters::<Follower>();
     let column = Column { name: "u", interpolation: Interpolation::Hold, values: &[1.0, 3.0, 2.0] };
     let inputs = Inputs::recorded(&[0.0, 1.0, 2.0], &[column]).unwrap();
@@ -51,7 +51,7 @@ fn a_time_that_occurs_twice_is_left_and_right() {
 
 #[test]
 fn a_consistent_start_has_consistent_slopes() {
-    let system = FollowerStacked::new();
+    let system = FollowerStacked::of::<Follower>();
     let p = parameters::<Follower>();
     let column = Column { name: "u", interpolation: Interpolation::Linear, values: &[1.0, 3.0] };
     let inputs = Inputs::recorded(&[0.0, 1.0], &[column]).unwrap();
@@ -68,7 +68,7 @@ fn a_consistent_start_has_consistent_slopes() {
 #[test]
 fn the_step_is_carried_over_segments() {
     // Constant but for the clock's jumps each second, after which one step suffices.
-    let system = support::Heaped::<support::problems::Logistic>::new();
+    let system = support::Heaped::of::<support::problems::Logistic>();
     let p = parameters::<support::problems::Logistic>();
     let samples: Vec<f64> = (0..=200).map(f64::from).collect();
     let values: Vec<f64> = (0..=200).map(|k| f64::from(k % 2)).collect();

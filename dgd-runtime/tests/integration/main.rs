@@ -4,6 +4,7 @@
 mod support;
 
 mod accuracy;
+mod allocation;
 mod failures;
 mod jumps;
 mod large;

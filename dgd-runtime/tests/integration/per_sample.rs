@@ -58,7 +58,7 @@ fn worst(solution: &Solution, exact: &[[f64; 3]]) -> [f64; 2] {
 
 #[test]
 fn errors_fall_with_the_fifth_power_of_steps() {
-    let system = RelaxationStacked::new();
+    let system = RelaxationStacked::of::<Relaxation>();
     let p = parameters::<Relaxation>();
     let (times, u, inputs) = recorded(Interpolation::Hold);
     let exact = relaxed(&u, &p);
@@ -106,13 +106,13 @@ fn the_number_of_steps_keeps_the_tolerance() {
         }
     }
     let p = parameters::<Relaxation>();
-    compare(&RelaxationStacked::new(), &p);
-    compare(&Heaped::<Relaxation>::new(), &p);
+    compare(&RelaxationStacked::of::<Relaxation>(), &p);
+    compare(&Heaped::of::<Relaxation>(), &p);
 }
 
 #[test]
 fn between_samples_and_with_linear_inputs_it_is_the_adaptive_solution() {
-    let system = RelaxationStacked::new();
+    let system = RelaxationStacked::of::<Relaxation>();
     let p = parameters::<Relaxation>();
     let (samples, _, inputs) = recorded(Interpolation::Linear);
     // Off the samples, on them, and once on both sides of one.
@@ -139,7 +139,7 @@ fn between_samples_and_with_linear_inputs_it_is_the_adaptive_solution() {
 
 #[test]
 fn algebraic_unknowns_follow() {
-    let system = AlgebraicStacked::new();
+    let system = AlgebraicStacked::of::<Algebraic>();
     let p = parameters::<Algebraic>();
     let times: Vec<f64> = (0..31).map(|k| 0.1 * f64::from(k)).collect();
     let inputs = Inputs::constant(&[0.0]);
@@ -166,7 +166,7 @@ fn algebraic_unknowns_follow() {
 fn unknowns_are_the_same_with_and_without_sensitivities_and_on_stack_and_heap() {
     let p = parameters::<Relaxation>();
     let (times, _, inputs) = recorded(Interpolation::Hold);
-    let runs = |system: &RelaxationStacked, heaped: &Heaped<Relaxation>, method: &str| {
+    let runs = |system: &RelaxationStacked, heaped: &Heaped, method: &str| {
         let options = options(method, exactly(2), 1e-6);
         let problem = Problem { system, p: &p, inputs: &inputs, start: &[] };
         let on_heap = Problem { system: heaped, p: &p, inputs: &inputs, start: &[] };
@@ -178,7 +178,8 @@ fn unknowns_are_the_same_with_and_without_sensitivities_and_on_stack_and_heap() 
         ]
     };
     for method in ["tsit5", "rodas5p"] {
-        let [first, others @ ..] = runs(&RelaxationStacked::new(), &Heaped::new(), method);
+        let [first, others @ ..] =
+            runs(&RelaxationStacked::of::<Relaxation>(), &Heaped::of::<Relaxation>(), method);
         for other in others {
             assert_eq!(first, other, "{method}");
         }
@@ -187,7 +188,7 @@ fn unknowns_are_the_same_with_and_without_sensitivities_and_on_stack_and_heap() 
 
 #[test]
 fn sensitivities_are_the_derivatives_of_what_is_computed() {
-    let system = RelaxationStacked::new();
+    let system = RelaxationStacked::of::<Relaxation>();
     let p = parameters::<Relaxation>();
     let (times, _, inputs) = recorded(Interpolation::Hold);
     for method in ["tsit5", "rodas5p"] {
@@ -214,7 +215,7 @@ fn sensitivities_are_the_derivatives_of_what_is_computed() {
 
 #[test]
 fn what_cannot_be_is_said() {
-    let system = RelaxationStacked::new();
+    let system = RelaxationStacked::of::<Relaxation>();
     let p = parameters::<Relaxation>();
     let (times, _, inputs) = recorded(Interpolation::Hold);
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };

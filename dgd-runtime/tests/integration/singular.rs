@@ -19,7 +19,7 @@ fn times() -> Vec<f64> {
 
 #[test]
 fn the_states_arrive_and_stay_at_rest() {
-    let system = TankStacked::new();
+    let system = TankStacked::of::<Tank>();
     let p = parameters::<Tank>();
     let inputs = Inputs::constant(&[0.0]);
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
@@ -43,7 +43,7 @@ fn the_states_arrive_and_stay_at_rest() {
 
 #[test]
 fn sensitivities_end_where_the_slope_does() {
-    let system = TankStacked::new();
+    let system = TankStacked::of::<Tank>();
     let p = parameters::<Tank>();
     let inputs = Inputs::constant(&[0.0]);
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
@@ -74,7 +74,7 @@ fn sensitivities_end_where_the_slope_does() {
 
 #[test]
 fn undefined_sensitivities_stay_so_when_the_states_leave() {
-    let system = TankStacked::new();
+    let system = TankStacked::of::<Tank>();
     let p = parameters::<Tank>();
     let column = Column { name: "u", interpolation: Interpolation::Hold, values: &[0.0, 0.1] };
     let inputs = Inputs::recorded(&[0.0, 20.0], &[column]).unwrap();
@@ -90,7 +90,7 @@ fn undefined_sensitivities_stay_so_when_the_states_leave() {
 
 #[test]
 fn a_start_at_rest_is_undefined_from_the_start() {
-    let system = TankStacked::new();
+    let system = TankStacked::of::<Tank>();
     let p = parameters::<Tank>();
     let inputs = Inputs::constant(&[0.0]);
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[(0, 5.0)] };

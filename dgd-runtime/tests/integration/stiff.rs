@@ -20,7 +20,7 @@ fn most(method: &Method) -> f64 {
 }
 
 fn verify<E: Equations>(until: f64, expected: &[f64], atol: f64) {
-    let system = Heaped::<E>::new();
+    let system = Heaped::of::<E>();
     let p = parameters::<E>();
     let inputs = Inputs::none();
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
@@ -60,12 +60,12 @@ fn an_explicit_method_says_that_the_model_is_not_for_it() {
     let tsit5 = find_method("tsit5").unwrap();
     let options = Options { method: tsit5, max_steps: 20_000, ..Options::default() };
 
-    let (system, p) = (Heaped::<VanDerPol>::new(), parameters::<VanDerPol>());
+    let (system, p) = (Heaped::of::<VanDerPol>(), parameters::<VanDerPol>());
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
     let failure = simulate(&problem, &[0.0, 2000.0], &options).unwrap_err();
     assert!(matches!(failure.error, IntegrateError::TooStiff { steps: 20_000, .. }), "{failure}");
 
-    let (system, p) = (Heaped::<RobertsonDae>::new(), parameters::<RobertsonDae>());
+    let (system, p) = (Heaped::of::<RobertsonDae>(), parameters::<RobertsonDae>());
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
     let failure = simulate(&problem, &[0.0, 1.0], &options).unwrap_err();
     let message = failure.to_string();

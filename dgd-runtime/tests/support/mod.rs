@@ -101,35 +101,50 @@ pub fn parameters<E: Equations>() -> Vec<f64> {
 
 /// A problem with its storage on the stack: N unknowns, NS = N · parameters, U inputs, J = N²,
 /// G = N · NS.
-pub struct Stacked<
-    E,
-    const N: usize,
-    const NS: usize,
-    const U: usize,
-    const J: usize,
-    const G: usize,
-> {
-    signature: Signature,
-    equations: std::marker::PhantomData<E>,
-}
-
-/// A problem with its storage on the heap.
-pub struct Heaped<E> {
-    signature: Signature,
-    equations: std::marker::PhantomData<E>,
-}
-
-impl<E: Equations, const N: usize, const NS: usize, const U: usize, const J: usize, const G: usize>
-    Stacked<E, N, NS, U, J, G>
+pub struct Stacked<const N: usize, const NS: usize, const U: usize, const J: usize, const G: usize>
 {
-    pub fn new() -> Self {
-        Self { signature: signature::<E>(), equations: std::marker::PhantomData }
+    signature: Signature,
+    equations: Pointed,
+}
+
+/// A problem with its storage on the heap. Its equations are behind pointers, so that solvers are compiled
+/// once and not for each problem.
+pub struct Heaped {
+    signature: Signature,
+    equations: Pointed,
+}
+
+type F<T> = fn(T, &[T], &[T], &[T], &mut [T]);
+type Start<T> = fn(&[T], &[T], &mut [T]);
+
+#[derive(Clone, Copy)]
+struct Pointed {
+    all_differential: bool,
+    f: (F<f64>, F<HyperDual>, F<Jet>),
+    start: (Start<f64>, Start<HyperDual>),
+}
+
+impl Pointed {
+    fn at<E: Equations>() -> Self {
+        Self {
+            all_differential: E::UNKNOWNS.iter().all(|(.., differential)| *differential),
+            f: (E::f::<f64>, E::f::<HyperDual>, E::f::<Jet>),
+            start: (E::start::<f64>, E::start::<HyperDual>),
+        }
     }
 }
 
-impl<E: Equations> Heaped<E> {
-    pub fn new() -> Self {
-        Self { signature: signature::<E>(), equations: std::marker::PhantomData }
+impl<const N: usize, const NS: usize, const U: usize, const J: usize, const G: usize>
+    Stacked<N, NS, U, J, G>
+{
+    pub fn of<E: Equations>() -> Self {
+        Self { signature: signature::<E>(), equations: Pointed::at::<E>() }
+    }
+}
+
+impl Heaped {
+    pub fn of<E: Equations>() -> Self {
+        Self { signature: signature::<E>(), equations: Pointed::at::<E>() }
     }
 }
 
@@ -151,7 +166,7 @@ fn nothing(_: Slot) -> f64 {
     0.0
 }
 
-fn evaluate<E: Equations>(seeds: &Seeds<'_>) -> [HyperDual; MOST] {
+fn evaluate(equations: Pointed, seeds: &Seeds<'_>) -> [HyperDual; MOST] {
     let Point { t, y, u, p, .. } = seeds.at;
     let [a, b] = seeds.first;
     let number = |value, slot| HyperDual { value, a: a(slot), b: b(slot), ab: 0.0 };
@@ -168,12 +183,13 @@ fn evaluate<E: Equations>(seeds: &Seeds<'_>) -> [HyperDual; MOST] {
     }
     let mut f = [zero; MOST];
     let n = y.len();
-    E::f(number(t, Slot::T), &ys[..n], &us[..u.len()], &ps[..p.len()], &mut f[..n]);
+    (equations.f.1)(number(t, Slot::T), &ys[..n], &us[..u.len()], &ps[..p.len()], &mut f[..n]);
     f
 }
 
 /// Continues the series of y, and of a column of S for each direction, order by order.
-fn expand<E: Equations>(
+fn expand(
+    equations: Pointed,
     at: Point<'_>,
     udot: &[f64],
     h: f64,
@@ -206,7 +222,7 @@ fn expand<E: Equations>(
                 p.derivative[0] = 1.0;
             }
             let mut f = [Jet::from(0.0); MOST];
-            E::f(line(at.t, 1.0), &ys[..n], &us, &ps, &mut f[..n]);
+            (equations.f.2)(line(at.t, 1.0), &ys[..n], &us, &ps, &mut f[..n]);
             let per = h / (k + 1) as f64;
             for (i, f) in f.iter().enumerate().take(n) {
                 y[(k + 1) * n + i] = per * f.value[k];
@@ -219,13 +235,13 @@ fn expand<E: Equations>(
 }
 
 macro_rules! system {
-    ($equations:ident) => {
+    () => {
         fn signature(&self) -> &Signature {
             &self.signature
         }
 
         fn rhs(&self, at: Point<'_>, f: &mut [f64]) {
-            $equations::f(at.t, at.y, at.u, at.p, f);
+            (self.equations.f.0)(at.t, at.y, at.u, at.p, f);
         }
 
         fn linearize(
@@ -240,7 +256,7 @@ macro_rules! system {
             self.rhs(at, f);
             for k in 0..n {
                 let y_k = |slot| f64::from(u8::from(slot == Slot::Y(k)));
-                let d = evaluate::<$equations>(&Seeds { at, first: [&y_k, &nothing] });
+                let d = evaluate(self.equations, &Seeds { at, first: [&y_k, &nothing] });
                 for i in 0..n {
                     jacobian[k * n + i] = d[i].a;
                 }
@@ -250,7 +266,7 @@ macro_rules! system {
                 Slot::U(i) => udot[i],
                 Slot::Y(_) | Slot::P(_) => 0.0,
             };
-            let d = evaluate::<$equations>(&Seeds { at, first: [&time, &nothing] });
+            let d = evaluate(self.equations, &Seeds { at, first: [&time, &nothing] });
             for i in 0..n {
                 dfdt[i] = d[i].a;
             }
@@ -265,7 +281,7 @@ macro_rules! system {
                     Slot::P(i) => f64::from(u8::from(i == j)),
                     Slot::T | Slot::U(_) => 0.0,
                 };
-                let d = evaluate::<$equations>(&Seeds { at, first: [&along, &nothing] });
+                let d = evaluate(self.equations, &Seeds { at, first: [&along, &nothing] });
                 for i in 0..n {
                     g[i] = d[i].a;
                 }
@@ -296,7 +312,7 @@ macro_rules! system {
                 };
                 for k in 0..n {
                     let y_k = |slot| f64::from(u8::from(slot == Slot::Y(k)));
-                    let d = evaluate::<$equations>(&Seeds { at, first: [&along, &y_k] });
+                    let d = evaluate(self.equations, &Seeds { at, first: [&along, &y_k] });
                     for i in 0..n {
                         dgdy[k * rows + j * n + i] = d[i].ab;
                     }
@@ -306,7 +322,7 @@ macro_rules! system {
                     Slot::U(i) => udot[i],
                     Slot::Y(_) | Slot::P(_) => 0.0,
                 };
-                let d = evaluate::<$equations>(&Seeds { at, first: [&along, &time] });
+                let d = evaluate(self.equations, &Seeds { at, first: [&along, &time] });
                 for i in 0..n {
                     dgdt[j * n + i] = d[i].ab;
                 }
@@ -314,10 +330,8 @@ macro_rules! system {
         }
 
         fn taylor_series(&self) -> Result<KeptSeries, NoTaylor> {
-            let all_differential =
-                $equations::UNKNOWNS.iter().all(|(.., differential)| *differential);
             let none = KeptSeries { unknowns: 0, sensitivities: 0, has_branches: true };
-            if all_differential { Ok(none) } else { Err(NoTaylor::Algebraic) }
+            if self.equations.all_differential { Ok(none) } else { Err(NoTaylor::Algebraic) }
         }
 
         fn taylor(
@@ -329,7 +343,7 @@ macro_rules! system {
             _: &mut [Terms],
             y: &mut [f64],
         ) {
-            expand::<$equations>(at, udot, h, order, y, &mut []);
+            expand(self.equations, at, udot, h, order, y, &mut []);
         }
 
         fn sensitivity_taylor(
@@ -342,7 +356,7 @@ macro_rules! system {
             y: &mut [f64],
             s: &mut [f64],
         ) {
-            expand::<$equations>(at, udot, h, order, y, s);
+            expand(self.equations, at, udot, h, order, y, s);
         }
 
         fn parameter_jacobian(&self, at: Point<'_>, values: &mut [f64]) {
@@ -355,7 +369,7 @@ macro_rules! system {
             let n = at.y.len();
             for k in 0..at.u.len() {
                 let u_k = |slot| f64::from(u8::from(slot == Slot::U(k)));
-                let d = evaluate::<$equations>(&Seeds { at, first: [&u_k, &nothing] });
+                let d = evaluate(self.equations, &Seeds { at, first: [&u_k, &nothing] });
                 for i in 0..n {
                     values[k * n + i] = d[i].a;
                 }
@@ -364,7 +378,7 @@ macro_rules! system {
 
         fn time_derivative(&self, at: Point<'_>, values: &mut [f64]) {
             let time = |slot| f64::from(u8::from(slot == Slot::T));
-            let d = evaluate::<$equations>(&Seeds { at, first: [&time, &nothing] });
+            let d = evaluate(self.equations, &Seeds { at, first: [&time, &nothing] });
             for (value, d) in values.iter_mut().zip(d) {
                 *value = d.a;
             }
@@ -398,11 +412,11 @@ macro_rules! system {
         }
 
         fn start(&self, at: Point<'_>, y: &mut [f64]) {
-            $equations::start(at.u, at.p, y);
+            (self.equations.start.0)(at.u, at.p, y);
         }
 
         fn start_sensitivities(&self, at: Point<'_>, s: &mut [f64]) {
-            let n = $equations::UNKNOWNS.len();
+            let n = self.signature.unknowns.len();
             for (j, s) in s.chunks_exact_mut(n).enumerate() {
                 let zero = HyperDual::from(0.0);
                 let (mut us, mut ps, mut y) = ([zero; MOST], [zero; MOST], [zero; MOST]);
@@ -412,7 +426,7 @@ macro_rules! system {
                 for (i, v) in at.p.iter().enumerate() {
                     ps[i] = HyperDual { a: f64::from(u8::from(i == j)), ..HyperDual::from(*v) };
                 }
-                $equations::start(&us[..at.u.len()], &ps[..at.p.len()], &mut y[..n]);
+                (self.equations.start.1)(&us[..at.u.len()], &ps[..at.p.len()], &mut y[..n]);
                 for i in 0..n {
                     s[i] = y[i].a;
                 }
@@ -421,8 +435,8 @@ macro_rules! system {
     };
 }
 
-impl<E: Equations, const N: usize, const NS: usize, const U: usize, const J: usize, const G: usize>
-    System for Stacked<E, N, NS, U, J, G>
+impl<const N: usize, const NS: usize, const U: usize, const J: usize, const G: usize> System
+    for Stacked<N, NS, U, J, G>
 {
     type Vector = [f64; N];
     type Sensitivity = [f64; NS];
@@ -430,15 +444,15 @@ impl<E: Equations, const N: usize, const NS: usize, const U: usize, const J: usi
     type Jacobian = [f64; J];
     type SensitivityJacobian = [f64; G];
     type Factorisation = FixedLu<N>;
-    system!(E);
+    system!();
 }
 
-impl<E: Equations> System for Heaped<E> {
+impl System for Heaped {
     type Vector = Vec<f64>;
     type Sensitivity = Vec<f64>;
     type Inputs = Vec<f64>;
     type Jacobian = Vec<f64>;
     type SensitivityJacobian = Vec<f64>;
     type Factorisation = AutoLu;
-    system!(E);
+    system!();
 }

@@ -19,7 +19,7 @@ impl Equations for Relaxation {
     }
 }
 
-pub type RelaxationStacked = Stacked<Relaxation, 1, 2, 1, 1, 2>;
+pub type RelaxationStacked = Stacked<1, 2, 1, 1, 2>;
 
 /// ẋ = r x (1 − x / K), x(0) = x₀. The clock is not read.
 pub struct Logistic;
@@ -38,7 +38,7 @@ impl Equations for Logistic {
     }
 }
 
-pub type LogisticStacked = Stacked<Logistic, 1, 3, 1, 1, 3>;
+pub type LogisticStacked = Stacked<1, 3, 1, 1, 3>;
 
 impl Logistic {
     /// x and its derivatives to r, K and x₀.
@@ -101,7 +101,7 @@ impl Equations for Algebraic {
     }
 }
 
-pub type AlgebraicStacked = Stacked<Algebraic, 2, 6, 1, 4, 12>;
+pub type AlgebraicStacked = Stacked<2, 6, 1, 4, 12>;
 
 impl Algebraic {
     /// x, z, and (∂x, ∂z) to a, b and x₀.
@@ -154,8 +154,8 @@ impl Equations for RobertsonDae {
     }
 }
 
-pub type RobertsonStacked = Stacked<Robertson, 3, 9, 0, 9, 27>;
-pub type RobertsonDaeStacked = Stacked<RobertsonDae, 3, 9, 0, 9, 27>;
+pub type RobertsonStacked = Stacked<3, 9, 0, 9, 27>;
+pub type RobertsonDaeStacked = Stacked<3, 9, 0, 9, 27>;
 
 /// Van der Pol's oscillator with μ = 1000, as in the Test Set for IVP Solvers without scaled time.
 pub struct VanDerPol;
@@ -175,7 +175,7 @@ impl Equations for VanDerPol {
     }
 }
 
-pub type VanDerPolStacked = Stacked<VanDerPol, 2, 2, 0, 4, 4>;
+pub type VanDerPolStacked = Stacked<2, 2, 0, 4, 4>;
 
 /// A tank that fills through a throttle until levels are equal, and then is at rest:
 /// A ḣ = q − A u, 0 = a (5 − h) − b q|q|.
@@ -199,7 +199,7 @@ impl Equations for Tank {
     }
 }
 
-pub type TankStacked = Stacked<Tank, 2, 6, 1, 4, 12>;
+pub type TankStacked = Stacked<2, 6, 1, 4, 12>;
 
 impl Tank {
     /// Time at which the tank is full.
@@ -247,7 +247,7 @@ impl Equations for Follower {
     }
 }
 
-pub type FollowerStacked = Stacked<Follower, 2, 2, 1, 4, 4>;
+pub type FollowerStacked = Stacked<2, 2, 1, 4, 4>;
 
 /// Problems that cannot be finished.
 pub mod hopeless {

@@ -49,7 +49,7 @@ fn largest(a: &[f64], b: &[f64]) -> f64 {
 /// The largest errors of y and of S at the ends of so many equal steps to t = 2, and of both inside
 /// them.
 fn errors<E: Equations>(kind: MethodKind, steps: u32, exact: Exact) -> [f64; 3] {
-    let system = Heaped::<E>::new();
+    let system = Heaped::of::<E>();
     let p = parameters::<E>();
     let inputs = Inputs::constant(&[0.0]);
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };

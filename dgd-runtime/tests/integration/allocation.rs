@@ -1,8 +1,6 @@
 //! Stepping does not allocate.
 #![allow(unsafe_code)]
 
-mod support;
-
 use std::alloc::{GlobalAlloc, Layout, System as Allocator};
 use std::cell::Cell;
 use std::num::NonZeroU32;
@@ -11,8 +9,9 @@ use dgd_runtime::{
     Column, Inputs, Interpolation, METHODS, Method, MethodKind, Options, PerSample, Problem, Steps,
     System, simulate_with_sensitivities,
 };
-use support::problems::{Relaxation, RelaxationStacked, RobertsonDae, RobertsonDaeStacked};
-use support::{Heaped, parameters};
+
+use crate::support::problems::{Relaxation, RelaxationStacked, RobertsonDae, RobertsonDaeStacked};
+use crate::support::{Heaped, parameters};
 
 /// Counts the allocations of each thread.
 struct Counting;
@@ -58,8 +57,8 @@ fn the_number_of_allocations_does_not_depend_on_the_number_of_steps() {
             assert_eq!(few, many, "{}", method.name);
         }
     }
-    compare(&RobertsonDaeStacked::new());
-    compare(&Heaped::<RobertsonDae>::new());
+    compare(&RobertsonDaeStacked::of::<RobertsonDae>());
+    compare(&Heaped::of::<RobertsonDae>());
 }
 
 #[test]
@@ -80,7 +79,8 @@ fn equal_steps_do_not_allocate() {
     }
     for method in METHODS {
         if matches!(method.kind, MethodKind::Rosenbrock(_) | MethodKind::Explicit(_)) {
-            let (stacked, heaped) = (RelaxationStacked::new(), Heaped::<Relaxation>::new());
+            let (stacked, heaped) =
+                (RelaxationStacked::of::<Relaxation>(), Heaped::of::<Relaxation>());
             assert_eq!(work(&stacked, method, 1), work(&stacked, method, 5), "{}", method.name);
             let few = work(&heaped, method, 1);
             assert_eq!(few, work(&heaped, method, 5), "{}", method.name);
