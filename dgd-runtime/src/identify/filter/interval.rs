@@ -54,7 +54,7 @@ enum Consistent {
     /// Where all are states, they are what they are.
     AsGiven { y: Vec<f64>, s: Vec<f64> },
     /// From a run of no length.
-    Run(Solution),
+    Run(Box<Solution>),
 }
 
 /// The model close to one time.
@@ -201,7 +201,7 @@ impl<'a, S: System> Model<'a, S> {
     ) -> Result<Consistent, TrialFailure> {
         if !self.is_plain {
             let wanted = Wanted::ResumedSensitivities(at.memory.as_ref());
-            return Ok(Consistent::Run(self.run(problem, &[t], wanted)?));
+            return Ok(Consistent::Run(Box::new(self.run(problem, &[t], wanted)?)));
         }
         let directions = &self.system.signature().directions;
         let n = problem.start.len();

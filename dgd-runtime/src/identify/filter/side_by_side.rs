@@ -142,17 +142,15 @@ fn filter_some<S: System>(
             let mut innovated = Vec::with_capacity(until);
             for (row, (k, measured)) in stretch[..until].iter().enumerate() {
                 let (t, inputs) = (recording.times[*k], &recording.inputs);
-                let moved = match filter {
-                    Some(filter) => filter.advance(inputs, t, measured),
-                    None => {
-                        let (problem, tuning) = (&problems[i], &some[i].tuning);
-                        Filter::begin_recorded(problem, tuning, inputs, (t, measured)).map(
-                            |(begun, row)| {
-                                *filter = Some(begun);
-                                row
-                            },
-                        )
-                    }
+                let moved = if let Some(filter) = filter {
+                    filter.advance(inputs, t, measured)
+                } else {
+                    let (problem, tuning) = (&problems[i], &some[i].tuning);
+                    let begun = Filter::begin_recorded(problem, tuning, inputs, (t, measured));
+                    begun.map(|(begun, row)| {
+                        *filter = Some(begun);
+                        row
+                    })
                 };
                 // A row in which the model could not be evaluated spoils the likelihood.
                 let failure = match moved {
