@@ -15,11 +15,18 @@ use crate::failure::CommandError;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Console<'a> {
     global: &'a Global,
+    /// Whether programs read line after line, each of them JSON, and not one document.
+    in_lines: bool,
 }
 
 impl<'a> Console<'a> {
     pub(crate) fn new(global: &'a Global) -> Self {
-        Console { global }
+        Console { global, in_lines: false }
+    }
+
+    /// For programs that read line after line.
+    pub(crate) fn in_lines(self) -> Self {
+        Console { in_lines: true, ..self }
     }
 
     pub(crate) fn is_json(self) -> bool {
@@ -78,7 +85,7 @@ impl<'a> Console<'a> {
             CommandError::Diagnosed { diagnostics, sources } if self.is_json() => {
                 let entries: Vec<Value> =
                     diagnostics.iter().map(|diagnostic| entry(diagnostic, sources)).collect();
-                print_or_complain(&json!({ "diagnostics": entries }));
+                self.print_or_complain(&json!({ "diagnostics": entries }));
             }
             CommandError::Diagnosed { diagnostics, sources } => {
                 let all: Vec<&Diagnostic> = diagnostics.iter().collect();
@@ -94,13 +101,21 @@ impl<'a> Console<'a> {
                 // The result that was written says why, and there is one result.
                 let is_written = matches!(error, CommandError::Shown(_) | CommandError::Stopped(_));
                 if self.is_json() && !is_written {
-                    print_or_complain(&json!({ "error": message }));
+                    self.print_or_complain(&json!({ "error": message }));
                 } else if self.is_coloured() {
                     complain(&format!("\u{1b}[1;31merror\u{1b}[0m: {message}"));
                 } else {
                     complain(&format!("error: {message}"));
                 }
             }
+        }
+    }
+
+    /// Prints to standard output, or complains where that is not possible.
+    fn print_or_complain(self, value: &Value) {
+        let text = if self.in_lines { format!("{value}\n") } else { format!("{value:#}\n") };
+        if let Err(error) = print(&text) {
+            complain(&error.to_string());
         }
     }
 
@@ -148,13 +163,6 @@ pub(crate) fn print(text: &str) -> Result<(), CommandError> {
             Err(CommandError::Found(format!("cannot write to standard output: {error}")))
         }
         _ => Ok(()),
-    }
-}
-
-/// Prints to standard output, or complains where that is not possible.
-fn print_or_complain(value: &Value) {
-    if let Err(error) = print(&format!("{value:#}\n")) {
-        complain(&error.to_string());
     }
 }
 

@@ -10,6 +10,7 @@ use dgd_runtime::identify::{
 use dgd_runtime::{Direction, PerSampleChoice, Signature, Unit};
 use serde_json::{Map, Value, json};
 
+use crate::few_samples::FewSamples;
 use crate::fit_quality::Quality;
 use crate::information::Origins;
 use crate::intervals::{Estimated, Intervals};
@@ -36,6 +37,8 @@ pub(crate) struct Outcome<'a> {
     pub intervals: Intervals,
     /// What Ctrl-C kept it from.
     pub left_out: &'a LeftOut,
+    /// Outputs whose noise could not be estimated.
+    pub few: &'a FewSamples,
     pub quality: Quality,
     /// On held-out recordings.
     pub quality_valid: Option<Quality>,
@@ -119,6 +122,7 @@ impl Outcome<'_> {
             }),
             "correlation": self.matrix(|i, j| fit.correlation(i, j)),
             "undetermined": undetermined,
+            "few_samples": self.few.to_json(),
             "samples": fit.samples,
             "samples_without_sensitivity": fit.samples_without_sensitivity,
             "degrees_of_freedom": fit.degrees_of_freedom,
@@ -188,7 +192,9 @@ impl Outcome<'_> {
         OutputErrors {
             train: rms(&self.train),
             valid: self.valid.as_ref().and_then(|tested| rms(&tested.evaluation)),
-            noise: self.fit.noise[output].map(|sigma| sigma / unit.factor),
+            noise: self.fit.noise[output]
+                .filter(|_| !self.few.hide_noise(&self.signature.outputs[output].name))
+                .map(|sigma| sigma / unit.factor),
         }
     }
 
@@ -203,7 +209,7 @@ impl Outcome<'_> {
             let std = estimate.std.map(|std| std / unit.factor);
             let remark = match estimate.at_bound {
                 Some(bound) => format!("at its {} bound", bound_name(bound)),
-                None if std.is_none() => "not determined".to_owned(),
+                None if std.is_none() && !self.few.hide_stds() => "not determined".to_owned(),
                 None => String::new(),
             };
             table.push([
@@ -239,6 +245,7 @@ impl Outcome<'_> {
         push_table(&mut text, &table);
         text.push('\n');
         self.left_out.push_text(&mut text);
+        self.few.push_text(&mut text);
         if let Some(linearised) = &self.linearised {
             linearised.push_text(&mut text, self);
         }

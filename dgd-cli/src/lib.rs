@@ -9,6 +9,7 @@ pub mod data;
 pub mod effects;
 mod estimator;
 mod failure;
+mod few_samples;
 mod figure;
 mod fit_quality;
 mod fit_report;
@@ -63,6 +64,8 @@ pub fn run() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
+            let console =
+                if matches!(cli.command, Command::Track(_)) { console.in_lines() } else { console };
             console.failure(&error);
             error.exit_code()
         }

@@ -13,6 +13,7 @@ use dgd_runtime::identify::{Bound, Estimate};
 use serde_json::{Map, Value, json};
 
 use crate::estimator::Estimator;
+use crate::few_samples::FewSamples;
 use crate::figure::{Line, Subject, beside, differences as differences_panel};
 use crate::fit_report::{
     CORRELATED, Tested, digits_of, entry, fixed_entries, push_combinations, push_correlated,
@@ -38,6 +39,8 @@ pub(crate) struct RegressionOutcome<'a> {
     pub intervals: Intervals,
     /// What Ctrl-C kept it from.
     pub left_out: &'a LeftOut,
+    /// Outputs whose noise could not be estimated.
+    pub few: &'a FewSamples,
 }
 
 impl Estimated for RegressionOutcome<'_> {
@@ -108,6 +111,7 @@ impl RegressionOutcome<'_> {
             "rank": fit.rank,
             "condition_number": fit.condition_number.is_finite().then_some(fit.condition_number),
             "undetermined": undetermined,
+            "few_samples": self.few.to_json(),
             "samples": fit.samples,
             "samples_left_out": {
                 "before_record": fit.left_out.before_record,
@@ -279,8 +283,10 @@ impl RegressionOutcome<'_> {
             let remark = match estimate.at_bound {
                 Some(Bound::Lower) => format!("at its lower bound{}", unbounded()),
                 Some(Bound::Upper) => format!("at its upper bound{}", unbounded()),
-                None if std.is_none() && self.followed.is_none() => "not determined".to_owned(),
-                None => String::new(),
+                None if std.is_some() || self.followed.is_some() || self.few.hide_stds() => {
+                    String::new()
+                }
+                None => "not determined".to_owned(),
             };
             table.push([
                 estimate.name.clone(),
@@ -292,6 +298,7 @@ impl RegressionOutcome<'_> {
         }
         push_table(&mut text, &table);
         self.left_out.push_text(&mut text);
+        self.few.push_text(&mut text);
 
         text.push('\n');
         let mut table = vec![["row", "samples", "R²", "MSE", "unit"].map(str::to_owned)];

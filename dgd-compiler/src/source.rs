@@ -52,6 +52,14 @@ impl Sources {
         SourceId(u32::try_from(self.list.len() - 1).unwrap_or(u32::MAX))
     }
 
+    /// The id of a source that may have been added before, so that a mistake in it is one mistake.
+    pub fn add_once(&mut self, source: Source) -> SourceId {
+        match self.list.iter().position(|added| *added == source) {
+            Some(at) => SourceId(u32::try_from(at).unwrap_or(u32::MAX)),
+            None => self.add(source),
+        }
+    }
+
     /// The source with this id.
     pub fn get(&self, id: SourceId) -> &Source {
         &self.list[id.0 as usize]

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use dgd::identify::filter::{
-    Alarm, Estimator, Filter, FilterError, FilterProblem, Level, LevelEstimate,
+    Alarm, Estimator, Filter, FilterError, FilterProblem, Level, LevelEstimate, PredictionError,
     PredictionErrorProblem, Row, Sample, Spread, Tuning, Walk, prediction_error, usual_tuning,
 };
-use dgd::identify::{Noise, OutputErrorProblem, Recording, fit};
+use dgd::identify::{Bound, Noise, OutputErrorProblem, Recording, fit};
 use dgd::{Options, System};
 use dgd_compiler::pipeline::Directions;
 use dgd_execute::Loaded;
@@ -472,6 +472,58 @@ fn prediction_error_without_process_noise_is_output_error() {
         close(a.value, b.value, 0.5 * b.std.expect("determined"));
     }
     assert!(sought.deviance <= found.deviance + 1e-6 && sought.deviance > found.deviance - 8.0);
+}
+
+/// What does not stray is found not to: the rate is none, not one that is too small to matter, and the search
+/// does not creep there. The result does not depend on how many threads there are.
+#[test]
+fn a_state_that_does_not_stray_has_no_process_noise() {
+    let system = system(LAG, &["k", "tau"]);
+    let p = declared(&system);
+    let of = |seed: u64, threads: usize| {
+        let recordings = recorded(&[lagging(seed, 600, 0.1, 0.0, 0.2)]);
+        let problem = PredictionErrorProblem::new(&system, &p, &recordings);
+        prediction_error(&PredictionErrorProblem { threads, ..problem }).expect("estimates")
+    };
+    let all: Vec<_> = (40..46).map(|seed| of(seed, 1)).collect();
+    // By half a chance noise looks as if the state strayed, a little.
+    let none = all.iter().filter(|found| found.rates[0].at_bound.is_some()).count();
+    assert!((1..6).contains(&none), "{none} of 6");
+    for found in &all {
+        let PredictionError { termination, iterations, .. } = found;
+        assert!(termination.is_converged() && *iterations < 20, "{termination:?} {iterations}");
+        let LevelEstimate { value, log_std, at_bound } = found.rates[0];
+        match at_bound {
+            Some(bound) => assert_eq!((bound, value, log_std), (Bound::Lower, 0.0, None)),
+            None => assert!(value < 0.03 && log_std.expect("determined") > 0.2, "{value}"),
+        }
+    }
+    for threads in [2, 3, 20] {
+        assert_eq!(format!("{:?}", of(40, threads)), format!("{:?}", all[0]));
+    }
+}
+
+/// Of two rows with one time the second counts: in the likelihood, and where samples are counted.
+#[test]
+fn samples_that_are_counted_are_those_that_are_used() {
+    let system = system(LAG, &["k", "tau"]);
+    let p = declared(&system);
+    let of = |first: f64| {
+        let mut truth = lagging(51, 200, 0.1, 0.2, 0.2);
+        let Data { t, u, measured } = &mut truth.data;
+        for k in [40, 80] {
+            t.insert(k, t[k]);
+            u.insert(k, u[k].clone());
+            measured.insert(k, vec![first]);
+        }
+        let recordings = recorded(&[truth]);
+        let problem = PredictionErrorProblem::new(&system, &p, &recordings);
+        let problem = PredictionErrorProblem { noise: vec![Some(Level::Known(0.2))], ..problem };
+        prediction_error(&problem).expect("estimates")
+    };
+    let (with, without) = (of(0.7), of(f64::NAN));
+    assert_eq!((with.samples, without.samples), (200, 200));
+    assert_eq!((with.deviance, &with.p), (without.deviance, &without.p));
 }
 
 #[test]

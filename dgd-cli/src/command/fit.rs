@@ -7,6 +7,7 @@ use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Compiled, Directions};
 use dgd_compiler::source::Sources;
 use dgd_execute::Loaded;
+use dgd_runtime::identify::filter::FilterProblem;
 use dgd_runtime::identify::{
     Estimate, EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Prior, Recording,
     StoppingRule, Termination, TrialFailed, TrialFailure, Watch, evaluate, fit, fit_starts,
@@ -14,7 +15,7 @@ use dgd_runtime::identify::{
 };
 use dgd_runtime::journal::{Digest, Keeping};
 use dgd_runtime::linearize::NotLinearised;
-use dgd_runtime::{Direction, Options, Problem, System};
+use dgd_runtime::{Direction, Options, Problem, Signature, System};
 use serde_json::Value;
 
 use crate::args::{FitArgs, NoiseFrom, Place};
@@ -25,6 +26,7 @@ use crate::data::journal::RunJournal;
 use crate::data::{Files, write_folder};
 use crate::estimator::Estimator;
 use crate::failure::{CommandError, meant};
+use crate::few_samples::FewSamples;
 use crate::figure::{self, Line, Subject};
 use crate::fit_quality::Quality;
 use crate::fit_report::{Outcome, Tested};
@@ -70,13 +72,14 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         | Estimator::Recursive => return regress::run(&task, args, console),
     }
     let problem = task.problem(console);
-    let fit = fit(&problem).map_err(|error| task.failed(error, &args.data))?;
+    let mut fit = fit(&problem).map_err(|error| task.failed(error, &args.data))?;
     match fit.termination {
         Termination::Blocked => return Err(task.blocked(&fit, &args.data)),
         Termination::EvaluationLimit => {
             return Err(CommandError::Computation(format!(
-                "no minimum was reached in {} simulations",
-                fit.evaluations
+                "no minimum was reached in {} simulations{}",
+                fit.evaluations,
+                task.few.as_reason()
             )));
         }
         Termination::Gradient
@@ -95,6 +98,15 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         .map_err(|error| task.failed(error, &args.data))?;
     intervals.push_left_out(&mut left_out, &fit.estimates);
     task.watch.write();
+    let information = args
+        .intervals
+        .information
+        .then(|| Origins::find(&problem, &fit, &train))
+        .transpose()
+        .map_err(|error| task.failed(error, &args.data))?;
+    if task.few.hide_stds() {
+        fit.forget_uncertainty();
+    }
     let outcome = Outcome {
         signature,
         variants: &task.compiled.model.variants,
@@ -102,13 +114,9 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         data: &args.data,
         recording_names: recording::names(&args.data),
         recordings: &task.train,
-        information: args
-            .intervals
-            .information
-            .then(|| Origins::find(&problem, &fit, &train))
-            .transpose()
-            .map_err(|error| task.failed(error, &args.data))?,
+        information,
         intervals,
+        few: &task.few,
         left_out: &left_out,
         quality: Quality::of(signature, &task.train, &train),
         quality_valid: valid
@@ -147,6 +155,8 @@ pub(super) struct Task {
     pub(super) train: Vec<Recording>,
     pub(super) valid: Vec<Recording>,
     pub(super) noise: Vec<Option<Noise>>,
+    /// Outputs whose noise cannot be estimated.
+    pub(super) few: FewSamples,
     /// Whether a file has rows without time.
     pub(super) clock: Clock,
     options: Options,
@@ -207,7 +217,7 @@ impl Task {
                 with_method_per_sample(options, &args.solve, &problem, times)?
             }
         };
-        let noise = (0..signature.outputs.len())
+        let mut noise: Vec<Option<Noise>> = (0..signature.outputs.len())
             .map(|i| {
                 let measured = train.iter().any(|recording| recording.measured[i].is_some());
                 let declared = signature.outputs[i].noise;
@@ -218,6 +228,24 @@ impl Task {
                 (used[i] && measured).then_some(noise)
             })
             .collect();
+        let estimates = match args.regression.estimator {
+            Estimator::OutputError | Estimator::Linearised => {
+                estimates(signature, train.len(), |_| true)
+            }
+            Estimator::PredictionError => {
+                let levels = FilterProblem::new(&system, &p).states().len()
+                    + noise.iter().filter(|noise| **noise == Some(Noise::Estimated)).count();
+                let is_free =
+                    |direction: &Direction| prediction_error::is_free(&compiled, args, direction);
+                estimates(signature, train.len(), is_free) + levels
+            }
+            Estimator::LeastSquares
+            | Estimator::Bounded
+            | Estimator::Separable
+            | Estimator::NelderMead
+            | Estimator::Recursive => estimates(signature, 0, |_| true),
+        };
+        let few = FewSamples::find(&signature.outputs, &train, &mut noise, estimates);
         let sources = compilation.sources;
         let of_model = || Digest::EMPTY.of(&compiled.program);
         // Whose estimator simulates, it takes long.
@@ -241,6 +269,7 @@ impl Task {
             train,
             valid,
             noise,
+            few,
             clock,
             options,
             watch: Attendant::stopping(console),
@@ -463,6 +492,20 @@ impl Task {
             reached.join(", ")
         ))
     }
+}
+
+/// How much is estimated of so many recordings: each has start values of its own.
+fn estimates(
+    signature: &Signature,
+    recordings: usize,
+    is_free: impl Fn(&Direction) -> bool,
+) -> usize {
+    let free = signature.directions.iter().filter(|direction| is_free(direction));
+    let each = free.map(|direction| match direction {
+        Direction::Parameter(_) => 1,
+        Direction::Start(_) => recordings,
+    });
+    each.sum()
 }
 
 /// A failed trial with the recording's file.

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use dgd_compiler::pipeline::Compiled;
 use dgd_execute::Loaded;
 use dgd_runtime::identify::filter::{
     FilterProblem, Level, LevelEstimate, PredictionError, PredictionErrorProblem, Row,
@@ -33,12 +34,17 @@ const MINUTE: f64 = 60.0;
 
 pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(), CommandError> {
     let problem = problem(task, args, console);
-    let found = prediction_error(&problem).map_err(|error| task.failed(error, &args.data))?;
+    let mut found = prediction_error(&problem).map_err(|error| task.failed(error, &args.data))?;
+    if task.few.hide_stds() {
+        found.forget_uncertainty();
+    }
+    let found = found;
     if !found.termination.is_converged() && found.termination != Termination::Stopped {
         return Err(CommandError::Computation(format!(
-            "no maximum of the likelihood was reached in {} evaluations ({})",
+            "no maximum of the likelihood was reached in {} evaluations ({}){}",
             found.evaluations,
-            found.termination.name()
+            found.termination.name(),
+            task.few.as_reason()
         )));
     }
     let of_simulation =
@@ -82,18 +88,7 @@ fn problem<'a>(
     console: Console<'_>,
 ) -> PredictionErrorProblem<'a, Loaded> {
     let defaults = PredictionErrorProblem::new(&task.system, &task.p, &task.train);
-    // All states have a direction; start values of some are given.
-    let named = |names: &[String], name: &str| names.iter().any(|named| named.trim() == name);
-    let is_free = |direction: &Direction| match direction {
-        Direction::Parameter(_) => true,
-        Direction::Start(i) => {
-            let unknown = &task.compiled.dae.unknowns[*i];
-            let (free, fixed) =
-                (named(&args.sought.free, &unknown.name), named(&args.sought.fix, &unknown.name));
-            // Where it is algebraic at the start, it follows the others.
-            unknown.differential && !fixed && (free || !unknown.fixed)
-        }
-    };
+    let is_free = |direction: &Direction| is_free(&task.compiled, args, direction);
     let given = task.problem(console);
     let level = |noise: &Option<Noise>| {
         noise.map(|noise| match noise {
@@ -110,6 +105,21 @@ fn problem<'a>(
         threads: given.threads,
         watch: given.watch,
         ..defaults
+    }
+}
+
+/// Whether a direction is estimated. All states have one; start values of some are given.
+pub(super) fn is_free(compiled: &Compiled, args: &FitArgs, direction: &Direction) -> bool {
+    let named = |names: &[String], name: &str| names.iter().any(|named| named.trim() == name);
+    match direction {
+        Direction::Parameter(_) => true,
+        Direction::Start(i) => {
+            let unknown = &compiled.dae.unknowns[*i];
+            let (free, fixed) =
+                (named(&args.sought.free, &unknown.name), named(&args.sought.fix, &unknown.name));
+            // Where it is algebraic at the start, it follows the others.
+            unknown.differential && !fixed && (free || !unknown.fixed)
+        }
     }
 }
 
@@ -171,7 +181,7 @@ impl Outcome<'_> {
     }
 
     fn to_json(&self) -> Value {
-        let (signature, found) = (self.signature(), self.found);
+        let (signature, found, task) = (self.signature(), self.found, self.task);
         let of_parameter = |estimate: &&Estimate| matches!(estimate.of, Direction::Parameter(_));
         let parameters: Map<String, Value> = found
             .estimates
@@ -189,7 +199,8 @@ impl Outcome<'_> {
             .collect();
         let outputs: Map<String, Value> = (signature.outputs.iter().enumerate())
             .map(|(i, output)| {
-                let noise = found.noise[i].map(|level| level_entry(level, &output.unit, 1.0));
+                let noise = found.noise[i].filter(|_| !task.few.hide_noise(&output.name));
+                let noise = noise.map(|level| level_entry(level, &output.unit, 1.0));
                 let entry = json!({
                     "unit": output.unit.symbol,
                     "noise": noise,
@@ -214,6 +225,7 @@ impl Outcome<'_> {
             "starts": starts,
             "process_noise_in_a_minute": process,
             "undetermined": self.undetermined(),
+            "few_samples": task.few.to_json(),
             "samples": found.samples,
             "deviance": found.deviance,
             "iterations": found.iterations,
@@ -264,6 +276,7 @@ impl Outcome<'_> {
             let shown = match (std, estimate.at_bound) {
                 (_, Some(reached)) => format!("at its {} bound", bound_name(reached)),
                 (Some(std), None) => significant(std, 2),
+                (None, None) if self.task.few.hide_stds() => "-".to_owned(),
                 (None, None) => "not determined".to_owned(),
             };
             rows.push([name, digits_of(value, std), shown, unit.symbol.to_string()]);
@@ -276,7 +289,9 @@ impl Outcome<'_> {
             rows.push(level_row(name, *rate, signature.unknowns.unit(i), MINUTE.sqrt()));
         }
         for (output, noise) in signature.outputs.iter().zip(&found.noise) {
-            if let Some(noise) = noise {
+            if let Some(noise) = noise
+                && !self.task.few.hide_noise(&output.name)
+            {
                 rows.push(level_row(output.name.to_string(), *noise, &output.unit, 1.0));
             }
         }
@@ -292,6 +307,7 @@ impl Outcome<'_> {
         }
         push_table(&mut text, &rows);
         self.left_out.push_text(&mut text);
+        self.task.few.push_text(&mut text);
         for together in self.undetermined() {
             // Writing to a string does not fail.
             let _ =

@@ -41,7 +41,11 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
             fit
         }),
     };
-    let fit = fit.map_err(|error| failed(task, args, error))?;
+    let mut fit = fit.map_err(|error| failed(task, args, error))?;
+    if task.few.hide_stds() {
+        fit.forget_uncertainty();
+    }
+    let fit = fit;
     let simulated = |recordings: &[Recording], paths: &[PathBuf]| {
         simulated(task, console, &fit.p, recordings, paths)
     };
@@ -75,6 +79,7 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
         valid,
         intervals,
         left_out: &left_out,
+        few: &task.few,
     };
     let json = outcome.to_json();
     if let Some(folder) = console.out() {

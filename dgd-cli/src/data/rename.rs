@@ -49,7 +49,8 @@ impl Rename {
         let text = format!("{}={}", self.column, self.name);
         let byte = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
         let (start, end) = (byte(self.column.len() + 1), byte(text.len()));
-        let source = sources.add(Source { name: "(--rename)".to_owned(), text });
+        // All files are read with it.
+        let source = sources.add_once(Source { name: "(--rename)".to_owned(), text });
         let place = Span { source, start, end };
         let parsed = parse(&self.name);
         if let Some(fault) = parsed.fault {

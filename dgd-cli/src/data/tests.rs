@@ -458,6 +458,17 @@ fn new_names_are_read_as_carefully_as_headers() {
 }
 
 #[test]
+fn a_bad_new_name_is_one_mistake_for_all_files() {
+    let renames = ["P=p_in [bar".parse::<Rename>().expect("a new name")];
+    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    for name in ["a.csv", "b.csv"] {
+        let (reading, text) = (Reading { renames: &renames, ..reading(1000) }, "time [s],P\n0,1\n");
+        assert!(read_with(reading, name, text.as_bytes(), &mut sources, &mut diagnostics).is_err());
+    }
+    assert_eq!(diagnostics.sorted().len(), 1);
+}
+
+#[test]
 fn a_text_that_begins_as_a_parquet_file_is_a_text() {
     let text = format!("PAR1 [bar],x [m]\n{}", "1,2\n".repeat(1000));
     for kept in [100, 100_000] {

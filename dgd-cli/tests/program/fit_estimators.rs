@@ -122,6 +122,55 @@ fn active_bounds_come_with_the_free_solution() {
     assert!(model.contains("parameter a [mm] = 0 "), "{model}");
 }
 
+/// What is left of three samples after a fit with two estimates says nothing of their noise.
+#[test]
+fn the_noise_of_few_samples_is_the_declared_one_or_there_are_no_stds() {
+    let model = |noise: &str| {
+        format!(
+            "model m\ninput x [m]\nparameter a [m] = 1\nparameter b [1] = 1\n\
+             output y [m] = a + b*x {noise}\n"
+        )
+    };
+    let rows = |n: usize| {
+        let row = |k: usize| format!("{k},{}\n", k as f64 + 0.1 * (k % 3) as f64);
+        format!("x [m],y [m]\n{}", (1..=n).map(row).collect::<String>())
+    };
+    let folder = folder_with(&[
+        ("declared.dgd", model("noise 50 [cm]").as_bytes()),
+        ("silent.dgd", model("").as_bytes()),
+        ("3.csv", rows(3).as_bytes()),
+        ("12.csv", rows(12).as_bytes()),
+    ]);
+    for estimator in ["output-error", "separable", "least-squares"] {
+        let run = |model: &str, data: &str, format: &str| {
+            let args = ["fit", model, "--data", data, "--estimator", estimator, "--format", format];
+            dgd_in(folder.path(), &args).done()
+        };
+        let found = |model: &str, data: &str| -> Value {
+            serde_json::from_str(&run(model, data, "json").out).expect("JSON")
+        };
+        let declared = found("declared.dgd", "3.csv");
+        assert_eq!(declared["few_samples"]["y"]["samples"], 3);
+        assert_eq!(declared["few_samples"]["y"]["declared_noise"], 0.5);
+        // σ²/Σ(x − mean)²
+        let std = number(&declared["parameters"]["b"]["std"]);
+        assert!((std - 0.5 / 2.0_f64.sqrt()).abs() < 1e-6, "{estimator}: {std}");
+        let text = run("declared.dgd", "3.csv", "text").out;
+        assert!(text.contains("its declared noise was taken, 0.500 m"), "{text}");
+
+        let silent = found("silent.dgd", "3.csv");
+        assert_eq!(silent["parameters"]["b"]["std"], Value::Null);
+        assert_eq!(silent["covariance"][0][0], Value::Null);
+        let text = run("silent.dgd", "3.csv", "text").out;
+        assert!(text.contains("3 samples of `y`") && text.contains("too few"), "{text}");
+        assert!(!text.contains("not determined"), "{text}");
+
+        let enough = found("silent.dgd", "12.csv");
+        assert_eq!(enough["few_samples"], serde_json::json!({}));
+        assert!(number(&enough["parameters"]["b"]["std"]) > 0.0);
+    }
+}
+
 /// Pump and friction are those of the reading, the riser's balance is that of the flow: 3.9.
 const FLOW_CORRECTION: &[u8] = b"\
 effect flow_correction on mud_circulation

@@ -267,6 +267,20 @@ fn what_makes_no_sense_is_refused_in_the_users_names() {
         run.out.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
     let keys = ["settings", "states", "error"];
     assert!(lines.len() == 3 && (0..3).all(|k| !lines[k][keys[k]].is_null()), "{}", run.out);
+    // So is what ends it before the first row.
+    let before: [(&[&str], i32, &str); 4] = [
+        (&["t.dgd", "--data", "none.csv"], 1, "diagnostics"),
+        (&["t.dgd", "--data", "d.csv", "--rename", "time=t [xx]"], 1, "diagnostics"),
+        (&["t.dgd", "--data", "d.csv", "--gate", "0"], 2, "error"),
+        (&["t.dgd", "--data", "d.csv", "--from", "1e9"], 1, "error"),
+    ];
+    for (args, code, key) in before {
+        let run = dgd_in(folder.path(), &[&["track"], args, &["--format", "json"]].concat());
+        assert_eq!(run.code, code, "{}", run.err);
+        let lines: Vec<Value> =
+            run.out.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+        assert!(lines.len() == 1 && !lines[0][key].is_null(), "{}", run.out);
+    }
 }
 
 /// The tanks do not stray, so that prediction error and output error say the same.

@@ -70,6 +70,12 @@ impl Fit {
         self.uncertainty.seen[(i, j)] * self.slopes[i] * self.slopes[j]
     }
 
+    /// Says no more how sure the estimates are: where the noise is not known, neither is that.
+    pub fn forget_uncertainty(&mut self) {
+        self.estimates.iter_mut().for_each(|estimate| estimate.std = None);
+        self.uncertainty.places.fill(None);
+    }
+
     /// Correlation of the errors of two estimates.
     pub fn correlation(&self, i: usize, j: usize) -> Option<f64> {
         let of = |i, j| self.uncertainty.covariance(i, j);

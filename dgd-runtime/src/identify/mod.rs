@@ -61,7 +61,7 @@ pub use levenberg_marquardt::{
 };
 pub use linearised::{Departure, Nonlinear, nonlinear, operating_points};
 pub use nelder_mead::{Simplex, SimplexRule, nelder_mead};
-pub use noise::Noise;
+pub use noise::{Noise, too_few_for_noise};
 pub use output_error::{
     Evaluation, OutputErrorProblem, Prior, Starts, evaluate, fit, fit_from, fit_starts,
 };

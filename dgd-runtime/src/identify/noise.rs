@@ -11,6 +11,17 @@ pub enum Noise {
     Estimated,
 }
 
+/// Fewer samples of an output do not say how large its noise is.
+const LEAST_SAMPLES: usize = 10;
+/// Nor do samples that are, all together, fewer than so many for each estimate.
+const FOR_EACH_ESTIMATE: usize = 2;
+
+/// Whether `samples` of an output, of so many in `all`, are too few to estimate its noise beside so many
+/// other estimates: what is left of them is then far smaller than the noise.
+pub fn too_few_for_noise(samples: usize, all: usize, estimates: usize) -> bool {
+    samples < LEAST_SAMPLES || all < FOR_EACH_ESTIMATE * estimates
+}
+
 /// A first guess of an output's noise from its own scatter, σ² = Σ (wₖ₊₁ − wₖ)² / 2 (n − 1), which
 /// what changes slowly hardly enters.
 ///

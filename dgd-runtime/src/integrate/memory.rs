@@ -2,7 +2,7 @@
 //!
 //! Sides of switches, chosen states, bounds of algebraic unknowns and conditions on time are seen from
 //! the values at the time. In which mode a system is, which of its conditions have been true all along,
-//! and whether a state is held by its bound are not.
+//! and whether a state is held by its bound are not. Nor is how long a step may be, which is found once.
 
 use super::Simulation;
 use crate::problem::Problem;
@@ -13,6 +13,8 @@ use crate::system::{AutomatonKind, Discrete, Point, System};
 pub struct Memory {
     z: Vec<f64>,
     armed: Vec<bool>,
+    /// The natural step size where the run ended, of methods that make their first step as they do others.
+    natural_step: Option<f64>,
 }
 
 impl Memory {
@@ -47,7 +49,16 @@ pub(crate) fn held_by_bounds(discrete: &Discrete, z: &[f64]) -> Vec<usize> {
 impl<S: System> Simulation<'_, S> {
     /// What another run would go on from.
     pub(super) fn memory(&self) -> Memory {
-        Memory { z: self.discrete.z().to_vec(), armed: self.discrete.armed.clone() }
+        Memory {
+            z: self.discrete.z().to_vec(),
+            armed: self.discrete.armed.clone(),
+            natural_step: self.natural_step,
+        }
+    }
+
+    /// The step size to go on with, in a run that goes on.
+    pub(super) fn resumed_step(&self) -> Option<f64> {
+        self.resumed.and_then(|memory| memory.natural_step)
     }
 
     /// Begins in the modes of a run that has ended here.

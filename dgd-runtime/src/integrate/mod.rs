@@ -403,6 +403,8 @@ struct Simulation<'a, S: System> {
     chosen: Option<&'a [usize]>,
     /// What the run goes on from.
     resumed: Option<&'a Memory>,
+    /// The natural step size, for a run that goes on from this one.
+    natural_step: Option<f64>,
 }
 
 impl<'a, S: System> Simulation<'a, S> {
@@ -456,6 +458,7 @@ impl<'a, S: System> Simulation<'a, S> {
             sensitivity_row,
             chosen: None,
             resumed: None,
+            natural_step: None,
         }
     }
 
@@ -467,13 +470,14 @@ impl<'a, S: System> Simulation<'a, S> {
     ) -> Result<(), IntegrateError> {
         self.start(solution)?;
         self.record_now(times, solution);
+        self.natural_step = self.resumed_step();
         if self.t == until {
             return Ok(());
         }
 
         self.span = until - self.t;
         let first = self.stop().min(until) - self.t;
-        let h = match self.initial_step {
+        let h = match self.natural_step.or(self.initial_step) {
             Some(h) => h,
             None => self.initial_step(first, solution),
         };
@@ -488,6 +492,8 @@ impl<'a, S: System> Simulation<'a, S> {
                 continue;
             }
             if solution.times.len() == times.len() {
+                // A method with several steps begins with its lowest order.
+                self.natural_step = (!self.stepper.is_multistep()).then_some(controller.h);
                 return Ok(());
             }
             if self.t == self.segment_end {

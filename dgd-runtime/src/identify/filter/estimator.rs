@@ -312,15 +312,16 @@ impl<'a, S: System> Filter<'a, S> {
         }
     }
 
-    /// The innovations that the last row used.
-    pub(super) fn innovated(&self) -> &Innovated {
-        &self.innovated
+    /// The innovations that the last row used, for once.
+    pub(super) fn take_innovated(&mut self) -> Innovated {
+        std::mem::take(&mut self.innovated)
     }
 
     /// How many values of each input were missing so far and taken to be the last ones.
     pub fn missing_inputs(&self) -> &[usize] {
         &self.drive.missing
     }
+
     /// The present estimates.
     pub(super) fn row(&self, innovations: Vec<Option<Innovation>>) -> Row {
         let root = match &self.carried {

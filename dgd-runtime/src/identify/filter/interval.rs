@@ -22,13 +22,15 @@ use crate::observe::observe;
 use crate::problem::{Options, Problem};
 use crate::signal::{Inputs, Side};
 use crate::solution::Solution;
-use crate::system::{Point, Signature, System};
+use crate::system::{Direction, Point, Signature, System};
 
 /// A model as a filter sees it.
 pub(super) struct Model<'a, S> {
     pub system: &'a S,
     pub p: &'a [f64],
     pub options: Options,
+    /// Whether all unknowns are differential, and nothing changes at events.
+    is_plain: bool,
 }
 
 /// Where a run begins or has ended.
@@ -45,6 +47,14 @@ pub(super) struct Moved {
     pub place: Place,
     /// ∂x/∂(x, θ) in scaled variables: states × all.
     pub phi: DMatrix<f64>,
+}
+
+/// Unknowns at one time and their sensitivities.
+enum Consistent {
+    /// Where all are states, they are what they are.
+    AsGiven { y: Vec<f64>, s: Vec<f64> },
+    /// From a run of no length.
+    Run(Box<Solution>),
 }
 
 /// The model close to one time.
@@ -67,10 +77,15 @@ impl<'a, S: System> Model<'a, S> {
     ///
     /// [`FilterError::Remembers`] for a model that does not go on from its differential unknowns alone.
     pub(super) fn new(problem: &FilterProblem<'a, S>) -> Result<Self, FilterError> {
-        match remembered(problem.system.signature()) {
-            Some(what) => Err(FilterError::Remembers { what }),
-            None => Ok(Self { system: problem.system, p: problem.p, options: problem.options }),
+        let FilterProblem { system, p, options, .. } = *problem;
+        let signature = system.signature();
+        if let Some(what) = remembered(signature) {
+            return Err(FilterError::Remembers { what });
         }
+        let is_differential = |i: usize| signature.unknowns.is_differential(i);
+        let is_plain =
+            signature.discrete.is_empty() && (0..signature.unknowns.len()).all(is_differential);
+        Ok(Self { system, p, options, is_plain })
     }
 
     /// How far delayed inputs reach back, s.
@@ -146,30 +161,57 @@ impl<'a, S: System> Model<'a, S> {
     ) -> Result<Local, TrialFailure> {
         let (p, start) = self.started(&at.y, coordinates, variables);
         let problem = Problem { system: self.system, p: &p, inputs, start: &start };
-        let wanted = Wanted::ResumedSensitivities(at.memory.as_ref());
-        let solution = self.run(&problem, &[t], wanted)?;
-        let observations = observe(&problem, &solution);
-        let (y, s, z) = (solution.y(0), solution.s(0), solution.z(0));
+        let consistent = self.consistent(&problem, t, at)?;
+        let (y, s, z) = match &consistent {
+            Consistent::AsGiven { y, s } => (y.as_slice(), s.as_slice(), &[][..]),
+            Consistent::Run(run) => (run.y(0), run.s(0), run.z(0)),
+        };
 
-        let mut u = vec![0.0; self.system.signature().n_u()];
+        let signature = self.system.signature();
+        let mut u = vec![0.0; signature.n_u()];
         let read = problem.inputs_read();
         let read = read.map_err(|error| TrialFailure::Simulation(IntegrateError::Inputs(error)))?;
         read.value(t, Side::Right, &mut u);
+        let at = Point { t, y, u: &u, p: &p, z };
         let (mut f, mut g) = (vec![0.0; y.len()], vec![0.0; s.len()]);
-        self.system.sensitivity_rhs(Point { t, y, u: &u, p: &p, z }, s, &mut f, &mut g);
+        self.system.sensitivity_rhs(at, s, &mut f, &mut g);
+        let n_w = signature.outputs.len();
+        let (mut w, mut dw) = (vec![0.0; n_w], vec![0.0; n_w * signature.directions.len()]);
+        self.system.output_sensitivities(at, s, &mut w, &mut dw);
 
         let slope = |column: usize| coordinates.slope(column, variables[column]);
-        let (dw, n_w) = (observations.dw(0), observations.n_w);
         let c = DMatrix::from_fn(n_w, coordinates.len(), |row, column| {
             dw[coordinates.directions[column] * n_w + row] * slope(column)
         });
         Ok(Local {
             y: y.to_vec(),
-            w: observations.w(0).to_vec(),
+            w,
             phi: transition(s, y.len(), coordinates, variables),
             a: transition(&g, y.len(), coordinates, variables),
             c,
         })
+    }
+
+    /// Unknowns that fulfil the equations, and how they depend on states and parameters.
+    fn consistent(
+        &self,
+        problem: &Problem<'_, S>,
+        t: f64,
+        at: &Place,
+    ) -> Result<Consistent, TrialFailure> {
+        if !self.is_plain {
+            let wanted = Wanted::ResumedSensitivities(at.memory.as_ref());
+            return Ok(Consistent::Run(Box::new(self.run(problem, &[t], wanted)?)));
+        }
+        let directions = &self.system.signature().directions;
+        let n = problem.start.len();
+        let mut s = vec![0.0; n * directions.len()];
+        for (j, direction) in directions.iter().enumerate() {
+            if let Direction::Start(i) = direction {
+                s[j * n + i] = 1.0;
+            }
+        }
+        Ok(Consistent::AsGiven { y: problem.start.iter().map(|(_, y)| *y).collect(), s })
     }
 
     fn run(

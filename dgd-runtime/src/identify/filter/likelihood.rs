@@ -3,13 +3,15 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::error::FilterError;
-use super::estimator::{Filter, Innovated, Row};
+use super::estimator::Innovated;
+use super::levels::Sought;
 use super::prediction_error::{Level, PredictionErrorProblem};
-use super::problem::{Estimator, FilterProblem, Sample, Tuning, Walk, usual_tuning};
+use super::problem::{FilterProblem, Sample, Tuning, Walk, usual_tuning};
+use super::side_by_side::{Along, Numbers, filter_side_by_side};
 use crate::identify::error::{EstimateError, TrialFailed, TrialFailure};
 use crate::identify::levenberg_marquardt::NormalEquations;
 use crate::identify::noise;
-use crate::identify::output_error::{Prior, Starts};
+use crate::identify::output_error::Prior;
 use crate::identify::parallel::in_parallel;
 use crate::identify::recording::Recording;
 use crate::identify::variables::{Variable, Variables};
@@ -17,14 +19,16 @@ use crate::problem::Options;
 use crate::signal::Side;
 use crate::system::{Storage, System};
 
-/// Steps of the differences: in scaled parameters and start values, and in logarithms of levels.
+/// Steps of the differences: in scaled parameters and start values, and in variables of levels.
 const STEP: f64 = 1e-3;
 const LEVEL_STEP: f64 = 1e-2;
-/// A rate is searched for down to this part of the usual one, and up to as many times it.
-const LEAST_RATE: f64 = 1e-4;
+/// A rate is searched for up to so many times the usual one.
 const MOST_RATE: f64 = 1e4;
+/// This part of the usual rate is hardly told from none.
+const SMALL_RATE: f64 = 1e-4;
 /// A noise is searched for up to so many times what is left of neighbouring samples.
 const MOST_NOISE: f64 = 1e3;
+
 /// Usual rates, from the start of the first recording.
 fn usual<S: System>(problem: &PredictionErrorProblem<'_, S>) -> Result<Tuning, EstimateError> {
     let Some(recording) = problem.recordings.first() else {
@@ -44,12 +48,6 @@ fn usual<S: System>(problem: &PredictionErrorProblem<'_, S>) -> Result<Tuning, E
     usual_tuning(&filter, sample).map_err(not_filtered)
 }
 
-/// A level as a variable: ln(level / unit).
-pub(super) struct Sought {
-    unit: f64,
-    bounds: (f64, f64),
-}
-
 /// Why a trial failed.
 pub(super) enum Failed {
     Trial(TrialFailed),
@@ -67,7 +65,6 @@ pub(super) struct Search<'p> {
     pub(super) known_rates: &'p [Level],
     pub(super) known_noise: &'p [Option<Level>],
     pub(super) priors: &'p [Prior],
-    pub(super) n_directions: usize,
     pub(super) options: Options,
     pub(super) variables: Variables,
     pub(super) first: Vec<f64>,
@@ -79,21 +76,18 @@ pub(super) struct Search<'p> {
 }
 
 impl<'p> Search<'p> {
-    pub(super) fn new<S: System>(
+    pub(super) fn new<S: System + Clone + Send>(
         problem: &'p PredictionErrorProblem<'_, S>,
     ) -> Result<Self, EstimateError> {
         let PredictionErrorProblem { system, p, free, recordings, .. } = problem;
-        let (variables, mut first) = Variables::new(*system, p, recordings, free)?;
+        let (variables, first) = Variables::new(*system, p, recordings, free)?;
         let usual = usual(problem)?;
         assert_eq!(problem.rates.len(), usual.states.len(), "number of states");
         let mut rates = Vec::with_capacity(problem.rates.len());
         for (level, walk) in problem.rates.iter().zip(&usual.states) {
             rates.push(match level {
                 Level::Known(_) => None,
-                Level::Estimated => {
-                    first.push(0.0);
-                    Some(Sought { unit: walk.rate, bounds: (LEAST_RATE.ln(), MOST_RATE.ln()) })
-                }
+                Level::Estimated => Some(Sought::rate(walk.rate, MOST_RATE * walk.rate)),
             });
         }
         let (mut noise, mut least) = (Vec::new(), Vec::new());
@@ -107,9 +101,8 @@ impl<'p> Search<'p> {
             });
             noise.push(match level {
                 Some(Level::Estimated) => {
-                    let unit = noise::scatter(recordings, i).unwrap_or(lowest).max(lowest);
-                    first.push(0.0);
-                    Some(Sought { unit, bounds: ((lowest / unit).ln(), MOST_NOISE.ln()) })
+                    let scatter = noise::scatter(recordings, i).unwrap_or(lowest).max(lowest);
+                    Some(Sought::noise(scatter, lowest, MOST_NOISE * scatter))
                 }
                 Some(Level::Known(sigma)) if !(*sigma > 0.0 && sigma.is_finite()) => {
                     let output = output.name.to_string();
@@ -118,32 +111,87 @@ impl<'p> Search<'p> {
                 Some(Level::Known(_)) | None => None,
             });
         }
-        Ok(Self {
+        let mut search = Self {
             p,
             recordings,
             known_rates: &problem.rates,
             known_noise: &problem.noise,
             priors: &problem.priors,
-            n_directions: free.len(),
             options: problem.options,
             variables,
             first,
             rates,
             noise,
             least,
-        })
+        };
+        search.tell_from_none(*system, problem.threads);
+        let first: Vec<f64> = search.levels().map(Sought::first).collect();
+        search.first.extend(first);
+        Ok(search)
+    }
+
+    /// Levels that are sought: rates, then noise.
+    fn levels(&self) -> impl Iterator<Item = &Sought> {
+        self.rates.iter().chain(&self.noise).flatten()
     }
 
     pub(super) fn bounds(&self) -> Vec<(f64, f64)> {
-        let of_levels = self.rates.iter().chain(&self.noise).flatten().map(|sought| sought.bounds);
+        let of_levels = self.levels().map(Sought::bounds);
         self.variables.all.iter().map(Variable::bounds).chain(of_levels).collect()
+    }
+
+    /// Makes the unit of each rate the one that is told from none with one standard deviation, where the
+    /// search begins:
+    ///
+    /// ```text
+    ///   unit⁴ = 1/I,   I = Σ ½ tr(S⁻¹ S′ S⁻¹ S′),   S′ = ∂S/∂(rate²) where no state strays
+    /// ```
+    fn tell_from_none<S: System + Clone + Send>(&mut self, system: &S, threads: usize) {
+        let n_rates = self.rates.iter().flatten().count();
+        if n_rates == 0 {
+            return;
+        }
+        for sought in self.rates.iter_mut().flatten() {
+            sought.unit *= SMALL_RATE;
+        }
+        let mut none = self.first.clone();
+        none.resize(none.len() + n_rates, 0.0);
+        none.extend(self.noise.iter().flatten().map(Sought::first));
+        let mut points = vec![none.clone()];
+        let small = self.rates.iter().flatten().map(|sought| sought.variable(sought.unit));
+        for (i, small) in small.enumerate() {
+            let mut point = none.clone();
+            point[self.variables.len() + i] = small;
+            points.push(point);
+        }
+        let of_recordings = self.of_recordings(system, threads, |system, r, threads| {
+            let mut sums = vec![0.0; n_rates];
+            self.filter(system, r, &points, threads, |row| {
+                for (sum, with) in sums.iter_mut().zip(&row[1..]) {
+                    let difference = with.covariance() - row[0].covariance();
+                    *sum += 0.5 * row[0].whiten_both(&difference).norm_squared();
+                }
+            })
+            .map(|()| sums)
+        });
+        // Where the model cannot do without corrections, a small rate has to be small enough.
+        let Ok(of_recordings) = of_recordings.into_iter().collect::<Result<Vec<_>, _>>() else {
+            return;
+        };
+        for (i, sought) in self.rates.iter_mut().flatten().enumerate() {
+            let information: f64 = of_recordings.iter().map(|sums| sums[i]).sum();
+            let usual = sought.unit / SMALL_RATE;
+            let unit = sought.unit / information.sqrt().sqrt();
+            // What is not seen at all is not told from none at any rate.
+            sought.unit = if unit.is_finite() { unit.min(MOST_RATE * usual) } else { usual };
+        }
     }
 
     /// Rates and noise at z.
     pub(super) fn tuning(&self, z: &[f64]) -> Tuning {
         let mut levels = z[self.variables.len()..].iter();
         let mut level = |sought: &Option<Sought>, known: Level| match (sought, known) {
-            (Some(sought), _) => sought.unit * levels.next().copied().unwrap_or(0.0).exp(),
+            (Some(sought), _) => sought.level(levels.next().copied().unwrap_or(0.0)),
             (None, Level::Known(value)) => value,
             (None, Level::Estimated) => 0.0,
         };
@@ -155,16 +203,38 @@ impl<'p> Search<'p> {
         Tuning { states, parameters: Vec::new(), noise }
     }
 
-    /// −2 ln L less a constant, and its derivatives.
-    pub(super) fn evaluate<S: System + Clone + Send>(
+    /// −2 ln L less a constant; with its derivatives where it is below `least`, and zeros else: no step is
+    /// taken from there.
+    pub(super) fn better<S: System + Clone + Send>(
         &self,
         system: &S,
         threads: usize,
         z: &[f64],
+        least: f64,
     ) -> Result<NormalEquations, Failed> {
         let bounds = self.bounds();
-        let of = in_parallel(system, self.recordings.len(), threads, |system, r| {
-            self.of_recording(system, r, z, &bounds)
+        if least.is_finite() {
+            let at = self.sum(system, threads, z, |_| Differences::none(z))?;
+            if at.cost >= least || at.cost.is_nan() {
+                return Ok(at);
+            }
+        }
+        self.sum(system, threads, z, |r| self.differences(r, z, &bounds))
+    }
+
+    /// The sum over all recordings, with the derivatives that `differences` of each give.
+    fn sum<S: System + Clone + Send>(
+        &self,
+        system: &S,
+        threads: usize,
+        z: &[f64],
+        differences: impl Fn(usize) -> Differences + Sync,
+    ) -> Result<NormalEquations, Failed> {
+        let of = self.of_recordings(system, threads, |system, r, threads| {
+            let Differences { points, weights } = differences(r);
+            let mut sum = NormalEquations::zeros(z.len());
+            self.filter(system, r, &points, threads, |row| self.add(&mut sum, row, &weights))?;
+            Ok(sum)
         });
         let mut sum = NormalEquations::zeros(z.len());
         for of_recording in of {
@@ -173,8 +243,46 @@ impl<'p> Search<'p> {
             sum.gradient += of_recording.gradient;
             sum.information += of_recording.information;
         }
+        for i in 0..z.len() {
+            for j in 0..i {
+                sum.information[(j, i)] = sum.information[(i, j)];
+            }
+        }
         self.add_priors(&mut sum, z);
         Ok(sum)
+    }
+
+    /// Results for all recordings. Where there are fewer of them than threads, one comes after the other,
+    /// and its filters share the threads.
+    fn of_recordings<S: System + Clone + Send, T: Send>(
+        &self,
+        system: &S,
+        threads: usize,
+        work: impl Fn(&S, usize, usize) -> T + Sync,
+    ) -> Vec<T> {
+        let count = self.recordings.len();
+        let (outside, inside) = if count < threads { (1, threads) } else { (threads, 1) };
+        in_parallel(system, count, outside, |system, r| work(system, r, inside))
+    }
+
+    /// Gives `take` the innovations of filters with the numbers of `points`, row after row of a recording.
+    fn filter<S: System + Clone + Send>(
+        &self,
+        system: &S,
+        r: usize,
+        points: &[Vec<f64>],
+        threads: usize,
+        take: impl FnMut(&[&Innovated]),
+    ) -> Result<(), Failed> {
+        let recording = &self.recordings[r];
+        let numbers = |z: &Vec<f64>| Numbers {
+            p: self.variables.parameters(self.p, z),
+            start: self.variables.starts(r, &recording.start, z),
+            tuning: self.tuning(z),
+        };
+        let all: Vec<Numbers> = points.iter().map(numbers).collect();
+        let along = Along { recording, position: r, options: self.options };
+        filter_side_by_side(system, along, &all, threads, take)
     }
 
     /// ((p − mean) / std)² of parameters that are free.
@@ -189,129 +297,131 @@ impl<'p> Search<'p> {
         }
     }
 
-    /// z, and two points for each variable that concerns the recording; the variables, each with the distance
-    /// of its points.
-    fn points(
-        &self,
-        r: usize,
-        z: &[f64],
-        bounds: &[(f64, f64)],
-    ) -> (Vec<Vec<f64>>, Vec<(usize, f64)>) {
+    /// How derivatives are taken to the variables that concern a recording.
+    fn differences(&self, r: usize, z: &[f64], bounds: &[(f64, f64)]) -> Differences {
         // Start values of other recordings are no business of this one.
         let own = |j: usize| match self.variables.all.get(j) {
             Some(variable) => variable.recording.is_none_or(|of| of == r),
             None => true,
         };
-        let mut points = vec![z.to_vec()];
-        let mut differences = Vec::new();
+        let mut differences = Differences::none(z);
         for j in (0..z.len()).filter(|j| own(*j)) {
-            let step =
-                if j < self.variables.len() { STEP * z[j].abs().max(1.0) } else { LEVEL_STEP };
-            let (low, high) = bounds[j];
-            let (below, above) = ((z[j] - step).max(low), (z[j] + step).min(high));
-            for value in [below, above] {
-                let mut point = z.to_vec();
-                point[j] = value;
-                points.push(point);
-            }
-            differences.push((j, above - below));
+            let h = if j < self.variables.len() { STEP * z[j].abs().max(1.0) } else { LEVEL_STEP };
+            differences.push(j, h, bounds[j]);
         }
-        (points, differences)
-    }
-
-    /// What one recording adds.
-    fn of_recording<S: System>(
-        &self,
-        system: &S,
-        r: usize,
-        z: &[f64],
-        bounds: &[(f64, f64)],
-    ) -> Result<NormalEquations, Failed> {
-        let recording = &self.recordings[r];
-        let (points, differences) = self.points(r, z, bounds);
-        let starts: Vec<Starts> =
-            points.iter().map(|z| self.variables.starts(r, &recording.start, z)).collect();
-        let ps: Vec<Vec<f64>> =
-            points.iter().map(|z| self.variables.parameters(self.p, z)).collect();
-        let mut filters: Vec<Filter<'_, S>> = Vec::with_capacity(points.len());
-        let mut sum = NormalEquations::zeros(z.len());
-        for (k, measured) in counting_rows(recording) {
-            let t = recording.times[k];
-            let failed = |error| Failed::of(error, r);
-            if filters.is_empty() {
-                for ((z, p), start) in points.iter().zip(&ps).zip(&starts) {
-                    let problem = FilterProblem {
-                        system,
-                        p,
-                        free: vec![false; self.n_directions],
-                        start: start.clone(),
-                        estimator: Estimator::ExtendedKalman,
-                        gate: None,
-                        options: self.options,
-                    };
-                    let (inputs, row) = (&recording.inputs, (t, measured.as_slice()));
-                    let begun = Filter::begin_recorded(&problem, &self.tuning(z), inputs, row);
-                    let (filter, row) = begun.map_err(failed)?;
-                    verify(&row, r)?;
-                    filters.push(filter);
-                }
-            } else {
-                for filter in &mut filters {
-                    let row = filter.advance(&recording.inputs, t, &measured).map_err(failed)?;
-                    verify(&row, r)?;
-                }
-            }
-            self.add(&mut sum, &filters, &differences);
-        }
-        let n = z.len();
-        for i in 0..n {
-            for j in 0..i {
-                sum.information[(j, i)] = sum.information[(i, j)];
-            }
-        }
-        Ok(sum)
+        differences
     }
 
     /// Adds a row.
-    fn add<S: System>(
+    fn add(
         &self,
         sum: &mut NormalEquations,
-        filters: &[Filter<'_, S>],
-        differences: &[(usize, f64)],
+        row: &[&Innovated],
+        weights: &[(usize, Vec<(usize, f64)>)],
     ) {
-        let Innovated { outputs, epsilon, root } = filters[0].innovated();
+        let Innovated { outputs, epsilon, root } = row[0];
         let m = outputs.len();
         if m == 0 {
             return;
         }
-        let whiten = |matrix: &DMatrix<f64>| {
-            root.solve_lower_triangular(matrix).unwrap_or_else(|| matrix * f64::NAN)
-        };
-        let epsilon_white =
-            whiten(&DMatrix::from_column_slice(m, 1, epsilon)).column(0).clone_owned();
+        let mut white = DVector::from_column_slice(epsilon);
+        row[0].whiten(&mut white);
         for (i, output) in outputs.iter().enumerate() {
             sum.cost += 2.0 * (root[(i, i)] / self.least[*output]).ln();
         }
-        sum.cost += epsilon_white.norm_squared();
+        sum.cost += white.norm_squared();
         // ε′ and S′, whitened from both sides.
-        let mut slopes: Vec<(usize, DVector<f64>, DMatrix<f64>)> = Vec::new();
-        for (k, (j, width)) in differences.iter().enumerate() {
-            let below = filters[1 + 2 * k].innovated();
-            let above = filters[2 + 2 * k].innovated();
-            let de = (0..m).map(|i| (above.epsilon[i] - below.epsilon[i]) / width);
-            let de = DMatrix::from_iterator(m, 1, de);
-            let square = |of: &Innovated| &of.root * of.root.transpose();
-            let ds = (square(above) - square(below)) / *width;
-            let half = whiten(&ds).transpose();
-            slopes.push((*j, whiten(&de).column(0).clone_owned(), whiten(&half)));
+        let mut slopes: Vec<(usize, DVector<f64>, DMatrix<f64>)> =
+            Vec::with_capacity(weights.len());
+        for (j, weights) in weights {
+            let (mut de, mut ds) = (DVector::zeros(m), DMatrix::zeros(m, m));
+            for &(point, weight) in weights {
+                for (de, epsilon) in de.iter_mut().zip(&row[point].epsilon) {
+                    *de += weight * epsilon;
+                }
+                let root = &row[point].root;
+                ds.gemm(weight, root, &root.transpose(), 1.0);
+            }
+            row[0].whiten(&mut de);
+            slopes.push((*j, de, row[0].whiten_both(&ds)));
         }
         for (a, (i, de, ds)) in slopes.iter().enumerate() {
-            let quadratic = epsilon_white.dot(&(ds * &epsilon_white));
-            sum.gradient[*i] += 0.5 * ds.trace() + de.dot(&epsilon_white) - 0.5 * quadratic;
+            let quadratic = white.dot(&(ds * &white));
+            sum.gradient[*i] += 0.5 * ds.trace() + de.dot(&white) - 0.5 * quadratic;
             for (j, de_j, ds_j) in &slopes[..=a] {
                 sum.information[(*i, *j)] += de.dot(de_j) + 0.5 * ds.dot(ds_j);
             }
         }
+    }
+}
+
+/// Points around z, and what derivatives are of what is evaluated there.
+struct Differences {
+    /// z, then others.
+    points: Vec<Vec<f64>>,
+    /// Variables, each with the points that its derivative is a weighted sum over.
+    weights: Vec<(usize, Vec<(usize, f64)>)>,
+}
+
+impl Differences {
+    /// No derivatives.
+    fn none(z: &[f64]) -> Self {
+        Self { points: vec![z.to_vec()], weights: Vec::new() }
+    }
+
+    /// Differences of second order with steps of h: central ones, and where a bound is too near for them
+    /// those into the open side.
+    ///
+    /// ```text
+    ///   f′ = (f(z + h) − f(z − h))/2h      f′ = (−3 f(z) + 4 f(z + h) − f(z + 2h))/2h
+    /// ```
+    fn push(&mut self, j: usize, h: f64, (low, high): (f64, f64)) {
+        let (z, first) = (self.points[0][j], self.points.len());
+        let fits = |z: f64| low <= z && z <= high;
+        let side = if fits(z + 2.0 * h) { h } else { -h };
+        let (values, weights) = if fits(z - h) && fits(z + h) {
+            ([z - h, z + h], vec![(first, -0.5 / h), (first + 1, 0.5 / h)])
+        } else if fits(z + 2.0 * side) {
+            let weights = vec![(0, -1.5 / side), (first, 2.0 / side), (first + 1, -0.5 / side)];
+            ([z + side, z + 2.0 * side], weights)
+        } else {
+            // Bounds hardly leave anything.
+            let (below, above) = ((z - h).max(low), (z + h).min(high));
+            let width = above - below;
+            ([below, above], vec![(first, -1.0 / width), (first + 1, 1.0 / width)])
+        };
+        for value in values {
+            let mut point = self.points[0].clone();
+            point[j] = value;
+            self.points.push(point);
+        }
+        self.weights.push((j, weights));
+    }
+}
+
+impl Innovated {
+    /// S.
+    fn covariance(&self) -> DMatrix<f64> {
+        &self.root * self.root.transpose()
+    }
+
+    /// S^{-½} v.
+    fn whiten(&self, v: &mut DVector<f64>) {
+        if !self.root.solve_lower_triangular_mut(v) {
+            v.fill(f64::NAN);
+        }
+    }
+
+    /// S^{-½} M S^{-½ᵀ} of a symmetric M.
+    fn whiten_both(&self, m: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut half = m.clone();
+        let mut solved = self.root.solve_lower_triangular_mut(&mut half);
+        half.transpose_mut();
+        solved = solved && self.root.solve_lower_triangular_mut(&mut half);
+        if !solved {
+            half.fill(f64::NAN);
+        }
+        half
     }
 }
 
@@ -350,14 +460,6 @@ impl Failed {
             }
             error => Failed::Model(error),
         }
-    }
-}
-
-/// A row in which the model could not be evaluated spoils the likelihood.
-fn verify(row: &Row, recording: usize) -> Result<(), Failed> {
-    match &row.failure {
-        None => Ok(()),
-        Some(reason) => Err(Failed::Trial(TrialFailed { recording, reason: reason.clone() })),
     }
 }
 

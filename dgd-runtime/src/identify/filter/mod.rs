@@ -24,6 +24,9 @@
 //! | `watch` | whether the innovations are what the filter expects |
 //! | `prediction_error` | parameters and noise levels by the likelihood of the innovations |
 //! | `likelihood` | that likelihood, and its derivatives |
+//! | `levels` | levels of noise as variables |
+//! | `secant` | what its Hessian is beside the information |
+//! | `side_by_side` | filters with several sets of numbers along one recording |
 //!
 //! Modes go along with the prediction as in a simulation: a transition is located where the estimate passes its
 //! threshold, and the covariance goes through it as sensitivities do, S⁺ = D⁺ − ẏ⁺ τ with the derivatives τ of
@@ -42,10 +45,13 @@ mod drive;
 mod error;
 mod estimator;
 mod interval;
+mod levels;
 mod likelihood;
 mod prediction;
 mod prediction_error;
 mod problem;
+mod secant;
+mod side_by_side;
 mod square_root;
 mod unscented;
 mod watch;

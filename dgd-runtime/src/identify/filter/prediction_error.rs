@@ -7,7 +7,8 @@
 //! ε and S are those of an extended Kalman filter with known start values. Without process noise nothing is
 //! corrected, S is σ², and this is the fit by simulation error.
 //!
-//! The minimum is found by Fisher's scoring within bounds ([`minimise`]): with primes for derivatives,
+//! The minimum is found by Fisher's scoring within bounds ([`minimise`]), with what [`super::secant`] knows of the
+//! Hessian beside the information: with primes for derivatives,
 //!
 //! ```text
 //!   gradient:     Σ ½ tr(S⁻¹S′) + ε′ᵀ S⁻¹ ε − ½ εᵀ S⁻¹ S′ S⁻¹ ε
@@ -21,14 +22,18 @@
 //! stochastic grey-box models, Automatica 40 (2004) 225; the information is that of Goodrich and Caines, IEEE
 //! TAC 24 (1979) 403.
 
+use nalgebra::DMatrix;
+
 use super::estimator::{Filter, Row};
+use super::levels::Sought;
 use super::likelihood::{Failed, Search, counting_rows};
 use super::problem::{FilterProblem, Tuning, Walk, states_of};
+use super::secant::Secant;
 use crate::identify::error::EstimateError;
 use crate::identify::levenberg_marquardt::{
     NormalEquations, StoppingRule, Termination, minimise_watched,
 };
-use crate::identify::output_error::{Prior, Starts};
+use crate::identify::output_error::{NEGLIGIBLE_REDUCTION, Prior, Starts};
 use crate::identify::progress::{Of, Progress, Unwatched, Watch};
 use crate::identify::recording::Recording;
 use crate::identify::uncertainty::{Estimate, Uncertainty, Undetermined};
@@ -132,7 +137,7 @@ pub struct PredictionError {
     pub samples: usize,
     /// Accepted steps.
     pub iterations: usize,
-    /// Evaluations with derivatives.
+    /// Points at which the likelihood was evaluated.
     pub evaluations: usize,
     /// Why it ended.
     pub termination: Termination,
@@ -144,6 +149,14 @@ impl PredictionError {
     /// Covariance of two estimates, SI; `None` where one of them is at a bound or not determined.
     pub fn covariance(&self, i: usize, j: usize) -> Option<f64> {
         Some(self.uncertainty.covariance(i, j)? * self.slopes[i] * self.slopes[j])
+    }
+
+    /// Says no more how sure the estimates are: where the noise is not known, neither is that.
+    pub fn forget_uncertainty(&mut self) {
+        self.estimates.iter_mut().for_each(|estimate| estimate.std = None);
+        let levels = self.rates.iter_mut().chain(self.noise.iter_mut().flatten());
+        levels.for_each(|level| level.log_std = None);
+        self.uncertainty.places.fill(None);
     }
 }
 
@@ -182,16 +195,27 @@ pub fn prediction_error<S: System + Clone + Send>(
     for (z, (low, high)) in z.iter_mut().zip(&bounds) {
         *z = z.clamp(*low, *high);
     }
-    let mut done = 0;
+    let (mut done, mut least) = (0, f64::INFINITY);
+    let mut secant = Secant::new(z.len());
     let mut evaluate = |z: &[f64]| {
-        let at = search.evaluate(problem.system, problem.threads, z);
+        let at = search.better(problem.system, problem.threads, z, least);
         done += 1;
         let of = Of::AtMost(problem.stopping.evaluations + 1);
         problem.watch.advanced(Progress { what: "evaluations", done, of });
-        at
+        let mut normal = at?;
+        let mut information = normal.information.clone();
+        if normal.cost < least {
+            least = normal.cost;
+            let hessian = secant.hessian(z, &normal);
+            information = std::mem::replace(&mut normal.information, hessian);
+        }
+        Ok(Evaluated { normal, information })
     };
     let first = evaluate(&z).map_err(Failed::at_start)?;
-    let minimum = minimise_watched(z, first, &bounds, &problem.stopping, problem.watch, evaluate);
+    // A cost that is found on the way is less than the first.
+    let reduction = problem.stopping.reduction.max(NEGLIGIBLE_REDUCTION / first.normal.cost);
+    let rule = StoppingRule { reduction, ..problem.stopping };
+    let minimum = minimise_watched(z, first, &bounds, &rule, problem.watch, evaluate);
     Ok(PredictionError {
         samples,
         iterations: minimum.iterations,
@@ -199,6 +223,18 @@ pub fn prediction_error<S: System + Clone + Send>(
         termination: minimum.termination,
         ..search.finish(&minimum.x, &minimum.at, signature)
     })
+}
+
+/// The likelihood at a point, with its Hessian in place of the information.
+struct Evaluated {
+    normal: NormalEquations,
+    information: DMatrix<f64>,
+}
+
+impl AsRef<NormalEquations> for Evaluated {
+    fn as_ref(&self) -> &NormalEquations {
+        &self.normal
+    }
 }
 
 /// The filter of an estimate, along recordings: a row for each sample, but for the first of two with one time.
@@ -254,15 +290,21 @@ pub fn predictions<S: System>(
 
 /// Samples of outputs in use that count.
 fn samples<S: System>(problem: &PredictionErrorProblem<'_, S>) -> usize {
-    let outputs = || (0..problem.noise.len()).filter(|i| problem.noise[*i].is_some());
-    let of_recording =
-        |recording: &Recording| outputs().map(|i| recording.counted(i).count()).sum::<usize>();
-    problem.recordings.iter().map(of_recording).sum()
+    let outputs = (0..problem.noise.len()).filter(|i| problem.noise[*i].is_some());
+    outputs.map(|i| samples_of(problem.recordings, i)).sum()
+}
+
+/// Samples of an output that count.
+fn samples_of(recordings: &[Recording], output: usize) -> usize {
+    let of_recording = |recording: &Recording| {
+        counting_rows(recording).filter(|(_, measured)| measured[output].is_finite()).count()
+    };
+    recordings.iter().map(of_recording).sum()
 }
 
 impl Search<'_> {
     /// What was found at z.
-    fn finish(&self, z: &[f64], at: &NormalEquations, signature: &Signature) -> PredictionError {
+    fn finish(&self, z: &[f64], at: &Evaluated, signature: &Signature) -> PredictionError {
         let bounds = self.bounds();
         let reached: Vec<Option<Bound>> = z
             .iter()
@@ -290,22 +332,25 @@ impl Search<'_> {
             .collect();
         let tuning = self.tuning(z);
         let mut position = all.len();
-        let mut level = |value: f64, sought: bool| {
+        let mut level = |value: f64, sought: &Option<Sought>| {
+            let Some(sought) = sought else {
+                return LevelEstimate { value, log_std: None, at_bound: None };
+            };
             let i = position;
-            position += usize::from(sought);
-            let (log_std, at_bound) = if sought { (std(i), reached[i]) } else { (None, None) };
-            LevelEstimate { value, log_std, at_bound }
+            position += 1;
+            let log_std = std(i).map(|std| std * sought.log_slope(z[i]));
+            LevelEstimate { value, log_std, at_bound: reached[i] }
         };
         let rates = tuning.states.iter().zip(&self.rates);
-        let rates = rates.map(|(walk, sought)| level(walk.rate, sought.is_some())).collect();
+        let rates = rates.map(|(walk, sought)| level(walk.rate, sought)).collect();
         let noise = tuning.noise.iter().zip(&self.noise);
-        let noise = noise.map(|(sigma, sought)| sigma.map(|sigma| level(sigma, sought.is_some())));
+        let noise = noise.map(|(sigma, sought)| sigma.map(|sigma| level(sigma, sought)));
         let noise = noise.collect();
         // The constant: ln 2π of each sample, and what ln det S is relative to.
         let outputs = (0..self.least.len()).filter(|i| self.known_noise[*i].is_some());
         let constant: f64 = outputs
             .map(|i| {
-                let count = self.recordings.iter().map(|r| r.counted(i).count()).sum::<usize>();
+                let count = samples_of(self.recordings, i);
                 count as f64 * (std::f64::consts::TAU * self.least[i] * self.least[i]).ln()
             })
             .sum();
@@ -318,7 +363,7 @@ impl Search<'_> {
             undetermined: uncertainty.undetermined.clone(),
             rates,
             noise,
-            deviance: at.cost + constant,
+            deviance: at.normal.cost + constant,
             samples: 0,
             iterations: 0,
             evaluations: 0,

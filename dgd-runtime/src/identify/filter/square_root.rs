@@ -108,22 +108,39 @@ pub(super) fn integrated_noise(a: &DMatrix<f64>, q: &[f64], dt: f64) -> Option<D
     let doublings = (4.0 * norm * dt).max(1.0).log2().ceil();
     let h = dt / doublings.exp2();
 
-    let scaled = &whole * h;
+    whole *= h;
+    let scaled = whole;
     let mut term = DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| q[i] * h));
-    let mut power = DMatrix::identity(n, n);
-    let (mut noise, mut phi) = (term.clone(), DMatrix::identity(n, n));
+    let mut noise = term.clone();
+    let (mut half, mut next) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
     for k in 1..TERMS {
-        let next = (&scaled * &term + &term * scaled.transpose()) / (k + 1) as f64;
-        term = next;
+        // Terms are symmetric: D Aᵀ = (A D)ᵀ.
+        half.gemm(1.0 / (k + 1) as f64, &scaled, &term, 0.0);
+        half.transpose_to(&mut next);
+        next += &half;
+        std::mem::swap(&mut term, &mut next);
         noise += &term;
-        power = &power * &scaled / k as f64;
-        phi += &power;
+        if term.amax() <= f64::EPSILON * noise.amax() {
+            break;
+        }
     }
+    let mut phi = if doublings > 0.0 { exponential(&scaled) } else { DMatrix::identity(n, n) };
     for _ in 0..doublings as usize {
         noise = &noise + &phi * &noise * phi.transpose();
         phi = &phi * &phi;
     }
     root(&noise)
+}
+
+/// eᴬ of a small A, by its series.
+fn exponential(a: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = a.nrows();
+    let (mut sum, mut power) = (DMatrix::identity(n, n), DMatrix::identity(n, n));
+    for k in 1..TERMS {
+        power = &power * a / k as f64;
+        sum += &power;
+    }
+    sum
 }
 
 /// B with B Bᵀ = P, where P may be singular; `None` where P is not finite.

@@ -81,7 +81,7 @@ impl RegressionFit {
     }
 
     /// Says no more how sure the estimates are.
-    pub(crate) fn forget_uncertainty(&mut self) {
+    pub fn forget_uncertainty(&mut self) {
         self.estimates.iter_mut().for_each(|estimate| estimate.std = None);
         self.uncertainty.places.fill(None);
     }
