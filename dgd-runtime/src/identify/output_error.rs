@@ -38,7 +38,7 @@ const MOST_ROUNDS: usize = 10;
 const STABLE: f64 = 1e-6;
 
 /// [`OutputErrorProblem::negligible_reduction`], if nothing else is asked for.
-const NEGLIGIBLE_REDUCTION: f64 = 1e-6;
+pub(super) const NEGLIGIBLE_REDUCTION: f64 = 1e-6;
 
 /// The same where the cost is exact: 1e-9 of a standard deviation.
 const EXACT_REDUCTION: f64 = 1e-18;
