@@ -10,7 +10,8 @@ use crate::discovery::{
 };
 use crate::discrepancy::{AVERAGING_LENGTHS, discrepancy_windows};
 use crate::fitted::{Data, Fitted, NoFit, chi_square};
-use crate::search::Search;
+use crate::screen::{Score, sort};
+use crate::search::{Open, Search};
 use crate::verdict::Outcome;
 use dgd_screen::noise::SensorNoise;
 
@@ -67,7 +68,7 @@ pub(crate) fn traces(
                  before: Option<&Observations>,
                  after: Option<&Observations>| {
         let of_output = |(i, noise): (usize, &Option<SensorNoise>)| {
-            let noise = noise.as_ref()?.total();
+            let noise = noise.as_ref()?;
             let measured = recording.measured[i].clone()?;
             let simulated = |observations: Option<&Observations>| {
                 let value = |k: usize| observations.map_or(f64::NAN, |all| all.w(k)[i]);
@@ -78,6 +79,7 @@ pub(crate) fn traces(
             let windows =
                 discrepancy_windows(&recording.times, &residuals, noise, &AVERAGING_LENGTHS);
             let (name, unit) = outputs[i].clone();
+            let noise = noise.total();
             Some(OutputTrace { name, unit, noise, measured, before, after, windows })
         };
         RecordingTrace {
@@ -130,12 +132,16 @@ pub(crate) fn ranking_of(search: &Search<'_>) -> Vec<Ranked> {
 }
 
 /// What each candidate alone promised.
-pub(crate) fn screened(search: &mut Search<'_>) -> Vec<Screened> {
+pub(crate) fn screened(search: &Search<'_>) -> Vec<Screened> {
     let Some((sum, n)) = search.training_error(&[]) else { return Vec::new() };
     let excess = (sum - n as f64).max(1.0);
-    let screen = search.screens.get(&Vec::new());
-    let scores = screen.into_iter().flat_map(|screen| &screen.scores);
+    let screens = search.screens_of(Open::All, &[]);
+    let mut scores: Vec<Score> =
+        screens.iter().flat_map(|screen| screen.scores.iter()).cloned().collect();
+    scores.retain(|score| !search.doubled.contains(&score.candidate));
+    sort(&mut scores);
     scores
+        .into_iter()
         .map(|score| Screened {
             name: search.candidates[score.candidate].application.name(),
             share: score.gain / excess,
@@ -169,7 +175,7 @@ pub(crate) fn left_over(data: &Data<'_>, after: &Fitted) -> Option<Unexplained> 
     let output = &after.structure.system.signature().outputs[worst];
     let (noise, errors) = (data.noise[worst]?, residuals.first()?[worst].clone());
     let std = noise.total();
-    let windows = discrepancy_windows(&recording.times, &errors, std, &AVERAGING_LENGTHS);
+    let windows = discrepancy_windows(&recording.times, &errors, &noise, &AVERAGING_LENGTHS);
     Some(Unexplained {
         target: output.name.to_string(),
         windows: windows.iter().map(|window| [window.from, window.until]).collect(),

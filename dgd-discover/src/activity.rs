@@ -24,7 +24,7 @@ pub(crate) const AT_WORK: f64 = 0.05;
 /// And changes what it changes by more than this share of that.
 const ROUNDING: f64 = 1e-9;
 
-/// Stretches of time in which an effect is at work in a recording, s.
+/// Stretches of time in which an effect is at work in the first recording, s.
 pub(crate) fn windows(
     with: &Structure,
     without: &Structure,
@@ -32,7 +32,7 @@ pub(crate) fn windows(
     recording: &Recording,
     options: &Options,
 ) -> Vec<[f64; 2]> {
-    let changes = changes(with, without, values, recording, options);
+    let changes = changes(with, without, values, std::slice::from_ref(recording), options);
     let mut activity = vec![0.0_f64; recording.times.len()];
     for Change { by, .. } in &changes {
         let largest = by.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
@@ -48,22 +48,24 @@ pub(crate) fn windows(
 pub(crate) struct Change {
     /// The unknown of an equation, or an output.
     pub what: String,
-    /// d at each sample.
+    /// d at each sample of all recordings.
     pub by: Vec<f64>,
 }
 
-/// All rows that an effect changes along the trajectory of the structure that has it, or all outputs
-/// where it changes no row. What differs by rounding only does not count.
+/// All rows that an effect changes along the trajectories of the structure that has it, or all outputs
+/// where it changes no row in any recording. What differs by rounding only does not count.
 pub(crate) fn changes(
     with: &Structure,
     without: &Structure,
     values: &Values,
-    recording: &Recording,
+    recordings: &[Recording],
     options: &Options,
 ) -> Vec<Change> {
-    let Some((solution, outputs)) = run(&with.system, values, recording, options) else {
-        return Vec::new();
+    let runs = |system: &Loaded| -> Option<Vec<(Solution, Vec<f64>)>> {
+        let recordings = recordings.iter().enumerate();
+        recordings.map(|(r, recording)| run(system, values, (r, recording), options)).collect()
     };
+    let Some(own) = runs(&with.system) else { return Vec::new() };
     let of = |names: Vec<String>, a: &[f64], b: &[f64]| -> Vec<Change> {
         let n = names.len();
         let change = |(i, what): (usize, String)| {
@@ -77,27 +79,35 @@ pub(crate) fn changes(
         };
         names.into_iter().enumerate().filter_map(change).collect()
     };
-    if let Some((a, b)) = rows(with, without, values, recording, &solution) {
+    let in_rows = recordings.iter().enumerate().zip(&own);
+    let in_rows: Option<Vec<(Vec<f64>, Vec<f64>)>> = in_rows
+        .map(|(recording, (solution, _))| rows(with, without, values, recording, solution))
+        .collect();
+    if let Some(in_rows) = in_rows {
+        let (a, b): (Vec<Vec<f64>>, Vec<Vec<f64>>) = in_rows.into_iter().unzip();
         let unknowns = without.system.signature().unknowns.iter();
-        let changed = of(unknowns.map(|unknown| unknown.name.to_string()).collect(), &a, &b);
+        let names = unknowns.map(|unknown| unknown.name.to_string()).collect();
+        let changed = of(names, &a.concat(), &b.concat());
         if !changed.is_empty() {
             return changed;
         }
     }
-    let Some((_, others)) = run(&without.system, values, recording, options) else {
-        return Vec::new();
+    let Some(others) = runs(&without.system) else { return Vec::new() };
+    let outputs = |runs: Vec<(Solution, Vec<f64>)>| -> Vec<f64> {
+        runs.into_iter().flat_map(|(_, outputs)| outputs).collect()
     };
     let names = with.system.signature().outputs.iter().map(|output| output.name.to_string());
-    of(names.collect(), &outputs, &others)
+    of(names.collect(), &outputs(own), &outputs(others))
 }
 
+/// A run of one of the recordings, which stands at a position among them, and its outputs.
 fn run(
     system: &Loaded,
     values: &Values,
-    recording: &Recording,
+    (position, recording): (usize, &Recording),
     options: &Options,
 ) -> Option<(Solution, Vec<f64>)> {
-    let (p, start) = (values.parameters(system), values.starts(system, 0));
+    let (p, start) = (values.parameters(system), values.starts(system, position));
     let problem = Problem { system, p: &p, inputs: &recording.inputs, start: &start };
     let solution = simulate(&problem, &recording.times, options).ok()?;
     let w = observe(&problem, &solution).w;
@@ -109,7 +119,7 @@ fn rows(
     with: &Structure,
     without: &Structure,
     values: &Values,
-    recording: &Recording,
+    (position, recording): (usize, &Recording),
     solution: &Solution,
 ) -> Option<(Vec<f64>, Vec<f64>)> {
     let (a, b) = (&with.system, &without.system);
@@ -119,7 +129,7 @@ fn rows(
     let places = sb.unknowns.iter().map(|u| place(&u.name)).collect::<Option<Vec<_>>>()?;
     let (pa, pb) = (values.parameters(a), values.parameters(b));
     let (mut fa, mut fb) = (vec![0.0; sa.unknowns.len()], vec![0.0; sb.unknowns.len()]);
-    let start = values.starts(a, 0);
+    let start = values.starts(a, position);
     let inputs_of = |system: &Loaded, p: &[f64]| {
         let problem = Problem { system, p, inputs: &recording.inputs, start: &start };
         problem.inputs_read().ok().map(std::borrow::Cow::into_owned)
@@ -171,7 +181,7 @@ fn stretches(times: &[f64], activity: &[f64]) -> Vec<[f64; 2]> {
     all
 }
 
-/// The unknown on which two fitted structures disagree most in a recording, in units of its size:
+/// The unknown on which two fitted structures disagree most in the first recording, in units of its size:
 /// its name, the largest difference in SI and its unit. `None` where they agree on all to a
 /// hundredth.
 pub(crate) fn largest_disagreement(
@@ -181,8 +191,8 @@ pub(crate) fn largest_disagreement(
     options: &Options,
 ) -> Option<(String, f64, Unit)> {
     let (sa, sb) = (&a.structure.system, &b.structure.system);
-    let (ya, _) = run(sa, &a.values, recording, options)?;
-    let (yb, _) = run(sb, &b.values, recording, options)?;
+    let (ya, _) = run(sa, &a.values, (0, recording), options)?;
+    let (yb, _) = run(sb, &b.values, (0, recording), options)?;
     let mut worst: Option<(f64, (String, f64, Unit))> = None;
     for (i, unknown) in sa.signature().unknowns.iter().enumerate() {
         let other = sb.signature().unknowns.iter().position(|other| other.name == unknown.name);

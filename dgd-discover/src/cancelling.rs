@@ -14,6 +14,7 @@
 //! over into a tank runs over there.
 
 use crate::activity::{AT_WORK, Change, changes};
+use crate::fitted::Fitted;
 use crate::search::Search;
 
 /// An effect takes another back where they leave less than this share of it, root mean square: the
@@ -21,36 +22,51 @@ use crate::search::Search;
 const LEFT: f64 = 0.2;
 
 impl Search<'_> {
-    /// Two effects of a structure of which one does nothing but take back what the other does.
+    /// Two effects of a structure of which one does nothing but take back what the other does, in all
+    /// training recordings together.
     pub(crate) fn cancelling(&self, chosen: &[usize]) -> Option<[usize; 2]> {
         let fitted = self.fitted(chosen)?;
-        let without = |some: &[usize]| {
-            let rest: Vec<usize> = chosen.iter().copied().filter(|c| !some.contains(c)).collect();
-            self.base.structure(self.candidates, &rest).ok()
-        };
+        *fitted.cancelling.get_or_init(|| self.taken_back(fitted))
+    }
+
+    fn taken_back(&self, fitted: &Fitted) -> Option<[usize; 2]> {
+        let chosen = &fitted.structure.candidates;
+        if chosen.len() < 2 {
+            return None;
+        }
         let by = |some: &[usize]| {
-            let (values, recording) = (&fitted.values, &self.data.train[0]);
-            let without = without(some)?;
-            Some(changes(&fitted.structure, &without, values, recording, &self.data.options))
+            let rest: Vec<usize> = chosen.iter().copied().filter(|c| !some.contains(c)).collect();
+            let without = self.base.structure(self.candidates, &rest).ok()?;
+            let (values, train) = (&fitted.values, self.data.train);
+            Some(changes(&fitted.structure, &without, values, train, &self.data.options))
         };
-        let pairs = chosen
-            .iter()
-            .enumerate()
-            .flat_map(|(i, a)| chosen[i + 1..].iter().map(move |b| [*a, *b]));
-        let taken_back = |[a, b]: [usize; 2]| {
-            let (by_a, by_b, by_both) = (by(&[a])?, by(&[b])?, by(&[a, b])?);
-            if do_cancel(&by_a, &by_b, &by_both) {
+        let alone: Vec<Option<Vec<Change>>> = chosen.iter().map(|c| by(&[*c])).collect();
+        let pairs = (0..chosen.len()).flat_map(|i| (i + 1..chosen.len()).map(move |j| (i, j)));
+        let taken_back = |(i, j): (usize, usize)| {
+            let (Some(by_a), Some(by_b)) = (&alone[i], &alone[j]) else { return None };
+            if !are_at_one_place(by_a, by_b) {
+                return None;
+            }
+            let [a, b] = [chosen[i], chosen[j]];
+            let by_both = by(&[a, b])?;
+            if is_taken_back(by_b, &by_both) {
                 return Some([a, b]);
             }
-            do_cancel(&by_b, &by_a, &by_both).then_some([b, a])
+            is_taken_back(by_a, &by_both).then_some([b, a])
         };
         pairs.into_iter().find_map(taken_back)
     }
 }
 
-/// Whether an effect takes another back: what the other changes, what it changes, and what both change.
-fn do_cancel(by_other: &[Change], by_one: &[Change], by_both: &[Change]) -> bool {
-    let is_taken_back = |change: &Change| {
+/// Whether two effects change the same rows.
+fn are_at_one_place(by_one: &[Change], by_other: &[Change]) -> bool {
+    !by_one.is_empty() && by_one.iter().map(|c| &c.what).eq(by_other.iter().map(|c| &c.what))
+}
+
+/// Whether an effect is taken back by another at the same place, from what it changes and what both
+/// change: little is left while it is at work.
+fn is_taken_back(by_one: &[Change], by_both: &[Change]) -> bool {
+    by_one.iter().all(|change| {
         let largest = change.by.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
         let Some(both) = by_both.iter().find(|both| both.what == change.what) else { return false };
         let (mut own, mut left) = (0.0, 0.0);
@@ -59,9 +75,7 @@ fn do_cancel(by_other: &[Change], by_one: &[Change], by_both: &[Change]) -> bool
             left += both.by[k] * both.by[k];
         }
         left < LEFT * LEFT * own
-    };
-    let is_same_place = by_one.iter().map(|c| &c.what).eq(by_other.iter().map(|c| &c.what));
-    is_same_place && !by_one.is_empty() && by_one.iter().all(is_taken_back)
+    })
 }
 
 #[cfg(test)]
@@ -79,7 +93,8 @@ mod tests {
     /// Whether the second of two changes of a level takes the first back.
     fn takes_back(first: impl Fn(f64) -> f64, second: impl Fn(f64) -> f64) -> bool {
         let both = change("level", |t| first(t) + second(t));
-        do_cancel(&[change("level", first)], &[change("level", second)], &[both])
+        let (first, second) = ([change("level", first)], [change("level", second)]);
+        are_at_one_place(&first, &second) && is_taken_back(&second, &[both])
     }
 
     #[test]
@@ -96,7 +111,6 @@ mod tests {
         let (out, into) = (step(20.0, -1.0), step(20.0, 1.0));
         let overflow = [change("upper", &out), change("lower", &into)];
         let second = [change("lower", &out)];
-        let both = [change("upper", &out), change("lower", |_| 0.0)];
-        assert!(!do_cancel(&overflow, &second, &both));
+        assert!(!are_at_one_place(&overflow, &second));
     }
 }

@@ -22,6 +22,7 @@
 use std::fmt;
 
 use dgd_execute::Loaded;
+use dgd_runtime::linearize::Elimination;
 use dgd_runtime::{Inputs, Pattern, Point, Side, Solution, System};
 use nalgebra::DMatrix;
 
@@ -38,8 +39,8 @@ use crate::missing_terms::MissingTerms;
 /// |---|---|---|
 /// | `transitions[k]` | Φ | n × n, n differential unknowns; one less than samples |
 /// | `responses[k]` | Γ | n × n_d, one column for each place |
-/// | `states_seen[k]` | C | n_w × n |
-/// | `inputs_seen[k]` | D | n_w × n_d |
+/// | `seen[k].states` | C | n_w × n |
+/// | `seen[k].inputs` | D | n_w × n_d |
 #[derive(Debug, Clone)]
 pub struct Deviations {
     /// The samples' times, s.
@@ -185,11 +186,9 @@ struct Linearization<'a> {
     inputs: &'a Inputs,
     n_places: usize,
     differential: Vec<usize>,
-    algebraic: Vec<usize>,
     /// The model's inputs, and the unknown ones: zeros unless they are given.
     u: Vec<f64>,
     slopes: Vec<f64>,
-    mass: Vec<f64>,
     f: Vec<f64>,
     dfdt: Vec<f64>,
     dfdy: Vec<f64>,
@@ -205,8 +204,6 @@ impl<'a> Linearization<'a> {
         let system = model.system();
         let signature = system.signature();
         let n = signature.unknowns.len();
-        let (differential, algebraic) =
-            (0..n).partition(|i| signature.unknowns.is_differential(*i));
         let n_u = signature.inputs.len();
         let n_places = model.places().len();
         let given = inputs.len();
@@ -217,11 +214,9 @@ impl<'a> Linearization<'a> {
             p,
             inputs,
             n_places,
-            differential,
-            algebraic,
+            differential: (0..n).filter(|i| signature.unknowns.is_differential(*i)).collect(),
             u: vec![0.0; n_u],
             slopes: vec![0.0; n_u],
-            mass: vec![0.0; n],
             f: vec![0.0; n],
             dfdt: vec![0.0; n],
             dfdy: vec![0.0; signature.jacobian.len()],
@@ -239,8 +234,8 @@ impl<'a> Linearization<'a> {
 
     /// A, B, C, D at a point; `None` where they do not exist.
     fn at(&mut self, t: f64, side: Side, y: &[f64], z: &[f64]) -> Option<StateSpace> {
-        self.evaluate(t, side, y, z);
-        self.eliminate()
+        let (elimination, rows) = self.eliminated(t, side, y, z)?;
+        self.space(&elimination, &rows)
     }
 
     /// A, B, C, D in the middle between the k-th and the next sample.
@@ -251,27 +246,30 @@ impl<'a> Linearization<'a> {
             y[i] = f64::midpoint(y[i], trajectory.y(k + 1)[i]);
         }
         let z = trajectory.z(k);
-        self.evaluate(t, Side::Right, &y, z);
-        if !self.algebraic.is_empty() {
-            // z ← z − g_z⁻¹ g
-            let jacobian = self.jacobian();
-            let g_z = jacobian.select_rows(&self.algebraic).select_columns(&self.algebraic);
-            let g = DMatrix::from_fn(self.algebraic.len(), 1, |i, _| self.f[self.algebraic[i]]);
-            let correction = g_z.lu().solve(&g)?;
-            for (&i, correction) in self.algebraic.iter().zip(correction.iter()) {
-                y[i] -= correction;
+        let (mut elimination, mut rows) = self.eliminated(t, Side::Right, &y, z)?;
+        if !elimination.eliminated.is_empty() {
+            let step = elimination.step(&self.f);
+            for (&i, step) in elimination.eliminated.iter().zip(&step) {
+                y[i] += step;
             }
-            self.evaluate(t, Side::Right, &y, z);
+            (elimination, rows) = self.eliminated(t, Side::Right, &y, z)?;
         }
-        self.eliminate()
+        self.space(&elimination, &rows)
     }
 
-    /// All derivatives at a point: the one place that asks the model.
-    fn evaluate(&mut self, t: f64, side: Side, y: &[f64], z: &[f64]) {
+    /// How algebraic unknowns follow at a point, and ∂f/∂(y, d): the one place that asks the model.
+    /// Nothing where they are not determined, and in modes in which other unknowns are differential than
+    /// at the start.
+    fn eliminated(
+        &mut self,
+        t: f64,
+        side: Side,
+        y: &[f64],
+        z: &[f64],
+    ) -> Option<(Elimination, DMatrix<f64>)> {
         let given = self.inputs.len();
         self.inputs.value(t, side, &mut self.u[..given]);
         let at = Point { t, y, u: &self.u, p: self.p, z };
-        self.system.mass(at, &mut self.mass);
         self.system.linearize(at, &self.slopes, &mut self.f, &mut self.dfdy, &mut self.dfdt);
         self.system.input_jacobian(at, &mut self.dfdu);
         self.system.output_jacobians(
@@ -281,51 +279,45 @@ impl<'a> Linearization<'a> {
             &mut self.dwdp,
             &mut self.dwdt,
         );
-    }
-
-    fn jacobian(&self) -> DMatrix<f64> {
-        let n = self.f.len();
-        dense(&self.system.signature().jacobian, &self.dfdy, n, n, 0)
-    }
-
-    /// A = f_x − f_z g_z⁻¹ g_x and its kin; nothing in modes in which other unknowns are
-    /// differential than at the start.
-    fn eliminate(&self) -> Option<StateSpace> {
         let signature = self.system.signature();
-        let is_differential = |i: &usize| self.mass[*i] != 0.0;
-        if self.algebraic.iter().any(is_differential)
-            || !self.differential.iter().all(is_differential)
-        {
-            return None;
-        }
-        let (n, n_w, own) = (self.f.len(), self.n_w(), self.u.len() - self.n_places);
-        let [by_y, by_u, _] = &signature.output_jacobians;
-        let f_y = self.jacobian();
-        let f_d = dense(&signature.input_jacobian, &self.dfdu, n, self.n_places, own);
-        let w_y = dense(by_y, &self.dwdy, n_w, n, 0);
-        let w_d = dense(by_u, &self.dwdu, n_w, self.n_places, own);
+        let by_y = (&signature.jacobian, self.dfdy.as_slice());
+        let rows = self.rows(self.f.len(), by_y, (&signature.input_jacobian, &self.dfdu));
+        let elimination = Elimination::new(self.system, at, &rows).ok()?;
+        (elimination.states == self.differential).then_some((elimination, rows))
+    }
 
-        let (x, z) = (&self.differential, &self.algebraic);
-        let f_x = f_y.select_rows(x);
-        let mut space = StateSpace {
-            a: f_x.select_columns(x),
-            b: f_d.select_rows(x),
-            c: w_y.select_columns(x),
-            d: w_d,
-        };
-        if !z.is_empty() {
-            let g = f_y.select_rows(z);
-            let lu = g.select_columns(z).lu();
-            let by_state = lu.solve(&g.select_columns(x))?;
-            let by_input = lu.solve(&f_d.select_rows(z))?;
-            let (f_z, w_z) = (f_x.select_columns(z), w_y.select_columns(z));
-            space.a -= &f_z * &by_state;
-            space.b -= &f_z * &by_input;
-            space.c -= &w_z * &by_state;
-            space.d -= &w_z * &by_input;
+    /// Rows of derivatives to y, then to d, from their non-zeros to y and u.
+    fn rows(
+        &self,
+        number: usize,
+        by_y: (&Pattern, &[f64]),
+        by_u: (&Pattern, &[f64]),
+    ) -> DMatrix<f64> {
+        let (n, own) = (self.f.len(), self.u.len() - self.n_places);
+        let mut matrix = DMatrix::zeros(number, n + self.n_places);
+        for ((row, column), value) in by_y.0.positions().zip(by_y.1) {
+            matrix[(row, column)] = *value;
         }
-        let parts = [&space.a, &space.b, &space.c, &space.d];
-        parts.iter().all(|part| part.iter().all(|x| x.is_finite())).then_some(space)
+        for ((row, column), value) in by_u.0.positions().zip(by_u.1) {
+            if column >= own {
+                matrix[(row, n + column - own)] = *value;
+            }
+        }
+        matrix
+    }
+
+    /// A, B, C, D where the model was asked last.
+    fn space(&self, elimination: &Elimination, rows: &DMatrix<f64>) -> Option<StateSpace> {
+        let [by_y, by_u, _] = &self.system.signature().output_jacobians;
+        let outputs = self.rows(self.n_w(), (by_y, &self.dwdy), (by_u, &self.dwdu));
+        let (states, outputs) = (elimination.of_states(rows), elimination.reduced(&outputs));
+        let n = self.differential.len();
+        let split = |rows: &DMatrix<f64>| {
+            [rows.columns(0, n).into_owned(), rows.columns(n, self.n_places).into_owned()]
+        };
+        let ([a, b], [c, d]) = (split(&states), split(&outputs));
+        let is_finite = states.iter().chain(&outputs).all(|x| x.is_finite());
+        is_finite.then_some(StateSpace { a, b, c, d })
     }
 
     /// Sizes of the differential unknowns: declared, or the largest on the trajectory, or one of the
@@ -343,21 +335,4 @@ impl<'a> Linearization<'a> {
             })
             .collect()
     }
-}
-
-/// The columns from `first` on of a matrix given by its non-zeros.
-fn dense(
-    pattern: &Pattern,
-    values: &[f64],
-    rows: usize,
-    columns: usize,
-    first: usize,
-) -> DMatrix<f64> {
-    let mut matrix = DMatrix::zeros(rows, columns);
-    for ((row, column), value) in pattern.positions().zip(values) {
-        if let Some(column) = column.checked_sub(first) {
-            matrix[(row, column)] = *value;
-        }
-    }
-    matrix
 }

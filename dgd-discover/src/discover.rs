@@ -28,7 +28,7 @@ use crate::found::{Found, parameters};
 use crate::keeping::Keeping;
 use crate::missing::missing_inputs;
 use crate::screen::StartPoint;
-use crate::search::Search;
+use crate::search::{Open, Search};
 use crate::structure::{BaseModel, Values};
 use crate::verdict::Outcome;
 use crate::weights::noise_of;
@@ -154,7 +154,7 @@ pub fn discover(
         tried: BTreeMap::new(),
         screens: BTreeMap::new(),
         settled: BTreeSet::new(),
-        open: 0..of_library,
+        open: Open::Library,
         doubled: BTreeSet::new(),
     };
     let failed = |NoFit(reason): NoFit| DiscoverError::BaseModel(reason);
@@ -167,7 +167,7 @@ pub fn discover(
         Outcome::Unexplained(_) => (Verdict::Unexplained, Vec::new()),
     };
 
-    let first = if of_library > 0 { 0..of_library } else { 0..candidates.len() };
+    let first = if of_library > 0 { Open::Library } else { Open::Templates };
     let p_value = p_value_of_the_base(&search, first, request.seed);
     let evidence: Vec<_> =
         chosen.iter().map(|&c| evidence(&mut search, &chosen, c, request.seed)).collect();
@@ -204,7 +204,7 @@ pub fn discover(
         traces: traces(request, &data, &before, &after),
         missing,
         ranking: ranking_of(&search),
-        screened: screened(&mut search),
+        screened: screened(&search),
         base_parameters: parameters(&before, &[]),
         corrected_parameters: parameters(&after, &[]),
         corrected: corrected(request.base, request.sources, &after, diagnostics)
@@ -230,6 +230,7 @@ fn refined(search: &Search<'_>, chosen: &[usize], data: &Data<'_>) -> Result<Fit
     let structure = fitted.structure.clone();
     let points = [StartPoint::default()];
     let mut fitted = Fitted::new(structure, &fitted.values, &points, data, LAST_EVALUATIONS)?;
+    fitted.know_correlations(data);
     fitted.hold_out(data, LAST_EVALUATIONS);
     Ok(fitted)
 }

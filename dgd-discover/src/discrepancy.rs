@@ -10,9 +10,17 @@
 //! Bonferroni's bound over all samples and lengths: a record of noise has a window in one case in a
 //! thousand at most. Short lengths find short misfits of several σ, long ones find faint and lasting
 //! ones.
+//!
+//! Where the noise has a correlated part of variance c² and memory T, the sum of m samples has a variance
+//! of
+//!
+//! ```text
+//!   σ² m + c² (m + 2 Σ_{i<j} e^(−(t_j − t_i)/T))
+//! ```
 
 use crate::windows::{Window, gather};
 use dgd_screen::distribution::normal_threshold;
+use dgd_screen::noise::SensorNoise;
 
 /// Lengths of the moving averages, s.
 pub const AVERAGING_LENGTHS: [f64; 4] = [10.0, 30.0, 100.0, 300.0];
@@ -20,13 +28,12 @@ pub const AVERAGING_LENGTHS: [f64; 4] = [10.0, 30.0, 100.0, 300.0];
 /// How often a record of noise may have a window.
 const FALSE_ALARMS: f64 = 1e-3;
 
-/// Windows in which the residuals of one output stand out from white noise of standard deviation
-/// `noise`, in order of time.
+/// Windows in which the residuals of one output stand out from its noise, in order of time.
 ///
 /// Each average above its threshold marks the inner half of its length, so that averages on the
 /// flank of a misfit do not widen it. Lengths are taken in ascending order, and what a shorter one
 /// has marked is left out of the longer ones, which would smear it. A length below the spacing of
-/// samples is one sample. Samples that are not finite are skipped. There are no windows where `noise`
+/// samples is one sample. Samples that are not finite are skipped. There are no windows where the noise
 /// is not positive.
 ///
 /// # Panics
@@ -35,12 +42,12 @@ const FALSE_ALARMS: f64 = 1e-3;
 pub fn discrepancy_windows(
     times: &[f64],
     residuals: &[f64],
-    noise: f64,
+    noise: &SensorNoise,
     lengths: &[f64],
 ) -> Vec<Window> {
     assert_eq!(times.len(), residuals.len(), "a residual for each time");
     let valid: Vec<usize> = (0..times.len()).filter(|k| residuals[*k].is_finite()).collect();
-    if valid.is_empty() || lengths.is_empty() || !(noise > 0.0 && noise.is_finite()) {
+    if valid.is_empty() || lengths.is_empty() || !(noise.std > 0.0 && noise.std.is_finite()) {
         return Vec::new();
     }
     let mut lengths = lengths.to_vec();
@@ -69,7 +76,7 @@ pub fn discrepancy_windows(
 fn standing_out(
     times: &[f64],
     residuals: &[f64],
-    noise: f64,
+    noise: &SensorNoise,
     left: &[usize],
     length: f64,
     threshold: f64,
@@ -78,6 +85,18 @@ fn standing_out(
     for &k in left {
         sums.push(sums[sums.len() - 1] + residuals[k]);
     }
+    let left_times: Vec<f64> = left.iter().map(|k| times[*k]).collect();
+    let pairs = noise.colour.map(|colour| (colour, Pairs::new(&left_times, colour.memory)));
+    let std = |first: usize, end: usize| {
+        let m = (end - first) as f64;
+        match &pairs {
+            None => m.sqrt() * noise.std,
+            Some((colour, pairs)) => {
+                let of_colour = m + 2.0 * pairs.sum(first, end);
+                (m * noise.std * noise.std + of_colour * colour.std * colour.std).sqrt()
+            }
+        }
+    };
     let (mut first, mut end) = (0, 0);
     let mut found = Vec::new();
     for (centre, &k) in left.iter().enumerate() {
@@ -88,11 +107,75 @@ fn standing_out(
         while end < left.len() && times[left[end]] <= times[k] + 0.5 * length {
             end += 1;
         }
-        let m = (end - first) as f64;
-        let sigma = (sums[end] - sums[first]) / (m.sqrt() * noise);
+        let sigma = (sums[end] - sums[first]) / std(first, end);
         if sigma.abs() > threshold {
             found.push((centre, sigma));
         }
     }
     found
+}
+
+/// Correlations of all pairs of samples between any two, Σ ρ(t_j − t_i) with ρ(τ) = e^(−τ/T).
+struct Pairs {
+    /// ρ from each sample to the next.
+    to_next: Vec<f64>,
+    /// Σ_{i≤k} ρ(t_k − t_i) and Σ_{j≥k} ρ(t_j − t_k).
+    back: Vec<f64>,
+    ahead: Vec<f64>,
+    /// Σ_{j<k} Σ_{i<j} ρ(t_j − t_i), one more than samples.
+    before: Vec<f64>,
+    times: Vec<f64>,
+    memory: f64,
+}
+
+impl Pairs {
+    fn new(times: &[f64], memory: f64) -> Pairs {
+        let n = times.len();
+        let to_next: Vec<f64> =
+            times.windows(2).map(|pair| ((pair[0] - pair[1]) / memory).exp()).collect();
+        let (mut back, mut ahead, mut before) = (vec![1.0; n], vec![1.0; n], vec![0.0]);
+        for k in 1..n {
+            back[k] += to_next[k - 1] * back[k - 1];
+        }
+        for k in (1..n).rev() {
+            ahead[k - 1] += to_next[k - 1] * ahead[k];
+        }
+        for k in 0..n {
+            before.push(before[k] + back[k] - 1.0);
+        }
+        Pairs { to_next, back, ahead, before, times: times.to_vec(), memory }
+    }
+
+    /// Of the samples from `first` to before `end`.
+    fn sum(&self, first: usize, end: usize) -> f64 {
+        let inner = self.before[end] - self.before[first];
+        let Some(last) = first.checked_sub(1) else { return inner };
+        // Less those with a sample before: Σ_j ρ(t_j − t_last) times Σ_i ρ(t_last − t_i).
+        let beyond = self
+            .times
+            .get(end)
+            .map_or(0.0, |t| ((self.times[first] - t) / self.memory).exp() * self.ahead[end]);
+        inner - self.back[last] * self.to_next[last] * (self.ahead[first] - beyond)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Pairs;
+
+    #[test]
+    fn pairs_between_any_two_samples_are_those_summed_one_by_one() {
+        let times: Vec<f64> = (0..60).map(|k| f64::from(k) + f64::from(k % 7) * 0.1).collect();
+        let memory = 4.0;
+        let pairs = Pairs::new(&times, memory);
+        for (first, end) in [(0, 60), (0, 1), (7, 30), (40, 60), (12, 14)] {
+            let mut sum = 0.0;
+            for j in first..end {
+                for i in first..j {
+                    sum += ((times[i] - times[j]) / memory).exp();
+                }
+            }
+            assert!((pairs.sum(first, end) - sum).abs() < 1e-9, "{first}..{end}");
+        }
+    }
 }

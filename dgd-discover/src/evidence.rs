@@ -8,15 +8,13 @@
 //! - inclusion: blocks are drawn with replacement; how often has the structure with the least
 //!   criterion the effect?
 
-use std::ops::Range;
-
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
 use crate::discovery::Evidence;
 use crate::resampled::{BLOCKS, RESAMPLES, gain, p_value};
 use crate::screen::{blocks, weighted};
-use crate::search::Search;
+use crate::search::{Open, Search};
 
 /// Evidence for one effect of a structure.
 pub(crate) fn evidence(
@@ -43,11 +41,7 @@ pub(crate) fn evidence(
 
 /// Probability that, with nothing hidden, the best candidate promises as much as it does in the base
 /// model. `None` where there is nothing to try.
-pub(crate) fn p_value_of_the_base(
-    search: &Search<'_>,
-    first: Range<usize>,
-    seed: u64,
-) -> Option<f64> {
+pub(crate) fn p_value_of_the_base(search: &Search<'_>, first: Open, seed: u64) -> Option<f64> {
     let trials = search.trials_in_the_base(first);
     let mut random = Pcg64::new(u128::from(seed), 0);
     (!trials.is_empty()).then(|| p_value(&trials, gain(&trials), &mut random))

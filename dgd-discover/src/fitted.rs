@@ -1,5 +1,7 @@
 //! Structures with estimated parameters, and how far they are from the data.
 
+use std::sync::OnceLock;
+
 use dgd_runtime::identify::{
     Estimate, EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Recording, Starts,
     StoppingRule, evaluate, fit, fit_starts,
@@ -45,6 +47,8 @@ pub(crate) struct Fitted {
     /// All parameters, SI.
     pub p: Vec<f64>,
     pub estimates: Vec<Estimate>,
+    /// Positions of the parameters among these that were moved from sample to sample, not fitted.
+    pub moments: Vec<usize>,
     /// Whether the fit ended at a minimum.
     pub is_converged: bool,
     /// Σ ε² of the training recordings and how many samples, with the noise that was known last.
@@ -53,6 +57,8 @@ pub(crate) struct Fitted {
     pub train: Vec<Observations>,
     /// The same for held-out recordings; `None` where they were not or cannot be simulated.
     pub valid: Option<Vec<Observations>>,
+    /// Two of its effects of which the second only takes the first back, once that was asked.
+    pub cancelling: OnceLock<Option<[usize; 2]>>,
 }
 
 /// Where a fit of a structure ended: all that takes long to find.
@@ -60,6 +66,7 @@ struct Ended {
     p: Vec<f64>,
     starts: Vec<Starts>,
     estimates: Vec<Estimate>,
+    moments: Vec<usize>,
     is_converged: bool,
 }
 
@@ -88,15 +95,25 @@ impl Fitted {
         let ended = kept(data.keeping.journal, key, || {
             Ended::new(&structure, from, points, data, evaluations)
         })?;
-        let Ended { p, starts, estimates, is_converged } = ended;
+        let Ended { p, starts, estimates, moments, is_converged } = ended;
         let values = Values::of(&structure.system, &p, &starts);
         let recordings = with_starts(data.train, from, &structure);
         let problem = problem(&structure, &p, &recordings, data, evaluations);
         let Evaluation { observations: train, .. } =
             evaluate(&problem, &p, &starts).map_err(|error| NoFit(error.to_string()))?;
-        let (error, valid) = ((0.0, 0), None);
-        let mut fitted =
-            Fitted { structure, values, p, estimates, is_converged, error, train, valid };
+        let (error, valid, cancelling) = ((0.0, 0), None, OnceLock::new());
+        let mut fitted = Fitted {
+            structure,
+            values,
+            p,
+            estimates,
+            moments,
+            is_converged,
+            error,
+            train,
+            valid,
+            cancelling,
+        };
         fitted.weigh(data);
         Ok(fitted)
     }
@@ -147,7 +164,7 @@ impl Ended {
         let system = &structure.system;
         let signature = system.signature();
         let recordings = with_starts(data.train, from, structure);
-        let mut best: Option<(Fit, Vec<Estimate>)> = None;
+        let mut best: Option<(Fit, Moments)> = None;
         let mut failure = None;
         for point in points {
             let at = |values: &[(String, f64)]| {
@@ -169,15 +186,17 @@ impl Ended {
                 }
             }
         }
-        let Some((fit, estimates)) = best else {
+        let Some((fit, moments)) = best else {
             return Err(NoFit(format!("cannot be fitted: {}", failure.unwrap_or_default())));
         };
+        let estimates = moments.estimates(system, &fit);
         let is_converged = fit.termination.is_converged();
-        Ok(Ended { p: fit.p, starts: fit.starts, estimates, is_converged })
+        let moments = moments.parameters;
+        Ok(Ended { p: fit.p, starts: fit.starts, estimates, moments, is_converged })
     }
 }
 
-keep_by_fields!(Ended { p, starts, estimates, is_converged });
+keep_by_fields!(Ended { p, starts, estimates, moments, is_converged });
 
 impl Kept for NoFit {
     fn write(&self, bytes: &mut Vec<u8>) {
@@ -202,14 +221,14 @@ fn is_near(problem: &OutputErrorProblem<'_, dgd_execute::Loaded>, cost: f64) -> 
     cost < NEAR * samples as f64
 }
 
-/// A fit from the better of two points, in which moments at which readings jump are moved sample by
-/// sample; and all estimates.
+/// A fit from the better of two points, and the moments at which readings jump, which were moved sample by
+/// sample.
 fn fitted(
     problem: &OutputErrorProblem<'_, dgd_execute::Loaded>,
     other: &[f64],
     structure: &Structure,
     own_weights: bool,
-) -> Result<(Fit, Vec<Estimate>), EstimateError> {
+) -> Result<(Fit, Moments), EstimateError> {
     let mut p = problem.p.to_vec();
     let starts: Vec<Starts> = problem.recordings.iter().map(|r| r.start.clone()).collect();
     let moments = Moments::jumping(problem, &structure.onsets, &mut p, &starts);
@@ -257,8 +276,7 @@ fn fitted(
         let recordings = recordings.as_slice();
         best = fit(&OutputErrorProblem { p: &best.p, recordings, noise, free, ..problem.clone() })?;
     }
-    let estimates = moments.estimates(problem.system, &best);
-    Ok((best, estimates))
+    Ok((best, moments))
 }
 
 /// Σ ε² and the number of samples behind it, ε being what is left of errors, in units of the noise,

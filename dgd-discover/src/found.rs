@@ -73,7 +73,7 @@ impl Found<'_> {
         let mut all: Vec<(Alternative, Vec<usize>)> = Vec::new();
         for other in 0..self.search.candidates.len() {
             let name = self.search.candidates[other].name();
-            if rest.contains(&other) || name == own || !self.search.open.contains(&other) {
+            if rest.contains(&other) || name == own || !self.search.is_open(other) {
                 continue;
             }
             let mut exchanged = rest.to_vec();

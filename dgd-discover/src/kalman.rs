@@ -1,11 +1,12 @@
 //! A Kalman filter and smoother for deviations with one unknown input.
 //!
-//! The state is z = [δx; d], with d a random walk that steps at the samples:
+//! The state is z = [δx; n; d], with d a random walk that steps at the samples and n the correlated noise
+//! of each sensor that has such, of variance c² and with a memory of τ:
 //!
 //! ```text
-//!   z(k+1) = F z(k) + w,   F = [Φ Γ; 0 1],   w ~ N(0, diag(0, q h))
-//!   r = H z + v,           H = [C D],        v ~ N(0, σ²), independent for each output
-//!   δx(0) ~ N(0, sizes²),  d(0) ~ N(0, q T)
+//!   z(k+1) = F z(k) + w,   F = [Φ 0 Γ; 0 φ 0; 0 0 1],   w ~ N(0, diag(0, c² (1 − φ²), q h)),   φ = e^(−h/τ)
+//!   r = H z + v,           H = [C I D],                 v ~ N(0, σ²), independent for each output
+//!   δx(0) ~ N(0, sizes²),  n(0) ~ N(0, c²),  d(0) ~ N(0, q T)
 //! ```
 //!
 //! so that q = 0 is the model with nothing missing. Measurements are taken one by one; covariances
@@ -26,26 +27,31 @@
 // Sizes are constants only once inlined where they are.
 #![allow(clippy::inline_always)]
 
+use crate::colour::Whitener;
 use crate::deviations::Deviations;
+use dgd_screen::noise::{Colour, SensorNoise};
 
 /// Numbers that the kernels below take at once.
 const LANES: usize = 4;
 
 /// Deviations with one unknown input, and what was measured of them.
 ///
-/// Between δx and d, z is filled up with zeros to a multiple of [`LANES`].
+/// Between n and d, z is filled up with zeros to a multiple of [`LANES`].
 #[derive(Debug)]
 pub(crate) struct Chain {
     /// Length of z.
     n: usize,
-    /// [Φ Γ] of each interval, row by row; the last row of F is not stored.
+    /// F of each interval, row by row, without its last row.
     transitions: Vec<f64>,
-    /// Length of each interval, s.
+    /// Times of the samples, and length of each interval, s.
+    times: Vec<f64>,
     intervals: Vec<f64>,
-    /// Variances of δx(0).
+    /// Variances of δx(0) and n(0).
     start: Vec<f64>,
-    /// T, s.
-    duration: f64,
+    /// Number of differential unknowns: where n begins.
+    states: usize,
+    /// Noise of each output.
+    noise: Vec<Option<SensorNoise>>,
     /// All measurements, in order of time.
     pub(crate) measurements: Vec<Measurement>,
     /// H of each measurement.
@@ -100,47 +106,68 @@ struct Filter {
 
 impl Chain {
     /// The chain with the unknown input at one place. `residuals` has n_w numbers per sample, those
-    /// that are not finite were not measured; outputs whose noise is not a positive number are left
-    /// out.
+    /// that are not finite were not measured; outputs without noise, or whose white one is not a positive
+    /// number, are left out.
     pub(crate) fn new(
         deviations: &Deviations,
         place: usize,
         residuals: &[f64],
-        noise: &[f64],
+        noise: &[Option<SensorNoise>],
     ) -> Self {
         let (times, n_w) = (&deviations.times, deviations.n_outputs);
         let states = deviations.n();
-        let n = (states + 1).next_multiple_of(LANES);
+        let intervals: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let coloured: Vec<(usize, Colour)> = noise
+            .iter()
+            .enumerate()
+            .filter_map(|(output, noise)| Some((output, noise.as_ref()?.colour?)))
+            .collect();
+        let n = (states + coloured.len() + 1).next_multiple_of(LANES);
         let mut transitions = vec![0.0; deviations.transitions.len() * n * (n - 1)];
-        let systems = deviations.transitions.iter().zip(&deviations.responses);
-        for (f, (transition, response)) in transitions.chunks_exact_mut(n * (n - 1)).zip(systems) {
+        let systems = deviations.transitions.iter().zip(&deviations.responses).zip(&intervals);
+        let matrices = transitions.chunks_exact_mut(n * (n - 1));
+        for (f, ((transition, response), h)) in matrices.zip(systems) {
             for (i, row) in f.chunks_exact_mut(n).enumerate().take(states) {
                 for (entry, phi) in row.iter_mut().zip(transition.row(i).iter()) {
                     *entry = *phi;
                 }
                 row[n - 1] = response[(i, place)];
             }
+            for (i, (_, colour)) in coloured.iter().enumerate() {
+                f[(states + i) * (n + 1)] = (-h / colour.memory).exp();
+            }
         }
         let (mut measurements, mut rows, mut begin) = (Vec::new(), Vec::new(), vec![0]);
         for (sample, seen) in deviations.seen.iter().enumerate() {
             for output in 0..n_w {
-                let (value, std) = (residuals[sample * n_w + output], noise[output]);
-                let Some(seen) = seen else { continue };
+                let value = residuals[sample * n_w + output];
+                let (Some(seen), Some(SensorNoise { std, .. })) = (seen, noise[output]) else {
+                    continue;
+                };
                 if value.is_finite() && std > 0.0 && std.is_finite() {
                     measurements.push(Measurement { sample, output, value, variance: std * std });
-                    rows.extend(seen.states.row(output).iter());
-                    rows.resize(rows.len() + n - 1 - states, 0.0);
-                    rows.push(seen.inputs[(output, place)]);
+                    let mut row = vec![0.0; n];
+                    for (entry, c) in row.iter_mut().zip(seen.states.row(output).iter()) {
+                        *entry = *c;
+                    }
+                    if let Some(own) = coloured.iter().position(|(other, _)| *other == output) {
+                        row[states + own] = 1.0;
+                    }
+                    row[n - 1] = seen.inputs[(output, place)];
+                    rows.extend(row);
                 }
             }
             begin.push(measurements.len());
         }
+        let of_colour = coloured.iter().map(|(_, colour)| colour.std);
         Chain {
             n,
             transitions,
-            intervals: times.windows(2).map(|pair| pair[1] - pair[0]).collect(),
-            start: deviations.sizes.iter().map(|size| size * size).collect(),
-            duration: times[times.len() - 1] - times[0],
+            times: times.clone(),
+            intervals,
+            start: deviations.sizes.iter().copied().chain(of_colour).map(|std| std * std).collect(),
+            states,
+            noise: noise.to_vec(),
             measurements,
             rows,
             begin,
@@ -149,14 +176,25 @@ impl Chain {
 
     /// T, s.
     pub(crate) fn duration(&self) -> f64 {
-        self.duration
+        self.times[self.times.len() - 1] - self.times[0]
     }
 
-    /// Σ (H z)²/σ² for d = 1 throughout and δx(0) = 0: what is known about a constant d.
+    /// What is known about a constant d: Σ (H z)²/σ² for d = 1 throughout and δx(0) = 0, without the
+    /// correlation of the noise.
     pub(crate) fn information_on_a_constant(&self) -> f64 {
-        let response = self.response(&vec![1.0; self.intervals.len() + 1]);
-        let seen = self.measurements.iter().zip(response);
-        seen.map(|(measurement, response)| response * response / measurement.variance).sum()
+        let response = self.response(&vec![1.0; self.times.len()]);
+        let of_output = |(output, noise): (usize, &Option<SensorNoise>)| {
+            let Some(noise) = noise else { return 0.0 };
+            let mut seen = vec![f64::NAN; self.times.len()];
+            let own = self.measurements.iter().zip(&response);
+            for (measurement, response) in own.filter(|(m, _)| m.output == output) {
+                seen[measurement.sample] = *response;
+            }
+            let whitener = Whitener::new(&self.times, |k| seen[k].is_finite(), noise);
+            let whitened = whitener.apply(seen.iter().copied());
+            whitened.iter().filter(|value| value.is_finite()).map(|value| value * value).sum()
+        };
+        self.noise.iter().enumerate().map(of_output).sum()
     }
 
     /// H z of each measurement for a given d at each sample, and δx(0) = 0.
@@ -294,7 +332,7 @@ impl Chain {
         for (i, variance) in self.start.iter().enumerate() {
             filter.p[i * n + i] = *variance;
         }
-        filter.p[n * n - 1] = intensity * self.duration;
+        filter.p[n * n - 1] = intensity * self.duration();
 
         let mut log_likelihood = 0.0;
         for k in 0..=self.intervals.len() {
@@ -313,7 +351,12 @@ impl Chain {
                 record.p.extend_from_slice(&filter.p);
             }
             if let Some(h) = self.intervals.get(k) {
-                filter.predict(n, self.transition(k), intensity * h);
+                let transition = self.transition(k);
+                filter.predict(n, transition, intensity * h);
+                for (i, variance) in self.start.iter().enumerate().skip(self.states) {
+                    let phi = transition[i * (n + 1)];
+                    filter.p[i * (n + 1)] += variance * (1.0 - phi * phi);
+                }
             }
         }
         if log_likelihood.is_finite() { log_likelihood } else { f64::NEG_INFINITY }

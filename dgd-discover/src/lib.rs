@@ -20,6 +20,7 @@ mod cancelling;
 mod candidates;
 mod colour;
 mod corrected;
+mod correlated;
 mod deviations;
 mod discover;
 mod discovery;

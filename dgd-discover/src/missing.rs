@@ -31,8 +31,6 @@ pub(crate) fn missing_inputs(
     let Ok(deviations) = Deviations::along(&terms, &fitted.p, &recording.inputs, &solution) else {
         return Vec::new();
     };
-    let noise: Vec<f64> =
-        data.noise.iter().map(|n| n.map_or(f64::NAN, |noise| noise.total())).collect();
     let outputs = &fitted.residuals(data)[0];
     let n_w = system.signature().outputs.len();
     let samples = recording.times.len();
@@ -40,7 +38,7 @@ pub(crate) fn missing_inputs(
     let places = terms.places().iter().enumerate();
     let mut all: Vec<MissingInput> = places
         .filter_map(|(i, place)| {
-            let found = unknown_input(&deviations, i, &residuals, &noise)?;
+            let found = unknown_input(&deviations, i, &residuals, &data.noise)?;
             let equation = match place.kind {
                 PlaceKind::Equation => place.name.clone(),
                 PlaceKind::Output => format!("sensor {}", place.name),

@@ -24,6 +24,7 @@ use crate::deviations::{Deviations, LinearizeError};
 use crate::kalman::Chain;
 use crate::missing_terms::MissingTerms;
 use crate::unknown_input::{UnknownInput, unknown_input};
+use dgd_screen::noise::SensorNoise;
 
 /// What was recorded, and the model's numbers that go with it.
 ///
@@ -33,7 +34,7 @@ use crate::unknown_input::{UnknownInput, unknown_input};
 /// | `start` | start values that replace the model's, by position of the unknown |
 /// | `times` | samples, as for a simulation |
 /// | `measured` | n_w per sample; not finite where not measured |
-/// | `noise` | n_w standard deviations |
+/// | `noise` | n_w; `None` where an output takes no part |
 #[derive(Debug, Clone, Copy)]
 pub struct Recording<'a> {
     /// Parameters, SI.
@@ -46,8 +47,8 @@ pub struct Recording<'a> {
     pub times: &'a [f64],
     /// Measured outputs, SI.
     pub measured: &'a [f64],
-    /// Standard deviation of each sensor's noise, SI.
-    pub noise: &'a [f64],
+    /// Noise of each sensor, SI.
+    pub noise: &'a [Option<SensorNoise>],
 }
 
 /// The model cannot follow an estimate.

@@ -41,7 +41,7 @@ const ZOOM: i32 = 6;
 /// … at most so often, from a twelfth of a recording of some hours to a second …
 const MOST_ZOOMS: usize = 4;
 
-/// … and while that gains so much.
+/// … and while that gains a candidate so much.
 const WORTH_ZOOMING: f64 = 1.02;
 
 /// Points of the grid of another inner constant, whose effect changes slowly with it.
@@ -123,8 +123,13 @@ fn computed(
         parts.screen(&group, &mut screen);
         count.more(group.len());
     }
-    screen.scores.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.candidate.cmp(&b.candidate)));
+    sort(&mut screen.scores);
     screen
+}
+
+/// Puts the best first.
+pub(crate) fn sort(scores: &mut [Score]) {
+    scores.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.candidate.cmp(&b.candidate)));
 }
 
 /// Whether two candidates do the same to the outputs, to first order and but for a factor.
@@ -192,11 +197,7 @@ impl Parts<'_> {
         let Parts { base, all, .. } = *self;
         let chosen = &self.fitted.structure.candidates;
         let (system, brought) = base.screening(all, chosen, others).ok()?;
-        let inner: Vec<Vec<Inner>> = others
-            .iter()
-            .zip(&brought)
-            .map(|(&other, brought)| inner_constants(&system, &all[other], brought, self))
-            .collect();
+        let inner = self.inner_of(others, &system, &brought);
         let together = Together { system: &system, brought: &brought, inner: &inner };
         let points = inner.iter().flatten().map(|inner| inner.points).max().unwrap_or(1);
         let grid: Vec<Place> = (0..points).map(|g| together.grid(g)).collect();
@@ -211,7 +212,7 @@ impl Parts<'_> {
             found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         }
         if self.look == Look::Closer {
-            self.zoom(&together, &mut found);
+            self.zoom(others, &inner, &mut found);
         }
         let scores = others.iter().zip(found).filter_map(|(&candidate, found)| {
             let best = found.first()?;
@@ -265,55 +266,61 @@ impl Parts<'_> {
         is_simulated
     }
 
-    /// Looks closer about the best onset of each candidate, until that gains nothing more: readings
+    /// Looks closer about the best onset of each candidate, as long as that gains something: readings
     /// that jump lose all that an onset gains within a few samples, and no fit finds it from afar.
     /// What is found in the end takes the place of the best.
-    fn zoom(&self, together: &Together<'_>, found: &mut [Vec<Promise>]) {
-        let is_onset = |inner: &[Inner]| matches!(inner, [inner] if inner.is_onset);
-        if !together.inner.iter().any(|inner| is_onset(inner)) {
-            return;
-        }
-        let mut best: Vec<Option<Promise>> =
-            found.iter().map(|found| found.first().cloned()).collect();
+    fn zoom(&self, others: &[usize], inner: &[Vec<Inner>], found: &mut [Vec<Promise>]) {
+        let chosen = &self.fitted.structure.candidates;
+        // Positions among the others, and where the best onset is.
+        let best = |k: usize| match (inner[k].as_slice(), found[k].first()) {
+            ([inner], Some(best)) if inner.is_onset => Some((k, best.point.value(&inner.name))),
+            _ => None,
+        };
+        let mut open: Vec<(usize, f64)> = (0..others.len()).filter_map(best).collect();
         let mut spacing = 1.0 / ONSETS as f64;
         for _ in 0..MOST_ZOOMS {
+            let own: Vec<usize> = open.iter().map(|(k, _)| others[*k]).collect();
+            if own.is_empty() {
+                return;
+            }
+            let Ok((system, brought)) = self.base.screening(self.all, chosen, &own) else { return };
+            let inner = self.inner_of(&own, &system, &brought);
+            let together = Together { system: &system, brought: &brought, inner: &inner };
             spacing /= f64::from(ZOOM);
-            let place = |k: i32| -> Place {
-                let near = |(inner, best): (&Vec<Inner>, &Option<Promise>)| {
-                    let at = |inner: &Inner| match best {
-                        Some(best) if inner.is_onset => {
-                            inner.near(best.point.value(&inner.name), f64::from(k) * spacing)
-                        }
-                        _ => inner.at(0),
-                    };
-                    inner.iter().map(at).collect()
+            let place = |offset: i32| -> Place {
+                let near = |(inner, (_, onset)): (&Vec<Inner>, &(usize, f64))| {
+                    let offset = f64::from(offset) * spacing;
+                    inner.iter().map(|inner| inner.near(*onset, offset)).collect()
                 };
-                together.inner.iter().zip(&best).map(near).collect()
+                inner.iter().zip(&open).map(near).collect()
             };
-            let about: Vec<Place> = (1 - ZOOM..ZOOM).filter(|k| *k != 0).map(place).collect();
-            let mut closer = vec![Vec::new(); found.len()];
-            self.try_places(together, &about, &mut closer);
-            let mut is_better = false;
-            for ((inner, best), closer) in together.inner.iter().zip(&mut best).zip(closer) {
+            let about: Vec<Place> =
+                (1 - ZOOM..ZOOM).filter(|offset| *offset != 0).map(place).collect();
+            let mut closer = vec![Vec::new(); own.len()];
+            self.try_places(&together, &about, &mut closer);
+            let mut better = Vec::new();
+            for (((k, _), inner), closer) in open.iter().zip(&inner).zip(closer) {
                 let closest = closer.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
-                let (true, Some(best), Some(closest)) = (is_onset(inner), best.as_mut(), closest)
-                else {
+                let (Some(best), Some(closest)) = (found[*k].first_mut(), closest) else {
                     continue;
                 };
-                is_better |= closest.gain > WORTH_ZOOMING * best.gain;
-                if closest.gain > best.gain {
+                let before = best.gain;
+                if closest.gain > before {
                     *best = closest;
                 }
+                if best.gain > WORTH_ZOOMING * before {
+                    let onset = inner.first().map(|inner| best.point.value(&inner.name));
+                    better.extend(onset.map(|onset| (*k, onset)));
+                }
             }
-            if !is_better {
-                break;
-            }
+            open = better;
         }
-        for (found, best) in found.iter_mut().zip(best) {
-            if let (Some(first), Some(best)) = (found.first_mut(), best) {
-                *first = best;
-            }
-        }
+    }
+
+    /// Inner constants of each of some candidates.
+    fn inner_of(&self, some: &[usize], system: &Loaded, brought: &[Brought]) -> Vec<Vec<Inner>> {
+        let each = some.iter().zip(brought);
+        each.map(|(&one, brought)| inner_constants(system, &self.all[one], brought, self)).collect()
     }
 }
 

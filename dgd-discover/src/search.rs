@@ -21,7 +21,7 @@ use crate::candidates::Candidate;
 use crate::fitted::{Data, Fitted, NoFit};
 use crate::parallel::in_parallel;
 use crate::resampled::Trial;
-use crate::screen::{Look, Score, Screen, StartPoint, are_parallel, screen};
+use crate::screen::{Look, Score, Screen, StartPoint, are_parallel, screen, sort};
 use crate::structure::{BaseModel, Values};
 use crate::verdict::Outcome;
 
@@ -54,6 +54,10 @@ const HOPELESS: f64 = 10.0;
 const FINISHED: usize = 6;
 const MOST_ROUNDS: usize = 4;
 
+/// A further round is made of fits that left at most this share of the error of the round before: what is
+/// decided then are factors.
+const WORTH_A_ROUND: f64 = 0.98;
+
 /// The search and what it has tried.
 pub(crate) struct Search<'a> {
     pub base: &'a BaseModel,
@@ -62,12 +66,12 @@ pub(crate) struct Search<'a> {
     pub threads: usize,
     /// By positions of the candidates.
     pub tried: BTreeMap<Vec<usize>, Result<Fitted, NoFit>>,
-    /// Candidates that the search may take: those of the library, or the templates.
-    pub open: Range<usize>,
+    /// Candidates that the search may take.
+    pub open: Open,
     /// Templates that come to the same as an effect of the library.
     pub doubled: BTreeSet<usize>,
-    /// Screens of structures.
-    pub screens: BTreeMap<Vec<usize>, Screen>,
+    /// Screens of structures by where the candidates stand that were screened.
+    pub screens: BTreeMap<(usize, Vec<usize>), Screen>,
     /// Parts of structures that were fitted from where the whole ended, with the whole.
     pub settled: BTreeSet<(Vec<usize>, Vec<usize>)>,
 }
@@ -88,18 +92,16 @@ impl Search<'_> {
         if let Some(nearly_all) = self.nearly_all() {
             return Ok(nearly_all);
         }
-        if self.open.end == self.candidates.len() {
+        if self.range(Open::Templates).is_empty() {
             return Ok(of_library);
         }
-        let known = self.screened(&[]);
-        self.open = self.open.end..self.candidates.len();
-        self.screens.clear();
+        self.open = Open::Templates;
         self.refuse();
         // What the library has under a name of its own goes by that name.
+        let known = self.screened_of(Open::Library, &[]);
         let has_a_name = |score: &&Score| known.iter().any(|known| are_parallel(known, score));
         let doubled = self.screened(&[]);
         self.doubled = doubled.iter().filter(has_a_name).map(|score| score.candidate).collect();
-        self.screens.clear();
         Ok(match self.search() {
             Outcome::Unexplained(_) => self.partly().unwrap_or(of_library),
             Outcome::Effects(chosen) if self.is_specific(&chosen) => of_library,
@@ -120,17 +122,24 @@ impl Search<'_> {
         self.finish(&best);
     }
 
-    /// Fits some structures to the end, and simulates held-out recordings with them.
+    /// Fits some structures to the end, or until another round gains next to nothing, and simulates held-out
+    /// recordings with them.
     pub(crate) fn finish(&mut self, structures: &[Vec<usize>]) {
+        let error = |search: &Self, chosen: &[usize]| search.training_error(chosen).map(|e| e.0);
+        let mut open = structures.to_vec();
         for _ in 0..MOST_ROUNDS {
-            let is_open =
-                |chosen: &&Vec<usize>| self.fitted(chosen).is_some_and(|f| !f.is_converged);
-            let open: Vec<Wanted> =
-                structures.iter().filter(is_open).map(|chosen| self.continued(chosen)).collect();
+            open.retain(|chosen| self.fitted(chosen).is_some_and(|fitted| !fitted.is_converged));
             if open.is_empty() {
                 break;
             }
-            self.refit(open, EVALUATIONS, HeldOut::Later);
+            let before: Vec<Option<f64>> = open.iter().map(|chosen| error(self, chosen)).collect();
+            let wanted = open.iter().map(|chosen| self.continued(chosen)).collect();
+            self.refit(wanted, EVALUATIONS, HeldOut::Later);
+            let mut before = before.into_iter();
+            open.retain(|chosen| {
+                let (before, after) = (before.next().flatten(), error(self, chosen));
+                before.zip(after).is_some_and(|(before, after)| after < WORTH_A_ROUND * before)
+            });
         }
         self.hold_out(structures);
     }
@@ -149,7 +158,7 @@ impl Search<'_> {
             if depth > 0 && !ranked.first().is_some_and(|best| self.is_promising(best)) {
                 break;
             }
-            let is_open = |s: &Vec<usize>| s.iter().all(|c| self.open.contains(c));
+            let is_open = |s: &Vec<usize>| s.iter().all(|c| self.is_open(*c));
             frontier =
                 ranked.into_iter().filter(|s| s.len() > depth && is_open(s)).take(BEAM).collect();
             if frontier.is_empty() {
@@ -172,7 +181,7 @@ impl Search<'_> {
 
     /// Takes out candidates that make no sound model.
     fn refuse(&mut self) {
-        for candidate in self.open.clone() {
+        for candidate in self.range(self.open) {
             if let Err(refused) = self.base.structure(self.candidates, &[candidate]) {
                 let reason = format!("cannot be applied: {}", refused.0);
                 self.tried.insert(vec![candidate], Err(NoFit(reason)));
@@ -180,32 +189,73 @@ impl Search<'_> {
         }
     }
 
-    /// What candidates promise on top of a structure, the best first.
-    pub(crate) fn screened(&mut self, chosen: &[usize]) -> Vec<Score> {
-        self.screen(chosen).map(|screen| screen.scores.clone()).unwrap_or_default()
+    /// Positions of candidates.
+    pub(crate) fn range(&self, of: Open) -> Range<usize> {
+        let first = self.candidates.partition_point(|candidate| !candidate.is_generic);
+        match of {
+            Open::Library => 0..first,
+            Open::Templates => first..self.candidates.len(),
+            Open::All => 0..self.candidates.len(),
+        }
     }
 
-    /// What each of them could gain there.
+    /// Whether the search may take a candidate.
+    pub(crate) fn is_open(&self, candidate: usize) -> bool {
+        self.range(self.open).contains(&candidate)
+    }
+
+    /// What open candidates promise on top of a structure, the best first.
+    pub(crate) fn screened(&mut self, chosen: &[usize]) -> Vec<Score> {
+        self.screened_of(self.open, chosen)
+    }
+
+    fn screened_of(&mut self, some: Open, chosen: &[usize]) -> Vec<Score> {
+        self.screen(some, chosen);
+        let screens = self.screens_of(some, chosen);
+        let mut scores: Vec<Score> =
+            screens.iter().flat_map(|screen| screen.scores.iter()).cloned().collect();
+        scores.retain(|score| !self.doubled.contains(&score.candidate));
+        sort(&mut scores);
+        scores
+    }
+
+    /// What each of the open candidates could gain there.
     pub(crate) fn trials(&mut self, chosen: &[usize]) -> Vec<Trial> {
-        self.screen(chosen).map(|screen| screen.trials.clone()).unwrap_or_default()
+        self.screen(self.open, chosen);
+        let screens = self.screens_of(self.open, chosen);
+        let trials = screens.iter().flat_map(|screen| &screen.trials);
+        trials.filter(|trial| !self.doubled.contains(&trial.candidate)).cloned().collect()
     }
 
     /// What each of some candidates could gain on top of the base model.
-    pub(crate) fn trials_in_the_base(&self, some: Range<usize>) -> Vec<Trial> {
-        match self.screens.get(&Vec::new()) {
-            Some(screen) if self.open == some => screen.trials.clone(),
+    pub(crate) fn trials_in_the_base(&self, some: Open) -> Vec<Trial> {
+        match self.screens_of(some, &[]).as_slice() {
+            [screen] => screen.trials.clone(),
             _ => self.fitted(&[]).map_or_else(Vec::new, |fitted| {
-                self.screen_of(fitted, some, Look::OnTheGrid).trials
+                self.screen_of(fitted, self.range(some), Look::OnTheGrid).trials
             }),
         }
     }
 
-    fn screen(&mut self, chosen: &[usize]) -> Option<&Screen> {
-        if !self.screens.contains_key(chosen) {
-            let screen = self.screen_of(self.fitted(chosen)?, self.open.clone(), Look::Closer);
-            self.screens.insert(chosen.to_vec(), screen);
+    /// Screens of a structure that were made.
+    pub(crate) fn screens_of(&self, some: Open, chosen: &[usize]) -> Vec<&Screen> {
+        let kinds = some.kinds().iter().filter(|kind| !self.range(**kind).is_empty());
+        let key = |kind: &Open| (self.range(*kind).start, chosen.to_vec());
+        kinds.filter_map(|kind| self.screens.get(&key(kind))).collect()
+    }
+
+    /// Screens candidates on top of a structure, unless that was done.
+    fn screen(&mut self, some: Open, chosen: &[usize]) {
+        for kind in some.kinds() {
+            let range = self.range(*kind);
+            let key = (range.start, chosen.to_vec());
+            if range.is_empty() || self.screens.contains_key(&key) {
+                continue;
+            }
+            let Some(fitted) = self.fitted(chosen) else { return };
+            let screen = self.screen_of(fitted, range, Look::Closer);
+            self.screens.insert(key, screen);
         }
-        self.screens.get(chosen)
     }
 
     fn screen_of(&self, fitted: &Fitted, some: Range<usize>, look: Look) -> Screen {
@@ -295,7 +345,7 @@ impl Search<'_> {
             let mut wanted = Vec::new();
             for effect in &best {
                 let rest: Vec<usize> = best.iter().copied().filter(|c| c != effect).collect();
-                if !best.iter().all(|c| self.open.contains(c)) {
+                if !best.iter().all(|c| self.is_open(*c)) {
                     return;
                 }
                 self.settle(&rest, &best);
@@ -331,7 +381,7 @@ impl Search<'_> {
         self.confirm(vec![wanted]);
         match (least, error(self)) {
             (Some(least), Some(error)) if error < least => {
-                self.screens.remove(part);
+                self.screens.retain(|(_, chosen), _| chosen != part);
             }
             (Some(_), _) => {
                 self.tried.extend(before.map(|before| (part.to_vec(), before)));
@@ -355,6 +405,28 @@ impl Search<'_> {
 
     pub(crate) fn fitted(&self, chosen: &[usize]) -> Option<&Fitted> {
         self.tried.get(chosen)?.as_ref().ok()
+    }
+}
+
+/// Which candidates a search may take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Open {
+    /// Those of the library.
+    Library,
+    /// Templates.
+    Templates,
+    /// Both.
+    All,
+}
+
+impl Open {
+    /// What is screened by itself.
+    fn kinds(self) -> &'static [Open] {
+        match self {
+            Open::Library => &[Open::Library],
+            Open::Templates => &[Open::Templates],
+            Open::All => &[Open::Library, Open::Templates],
+        }
     }
 }
 

@@ -22,7 +22,7 @@
 use crate::deviations::Deviations;
 use crate::kalman::Chain;
 use crate::windows::{Window, gather};
-use dgd_screen::noise::median;
+use dgd_screen::noise::{SensorNoise, median};
 
 /// What would have been needed at one place for the model to follow the measurements.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,7 +44,8 @@ pub struct UnknownInput {
     /// than two. None where the gain is one that
     /// noise has in one recording of ten thousand.
     pub windows: Vec<Window>,
-    /// What is left of the residuals, n_w per sample; NaN where nothing was measured.
+    /// What is left of the residuals beside d and correlated noise, n_w per sample; NaN where nothing was
+    /// measured.
     pub residuals: Vec<f64>,
 }
 
@@ -71,7 +72,7 @@ const BRIDGED: f64 = 5.0;
 /// |---|---|---|
 /// | `place` | position in `MissingTerms::places` | |
 /// | `residuals` | n_w per sample, measured − simulated; not finite where not measured | SI |
-/// | `noise` | n_w, standard deviations; outputs with another than a positive one are left out | SI |
+/// | `noise` | n_w, white and correlated; outputs without any are left out | SI |
 ///
 /// `None` where no measured output sees the place.
 ///
@@ -82,7 +83,7 @@ pub fn unknown_input(
     deviations: &Deviations,
     place: usize,
     residuals: &[f64],
-    noise: &[f64],
+    noise: &[Option<SensorNoise>],
 ) -> Option<UnknownInput> {
     let n_w = deviations.n_outputs;
     assert!(place < deviations.n_places, "a place of the model");

@@ -90,29 +90,41 @@ impl Search<'_> {
         if trained > NEARLY_ALL * all_trained || held_out > NEARLY_ALL_HELD_OUT * all_held_out {
             return None;
         }
-        for effect in &best {
-            let rest: Vec<usize> = best.iter().copied().filter(|other| other != effect).collect();
-            self.settle(&rest, &best);
-            if self.training_square(&rest).is_some_and(|left| left < ESSENTIAL * trained) {
-                return None;
-            }
-        }
+        (self.are_essential(&best) && self.is_unrivalled(&best)).then_some(Outcome::Partly(best))
+    }
+
+    /// Whether far more is left without any one of the library's effects of a structure.
+    fn are_essential(&mut self, chosen: &[usize]) -> bool {
+        let Some(left) = self.training_square(chosen) else { return false };
+        let specific = chosen.iter().filter(|&&c| !self.candidates[c].is_generic);
+        let specific: Vec<usize> = specific.copied().collect();
+        specific.iter().all(|effect| {
+            let rest: Vec<usize> = chosen.iter().copied().filter(|other| other != effect).collect();
+            self.settle(&rest, chosen);
+            !self.training_square(&rest).is_some_and(|without| without < ESSENTIAL * left)
+        })
+    }
+
+    /// Whether clearly more is left with other effects of the library, or with none.
+    fn is_unrivalled(&mut self, chosen: &[usize]) -> bool {
+        let Some([trained, held_out]) = self.squares(chosen) else { return false };
+        let candidates = self.candidates;
         let names = |chosen: &[usize]| -> BTreeSet<String> {
-            chosen.iter().map(|&c| self.candidates[c].name().clone()).collect()
+            let specific = chosen.iter().filter(|&&c| !candidates[c].is_generic);
+            specific.map(|&c| candidates[c].name()).collect()
         };
-        let own = names(&best);
+        let own = names(chosen);
         let mut rivals = self.ranked();
         rivals.retain(|other| {
             let left = self.training_square(other).unwrap_or(f64::INFINITY);
             left < UNRIVALLED * trained && names(other) != own
         });
         self.finish(&rivals);
-        let is_worse = |rival: &Vec<usize>| {
+        rivals.iter().all(|rival| {
             self.squares(rival).is_none_or(|[of_training, of_held_out]| {
                 of_training > UNRIVALLED * trained || of_held_out > UNRIVALLED * held_out
             })
-        };
-        rivals.iter().all(is_worse).then_some(Outcome::Partly(best))
+        })
     }
 
     /// Mean squares of the errors over the noise, in training and in held-out recordings; the former

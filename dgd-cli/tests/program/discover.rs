@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::OnceLock;
 
 use serde_json::{Value, json};
 
@@ -32,9 +33,8 @@ fn a_discovery_writes_what_it_found() {
     let parent = folder_with(&[]);
     let folder = parent.path().join("found");
     let goal = folder.display().to_string();
-    let run = || discover(&["--valid", VALID, "--format", "json", "-o", &goal]).done();
     let files = ["mud_circulation.dgd", "mud_circulation.diff", "report.html", "result.json"];
-    let first = run();
+    let run = discover(&["--valid", VALID, "--format", "json", "-o", &goal]).done();
     let written = files.map(|name| read(&folder, name));
     let mut names: Vec<String> = fs::read_dir(&folder)
         .expect("it was written")
@@ -42,16 +42,28 @@ fn a_discovery_writes_what_it_found() {
         .collect();
     names.sort();
     assert_eq!(names, files);
-    assert_eq!(first.out, written[3], "standard output has the result as well");
+    assert_eq!(run.out, written[3], "standard output has the result as well");
 
-    result_is_right(&first.json());
+    result_is_right(&run.json());
     model_stands_by_itself(&folder);
     let base = read(&root(), MODEL);
     assert_eq!(patched(&base, &written[1]), written[0]);
     page_is_whole(&written[2], &goal);
+}
 
-    assert_eq!(run().out, first.out);
-    assert!(files.map(|name| read(&folder, name)) == written, "the same bytes again");
+/// What is found in the first 700 s, said quietly and in the place of an older result: standard output
+/// and error, and the result. Once for all tests that look at it.
+fn short_one() -> &'static (Run, Value) {
+    static FOUND: OnceLock<(Run, Value)> = OnceLock::new();
+    FOUND.get_or_init(|| {
+        let parent = folder_with(&[]);
+        let goal = path(&parent, "found");
+        fs::create_dir(&goal).expect("a folder");
+        fs::write(Path::new(&goal).join("result.json"), "{}").expect("an older result");
+        let run = discover(&["--until", "700", "--quiet", "-o", &goal]).done();
+        let result = read(Path::new(&goal), "result.json");
+        (run, serde_json::from_str(&result).expect("JSON"))
+    })
 }
 
 fn result_is_right(result: &Value) {
@@ -197,12 +209,8 @@ fn page_is_whole(page: &str, goal: &str) {
 
 #[test]
 fn quiet_says_nothing_where_a_folder_has_it() {
-    let parent = folder_with(&[]);
-    let goal = path(&parent, "found");
-    let run = discover(&["--until", "700", "--quiet", "-o", &goal]).done();
+    let (run, result) = short_one();
     assert_eq!((run.out.as_str(), run.err.as_str()), ("", ""));
-    let result = read(Path::new(&goal), "result.json");
-    let result: Value = serde_json::from_str(&result).expect("JSON");
     assert_eq!(result["effects"][0]["name"], "booster_u_tubing");
     assert_eq!(result["gap"]["p_r"]["valid_after"], Value::Null, "nothing was held out");
 }
@@ -317,8 +325,7 @@ fn without_effects_only_the_verdict_is_left() {
         "--format",
         "json",
     ]);
-    let beside = discover(&["--until", "700", "--format", "json"]).done().json();
-    assert_eq!(found.done().json()["effects"], beside["effects"]);
+    assert_eq!(found.done().json()["effects"], short_one().1["effects"]);
 }
 
 #[test]

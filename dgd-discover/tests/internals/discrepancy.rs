@@ -1,7 +1,7 @@
 //! Noise is called noise, and what is hidden in it is seen.
 
 use dgd_discover::{
-    AVERAGING_LENGTHS, CheckKind, SensorNoise, discrepancy_windows, effective_sample_size,
+    AVERAGING_LENGTHS, CheckKind, Colour, SensorNoise, discrepancy_windows, effective_sample_size,
     white_noise, whiteness,
 };
 
@@ -73,7 +73,10 @@ fn windows_hold_the_misfit_and_nothing_else() {
     let times: Vec<f64> = seconds(6000).iter().map(|t| 0.5 * t).collect();
     for seed in 0..20 {
         let mut r = Normal::new(seed).many(6000, 2.0);
-        assert_eq!(discrepancy_windows(&times, &r, 2.0, &AVERAGING_LENGTHS), []);
+        assert_eq!(
+            discrepancy_windows(&times, &r, &SensorNoise::known(2.0), &AVERAGING_LENGTHS),
+            []
+        );
         for (k, r) in r.iter_mut().enumerate() {
             let t = times[k];
             // Short and strong; faint and lasting.
@@ -87,7 +90,7 @@ fn windows_hold_the_misfit_and_nothing_else() {
                 *r = f64::NAN;
             }
         }
-        let windows = discrepancy_windows(&times, &r, 2.0, &AVERAGING_LENGTHS);
+        let windows = discrepancy_windows(&times, &r, &SensorNoise::known(2.0), &AVERAGING_LENGTHS);
         let first = windows.first().expect("a window");
         // Averages over 10 s or more mark half their length.
         assert!((first.from - 400.0).abs() <= 5.0 && (first.until - 430.0).abs() <= 5.0);
@@ -100,6 +103,39 @@ fn windows_hold_the_misfit_and_nothing_else() {
             assert!(window.mean < 0.0 && window.peak_sigma < -5.0);
         }
     }
+}
+
+#[test]
+fn correlated_noise_has_no_windows_and_hides_none() {
+    let times = seconds(6000);
+    let (std, memory) = (1.5, 12.0);
+    let noise = SensorNoise { colour: Some(Colour { std, memory }), ..SensorNoise::known(1.0) };
+    let taken_for_white = SensorNoise::known(noise.total());
+    let phi = f64::exp(-1.0 / memory);
+    let mut without_colour = 0;
+    for seed in 0..40 {
+        let mut normal = Normal::new(seed);
+        let mut v = std * normal.next();
+        let mut r: Vec<f64> = (0..6000)
+            .map(|_| {
+                v = phi * v + std * (1.0 - phi * phi).sqrt() * normal.next();
+                v + normal.next()
+            })
+            .collect();
+        assert_eq!(discrepancy_windows(&times, &r, &noise, &AVERAGING_LENGTHS), []);
+        let windows = discrepancy_windows(&times, &r, &taken_for_white, &AVERAGING_LENGTHS);
+        without_colour += usize::from(!windows.is_empty());
+        // A mean over 300 s is known to 1.5 √(2·12/300) = 0.42.
+        for r in &mut r[3000..3600] {
+            *r += 4.0;
+        }
+        let windows = discrepancy_windows(&times, &r, &noise, &AVERAGING_LENGTHS);
+        assert!(!windows.is_empty(), "{seed}");
+        for window in windows {
+            assert!(window.from >= 2900.0 && window.until <= 3700.0, "{seed}: {window:?}");
+        }
+    }
+    assert_eq!(without_colour, 40);
 }
 
 #[test]

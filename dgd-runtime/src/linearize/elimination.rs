@@ -10,14 +10,16 @@
 //!
 //! where ' is the derivative to a parameter.
 
-use nalgebra::{DMatrix, Dyn, LU};
+use nalgebra::allocator::Allocator;
+use nalgebra::{DMatrix, DVector, DefaultAllocator, Dim, Dyn, LU, OMatrix};
 
 use super::error::LinearizeError;
 use super::steady;
 use crate::system::{Point, Storage, System};
 
 /// Which unknowns are states at a point, and how the others follow.
-pub(super) struct Elimination {
+#[derive(Debug, Clone)]
+pub struct Elimination {
     /// Positions of the states among the unknowns.
     pub states: Vec<usize>,
     /// Positions of the others.
@@ -30,7 +32,11 @@ pub(super) struct Elimination {
 
 impl Elimination {
     /// From ∂f/∂(y, …), with rows of all n equations.
-    pub(super) fn new<S: System>(
+    ///
+    /// # Errors
+    ///
+    /// [`LinearizeError::Undetermined`].
+    pub fn new<S: System>(
         system: &S,
         at: Point<'_>,
         f: &DMatrix<f64>,
@@ -64,19 +70,32 @@ impl Elimination {
         }
     }
 
+    /// −(∂f_a/∂y_a)⁻¹ f_a: Newton's step of the eliminated unknowns, from what all equations leave.
+    pub fn step(&self, f: &[f64]) -> DVector<f64> {
+        let right = DVector::from_fn(self.eliminated.len(), |i, _| -f[self.eliminated[i]]);
+        self.solved(right)
+    }
+
     /// R of these rows.
-    pub(super) fn reduced(&self, rows: &DMatrix<f64>) -> DMatrix<f64> {
+    pub fn reduced(&self, rows: &DMatrix<f64>) -> DMatrix<f64> {
         select(rows, &self.states, self.n) + rows.select_columns(&self.eliminated) * &self.follows
     }
 
     /// R of the states' rows of f.
-    pub(super) fn of_states(&self, f: &DMatrix<f64>) -> DMatrix<f64> {
+    pub fn of_states(&self, f: &DMatrix<f64>) -> DMatrix<f64> {
         self.reduced(&f.select_rows(&self.states))
     }
 
     /// K', from the derivative of f's rows.
     pub(super) fn slope(&self, f: &DMatrix<f64>) -> DMatrix<f64> {
-        let right = -self.reduced(&f.select_rows(&self.eliminated));
+        self.solved(-self.reduced(&f.select_rows(&self.eliminated)))
+    }
+
+    /// (∂f_a/∂y_a)⁻¹ of this.
+    fn solved<C: Dim>(&self, right: OMatrix<f64, Dyn, C>) -> OMatrix<f64, Dyn, C>
+    where
+        DefaultAllocator: Allocator<Dyn, C>,
+    {
         match &self.own {
             // It was solved with before.
             Some(own) => own.solve(&right).unwrap_or(right),

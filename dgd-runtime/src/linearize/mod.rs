@@ -41,8 +41,7 @@ pub use nalgebra::DMatrix;
 use crate::delay::delays;
 use crate::problem::Problem;
 use crate::system::{Pattern, Point, Storage, System};
-use elimination::Elimination;
-
+pub use elimination::Elimination;
 pub use error::{LinearizeError, NotLinearised, SteadyStateError};
 pub use parametric::LinearAt;
 pub use point::OperatingPoint;
