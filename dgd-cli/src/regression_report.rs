@@ -328,9 +328,9 @@ impl RegressionOutcome<'_> {
             ]);
         }
         push_table(&mut text, &table);
-        self.intervals.push_text(&mut text, self);
         text.push('\n');
         self.push_remarks(&mut text);
+        self.intervals.push_text(&mut text, self);
         text
     }
 
