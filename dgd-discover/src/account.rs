@@ -10,7 +10,6 @@ use crate::discovery::{
 };
 use crate::discrepancy::{AVERAGING_LENGTHS, discrepancy_windows};
 use crate::fitted::{Data, Fitted, NoFit, chi_square};
-use crate::screen::{Score, sort};
 use crate::search::{Open, Search};
 use crate::verdict::Outcome;
 use dgd_screen::noise::SensorNoise;
@@ -135,12 +134,8 @@ pub(crate) fn ranking_of(search: &Search<'_>) -> Vec<Ranked> {
 pub(crate) fn screened(search: &Search<'_>) -> Vec<Screened> {
     let Some((sum, n)) = search.training_error(&[]) else { return Vec::new() };
     let excess = (sum - n as f64).max(1.0);
-    let screens = search.screens_of(Open::All, &[]);
-    let mut scores: Vec<Score> =
-        screens.iter().flat_map(|screen| screen.scores.iter()).cloned().collect();
-    scores.retain(|score| !search.doubled.contains(&score.candidate));
-    sort(&mut scores);
-    scores
+    search
+        .scores(Open::All, &[])
         .into_iter()
         .map(|score| Screened {
             name: search.candidates[score.candidate].application.name(),

@@ -211,6 +211,11 @@ impl Search<'_> {
 
     fn screened_of(&mut self, some: Open, chosen: &[usize]) -> Vec<Score> {
         self.screen(some, chosen);
+        self.scores(some, chosen)
+    }
+
+    /// The same of what was screened so far.
+    pub(crate) fn scores(&self, some: Open, chosen: &[usize]) -> Vec<Score> {
         let screens = self.screens_of(some, chosen);
         let mut scores: Vec<Score> =
             screens.iter().flat_map(|screen| screen.scores.iter()).cloned().collect();
@@ -238,7 +243,7 @@ impl Search<'_> {
     }
 
     /// Screens of a structure that were made.
-    pub(crate) fn screens_of(&self, some: Open, chosen: &[usize]) -> Vec<&Screen> {
+    fn screens_of(&self, some: Open, chosen: &[usize]) -> Vec<&Screen> {
         let kinds = some.kinds().iter().filter(|kind| !self.range(**kind).is_empty());
         let key = |kind: &Open| (self.range(*kind).start, chosen.to_vec());
         kinds.filter_map(|kind| self.screens.get(&key(kind))).collect()

@@ -1,8 +1,8 @@
 //! Modes, and conditions on time: states and sensitivities against closed forms and differences.
 
 use dgd::{
-    Column, Inputs, IntegrateError, Interpolation, Problem, System, UndefinedCause,
-    consistent_start, observe, simulate, simulate_with_sensitivities,
+    Column, Inputs, IntegrateError, Interpolation, Problem, UndefinedCause, consistent_start,
+    observe, simulate, simulate_with_sensitivities,
 };
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
@@ -45,36 +45,7 @@ fn assert_close(found: &[f64], expected: &[f64]) {
 /// All sensitivities at the last time against central differences, extrapolated once.
 #[track_caller]
 fn assert_slopes_are_differences(system: &Interpreted, inputs: &Inputs, times: &[f64], close: f64) {
-    let p = parameters(system);
-    let exact = run_with(system, &p, inputs, times).expect("a solution");
-    assert!(exact.undefined.is_empty(), "{:?}", exact.undefined);
-    let k = times.len() - 1;
-    let n = exact.n;
-    for j in 0..p.len() {
-        let h = 1e-3 * if p[j] == 0.0 { 1.0 } else { p[j].abs() };
-        let moved = |step: f64| {
-            let mut p = p.clone();
-            p[j] += step;
-            let problem = Problem { system, p: &p, inputs, start: &[] };
-            simulate(&problem, times, &options()).expect("a solution").y(k).to_vec()
-        };
-        let central = |h: f64| -> Vec<f64> {
-            let pair = moved(h).into_iter().zip(moved(-h));
-            pair.map(|(high, low)| (high - low) / (2.0 * h)).collect()
-        };
-        let (wide, narrow) = (central(h), central(0.5 * h));
-        let found = &exact.s(k)[j * n..(j + 1) * n];
-        for i in 0..n {
-            let difference = (4.0 * narrow[i] - wide[i]) / 3.0;
-            let size = difference.abs().max(1e-6 * exact.y(k)[i].abs() / p[j].abs().max(1e-3));
-            assert!(
-                (found[i] - difference).abs() <= close * size,
-                "d({})/d(p[{j}]) = {} is not {difference}",
-                system.signature().unknowns.name(i),
-                found[i]
-            );
-        }
-    }
+    exact::assert_slopes_within(system, inputs, times, close, [1e-6, 0.0]);
 }
 
 const PULSE: &str = "

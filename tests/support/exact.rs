@@ -79,6 +79,18 @@ pub(crate) fn assert_slopes_are_differences(
     times: &[f64],
     close: f64,
 ) {
+    assert_slopes_within(system, inputs, times, close, [1e-3, 1e-9]);
+}
+
+/// The same, a difference counting as no smaller than a part of y/p, and than a number.
+#[track_caller]
+pub(crate) fn assert_slopes_within(
+    system: &Interpreted,
+    inputs: &Inputs,
+    times: &[f64],
+    close: f64,
+    [part, least]: [f64; 2],
+) {
     let p = parameters(system);
     let exact = run_with(system, &p, inputs, times).expect("a solution");
     assert!(exact.undefined.is_empty(), "{:?}", exact.undefined);
@@ -100,9 +112,9 @@ pub(crate) fn assert_slopes_are_differences(
         let found = &exact.s(k)[j * n..(j + 1) * n];
         for i in 0..n {
             let difference = (4.0 * narrow[i] - wide[i]) / 3.0;
-            let size = difference.abs().max(1e-3 * exact.y(k)[i].abs() / p[j].abs().max(1e-3));
+            let size = difference.abs().max(part * exact.y(k)[i].abs() / p[j].abs().max(1e-3));
             assert!(
-                (found[i] - difference).abs() <= close * size.max(1e-9),
+                (found[i] - difference).abs() <= close * size.max(least),
                 "d({})/d(p[{j}]) = {} is not {difference}",
                 system.signature().unknowns.name(i),
                 found[i]

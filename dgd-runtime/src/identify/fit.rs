@@ -72,8 +72,7 @@ impl Fit {
 
     /// Says no more how sure the estimates are: where the noise is not known, neither is that.
     pub fn forget_uncertainty(&mut self) {
-        self.estimates.iter_mut().for_each(|estimate| estimate.std = None);
-        self.uncertainty.places.fill(None);
+        self.uncertainty.forget(&mut self.estimates);
     }
 
     /// Correlation of the errors of two estimates.

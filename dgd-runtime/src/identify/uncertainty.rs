@@ -83,6 +83,14 @@ pub(super) struct Uncertainty {
 }
 
 impl Uncertainty {
+    /// Says no more how sure estimates are.
+    pub(super) fn forget(&mut self, estimates: &mut [Estimate]) {
+        for estimate in estimates {
+            estimate.std = None;
+        }
+        self.places.fill(None);
+    }
+
     /// `held` variables are taken as known; eigenvalues up to `cutoff` times the largest are zero.
     pub(super) fn new(information: &DMatrix<f64>, held: &[bool], cutoff: f64) -> Self {
         let n = held.len();

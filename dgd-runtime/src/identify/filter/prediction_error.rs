@@ -153,10 +153,9 @@ impl PredictionError {
 
     /// Says no more how sure the estimates are: where the noise is not known, neither is that.
     pub fn forget_uncertainty(&mut self) {
-        self.estimates.iter_mut().for_each(|estimate| estimate.std = None);
+        self.uncertainty.forget(&mut self.estimates);
         let levels = self.rates.iter_mut().chain(self.noise.iter_mut().flatten());
         levels.for_each(|level| level.log_std = None);
-        self.uncertainty.places.fill(None);
     }
 }
 

@@ -82,8 +82,7 @@ impl RegressionFit {
 
     /// Says no more how sure the estimates are.
     pub fn forget_uncertainty(&mut self) {
-        self.estimates.iter_mut().for_each(|estimate| estimate.std = None);
-        self.uncertainty.places.fill(None);
+        self.uncertainty.forget(&mut self.estimates);
     }
 
     /// Correlation of the errors of two estimates.

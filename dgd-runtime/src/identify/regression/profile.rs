@@ -42,8 +42,7 @@ pub fn regression_profiles<S: System>(
     let known = prepared.known()?;
     let mut rows = prepared.rows(&known)?;
     structure::find_linear(problem.system, &mut rows, &guess);
-    let sigma: Vec<f64> = fit.rows.iter().map(|row| row.sigma).collect();
-    let least = sum(&prepared, &mut rows, &sigma, &fit.p)?;
+    let least = sum(&prepared, &mut rows, &Found::of(fit).sigma, &fit.p)?;
     let along = Along { prepared: &prepared, rows: RefCell::new(rows), fit, method, least };
     let mut profiles = Vec::with_capacity(estimates.len());
     for j in estimates {
