@@ -254,6 +254,15 @@ pub(crate) fn reason(
                 training(best)
             )
         }
+        Outcome::Unexplained(best) if search.explains(best) && !search.is_sound(best) => {
+            format!(
+                "The mean square of the errors is {base:.1} times that of the sensors' noise. With {} it is \
+                 {:.2} times, but {}: a name is given only to an effect of a size that its file allows.",
+                names(best),
+                training(best),
+                search.note(best)
+            )
+        }
         Outcome::Unexplained(best) => format!(
             "The mean square of the errors is {base:.1} times that of the sensors' noise. The best \
              that known effects do, {}, leaves {:.2} times: too much to call it found.",

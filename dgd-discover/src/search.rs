@@ -17,6 +17,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
+use dgd_compiler::effects::Application;
+
 use crate::candidates::Candidate;
 use crate::fitted::{Data, Fitted, NoFit};
 use crate::parallel::in_parallel;
@@ -53,10 +55,6 @@ const HOPELESS: f64 = 10.0;
 /// So many structures of templates are fitted to the end, in so many rounds at most.
 const FINISHED: usize = 6;
 const MOST_ROUNDS: usize = 4;
-
-/// A further round is made of fits that left at most this share of the error of the round before: what is
-/// decided then are factors.
-const WORTH_A_ROUND: f64 = 0.98;
 
 /// The search and what it has tried.
 pub(crate) struct Search<'a> {
@@ -122,24 +120,16 @@ impl Search<'_> {
         self.finish(&best);
     }
 
-    /// Fits some structures to the end, or until another round gains next to nothing, and simulates held-out
-    /// recordings with them.
+    /// Fits some structures to the end, and simulates held-out recordings with them.
     pub(crate) fn finish(&mut self, structures: &[Vec<usize>]) {
-        let error = |search: &Self, chosen: &[usize]| search.training_error(chosen).map(|e| e.0);
         let mut open = structures.to_vec();
         for _ in 0..MOST_ROUNDS {
             open.retain(|chosen| self.fitted(chosen).is_some_and(|fitted| !fitted.is_converged));
             if open.is_empty() {
                 break;
             }
-            let before: Vec<Option<f64>> = open.iter().map(|chosen| error(self, chosen)).collect();
             let wanted = open.iter().map(|chosen| self.continued(chosen)).collect();
             self.refit(wanted, EVALUATIONS, HeldOut::Later);
-            let mut before = before.into_iter();
-            open.retain(|chosen| {
-                let (before, after) = (before.next().flatten(), error(self, chosen));
-                before.zip(after).is_some_and(|(before, after)| after < WORTH_A_ROUND * before)
-            });
         }
         self.hold_out(structures);
     }
@@ -165,6 +155,7 @@ impl Search<'_> {
                 break;
             }
         }
+        self.other_forms();
         self.outcome()
     }
 
@@ -365,8 +356,47 @@ impl Search<'_> {
         }
     }
 
-    /// Fits a part of a structure from where the whole ended, unless its own fit ended at a minimum
-    /// that is nearly as good as the whole's.
+    /// Tries other forms of an effect that explains the data only with a parameter at its bound, from where
+    /// that fit ended: a form with less to choose may explain as much.
+    fn other_forms(&mut self) {
+        let mut explaining = self.ranked();
+        explaining.retain(|chosen| self.explains(chosen));
+        let first_sound = explaining.iter().position(|chosen| self.is_sound(chosen));
+        explaining.truncate(first_sound.unwrap_or(BEAM).min(BEAM));
+        for chosen in &explaining {
+            let others = self.with_other_forms(chosen);
+            for other in &others {
+                self.settle(other, chosen);
+            }
+            self.finish(&others);
+        }
+    }
+
+    /// Structures with another form of an effect that has a parameter at its bound.
+    fn with_other_forms(&self, chosen: &[usize]) -> Vec<Vec<usize>> {
+        let other_forms = self.at_bound(chosen).into_iter().flat_map(|effect| {
+            let forms = self.range(self.open).filter(move |form| self.are_forms(*form, effect));
+            forms.map(move |form| {
+                let rest = chosen.iter().copied().filter(|other| *other != effect);
+                let mut other: Vec<usize> = rest.chain([form]).collect();
+                other.sort_unstable();
+                other
+            })
+        });
+        other_forms.collect()
+    }
+
+    /// Whether two candidates are different forms of one effect at one place.
+    fn are_forms(&self, one: usize, other: usize) -> bool {
+        let place = |c: usize| {
+            let Application { effect, arguments, .. } = &self.candidates[c].application;
+            (&effect.name.text, arguments.iter().map(|name| &name.text).collect::<Vec<_>>())
+        };
+        one != other && place(one) == place(other)
+    }
+
+    /// Fits a part of a structure, or one like it, from where that ended, unless its own fit ended at a
+    /// minimum that is nearly as good as the whole's.
     ///
     /// An effect that is right may have been given up early, from a point that the screen suggested, or
     /// have ended at another minimum; with another one beside it it then would look as if it took both.

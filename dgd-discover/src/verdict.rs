@@ -334,10 +334,18 @@ impl Search<'_> {
 
     /// Whether no parameter of an effect has run into a bound.
     pub(crate) fn is_sound(&self, chosen: &[usize]) -> bool {
-        let Some(fitted) = self.fitted(chosen) else { return false };
-        let brought = &fitted.structure.brought;
-        let mut own = brought.iter().flat_map(|brought| &brought.parameters);
-        own.all(|name| !fitted.estimates.iter().any(|e| e.name == *name && e.at_bound.is_some()))
+        self.fitted(chosen).is_some() && self.at_bound(chosen).is_empty()
+    }
+
+    /// Effects of a structure that have a parameter at a bound.
+    pub(crate) fn at_bound(&self, chosen: &[usize]) -> Vec<usize> {
+        let Some(fitted) = self.fitted(chosen) else { return Vec::new() };
+        let is_at_bound = |name: &String| {
+            fitted.estimates.iter().any(|e| e.name == *name && e.at_bound.is_some())
+        };
+        let effects = chosen.iter().zip(&fitted.structure.brought);
+        let at_bound = effects.filter(|(_, brought)| brought.parameters.iter().any(is_at_bound));
+        at_bound.map(|(effect, _)| *effect).collect()
     }
 }
 
