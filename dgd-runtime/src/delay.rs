@@ -124,7 +124,8 @@ impl LateTimes {
                 let rows = &rows[..reached];
                 let (y, s, z) = pick(&all, rows);
                 let times = rows.iter().map(|row| self.all[*row]).collect();
-                LateValues { delay: *delay, tau: *tau, times, y, s, z }
+                let past = rows.iter().flat_map(|row| all.past(*row)).copied().collect();
+                LateValues { delay: *delay, tau: *tau, times, y, s, z, past }
             })
             .collect();
         Solution { times: times[..reached].to_vec(), y, s, z, past, late, ..all }

@@ -504,6 +504,18 @@ impl<S: System> Algebraic<S> {
     ) {
         // With S_a = 0, g_a = ∂f_a/∂y_d S_d + ∂f_a/∂θ.
         self.keep_differential(s);
+        self.correct_sensitivities(system, at, s, g);
+    }
+
+    /// Corrects sensitivities of algebraic unknowns where other things are read than those that were factorised
+    /// with; the corrections stay in `g`.
+    pub(crate) fn correct_sensitivities(
+        &mut self,
+        system: &S,
+        at: Point<'_>,
+        s: &mut [f64],
+        g: &mut [f64],
+    ) {
         system.sensitivity_rhs(at, s, self.f.as_mut(), g);
         for column in g.chunks_exact_mut(self.mass.as_ref().len().max(1)) {
             mask(column, self.mass.as_ref());

@@ -140,6 +140,9 @@ impl<'a, S: System> Reading<'a, S> {
             let z = &self.late.z[k * n_z..(k + 1) * n_z];
             let segment = self.inputs.segment(self.inputs.segment_at(s, self.side(k)));
             segment.value(s, self.u.as_mut());
+            let n_past = self.solution.n_past;
+            let first = self.inputs.len() - n_past;
+            self.u.as_mut()[first..].copy_from_slice(&self.late.past[k * n_past..(k + 1) * n_past]);
             let at = Point { t, y, u: self.u.as_ref(), p, z };
             if n_s == 0 {
                 system.outputs(at, &mut w);

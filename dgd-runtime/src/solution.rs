@@ -56,6 +56,8 @@ pub struct LateValues {
     pub s: Vec<f64>,
     /// Discrete numbers, n_z per time.
     pub z: Vec<f64>,
+    /// What is known of delayed unknowns, as many numbers per time as in the solution.
+    pub past: Vec<f64>,
 }
 
 /// A stretch of time on which sensitivities are undefined.

@@ -237,6 +237,55 @@ equation rate:  q = k*u
     }
 }
 
+/// The same decay in two halves of the delay, the first of which an algebraic unknown reads: before the start
+/// nothing moves, so that its start value does not depend on τ, nor what reads it.
+#[test]
+fn an_algebraic_unknown_reads_late_and_acts_late() {
+    let system = system(
+        "
+model decay
+parameter k   [1/s] = 1
+parameter tau [s]   = 1
+parameter u_0 [1]   = 1
+state u [1] = u_0
+unknown q [1/s] = 0
+equation decay: der(u) = -delay(q, tau/2)
+equation rate:  q = k*delay(u, tau/2)
+output far [1] = delay(u + q * 1 [s], tau)
+",
+    );
+    // Until u has a degree that the method integrates exactly and its dense output does not.
+    let times: Vec<f64> = (0..=42).map(|k| 0.1 * f64::from(k) + 0.003).collect();
+    let times = [&[0.0], &times[..]].concat();
+    let p = [0.7, 1.3, 2.0];
+    let [k_0, tau, u_0] = p;
+    let (solution, observed) = run(&system, &p, &Inputs::none(), &times);
+    // u(t − part τ), and its derivatives to k and τ.
+    let late = |t: f64, part: f64| {
+        let at = t - part * tau;
+        if at <= 0.0 {
+            return [u_0, 0.0, 0.0];
+        }
+        let [u, by_k, by_tau, _] = decay(at, p);
+        let rate = -k_0 * decay((at - tau).max(0.0), p)[0];
+        [u, by_k, by_tau - part * rate]
+    };
+    for (k, &t) in times.iter().enumerate() {
+        let (y, s) = (solution.y(k), solution.s(k));
+        let [[u, by_k, by_tau], [q, q_by_k, q_by_tau]] = [late(t, 0.0), late(t, 0.5)];
+        close("u", t, y[0], u);
+        close("q", t, y[1], k_0 * q);
+        close("du/dk", t, s[0], by_k);
+        close("dq/dk", t, s[1], q + k_0 * q_by_k);
+        close("du/dtau", t, s[2], by_tau);
+        close("dq/dtau", t, s[3], k_0 * q_by_tau);
+        let [[u, by_k, by_tau], [q, q_by_k, q_by_tau]] = [late(t, 1.0), late(t, 1.5)];
+        close("far", t, observed.w(k)[0], u + k_0 * q);
+        close("dfar/dk", t, observed.dw(k)[0], by_k + q + k_0 * q_by_k);
+        close("dfar/dtau", t, observed.dw(k)[1], by_tau + k_0 * q_by_tau);
+    }
+}
+
 /// ẋ = −a x(t − r) − b x(t − s) + u(t − c), x = 0 before the start and 1 at it: a fundamental solution
 /// X = Σ (−a)ⁱ (−b)ʲ C(i+j, i) (t − i r − j s)₊ⁱ⁺ʲ/(i+j)!, and Δu ∫ X from where the input steps.
 #[test]

@@ -28,42 +28,42 @@ output y [1] = x  noise 0.3 [1]
 ";
 
 /// A tight solver, so that what is compared is the filter.
-fn tight() -> Options {
+pub(crate) fn tight() -> Options {
     Options { rtol: 1e-12, atol: 1e-12, ..Options::default() }
 }
 
-fn system(text: &str, free: &[&str]) -> Loaded {
+pub(crate) fn system(text: &str, free: &[&str]) -> Loaded {
     let free = free.iter().map(|text| support::name(text)).collect();
     let directions = Directions::Tracked { free, fixed: Vec::new() };
     Loaded::new(compiled_text(Path::new("m.dgd"), text.to_owned(), (&[], &[]), &directions).program)
 }
 
-fn declared(system: &Loaded) -> Vec<f64> {
+pub(crate) fn declared(system: &Loaded) -> Vec<f64> {
     system.signature().parameters.iter().map(|parameter| parameter.value).collect()
 }
 
 /// Normal deviates by Box and Muller.
-struct Normal(Pcg64);
+pub(crate) struct Normal(Pcg64);
 
 impl Normal {
-    fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Normal(Pcg64::new(u128::from(seed), 0))
     }
 
-    fn next(&mut self) -> f64 {
+    pub(crate) fn next(&mut self) -> f64 {
         let mut uniform = || ((self.0.next_u64() >> 11) + 1) as f64 / (1u64 << 53) as f64;
         (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos()
     }
 }
 
 /// Rows of inputs and outputs.
-struct Data {
-    t: Vec<f64>,
-    u: Vec<Vec<f64>>,
-    measured: Vec<Vec<f64>>,
+pub(crate) struct Data {
+    pub(crate) t: Vec<f64>,
+    pub(crate) u: Vec<Vec<f64>>,
+    pub(crate) measured: Vec<Vec<f64>>,
 }
 
-fn rows(problem: &FilterProblem<'_, Loaded>, tuning: &Tuning, data: &Data) -> Vec<Row> {
+pub(crate) fn rows(problem: &FilterProblem<'_, Loaded>, tuning: &Tuning, data: &Data) -> Vec<Row> {
     let sample = |k: usize| Sample { t: data.t[k], u: &data.u[k], measured: &data.measured[k] };
     let (mut filter, first) = Filter::begin(problem, tuning, sample(0)).expect("a filter");
     let rest = (1..data.t.len()).map(|k| filter.step(sample(k)).expect("a row"));
@@ -72,11 +72,11 @@ fn rows(problem: &FilterProblem<'_, Loaded>, tuning: &Tuning, data: &Data) -> Ve
 }
 
 #[track_caller]
-fn close(found: f64, expected: f64, tolerance: f64) {
+pub(crate) fn close(found: f64, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() <= tolerance, "{found} against {expected}");
 }
 
-fn tuning(states: &[[f64; 2]], parameters: &[[f64; 2]], noise: &[f64]) -> Tuning {
+pub(crate) fn tuning(states: &[[f64; 2]], parameters: &[[f64; 2]], noise: &[f64]) -> Tuning {
     let walk = |[start, rate]: &[f64; 2]| Walk { start: *start, rate: *rate };
     Tuning {
         states: states.iter().map(walk).collect(),
@@ -260,7 +260,7 @@ fn algebraic_unknowns_follow_the_states() {
     }
 }
 
-fn recursive(forgetting_factor: f64) -> Estimator {
+pub(crate) fn recursive(forgetting_factor: f64) -> Estimator {
     Estimator::Recursive { forgetting_factor, most_covariance: 1.0 }
 }
 
@@ -615,30 +615,6 @@ output y [1] = x  noise 0.1 [1]
     assert!(matches!(error, FilterError::Stuck { rows: 10, .. }), "{error}");
 }
 
-#[test]
-fn models_with_a_past_are_refused_by_name() {
-    let text = "\
-model remote
-parameter a [1] = 0.5
-state x [1] = 1
-equation lag: der(x) * 1 [s] = -a*delay(x, 2 [s])
-output y [1] = x  noise 0.1 [1]
-";
-    let refused = |text: &str| {
-        let system = system(text, &[]);
-        let p = declared(&system);
-        let problem = FilterProblem::new(&system, &p);
-        let tuning = tuning(&[[1.0, 0.1]], &[[0.1, 0.0]], &[0.1]);
-        let begun = Filter::begin(&problem, &tuning, Sample { t: 0.0, u: &[], measured: &[0.0] });
-        begun.err().expect("refused").to_string()
-    };
-    let error = refused(text);
-    assert!(error.contains("what `x` was before") && error.contains("`output-error`"), "{error}");
-    let late = text.replace("delay(x, 2 [s])", "x").replace("y [1] = x", "y [1] = delay(x, 2 [s])");
-    let error = refused(&late);
-    assert!(error.contains("what output `y` reads late"), "{error}");
-}
-
 /// Two tanks: a heater with two modes that the state switches and one that an input does, a counter that
 /// starts anew, a level that cannot fall below zero, and an unknown that is a state in one mode only.
 const HYBRID: &str = "\
@@ -680,7 +656,7 @@ fn hybrid_data() -> Data {
     Data { u: (0..t.len()).map(u).collect(), measured: vec![vec![f64::NAN; 2]; t.len()], t }
 }
 
-fn held_inputs(data: &Data) -> dgd::Inputs {
+pub(crate) fn held_inputs(data: &Data) -> dgd::Inputs {
     let u: Vec<f64> = data.u.iter().map(|u| u[0]).collect();
     let column = dgd::Column { name: "u", interpolation: dgd::Interpolation::Hold, values: &u };
     dgd::Inputs::recorded(&data.t, &[column]).expect("inputs")

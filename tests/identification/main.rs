@@ -8,6 +8,7 @@ mod recorded;
 mod support;
 
 mod filters;
+mod filters_with_a_past;
 mod nist;
 mod output_error;
 mod regression;

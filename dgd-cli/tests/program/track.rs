@@ -209,10 +209,12 @@ fn what_makes_no_sense_is_refused_in_the_users_names() {
     let data = recording(5);
     let silent = TANKS.replace("noise 1 [mbar]", "");
     let late = TANKS.replace("output h_1 [m]  ", "output h_1 [m] = delay(h_1, 3 [s])  ");
+    let ahead = late.replace("3 [s]", "-3 [s]");
     let folder = folder_with(&[
         ("t.dgd", TANKS.as_bytes()),
         ("silent.dgd", silent.as_bytes()),
         ("late.dgd", late.as_bytes()),
+        ("ahead.dgd", ahead.as_bytes()),
         ("d.csv", data.as_bytes()),
     ]);
     let refused = |args: &[&str], code: i32, parts: &[&str]| {
@@ -227,10 +229,11 @@ fn what_makes_no_sense_is_refused_in_the_users_names() {
     let asked = ["silent.dgd", "--data", "d.csv", "--noise", "p_2=2"];
     dgd_in(folder.path(), &[&["track"], &asked[..]].concat()).done();
     refused(
-        &["late.dgd", "--data", "d.csv"],
+        &["ahead.dgd", "--data", "d.csv"],
         3,
-        &["what output `h_1` reads late", "`output-error`"],
+        &["what output `h_1` will be", "`output-error`"],
     );
+    dgd_in(folder.path(), &["track", "late.dgd", "--data", "d.csv"]).done();
     refused(&["t.dgd", "--data", "d.csv", "--forgetting", "0.9"], 2, &["--estimator recursive"]);
     refused(
         &["t.dgd", "--data", "d.csv", "--process-noise", "a_3=1"],

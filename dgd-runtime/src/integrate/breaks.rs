@@ -40,6 +40,7 @@ impl<S: System> Simulation<'_, S> {
         if S::FEATURES.past && self.breaks.is_some() {
             let s = self.directions.as_ref().map(|d| d.s.as_ref());
             self.drive.begin_history(self.t, self.y.as_ref(), s, self.sizes.as_ref());
+            self.make_sensitivities_consistent_with_history();
             self.linearized = false;
         }
     }

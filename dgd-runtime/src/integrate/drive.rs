@@ -1,6 +1,6 @@
 //! Inputs while a run goes on, and what delayed unknowns were.
 
-use super::history::History;
+use super::history::{History, Past};
 use crate::linalg::norm::Tolerances;
 use crate::problem::Problem;
 use crate::signal::Segment;
@@ -78,11 +78,18 @@ impl<'a, S: System> Drive<'a, S> {
         (self.now.as_ref(), self.slope.as_ref())
     }
 
+    /// Goes on from a past that is known until `t`.
+    pub(super) fn resume_history(&mut self, past: &Past, t: f64) {
+        if let Some(history) = &mut self.history {
+            history.resume(past, t);
+        }
+    }
+
     /// Begins the history with consistent values at `t`.
     pub(crate) fn begin_history(&mut self, t: f64, y: &[f64], s: Option<&[f64]>, sizes: &[f64]) {
         self.at(t, y);
         if let Some(history) = &mut self.history {
-            history.begin(self.problem, (y, s), sizes, self.now.as_ref());
+            history.begin(self.problem, (t, y, s), sizes, self.now.as_ref());
         }
     }
 

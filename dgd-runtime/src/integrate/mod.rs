@@ -66,12 +66,17 @@ use catalogue::{Method, MethodKind};
 use controller::Controller;
 use drive::Drive;
 use events::Hybrid;
+pub(crate) use history::{Hat, NODES, Past, Seed};
 use locked::Steps;
 pub use memory::Memory;
 pub(crate) use memory::held_by_bounds;
 use moving_jump::MovingJumps;
 use stepper::{At, Base, Directions, Failed, Stepper, Trial};
 use taylor::Expansion;
+
+/// Corrections of sensitivities at the start of a history, and the part of the tolerance that is none.
+const MOST_CORRECTIONS: usize = 8;
+const CORRECTED: f64 = 1e-6;
 
 /// So far before the point at which it can go on no more a run may end, in its span.
 const NEAR: f64 = 1e-9;
@@ -147,9 +152,19 @@ pub enum Wanted<'a> {
     Sensitivities,
     /// The unknowns of a run that can be gone on from ([`Solution::memory`]), and goes on from another one's
     /// end: the problem has start values of all unknowns then, and the run begins where the other one ended.
-    Resumed(Option<&'a Memory>),
+    /// Outputs are not read late.
+    Resumed(Before<'a>),
     /// The same with sensitivities.
-    ResumedSensitivities(Option<&'a Memory>),
+    ResumedSensitivities(Before<'a>),
+}
+
+/// What a run goes on from, beside its unknowns.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Before<'a> {
+    /// What the run before remembers; `None` for the first one.
+    pub memory: Option<&'a Memory>,
+    /// What unknowns that are read late were.
+    pub(crate) past: Option<&'a Past>,
 }
 
 impl<'a> Wanted<'a> {
@@ -166,10 +181,10 @@ impl<'a> Wanted<'a> {
     }
 
     /// What the run goes on from.
-    fn resumed(self) -> Option<&'a Memory> {
+    fn resumed(self) -> Before<'a> {
         match self {
-            Wanted::Resumed(memory) | Wanted::ResumedSensitivities(memory) => memory,
-            _ => None,
+            Wanted::Resumed(before) | Wanted::ResumedSensitivities(before) => before,
+            _ => Before::default(),
         }
     }
 
@@ -217,7 +232,8 @@ fn run<S: System>(
     let mut solution = Solution::empty(signature, n_s);
     let reads_past = matches!(wanted, Wanted::UnknownsAndPast)
         || wanted.is_remembered()
-        || outputs_read_past(signature);
+        || outputs_read_past(signature)
+        || (n_s > 0 && signature.outputs.iter().any(|output| output.delay.is_some()));
     if chosen.is_none() && reads_past {
         solution.n_past = signature.past().len();
     }
@@ -226,7 +242,7 @@ fn run<S: System>(
         if let MethodKind::Taylor(_) = options.method.kind {
             taylor::verify(problem, options.method.name)?;
         }
-        let late = LateTimes::new(problem, times)?;
+        let late = if wanted.is_remembered() { None } else { LateTimes::new(problem, times)? };
         Ok((late, problem.inputs_read().map_err(IntegrateError::Inputs)?))
     });
     let (late, inputs) = match verified {
@@ -276,7 +292,11 @@ fn run_to<'a, S: System>(
     solution.past.reserve(solution.n_past * times.len());
     let mut simulation = Simulation::new(problem, options, from, directions);
     simulation.chosen = wanted.chosen();
-    simulation.resumed = wanted.resumed();
+    let before = wanted.resumed();
+    simulation.resumed = before.memory;
+    if let Some(past) = before.past {
+        simulation.drive.resume_history(past, from);
+    }
     let outcome = simulation.integrate(times, until, solution);
     if wanted.is_remembered() {
         solution.memory = Some(simulation.memory());
@@ -615,6 +635,31 @@ impl<'a, S: System> Simulation<'a, S> {
             let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
             let (s, g) = (d.s.as_mut(), d.g.as_mut());
             self.algebraic.make_sensitivities_consistent(system, at, s, g);
+        }
+    }
+
+    /// Makes sensitivities of algebraic unknowns consistent with a history that has begun with them: until
+    /// then what is read late was read as if it were not, with the derivative −ẋ to a delay, although nothing
+    /// moved before the start. Linear but for delays that vary, so that one correction is most of it.
+    fn make_sensitivities_consistent_with_history(&mut self) {
+        let Problem { system, p, .. } = *self.problem;
+        let history = self.drive.history.as_ref();
+        if self.algebraic.is_empty() || history.is_none_or(|history| history.is_resumed()) {
+            return;
+        }
+        for _ in 0..MOST_CORRECTIONS {
+            let Some(d) = &mut self.directions else { return };
+            let u = self.drive.at(self.t, self.y.as_ref());
+            let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
+            let (s, g) = (d.s.as_mut(), d.g.as_mut());
+            self.algebraic.correct_sensitivities(system, at, s, g);
+            let Some(history) = &mut self.drive.history else { return };
+            history.begin_sensitivities(self.y.as_ref(), s);
+            let (sizes, atol) = (d.sizes.as_ref(), self.tolerances.atol);
+            let is_small = |(g, size): (&f64, &f64)| g.abs() <= CORRECTED * atol * size;
+            if g.iter().zip(sizes).all(is_small) {
+                return;
+            }
         }
     }
 

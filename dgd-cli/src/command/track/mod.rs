@@ -344,7 +344,7 @@ fn failed(error: &FilterError) -> CommandError {
             CommandError::Usage(message)
         }
         FilterError::Inputs(_) | FilterError::FirstInput { .. } => CommandError::Found(message),
-        FilterError::Remembers { .. }
+        FilterError::NotFollowed { .. }
         | FilterError::NoDirection { .. }
         | FilterError::Free(_)
         | FilterError::Start(_)

@@ -72,7 +72,7 @@ impl Coordinates {
 
     /// All parameters of the model, within their bounds.
     pub(super) fn p(&self, p: &[f64], variables: &[f64]) -> Vec<f64> {
-        self.parameters.parameters(p, &variables[self.n_states()..])
+        self.parameters.parameters(p, &variables[self.n_states()..self.len()])
     }
 
     /// Writes the states into y.
@@ -107,7 +107,7 @@ impl Coordinates {
 
     /// Moves parameters that have left their bounds back to them.
     pub(super) fn project(&self, variables: &mut [f64]) {
-        let parameters = &mut variables[self.n_states()..];
+        let parameters = &mut variables[self.states.len()..self.directions.len()];
         for (of, variable) in self.parameters.all.iter().zip(parameters) {
             let (low, high) = of.bounds();
             *variable = variable.clamp(low, high);

@@ -62,12 +62,12 @@ impl<S: System> Filter<'_, S> {
     /// The same by sigma points.
     fn look_by_points(&mut self, spread: Spread, inputs: &Inputs) -> Result<Look, TrialFailure> {
         let points = spread.points(&self.variables, &self.root);
-        let n = self.coordinates.len();
+        let n = self.variables.len();
         let mut outputs = DMatrix::zeros(self.noise.len(), points.ncols());
         for (point, mut output) in points.column_iter().zip(outputs.column_iter_mut()) {
             let variables: Vec<f64> = point.iter().copied().collect();
-            let w =
-                self.model.outputs(inputs, self.t, &self.place, &self.coordinates, &variables)?;
+            let place = self.place.moved_by(&variables[self.coordinates.len()..]);
+            let w = self.model.outputs(inputs, self.t, &place, &self.coordinates, &variables)?;
             output.copy_from_slice(&w);
         }
         let (mean, of_outputs) = spread.moments(&outputs, n);
@@ -121,6 +121,11 @@ impl<S: System> Filter<'_, S> {
         }
         self.coordinates.project(&mut self.variables);
         self.coordinates.write_states(&self.variables, &mut self.place.y);
+        if let Some(past) = &mut self.place.past {
+            let steps = &mut self.variables[self.coordinates.len()..];
+            past.correct(steps);
+            steps.fill(0.0);
+        }
         if let Estimator::Recursive { forgetting_factor, .. } = self.estimator {
             self.forget(forgetting_factor, &looked.of_variables);
         }

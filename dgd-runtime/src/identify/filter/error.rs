@@ -11,9 +11,9 @@ use crate::signal::InputError;
 pub enum FilterError {
     /// The model has no unknown with a derivative and no parameter is free.
     NothingTracked,
-    /// Samples are of more than states and modes at one time.
-    Remembers {
-        /// What else, in the model's names.
+    /// The model or an output reads what is not followed: with a delay that varies, or ahead.
+    NotFollowed {
+        /// What that is, in the model's names.
         what: String,
     },
     /// The model was compiled without derivatives to the start value of this unknown.
@@ -65,10 +65,10 @@ impl fmt::Display for FilterError {
                 f,
                 "there is nothing to track: the model has no state and no parameter is free"
             ),
-            Self::Remembers { what } => write!(
+            Self::NotFollowed { what } => write!(
                 f,
-                "a filter knows how uncertain states are at one time, and not how uncertain {what} is, \
-                 which this model needs; the estimator `output-error` of `dgd fit` simulates that"
+                "a filter does not follow {what}, which this model needs; the estimator `output-error` of \
+                 `dgd fit` simulates that"
             ),
             Self::NoDirection { unknown } => write!(
                 f,

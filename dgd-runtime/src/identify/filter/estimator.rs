@@ -18,10 +18,12 @@ use super::prediction::consistent;
 use super::problem::{
     Estimator, FilterProblem, Sample, Tuning, verify_first_inputs, verify_tuning,
 };
+use super::remembered::Remembered;
+use super::square_root::triangular;
 use super::watch::{Alarm, Watch};
 use crate::identify::error::TrialFailure;
 use crate::initial::consistent_start;
-use crate::problem::Problem;
+use crate::problem::{Problem, unknown_sizes};
 use crate::signal::Inputs;
 use crate::system::System;
 
@@ -82,7 +84,7 @@ pub struct Filter<'a, S> {
     pub(super) t: f64,
     /// Unknowns and modes at t.
     pub(super) place: Place,
-    /// States and parameters.
+    /// States and parameters, then what is remembered, as changes of the past: zeros between rows.
     pub(super) variables: Vec<f64>,
     /// L of their covariance L Lᵀ; for [`Estimator::Recursive`] that of start values and parameters.
     pub(super) root: DMatrix<f64>,
@@ -202,7 +204,7 @@ impl<'a, S: System> Filter<'a, S> {
             drive: Drive::default(),
             watch: Watch::default(),
             t,
-            place: Place { y, memory: None },
+            place: Place { y, memory: None, past: None },
             variables,
             root: DMatrix::from_diagonal(&DVector::from_column_slice(&start)),
             carried: recursive.then(|| DMatrix::identity(n, n)),
@@ -216,7 +218,45 @@ impl<'a, S: System> Filter<'a, S> {
             innovated: Innovated::default(),
         };
         filter.make_consistent(inputs);
+        filter.begin_past(inputs);
         Ok(filter)
+    }
+
+    /// What is read late begins to be remembered.
+    fn begin_past(&mut self, inputs: &Inputs) {
+        let Self { model, t, place, coordinates, variables, .. } = &mut *self;
+        let watched = model.watched();
+        if watched.is_empty() {
+            return;
+        }
+        let n = coordinates.len();
+        // What fails here fails at the first row, too, which says why.
+        let local = model.local(inputs, *t, place, coordinates, variables);
+        let own = local.map_or_else(|_| DMatrix::zeros(watched.len(), n), |local| local.watched);
+        let mut sizes = vec![0.0; place.y.len()];
+        unknown_sizes(model.system, &place.y, &mut sizes);
+        place.past = Some(Remembered::new(watched, &sizes, *t, &place.y));
+        variables.resize(n + watched.len(), 0.0);
+        self.remember(own);
+    }
+
+    /// Variables of a new node, as its unknowns follow from the variables before.
+    pub(super) fn remember(&mut self, mut from_others: DMatrix<f64>) {
+        let sizes = self.place.past.as_ref().map_or(&[][..], Remembered::sizes);
+        for (mut row, size) in from_others.row_iter_mut().zip(sizes) {
+            row /= *size;
+        }
+        let below = |of: &DMatrix<f64>| {
+            let own = &from_others * of;
+            let mut all = of.clone().resize_vertically(of.nrows() + own.nrows(), 0.0);
+            all.rows_mut(of.nrows(), own.nrows()).copy_from(&own);
+            all
+        };
+        // Recursive estimates have a root of start values and parameters alone.
+        match &mut self.carried {
+            Some(carried) => *carried = below(carried),
+            None => self.root = triangular(&below(&self.root)),
+        }
     }
 
     /// States that are algebraic in the modes at the start follow the others, and so does their uncertainty.
@@ -284,7 +324,7 @@ impl<'a, S: System> Filter<'a, S> {
             self.t = until;
             if let Err(reason) = moved {
                 self.ahead = None;
-                self.stray(until - from);
+                self.stray(until, until - from);
                 failure = Some(reason);
             }
         }

@@ -16,6 +16,8 @@
 //! | `coordinates` | from states and parameters to variables of the order of 1, and back |
 //! | `drive` | samples of the inputs as functions of time over the interval at hand |
 //! | `interval` | the model over one interval, and its derivatives at one time |
+//! | `remembered` | what unknowns that are read late were, and how uncertain |
+//! | `late_outputs` | outputs that are read late |
 //! | `square_root` | covariances as triangular factors |
 //! | `estimator` | one row after the other |
 //! | `prediction` | from one row to the next |
@@ -35,9 +37,9 @@
 //! modes: a condition that it makes true acts when the next interval begins. What a correction makes of a
 //! state at its bound is nothing, as it is certain to be there.
 //!
-//! What unknowns were is not tracked: where a model or an output reads it, samples would have to correct it,
-//! and its uncertainty would be part of what is predicted. Taken as known it makes standard deviations many
-//! times too small. [`FilterError::Remembers`] names it.
+//! Where a model or an output reads what unknowns were, that is tracked, too: as variables beside the present
+//! ones, which samples correct. Taken as known it would make standard deviations many times too small. Delays that
+//! vary with the unknowns are refused, [`FilterError::NotFollowed`].
 
 mod coordinates;
 mod correction;
@@ -45,11 +47,13 @@ mod drive;
 mod error;
 mod estimator;
 mod interval;
+mod late_outputs;
 mod levels;
 mod likelihood;
 mod prediction;
 mod prediction_error;
 mod problem;
+mod remembered;
 mod secant;
 mod side_by_side;
 mod square_root;

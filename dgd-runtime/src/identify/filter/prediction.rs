@@ -3,8 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::estimator::Filter;
-use super::interval::{Local, Place};
+use super::interval::Place;
 use super::problem::Estimator;
+use super::remembered::Remembered;
 use super::square_root::{beside, integrated_noise, triangular};
 use super::unscented::Spread;
 use crate::identify::error::TrialFailure;
@@ -30,20 +31,17 @@ impl<S: System> Filter<'_, S> {
                     coordinates,
                     variables,
                 )?;
-                let mut phi = DMatrix::identity(coordinates.len(), coordinates.len());
+                let mut phi = DMatrix::identity(variables.len(), variables.len());
                 phi.view_mut((0, 0), moved.phi.shape()).copy_from(&moved.phi);
                 let mut next = variables.clone();
                 coordinates.read_states(&moved.place.y, &mut next);
                 if let Some(carried) = &mut self.carried {
                     *carried = phi * &*carried;
+                    self.arrive(None, inputs, (from, until), moved.place, next)
                 } else {
                     let moved_root = phi * &self.root;
-                    let (root, ahead) =
-                        self.with_noise(&moved_root, inputs, (from, until), &moved.place, &next)?;
-                    (self.root, self.ahead) = (root, ahead);
+                    self.arrive(Some(moved_root), inputs, (from, until), moved.place, next)
                 }
-                (self.place, self.variables) = (moved.place, next);
-                Ok(())
             }
         }
     }
@@ -59,48 +57,81 @@ impl<S: System> Filter<'_, S> {
     ) -> Result<(), TrialFailure> {
         let Self { model, coordinates, place, .. } = &*self;
         let mut points = spread.points(&self.variables, &self.root);
-        let n = coordinates.len();
+        let n = self.variables.len();
         let mut middle = None;
         for mut point in points.column_iter_mut() {
             let mut variables: Vec<f64> = point.iter().copied().collect();
-            let moved = model.move_states(inputs, (from, until), place, coordinates, &variables)?;
+            let place = place.moved_by(&variables[coordinates.len()..]);
+            let moved =
+                model.move_states(inputs, (from, until), &place, coordinates, &variables)?;
             coordinates.read_states(&moved.y, &mut variables);
             point.copy_from_slice(&variables);
             middle.get_or_insert(moved);
         }
         let (mean, deviations) = spread.moments(&points, n);
         let next: Vec<f64> = mean.iter().copied().collect();
-        let place = middle.unwrap_or_else(|| place.clone());
-        let (root, _) = self.with_noise(&deviations, inputs, (from, until), &place, &next)?;
-        self.root = root;
-        (self.place, self.variables) = (place, next);
-        Ok(())
+        let mut place = middle.unwrap_or_else(|| place.clone());
+        if let Some(past) = &mut place.past {
+            past.end_at(coordinates, &next);
+        }
+        self.arrive(Some(deviations), inputs, (from, until), place, next)
     }
 
-    /// Root of the covariance after an interval, from that without noise and what the walks add, with the
-    /// model's Jacobian at its end.
-    fn with_noise(
-        &self,
-        without: &DMatrix<f64>,
+    /// Takes over where the estimate has come to: `moved` is the root of its covariance without noise, unless
+    /// the derivatives are carried. After an error all is as before but for these.
+    fn arrive(
+        &mut self,
+        moved: Option<DMatrix<f64>>,
         inputs: &Inputs,
         (from, until): (f64, f64),
-        place: &Place,
-        variables: &[f64],
-    ) -> Result<(DMatrix<f64>, Option<Local>), TrialFailure> {
+        mut place: Place,
+        mut variables: Vec<f64>,
+    ) -> Result<(), TrialFailure> {
+        let Self { model, coordinates, .. } = &*self;
+        let own = coordinates.len();
+        let mut gone = Vec::new();
+        if let Some(past) = &mut place.past {
+            gone = past.forget(model.reach(&coordinates.p(model.p, &variables)));
+            for position in &mut gone {
+                *position += own;
+            }
+        }
+        let kept = without(&DMatrix::from_column_slice(variables.len(), 1, &variables), &gone);
+        variables = kept.iter().copied().collect();
+        let known = variables.len();
+        variables.resize(own + place.past.as_ref().map_or(0, Remembered::len), 0.0);
+
         let mut densities = self.guarded(until - from);
-        for k in self.model.held(place, &self.coordinates) {
+        for k in model.held(&place, coordinates) {
             densities[k] = 0.0;
         }
-        if densities.iter().all(|q| *q == 0.0) {
-            return Ok((triangular(without), None));
+        let strays = moved.is_some() && densities.iter().any(|q| *q != 0.0);
+        let mut local = None;
+        if strays || place.past.is_some() {
+            local = Some(model.local(inputs, until, &place, coordinates, &variables)?);
         }
-        let local = self.model.local(inputs, until, place, &self.coordinates, variables)?;
-        let Some(noise) = integrated_noise(&local.a, &densities, until - from) else {
-            let equation = self.model.system.signature().name.to_string();
-            return Err(TrialFailure::NoSensitivity { equation, t: until });
-        };
-        let root = consistent(&local.phi, beside(without, &noise));
-        Ok((triangular(&root), Some(local)))
+        let mut root = moved.map(|moved| without(&moved, &gone));
+        if let (Some(root), Some(local), true) = (&mut root, &local, strays) {
+            let Some(noise) = integrated_noise(&local.a, &densities, until - from) else {
+                let equation = model.system.signature().name.to_string();
+                return Err(TrialFailure::NoSensitivity { equation, t: until });
+            };
+            let noise = noise.resize_vertically(known, 0.0);
+            let phi = local.phi.columns(0, known).into_owned();
+            *root = consistent(&phi, beside(root, &noise));
+        }
+        if let Some(root) = root {
+            self.root = triangular(&root);
+        }
+        if let Some(carried) = &mut self.carried {
+            *carried = without(carried, &gone);
+        }
+        (self.place, self.variables) = (place, variables);
+        if let (Some(local), true) = (&local, self.place.past.is_some()) {
+            self.remember(local.watched.columns(0, known).into_owned());
+        }
+        self.ahead = local;
+        Ok(())
     }
 
     /// Densities of the walks; parameters that are as uncertain as at first do not walk.
@@ -115,12 +146,28 @@ impl<S: System> Filter<'_, S> {
     }
 
     /// States that could not be moved are less certain.
-    pub(super) fn stray(&mut self, dt: f64) {
+    pub(super) fn stray(&mut self, until: f64, dt: f64) {
         let densities = self.guarded(dt);
         let noise =
             DVector::from_iterator(densities.len(), densities.iter().map(|q| (q * dt).sqrt()));
-        self.root = triangular(&beside(&self.root, &DMatrix::from_diagonal(&noise)));
+        let noise = DMatrix::from_diagonal(&noise).resize_vertically(self.root.nrows(), 0.0);
+        self.root = triangular(&beside(&self.root, &noise));
+        if let Some(past) = &mut self.place.past {
+            // The last copy is all that is known of what was since.
+            past.hold(until);
+            let (each, known) = (past.sizes().len(), self.variables.len());
+            self.variables.resize(known + each, 0.0);
+            let sizes = past.sizes().to_vec();
+            self.remember(DMatrix::from_fn(each, known, |row, column| {
+                if column + each == known + row { sizes[row] } else { 0.0 }
+            }));
+        }
     }
+}
+
+/// A matrix without some of its rows.
+fn without(m: &DMatrix<f64>, rows: &[usize]) -> DMatrix<f64> {
+    if rows.is_empty() { m.clone() } else { m.clone().remove_rows_at(rows) }
 }
 
 /// The root of the covariance in which states that are algebraic at the time follow the others.

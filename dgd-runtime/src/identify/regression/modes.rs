@@ -7,7 +7,7 @@
 //! else.
 
 use crate::identify::recording::Recording;
-use crate::integrate::{Memory, Wanted};
+use crate::integrate::{Before, Memory, Wanted};
 use crate::problem::{Options, Problem};
 use crate::solution::Solution;
 use crate::system::{AutomatonKind, Discrete, Pattern, Point, System};
@@ -140,7 +140,8 @@ impl<'a, S: System> Carrier<'a, S> {
     fn run(&self, start: &[(usize, f64)], times: &[f64]) -> Option<Solution> {
         let Self { system, p, .. } = *self;
         let problem = Problem { system, p, inputs: &self.recording.inputs, start };
-        let wanted = Wanted::Resumed(self.memory.as_ref());
+        let before = Before { memory: self.memory.as_ref(), ..Before::default() };
+        let wanted = Wanted::Resumed(before);
         S::integrate(&problem, times, &self.options, wanted).ok()
     }
 }

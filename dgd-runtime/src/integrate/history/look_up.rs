@@ -1,7 +1,7 @@
 //! What is read late at a time, in the inputs' places for it.
 
 use super::polynomial::Basis;
-use super::{Before, History, NODES, ONE_TIME, Read, Tau};
+use super::{Before, Begun, History, NODES, ONE_TIME, Read, Tau};
 use crate::problem::Problem;
 use crate::system::{PastLayout, Point, System};
 
@@ -69,8 +69,9 @@ impl History {
             }
         }
         let (n_v, n_w) = (self.layout.n_v, self.watched.len());
+        let has_begun = self.begun != Begun::NotYet;
         for &Read { delayed: k, watched, has_history } in &lag.reads {
-            past.held[k] = f64::from(u8::from(has_history || self.has_begun));
+            past.held[k] = f64::from(u8::from(has_history || has_begun));
             if has_history {
                 let Before { values, rates, curvatures, s, s_rates } = &self.before;
                 past.set(k, [values[k], rates[k], curvatures[k]]);

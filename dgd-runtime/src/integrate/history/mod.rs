@@ -14,6 +14,7 @@
 //! on their way, as with recordings of every second and a long delay, only those are followed up that
 //! values or sensitivities jump at: levels 0 and 1.
 
+mod given;
 mod look_up;
 mod passing;
 mod polynomial;
@@ -25,7 +26,8 @@ use crate::problem::Problem;
 use crate::system::{PastLayout, Point, System};
 use polynomial::divide;
 
-pub(super) use polynomial::NODES;
+pub(crate) use given::{Hat, Past, Seed};
+pub(crate) use polynomial::NODES;
 
 /// Marks up to this level are followed up.
 const MOST_LEVEL: u32 = 6;
@@ -52,8 +54,7 @@ pub(super) struct History {
     /// Unknowns that are read late, each once.
     watched: Vec<usize>,
     lags: Vec<Lag>,
-    /// Whether the run has consistent start values.
-    has_begun: bool,
+    begun: Begun,
     /// What the model says of delayed unknowns before the start.
     before: Before,
     /// Watched values, then their sensitivities direction by direction: before the start, and where
@@ -77,6 +78,17 @@ pub(super) struct History {
     is_trial: bool,
     /// A delay that varies reaches a mark within the step: which, when, and whether from behind.
     crossing: Option<(usize, f64, bool)>,
+}
+
+/// Whether a history has begun.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Begun {
+    /// The run has no consistent start values.
+    NotYet,
+    /// At the start, with what the model says of the time before.
+    Anew,
+    /// With a past that was given.
+    FromAPast,
 }
 
 /// A delay, and what it reads.
@@ -242,7 +254,7 @@ impl History {
             tolerances,
             sizes: Vec::new(),
             n_s,
-            has_begun: false,
+            begun: Begun::NotYet,
             origin: vec![0.0; n],
             now: vec![0.0; n],
             first: 0,
@@ -280,11 +292,17 @@ impl History {
     pub(super) fn begin<S: System>(
         &mut self,
         problem: &Problem<'_, S>,
-        (y, s): (&[f64], Option<&[f64]>),
+        (t, y, s): (f64, &[f64], Option<&[f64]>),
         sizes: &[f64],
         u: &[f64],
     ) {
         self.sizes = sizes.to_vec();
+        if self.begun == Begun::FromAPast {
+            gather(&self.watched, self.n_s, y, s, &mut self.now);
+            self.mark(t, 1, &[], y, s);
+            self.pass_all_until(t);
+            return;
+        }
         gather(&self.watched, self.n_s, y, s, &mut self.origin);
         // What was just before is in the place of what is now.
         self.now.copy_from_slice(&self.origin);
@@ -294,7 +312,7 @@ impl History {
         for read in self.lags.iter().flat_map(|lag| &lag.reads).filter(|read| read.has_history) {
             self.now[read.watched] = self.before.values[read.delayed];
         }
-        self.has_begun = true;
+        self.begun = Begun::Anew;
         self.mark(self.from, 1, &[], y, s);
         // A delay that is zero at the start reads what follows.
         self.look_up(problem, self.from, y, u);
@@ -303,6 +321,18 @@ impl History {
                 self.lags[lag].mark = 1;
             }
         }
+    }
+
+    /// Whether it goes on from a past that was given.
+    pub(super) fn is_resumed(&self) -> bool {
+        self.begun == Begun::FromAPast
+    }
+
+    /// Begins with these sensitivities, at the start.
+    pub(super) fn begin_sensitivities(&mut self, y: &[f64], s: &[f64]) {
+        gather(&self.watched, self.n_s, y, Some(s), &mut self.now);
+        let n_w = self.watched.len();
+        self.origin[n_w..].copy_from_slice(&self.now[n_w..]);
     }
 
     /// Whether something was read of what the solution has not reached yet, in this trial.

@@ -1,0 +1,227 @@
+//! A past that a run is given.
+//!
+//! Who moves a model from sample to sample, and corrects at each what it was, keeps the past of what is read
+//! late between the runs: polynomials as those of steps, with a change in a straight line between samples
+//! wherever it was corrected.
+
+use super::polynomial::{Basis, divide};
+use super::{Begun, History, Mark, NODES, ONE_TIME};
+
+/// What unknowns were until now.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Past {
+    /// Positions of the unknowns, ascending.
+    watched: Vec<usize>,
+    /// Where it begins; before that it is the first value, or what the model says.
+    from: f64,
+    /// Begin and end of each piece, and its divided differences: those of all unknowns for each node.
+    ends: Vec<[f64; 2]>,
+    differences: Vec<f64>,
+    /// Values before the first piece.
+    origin: Vec<f64>,
+    /// Where it is not smooth.
+    marks: Vec<Kink>,
+    /// Its sensitivities; zero in all other directions.
+    seeds: Vec<Seed>,
+}
+
+/// A time at which the past is not smooth: with the first piece behind it, and the derivative that jumps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Kink {
+    t: f64,
+    piece: usize,
+    level: u32,
+}
+
+/// How the past of an unknown changes with what it was at one time: a straight line to the times before and
+/// after at which it is known apart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Hat {
+    /// Where it is zero on the left; `None` where it is 1 all the time before.
+    pub left: Option<f64>,
+    /// Where it is 1.
+    pub top: f64,
+    /// Where it is zero on the right; `None` where it is 1 all the time after.
+    pub right: Option<f64>,
+}
+
+/// The change of one unknown, by its position among those that are watched, in one direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Seed {
+    pub direction: usize,
+    pub unknown: usize,
+    pub hat: Hat,
+}
+
+impl Hat {
+    pub(crate) fn at(self, t: f64) -> f64 {
+        let part = |zero: Option<f64>| match zero {
+            Some(zero) => ((t - zero) / (self.top - zero)).max(0.0),
+            None => 1.0,
+        };
+        if t == self.top {
+            1.0
+        } else if t < self.top {
+            part(self.left)
+        } else {
+            part(self.right)
+        }
+    }
+}
+
+impl Past {
+    /// Nothing but the values of the unknowns at the positions `watched` at the time `from`.
+    pub(crate) fn new(watched: Vec<usize>, from: f64, y: &[f64]) -> Self {
+        let origin = watched.iter().map(|i| y[*i]).collect();
+        let (ends, differences, seeds) = (Vec::new(), Vec::new(), Vec::new());
+        Self {
+            watched,
+            from,
+            ends,
+            differences,
+            origin,
+            marks: vec![Kink { t: from, piece: 0, level: 1 }],
+            seeds,
+        }
+    }
+
+    pub(crate) fn watched(&self) -> &[usize] {
+        &self.watched
+    }
+
+    /// Since when it is known.
+    pub(crate) fn from(&self) -> f64 {
+        self.from
+    }
+
+    /// Until when it is known.
+    pub(crate) fn until(&self) -> f64 {
+        self.ends.last().map_or(self.from, |ends| ends[1])
+    }
+
+    /// Goes on from t₀ to t₁ with the values of all unknowns at each of [`NODES`].
+    pub(crate) fn push<'y>(&mut self, [t0, t1]: [f64; 2], y: impl Fn(usize) -> &'y [f64]) {
+        let (n, at) = (self.watched.len(), self.differences.len());
+        for node in 0..NODES.len() {
+            let y = y(node);
+            self.differences.extend(self.watched.iter().map(|i| y[*i]));
+        }
+        divide(&mut self.differences[at..], n);
+        self.ends.push([t0, t1]);
+    }
+
+    /// Times at which it is not smooth.
+    pub(crate) fn marks(&self) -> impl Iterator<Item = f64> {
+        self.marks.iter().map(|kink| kink.t)
+    }
+
+    /// What comes next does not go on smoothly: its derivative of this order jumps.
+    pub(crate) fn mark(&mut self, level: u32) {
+        self.marks.push(Kink { t: self.until(), piece: self.ends.len(), level });
+    }
+
+    /// Adds a change of one of the unknowns, `change` of time, that is a straight line within each piece.
+    pub(crate) fn add(&mut self, unknown: usize, change: impl Fn(f64) -> f64) {
+        let n = self.watched.len();
+        self.origin[unknown] += change(self.from);
+        let pieces = self.differences.chunks_exact_mut(n * NODES.len());
+        for ([t0, t1], differences) in self.ends.iter().zip(pieces) {
+            let at_begin = change(*t0);
+            differences[unknown] += at_begin;
+            differences[n + unknown] += change(*t1) - at_begin;
+        }
+    }
+
+    /// One of the unknowns, and its rate, at a time; at rest before it begins.
+    pub(crate) fn value(&self, unknown: usize, t: f64) -> (f64, f64) {
+        let Some(last) = self.ends.len().checked_sub(1) else { return (self.origin[unknown], 0.0) };
+        if t < self.from {
+            return (self.origin[unknown], 0.0);
+        }
+        let piece = self.ends.partition_point(|[_, t1]| *t1 < t).min(last);
+        let [t0, t1] = self.ends[piece];
+        let len = self.watched.len() * NODES.len();
+        let differences = &self.differences[piece * len..(piece + 1) * len];
+        let basis = Basis::at((t.min(t1) - t0) / (t1 - t0));
+        let [x, slope, _] = basis.read(differences, self.watched.len(), unknown);
+        (x, slope / (t1 - t0))
+    }
+
+    /// Forgets what was before a time at which it was marked.
+    pub(crate) fn forget_before(&mut self, t: f64) {
+        let Some(first) = self.marks.iter().position(|kink| kink.t == t) else { return };
+        let piece = self.marks[first].piece;
+        if piece == 0 {
+            return;
+        }
+        let n = self.watched.len();
+        self.origin = (0..n).map(|i| self.differences[piece * n * NODES.len() + i]).collect();
+        self.ends.drain(..piece);
+        self.differences.drain(..piece * n * NODES.len());
+        self.marks.drain(..first);
+        for kink in &mut self.marks {
+            kink.piece -= piece;
+        }
+        self.from = t;
+    }
+
+    /// The same past, with sensitivities.
+    pub(crate) fn seeded(&self, seeds: Vec<Seed>) -> Self {
+        Self { seeds, ..self.clone() }
+    }
+}
+
+impl History {
+    /// Begins with a past that is known, at a time up to which it is.
+    pub(in crate::integrate) fn resume(&mut self, past: &Past, t: f64) {
+        let (n_w, n) = (self.watched.len(), self.now.len());
+        let (of_past, pieces) = (past.watched.len(), past.ends.len());
+        self.from = past.from;
+        self.ends.clone_from(&past.ends);
+        self.differences = vec![0.0; pieces * NODES.len() * n];
+        for (k, unknown) in self.watched.iter().enumerate() {
+            let Some(own) = past.watched.iter().position(|other| other == unknown) else {
+                continue;
+            };
+            self.origin[k] = past.origin[own];
+            for at in 0..pieces * NODES.len() {
+                self.differences[at * n + k] = past.differences[at * of_past + own];
+            }
+            for &Seed { direction, hat, .. } in past.seeds.iter().filter(|of| of.unknown == own) {
+                if direction >= self.n_s {
+                    continue;
+                }
+                let column = (direction + 1) * n_w + k;
+                self.origin[column] = hat.at(past.from);
+                for (piece, [t0, t1]) in past.ends.iter().enumerate() {
+                    // A straight line.
+                    let (begin, end) = (hat.at(*t0), hat.at(*t1));
+                    let at = piece * NODES.len() * n + column;
+                    self.differences[at] = begin;
+                    self.differences[at + n] = end - begin;
+                }
+            }
+        }
+        let mark = |&Kink { t, piece, level }: &Kink| Mark {
+            t,
+            piece,
+            level,
+            dt: vec![0.0; self.n_s],
+            left: Vec::new(),
+        };
+        self.marks = past.marks.iter().map(mark).collect();
+        self.begun = Begun::FromAPast;
+        self.pass_all_until(t);
+    }
+
+    /// Delays read behind the last mark that they have reached.
+    pub(super) fn pass_all_until(&mut self, t: f64) {
+        for i in 0..self.lags.len() {
+            let Some(tau) = self.lags[i].constant() else { continue };
+            let rounding = ONE_TIME * t.abs().max(tau);
+            let Self { marks, lags, first_mark, .. } = self;
+            let reached = marks.partition_point(|mark| mark.t + tau <= t + rounding);
+            lags[i].mark = *first_mark + reached;
+        }
+    }
+}
