@@ -33,9 +33,14 @@ impl Estimator {
         matches!(self, Self::OutputError | Self::Linearised)
     }
 
+    /// Whether start values of states are among the estimates.
+    pub(crate) fn estimates_starts(self) -> bool {
+        self.simulates() || matches!(self, Self::PredictionError)
+    }
+
     /// Whether the likelihood can be followed along an estimate.
     pub(crate) fn has_profiles(self) -> bool {
-        !matches!(self, Self::PredictionError | Self::Recursive)
+        !matches!(self, Self::Recursive)
     }
 }
 

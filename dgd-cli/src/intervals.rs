@@ -78,13 +78,13 @@ impl IntervalArgs {
         }
         if !self.profile.is_empty() && !estimator.has_profiles() {
             return Err(CommandError::Usage(
-                "`--profile` does not go with `--estimator recursive` and `prediction-error`"
-                    .to_owned(),
+                "`--profile` does not go with `--estimator recursive`".to_owned(),
             ));
         }
         let directions = signature.directions.iter().enumerate();
-        let estimated = directions
-            .filter(|(_, of)| estimator.simulates() || matches!(of, Direction::Parameter(_)));
+        let estimated = directions.filter(|(_, of)| {
+            estimator.estimates_starts() || matches!(of, Direction::Parameter(_))
+        });
         let names: Vec<String> =
             estimated.map(|(j, _)| signature.direction_name(j).into_owned()).collect();
         for name in self.profile.iter().map(|name| name.trim()) {
@@ -142,7 +142,7 @@ impl Intervals {
         Ok(Self { profiles, bootstrap: resampled, profiled })
     }
 
-    /// Of a regression, those profiles that are complete.
+    /// Of another estimator, those profiles that are complete.
     pub(crate) fn of_profiles(profiles: Vec<Profile>, profiled: Vec<usize>) -> Self {
         Self { profiles, bootstrap: None, profiled }
     }

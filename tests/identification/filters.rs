@@ -4,9 +4,10 @@ use std::path::Path;
 
 use dgd::identify::filter::{
     Alarm, Estimator, Filter, FilterError, FilterProblem, Level, LevelEstimate, PredictionError,
-    PredictionErrorProblem, Row, Sample, Spread, Tuning, Walk, prediction_error, usual_tuning,
+    PredictionErrorProblem, Row, Sample, Spread, Tuning, Walk, prediction_error,
+    prediction_error_profiles, usual_tuning,
 };
-use dgd::identify::{Bound, Noise, OutputErrorProblem, Recording, fit};
+use dgd::identify::{Bound, End, Noise, OutputErrorProblem, Recording, Term, fit, profiles};
 use dgd::{Options, System};
 use dgd_compiler::pipeline::Directions;
 use dgd_execute::Loaded;
@@ -450,12 +451,12 @@ fn prediction_error_without_process_noise_is_output_error() {
         options,
         ..PredictionErrorProblem::new(&system, &p, &recordings)
     };
-    let of_simulation = fit(&OutputErrorProblem {
+    let simulated = OutputErrorProblem {
         noise: vec![Some(Noise::Known(0.2))],
         options,
         ..OutputErrorProblem::new(&system, &p, &recordings)
-    })
-    .expect("a fit");
+    };
+    let of_simulation = fit(&simulated).expect("a fit");
     let found = prediction_error(&known).expect("estimates");
     assert_eq!(found.estimates.len(), of_simulation.estimates.len());
     for (a, b) in found.estimates.iter().zip(&of_simulation.estimates) {
@@ -465,6 +466,22 @@ fn prediction_error_without_process_noise_is_output_error() {
         close(a.std.expect("determined"), std, 1e-3 * std);
     }
     close(found.deviance, of_simulation.deviance, 1e-6 * found.deviance.abs());
+    // So are the ways along an estimate, and who makes up for it.
+    let along = prediction_error_profiles(&known, &found, &[0, 1]).expect("profiles");
+    let expected = profiles(&simulated, &of_simulation, &[0, 1]).expect("profiles");
+    assert_eq!(along.len(), 2);
+    for (a, b) in along.iter().zip(&expected) {
+        let std = found.estimates[a.estimate].std.expect("determined");
+        for (a, b) in [(a.lower, b.lower), (a.upper, b.upper)] {
+            assert!(matches!((a, b), (End::Interval(_), End::Interval(_))), "{a:?} {b:?}");
+            close(a.value(), b.value(), 5e-3 * std);
+        }
+        for ((a, b), estimate) in a.at_upper.iter().zip(&b.at_upper).zip(&found.estimates) {
+            close(*a, *b, 2e-2 * estimate.std.expect("determined"));
+        }
+        let names = |terms: &[Term]| terms.iter().map(|term| term.estimate).collect::<Vec<_>>();
+        assert_eq!(names(&a.with_upper), names(&b.with_upper));
+    }
     // Sought, the process noise is not told from none: estimates move by less than half their deviation.
     let sought = PredictionErrorProblem { rates: vec![Level::Estimated], ..known };
     let sought = prediction_error(&sought).expect("estimates");

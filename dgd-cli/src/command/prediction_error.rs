@@ -7,7 +7,7 @@ use dgd_compiler::pipeline::Compiled;
 use dgd_execute::Loaded;
 use dgd_runtime::identify::filter::{
     FilterProblem, Level, LevelEstimate, PredictionError, PredictionErrorProblem, Row,
-    prediction_error, predictions,
+    prediction_error, prediction_error_profiles, predictions,
 };
 use dgd_runtime::identify::{
     Bound, Estimate, EstimateError, Evaluation, Noise, OutputErrorProblem, Recording, Starts,
@@ -22,6 +22,7 @@ use crate::console::{Console, print};
 use crate::failure::CommandError;
 use crate::figure::{self, Line, Subject};
 use crate::fit_report::{Tested, bound_name, digits_of, entry, rms_of, unit_of};
+use crate::intervals::{Estimated, Intervals};
 use crate::left_out::LeftOut;
 use crate::plot::{Figure, Panel, Text};
 use crate::recording;
@@ -61,16 +62,29 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
         ..of_simulation
     };
     let mut left_out = LeftOut::of(found.termination);
+    let profiled = args.intervals.profiled(&found.estimates);
+    let profiles = if profiled.is_empty() || found.termination == Termination::Stopped {
+        Vec::new()
+    } else {
+        let profiles = prediction_error_profiles(&problem, &found, &profiled);
+        profiles.map_err(|error| task.failed(error, &args.data))?
+    };
+    let intervals = Intervals::of_profiles(profiles, profiled);
+    intervals.push_left_out(&mut left_out, &found.estimates);
     let valid = task.tested_unless_stopped(args, &mut left_out, || {
         let is_asked = !task.valid.is_empty();
         is_asked.then(|| task.simulated(&held_out, &args.valid)).transpose()
     })?;
     task.watch.write();
-    let outcome = Outcome { task, args, found: &found, train, valid, left_out: &left_out };
+    let outcome =
+        Outcome { task, args, found: &found, train, valid, intervals, left_out: &left_out };
     if !args.solve.plot.is_empty() {
         let figure = outcome.figure(&problem)?;
         for path in &args.solve.plot {
             figure::save(&figure, path, console)?;
+            for (path, figure) in outcome.intervals.figures(&outcome, path) {
+                figure::save(&figure, &path, console)?;
+            }
         }
     }
     let json = outcome.to_json();
@@ -130,14 +144,31 @@ struct Outcome<'a> {
     found: &'a PredictionError,
     train: Evaluation,
     valid: Option<Tested>,
+    intervals: Intervals,
     left_out: &'a LeftOut,
 }
 
-impl Outcome<'_> {
+impl Estimated for Outcome<'_> {
     fn signature(&self) -> &Signature {
         self.task.system.signature()
     }
 
+    fn estimates(&self) -> &[Estimate] {
+        &self.found.estimates
+    }
+
+    fn name(&self, i: usize) -> String {
+        let estimate = &self.found.estimates[i];
+        match estimate.recording {
+            Some(r) if self.args.data.len() > 1 => {
+                format!("{} of recording {}", estimate.name, r + 1)
+            }
+            _ => estimate.name.clone(),
+        }
+    }
+}
+
+impl Outcome<'_> {
     /// Positions of the states.
     fn states(&self) -> Vec<usize> {
         FilterProblem::new(&self.task.system, &self.task.p).states()
@@ -217,7 +248,7 @@ impl Outcome<'_> {
                 (signature.unknowns.name(i).to_string(), entry)
             })
             .collect();
-        json!({
+        let mut result = json!({
             "model": signature.name,
             "estimator": "prediction-error",
             "parameters": parameters,
@@ -233,7 +264,11 @@ impl Outcome<'_> {
             "termination": found.termination.name(),
             "status": self.left_out.status(),
             "left_out": self.left_out.all(),
-        })
+        });
+        if let Some(result) = result.as_object_mut() {
+            self.intervals.write_json(self, result);
+        }
+        result
     }
 
     /// Names of what changes together without a change of the likelihood.
@@ -264,22 +299,17 @@ impl Outcome<'_> {
         );
         let cells = |row: [&str; 4]| row.map(str::to_owned);
         let mut rows = vec![cells(["estimate", "value", "std", "unit"])];
-        let several = self.args.data.len() > 1;
-        for estimate in &found.estimates {
+        for (i, estimate) in found.estimates.iter().enumerate() {
             let unit = unit_of(signature, estimate);
             let value = unit.from_si(estimate.value);
             let std = estimate.std.map(|std| std / unit.factor.abs());
-            let name = match estimate.recording {
-                Some(r) if several => format!("{} of recording {}", estimate.name, r + 1),
-                _ => estimate.name.clone(),
-            };
             let shown = match (std, estimate.at_bound) {
                 (_, Some(reached)) => format!("at its {} bound", bound_name(reached)),
                 (Some(std), None) => significant(std, 2),
                 (None, None) if self.task.few.hide_stds() => "-".to_owned(),
                 (None, None) => "not determined".to_owned(),
             };
-            rows.push([name, digits_of(value, std), shown, unit.symbol.to_string()]);
+            rows.push([self.name(i), digits_of(value, std), shown, unit.symbol.to_string()]);
         }
         push_table(&mut text, &rows);
         text.push('\n');
@@ -306,6 +336,7 @@ impl Outcome<'_> {
             rows.push([name, number(train), number(valid), output.unit.symbol.to_string()]);
         }
         push_table(&mut text, &rows);
+        self.intervals.push_text(&mut text, self);
         self.left_out.push_text(&mut text);
         self.task.few.push_text(&mut text);
         for together in self.undetermined() {

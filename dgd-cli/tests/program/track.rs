@@ -228,11 +228,7 @@ fn what_makes_no_sense_is_refused_in_the_users_names() {
     );
     let asked = ["silent.dgd", "--data", "d.csv", "--noise", "p_2=2"];
     dgd_in(folder.path(), &[&["track"], &asked[..]].concat()).done();
-    refused(
-        &["ahead.dgd", "--data", "d.csv"],
-        3,
-        &["what output `h_1` will be", "`output-error`"],
-    );
+    refused(&["ahead.dgd", "--data", "d.csv"], 3, &["what output `h_1` will be", "`output-error`"]);
     dgd_in(folder.path(), &["track", "late.dgd", "--data", "d.csv"]).done();
     refused(&["t.dgd", "--data", "d.csv", "--forgetting", "0.9"], 2, &["--estimator recursive"]);
     refused(

@@ -40,7 +40,7 @@ const MOST_EVALUATIONS: usize = 60;
 pub(super) const FAR: f64 = 1e3;
 
 /// The same of a logarithm: a factor of a million.
-const FAR_LOGARITHM: f64 = 13.8;
+pub(super) const FAR_LOGARITHM: f64 = 13.8;
 
 /// What changes by less than this part of the largest relative change has no part in making up.
 const TAKES_PART: f64 = 0.1;

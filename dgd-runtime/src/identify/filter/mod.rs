@@ -26,6 +26,7 @@
 //! | `watch` | whether the innovations are what the filter expects |
 //! | `prediction_error` | parameters and noise levels by the likelihood of the innovations |
 //! | `likelihood` | that likelihood, and its derivatives |
+//! | `profile` | the likelihood along an estimate |
 //! | `levels` | levels of noise as variables |
 //! | `secant` | what its Hessian is beside the information |
 //! | `side_by_side` | filters with several sets of numbers along one recording |
@@ -53,6 +54,7 @@ mod likelihood;
 mod prediction;
 mod prediction_error;
 mod problem;
+mod profile;
 mod remembered;
 mod secant;
 mod side_by_side;
@@ -66,5 +68,6 @@ pub use prediction_error::{
     Level, LevelEstimate, PredictionError, PredictionErrorProblem, prediction_error, predictions,
 };
 pub use problem::{Estimator, FilterProblem, Sample, Tuning, Walk, usual_tuning};
+pub use profile::prediction_error_profiles;
 pub use unscented::Spread;
 pub use watch::Alarm;

@@ -35,13 +35,8 @@ impl<S: System> Filter<'_, S> {
                 phi.view_mut((0, 0), moved.phi.shape()).copy_from(&moved.phi);
                 let mut next = variables.clone();
                 coordinates.read_states(&moved.place.y, &mut next);
-                if let Some(carried) = &mut self.carried {
-                    *carried = phi * &*carried;
-                    self.arrive(None, inputs, (from, until), moved.place, next)
-                } else {
-                    let moved_root = phi * &self.root;
-                    self.arrive(Some(moved_root), inputs, (from, until), moved.place, next)
-                }
+                let moved_with = phi * self.carried.as_ref().unwrap_or(&self.root);
+                self.arrive(moved_with, inputs, (from, until), moved.place, next)
             }
         }
     }
@@ -74,14 +69,14 @@ impl<S: System> Filter<'_, S> {
         if let Some(past) = &mut place.past {
             past.end_at(coordinates, &next);
         }
-        self.arrive(Some(deviations), inputs, (from, until), place, next)
+        self.arrive(deviations, inputs, (from, until), place, next)
     }
 
-    /// Takes over where the estimate has come to: `moved` is the root of its covariance without noise, unless
-    /// the derivatives are carried. After an error all is as before but for these.
+    /// Takes over where the estimate has come to: `moved` is the root of its covariance without noise, or the
+    /// derivatives that are carried. After an error all is as before.
     fn arrive(
         &mut self,
-        moved: Option<DMatrix<f64>>,
+        moved: DMatrix<f64>,
         inputs: &Inputs,
         (from, until): (f64, f64),
         mut place: Place,
@@ -96,35 +91,32 @@ impl<S: System> Filter<'_, S> {
                 *position += own;
             }
         }
-        let kept = without(&DMatrix::from_column_slice(variables.len(), 1, &variables), &gone);
-        variables = kept.iter().copied().collect();
-        let known = variables.len();
+        let known = variables.len() - gone.len();
+        variables.truncate(own);
         variables.resize(own + place.past.as_ref().map_or(0, Remembered::len), 0.0);
 
         let mut densities = self.guarded(until - from);
         for k in model.held(&place, coordinates) {
             densities[k] = 0.0;
         }
-        let strays = moved.is_some() && densities.iter().any(|q| *q != 0.0);
+        let strays = self.carried.is_none() && densities.iter().any(|q| *q != 0.0);
         let mut local = None;
         if strays || place.past.is_some() {
             local = Some(model.local(inputs, until, &place, coordinates, &variables)?);
         }
-        let mut root = moved.map(|moved| without(&moved, &gone));
-        if let (Some(root), Some(local), true) = (&mut root, &local, strays) {
+        let mut moved = without(moved, &gone);
+        if let (Some(local), true) = (&local, strays) {
             let Some(noise) = integrated_noise(&local.a, &densities, until - from) else {
                 let equation = model.system.signature().name.to_string();
                 return Err(TrialFailure::NoSensitivity { equation, t: until });
             };
             let noise = noise.resize_vertically(known, 0.0);
             let phi = local.phi.columns(0, known).into_owned();
-            *root = consistent(&phi, beside(root, &noise));
+            moved = consistent(&phi, beside(&moved, &noise));
         }
-        if let Some(root) = root {
-            self.root = triangular(&root);
-        }
-        if let Some(carried) = &mut self.carried {
-            *carried = without(carried, &gone);
+        match &mut self.carried {
+            Some(carried) => *carried = moved,
+            None => self.root = triangular(&moved),
         }
         (self.place, self.variables) = (place, variables);
         if let (Some(local), true) = (&local, self.place.past.is_some()) {
@@ -166,8 +158,8 @@ impl<S: System> Filter<'_, S> {
 }
 
 /// A matrix without some of its rows.
-fn without(m: &DMatrix<f64>, rows: &[usize]) -> DMatrix<f64> {
-    if rows.is_empty() { m.clone() } else { m.clone().remove_rows_at(rows) }
+fn without(m: DMatrix<f64>, rows: &[usize]) -> DMatrix<f64> {
+    if rows.is_empty() { m } else { m.remove_rows_at(rows) }
 }
 
 /// The root of the covariance in which states that are algebraic at the time follow the others.

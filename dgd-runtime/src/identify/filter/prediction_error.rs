@@ -31,7 +31,7 @@ use super::problem::{FilterProblem, Tuning, Walk, states_of};
 use super::secant::Secant;
 use crate::identify::error::EstimateError;
 use crate::identify::levenberg_marquardt::{
-    NormalEquations, StoppingRule, Termination, minimise_watched,
+    Minimum, NormalEquations, StoppingRule, Termination, minimise_watched,
 };
 use crate::identify::output_error::{NEGLIGIBLE_REDUCTION, Prior, Starts};
 use crate::identify::progress::{Of, Progress, Unwatched, Watch};
@@ -143,6 +143,8 @@ pub struct PredictionError {
     pub termination: Termination,
     uncertainty: Uncertainty,
     slopes: Vec<f64>,
+    /// The variables of the search.
+    pub(super) z: Vec<f64>,
 }
 
 impl PredictionError {
@@ -194,27 +196,11 @@ pub fn prediction_error<S: System + Clone + Send>(
     for (z, (low, high)) in z.iter_mut().zip(&bounds) {
         *z = z.clamp(*low, *high);
     }
-    let (mut done, mut least) = (0, f64::INFINITY);
-    let mut secant = Secant::new(z.len());
-    let mut evaluate = |z: &[f64]| {
-        let at = search.better(problem.system, problem.threads, z, least);
-        done += 1;
+    let minimum = minimised(&search, problem, z, (&bounds, &problem.stopping), |done| {
         let of = Of::AtMost(problem.stopping.evaluations + 1);
         problem.watch.advanced(Progress { what: "evaluations", done, of });
-        let mut normal = at?;
-        let mut information = normal.information.clone();
-        if normal.cost < least {
-            least = normal.cost;
-            let hessian = secant.hessian(z, &normal);
-            information = std::mem::replace(&mut normal.information, hessian);
-        }
-        Ok(Evaluated { normal, information })
-    };
-    let first = evaluate(&z).map_err(Failed::at_start)?;
-    // A cost that is found on the way is less than the first.
-    let reduction = problem.stopping.reduction.max(NEGLIGIBLE_REDUCTION / first.normal.cost);
-    let rule = StoppingRule { reduction, ..problem.stopping };
-    let minimum = minimise_watched(z, first, &bounds, &rule, problem.watch, evaluate);
+    });
+    let minimum = minimum.map_err(Failed::at_start)?;
     Ok(PredictionError {
         samples,
         iterations: minimum.iterations,
@@ -224,10 +210,51 @@ pub fn prediction_error<S: System + Clone + Send>(
     })
 }
 
+/// The least −2 ln L within bounds, from `z`; `told` is told how often it was evaluated.
+///
+/// # Errors
+///
+/// The model cannot be filtered at `z`.
+pub(super) fn minimised<S: System + Clone + Send>(
+    search: &Search<'_>,
+    problem: &PredictionErrorProblem<'_, S>,
+    z: Vec<f64>,
+    (bounds, stopping): (&[(f64, f64)], &StoppingRule),
+    told: impl Fn(usize),
+) -> Result<Minimum<Evaluated, Failed>, Failed> {
+    let (mut done, mut least) = (0, f64::INFINITY);
+    let mut secant = Secant::new(z.len());
+    let mut evaluate = |z: &[f64]| {
+        let at = search.better(problem.system, problem.threads, z, least);
+        done += 1;
+        told(done);
+        let mut normal = at?;
+        let mut information = normal.information.clone();
+        if normal.cost < least {
+            least = normal.cost;
+            let hessian = secant.hessian(z, &normal);
+            information = std::mem::replace(&mut normal.information, hessian);
+        }
+        Ok(Evaluated { normal, information })
+    };
+    let first = evaluate(&z)?;
+    // A cost that is found on the way is less than the first.
+    let reduction = stopping.reduction.max(NEGLIGIBLE_REDUCTION / first.normal.cost);
+    let rule = StoppingRule { reduction, ..*stopping };
+    Ok(minimise_watched(z, first, bounds, &rule, problem.watch, evaluate))
+}
+
 /// The likelihood at a point, with its Hessian in place of the information.
-struct Evaluated {
+pub(super) struct Evaluated {
     normal: NormalEquations,
     information: DMatrix<f64>,
+}
+
+impl Evaluated {
+    /// −2 ln L less a constant.
+    pub(super) fn cost(&self) -> f64 {
+        self.normal.cost
+    }
 }
 
 impl AsRef<NormalEquations> for Evaluated {
@@ -369,6 +396,7 @@ impl Search<'_> {
             termination: Termination::EvaluationLimit,
             uncertainty,
             slopes,
+            z: z.to_vec(),
         }
     }
 }
