@@ -80,9 +80,9 @@ impl Search<'_> {
     /// can be spared, and with which no other names compare. What it leaves is more than noise: a plant
     /// is never all in its model.
     pub(crate) fn nearly_all(&mut self) -> Option<Outcome> {
-        let best = self.ranked().into_iter().next().filter(|best| !best.is_empty())?;
+        let best = self.without_spare_parts().filter(|best| !best.is_empty())?;
         self.finish(std::slice::from_ref(&best));
-        if self.ranked().first() != Some(&best) || !self.is_believable(&best) {
+        if self.without_spare_parts().as_ref() != Some(&best) || !self.is_believable(&best) {
             return None;
         }
         let [trained, held_out] = self.squares(&best)?;
@@ -91,6 +91,21 @@ impl Search<'_> {
             return None;
         }
         (self.are_essential(&best) && self.is_unrivalled(&best)).then_some(Outcome::Partly(best))
+    }
+
+    /// The best structure, or the smallest part of it whose rest is not worth its place.
+    fn without_spare_parts(&self) -> Option<Vec<usize>> {
+        let ranked = self.ranked();
+        let mut best = ranked.first()?;
+        let is_part = |part: &Vec<usize>, whole: &Vec<usize>| {
+            part.len() < whole.len() && part.iter().all(|effect| whole.contains(effect))
+        };
+        while let Some(part) =
+            ranked.iter().find(|part| is_part(part, best) && !self.is_worth(best, part))
+        {
+            best = part;
+        }
+        Some(best.clone())
     }
 
     /// Whether far more is left without any one of the library's effects of a structure.
@@ -105,7 +120,8 @@ impl Search<'_> {
         })
     }
 
-    /// Whether clearly more is left with other effects of the library, or with none.
+    /// Whether clearly more is left with other effects of the library, or with none. More effects beside its
+    /// own are no others.
     fn is_unrivalled(&mut self, chosen: &[usize]) -> bool {
         let Some([trained, held_out]) = self.squares(chosen) else { return false };
         let candidates = self.candidates;
@@ -117,7 +133,7 @@ impl Search<'_> {
         let mut rivals = self.ranked();
         rivals.retain(|other| {
             let left = self.training_square(other).unwrap_or(f64::INFINITY);
-            left < UNRIVALLED * trained && names(other) != own
+            left < UNRIVALLED * trained && !names(other).is_superset(&own)
         });
         self.finish(&rivals);
         rivals.iter().all(|rival| {
