@@ -93,15 +93,19 @@ impl Search<'_> {
         (self.are_essential(&best) && self.is_unrivalled(&best)).then_some(Outcome::Partly(best))
     }
 
-    /// The best structure, or the smallest part of it whose rest is not worth its place.
+    /// The best structure, or a part of it whose rest the Bayesian information criterion hardly asks for.
     fn without_spare_parts(&self) -> Option<Vec<usize>> {
         let ranked = self.ranked();
         let mut best = ranked.first()?;
         let is_part = |part: &Vec<usize>, whole: &Vec<usize>| {
             part.len() < whole.len() && part.iter().all(|effect| whole.contains(effect))
         };
+        let gain = |part: &[usize], whole: &[usize]| {
+            let both = self.bic(part).zip(self.bic(whole));
+            both.map_or(f64::INFINITY, |(part, whole)| part - whole)
+        };
         while let Some(part) =
-            ranked.iter().find(|part| is_part(part, best) && !self.is_worth(best, part))
+            ranked.iter().find(|part| is_part(part, best) && gain(part, best) < LEAST_GAIN)
         {
             best = part;
         }
