@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use crate::estimator::RegressionArgs;
 use crate::intervals::IntervalArgs;
+use crate::multi_start::SearchArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::linearize::LinearAt;
@@ -296,6 +297,8 @@ pub(crate) struct FitArgs {
     /// Go on from where a run with the same input and `-o` was ended; the result is the same
     #[arg(long)]
     pub resume: bool,
+    #[command(flatten)]
+    pub search: SearchArgs,
     #[command(flatten)]
     pub intervals: IntervalArgs,
     #[command(flatten)]

@@ -5,11 +5,12 @@
 //! ```
 //!
 //! ȳ is the mean of all samples that count. The fit in percent is Ljung's, System Identification
-//! Toolbox, `compare`; the tests of residuals are those of [`dgd_screen::residuals`].
+//! Toolbox, `compare`; the tests of residuals are those of [`dgd_screen::residuals`], with the weights
+//! of the fit's loss, so that outliers do not hide what the other samples show.
 
 use std::fmt::Write as _;
 
-use dgd_runtime::identify::{Evaluation, Recording};
+use dgd_runtime::identify::{Evaluation, Fit, Recording};
 use dgd_runtime::{Side, Signature, Unit};
 use dgd_screen::residuals::{CrossCorrelation, Portmanteau, cross_correlation, portmanteau};
 use serde_json::{Map, Value, json};
@@ -44,16 +45,18 @@ struct OutputQuality {
 }
 
 impl Quality {
-    /// Of an evaluation of these recordings.
+    /// Of an evaluation of these recordings, with what was found by this fit.
     pub(crate) fn of(
         signature: &Signature,
         recordings: &[Recording],
         evaluation: &Evaluation,
+        fit: &Fit,
     ) -> Self {
         let inputs: Vec<Vec<Vec<f64>>> =
             recordings.iter().map(|recording| input_values(signature, recording)).collect();
         let of = |(i, output): (usize, &dgd_runtime::Output)| {
-            output_quality(recordings, evaluation, &inputs, (i, &output.unit))
+            let weight = |e: f64| fit.weight(i, e);
+            output_quality(recordings, evaluation, &inputs, (i, &output.unit), weight)
         };
         let outputs: Vec<_> = signature.outputs.iter().enumerate().map(of).collect();
         let input_tests = outputs.iter().flatten().flat_map(|q| q.inputs.iter().flatten()).count();
@@ -183,7 +186,10 @@ fn output_quality(
     evaluation: &Evaluation,
     inputs: &[Vec<Vec<f64>>],
     (output, unit): (usize, &Unit),
+    weight: impl Fn(f64) -> f64,
 ) -> Option<OutputQuality> {
+    // Σe², Σe, and w e for the tests.
+    let (mut squares, mut sum) = (0.0, 0.0);
     let (mut residuals, mut measured) = (Vec::new(), Vec::new());
     for (recording, observations) in recordings.iter().zip(&evaluation.observations) {
         let samples = recording.measured[output].as_deref();
@@ -192,7 +198,11 @@ fn output_quality(
             let y = samples.map_or(f64::NAN, |samples| samples[k]);
             if y.is_finite() && *t >= recording.counts_from {
                 measured.push(y / unit.factor);
-                e.push((y - observations.w(k)[output]) / unit.factor);
+                let error = y - observations.w(k)[output];
+                let in_unit = error / unit.factor;
+                squares += in_unit * in_unit;
+                sum += in_unit;
+                e.push(weight(error) * in_unit);
             } else {
                 e.push(f64::NAN);
             }
@@ -203,8 +213,6 @@ fn output_quality(
         return None;
     }
     let n = measured.len() as f64;
-    let errors = || residuals.iter().flatten().filter(|e| e.is_finite());
-    let squares: f64 = errors().map(|e| e * e).sum();
     let mean = measured.iter().sum::<f64>() / n;
     let scatter: f64 = measured.iter().map(|y| (y - mean).powi(2)).sum();
     let runs: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
@@ -218,7 +226,7 @@ fn output_quality(
     Some(OutputQuality {
         samples: measured.len(),
         mse: squares / n,
-        bias: errors().sum::<f64>() / n,
+        bias: sum / n,
         unexplained: (scatter > 0.0).then(|| squares / scatter),
         whiteness: portmanteau(&runs, LAGS),
         inputs: tests,

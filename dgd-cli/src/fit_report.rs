@@ -16,6 +16,7 @@ use crate::information::Origins;
 use crate::intervals::{Estimated, Intervals};
 use crate::left_out::LeftOut;
 use crate::linearised::Linearised;
+use crate::multi_start::Minima;
 use crate::table::{push_table, significant};
 
 /// Correlations above this are pointed out.
@@ -35,6 +36,8 @@ pub(crate) struct Outcome<'a> {
     pub recordings: &'a [Recording],
     pub information: Option<Origins>,
     pub intervals: Intervals,
+    /// What became of several starting points.
+    pub minima: Option<Minima>,
     /// What Ctrl-C kept it from.
     pub left_out: &'a LeftOut,
     /// Outputs whose noise could not be estimated.
@@ -85,6 +88,7 @@ impl Outcome<'_> {
                     "unit": output.unit.symbol,
                     "fitted": fit.noise[i].is_some(),
                     "noise": errors.noise,
+                    "light_samples": fit.light_samples[i],
                     "rms_train": errors.train,
                     "rms_valid": errors.valid,
                     "quality": {
@@ -126,6 +130,7 @@ impl Outcome<'_> {
             "samples": fit.samples,
             "samples_without_sensitivity": fit.samples_without_sensitivity,
             "degrees_of_freedom": fit.degrees_of_freedom,
+            "loss": fit.loss.name(),
             "cost": fit.cost,
             "reduced_chi_square": fit.reduced_chi_square(),
             "deviance": fit.deviance,
@@ -145,12 +150,19 @@ impl Outcome<'_> {
         });
         if let Some(result) = result.as_object_mut() {
             self.intervals.write_json(self, result);
+            if let Some(minima) = &self.minima {
+                result.insert("multi_start".to_owned(), minima.to_json(self));
+            }
             if let Some(linearised) = &self.linearised {
                 result.insert("estimator".to_owned(), json!("linearised"));
                 result.insert("linearised".to_owned(), linearised.to_json(self));
             }
             if let Some(information) = &self.information {
                 result.insert("information".to_owned(), information.to_json(self));
+                result.insert(
+                    "operating_points".to_owned(),
+                    information.points_to_json(self.signature),
+                );
             }
         }
         result
@@ -257,6 +269,23 @@ impl Outcome<'_> {
         text
     }
 
+    /// A line for each output with outliers.
+    fn push_light(&self, text: &mut String) {
+        let outputs = self.signature.outputs.iter().enumerate();
+        for (i, output) in outputs.filter(|(i, _)| self.fit.light_samples[*i] > 0) {
+            let samples: usize = self.fit.misfits.iter().map(|misfits| misfits[i].samples).sum();
+            let light = self.fit.light_samples[i];
+            // Writing to a string does not fail.
+            let _ = writeln!(
+                text,
+                "`{}`: {light} of {samples} samples weigh less than half, {} %; of normal noise it were {} %",
+                output.name,
+                significant(100.0 * light as f64 / samples as f64, 2),
+                significant(100.0 * self.fit.loss.light_share(), 2)
+            );
+        }
+    }
+
     fn push_remarks(&self, text: &mut String) {
         let fit = self.fit;
         // Writing to a string does not fail.
@@ -265,6 +294,7 @@ impl Outcome<'_> {
             push_correlated(text, &first, &second, pair.correlation);
         }
         push_combinations(text, &fit.undetermined, |i| self.name(i), "output");
+        self.push_light(text);
         self.quality.push_remarks(text, self.signature);
         if fit.samples_without_sensitivity > 0 {
             let _ = writeln!(
@@ -276,6 +306,9 @@ impl Outcome<'_> {
         }
         if fit.failures > 0 {
             let _ = writeln!(text, "{} trials could not be simulated", fit.failures);
+        }
+        if let Some(minima) = &self.minima {
+            minima.push_text(text, self);
         }
         let chi = fit.reduced_chi_square();
         let chi = chi.map_or_else(String::new, |chi| format!(", {chi:.3} times the noise squared"));

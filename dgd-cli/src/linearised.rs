@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use dgd_runtime::Signature;
-use dgd_runtime::identify::{Departure, Evaluation, Nonlinear, Recording};
+use dgd_runtime::identify::{Departure, Evaluation, Fit, Nonlinear, Recording};
 use dgd_runtime::linearize::OperatingPoint;
 use serde_json::{Map, Value, json};
 
@@ -40,10 +40,11 @@ impl Linearised {
         place: Place,
         points: Vec<Option<OperatingPoint>>,
         (recordings, linear): (&[Recording], &Evaluation),
+        fit: &Fit,
         model: Result<Nonlinear, String>,
     ) -> Self {
         let model = model.map(|Nonlinear { evaluation, .. }| Model {
-            quality: Quality::of(signature, recordings, &evaluation),
+            quality: Quality::of(signature, recordings, &evaluation, fit),
             differences: (0..signature.outputs.len())
                 .map(|i| difference(recordings, linear, &evaluation, i))
                 .collect(),

@@ -2,13 +2,15 @@
 
 #[path = "linearised.rs"]
 mod linearised;
+#[path = "robust.rs"]
+mod robust;
 
 use std::num::NonZeroU32;
 use std::sync::Mutex;
 
 use dgd::identify::{
-    Bound, EstimateError, Fit, Noise, OutputErrorProblem, Prior, Progress, Recording, Stepping,
-    Termination, TrialFailure, Watch, bootstrap, evaluate, fit, fit_from, fit_starts,
+    Bound, EstimateError, Fit, Noise, OutputErrorProblem, PointEnd, Prior, Progress, Recording,
+    Stepping, Termination, TrialFailure, Watch, bootstrap, evaluate, fit, fit_from, fit_starts,
     outputs_with_sensitivities, profile, profiles,
 };
 use dgd::{
@@ -404,9 +406,10 @@ fn trials_that_explode_are_steps_too_far() {
     assert!(matches!(failed.reason, TrialFailure::Simulation(_)));
     // Of several starting points one that cannot be simulated is passed over.
     let points = [vec![(0, 1.5)], vec![(0, 0.5)]];
-    let (best, found) = fit_from(&problem, &points).expect("the second succeeds");
-    assert_eq!(best, 1);
-    close(found.p[0], 0.9, 1e-6);
+    let found = fit_from(&problem, &points).expect("the second succeeds");
+    assert_eq!(found.best, 1);
+    close(found.fit.p[0], 0.9, 1e-6);
+    assert!(matches!(found.ends[0], PointEnd::Failed(EstimateError::Start(_))));
 }
 
 /// Stops when it has been told so many times of something.
@@ -493,10 +496,10 @@ fn of_starts_profiles_and_data_sets_those_are_given_that_are_complete() {
 
     // The second start is the better one, and is not tried; the first is fitted to the end.
     let points = [vec![(1, 500.0)], vec![(1, 21.0)]];
-    let (_, first) = fit_from(&problem, &points[..1]).expect("a fit");
+    let first = fit_from(&problem, &points[..1]).expect("a fit").fit;
     let watch = Patience::with("starts", 1);
-    let (best, found) = fit_from(&stopped(&watch), &points).expect("a fit");
-    assert_eq!((best, values(&found)), (0, values(&first)));
+    let found = fit_from(&stopped(&watch), &points).expect("a fit");
+    assert_eq!((found.best, values(&found.fit)), (0, values(&first)));
     assert_eq!(watch.told().len(), 1);
 
     let random = |replicate: usize| {

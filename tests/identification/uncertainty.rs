@@ -7,7 +7,7 @@ use std::path::Path;
 
 use dgd::identify::{
     Bootstrap, Bound, End, Fit, Noise, OutputErrorProblem, Prior, Recording, THRESHOLD, bootstrap,
-    fit, information, profile, profiles,
+    evaluate, fit, information, profile, profiles,
 };
 use dgd::{Column, Inputs, Interpolation, Options, Problem, System, observe, simulate};
 use dgd_compiler::pipeline::Directions;
@@ -527,4 +527,56 @@ fn information_adds_up_and_lies_where_it_should() {
     let expected = (std(&all) / std(&without.expect("a fit"))).powi(2);
     // Linear in gain: sensitivities are the same at both estimates.
     assert!((found[0].kinds[0] - expected).abs() < 1e-6, "{} {expected}", found[0].kinds[0]);
+}
+
+#[test]
+fn what_more_of_a_kind_would_do_is_what_it_does() {
+    // A second output reads the same, and is measured where more is wanted.
+    let system = system(&format!("{HEATER}output again [1] = x\n"));
+    let p = declared(&system);
+    let mut recording = heated(1, 100, 0.0);
+    recording.measured.push(None);
+    // What the model gives, so that estimates stay where they are with more of it.
+    let noise = vec![Some(Noise::Known(SIGMA)), None];
+    let recordings = [recording.clone()];
+    let problem = OutputErrorProblem { noise, ..OutputErrorProblem::new(&system, &p, &recordings) };
+    let first = fit(&problem).expect("a fit");
+    let given = evaluate(&problem, &first.p, &first.starts).expect("a simulation").observations;
+    let measured: Vec<f64> = (0..100).map(|k| given[0].w(k)[0]).collect();
+    recording.measured[0] = Some(measured.clone());
+    let kinds = [(0..100).map(|k| usize::from(k % 25 >= 15)).collect::<Vec<usize>>()];
+    let fitted = |recordings: &[Recording], sigma_again: f64| {
+        let noise = vec![Some(Noise::Known(SIGMA)), Some(Noise::Known(sigma_again))];
+        let problem =
+            OutputErrorProblem { noise, ..OutputErrorProblem::new(&system, &p, recordings) };
+        let fit = fit(&problem).expect("a fit");
+        let found = information(&problem, &fit, &kinds, 2).expect("sensitivities");
+        (fit, found)
+    };
+    let (alone, found) = fitted(&[recording.clone()], SIGMA);
+    let stds = |fit: &Fit| -> Vec<f64> {
+        fit.estimates.iter().map(|estimate| estimate.std.expect("determined")).collect()
+    };
+    let with = |wanted: &dyn Fn(usize) -> bool, sigma_again: f64| -> Vec<f64> {
+        let mut recording = recording.clone();
+        let all = measured.iter().enumerate();
+        let again = all.map(|(k, value)| if wanted(k) { *value } else { f64::NAN }).collect();
+        recording.measured[1] = Some(again);
+        let (more, _) = fitted(&[recording], sigma_again);
+        stds(&more).iter().zip(stds(&alone)).map(|(more, alone)| more / alone).collect()
+    };
+    for (one, expected) in found.iter().zip(with(&|_| true, SIGMA)) {
+        assert!((expected - 0.5_f64.sqrt()).abs() < 1e-6, "{expected}");
+        assert!((one.all_again - expected).abs() < 1e-6, "{} {expected}", one.all_again);
+    }
+    for kind in 0..2 {
+        let samples = kinds[0].iter().filter(|found| **found == kind).count() as f64;
+        // As many as there are all together, by the weight of each.
+        let sigma = SIGMA * (samples / 100.0).sqrt();
+        let ratios = with(&|k| kinds[0][k] == kind, sigma);
+        for (one, expected) in found.iter().zip(ratios) {
+            let again = one.again[kind].expect("samples");
+            assert!((again - expected).abs() < 1e-5, "{kind}: {again} {expected}");
+        }
+    }
 }

@@ -10,8 +10,8 @@ use dgd_execute::Loaded;
 use dgd_runtime::identify::filter::FilterProblem;
 use dgd_runtime::identify::{
     Estimate, EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Prior, Recording,
-    StoppingRule, Termination, TrialFailed, TrialFailure, Watch, evaluate, fit, fit_starts,
-    nonlinear, operating_points,
+    StoppingRule, Termination, TrialFailed, TrialFailure, Watch, evaluate, fit_starts, nonlinear,
+    operating_points,
 };
 use dgd_runtime::journal::{Digest, Keeping};
 use dgd_runtime::linearize::NotLinearised;
@@ -36,6 +36,7 @@ use crate::intervals::Intervals;
 use crate::left_out::LeftOut;
 use crate::linearised::{self, Linearised};
 use crate::load::Compilation;
+use crate::multi_start::Minima;
 use crate::plot::Text;
 use crate::recording::{self, Clock};
 use crate::resume;
@@ -61,6 +62,7 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
     }
     let task = task;
     let signature = task.system.signature();
+    args.search.verify(args.regression.estimator)?;
     args.intervals.verify(args.regression.estimator, signature)?;
     match args.regression.estimator {
         Estimator::OutputError | Estimator::Linearised => {}
@@ -71,8 +73,12 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         | Estimator::NelderMead
         | Estimator::Recursive => return regress::run(&task, args, console),
     }
-    let problem = task.problem(console);
-    let mut fit = fit(&problem).map_err(|error| task.failed(error, &args.data))?;
+    let problem = OutputErrorProblem { loss: args.search.loss.loss(), ..task.problem(console) };
+    let found = args
+        .search
+        .fit(&problem, console.seed())
+        .map_err(|error| task.failed(error, &args.data))?;
+    let (mut fit, minima) = (found.fit.clone(), Minima::of(found));
     match fit.termination {
         Termination::Blocked => return Err(task.blocked(&fit, &args.data)),
         Termination::EvaluationLimit => {
@@ -91,6 +97,9 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
 
     let train = task.evaluated(&problem, &fit, &args.data)?;
     let mut left_out = LeftOut::of(fit.termination);
+    if let Some(minima) = &minima {
+        minima.push_left_out(&mut left_out);
+    }
     let valid =
         task.tested_unless_stopped(args, &mut left_out, || task.tested(&problem, &fit, args))?;
     let linearised = place.map(|place| task.linearised(place, &problem, &fit, &train, args));
@@ -116,12 +125,13 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         recordings: &task.train,
         information,
         intervals,
+        minima,
         few: &task.few,
         left_out: &left_out,
-        quality: Quality::of(signature, &task.train, &train),
+        quality: Quality::of(signature, &task.train, &train, &fit),
         quality_valid: valid
             .as_ref()
-            .map(|tested| Quality::of(signature, &tested.recordings, &tested.evaluation)),
+            .map(|tested| Quality::of(signature, &tested.recordings, &tested.evaluation, &fit)),
         train,
         valid,
         linearised: linearised.transpose()?,
@@ -307,7 +317,7 @@ impl Task {
         }
         let model = model.map_err(|error| named(&error, &args.data));
         let signature = self.system.signature();
-        Ok(Linearised::new(signature, place, points, (&self.train, train), model))
+        Ok(Linearised::new(signature, place, points, (&self.train, train), fit, model))
     }
 
     pub(super) fn problem(&self, console: Console<'_>) -> OutputErrorProblem<'_, Loaded> {

@@ -165,7 +165,12 @@ fn a_fit_that_is_killed_goes_on_and_ends_with_the_same_bytes() {
     let (goal, other) = (path(&folder, "fitted"), path(&folder, "other"));
     let args = |goal| {
         let args = ["fit", "models/mud_circulation.dgd", "--data", "examples/data/circulation.csv"];
-        [&args[..], &["--profile", "c0", "--bootstrap", "30", "--seed", "3", "-o", goal]].concat()
+        [
+            &args[..],
+            &["--starts", "3", "--loss", "huber", "--profile", "c0"],
+            &["--bootstrap", "30", "--seed", "3", "-o", goal],
+        ]
+        .concat()
     };
     let whole = dgd(&args(&other)).done();
     let resumed = killed_and_resumed(&args(&goal), &folder, "fitted");

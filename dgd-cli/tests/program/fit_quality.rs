@@ -172,6 +172,97 @@ fn intervals_are_reported_and_drawn() {
 }
 
 #[test]
+fn outliers_are_borne_and_counted() {
+    let clean = recording(6, 0.0);
+    // A sensor that reads 9 for two samples of every 20.
+    let mut lines: Vec<String> = clean.lines().map(str::to_owned).collect();
+    for (k, line) in lines.iter_mut().enumerate().skip(1).filter(|(k, _)| k % 20 < 2) {
+        let mut cells: Vec<&str> = line.split(',').collect();
+        let read = if k % 3 == 0 { "9" } else { "8.5" };
+        cells[3] = read;
+        *line = cells.join(",");
+    }
+    let spoilt = lines.join("\n") + "\n";
+    let folder = folder_with(&[("m.dgd", MODEL), ("a.csv", spoilt.as_bytes())]);
+    let fit = |more: &[&str]| {
+        let args = ["fit", "m.dgd", "--data", "a.csv"];
+        dgd_in(folder.path(), &[&args[..], more].concat())
+    };
+    let off = |loss: &str| {
+        let found = fit(&["--loss", loss, "--format", "json"]).done().json();
+        assert_eq!(found["loss"], loss);
+        let gain = &found["parameters"]["gain"];
+        let sigma = number(&found["outputs"]["y"]["noise"]);
+        let light = found["outputs"]["y"]["light_samples"].as_u64().expect("a count");
+        (number(&gain["value"]) - 0.5, number(&gain["std"]), sigma, light)
+    };
+    let (_, by_squares, sigma, light) = off("squares");
+    assert!(sigma > 1.0 && light == 0, "{sigma} {light}");
+    for loss in ["huber", "cauchy", "tukey"] {
+        let (error, std, sigma, light) = off(loss);
+        assert!(error.abs() < 5.0 * std && std < 0.5 * by_squares, "{loss}: {error} ± {std}");
+        assert!((0.04..0.07).contains(&sigma), "{loss}: {sigma}");
+        assert!((40..=55).contains(&light), "{loss}: {light}");
+    }
+    let text = fit(&["--loss", "tukey"]).done().out;
+    assert!(
+        text.contains("`y`: 4") && text.contains("of 400 samples weigh less than half"),
+        "{text}"
+    );
+    fit(&["--loss", "huber", "--estimator", "bounded"]).refused(2, &["`--loss`", "output-error"]);
+    fit(&["--starts", "4", "--estimator", "recursive"]).refused(2, &["`--starts`", "output-error"]);
+}
+
+#[test]
+fn minima_are_told_apart() {
+    let model = b"\
+model wave
+input s [s] linear
+parameter w [rpm] = 30 in 5 .. 200
+parameter a [1] = 0.4 in -2 .. 2
+output y [1] = sin(w*s)
+output z [1] = a^2*s/(1 [s])
+";
+    let mut normal = Normal(8);
+    let mut text = "time [s],s [s],y [1],z [1]\n".to_owned();
+    for k in 0..80 {
+        let t = 0.1 * f64::from(k);
+        let (y, z) = ((5.7 * t).sin() + 0.05 * normal.next(), 1.44 * t + 0.05 * normal.next());
+        let _ = writeln!(text, "{t},{t},{y},{z}");
+    }
+    let folder = folder_with(&[("m.dgd", model), ("a.csv", text.as_bytes())]);
+    let fit = |more: &[&str]| {
+        let args = ["fit", "m.dgd", "--data", "a.csv", "--seed", "2"];
+        dgd_in(folder.path(), &[&args[..], more].concat()).done()
+    };
+    let found = fit(&["--starts", "30", "--format", "json"]);
+    let same = fit(&["--starts", "30", "--format", "json", "--threads", "3"]);
+    assert_eq!(found.out, same.out);
+    let found = found.json();
+    // 5.7 1/s.
+    let w = &found["parameters"]["w"];
+    assert!((number(&w["value"]) - 54.43).abs() < 5.0 * number(&w["std"]), "{w}");
+    let several = &found["multi_start"];
+    assert_eq!(several["points"], 30);
+    let minima = several["minima"].as_array().expect("a list");
+    let points = |minimum: &Value| minimum["points"].as_array().expect("a list").len();
+    let lost = several["without_minimum"].as_u64().expect("a count") as usize;
+    assert_eq!(minima.iter().map(points).sum::<usize>() + lost, 30);
+    assert!(minima.len() > 3, "{several}");
+    let [a, b] = [0, 1].map(|k| number(&minima[k]["estimates"]["a"]["value"]));
+    assert!((a + b).abs() < 1e-3 && (a.abs() - 1.2).abs() < 0.05, "{a} {b}");
+    assert_eq!(minima[0]["estimates"]["w"]["unit"], "rpm");
+
+    let text = fit(&["--starts", "30"]).out;
+    for part in
+        ["of 30 starting points led to this minimum", "the data does not tell it from", "`a` = "]
+    {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert!(fit(&["--format", "json"]).json().get("multi_start").is_none());
+}
+
+#[test]
 fn parameters_that_cancel_are_open_and_named() {
     let model = String::from_utf8(MODEL.to_vec()).expect("text");
     let model = model.replace("gain*u", "gain*factor*u");

@@ -3,6 +3,7 @@
 use crate::identify::error::{EstimateError, TrialFailed};
 use crate::identify::fit::Fit;
 use crate::identify::levenberg_marquardt::{Minimum, StoppingRule, minimise_watched};
+use crate::identify::loss::Loss;
 use crate::identify::output_error::{OutputErrorProblem, Prior};
 use crate::identify::progress::Watch;
 use crate::identify::recording::Recording;
@@ -20,6 +21,7 @@ pub(super) struct Around<'a> {
     free: Vec<bool>,
     recordings: &'a [Recording],
     priors: Vec<Prior>,
+    loss: Loss,
     options: Options,
     pub variables: Variables,
     /// Where the fit ended.
@@ -57,6 +59,7 @@ impl<'a> Around<'a> {
             free: problem.free.clone(),
             recordings: problem.recordings,
             priors: problem.priors.clone(),
+            loss: problem.loss,
             options: fit.stepping.applied(problem.options),
             variables,
             z,
@@ -66,9 +69,10 @@ impl<'a> Around<'a> {
             watch: problem.watch,
             journal: problem.keeping.journal,
             of: problem.keeping.digest(|digest| {
+                let loss = problem.loss;
                 let problem = (problem.p, &problem.free, problem.recordings, &problem.priors);
                 let fit = (&fit.estimates, &fit.noise, fit.stepping, &fit.starts);
-                digest.of(&problem).of(&fit).of(&evaluations)
+                digest.of(&problem).of(&loss).of(&fit).of(&evaluations)
             }),
         })
     }
@@ -90,6 +94,7 @@ impl<'a> Around<'a> {
         OutputErrorProblem {
             free: self.free.clone(),
             priors: self.priors.clone(),
+            loss: self.loss,
             options: self.options,
             watch: self.watch,
             ..OutputErrorProblem::new(system, self.p, self.recordings)
@@ -102,7 +107,7 @@ impl<'a> Around<'a> {
         problem: &OutputErrorProblem<'_, S>,
         z: &[f64],
     ) -> Result<Weighted, TrialFailed> {
-        let sums = simulate_all(problem, &self.variables, z)?;
+        let sums = simulate_all(problem, &self.variables, z, &self.sigma)?;
         Ok(weigh(problem, &self.variables, z, &self.sigma, sums))
     }
 

@@ -8,7 +8,7 @@
 //! Blocks keep what colour the residuals have, and they are the same for all outputs of a recording, so
 //! that outputs that err together go on doing so. Their lengths are geometric (the stationary
 //! bootstrap) with a mean that minimises the error of the variance of a mean. e is less its mean in
-//! each recording, and scaled for the ν = N − n that a fit of n leaves free. A prior is drawn around
+//! each recording, with the weights of the loss, and scaled for the ν = N − n that a fit of n leaves free. A prior is drawn around
 //! the estimate. Weights are those of the fit.
 //!
 //! Sources: Politis, Romano, The stationary bootstrap, J. Am. Stat. Assoc. 89 (1994) 1303; Politis,
@@ -24,6 +24,7 @@ use crate::identify::levenberg_marquardt::Termination;
 use crate::identify::output_error::OutputErrorProblem;
 use crate::identify::parallel::in_parallel;
 use crate::identify::progress::{Of, Progress};
+use crate::identify::random::Uniform;
 use crate::identify::recording::{Derivatives, Recording, outputs_of};
 use crate::identify::weighing::effective_priors;
 use crate::journal::Digest;
@@ -113,9 +114,10 @@ where
             outputs_of(problem.system, recording, &fit.p, starts, options, Derivatives::No)
                 .map_err(|reason| EstimateError::Start(TrialFailed { recording: r, reason }))?;
         let of_output = |i: usize| {
-            fit.noise[i]?;
+            let sigma = fit.noise[i]?;
+            let weight = |e: f64| problem.loss.at(e / sigma).weight;
             let samples: Vec<(usize, f64)> = recording.counted(i).collect();
-            Channel::new(recording.times.len(), &samples, |k| simulated.w(k)[i], spread)
+            Channel::new(recording.times.len(), &samples, |k| simulated.w(k)[i], weight, spread)
         };
         sources.push(Source::new(recording, (0..fit.noise.len()).map(of_output).collect()));
     }
@@ -175,27 +177,6 @@ where
 /// A refit that was not made to the end.
 struct LeftOut;
 
-/// Random numbers from random bits.
-struct Uniform<G>(G);
-
-impl<G: FnMut() -> u64> Uniform<G> {
-    /// In (0, 1].
-    fn next(&mut self) -> f64 {
-        (((self.0)() >> 11) + 1) as f64 / (1u64 << 53) as f64
-    }
-
-    /// One of 0 … n − 1.
-    fn below(&mut self, n: usize) -> usize {
-        (((self.next() - f64::EPSILON) * n as f64).max(0.0) as usize).min(n - 1)
-    }
-
-    /// A normal deviate by Box and Muller.
-    fn normal(&mut self) -> f64 {
-        let radius = (-2.0 * self.next().ln()).sqrt();
-        radius * (std::f64::consts::TAU * self.next()).cos()
-    }
-}
-
 /// What is drawn from in one recording.
 struct Source<'a> {
     recording: &'a Recording,
@@ -227,6 +208,7 @@ impl Channel {
         len: usize,
         samples: &[(usize, f64)],
         simulated: impl Fn(usize) -> f64,
+        weight: impl Fn(f64) -> f64,
         spread: f64,
     ) -> Option<Self> {
         if samples.is_empty() {
@@ -235,7 +217,9 @@ impl Channel {
         let positions: Vec<usize> = samples.iter().map(|(k, _)| *k).collect();
         let simulated: Vec<f64> = positions.iter().map(|k| simulated(*k)).collect();
         let errors = || samples.iter().zip(&simulated).map(|((_, y), w)| y - w);
-        let mean = errors().sum::<f64>() / samples.len() as f64;
+        let weights = errors().map(&weight).sum::<f64>();
+        let weighted = errors().map(|e| weight(e) * e).sum::<f64>();
+        let mean = if weights > 0.0 { weighted / weights } else { 0.0 };
         let residuals = errors().map(|e| (e - mean) * spread).collect();
         let n = positions.len();
         // Rows up to each sample from the one before, cyclic.

@@ -2,12 +2,13 @@
 
 use crate::identify::error::TrialFailed;
 use crate::identify::levenberg_marquardt::{Minimum, Termination};
+use crate::identify::loss::Loss;
 use crate::identify::output_error::{OutputErrorProblem, Starts};
 use crate::identify::recording::Misfit;
 use crate::identify::stepping::Stepping;
 use crate::identify::uncertainty::{Correlated, Estimate, Uncertainty, Undetermined};
 use crate::identify::variables::Variables;
-use crate::identify::weighing::{Weighted, effective_priors, misfits};
+use crate::identify::weighing::{Weighted, curvature_and_influence, effective_priors, misfits};
 use crate::system::System;
 
 /// Estimated parameters and start values, and how well they are known.
@@ -23,16 +24,20 @@ pub struct Fit {
     pub undetermined: Vec<Undetermined>,
     /// σ of each output as the fit weighted it, SI; `None` where an output was not fitted.
     pub noise: Vec<Option<f64>>,
-    /// Σ (e/σ)², priors included.
+    /// What errors were taken by.
+    pub loss: Loss,
+    /// Σ ρ(e/σ), priors included: Σ (e/σ)² where the loss is squares.
     pub cost: f64,
     /// Samples that count, of all fitted outputs.
     pub samples: usize,
+    /// Those of them, by output, that weigh less than half under a loss that is not squares.
+    pub light_samples: Vec<usize>,
     /// Those of them that the search direction knows nothing of.
     pub samples_without_sensitivity: usize,
     /// Samples and priors less estimates that are not at a bound.
     pub degrees_of_freedom: usize,
-    /// −2 ln of the likelihood: Σ n ln(2πσ²) + Σ (e/σ)². Comparable between fits to the same
-    /// samples, whatever their noise.
+    /// −2 ln of the likelihood: Σ n ln(2πσ²) + Σ ρ(e/σ). Comparable between fits to the same
+    /// samples by the same loss, whatever their noise.
     pub deviance: f64,
     /// Simulated against measured, by recording and output, those that are not fitted too.
     pub misfits: Vec<Vec<Misfit>>,
@@ -70,6 +75,18 @@ impl Fit {
         self.uncertainty.seen[(i, j)] * self.slopes[i] * self.slopes[j]
     }
 
+    /// What an error of an output, SI, weighs under the loss: 1 for squares and for what is not fitted.
+    pub fn weight(&self, output: usize, e: f64) -> f64 {
+        self.noise[output].map_or(1.0, |sigma| self.loss.at(e / sigma).weight)
+    }
+
+    /// What a rise of Σ ρ along an estimate is worth as a rise of −2 ln of its likelihood; 1 for squares.
+    ///
+    /// Σ ρ rises by (θ − θ̂)²/(H⁻¹)ᵢᵢ, and θ̂ scatters by (H⁻¹ G H⁻¹)ᵢᵢ.
+    pub(super) fn worth(&self, i: usize) -> f64 {
+        self.uncertainty.worth[i]
+    }
+
     /// Says no more how sure the estimates are: where the noise is not known, neither is that.
     pub fn forget_uncertainty(&mut self) {
         self.uncertainty.forget(&mut self.estimates);
@@ -94,9 +111,10 @@ impl Fit {
     }
 
     /// Σ (e/σ)² per degree of freedom: 1 where the model is true and the noise known; `None` without
-    /// degrees of freedom.
+    /// degrees of freedom, and under a loss that is not squares.
     pub fn reduced_chi_square(&self) -> Option<f64> {
-        (self.degrees_of_freedom > 0).then(|| self.cost / self.degrees_of_freedom as f64)
+        let is_known = self.degrees_of_freedom > 0 && self.loss == Loss::Squares;
+        is_known.then(|| self.cost / self.degrees_of_freedom as f64)
     }
 }
 
@@ -136,7 +154,14 @@ pub(super) fn finish<S: System>(
     let bounds: Vec<_> =
         variables.all.iter().zip(z).map(|(variable, z)| variable.bound(*z)).collect();
     let held: Vec<bool> = bounds.iter().map(Option::is_some).collect();
-    let uncertainty = Uncertainty::new(&at.normal.information, &held, unseen(problem.options.rtol));
+    let cutoff = unseen(problem.options.rtol);
+    let uncertainty = match problem.loss {
+        Loss::Squares => Uncertainty::new(&at.normal.information, &held, cutoff),
+        Loss::Huber | Loss::Cauchy | Loss::Tukey => {
+            let (h, g) = curvature_and_influence(problem, variables, z, &sigma, at);
+            Uncertainty::new(&h, &held, cutoff).with_influence(&g)
+        }
+    };
     let slopes: Vec<f64> =
         variables.all.iter().zip(z).map(|(variable, z)| variable.slope(*z)).collect();
     let estimates = (0..variables.len())
@@ -158,6 +183,10 @@ pub(super) fn finish<S: System>(
     let logarithms: f64 = fitted()
         .map(|(sums, sigma)| sums.samples as f64 * (std::f64::consts::TAU * sigma * sigma).ln())
         .sum();
+    let light = |i: usize| {
+        let robust = at.sums.iter().filter_map(|of_recording| of_recording[i].robust.as_ref());
+        robust.map(|sums| sums.light).sum()
+    };
     let free = held.iter().filter(|held| !**held).count();
     Fit {
         p: variables.parameters(problem.p, z),
@@ -166,8 +195,10 @@ pub(super) fn finish<S: System>(
             .collect(),
         estimates,
         undetermined: uncertainty.undetermined.clone(),
+        loss: problem.loss,
         cost: at.normal.cost,
         samples,
+        light_samples: (0..sigma.len()).map(light).collect(),
         samples_without_sensitivity: fitted().map(|(sums, _)| sums.without_sensitivity).sum(),
         degrees_of_freedom: (samples + effective_priors(problem, variables)).saturating_sub(free),
         deviance: logarithms + at.normal.cost,

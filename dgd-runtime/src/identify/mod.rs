@@ -12,9 +12,11 @@
 //! | `linearised` | the same by the linear model close to an operating point |
 //! | `variables` | from θ to variables of the order of 1, with bounds |
 //! | `output_error` | the problem, and how it is solved |
+//! | `multi_start` | the same from several points, and the minima that they end in |
 //! | `weighing` | recordings simulated, weighed and added up |
 //! | `fit` | what was found |
 //! | `levenberg_marquardt`, `box_quadratic` | the minimisation |
+//! | `loss` | what an error adds: its square, or less where it is large |
 //! | `noise` | σ of each output: given, or from the residuals |
 //! | `stepping` | how simulations step: the same way in all trials, where recordings allow it |
 //! | `parallel` | recordings in several threads |
@@ -26,6 +28,7 @@
 //! | `profile` | how far an estimate can go while the others make up for it |
 //! | `bootstrap` | how estimates scatter when residuals come in another order |
 //! | `information` | which samples determine which estimate |
+//! | `random` | deviates from random bits |
 //! | `progress` | who looks on, and may stop it |
 //! | `filter` | states and parameters while samples come in, and by the likelihood of innovations |
 
@@ -39,12 +42,15 @@ mod fit;
 mod information;
 mod levenberg_marquardt;
 mod linearised;
+mod loss;
+mod multi_start;
 mod nelder_mead;
 mod noise;
 mod output_error;
 pub(crate) mod parallel;
 mod profile;
 mod progress;
+mod random;
 mod recording;
 pub mod regression;
 mod stepping;
@@ -60,11 +66,11 @@ pub use levenberg_marquardt::{
     Minimum, NormalEquations, StoppingRule, Termination, minimise, minimise_watched,
 };
 pub use linearised::{Departure, Nonlinear, nonlinear, operating_points};
+pub use loss::{Loss, LossAt};
+pub use multi_start::{LocalMinimum, MultiStart, PointEnd, fit_from, starting_points};
 pub use nelder_mead::{Simplex, SimplexRule, nelder_mead};
 pub use noise::{Noise, too_few_for_noise};
-pub use output_error::{
-    Evaluation, OutputErrorProblem, Prior, Starts, evaluate, fit, fit_from, fit_starts,
-};
+pub use output_error::{Evaluation, OutputErrorProblem, Prior, Starts, evaluate, fit, fit_starts};
 pub use profile::{End, Profile, THRESHOLD, profile, profiles};
 pub use progress::{Of, Progress, Unwatched, Watch};
 pub use recording::{Misfit, Recording, outputs_with_sensitivities};

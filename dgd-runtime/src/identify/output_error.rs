@@ -16,6 +16,7 @@
 use crate::identify::error::{EstimateError, TrialFailed};
 use crate::identify::fit::{Fit, Total, finish};
 use crate::identify::levenberg_marquardt::{StoppingRule, Termination, minimise_watched};
+use crate::identify::loss::{self, Loss};
 use crate::identify::noise::{self, Noise};
 use crate::identify::parallel::in_parallel;
 use crate::identify::progress::{Of, Progress, Unwatched, Watch};
@@ -72,6 +73,8 @@ pub struct OutputErrorProblem<'a, S> {
     pub noise: Vec<Option<Noise>>,
     /// What is known beforehand.
     pub priors: Vec<Prior>,
+    /// What errors are taken by.
+    pub loss: Loss,
     /// How to integrate.
     pub options: Options,
     /// When to stop.
@@ -99,6 +102,7 @@ impl<'a, S: System> OutputErrorProblem<'a, S> {
             recordings,
             noise: vec![Some(Noise::Estimated); signature.outputs.len()],
             priors: Vec::new(),
+            loss: Loss::default(),
             options: Options::default(),
             stopping: StoppingRule::default(),
             negligible_reduction: NEGLIGIBLE_REDUCTION,
@@ -148,7 +152,7 @@ pub fn fit<S: System + Clone + Send>(
     loop {
         let options = stepping.applied(problem.options);
         let stepped = OutputErrorProblem { options, ..problem.clone() };
-        let ended = estimate(&stepped, &variables, z, data, of, &mut total)?;
+        let ended = estimate_by_loss(&stepped, &variables, z, data, of, &mut total)?;
         let is_stopped = total.termination == Some(Termination::Stopped);
         let next = if is_stopped { None } else { stepping.next(problem, &variables, &ended.z)? };
         let Some(next) = next else {
@@ -166,7 +170,27 @@ struct Ended {
     sigma: Vec<Option<f64>>,
 }
 
-/// Estimates with given steps from z on. Simulations are kept under digests that begin with `of`.
+/// Estimates with given steps from z on, by way of Huber's loss where that of the problem forgets what is
+/// far away.
+fn estimate_by_loss<S: System + Clone + Send>(
+    problem: &OutputErrorProblem<'_, S>,
+    variables: &Variables,
+    z: Vec<f64>,
+    data: usize,
+    of: Option<Digest>,
+    total: &mut Total,
+) -> Result<Ended, EstimateError> {
+    if !problem.loss.is_redescending() {
+        return estimate(problem, variables, z, data, of, total);
+    }
+    let convex = OutputErrorProblem { loss: Loss::Huber, ..problem.clone() };
+    let Ended { z, sigma, .. } = estimate(&convex, variables, z, data, of, total)?;
+    let noise = sigma.iter().map(|sigma| sigma.map(Noise::Known)).collect();
+    let known = OutputErrorProblem { noise, ..problem.clone() };
+    estimate(&known, variables, z, data, of, total)
+}
+
+/// Estimates with given steps and σ from z on. Simulations are kept under digests that begin with `of`.
 fn estimate<S: System + Clone + Send>(
     problem: &OutputErrorProblem<'_, S>,
     variables: &Variables,
@@ -175,15 +199,21 @@ fn estimate<S: System + Clone + Send>(
     of: Option<Digest>,
     total: &mut Total,
 ) -> Result<Ended, EstimateError> {
-    let simulated = |z: &[f64]| match of {
-        None => simulate_all(problem, variables, z),
-        Some(of) => {
-            let key = of.of(&problem.options).of(&z).value();
-            kept_success(problem.keeping.journal, key, || simulate_all(problem, variables, z))
-        }
+    let is_squares = problem.loss == Loss::Squares;
+    let simulated = |z: &[f64], sigma: &[Option<f64>]| {
+        let simulated = || simulate_all(problem, variables, z, sigma);
+        let Some(of) = of else { return simulated() };
+        let key = of.of(&problem.options).of(&z);
+        // Sums of squares do not depend on σ.
+        let key = if is_squares { key } else { key.of(&(problem.loss, sigma)) };
+        kept_success(problem.keeping.journal, key.value(), simulated)
     };
     let least = least_noise(problem);
-    let mut sigma = first_noise(problem, &least);
+    let mut sigma = if is_squares {
+        first_noise(problem, &least)
+    } else {
+        noise_of_medians(problem, variables, &z, &least, 1.0).map_err(EstimateError::Start)?
+    };
     let bounds: Vec<(f64, f64)> = variables.all.iter().map(Variable::bounds).collect();
     let freedom = (data - variables.len()).max(1) as f64;
     // Without unknowns nothing is integrated, and the cost is exact to rounding.
@@ -193,14 +223,14 @@ fn estimate<S: System + Clone + Send>(
         problem.stopping.reduction.max(problem.negligible_reduction / freedom)
     };
     total.evaluations += 1;
-    let first = simulated(&z).map_err(EstimateError::Start)?;
+    let first = simulated(&z, &sigma).map_err(EstimateError::Start)?;
     let mut at = weigh(problem, variables, &z, &sigma, first);
     for round in 1.. {
         let left = problem.stopping.evaluations.saturating_sub(total.evaluations);
         let rule = StoppingRule { reduction, evaluations: left, ..problem.stopping };
         let mut done = total.evaluations;
         let minimum = minimise_watched(z, at, &bounds, &rule, problem.watch, |z| {
-            let sums = simulated(z);
+            let sums = simulated(z, &sigma);
             done += 1;
             let of = Of::AtMost(problem.stopping.evaluations);
             problem.watch.advanced(Progress { what: "simulations", done, of });
@@ -209,7 +239,12 @@ fn estimate<S: System + Clone + Send>(
         let termination = minimum.termination;
         (z, at) = total.add(minimum);
         let spread = (data as f64 / freedom).sqrt();
-        let next = estimated_noise(problem, &at.sums, &sigma, &least, spread);
+        let next = if is_squares {
+            estimated_noise(problem, &at.sums, &sigma, &least, spread)
+        } else {
+            noise_of_medians(problem, variables, &z, &least, spread)
+                .map_err(EstimateError::Start)?
+        };
         let stable = next.iter().zip(&sigma).all(|(next, sigma)| match (next, sigma) {
             (Some(next), Some(sigma)) => (next / sigma - 1.0).abs() <= STABLE,
             _ => true,
@@ -218,57 +253,15 @@ fn estimate<S: System + Clone + Send>(
             break;
         }
         sigma = next;
-        at = weigh(problem, variables, &z, &sigma, at.sums);
+        let sums = if is_squares {
+            at.sums
+        } else {
+            total.evaluations += 1;
+            simulated(&z, &sigma).map_err(EstimateError::Start)?
+        };
+        at = weigh(problem, variables, &z, &sigma, sums);
     }
     Ok(Ended { z, at, sigma })
-}
-
-/// The best of fits that start from several points, and which it was.
-///
-/// Each point gives values to some parameters, by position, SI; the others start as in `problem`.
-/// The fit with the least [`Fit::deviance`] is the best, the first of equals. Where the watch of the
-/// problem stops it, that is the best so far, and the points that are left are not tried.
-///
-/// # Errors
-///
-/// That of the first point, where no fit from any point succeeds.
-///
-/// # Panics
-///
-/// As [`fit`], and without points.
-pub fn fit_from<S: System + Clone + Send>(
-    problem: &OutputErrorProblem<'_, S>,
-    points: &[Starts],
-) -> Result<(usize, Fit), EstimateError> {
-    assert!(!points.is_empty(), "a fit starts somewhere");
-    let mut best: Option<(usize, Fit)> = None;
-    let mut first_error = None;
-    for (k, point) in points.iter().enumerate() {
-        if k > 0 && problem.watch.is_stopped() {
-            break;
-        }
-        let mut p = problem.p.to_vec();
-        for &(i, value) in point {
-            p[i] = value;
-        }
-        match fit(&OutputErrorProblem { p: &p, ..problem.clone() }) {
-            Ok(fit) => {
-                if best.as_ref().is_none_or(|(_, best)| fit.deviance < best.deviance) {
-                    best = Some((k, fit));
-                }
-            }
-            Err(error) => {
-                first_error.get_or_insert(error);
-            }
-        }
-        let of = Of::Exactly(points.len());
-        problem.watch.advanced(Progress { what: "starts", done: k + 1, of });
-    }
-    match (best, first_error) {
-        (Some(best), _) => Ok(best),
-        (None, Some(error)) => Err(error),
-        (None, None) => unreachable!("every point gives a fit or an error"),
-    }
 }
 
 /// Start values of each recording from its first `seconds`, at the parameters of the problem.
@@ -344,7 +337,8 @@ pub fn evaluate<S: System + Clone + Send>(
         let recording = &recordings[r];
         outputs_of(system, recording, p, &starts[r], options, Derivatives::No).and_then(
             |observations| {
-                let sums = sums(recording, &observations, &[], |i| names[i].clone())?;
+                let losses = vec![None; names.len()];
+                let sums = sums(recording, &observations, &[], &losses, |i| names[i].clone())?;
                 Ok((observations, sums))
             },
         )
@@ -411,6 +405,38 @@ fn first_noise<S: System>(problem: &OutputErrorProblem<'_, S>, least: &[f64]) ->
         }
     };
     problem.noise.iter().enumerate().map(of).collect()
+}
+
+/// σ from the median of the errors' sizes, where it is to be estimated: outliers hardly move it.
+fn noise_of_medians<S: System + Clone + Send>(
+    problem: &OutputErrorProblem<'_, S>,
+    variables: &Variables,
+    z: &[f64],
+    least: &[f64],
+    spread: f64,
+) -> Result<Vec<Option<f64>>, TrialFailed> {
+    let is_estimated = |noise: &Option<Noise>| *noise == Some(Noise::Estimated);
+    let observations = if problem.noise.iter().any(is_estimated) {
+        let p = variables.parameters(problem.p, z);
+        let recordings = problem.recordings.iter().enumerate();
+        let starts: Vec<Starts> =
+            recordings.map(|(r, recording)| variables.starts(r, &recording.start, z)).collect();
+        evaluate(problem, &p, &starts)?.observations
+    } else {
+        Vec::new()
+    };
+    let of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
+        Noise::Known(sigma) => Some(sigma),
+        Noise::Estimated => {
+            let recordings = problem.recordings.iter().zip(&observations);
+            let sizes = recordings.flat_map(|(recording, simulated)| {
+                recording.counted(i).map(move |(k, measured)| (simulated.w(k)[i] - measured).abs())
+            });
+            Some(loss::scale(sizes.collect()).unwrap_or(0.0) * spread)
+                .map(|sigma| sigma.max(least[i]))
+        }
+    };
+    Ok(problem.noise.iter().enumerate().map(of).collect())
 }
 
 /// σ from the residuals, where it is to be estimated.

@@ -7,7 +7,9 @@
 //!
 //! From the estimate outwards on each side, the others start where they were last, moved on as they
 //! moved before ([`super::along`]). A side that never gets there is open: the data does not bound the
-//! estimate on that side, whatever its standard deviation says. σ is that of the fit all along.
+//! estimate on that side, whatever its standard deviation says. σ is that of the fit all along. Under a
+//! loss that is not squares, d is the rise of Σ ρ(e/σ) over (H⁻¹ G H⁻¹)ᵢᵢ/(H⁻¹)ᵢᵢ ([`super::loss`]), so
+//! that it rises as 1/std² of the estimate does.
 //!
 //! Sources: Venzon, Moolgavkar, A method for computing profile-likelihood-based confidence
 //! intervals, Appl. Statist. 37 (1988) 87; Raue et al., Structural and practical identifiability
@@ -209,7 +211,8 @@ pub fn profiles<S: System + Clone + Send>(
     let done = AtomicUsize::new(0);
     let found = in_parallel(problem.system, estimates.len(), problem.threads, |system, k| {
         let problem = around.problem(system);
-        let along = Along { around: &around, problem: &problem, i: estimates[k], least };
+        let (i, worth) = (estimates[k], fit.worth(estimates[k]));
+        let along = Along { around: &around, problem: &problem, i, least, worth };
         let profile = around.kept(
             |digest| digest.of(&("profile", estimates[k])),
             || {
@@ -249,8 +252,10 @@ struct Along<'a, S> {
     around: &'a Around<'a>,
     problem: &'a OutputErrorProblem<'a, S>,
     i: usize,
-    /// Σ (e/σ)² of the fit.
+    /// Σ ρ(e/σ) of the fit.
     least: f64,
+    /// What a rise of that is worth.
+    worth: f64,
 }
 
 impl<S: System + Clone + Send> Along<'_, S> {
@@ -296,7 +301,7 @@ impl<S: System + Clone + Send> Along<'_, S> {
             let Ok(minimum) = self.around.minimum(self.problem, z, &bounds) else { continue };
             evaluations.set(evaluations.get() + minimum.evaluations);
             if minimum.termination.is_converged() {
-                let deviance = minimum.at.as_ref().cost - self.least;
+                let deviance = (minimum.at.as_ref().cost - self.least) * self.worth;
                 return Some(Place { z: minimum.x, deviance });
             }
         }

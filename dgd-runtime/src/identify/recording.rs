@@ -2,6 +2,7 @@
 
 use crate::identify::error::TrialFailure;
 use crate::identify::linearised;
+use crate::identify::loss::{Robust, Scaled};
 use crate::integrate::locked::{Sink, can_stream, stream};
 use crate::integrate::{simulate, simulate_with_sensitivities};
 use crate::keep_by_fields;
@@ -163,24 +164,46 @@ pub(crate) struct Sums {
     pub without_sensitivity: usize,
     /// Σ e².
     pub squares: f64,
-    /// Σ (∂e/∂z) e.
+    /// Σ w (∂e/∂z) e, with the weights of the loss.
     pub gradient: Vec<f64>,
-    /// Σ (∂e/∂z)(∂e/∂z)ᵀ.
+    /// Σ w (∂e/∂z)(∂e/∂z)ᵀ.
     pub information: Vec<f64>,
+    /// What else there is under a loss that is not squares, of which all w are 1.
+    pub robust: Option<Robust>,
 }
 
-keep_by_fields!(Sums { samples, without_sensitivity, squares, gradient, information });
+keep_by_fields!(Sums { samples, without_sensitivity, squares, gradient, information, robust });
 
 impl Sums {
-    fn zeros(n: usize) -> Self {
-        Self { gradient: vec![0.0; n], information: vec![0.0; n * n], ..Self::default() }
+    fn zeros(n: usize, scaled: Option<Scaled>) -> Self {
+        Self {
+            gradient: vec![0.0; n],
+            information: vec![0.0; n * n],
+            robust: scaled.map(|_| Robust::zeros(n)),
+            ..Self::default()
+        }
+    }
+
+    /// Σ σ² ρ(e/σ), which is Σ e² where the loss is squares.
+    pub(crate) fn loss(&self) -> f64 {
+        self.robust.as_ref().map_or(self.squares, |robust| robust.loss)
     }
 
     /// Adds a sample: its error e and ∂e/∂z.
     #[inline]
-    fn add(&mut self, e: f64, slopes: &[f64]) {
+    fn add(&mut self, e: f64, slopes: &[f64], scaled: Option<Scaled>) {
         self.samples += 1;
         self.squares += e * e;
+        if let (Some(scaled), Some(robust)) = (scaled, &mut self.robust) {
+            let weight = robust.add(e, slopes, scaled);
+            self.add_slopes(e, slopes, |slope| weight * slope);
+        } else {
+            self.add_slopes(e, slopes, |slope| slope);
+        }
+    }
+
+    #[inline]
+    fn add_slopes(&mut self, e: f64, slopes: &[f64], weighted: impl Fn(f64) -> f64) {
         let n = slopes.len();
         if n == 0 {
             return;
@@ -191,6 +214,7 @@ impl Sums {
         }
         let rows = self.information.chunks_exact_mut(n).zip(&mut self.gradient);
         for (i, ((row, gradient), a)) in rows.zip(slopes).enumerate() {
+            let a = weighted(*a);
             *gradient += a * e;
             for (sum, b) in row[..=i].iter_mut().zip(slopes) {
                 *sum += a * b;
@@ -199,18 +223,21 @@ impl Sums {
     }
 }
 
-/// Sums over the samples of each measured output, with e = w − measured.
+/// Sums over the samples of each measured output, with e = w − measured; `losses` are those of outputs
+/// whose loss is not squares.
 pub(crate) fn sums(
     recording: &Recording,
     observations: &Observations,
     columns: &[Column],
+    losses: &[Option<Scaled>],
     output_name: impl Fn(usize) -> String,
 ) -> Result<Vec<Sums>, TrialFailure> {
     let n_w = observations.n_w;
     let mut slopes = vec![0.0; columns.len()];
     let mut all = Vec::with_capacity(n_w);
     for output in 0..n_w {
-        let mut sums = Sums::zeros(columns.len());
+        let scaled = losses[output];
+        let mut sums = Sums::zeros(columns.len(), scaled);
         for (k, measured) in recording.counted(output) {
             let e = observations.w(k)[output] - measured;
             if !e.is_finite() {
@@ -220,7 +247,7 @@ pub(crate) fn sums(
             if !columns.is_empty() {
                 write_slopes(observations.dw(k), n_w, output, columns, &mut slopes);
             }
-            sums.add(e, &slopes);
+            sums.add(e, &slopes, scaled);
         }
         all.push(sums);
     }
@@ -241,15 +268,15 @@ pub(crate) fn simulated_sums<S: System>(
     recording: &Recording,
     (p, start): (&[f64], &[(usize, f64)]),
     options: &Options,
-    columns: &[Column],
+    (columns, losses): (&[Column], &[Option<Scaled>]),
     output_name: impl Fn(usize) -> String,
 ) -> Result<Vec<Sums>, TrialFailure> {
     let problem = Problem { system, p, inputs: &recording.inputs, start };
     if recording.linear.is_some() || !can_stream(&problem, options) {
         let observations = outputs_of(system, recording, p, start, options, Derivatives::Yes)?;
-        return sums(recording, &observations, columns, output_name);
+        return sums(recording, &observations, columns, losses, output_name);
     }
-    let mut adding = Adding::new(&problem, recording, columns);
+    let mut adding = Adding::new(&problem, recording, columns, losses);
     stream(&problem, &recording.times, options, &mut adding).map_err(TrialFailure::Simulation)?;
     match adding.spoilt {
         None => Ok(adding.sums),
@@ -268,6 +295,7 @@ struct Adding<'a, S: System> {
     /// Samples before this one do not count.
     first: usize,
     columns: &'a [Column],
+    losses: &'a [Option<Scaled>],
     /// Position of the next sample.
     k: usize,
     u: S::Inputs,
@@ -280,7 +308,12 @@ struct Adding<'a, S: System> {
 }
 
 impl<'a, S: System> Adding<'a, S> {
-    fn new(problem: &Problem<'a, S>, recording: &'a Recording, columns: &'a [Column]) -> Self {
+    fn new(
+        problem: &Problem<'a, S>,
+        recording: &'a Recording,
+        columns: &'a [Column],
+        losses: &'a [Option<Scaled>],
+    ) -> Self {
         let signature = problem.system.signature();
         let n_w = signature.outputs.len();
         Self {
@@ -292,12 +325,13 @@ impl<'a, S: System> Adding<'a, S> {
                 .collect(),
             first: recording.times.partition_point(|t| *t < recording.counts_from),
             columns,
+            losses,
             k: 0,
             u: S::Inputs::zeros(signature.n_u()),
             w: vec![0.0; n_w],
             dw: vec![0.0; n_w * signature.directions.len()],
             slopes: vec![0.0; columns.len()],
-            sums: vec![Sums::zeros(columns.len()); n_w],
+            sums: losses.iter().map(|scaled| Sums::zeros(columns.len(), *scaled)).collect(),
             spoilt: None,
         }
     }
@@ -325,7 +359,7 @@ impl<S: System> Sink for Adding<'_, S> {
                 continue;
             }
             write_slopes(&self.dw, n_w, output, self.columns, &mut self.slopes);
-            sums.add(e, &self.slopes);
+            sums.add(e, &self.slopes, self.losses[output]);
         }
     }
 }

@@ -80,9 +80,31 @@ pub(super) struct Uncertainty {
     /// Of all z, what is not determined too: the inverse of JᵀJ over the combinations that are seen.
     pub seen: DMatrix<f64>,
     pub undetermined: Vec<Undetermined>,
+    /// Of each z, (H⁻¹)ᵢᵢ over its variance: 1 where errors are weighted as they scatter.
+    pub worth: Vec<f64>,
 }
 
 impl Uncertainty {
+    /// H⁻¹ G H⁻¹ for H⁻¹: the scatter of what minimises a sum with the curvature H and a gradient that
+    /// scatters by G.
+    pub(super) fn with_influence(mut self, g: &DMatrix<f64>) -> Self {
+        let sandwich = &self.seen * g * &self.seen;
+        for (i, worth) in self.worth.iter_mut().enumerate() {
+            if sandwich[(i, i)] > 0.0 {
+                *worth = self.seen[(i, i)] / sandwich[(i, i)];
+            }
+        }
+        for (i, row) in self.places.iter().enumerate() {
+            for (j, column) in self.places.iter().enumerate() {
+                if let (Some(row), Some(column)) = (row, column) {
+                    self.covariance[(*row, *column)] = sandwich[(i, j)];
+                }
+            }
+        }
+        self.seen = sandwich;
+        self
+    }
+
     /// Says no more how sure estimates are.
     pub(super) fn forget(&mut self, estimates: &mut [Estimate]) {
         for estimate in estimates {
@@ -188,7 +210,7 @@ impl Uncertainty {
                 all[(*i, *j)] = inverse(a, b);
             }
         }
-        Self { places, covariance, seen: all, undetermined }
+        Self { places, covariance, seen: all, undetermined, worth: vec![1.0; n] }
     }
 
     /// Covariance of two variables, where both are determined.

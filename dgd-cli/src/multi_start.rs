@@ -1,0 +1,222 @@
+//! Fits from several starting points: how many there are, and what is said of the minima.
+
+use std::fmt::Write as _;
+
+use clap::{Args, ValueEnum};
+use dgd_execute::Loaded;
+use dgd_runtime::identify::{
+    EstimateError, Fit, LocalMinimum, Loss, MultiStart, OutputErrorProblem, PointEnd, THRESHOLD,
+    Termination, fit_from, starting_points,
+};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::Rng;
+use serde_json::{Map, Value, json};
+
+use crate::estimator::Estimator;
+use crate::failure::CommandError;
+use crate::fit_report::digits_of;
+use crate::intervals::Estimated;
+use crate::left_out::LeftOut;
+use crate::table::significant;
+
+/// So many estimates are told of another minimum, those that are furthest from the best first.
+const MOST_TOLD: usize = 4;
+
+/// The stream of the seed's numbers that starting points are drawn from; replicates have those from 0.
+const STREAM: u128 = 1 << 64;
+
+/// How a fit of simulations searches.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct SearchArgs {
+    /// What errors are taken by; all but squares bear outliers
+    #[arg(long, value_enum, value_name = "NAME", default_value_t = LossName::Squares)]
+    pub loss: LossName,
+    /// Fits from so many starting points, the model's and others drawn by `--seed`, and gives the best
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub starts: u32,
+}
+
+/// What errors are taken by, in standard deviations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum LossName {
+    /// Their squares: the most exact where noise is normal
+    Squares,
+    /// Squares up to 1.345, straight lines beyond: outliers pull no harder than that
+    Huber,
+    /// A logarithm: outliers pull the less the further they are
+    Cauchy,
+    /// Constant from 4.685 on: what is further does not count
+    Tukey,
+}
+
+impl LossName {
+    pub(crate) fn loss(self) -> Loss {
+        match self {
+            Self::Squares => Loss::Squares,
+            Self::Huber => Loss::Huber,
+            Self::Cauchy => Loss::Cauchy,
+            Self::Tukey => Loss::Tukey,
+        }
+    }
+}
+
+impl SearchArgs {
+    /// Checks, before anything is read, that the estimator knows of it.
+    pub(crate) fn verify(&self, estimator: Estimator) -> Result<(), CommandError> {
+        if estimator.simulates() {
+            return Ok(());
+        }
+        for (flag, is_given) in
+            [("--loss", self.loss != LossName::Squares), ("--starts", self.starts > 1)]
+        {
+            if is_given {
+                return Err(CommandError::Usage(format!(
+                    "`{flag}` goes with `--estimator output-error` and `linearised`"
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// The best fit from all points.
+    pub(crate) fn fit(
+        &self,
+        problem: &OutputErrorProblem<'_, Loaded>,
+        seed: u64,
+    ) -> Result<MultiStart, EstimateError> {
+        let mut random = Pcg64::new(u128::from(seed), STREAM);
+        let points = starting_points(problem, self.starts as usize, || random.next_u64());
+        fit_from(problem, &points)
+    }
+}
+
+/// What became of all points.
+pub(crate) struct Minima {
+    all: MultiStart,
+    minima: Vec<LocalMinimum>,
+}
+
+impl Minima {
+    /// `None` where there was one point.
+    pub(crate) fn of(all: MultiStart) -> Option<Self> {
+        (all.ends.len() > 1).then(|| Self { minima: all.minima(), all })
+    }
+
+    /// Points whose fits Ctrl-C has left out, or stopped.
+    fn unfinished(&self) -> usize {
+        let is_unfinished = |end: &&PointEnd| match end {
+            PointEnd::LeftOut => true,
+            PointEnd::Fitted(fit) => fit.termination == Termination::Stopped,
+            PointEnd::Failed(_) => false,
+        };
+        self.all.ends.iter().filter(is_unfinished).count()
+    }
+
+    /// Points from which there is no fit, and why not from the first of them.
+    fn failed(&self) -> (usize, Option<&EstimateError>) {
+        let mut errors = self.all.ends.iter().filter_map(|end| match end {
+            PointEnd::Failed(error) => Some(error),
+            PointEnd::Fitted(_) | PointEnd::LeftOut => None,
+        });
+        let first = errors.next();
+        (errors.count() + usize::from(first.is_some()), first)
+    }
+
+    /// Points whose fits ended in no minimum.
+    fn lost(&self) -> usize {
+        let is_lost = |end: &&PointEnd| match end {
+            PointEnd::Fitted(fit) => {
+                !fit.termination.is_converged() && fit.termination != Termination::Stopped
+            }
+            PointEnd::Failed(_) | PointEnd::LeftOut => false,
+        };
+        self.all.ends.iter().filter(is_lost).count()
+    }
+
+    /// Adds what Ctrl-C kept it from.
+    pub(crate) fn push_left_out(&self, left_out: &mut LeftOut) {
+        let (unfinished, all) = (self.unfinished(), self.all.ends.len());
+        if unfinished > 0 {
+            left_out
+                .push(format!("{unfinished} of {all} starting points were not fitted to the end"));
+        }
+    }
+
+    /// `multi_start` of `result.json`.
+    pub(crate) fn to_json(&self, outcome: &dyn Estimated) -> Value {
+        let minimum = |minimum: &LocalMinimum| {
+            let fit = self.all.fit_of(minimum.points[0]);
+            let estimates = fit.map_or(&[][..], |fit| &fit.estimates);
+            let entry = |(i, estimate): (usize, &dgd_runtime::identify::Estimate)| {
+                let unit = outcome.unit(i);
+                let value = unit.from_si(estimate.value);
+                (outcome.name(i), json!({ "value": value, "unit": unit.symbol }))
+            };
+            let estimates: Map<String, Value> = estimates.iter().enumerate().map(entry).collect();
+            json!({
+                "points": minimum.points,
+                "deviance_above": minimum.above,
+                "estimates": estimates,
+            })
+        };
+        json!({
+            "points": self.all.ends.len(),
+            "best": self.all.best,
+            "minima": self.minima.iter().map(minimum).collect::<Vec<_>>(),
+            "failed": self.failed().0,
+            "without_minimum": self.lost(),
+            "left_out": self.unfinished(),
+        })
+    }
+
+    /// A line for each minimum, and for what became of the other points.
+    pub(crate) fn push_text(&self, text: &mut String, outcome: &dyn Estimated) {
+        let all = self.all.ends.len();
+        // Writing to a string does not fail.
+        let mut minima = self.minima.iter();
+        if let Some(best) = minima.next() {
+            let led = best.points.len();
+            let _ = writeln!(text, "{led} of {all} starting points led to this minimum");
+        }
+        for minimum in minima {
+            let Some(fit) = self.all.fit_of(minimum.points[0]) else { continue };
+            let hardly = if minimum.above < THRESHOLD {
+                ": the data does not tell it from this one"
+            } else {
+                ""
+            };
+            let _ = writeln!(
+                text,
+                "{} led to another one, a deviance of {} above{hardly}; there {}",
+                minimum.points.len(),
+                significant(minimum.above, 3),
+                self.places(fit, outcome)
+            );
+        }
+        if let (failed @ 1.., Some(reason)) = self.failed() {
+            let _ = writeln!(text, "{failed} of {all} could not be fitted: {reason}");
+        }
+        let lost = self.lost();
+        if lost > 0 {
+            let _ = writeln!(text, "{lost} of {all} ended in no minimum");
+        }
+    }
+
+    /// The estimates of another minimum that are furthest from the best.
+    fn places(&self, other: &Fit, outcome: &dyn Estimated) -> String {
+        let best = &self.all.fit.estimates;
+        let distance = |i: usize| {
+            let size = best[i].std.unwrap_or(best[i].value.abs()).max(f64::MIN_POSITIVE);
+            (other.estimates[i].value - best[i].value).abs() / size
+        };
+        let mut order: Vec<usize> = (0..best.len()).collect();
+        order.sort_by(|a, b| distance(*b).total_cmp(&distance(*a)));
+        let told = order.into_iter().take(MOST_TOLD).map(|i| {
+            let (unit, estimate) = (outcome.unit(i), &other.estimates[i]);
+            let std = estimate.std.map(|std| std / unit.factor);
+            let value = digits_of(unit.from_si(estimate.value), std);
+            format!("`{}` = {value} {}", outcome.name(i), unit.symbol).trim_end().to_owned()
+        });
+        told.collect::<Vec<_>>().join(", ")
+    }
+}
