@@ -216,7 +216,7 @@ impl<'a, S: System> Model<'a, S> {
         let mut w = observe(&problem, &solution).w;
         if let Some(past) = &at.past {
             let here = Point { t, y: solution.y(0), u: &[], p: &p, z: solution.z(0) };
-            self.late.read(&problem, here, past, &mut w)?;
+            self.late.read(&problem, here, past)?.write(&mut w);
         }
         Ok(w)
     }
@@ -253,8 +253,9 @@ impl<'a, S: System> Model<'a, S> {
             watched = beside(&watched, &s_past.select_rows(&self.watched));
             c = beside(&c, &c_past);
             let here = Point { t, y, u: &[], p: &p, z };
-            self.late.read(&problem, here, past, &mut w)?;
-            self.late.differentiate(&problem, here, past, (coordinates, variables), &mut c)?;
+            let late = self.late.read(&problem, here, past)?;
+            late.write(&mut w);
+            late.differentiate((coordinates, variables), &mut c);
         }
         let a = transition(&g, n, coordinates, variables);
         Ok(Local { y: y.to_vec(), w, phi, a, c, watched })
