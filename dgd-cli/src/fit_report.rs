@@ -356,15 +356,16 @@ impl Estimated for Outcome<'_> {
         &self.fit.estimates
     }
 
-    /// With its recording where there are several.
     fn name(&self, i: usize) -> String {
-        let estimate = &self.fit.estimates[i];
-        match estimate.recording {
-            Some(r) if self.data.len() > 1 => {
-                format!("{} of {}", estimate.name, self.recording_names[r])
-            }
-            _ => estimate.name.clone(),
-        }
+        name_of(&self.fit.estimates[i], &self.recording_names)
+    }
+}
+
+/// What an estimate is called: a start value with its recording where there are several.
+pub(crate) fn name_of(estimate: &Estimate, recording_names: &[String]) -> String {
+    match (estimate.recording, recording_names) {
+        (Some(r), [_, _, ..]) => format!("{} of {}", estimate.name, recording_names[r]),
+        _ => estimate.name.clone(),
     }
 }
 

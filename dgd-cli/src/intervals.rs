@@ -148,7 +148,7 @@ impl Intervals {
     }
 
     /// Adds what was asked for and is not complete.
-    pub(crate) fn push_left_out(&self, left_out: &mut LeftOut, estimates: &[Estimate]) {
+    pub(crate) fn push_left_out(&self, left_out: &mut LeftOut, name: impl Fn(usize) -> String) {
         if let Some(Bootstrap { replicates, failures, left_out: missing @ 1.., .. }) =
             &self.bootstrap
         {
@@ -160,12 +160,8 @@ impl Intervals {
             ));
         }
         let is_missing = |i: &&usize| !self.profiles.iter().any(|profile| profile.estimate == **i);
-        let missing: Vec<String> = self
-            .profiled
-            .iter()
-            .filter(is_missing)
-            .map(|i| format!("`{}`", estimates[*i].name))
-            .collect();
+        let missing = self.profiled.iter().filter(is_missing);
+        let missing: Vec<String> = missing.map(|i| format!("`{}`", name(*i))).collect();
         if !missing.is_empty() {
             left_out.push(format!("there is no profile of {}", missing.join(", ")));
         }

@@ -374,3 +374,159 @@ fn mean(by_output: &[(f64, usize)]) -> Option<f64> {
     let (sum, n) = by_output.iter().fold((0.0, 0), |(sum, n), (s, m)| (sum + s, n + m));
     (n > 0).then(|| sum / n as f64)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::sync::OnceLock;
+
+    use dgd_compiler::diagnostics::Diagnostics;
+    use dgd_compiler::effects::Effect;
+    use dgd_compiler::model::{ModelOptions, resolve};
+    use dgd_compiler::source::{Source, Sources};
+    use dgd_compiler::syntax::parse;
+    use dgd_execute::Engine;
+    use dgd_runtime::identify::{Estimate, Unwatched};
+    use dgd_runtime::journal::{Digest, Forgetful};
+    use dgd_runtime::{Direction, Inputs, Observations, Options};
+
+    use super::*;
+    use crate::candidates::candidates;
+    use crate::fitted::{Data, Fitted};
+    use crate::keeping::Keeping;
+    use crate::search::Open;
+    use crate::structure::{BaseModel, Values};
+
+    const MODEL: &str = "\
+model tank
+parameter a [1/s] = 0.1 fixed
+state h [m] = 1 fixed
+equation level: der(h) = -a*h
+output h [m]
+";
+
+    /// Names of effects, by position.
+    const DENSITY: usize = 0;
+    const CLOCK: usize = 1;
+    const INFLUX: usize = 2;
+    const NAMES: [&str; 3] = ["density", "clock", "influx"];
+
+    const SAMPLES: usize = 1000;
+
+    /// What each effect costs of the criterion: two parameters.
+    fn cost() -> f64 {
+        2.0 * (SAMPLES as f64).ln()
+    }
+
+    /// The verdict on structures of which each leaves so many times the noise's mean square of the errors.
+    fn nearly_all(left: &[(&[usize], f64)]) -> Option<Outcome> {
+        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let mut parsed = |text: String| {
+            let id = sources.add(Source { name: "test.dgd".to_owned(), text });
+            parse(id, &sources, &mut diagnostics).expect("it is sound")
+        };
+        let asts = vec![parsed(MODEL.to_owned())];
+        let effect = |name: &str| {
+            format!(
+                "effect {name} on tank\nkind plant\nparameter by_{name} [m/s] = 0\n\
+                 parameter since_{name} [s] = 0\nnull by_{name} = 0\n\
+                 add if time > since_{name} then by_{name} else 0 [m/s] to level\n"
+            )
+        };
+        let library = NAMES.map(|name| parsed(effect(name)));
+        let library = library.map(|ast| Effect::read(ast, &mut diagnostics).expect("an effect"));
+        let options = ModelOptions::default();
+        let model = resolve(&asts, &options, &mut diagnostics).expect("a model");
+        let candidates = candidates(&library, &model);
+        let (free, fix) = (Vec::new(), Vec::new());
+        let base = BaseModel { asts, options, free, fix, engine: Engine::Interpreter };
+        let times: Vec<f64> = (0..SAMPLES).map(|k| k as f64).collect();
+        let measured = vec![Some(vec![0.0; SAMPLES])];
+        let fitted = |(chosen, left): &(&[usize], f64)| {
+            let structure = base.structure(&candidates, chosen).expect("a structure");
+            let parameters = structure.brought.iter().flat_map(|brought| &brought.parameters);
+            let estimate = |(i, name): (usize, &String)| Estimate {
+                name: name.clone(),
+                of: Direction::Parameter(i),
+                recording: None,
+                value: 0.0,
+                std: None,
+                at_bound: None,
+            };
+            let observed =
+                Observations { n_w: 1, n_s: 0, w: vec![left.sqrt(); SAMPLES], dw: Vec::new() };
+            let fitted = Fitted {
+                estimates: parameters.enumerate().map(estimate).collect(),
+                structure,
+                values: Values::default(),
+                p: Vec::new(),
+                moments: Vec::new(),
+                is_converged: true,
+                error: (left * SAMPLES as f64, SAMPLES),
+                train: vec![observed],
+                valid: Some(Vec::new()),
+                cancelling: OnceLock::from(None),
+            };
+            (chosen.to_vec(), Ok(fitted))
+        };
+        let all = || left.iter().map(|(chosen, _)| chosen.to_vec());
+        let keeping = Keeping { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY };
+        let data = Data {
+            train: &[Recording::new(times, Inputs::none(), measured)],
+            valid: &[],
+            noise: vec![Some(SensorNoise::known(1.0))],
+            options: Options::default(),
+            own_weights: false,
+            keeping,
+        };
+        let mut search = Search {
+            base: &base,
+            candidates: &candidates,
+            data,
+            threads: 1,
+            tried: left.iter().map(fitted).collect(),
+            open: Open::Library,
+            doubled: BTreeSet::new(),
+            screens: BTreeMap::new(),
+            // Nothing is fitted once more.
+            settled: all().flat_map(|part| all().map(move |whole| (part.clone(), whole))).collect(),
+        };
+        search.nearly_all()
+    }
+
+    /// What a name leaves that leaves 1.18 of 400 times the noise, with an effect beside it for which the
+    /// criterion falls by `gain`.
+    fn beside(gain: f64) -> f64 {
+        // n (1.18 − left)/left − cost = gain: the least that is left is the unit.
+        1.18 / (1.0 + (gain + cost()) / SAMPLES as f64)
+    }
+
+    #[test]
+    fn a_name_with_a_spare_part_beside_it_is_named_without() {
+        let name: &[usize] = &[DENSITY];
+        let tried: [(&[usize], f64); 5] = [
+            (&[], 400.0),
+            (name, 1.18),
+            (&[CLOCK], 390.0),
+            (&[DENSITY, CLOCK], beside(5.0)),
+            (&[DENSITY, INFLUX], 1.17),
+        ];
+        assert_eq!(nearly_all(&tried), Some(Outcome::Partly(name.to_vec())));
+        // Until the part is asked for; it then belongs to the answer, and is not essential to it.
+        let with =
+            |gain: f64| tried.map(|(s, left)| (s, if s.len() < 2 { left } else { beside(gain) }));
+        assert!(nearly_all(&with(LEAST_GAIN - 1.0)).is_some());
+        assert_eq!(nearly_all(&with(LEAST_GAIN + 1.0)), None);
+    }
+
+    #[test]
+    fn another_name_that_leaves_as_little_is_a_rival() {
+        let alone: [(&[usize], f64); 2] = [(&[], 400.0), (&[DENSITY], 1.18)];
+        assert!(nearly_all(&alone).is_some());
+        for rival in [&[INFLUX] as &[usize], &[CLOCK, INFLUX]] {
+            let tried = |left: f64| [&alone[..], &[(rival, left)]].concat();
+            assert!(nearly_all(&tried(1.6 * UNRIVALLED)).is_some());
+            assert_eq!(nearly_all(&tried(1.3)), None);
+        }
+    }
+}

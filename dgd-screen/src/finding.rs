@@ -81,6 +81,8 @@ pub enum Fault {
     },
     /// Two channels that are said to measure the same do not move together.
     Unlike,
+    /// Two channels that are said to measure the same move in opposite directions, with this correlation.
+    Opposed(f64),
     /// Whether two channels measure the same that are said to, the record does not tell: they rest, too
     /// far apart, or have too few samples in common.
     Untold,

@@ -5,7 +5,7 @@ use crate::clock::shift;
 use crate::estimate::Estimate;
 use crate::finding::{Fault, Finding, Weight};
 use crate::record::{Record, extremes, usual_spacing};
-use crate::redundant::{Compared, Comparison, Kinship, compare, odd_one, stem};
+use crate::redundant::{Compared, Comparison, Kinship, OPPOSED, compare, odd_one, stem};
 use crate::screen::{RARE, Request};
 
 /// Offsets up to this many standard deviations of one reading do no harm.
@@ -40,7 +40,11 @@ pub(crate) fn compared(cleaned: &Cleaned, record: &Record<'_>, request: &Request
             let values = [cleaned.values[i].as_slice(), cleaned.values[j].as_slice()];
             let is_known = is_same || by_letter;
             let compared = match compare(record.times, values, [i, j], is_known) {
-                Compared::Different if is_known => late_twin(record.times, values, [i, j]),
+                // Half a period late, or with the other sign: the latter is more often the case.
+                Compared::Different { correlation } if is_known && correlation > OPPOSED => {
+                    late_twin(record.times, values, [i, j])
+                        .unwrap_or(Compared::Different { correlation })
+                }
                 other => other,
             };
             all.push(Kin { channels: [i, j], by_letter, compared });
@@ -49,24 +53,23 @@ pub(crate) fn compared(cleaned: &Cleaned, record: &Record<'_>, request: &Request
     all
 }
 
-/// Compares two channels that move apart after putting their clocks together.
-fn late_twin(times: &[f64], values: [&[f64]; 2], channels: [usize; 2]) -> Compared {
+/// Compares two channels that move apart after putting their clocks together; `None` where they still do.
+fn late_twin(times: &[f64], values: [&[f64]; 2], channels: [usize; 2]) -> Option<Compared> {
     let [a, b] = values;
-    let (Some(late), Some(spacing)) = (shift(times, a, b), usual_spacing(times)) else {
-        return Compared::Different;
-    };
+    let (late, spacing) = (shift(times, a, b)?, usual_spacing(times)?);
     let samples = (late.value / spacing).round();
     let n = times.len();
     let lag = samples.abs() as usize;
     if lag == 0 || 2 * lag > n {
-        return Compared::Different;
+        return None;
     }
     let (kept, behind) = (..n - lag, lag..);
-    if samples > 0.0 {
+    let compared = if samples > 0.0 {
         compare(&times[kept], [&a[kept], &b[behind]], channels, true)
     } else {
         compare(&times[kept], [&a[behind], &b[kept]], channels, true)
-    }
+    };
+    (!matches!(compared, Compared::Different { .. })).then_some(compared)
 }
 
 /// What pairs of channels say of each other.

@@ -10,7 +10,8 @@
 //!
 //! and they measure the same where e is small beside the motion of s. s and not a, whose noise is
 //! part of d, is the regressor, so that equal noises do not bias the gain. At rest names are all
-//! there is to go by, and only letters are believed: figures also number things of one kind.
+//! there is to go by, and only letters are believed: figures also number things of one kind. s also rests
+//! where a and b move in opposite directions; at rest they drift apart at most, along a line.
 //!
 //! Source: Haukanes 2015, §3.3.1, for the comparison.
 
@@ -49,7 +50,10 @@ pub enum Compared {
     /// They measure the same.
     Same(Box<Comparison>),
     /// They move, and not together.
-    Different,
+    Different {
+        /// Correlation of their means over blocks.
+        correlation: f64,
+    },
     /// The recording does not tell.
     Unknown,
 }
@@ -68,6 +72,8 @@ const GAIN: f64 = 0.3;
 const LAGS: usize = 4;
 /// At rest, largest difference as a share of the readings.
 const AT_REST: f64 = 0.1;
+/// Channels with a correlation below this move in opposite directions.
+pub(crate) const OPPOSED: f64 = -0.9;
 
 /// The stem of two names that differ in one letter or figure at the end of a word, and whether it
 /// is a letter: `p_in_A` and `p_in_B` have `p_in`.
@@ -132,22 +138,36 @@ pub fn compare(
     // A frozen or dead channel has no noise and no motion of its own: that of the livelier counts.
     let of_noise = noise.iter().flatten().map(|noise| noise.std.powi(2)).fold(0.0, f64::max);
     let motion = variance(&common);
-    let moves = motion > MOTION * of_noise / length as f64;
+    let [motion_of_a, motion_of_b] = [variance(&a), variance(&b)];
+    let is_motion = |motion: f64| motion > MOTION * of_noise / length as f64;
+    // var (a + b)/2 = (var a + var b + 2 cov)/4
+    let covariance = 2.0 * motion - 0.5 * (motion_of_a + motion_of_b);
+    let of_both = (motion_of_a * motion_of_b).sqrt();
+    let correlation = if of_both > 0.0 { covariance / of_both } else { 0.0 };
+    let different = Compared::Different { correlation };
 
-    let scale = variance(&b).max(variance(&a)).max(motion);
-    let (gain, rate, kinship) = if moves && motion > 0.0 {
+    let scale = motion_of_b.max(motion_of_a).max(motion);
+    let (gain, rate, kinship) = if is_motion(motion) && motion > 0.0 {
         let Some(fit) = regression(&[common, t], &d, LAGS) else { return Compared::Unknown };
         let [gain, rate] = [fit.coefficients[0], fit.coefficients[1]];
         if variance(&fit.residuals) > LEFT * scale || gain.value.abs() > GAIN {
-            return Compared::Different;
+            return different;
         }
         (Some(gain), Some(rate), Kinship::Moving)
     } else {
         let size = extent(&a).max(extent(&b));
-        if !is_known || offset.value.abs() > AT_REST * size {
+        let is_near = is_known && offset.value.abs() <= AT_REST * size;
+        let line = regression(&[t], &d, LAGS);
+        let is_line =
+            line.as_ref().is_some_and(|fit| variance(&fit.residuals) <= LEFT * variance(&d));
+        let both_move = is_motion(motion_of_a) && is_motion(motion_of_b);
+        if both_move && correlation < OPPOSED && !(is_near && is_line) {
+            return different;
+        }
+        if !is_near {
             return Compared::Unknown;
         }
-        (None, regression(&[t], &d, LAGS).map(|fit| fit.coefficients[0]), Kinship::Named)
+        (None, line.map(|fit| fit.coefficients[0]), Kinship::Named)
     };
     Compared::Same(Box::new(Comparison { channels, kinship, offset, gain, rate, noise }))
 }

@@ -6,7 +6,7 @@ use crate::noise::SensorNoise;
 use crate::operating_points::{OperatingPoint, operating_points};
 use crate::pairs::{Kin, compared, odd_findings, pair_findings};
 use crate::record::{Channel, Record, extremes};
-use crate::redundant::{Compared, Comparison};
+use crate::redundant::{Compared, Comparison, OPPOSED};
 use crate::sampling::{Sampling, sampling};
 use crate::steady::{Motion, motion};
 
@@ -80,7 +80,10 @@ pub fn screen(record: &Record<'_>, request: &Request) -> Screening {
                 comparisons.push(*comparison);
                 continue;
             }
-            Compared::Different => (Fault::Unlike, Weight::Fault),
+            Compared::Different { correlation } if correlation < OPPOSED => {
+                (Fault::Opposed(correlation), Weight::Fault)
+            }
+            Compared::Different { .. } => (Fault::Unlike, Weight::Fault),
             Compared::Unknown => (Fault::Untold, Weight::Remark),
         };
         if request.same.contains(&kin.channels) {

@@ -4,6 +4,7 @@ use dgd::{
     Column, Inputs, Observations, Options, Problem, Solution, System, observe, simulate,
     simulate_with_sensitivities,
 };
+use dgd_execute::Interpreted;
 
 use crate::inline::system;
 
@@ -54,18 +55,20 @@ fn decay(t: f64, [k, tau, u0]: [f64; 3]) -> [f64; 4] {
     [u0 * sums[0], u0 * sums[1], u0 * sums[2], sums[0]]
 }
 
-#[test]
-fn a_decay_that_acts_late() {
-    let system = system(
-        "
+/// A model of that decay, with the rest of its text.
+fn decaying(rest: &str) -> Interpreted {
+    let head = "
 model decay
 parameter k   [1/s] = 1
 parameter tau [s]   = 1
 parameter u_0 [1]   = 1
-state u [1] = u_0
-equation decay: der(u) = -k*delay(u, tau)
-",
-    );
+state u [1] = u_0";
+    system(&[head, rest].concat())
+}
+
+#[test]
+fn a_decay_that_acts_late() {
+    let system = decaying("\nequation decay: der(u) = -k*delay(u, tau)\n");
     let times: Vec<f64> = (0..=101).map(|k| 0.1 * f64::from(k) + 0.003).collect();
     let times = [&[0.0], &times[..]].concat();
     for p in [[1.0, 1.0, 1.0], [0.7, 1.3, 2.0], [2.0, 0.3, 0.5], [1.0, 100.0, 1.0]] {
@@ -209,13 +212,8 @@ equation q: q*q*q + q = x
 /// The same decay where what acts late is algebraic.
 #[test]
 fn an_algebraic_unknown_acts_late() {
-    let system = system(
+    let system = decaying(
         "
-model decay
-parameter k   [1/s] = 1
-parameter tau [s]   = 1
-parameter u_0 [1]   = 1
-state u [1] = u_0
 unknown q [1/s] = 0
 equation decay: der(u) = -delay(q, tau)
 equation rate:  q = k*u
@@ -241,13 +239,8 @@ equation rate:  q = k*u
 /// nothing moves, so that its start value does not depend on τ, nor what reads it.
 #[test]
 fn an_algebraic_unknown_reads_late_and_acts_late() {
-    let system = system(
+    let system = decaying(
         "
-model decay
-parameter k   [1/s] = 1
-parameter tau [s]   = 1
-parameter u_0 [1]   = 1
-state u [1] = u_0
 unknown q [1/s] = 0
 equation decay: der(u) = -delay(q, tau/2)
 equation rate:  q = k*delay(u, tau/2)
@@ -775,13 +768,8 @@ equation x: der(x) = c*delay(rate, tau)
 /// An output of now and then, with its derivatives.
 #[test]
 fn an_output_reads_at_several_times() {
-    let system = system(
+    let system = decaying(
         "
-model decay
-parameter k   [1/s] = 0.7
-parameter tau [s]   = 1.3
-parameter u_0 [1]   = 2
-state u [1] = u_0
 equation decay: der(u) = -k*delay(u, tau)
 output change [1] = u - delay(u, tau)
 output both   [1] = delay(u, tau)*delay(u, 2*tau)

@@ -1,21 +1,18 @@
 //! Filters against closed forms, against each other, and against the statistics that they promise.
 
-use std::path::Path;
-
 use dgd::identify::filter::{
     Alarm, Estimator, Filter, FilterError, FilterProblem, Level, LevelEstimate, PredictionError,
-    PredictionErrorProblem, Row, Sample, Spread, Tuning, Walk, prediction_error,
-    prediction_error_profiles, usual_tuning,
+    PredictionErrorProblem, Row, Sample, Spread, prediction_error, prediction_error_profiles,
+    usual_tuning,
 };
 use dgd::identify::{Bound, End, Noise, OutputErrorProblem, Recording, Term, fit, profiles};
 use dgd::{Options, System};
-use dgd_compiler::pipeline::Directions;
 use dgd_execute::Loaded;
-use rand_pcg::Pcg64;
-use rand_pcg::rand_core::Rng;
 
+use crate::filtering::{
+    Data, Normal, close, declared, held_inputs, recursive, rows, system, tight, tuning,
+};
 use crate::support;
-use crate::support::compiled_text;
 
 /// A lag whose state is measured: dx = (u − x)/τ dt + dβ.
 const LAG: &str = "\
@@ -27,64 +24,6 @@ state x [1] = 0  nominal 1
 equation lag: tau * der(x) = k*u - x
 output y [1] = x  noise 0.3 [1]
 ";
-
-/// A tight solver, so that what is compared is the filter.
-pub(crate) fn tight() -> Options {
-    Options { rtol: 1e-12, atol: 1e-12, ..Options::default() }
-}
-
-pub(crate) fn system(text: &str, free: &[&str]) -> Loaded {
-    let free = free.iter().map(|text| support::name(text)).collect();
-    let directions = Directions::Tracked { free, fixed: Vec::new() };
-    Loaded::new(compiled_text(Path::new("m.dgd"), text.to_owned(), (&[], &[]), &directions).program)
-}
-
-pub(crate) fn declared(system: &Loaded) -> Vec<f64> {
-    system.signature().parameters.iter().map(|parameter| parameter.value).collect()
-}
-
-/// Normal deviates by Box and Muller.
-pub(crate) struct Normal(Pcg64);
-
-impl Normal {
-    pub(crate) fn new(seed: u64) -> Self {
-        Normal(Pcg64::new(u128::from(seed), 0))
-    }
-
-    pub(crate) fn next(&mut self) -> f64 {
-        let mut uniform = || ((self.0.next_u64() >> 11) + 1) as f64 / (1u64 << 53) as f64;
-        (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos()
-    }
-}
-
-/// Rows of inputs and outputs.
-pub(crate) struct Data {
-    pub(crate) t: Vec<f64>,
-    pub(crate) u: Vec<Vec<f64>>,
-    pub(crate) measured: Vec<Vec<f64>>,
-}
-
-pub(crate) fn rows(problem: &FilterProblem<'_, Loaded>, tuning: &Tuning, data: &Data) -> Vec<Row> {
-    let sample = |k: usize| Sample { t: data.t[k], u: &data.u[k], measured: &data.measured[k] };
-    let (mut filter, first) = Filter::begin(problem, tuning, sample(0)).expect("a filter");
-    let rest = (1..data.t.len()).map(|k| filter.step(sample(k)).expect("a row"));
-    let rest: Vec<Row> = rest.collect();
-    std::iter::once(first).chain(rest).collect()
-}
-
-#[track_caller]
-pub(crate) fn close(found: f64, expected: f64, tolerance: f64) {
-    assert!((found - expected).abs() <= tolerance, "{found} against {expected}");
-}
-
-pub(crate) fn tuning(states: &[[f64; 2]], parameters: &[[f64; 2]], noise: &[f64]) -> Tuning {
-    let walk = |[start, rate]: &[f64; 2]| Walk { start: *start, rate: *rate };
-    Tuning {
-        states: states.iter().map(walk).collect(),
-        parameters: parameters.iter().map(walk).collect(),
-        noise: noise.iter().map(|sigma| Some(*sigma)).collect(),
-    }
-}
 
 /// The lag with nothing free, samples every half second, u = 1: Kalman's recursion in closed form.
 ///
@@ -259,10 +198,6 @@ fn algebraic_unknowns_follow_the_states() {
             close(std(a), std(&b), 1e-8);
         }
     }
-}
-
-pub(crate) fn recursive(forgetting_factor: f64) -> Estimator {
-    Estimator::Recursive { forgetting_factor, most_covariance: 1.0 }
 }
 
 /// In a model that is linear in gain and start value, recursive prediction error without forgetting is
@@ -671,12 +606,6 @@ fn hybrid_data() -> Data {
         (0..n).map(|k| f64::from(k) * 0.25 + if k % 3 == 1 { 0.07 } else { 0.0 }).collect();
     let u = |k: usize| vec![[1.3, 0.4, 0.2, 1.0][k / 13 % 4]];
     Data { u: (0..t.len()).map(u).collect(), measured: vec![vec![f64::NAN; 2]; t.len()], t }
-}
-
-pub(crate) fn held_inputs(data: &Data) -> dgd::Inputs {
-    let u: Vec<f64> = data.u.iter().map(|u| u[0]).collect();
-    let column = dgd::Column { name: "u", interpolation: dgd::Interpolation::Hold, values: &u };
-    dgd::Inputs::recorded(&data.t, &[column]).expect("inputs")
 }
 
 /// Estimates are the run's, and their covariance is S P₀ Sᵀ with its sensitivities.

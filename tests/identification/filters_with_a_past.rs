@@ -1,7 +1,7 @@
 //! Filters of models that read what was: against a filter that remembers all of it on a fine grid, against
 //! least squares, and against simulations.
 
-use crate::filters::{
+use crate::filtering::{
     Data, Normal, close, declared, held_inputs, recursive, rows, system, tight, tuning,
 };
 use dgd::identify::filter::{Estimator, Filter, FilterProblem, Row, Sample, Spread};

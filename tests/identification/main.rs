@@ -7,6 +7,7 @@ mod recorded;
 #[path = "../support/mod.rs"]
 mod support;
 
+mod filtering;
 mod filters;
 mod filters_with_a_past;
 mod nist;

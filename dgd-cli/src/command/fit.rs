@@ -29,7 +29,7 @@ use crate::failure::{CommandError, meant};
 use crate::few_samples::FewSamples;
 use crate::figure::{self, Line, Subject};
 use crate::fit_quality::Quality;
-use crate::fit_report::{Outcome, Tested};
+use crate::fit_report::{Outcome, Tested, name_of};
 use crate::fitted_model;
 use crate::information::Origins;
 use crate::intervals::Intervals;
@@ -105,7 +105,8 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
     let linearised = place.map(|place| task.linearised(place, &problem, &fit, &train, args));
     let intervals = Intervals::find(&args.intervals, &problem, &fit, console.seed())
         .map_err(|error| task.failed(error, &args.data))?;
-    intervals.push_left_out(&mut left_out, &fit.estimates);
+    let recording_names = recording::names(&args.data);
+    intervals.push_left_out(&mut left_out, |i| name_of(&fit.estimates[i], &recording_names));
     task.watch.write();
     let information = args
         .intervals
@@ -121,7 +122,7 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         variants: &task.compiled.model.variants,
         fit: &fit,
         data: &args.data,
-        recording_names: recording::names(&args.data),
+        recording_names,
         recordings: &task.train,
         information,
         intervals,

@@ -21,7 +21,7 @@ use crate::args::FitArgs;
 use crate::console::{Console, print};
 use crate::failure::CommandError;
 use crate::figure::{self, Line, Subject};
-use crate::fit_report::{Tested, bound_name, digits_of, entry, rms_of, unit_of};
+use crate::fit_report::{Tested, bound_name, digits_of, entry, name_of, rms_of, unit_of};
 use crate::intervals::{Estimated, Intervals};
 use crate::left_out::LeftOut;
 use crate::plot::{Figure, Panel, Text};
@@ -70,14 +70,24 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
         profiles.map_err(|error| task.failed(error, &args.data))?
     };
     let intervals = Intervals::of_profiles(profiles, profiled);
-    intervals.push_left_out(&mut left_out, &found.estimates);
+    let recording_names = recording::names(&args.data);
+    let name = |i: usize| name_of(&found.estimates[i], &recording_names);
+    intervals.push_left_out(&mut left_out, name);
     let valid = task.tested_unless_stopped(args, &mut left_out, || {
         let is_asked = !task.valid.is_empty();
         is_asked.then(|| task.simulated(&held_out, &args.valid)).transpose()
     })?;
     task.watch.write();
-    let outcome =
-        Outcome { task, args, found: &found, train, valid, intervals, left_out: &left_out };
+    let outcome = Outcome {
+        task,
+        args,
+        found: &found,
+        recording_names,
+        train,
+        valid,
+        intervals,
+        left_out: &left_out,
+    };
     if !args.solve.plot.is_empty() {
         let figure = outcome.figure(&problem)?;
         for path in &args.solve.plot {
@@ -142,6 +152,8 @@ struct Outcome<'a> {
     task: &'a Task,
     args: &'a FitArgs,
     found: &'a PredictionError,
+    /// What the recordings are called.
+    recording_names: Vec<String>,
     train: Evaluation,
     valid: Option<Tested>,
     intervals: Intervals,
@@ -158,13 +170,7 @@ impl Estimated for Outcome<'_> {
     }
 
     fn name(&self, i: usize) -> String {
-        let estimate = &self.found.estimates[i];
-        match estimate.recording {
-            Some(r) if self.args.data.len() > 1 => {
-                format!("{} of recording {}", estimate.name, r + 1)
-            }
-            _ => estimate.name.clone(),
-        }
+        name_of(&self.found.estimates[i], &self.recording_names)
     }
 }
 
@@ -284,7 +290,7 @@ impl Outcome<'_> {
             .map(|(output, _)| format!("noise of {}", output.name));
         let levels: Vec<String> = sought_rates.chain(sought_noise).collect();
         let name = |i: usize| match i.checked_sub(n) {
-            None => self.found.estimates[i].name.clone(),
+            None => self.name(i),
             Some(level) => levels[level].clone(),
         };
         let combinations = self.found.undetermined.iter();

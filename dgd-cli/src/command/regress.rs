@@ -58,7 +58,7 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
         profiles.map_err(|error| failed(task, args, error))?
     };
     let intervals = Intervals::of_profiles(profiles, profiled);
-    intervals.push_left_out(&mut left_out, &fit.estimates);
+    intervals.push_left_out(&mut left_out, |i| fit.estimates[i].name.clone());
     // Start values are fitted for it.
     let mut train =
         (!task.watch.is_stopped()).then(|| simulated(&task.train, &args.data)).flatten();

@@ -75,7 +75,7 @@ pub(crate) fn screen_all(tables: Vec<(PathBuf, Table)>, wishes: &Wishes) -> Vec<
                 let names = pair.channels.map(|i| record.channels[i].name.to_owned());
                 match pair.compared {
                     Compared::Same(comparison) if comparison.gain.is_some() => alike.push(names),
-                    Compared::Different => different.push(names),
+                    Compared::Different { .. } => different.push(names),
                     Compared::Same(_) | Compared::Unknown => {}
                 }
             }

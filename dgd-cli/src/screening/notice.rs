@@ -227,6 +227,15 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
             "one of them is wrong, or `--same` is",
             None,
         ),
+        Fault::Opposed(correlation) => say(
+            "opposed",
+            format!(
+                "`{one}` and `{other}` move in opposite directions, correlation {correlation:.2}, and are \
+                 said to measure the same"
+            ),
+            "is the sign of one of them wrong?",
+            Some(Amount::exact(*correlation, "")),
+        ),
         Fault::Untold => say(
             "untold",
             format!(

@@ -134,6 +134,33 @@ fn recordings_of_one_file_name_are_told_apart() {
 }
 
 #[test]
+fn start_values_are_called_by_their_files_by_all_estimators() {
+    let folder = folder_with(&[("m.dgd", MODEL)]);
+    for (name, seed) in [("a.csv", 7), ("b.csv", 8)] {
+        let data = recording(seed, 0.0);
+        let rows: Vec<&str> = data.lines().take(80).collect();
+        std::fs::write(folder.path().join(name), rows.join("\n")).expect("a file");
+    }
+    let own = ["x(0) of a.csv", "x(0) of b.csv"];
+    for estimator in ["output-error", "prediction-error"] {
+        let out = format!("{estimator}.out");
+        let args = ["fit", "m.dgd", "--data", "a.csv", "--data", "b.csv", "--profile", "x(0)"];
+        let more = ["--estimator", estimator, "-o", &out, "--plot", &format!("{estimator}.svg")];
+        let text = dgd_in(folder.path(), &[&args[..], &more].concat()).done().out;
+        assert!(own.iter().all(|name| text.contains(name)), "{text}");
+        let result = std::fs::read(folder.path().join(out).join("result.json")).expect("a result");
+        let found: Value = serde_json::from_slice(&result).expect("JSON");
+        let profiles = found["profiles"].as_object().expect("profiles");
+        assert!(profiles.keys().eq(own), "{found:#}");
+        let files = listing(&folder);
+        for file in ["a.csv", "b.csv"] {
+            let drawn = format!("{estimator}.profile-x(0)_of_{file}.svg");
+            assert!(files.contains(&drawn), "{files:?}");
+        }
+    }
+}
+
+#[test]
 fn intervals_are_reported_and_drawn() {
     let data = recording(4, 0.0).into_bytes();
     let folder = folder_with(&[("m.dgd", MODEL), ("a.csv", &data)]);

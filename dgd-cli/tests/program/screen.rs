@@ -289,6 +289,29 @@ fn what_is_said_to_measure_the_same_and_does_not_is_told() {
 }
 
 #[test]
+fn columns_that_move_in_opposite_directions_are_said_to() {
+    let about = |p: f64| 42.0 - p;
+    let [near, far] = [pressures(about), pressures(|p| -p)];
+    let [near, far] = [near, far].map(|rows| format!("time [s],p [bar],back [bar]\n{rows}"));
+    let folder = folder_with(&[("near.csv", near.as_bytes()), ("far.csv", far.as_bytes())]);
+    let run = |args: &[&str]| dgd_in(folder.path(), &[&["screen"], args].concat()).done();
+    for data in ["near.csv", "far.csv"] {
+        let args = ["--data", data, "--same", "p,back"];
+        let json = run(&[&args[..], &["--format", "json"]].concat()).json();
+        let names = ["p", "back"].map(str::to_owned).to_vec();
+        assert_eq!(faults(&json), [("opposed".to_owned(), names)], "{json:#}");
+        let text = run(&args).out;
+        assert!(
+            text.contains("`p` and `back` move in opposite directions, correlation -1.00"),
+            "{text}"
+        );
+        assert!(text.contains("is the sign of one of them wrong?"), "{text}");
+    }
+    // Without `--same`, nothing says that they measure the same.
+    assert_eq!(faults(&run(&["--data", "near.csv", "--format", "json"]).json()), []);
+}
+
+#[test]
 fn a_check_that_finds_faults_prints_one_document() {
     let data = "data/no_flow.csv.gz";
     let run = dgd(&["screen", "--check", "--data", data, "--format", "json"]);

@@ -3,7 +3,8 @@
 //! Steps are such that √d, a straight line where the model is linear, grows by a fifth of its threshold
 //! each; the crossing is then closed in on by the false position of √d.
 
-use crate::identify::profile::{End, THRESHOLD};
+use crate::identify::profile::{End, Profile, THRESHOLD};
+use crate::identify::progress::{Of, Progress, Watch};
 
 /// √d grows by this part of its threshold in a step.
 const STEP: f64 = 0.2;
@@ -62,6 +63,26 @@ pub(super) struct Way<'a> {
     pub place: &'a Held<'a>,
     /// Whether to leave it at what there is.
     pub is_stopped: &'a dyn Fn() -> bool,
+}
+
+/// The profiles of some estimates, one after the other; where the watch stops them, those that are complete.
+pub(super) fn one_by_one(
+    estimates: &[usize],
+    watch: &dyn Watch,
+    profile: impl Fn(usize) -> Profile,
+) -> Vec<Profile> {
+    let mut profiles = Vec::with_capacity(estimates.len());
+    for j in estimates {
+        let profile = profile(*j);
+        // What is found after this was said may lack something.
+        if watch.is_stopped() {
+            break;
+        }
+        profiles.push(profile);
+        let of = Of::Exactly(estimates.len());
+        watch.advanced(Progress { what: "profiles", done: profiles.len(), of });
+    }
+    profiles
 }
 
 /// One side of a profile.

@@ -143,6 +143,44 @@ fn gains_drifts_and_noise_of_a_pair_are_told_apart() {
     }
 }
 
+/// What a pair says that is said to measure the same, at rest but for what is added.
+fn of_same(seed: u64, added: [&dyn Fn(f64) -> f64; 2]) -> Vec<Fault> {
+    let mut normal = Normal::new(seed);
+    let read = |added: &dyn Fn(f64) -> f64| -> Vec<f64> {
+        (0..N).map(|k| reading(20.0 + added(k as f64) + 0.01 * normal.next())).collect()
+    };
+    let [a, b] = added.map(read);
+    let named = [("pressure", &a), ("backup", &b)];
+    let channels = named.map(|(name, values)| Channel { name, unit: "bar", values });
+    let times = seconds(N);
+    let request = Request { same: vec![[0, 1]], ..Request::default() };
+    let screening = screen(&Record { times: &times, channels: channels.to_vec() }, &request);
+    faults(&screening).into_iter().cloned().collect()
+}
+
+#[test]
+fn opposite_directions_are_no_drift_and_drifts_no_opposite_directions() {
+    for seed in 0..50 {
+        let moved = |k: f64| motion(k as usize) - 20.0;
+        for size in [0.3, 1.0] {
+            let found = of_same(3500 + seed, [&moved, &|k| -size * moved(k)]);
+            let [Fault::Opposed(correlation)] = found[..] else {
+                panic!("{seed} {size} {found:?}")
+            };
+            assert!(correlation < -0.99, "{seed} {size} {correlation}");
+        }
+        let late = |k: f64| moved((k - 40.0).max(0.0));
+        let found = of_same(3600 + seed, [&moved, &late]);
+        assert!(matches!(found[..], [Fault::Late(_)]), "{seed} {found:?}");
+        // Of sensors at rest one drifts, or both do.
+        let drift = |k: f64| 1e-4 * (k - 1800.0);
+        for other in [&(|_| 0.0) as &dyn Fn(f64) -> f64, &|k| -drift(k)] {
+            let found = of_same(3700 + seed, [&drift, other]);
+            assert!(matches!(found[..], [Fault::Drift(_)]), "{seed} {found:?}");
+        }
+    }
+}
+
 #[test]
 fn a_gain_is_that_of_the_second_over_the_first() {
     // The regressor is the mean of both, whose slope is not the first one's: 0.182 would be said of 1.2.

@@ -171,23 +171,12 @@ impl<'a, S: System> Model<'a, S> {
         let last = solution.len() - 1;
         let mut phi = transition(solution.s(last), solution.n, coordinates, variables);
         if let Some(past) = &from.past {
-            let mut by_past = DMatrix::zeros(phi.nrows(), past.len());
-            for some in self.read_late(past, &p, times) {
-                let seeded = past.seeded(&some);
-                let wanted = Wanted::ResumedSensitivities(from.before(Some(&seeded)));
+            let [s_past] = self.by_past(past, &p, times, [solution.s(last)], |seeded| {
+                let wanted = Wanted::ResumedSensitivities(from.before(Some(seeded)));
                 let run = self.run(&problem, &[times.0, times.1], wanted)?;
-                let (with, without) = (run.s(run.len() - 1), solution.s(last));
-                for (j, variable) in some.into_iter().enumerate() {
-                    let size = past.sizes()[variable % past.sizes().len()];
-                    for (row, (i, of)) in
-                        coordinates.states.iter().zip(&coordinates.sizes).enumerate()
-                    {
-                        let at = j * solution.n + i;
-                        by_past[(row, variable)] = (with[at] - without[at]) * size / of;
-                    }
-                }
-            }
-            phi = beside(&phi, &by_past);
+                Ok([run.s(run.len() - 1).to_vec()])
+            })?;
+            phi = beside(&phi, &rows_of_states(&s_past, coordinates));
         }
         if phi.iter().all(|value| value.is_finite()) {
             Ok(Moved { place: ended(from, &mut solution), phi })
@@ -227,7 +216,7 @@ impl<'a, S: System> Model<'a, S> {
         let mut w = observe(&problem, &solution).w;
         if let Some(past) = &at.past {
             let here = Point { t, y: solution.y(0), u: &[], p: &p, z: solution.z(0) };
-            self.late.read(&problem, here, past, &mut w)?;
+            self.late.read(&problem, here, past)?.write(&mut w);
         }
         Ok(w)
     }
@@ -256,35 +245,17 @@ impl<'a, S: System> Model<'a, S> {
             s[coordinates.directions[column] * n + self.watched[row]] * slope(column)
         });
         if let Some(past) = &at.past {
-            let wide = |rows: usize| DMatrix::zeros(rows, past.len());
-            let (mut c_past, mut phi_past) = (wide(n_w), wide(phi.nrows()));
-            let mut watched_past = wide(watched.nrows());
-            for some in self.read_late(past, &p, (t, t)) {
-                let seeded = past.seeded(&some);
-                let with = self.look(&problem, t, at, Some(&seeded))?;
-                let (_, with_s, _) = with.run.parts();
-                for (j, variable) in some.into_iter().enumerate() {
-                    let size = past.sizes()[variable % past.sizes().len()];
-                    let change = |i: usize| (with_s[j * n + i] - s[j * n + i]) * size;
-                    for (row, (i, of)) in
-                        coordinates.states.iter().zip(&coordinates.sizes).enumerate()
-                    {
-                        phi_past[(row, variable)] = change(*i) / of;
-                    }
-                    for (row, i) in self.watched.iter().enumerate() {
-                        watched_past[(row, variable)] = change(*i);
-                    }
-                    for row in 0..n_w {
-                        let of = j * n_w + row;
-                        c_past[(row, variable)] = (with.dw[of] - dw[of]) * size;
-                    }
-                }
-            }
-            (phi, watched) = (beside(&phi, &phi_past), beside(&watched, &watched_past));
+            let [s_past, c_past] = self.by_past(past, &p, (t, t), [s, &dw], |seeded| {
+                let with = self.look(&problem, t, at, Some(seeded))?;
+                Ok([with.run.parts().1.to_vec(), with.dw])
+            })?;
+            phi = beside(&phi, &rows_of_states(&s_past, coordinates));
+            watched = beside(&watched, &s_past.select_rows(&self.watched));
             c = beside(&c, &c_past);
             let here = Point { t, y, u: &[], p: &p, z };
-            self.late.read(&problem, here, past, &mut w)?;
-            self.late.differentiate(&problem, here, past, (coordinates, variables), &mut c)?;
+            let late = self.late.read(&problem, here, past)?;
+            late.write(&mut w);
+            late.differentiate((coordinates, variables), &mut c);
         }
         let a = transition(&g, n, coordinates, variables);
         Ok(Local { y: y.to_vec(), w, phi, a, c, watched })
@@ -328,6 +299,34 @@ impl<'a, S: System> Model<'a, S> {
             Some((unknown, tau[delayed.delay]))
         });
         read.collect()
+    }
+
+    /// How what a run gives changes with the variables of the past, SI: rows × past, for each array of it by
+    /// directions. `without` is what it gives with the past as it is, `with` with one whose first directions
+    /// have some of the variables, too.
+    fn by_past<const N: usize>(
+        &self,
+        past: &Remembered,
+        p: &[f64],
+        times: (f64, f64),
+        without: [&[f64]; N],
+        with: impl Fn(&Past) -> Result<[Vec<f64>; N], TrialFailure>,
+    ) -> Result<[DMatrix<f64>; N], TrialFailure> {
+        let directions = self.system.signature().directions.len().max(1);
+        let mut all = without.map(|of| DMatrix::zeros(of.len() / directions, past.len()));
+        for some in self.read_late(past, p, times) {
+            let with = with(&past.seeded(&some))?;
+            for (j, variable) in some.into_iter().enumerate() {
+                let size = past.sizes()[variable % past.sizes().len()];
+                for ((columns, with), without) in all.iter_mut().zip(&with).zip(without) {
+                    let own = j * columns.nrows();
+                    for (row, derivative) in columns.column_mut(variable).iter_mut().enumerate() {
+                        *derivative = (with[own + row] - without[own + row]) * size;
+                    }
+                }
+            }
+        }
+        Ok(all)
     }
 
     /// Variables of the past that the equations read between two times, as many at once as there are
@@ -426,6 +425,13 @@ fn ended(from: &Place, run: &mut Solution) -> Place {
         past.go_on(run);
     }
     Place { y: run.y(run.len() - 1).to_vec(), memory: run.memory.take(), past }
+}
+
+/// Rows of the states of derivatives of all unknowns, SI, in scaled variables.
+fn rows_of_states(by: &DMatrix<f64>, coordinates: &Coordinates) -> DMatrix<f64> {
+    DMatrix::from_fn(coordinates.n_states(), by.ncols(), |row, column| {
+        by[(coordinates.states[row], column)] / coordinates.sizes[row]
+    })
 }
 
 /// Rows of the states of ∂y/∂θ, or of its slopes, in scaled variables: states × all.

@@ -32,7 +32,15 @@ struct LateOutput {
     unknowns: Vec<usize>,
 }
 
-/// What one of them was.
+/// What the late outputs were at one time.
+pub(super) struct Readings<'a, S> {
+    problem: &'a Problem<'a, S>,
+    here: Point<'a>,
+    past: &'a Remembered,
+    all: Vec<(&'a LateOutput, Reading)>,
+}
+
+/// What one of them read.
 struct Reading {
     t: f64,
     y: Vec<f64>,
@@ -69,73 +77,79 @@ impl LateOutputs {
         self.outputs.iter().flat_map(|late| late.unknowns.iter().copied())
     }
 
-    /// Replaces what the outputs are by what they were; of the point `here` the inputs are not looked at.
-    pub(super) fn read<S: System>(
-        &self,
-        problem: &Problem<'_, S>,
-        here: Point<'_>,
-        past: &Remembered,
-        w: &mut [f64],
-    ) -> Result<(), TrialFailure> {
-        if self.outputs.is_empty() {
-            return Ok(());
+    /// What they were; of the point `here` the inputs are not looked at.
+    pub(super) fn read<'a, S: System>(
+        &'a self,
+        problem: &'a Problem<'a, S>,
+        here: Point<'a>,
+        past: &'a Remembered,
+    ) -> Result<Readings<'a, S>, TrialFailure> {
+        let mut all = Vec::new();
+        if !self.outputs.is_empty() {
+            let (tau, inputs) = (delays(problem), inputs_read(problem)?);
+            let of = |late: &'a LateOutput| (late, reading(&inputs, here, tau[late.delay], past));
+            all.extend(self.outputs.iter().map(of));
         }
-        let (tau, inputs) = (delays(problem), inputs_read(problem)?);
+        Ok(Readings { problem, here, past, all })
+    }
+}
+
+impl<S: System> Readings<'_, S> {
+    /// Replaces what the outputs are by what they were.
+    pub(super) fn write(&self, w: &mut [f64]) {
         let mut all = vec![0.0; w.len()];
-        for late in &self.outputs {
-            let Reading { t, y, u, .. } = reading(&inputs, here, tau[late.delay], past);
-            problem.system.outputs(Point { t, y: &y, u: &u, ..here }, &mut all);
+        for (late, was) in &self.all {
+            self.problem.system.outputs(was.at(self.here), &mut all);
             w[late.output] = all[late.output];
         }
-        Ok(())
     }
 
     /// Replaces their rows of C, outputs × all variables.
-    pub(super) fn differentiate<S: System>(
+    pub(super) fn differentiate(
         &self,
-        problem: &Problem<'_, S>,
-        here: Point<'_>,
-        past: &Remembered,
         (coordinates, variables): (&Coordinates, &[f64]),
         c: &mut DMatrix<f64>,
-    ) -> Result<(), TrialFailure> {
-        if self.outputs.is_empty() {
-            return Ok(());
+    ) {
+        let Self { problem, here, past, all } = self;
+        if all.is_empty() {
+            return;
         }
         let signature = problem.system.signature();
-        let (tau, inputs) = (delays(problem), inputs_read(problem)?);
         let dtau = delay_sensitivities(problem);
         let [by_y, by_u, by_p] = &signature.output_jacobians;
         let of = |len: usize| vec![0.0; len];
         let (mut dwdy, mut dwdu, mut dwdp) = (of(by_y.len()), of(by_u.len()), of(by_p.len()));
         let mut dwdt = of(signature.outputs.len());
-        for late in &self.outputs {
-            let row = late.output;
-            let Reading { t, y, ydot, u, udot } = reading(&inputs, here, tau[late.delay], past);
-            let at = Point { t, y: &y, u: &u, ..here };
+        for (late, was) in all {
+            let (row, at) = (late.output, was.at(*here));
             problem.system.output_jacobians(at, &mut dwdy, &mut dwdu, &mut dwdp, &mut dwdt);
             c.row_mut(row).fill(0.0);
             let mut rate = dwdt[row];
             for ((_, column), slope) in by_y.positions().zip(&dwdy).filter(|(at, _)| at.0 == row) {
-                rate += slope * ydot[column];
+                rate += slope * was.ydot[column];
                 let unknown = past.watched().iter().position(|i| *i == column);
-                for (variable, weight) in unknown.into_iter().flat_map(|k| past.weights(k, t)) {
+                for (variable, weight) in unknown.into_iter().flat_map(|k| past.weights(k, was.t)) {
                     c[(row, coordinates.len() + variable)] += slope * weight;
                 }
             }
             for ((_, column), slope) in by_u.positions().zip(&dwdu).filter(|(at, _)| at.0 == row) {
-                rate += slope * udot[column];
+                rate += slope * was.udot[column];
             }
             for (column, direction) in coordinates.directions.iter().enumerate() {
                 let Direction::Parameter(i) = signature.directions[*direction] else { continue };
                 let own = by_p.positions().zip(&dwdp).find(|(at, _)| *at == (row, i));
                 let by_theta = own.map_or(0.0, |(_, slope)| *slope);
-                let moved = rate * dtau[direction * tau.len() + late.delay];
+                let moved = rate * dtau[direction * signature.delays.len() + late.delay];
                 c[(row, column)] =
                     (by_theta - moved) * coordinates.slope(column, variables[column]);
             }
         }
-        Ok(())
+    }
+}
+
+impl Reading {
+    fn at<'a>(&'a self, here: Point<'a>) -> Point<'a> {
+        Point { t: self.t, y: &self.y, u: &self.u, ..here }
     }
 }
 

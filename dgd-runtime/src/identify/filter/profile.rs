@@ -5,12 +5,11 @@ use std::cell::Cell;
 
 use super::likelihood::{Failed, Search};
 use super::prediction_error::{PredictionError, PredictionErrorProblem, minimised};
-use crate::identify::along::{Place, Way};
+use crate::identify::along::{Place, Way, one_by_one};
 use crate::identify::error::EstimateError;
 use crate::identify::levenberg_marquardt::StoppingRule;
 use crate::identify::output_error::NEGLIGIBLE_REDUCTION;
 use crate::identify::profile::{FAR, FAR_LOGARITHM, Profile};
-use crate::identify::progress::{Of, Progress};
 use crate::identify::variables::Scale;
 use crate::system::System;
 
@@ -40,17 +39,7 @@ pub fn prediction_error_profiles<S: System + Clone + Send>(
     let least = search.better(problem.system, problem.threads, &found.z, f64::INFINITY);
     let least = least.map_err(Failed::at_start)?.cost;
     let along = Along { problem, search, found, least };
-    let mut profiles = Vec::with_capacity(estimates.len());
-    for j in estimates {
-        let profile = along.profile(*j);
-        if problem.watch.is_stopped() {
-            break;
-        }
-        profiles.push(profile);
-        let of = Of::Exactly(estimates.len());
-        problem.watch.advanced(Progress { what: "profiles", done: profiles.len(), of });
-    }
-    Ok(profiles)
+    Ok(one_by_one(estimates, problem.watch, |j| along.profile(j)))
 }
 
 /// Estimates, along one of which the others are fitted.

@@ -5,9 +5,8 @@
 
 use std::cell::{Cell, RefCell};
 
-use crate::identify::along::{Place, Way};
+use crate::identify::along::{Place, Way, one_by_one};
 use crate::identify::profile::{FAR, Profile};
-use crate::identify::progress::{Of, Progress};
 use crate::identify::regression::error::RegressionError;
 use crate::identify::regression::finish::{Found, RegressionFit};
 use crate::identify::regression::prepare::Prepared;
@@ -44,17 +43,7 @@ pub fn regression_profiles<S: System>(
     structure::find_linear(problem.system, &mut rows, &guess);
     let least = sum(&prepared, &mut rows, &Found::of(fit).sigma, &fit.p)?;
     let along = Along { prepared: &prepared, rows: RefCell::new(rows), fit, method, least };
-    let mut profiles = Vec::with_capacity(estimates.len());
-    for j in estimates {
-        let profile = along.profile(*j);
-        if problem.watch.is_stopped() {
-            break;
-        }
-        profiles.push(profile);
-        let of = Of::Exactly(estimates.len());
-        problem.watch.advanced(Progress { what: "profiles", done: profiles.len(), of });
-    }
-    Ok(profiles)
+    Ok(one_by_one(estimates, problem.watch, |j| along.profile(j)))
 }
 
 /// A sum of squares, and of how many rows it is.
