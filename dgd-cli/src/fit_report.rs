@@ -7,7 +7,7 @@ use dgd_compiler::model::Variant;
 use dgd_runtime::identify::{
     Bound, Estimate, Evaluation, Fit, Misfit, Recording, Starts, Stepping, Term, Undetermined,
 };
-use dgd_runtime::{Direction, PerSampleChoice, Signature, Unit};
+use dgd_runtime::{Direction, PerSampleChoice, Side, Signature, Unit};
 use serde_json::{Map, Value, json};
 
 use crate::few_samples::FewSamples;
@@ -269,6 +269,23 @@ impl Outcome<'_> {
         text
     }
 
+    /// Whether all inputs, of which there are some, stay where they are in all recordings.
+    fn is_at_rest(&self) -> bool {
+        let mut first: Option<Vec<f64>> = None;
+        let mut u = vec![0.0; self.signature.inputs.len()];
+        let mut stays = |recording: &Recording| {
+            let before = first.get_or_insert_with(|| {
+                recording.inputs.value(recording.times[0], Side::Right, &mut u);
+                u.clone()
+            });
+            recording.times.iter().all(|t| {
+                recording.inputs.value(*t, Side::Right, &mut u);
+                u == *before
+            })
+        };
+        !self.signature.inputs.is_empty() && self.recordings.iter().all(|r| stays(r))
+    }
+
     /// A line for each output with outliers.
     fn push_light(&self, text: &mut String) {
         let outputs = self.signature.outputs.iter().enumerate();
@@ -294,6 +311,12 @@ impl Outcome<'_> {
             push_correlated(text, &first, &second, pair.correlation);
         }
         push_combinations(text, &fit.undetermined, |i| self.name(i), "output");
+        if self.is_at_rest() {
+            text.push_str(
+                "no input moves in any recording: the estimates rest on how the model settles from its \
+                 start values, and recordings in which inputs move would say more\n",
+            );
+        }
         self.push_light(text);
         self.quality.push_remarks(text, self.signature);
         if fit.samples_without_sensitivity > 0 {

@@ -22,6 +22,12 @@ use crate::table::significant;
 /// So many estimates are told of another minimum, those that are furthest from the best first.
 const MOST_TOLD: usize = 4;
 
+/// So many other minima are told of in words; `result.json` has all.
+const MOST_MINIMA: usize = 5;
+
+/// A deviance that is higher by less is as good.
+const AS_GOOD: f64 = 0.01;
+
 /// The stream of the seed's numbers that starting points are drawn from; replicates have those from 0.
 const STREAM: u128 = 1 << 64;
 
@@ -178,20 +184,22 @@ impl Minima {
             let led = best.points.len();
             let _ = writeln!(text, "{led} of {all} starting points led to this minimum");
         }
-        for minimum in minima {
+        for minimum in minima.by_ref().take(MOST_MINIMA) {
             let Some(fit) = self.all.fit_of(minimum.points[0]) else { continue };
-            let hardly = if minimum.above < THRESHOLD {
-                ": the data does not tell it from this one"
-            } else {
-                ""
+            let above = significant(minimum.above, 3);
+            let how = match minimum.above {
+                above if above < AS_GOOD => "as good".to_owned(),
+                above if above < THRESHOLD => {
+                    "which the data hardly tells from this one".to_owned()
+                }
+                _ => format!("a deviance of {above} above"),
             };
-            let _ = writeln!(
-                text,
-                "{} led to another one, a deviance of {} above{hardly}; there {}",
-                minimum.points.len(),
-                significant(minimum.above, 3),
-                self.places(fit, outcome)
-            );
+            let (led, places) = (minimum.points.len(), self.places(fit, outcome));
+            let _ = writeln!(text, "{led} led to another one, {how}: {places}");
+        }
+        let others = minima.len();
+        if others > 0 {
+            let _ = writeln!(text, "the rest led to {others} more, all of them above these");
         }
         if let (failed @ 1.., Some(reason)) = self.failed() {
             let _ = writeln!(text, "{failed} of {all} could not be fitted: {reason}");
@@ -215,7 +223,8 @@ impl Minima {
             let (unit, estimate) = (outcome.unit(i), &other.estimates[i]);
             let std = estimate.std.map(|std| std / unit.factor);
             let value = digits_of(unit.from_si(estimate.value), std);
-            format!("`{}` = {value} {}", outcome.name(i), unit.symbol).trim_end().to_owned()
+            let unit = if unit.symbol == "1" { "" } else { &unit.symbol };
+            format!("`{}` = {value} {unit}", outcome.name(i)).trim_end().to_owned()
         });
         told.collect::<Vec<_>>().join(", ")
     }

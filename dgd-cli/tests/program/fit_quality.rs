@@ -212,7 +212,7 @@ fn outliers_are_borne_and_counted() {
     let spoilt = lines.join("\n") + "\n";
     let folder = folder_with(&[("m.dgd", MODEL), ("a.csv", spoilt.as_bytes())]);
     let fit = |more: &[&str]| {
-        let args = ["fit", "m.dgd", "--data", "a.csv"];
+        let args = ["fit", "m.dgd", "--data", "a.csv", "--outputs", "y"];
         dgd_in(folder.path(), &[&args[..], more].concat())
     };
     let off = |loss: &str| {
@@ -238,6 +238,26 @@ fn outliers_are_borne_and_counted() {
     );
     fit(&["--loss", "huber", "--estimator", "bounded"]).refused(2, &["`--loss`", "output-error"]);
     fit(&["--starts", "4", "--estimator", "recursive"]).refused(2, &["`--starts`", "output-error"]);
+}
+
+#[test]
+fn recordings_in_which_nothing_moves_are_said_to_be() {
+    let mut normal = Normal(9);
+    let mut still = "time [s],u [1],v [1],y [1],twice [mm]\n".to_owned();
+    for k in 0..100 {
+        let (y, twice) = (1.0 + 0.05 * normal.next(), 2.0 + 0.1 * normal.next());
+        let _ = writeln!(still, "{k},2,0,{y},{twice}");
+    }
+    let moving = recording(10, 0.0);
+    let files = [("m.dgd", MODEL), ("a.csv", still.as_bytes()), ("b.csv", moving.as_bytes())];
+    let folder = folder_with(&files);
+    let said = |more: &[&str]| {
+        let args = ["fit", "m.dgd", "--data", "a.csv"];
+        let text = dgd_in(folder.path(), &[&args[..], more].concat()).done().out;
+        text.contains("no input moves in any recording")
+    };
+    assert!(said(&[]));
+    assert!(!said(&["--data", "b.csv"]));
 }
 
 #[test]
@@ -281,9 +301,11 @@ output z [1] = a^2*s/(1 [s])
     assert_eq!(minima[0]["estimates"]["w"]["unit"], "rpm");
 
     let text = fit(&["--starts", "30"]).out;
-    for part in
-        ["of 30 starting points led to this minimum", "the data does not tell it from", "`a` = "]
-    {
+    for part in [
+        "of 30 starting points led to this minimum",
+        "led to another one, as good: `a` = ",
+        "the rest led to",
+    ] {
         assert!(text.contains(part), "{part}: {text}");
     }
     assert!(fit(&["--format", "json"]).json().get("multi_start").is_none());
@@ -325,6 +347,29 @@ fn what_determines_each_parameter_is_told() {
         let sum: f64 = of(name)["outputs"].as_object().expect("outputs").values().map(number).sum();
         assert!((sum - 1.0).abs() < 1e-3, "{name}: {sum}");
         assert!((number(&of(name)["steady"]) + number(&of(name)["transient"]) - 1.0).abs() < 1e-3);
+    }
+    // Two operating points at rest, and what more of each kind of sample would do.
+    let points = found["operating_points"].as_array().expect("points");
+    assert_eq!(points.len(), 2, "{points:?}");
+    assert_eq!(points[0]["inputs"]["q_boost"]["unit"], "lpm");
+    for name in ["M_ssp", "c0", "c2", "F2"] {
+        let again = &of(name)["std_with_as_much_again"];
+        assert!((number(&again["all"]) - 0.5_f64.sqrt()).abs() < 1e-3, "{name}: {again}");
+        let parts = of(name)["operating_points"].as_array().expect("parts");
+        let steady: f64 = parts.iter().map(number).sum();
+        assert!((steady - number(&of(name)["steady"])).abs() < 1e-12, "{name}");
+    }
+    // More rest tells of friction, and nothing of a mass.
+    let best = |name: &str| {
+        let again = &of(name)["std_with_as_much_again"];
+        let rests = again["operating_points"].as_array().expect("numbers").iter().map(number);
+        (number(&again["transient"]), rests.fold(f64::INFINITY, f64::min))
+    };
+    let (mass, friction) = (best("M_ssp"), best("F2"));
+    assert!(mass.1 > 0.98 && mass.0 < 0.72, "{mass:?}");
+    assert!(friction.1 < friction.0, "{friction:?}");
+    for part in ["at 2 operating points", "a test as long again", "rest at `w_ssp` = "] {
+        assert!(text.contains(part), "{part}: {text}");
     }
     // The same where other parameters are not determined.
     let fewer = [&args[..], &["--outputs", "p_r,q_ssp", "--format", "json"]].concat();
