@@ -7,7 +7,7 @@ use dgd_compiler::model::Variant;
 use dgd_runtime::identify::{
     Bound, Estimate, Evaluation, Fit, Misfit, Recording, Starts, Stepping, Term, Undetermined,
 };
-use dgd_runtime::{Direction, PerSampleChoice, Side, Signature, Unit};
+use dgd_runtime::{Direction, PerSampleChoice, Signature, Unit};
 use serde_json::{Map, Value, json};
 
 use crate::few_samples::FewSamples;
@@ -36,6 +36,8 @@ pub(crate) struct Outcome<'a> {
     pub recordings: &'a [Recording],
     pub information: Option<Origins>,
     pub intervals: Intervals,
+    /// Why the recordings may not say what they are asked.
+    pub reservations: Vec<String>,
     /// What became of several starting points.
     pub minima: Option<Minima>,
     /// What Ctrl-C kept it from.
@@ -127,6 +129,7 @@ impl Outcome<'_> {
             "correlation": self.matrix(|i, j| fit.correlation(i, j)),
             "undetermined": undetermined,
             "few_samples": self.few.to_json(),
+            "reservations": self.reservations,
             "samples": fit.samples,
             "samples_without_sensitivity": fit.samples_without_sensitivity,
             "degrees_of_freedom": fit.degrees_of_freedom,
@@ -269,23 +272,6 @@ impl Outcome<'_> {
         text
     }
 
-    /// Whether all inputs, of which there are some, stay where they are in all recordings.
-    fn is_at_rest(&self) -> bool {
-        let mut first: Option<Vec<f64>> = None;
-        let mut u = vec![0.0; self.signature.inputs.len()];
-        let mut stays = |recording: &Recording| {
-            let before = first.get_or_insert_with(|| {
-                recording.inputs.value(recording.times[0], Side::Right, &mut u);
-                u.clone()
-            });
-            recording.times.iter().all(|t| {
-                recording.inputs.value(*t, Side::Right, &mut u);
-                u == *before
-            })
-        };
-        !self.signature.inputs.is_empty() && self.recordings.iter().all(|r| stays(r))
-    }
-
     /// A line for each output with outliers.
     fn push_light(&self, text: &mut String) {
         let outputs = self.signature.outputs.iter().enumerate();
@@ -311,11 +297,8 @@ impl Outcome<'_> {
             push_correlated(text, &first, &second, pair.correlation);
         }
         push_combinations(text, &fit.undetermined, |i| self.name(i), "output");
-        if self.is_at_rest() {
-            text.push_str(
-                "no input moves in any recording: the estimates rest on how the model settles from its \
-                 start values, and recordings in which inputs move would say more\n",
-            );
+        for words in &self.reservations {
+            let _ = writeln!(text, "{words}");
         }
         self.push_light(text);
         self.quality.push_remarks(text, self.signature);

@@ -25,6 +25,7 @@ pub mod plot;
 mod recording;
 mod regression_report;
 mod report;
+mod reservations;
 mod result;
 mod resume;
 mod run;

@@ -5,11 +5,9 @@
 
 use std::collections::BTreeSet;
 
-use dgd_runtime::identify::Recording;
-
 use crate::fitted::{chi_square, whitened, whitened_square};
 use crate::search::Search;
-use crate::whiteness::whiteness;
+use crate::whiteness::{size, whiteness};
 use dgd_screen::noise::SensorNoise;
 
 /// Mean square of the errors, over that of the noise, up to which a structure explains the data: what
@@ -291,15 +289,22 @@ impl Search<'_> {
     ) -> bool {
         let measured = noise.iter().flatten().count() * residuals.len();
         let least = FALSE_ALARM / measured.max(1) as f64;
-        let passes = |(recording, outputs): (&Recording, &Vec<Vec<f64>>)| {
-            outputs.iter().zip(noise).all(|(residuals, noise)| {
-                let Some(noise) = noise else { return true };
+        // What is left of outputs in recordings that are too short for tests of their own.
+        let mut short: Vec<Vec<f64>> = vec![Vec::new(); noise.len()];
+        for (recording, outputs) in self.data.train.iter().zip(residuals) {
+            for ((residuals, noise), short) in outputs.iter().zip(noise).zip(&mut short) {
+                let Some(noise) = noise else { continue };
                 let left = whitened(recording, residuals, noise);
-                let unit = SensorNoise { std: 1.0, colour: None, ..*noise };
-                whiteness(&left, &unit, 0).is_none_or(|test| test.p_value > least)
-            })
-        };
-        self.data.train.iter().zip(residuals).all(passes)
+                match whiteness(&left, &unit_of(noise), 0) {
+                    Some(test) if test.p_value <= least => return false,
+                    Some(_) => {}
+                    None => short.extend(left),
+                }
+            }
+        }
+        let all = short.iter().zip(noise).filter_map(|(left, noise)| Some((left, (*noise)?)));
+        all.map(|(left, noise)| size(left, &unit_of(&noise)))
+            .all(|test| test.is_none_or(|test| test.p_value > least))
     }
 
     /// Whether a structure leaves so little that nothing need be missing.
@@ -367,6 +372,11 @@ impl Search<'_> {
         let at_bound = effects.filter(|(_, brought)| brought.parameters.iter().any(is_at_bound));
         at_bound.map(|(effect, _)| *effect).collect()
     }
+}
+
+/// The noise of whitened errors.
+fn unit_of(noise: &SensorNoise) -> SensorNoise {
+    SensorNoise { std: 1.0, colour: None, ..*noise }
 }
 
 /// `None` of nothing.

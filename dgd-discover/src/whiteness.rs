@@ -110,6 +110,13 @@ pub fn whiteness(residuals: &[f64], noise: &SensorNoise, absorbed: usize) -> Opt
     Some(Whiteness { checks, worst, p_value, mean_square: sum_of_squares / n })
 }
 
+/// Tests whether a few residuals are as small as white noise is, in any order; `None` of none.
+pub(crate) fn size(residuals: &[f64], noise: &SensorNoise) -> Option<Check> {
+    let e = residuals.iter().filter(|r| r.is_finite()).map(|r| r / noise.std);
+    let (sum, n) = e.fold((0.0, 0), |(sum, n), e| (sum + e * e, n + 1));
+    (n > 0).then(|| mean_square(sum, f64::from(n), noise.relative_error))
+}
+
 /// Samples of a block whose mean square is compared with that of others.
 const BLOCK_OF_SQUARES: usize = 128;
 

@@ -39,6 +39,7 @@ use crate::load::Compilation;
 use crate::multi_start::Minima;
 use crate::plot::Text;
 use crate::recording::{self, Clock};
+use crate::reservations;
 use crate::resume;
 use crate::run::{executable, options, with_method, with_method_per_sample};
 
@@ -114,6 +115,8 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         .then(|| Origins::find(&problem, &fit, &train))
         .transpose()
         .map_err(|error| task.failed(error, &args.data))?;
+    let mut reservations = reservations::of_recordings(&task.system, &fit.p, &task.train);
+    reservations.extend(task.repeated(args));
     if task.few.hide_stds() {
         fit.forget_uncertainty();
     }
@@ -126,6 +129,7 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         recordings: &task.train,
         information,
         intervals,
+        reservations,
         minima,
         few: &task.few,
         left_out: &left_out,
@@ -406,6 +410,17 @@ impl Task {
         let evaluation = evaluate(&counted, held_out.p, &starts)
             .map_err(|error| failed(EstimateError::Start(error)))?;
         Ok(Tested { paths: paths.to_vec(), recordings, starts, evaluation })
+    }
+
+    /// A sentence for each held-out recording that the fit knows.
+    fn repeated(&self, args: &FitArgs) -> Vec<String> {
+        let found = reservations::trained_on(&self.train, &self.valid);
+        let repeated = args.valid.iter().zip(found).filter_map(|(path, of)| Some((path, of?)));
+        let said = |(path, of): (&PathBuf, usize)| {
+            let (path, trained) = (path.display(), args.data[of].display());
+            format!("{path} is {trained} again, at least half of it: as a test it tells nothing")
+        };
+        repeated.map(said).collect()
     }
 
     /// Writes the folder of results.

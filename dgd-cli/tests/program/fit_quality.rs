@@ -261,6 +261,31 @@ fn recordings_in_which_nothing_moves_are_said_to_be() {
 }
 
 #[test]
+fn recordings_that_cannot_tell_are_said_to() {
+    let late = String::from_utf8(MODEL.to_vec()).expect("text");
+    let late = late.replace("gain*u", "gain*delay(u, wait)");
+    let late = late.replace("state x", "parameter wait [s] = 500 in 0 ..\nstate x");
+    let data = recording(11, 0.0);
+    let files = [("m.dgd", MODEL), ("late.dgd", late.as_bytes()), ("a.csv", data.as_bytes())];
+    let folder = folder_with(&files);
+    let fit = |args: &[&str]| dgd_in(folder.path(), &[&["fit"], args].concat()).done().out;
+    let text = fit(&["late.dgd", "--data", "a.csv"]);
+    assert!(
+        text.contains("the delay `wait` is 500 s, and the longest recording lasts 399 s"),
+        "{text}"
+    );
+    assert!(!fit(&["late.dgd", "--data", "a.csv", "--set", "wait=3"]).contains("the delay"));
+
+    // A file that is both, under another name and cut short.
+    let part: Vec<&str> = data.lines().take(200).collect();
+    std::fs::write(folder.path().join("b.csv"), part.join("\n") + "\n").expect("a file");
+    std::fs::write(folder.path().join("c.csv"), recording(12, 0.0)).expect("a file");
+    let text = fit(&["m.dgd", "--data", "a.csv", "--valid", "b.csv", "--valid", "c.csv"]);
+    assert!(text.contains("b.csv is a.csv again"), "{text}");
+    assert!(!text.contains("c.csv is"), "{text}");
+}
+
+#[test]
 fn minima_are_told_apart() {
     let model = b"\
 model wave

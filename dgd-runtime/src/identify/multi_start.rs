@@ -93,12 +93,11 @@ impl MultiStart {
         let least = best.deviance;
         let mut minima: Vec<(LocalMinimum, &Fit)> = Vec::new();
         for (k, fit) in fits {
-            match minima.iter_mut().find(|(_, first)| is_same(first, fit)) {
-                Some((minimum, _)) => minimum.points.push(k),
-                None => {
-                    let above = fit.deviance - least;
-                    minima.push((LocalMinimum { points: vec![k], above }, fit));
-                }
+            if let Some((minimum, _)) = minima.iter_mut().find(|(_, first)| is_same(first, fit)) {
+                minimum.points.push(k);
+            } else {
+                let above = fit.deviance - least;
+                minima.push((LocalMinimum { points: vec![k], above }, fit));
             }
         }
         minima.into_iter().map(|(minimum, _)| minimum).collect()
@@ -181,16 +180,14 @@ pub fn fit_from<S: System + Clone + Send>(
     let best = fitted.min_by(|(_, a), (_, b)| {
         is_blocked(a).cmp(&is_blocked(b)).then(a.deviance.total_cmp(&b.deviance))
     });
-    match best {
-        Some((best, fit)) => Ok(MultiStart { best, fit: fit.clone(), ends }),
-        None => {
-            let first = ends.into_iter().find_map(|end| match end {
-                PointEnd::Failed(error) => Some(error),
-                PointEnd::Fitted(_) | PointEnd::LeftOut => None,
-            });
-            Err(first.unwrap_or(EstimateError::Stopped))
-        }
+    if let Some((best, fit)) = best {
+        return Ok(MultiStart { best, fit: fit.clone(), ends });
     }
+    let first = ends.into_iter().find_map(|end| match end {
+        PointEnd::Failed(error) => Some(error),
+        PointEnd::Fitted(_) | PointEnd::LeftOut => None,
+    });
+    Err(first.unwrap_or(EstimateError::Stopped))
 }
 
 /// A watch that is not told how far single fits are.

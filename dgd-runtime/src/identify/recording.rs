@@ -235,8 +235,7 @@ pub(crate) fn sums(
     let n_w = observations.n_w;
     let mut slopes = vec![0.0; columns.len()];
     let mut all = Vec::with_capacity(n_w);
-    for output in 0..n_w {
-        let scaled = losses[output];
+    for (output, scaled) in losses.iter().copied().enumerate() {
         let mut sums = Sums::zeros(columns.len(), scaled);
         for (k, measured) in recording.counted(output) {
             let e = observations.w(k)[output] - measured;
