@@ -66,11 +66,6 @@ impl Origins {
         Ok(Self { all, shares, counts, points })
     }
 
-    /// What steady samples say.
-    fn steady(&self, kinds: &[f64]) -> f64 {
-        kinds.iter().enumerate().filter(|(kind, _)| *kind != TRANSIENT).map(|(_, part)| part).sum()
-    }
-
     /// The kind of which more would do most.
     fn best_test(&self, found: &Information) -> Option<(usize, f64)> {
         let all = found.again.iter().enumerate().filter(|(kind, _)| self.counts[*kind] >= ENOUGH);
@@ -122,7 +117,7 @@ impl Origins {
             json!({
                 "outputs": outputs,
                 "recordings": recordings,
-                "steady": self.steady(&found.kinds),
+                "steady": steady(&found.kinds),
                 "transient": found.kinds[TRANSIENT],
                 "operating_points": found.kinds[TRANSIENT + 1..],
                 "std_with_as_much_again": {
@@ -160,7 +155,7 @@ impl Origins {
         let _ = writeln!(
             text,
             "\nwhat determines each parameter ({} of the samples are steady{}):",
-            percent(self.steady(&self.shares)),
+            percent(steady(&self.shares)),
             match self.points.len() {
                 0 => String::new(),
                 1 => ", at one operating point".to_owned(),
@@ -179,7 +174,7 @@ impl Origins {
                 .filter(|(_, part)| *part >= 0.1)
                 .map(|(name, part)| format!("{} `{name}`", percent(*part)))
                 .collect();
-            let verdict = match self.steady(&found.kinds) {
+            let verdict = match steady(&found.kinds) {
                 _ if self.points.is_empty() => "",
                 steady if steady < NOTHING => "; what is steady says nothing of it",
                 _ if found.kinds[TRANSIENT] < NOTHING => "; what changes says nothing of it",
@@ -256,6 +251,11 @@ impl Origins {
 
 fn percent(part: f64) -> String {
     format!("{:.0} %", 100.0 * part)
+}
+
+/// What steady samples say, of all kinds.
+fn steady(kinds: &[f64]) -> f64 {
+    kinds.iter().enumerate().filter(|(kind, _)| *kind != TRANSIENT).map(|(_, part)| part).sum()
 }
 
 /// For each sample of each recording whether it is transient or at which operating point, and the points;
