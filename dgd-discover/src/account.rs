@@ -56,11 +56,7 @@ pub(crate) fn gap(
 }
 
 /// Where errors of an output stand out from its noise, in each training recording.
-fn standing_out(
-    data: &Data<'_>,
-    errors: &[Vec<Vec<f64>>],
-    output: usize,
-) -> Vec<Vec<[f64; 2]>> {
+fn standing_out(data: &Data<'_>, errors: &[Vec<Vec<f64>>], output: usize) -> Vec<Vec<[f64; 2]>> {
     let of_recording = |(recording, errors): (&Recording, &Vec<Vec<f64>>)| {
         let Some(noise) = &data.noise[output] else { return Vec::new() };
         let (times, errors) = (&recording.times, &errors[output]);

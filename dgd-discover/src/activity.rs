@@ -33,19 +33,19 @@ pub(crate) fn windows(
     options: &Options,
 ) -> Vec<Vec<[f64; 2]>> {
     let changes = changes(with, without, values, recordings, options);
-    let mut first = 0;
-    let of_recording = |recording: &Recording| {
-        let samples = first..first + recording.times.len();
-        first = samples.end;
-        let mut activity = vec![0.0_f64; recording.times.len()];
-        for Change { by, .. } in &changes {
-            let by = &by[samples.clone()];
-            let largest = by.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
-            for (activity, d) in activity.iter_mut().zip(by) {
-                *activity = activity.max(d.abs() / largest);
-            }
+    let samples = recordings.iter().map(|recording| recording.times.len()).sum();
+    let mut activity = vec![0.0_f64; samples];
+    for Change { by, .. } in &changes {
+        let largest = by.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
+        for (activity, d) in activity.iter_mut().zip(by) {
+            *activity = activity.max(d.abs() / largest);
         }
-        stretches(&recording.times, &activity)
+    }
+    let mut rest = activity.as_slice();
+    let of_recording = |recording: &Recording| {
+        let (own, others) = rest.split_at(recording.times.len());
+        rest = others;
+        stretches(&recording.times, own)
     };
     recordings.iter().map(of_recording).collect()
 }

@@ -53,6 +53,8 @@ pub struct Condition {
     /// Probability that windows which have nothing to do with any known quantity go together with one
     /// as well.
     pub p_value: f64,
+    /// Shifts of the windows behind that.
+    pub shifts: usize,
 }
 
 /// How a quantity is compared with a threshold.
@@ -75,7 +77,7 @@ pub enum ConditionKind {
 /// Cells of time that recordings are cut into, together.
 const CELLS: f64 = 2000.0;
 /// Lengths of slopes, of the usual length of a window.
-const SLOPE_LENGTHS: [f64; 3] = [0.125, 0.35, 1.0];
+const SLOPE_LENGTHS: [f64; 3] = [0.2, 0.6, 1.8];
 /// Cells that a slope needs to be one.
 const SHORTEST_SLOPE: usize = 4;
 /// Thresholds that are compared with every shift.
@@ -150,8 +152,8 @@ pub fn condition(
     best.sort_by(|a, b| b.0.total_cmp(&a.0));
     let (score, comparison, split) = best.iter().find_map(|(score, i, split)| {
         let holds = all[*i].holds(split);
-        let is_one = split.accuracy >= BALANCED_ACCURACY
-            && grid.comes_anew(&holds, &episodes) >= EPISODES;
+        let is_one =
+            split.accuracy >= BALANCED_ACCURACY && grid.comes_anew(&holds, &episodes) >= EPISODES;
         is_one.then_some((*score, &all[*i], split))
     })?;
     let p_value = p_value(&grid, &cells, &all, score)?;
@@ -160,7 +162,8 @@ pub fn condition(
     let holds = comparison.holds(split);
     let share = |within: bool| {
         let those = holds.iter().zip(&inside).filter(|(_, inside)| **inside == within);
-        let (all, held) = those.fold((0, 0), |(all, n), (holds, _)| (all + 1, n + usize::from(*holds)));
+        let (all, held) =
+            those.fold((0, 0), |(all, n), (holds, _)| (all + 1, n + usize::from(*holds)));
         f64::from(held as u32) / f64::from(all as u32)
     };
     Some(Condition {
@@ -176,6 +179,7 @@ pub fn condition(
         share_inside: share(true),
         share_outside: share(false),
         p_value,
+        shifts: SHIFTS,
     })
 }
 
@@ -353,7 +357,9 @@ fn comparisons(grid: &Grid, known: &[KnownQuantity], usual: f64) -> Vec<Comparis
     let shortest = grid.begin.windows(2).map(|ends| ends[1] - ends[0]).min().unwrap_or(0);
     let mut lengths: Vec<usize> = SLOPE_LENGTHS
         .iter()
-        .map(|share| ((share * usual).round() as usize).clamp(SHORTEST_SLOPE, shortest / 4 + SHORTEST_SLOPE))
+        .map(|share| {
+            ((share * usual).round() as usize).clamp(SHORTEST_SLOPE, shortest / 4 + SHORTEST_SLOPE)
+        })
         .collect();
     lengths.dedup();
     let mut all = Vec::new();
@@ -454,7 +460,17 @@ impl Comparison {
             count[*level] += 1;
         }
         let values = values.to_vec();
-        Some(Comparison { quantity, kind, over, handicap, values, is_below, thresholds, level, count })
+        Some(Comparison {
+            quantity,
+            kind,
+            over,
+            handicap,
+            values,
+            is_below,
+            thresholds,
+            level,
+            count,
+        })
     }
 
     /// The split that goes together best with windows of these cells.

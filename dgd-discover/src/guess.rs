@@ -23,7 +23,7 @@ use dgd_compiler::syntax::parse;
 use dgd_compiler::units::{Unit, parse_unit};
 use dgd_runtime::identify::{Recording, Unwatched};
 use dgd_runtime::journal::{Digest, Forgetful};
-use dgd_runtime::{Options, Point, Problem, Solution, System, simulate};
+use dgd_runtime::{Point, Problem, Solution, System, simulate};
 
 use crate::candidates::Candidate;
 use crate::discovery::{Guess, GuessedTerm, MissingInput};
@@ -178,8 +178,7 @@ impl Guessing<'_> {
         let inputs = inputs_with(terms, recording, place, &found.estimate).ok()?;
         let (p, start) = (recording.p, recording.start);
         let problem = Problem { system, p, inputs: &inputs, start };
-        let options = Options { ..data.options };
-        let trajectory = simulate(&problem, recording.times, &options).ok()?;
+        let trajectory = simulate(&problem, recording.times, &data.options).ok()?;
 
         let own = signature.inputs.len() - terms.places().len();
         let positions: BTreeMap<&str, usize> = (signature.inputs.iter().take(own).enumerate())
@@ -270,8 +269,7 @@ impl Guessing<'_> {
         let brought = names.iter().map(|name| own(name)).collect::<Option<Vec<String>>>()?;
 
         // Its fits are not kept: their keys know a structure by the positions of its candidates.
-        let keeping =
-            Keeping { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY };
+        let keeping = Keeping { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY };
         let data = Data { keeping, own_weights: false, ..data.clone() };
         let suggested = brought.iter().cloned().zip(ranked.terms.iter().map(|(_, c)| *c));
         let values: Vec<(String, f64)> = suggested.collect();

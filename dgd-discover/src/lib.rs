@@ -29,8 +29,8 @@ mod discrepancy;
 mod evidence;
 mod exponential;
 mod fitted;
-mod formula;
 mod forms;
+mod formula;
 mod found;
 mod guess;
 mod kalman;
@@ -63,8 +63,8 @@ pub use deviations::{Deviations, LinearizeError};
 pub use dgd_screen::noise::{Colour, SensorNoise, quantisation_step, white_noise};
 pub use discover::{DiscoverError, Request, discover};
 pub use discovery::{
-    Alternative, Discovery, Evidence, FoundEffect, Gap, Guess, GuessedTerm, MissingInput, OutputTrace, ParameterValue,
-    Ranked, RecordingTrace, Screened, Unexplained, Verdict,
+    Alternative, Discovery, Evidence, FoundEffect, Gap, Guess, GuessedTerm, MissingInput,
+    OutputTrace, ParameterValue, Ranked, RecordingTrace, Screened, Unexplained, Verdict,
 };
 pub use discrepancy::{AVERAGING_LENGTHS, discrepancy_windows};
 pub use known::{KnownKind, KnownQuantity};

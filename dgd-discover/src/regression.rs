@@ -22,8 +22,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::formula::Shape;
 use crate::forms::FORMS;
+use crate::formula::Shape;
 
 /// A missing input over one recording, and what a formula of it may have.
 #[derive(Debug, Clone)]
@@ -49,8 +49,6 @@ pub(crate) struct Ranked {
     pub terms: Vec<(Shape, f64)>,
     /// R² of held-out recordings, or where there are none of blocks that were left out.
     pub r2: f64,
-    /// The smaller the better.
-    score: f64,
 }
 
 /// Most blocks of a recording.
@@ -118,7 +116,9 @@ pub(crate) fn ranked(
     let in_products: Vec<usize> = in_products.collect();
     for (i, a) in best.iter().enumerate() {
         for b in &best[i + 1..] {
-            for (fa, fb) in in_products.iter().flat_map(|fa| in_products.iter().map(move |fb| (fa, fb))) {
+            for (fa, fb) in
+                in_products.iter().flat_map(|fa| in_products.iter().map(move |fb| (fa, fb)))
+            {
                 // A quotient reads with its divisor behind.
                 let factors = if FORMS[*fa].power.0 < 0 {
                     vec![(*b, *fb), (*a, *fa)]
@@ -138,9 +138,8 @@ pub(crate) fn ranked(
         let cost: f64 = chosen.iter().map(|i| cost(&moments.shapes[*i])).sum();
         Some(left.ln() + cost + SECOND_TERM * (chosen.len() - 1) as f64)
     };
-    let mut scored: Vec<(f64, Vec<usize>)> = (0..moments.shapes.len())
-        .filter_map(|i| Some((score(&[i])?, vec![i])))
-        .collect();
+    let mut scored: Vec<(f64, Vec<usize>)> =
+        (0..moments.shapes.len()).filter_map(|i| Some((score(&[i])?, vec![i]))).collect();
     scored.sort_by(|a, b| a.0.total_cmp(&b.0));
     let first: Vec<usize> = scored.iter().take(FIRST_TERMS).map(|(_, one)| one[0]).collect();
     for (k, &i) in first.iter().enumerate() {
@@ -149,10 +148,10 @@ pub(crate) fn ranked(
         }
     }
     scored.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let told = scored.into_iter().take(FIRST_TERMS).filter_map(|(score, chosen)| {
+    let told = scored.into_iter().take(FIRST_TERMS).filter_map(|(_, chosen)| {
         let (coefficients, r2) = moments.held_out(&chosen)?;
         let shapes = chosen.iter().map(|i| moments.shapes[*i].clone());
-        Some(Ranked { terms: shapes.zip(coefficients).collect(), r2, score })
+        Some(Ranked { terms: shapes.zip(coefficients).collect(), r2 })
     });
     told.collect()
 }
@@ -210,8 +209,7 @@ impl Moments {
         let last = self.train.nrows() - 1;
         let columns: Vec<usize> =
             (0..=self.n_parameters).chain(kept.iter().map(|i| at(*i))).chain([last]).collect();
-        let those =
-            |all: &DMatrix<f64>| all.select_rows(&columns).select_columns(&columns);
+        let those = |all: &DMatrix<f64>| all.select_rows(&columns).select_columns(&columns);
         Moments {
             shapes: kept.iter().map(|i| self.shapes[*i].clone()).collect(),
             n_parameters: self.n_parameters,
@@ -349,4 +347,108 @@ fn blocks(trace: &Trace, shapes: &[Shape]) -> Vec<(f64, Vec<f64>)> {
         k = until;
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Ranked, Trace, ranked};
+    use rand_pcg::Pcg64;
+    use rand_pcg::rand_core::Rng;
+
+    const SAMPLES: usize = 900;
+
+    /// Steps of random height every so many samples.
+    fn steps(random: &mut Pcg64, length: usize, low: f64, high: f64) -> Vec<f64> {
+        let mut level = low;
+        let mut next = |k: usize| {
+            if k % length == 0 {
+                let unit = (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+                level = low + (high - low) * unit;
+            }
+            level
+        };
+        (0..SAMPLES).map(&mut next).collect()
+    }
+
+    /// What a smoother leaves of noise: a mean over 20 samples.
+    fn noise(random: &mut Pcg64, size: f64) -> Vec<f64> {
+        let raw = steps(random, 1, -1.0, 1.0);
+        let mean = |k: usize| {
+            let those = &raw[k.saturating_sub(10)..(k + 10).min(SAMPLES)];
+            those.iter().sum::<f64>() / those.len() as f64
+        };
+        // Uniform in ±1 has a variance of a third.
+        (0..SAMPLES).map(|k| size * mean(k) * 60_f64.sqrt()).collect()
+    }
+
+    fn trace(seed: u64, d: impl Fn(&[f64]) -> f64, size: f64) -> Trace {
+        let mut random = Pcg64::new(u128::from(seed), 3);
+        let names = vec![
+            steps(&mut random, 45, 0.2, 1.5),
+            steps(&mut random, 70, -2.0, 3.0),
+            steps(&mut random, 30, 1.0, 4.0),
+        ];
+        let errors = noise(&mut random, size);
+        let value = (0..SAMPLES).map(|k| {
+            let at: Vec<f64> = names.iter().map(|values| values[k]).collect();
+            d(&at) + errors[k]
+        });
+        Trace {
+            times: (0..SAMPLES).map(|k| k as f64).collect(),
+            value: value.collect(),
+            std: vec![size; SAMPLES],
+            resolved: 20.0,
+            // The equation has a parameter that goes with the second name.
+            parameters: vec![names[1].clone()],
+            names,
+        }
+    }
+
+    fn of(seed: u64, d: impl Fn(&[f64]) -> f64 + Copy, size: f64) -> Vec<Ranked> {
+        ranked(&[trace(seed, d, size)], &[trace(seed + 1000, d, size)], 3, &|_| true)
+    }
+
+    #[test]
+    fn the_form_is_found_beside_what_a_parameter_takes_over() {
+        let forms: [(fn(&[f64]) -> f64, &str, f64); 4] = [
+            (|x| 0.7 * x[0] * x[2].sqrt() + 0.1 * x[1], "1*sqrt", 0.7),
+            (|x| -1.3 * x[1] * x[1].abs() + 0.4 * x[1], "x|x|", -1.3),
+            (|x| 2.0 * x[0] / x[2], "quotient", 2.0),
+            (|x| 0.5 * x[1].max(0.0), "positive part", 0.5),
+        ];
+        let expected: [&[(usize, usize)]; 4] =
+            [&[(0, 0), (2, 3)], &[(1, 2)], &[(0, 0), (2, 4)], &[(1, 6)]];
+        for ((d, name, size), factors) in forms.into_iter().zip(expected) {
+            for seed in 0..5 {
+                let all = of(seed, d, 0.03);
+                let best = &all[0];
+                assert_eq!(best.terms.len(), 1, "{name}: {:?}", best.terms);
+                assert_eq!(best.terms[0].0.factors, factors, "{name}");
+                let found = best.terms[0].1;
+                assert!((found / size - 1.0).abs() < 0.05, "{name}: {found}");
+                assert!(best.r2 > 0.9, "{name}: {}", best.r2);
+            }
+        }
+    }
+
+    #[test]
+    fn two_terms_are_found_where_one_is_not_enough() {
+        let all = of(3, |x| 1.2 * x[0] - 0.3 * x[2] * x[2], 0.03);
+        let mut found: Vec<_> =
+            all[0].terms.iter().map(|(shape, _)| shape.factors.clone()).collect();
+        found.sort();
+        assert_eq!(found, [vec![(0, 0)], vec![(2, 1)]]);
+    }
+
+    #[test]
+    fn noise_looks_like_no_formula() {
+        let best: Vec<f64> = (0..40).map(|seed| of(seed, |_| 0.0, 1.0)[0].r2).collect();
+        let most = best.iter().fold(f64::NEG_INFINITY, |most: f64, r2| most.max(*r2));
+        assert!(most < 0.3, "{most}");
+        // Neither does noise of recordings without any held out.
+        for seed in 0..10 {
+            let alone = ranked(&[trace(seed, |_| 0.0, 1.0)], &[], 3, &|_| true);
+            assert!(alone[0].r2 < 0.5, "{}", alone[0].r2);
+        }
+    }
 }

@@ -17,3 +17,4 @@ use drilling_rig::random;
 
 mod drilling;
 mod elsewhere;
+mod nameless;

@@ -7,16 +7,13 @@ use serde_json::{Value, json};
 use super::quantity::{of_differences, percent, probability, rounded};
 use super::result_json::tidy;
 
-/// Resamples behind a p-value of a condition, by which its least value is known.
-const SHIFTS: usize = 499;
-
 /// Digits of a threshold: it lies anywhere between values inside and outside.
 const DIGITS: i32 = 3;
 
 /// In words: ``while `q` falls by more than 1.9 lpm per second, taken over 40 s: 94 % of the windows, 3 %
 /// of the rest``. Names are between backticks.
 pub(super) fn words(condition: &Condition) -> String {
-    let Condition { quantity, kind, share_inside, share_outside, p_value, .. } = condition;
+    let Condition { quantity, kind, share_inside, share_outside, p_value, shifts, .. } = condition;
     let holds = match kind {
         ConditionKind::Above => format!("is above {}", level(condition)),
         ConditionKind::Below => format!("is below {}", level(condition)),
@@ -29,7 +26,7 @@ pub(super) fn words(condition: &Condition) -> String {
         "while `{quantity}` {holds}: {} of the windows, {} of the rest ({})",
         percent(*share_inside),
         percent(*share_outside),
-        probability(*p_value, SHIFTS)
+        probability(*p_value, *shifts)
     )
 }
 
@@ -103,6 +100,7 @@ mod tests {
             share_inside: 0.943,
             share_outside: 0.031,
             p_value: 0.002,
+            shifts: 499,
         }
     }
 

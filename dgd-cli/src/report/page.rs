@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use askama::Template;
-use dgd_discover::{Condition, Discovery, FoundEffect, ParameterValue, Ranked, RecordingTrace, Verdict};
+use dgd_discover::{
+    Condition, Discovery, FoundEffect, ParameterValue, Ranked, RecordingTrace, Verdict,
+};
 
 use super::diff::{self, Changed};
 use super::equations::{self, Equation};

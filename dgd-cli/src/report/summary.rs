@@ -45,9 +45,10 @@ fn write_text(text: &mut String, discovery: &Discovery, folder: Option<&Path>) -
         rows.extend(discovery.gap.iter().map(gap_row));
         write_table(text, &rows, &[2, 3, 4, 5, 6, 7])?;
     }
-    let off = discovery.gap.iter().filter_map(|gap| {
-        Some([gap.output.clone(), condition::words(gap.condition.as_ref()?)])
-    });
+    let off = discovery
+        .gap
+        .iter()
+        .filter_map(|gap| Some([gap.output.clone(), condition::words(gap.condition.as_ref()?)]));
     let off: Vec<[String; 2]> = off.collect();
     if !off.is_empty() {
         writeln!(text, "\nwhen the base model is off")?;

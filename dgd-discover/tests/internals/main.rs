@@ -3,5 +3,6 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod condition;
 mod discrepancy;
 mod unknown_input;
