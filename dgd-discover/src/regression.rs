@@ -414,10 +414,10 @@ mod tests {
             (|x| 0.7 * x[0] * x[2].sqrt() + 0.1 * x[1], "1*sqrt", 0.7),
             (|x| -1.3 * x[1] * x[1].abs() + 0.4 * x[1], "x|x|", -1.3),
             (|x| 2.0 * x[0] / x[2], "quotient", 2.0),
-            (|x| 0.5 * x[1].max(0.0), "positive part", 0.5),
+            (|x| 0.5 * x[2] * x[2], "square", 0.5),
         ];
         let expected: [&[(usize, usize)]; 4] =
-            [&[(0, 0), (2, 3)], &[(1, 2)], &[(0, 0), (2, 4)], &[(1, 6)]];
+            [&[(0, 0), (2, 3)], &[(1, 2)], &[(0, 0), (2, 4)], &[(2, 1)]];
         for ((d, name, size), factors) in forms.into_iter().zip(expected) {
             for seed in 0..5 {
                 let all = of(seed, d, 0.03);

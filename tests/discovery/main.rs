@@ -17,4 +17,3 @@ use drilling_rig::random;
 
 mod drilling;
 mod elsewhere;
-mod nameless;

@@ -5,4 +5,5 @@ mod support;
 
 mod condition;
 mod discrepancy;
+mod guess;
 mod unknown_input;
