@@ -450,10 +450,8 @@ impl Comparison {
         if thresholds.is_empty() {
             return None;
         }
-        let level = |x: &f64| match x.is_finite() {
-            true => thresholds.partition_point(|threshold| threshold < x),
-            false => thresholds.len() + 1,
-        };
+        let below = |x: &f64| thresholds.partition_point(|threshold| threshold < x);
+        let level = |x: &f64| if x.is_finite() { below(x) } else { thresholds.len() + 1 };
         let level: Vec<usize> = values.iter().map(level).collect();
         let mut count = vec![0; thresholds.len() + 2];
         for level in &level {

@@ -1,5 +1,7 @@
 //! A formula of a model's names, as the language has it.
 
+use std::fmt::Write;
+
 use dgd_compiler::model::Model;
 use dgd_compiler::units::{Dimension, Exponent, Unit, describe, parse_unit};
 
@@ -131,7 +133,8 @@ pub(crate) fn formula(terms: &[(f64, &Unit, &Shape)], names: &[Factor]) -> Strin
             (_, true) => " - ",
         };
         let unit = if unit.symbol == "1" { String::new() } else { format!(" [{}]", unit.symbol) };
-        text += &format!("{sign}{}{unit}{}", literal(value.abs()), shape.text(names));
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{sign}{}{unit}{}", literal(value.abs()), shape.text(names));
     }
     text
 }

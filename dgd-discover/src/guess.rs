@@ -3,17 +3,19 @@
 //! ```text
 //!   what is missing in each recording, around the trajectory that has it    (reconstruct)
 //!   formulas of the model's names that look like it                         (regression, forms, formula)
-//!   the best of them in the model, fitted again with all of it              (structure, fitted)
+//!   the model with each of them, fitted again: which follows the recordings (structure, fitted)
 //! ```
 //!
-//! The regression finds the form. The size is that of a fit in which the model has the formula: it knows of
-//! no smoothing, and of all that parameters and start values have taken over. A formula that lets the
-//! model's errors stay as they are was none.
+//! The regression finds forms. Which of them, and of what size, is for fits in which the model has the
+//! formula: they know of no smoothing, of all that parameters and start values have taken over, and of
+//! unknowns that only answer to what is missing. A formula that lets the model's errors stay as they are
+//! was none.
 //!
 //! That it holds up on recordings which it was not chosen by makes it a description of them. Nothing
 //! confirms the form: many agree over the range that was recorded.
 
 use std::collections::BTreeMap;
+use std::fmt::Write;
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::{Application, Effect};
@@ -38,12 +40,12 @@ use crate::screen::StartPoint;
 use crate::structure::BaseModel;
 use crate::unknown_input::{UnknownInput, unknown_input};
 
-/// Share of the held-out variation that a formula has to explain to be said.
-const DECENT: f64 = 0.5;
 /// Share of the errors' mean square that it may leave when it is in the model.
 const LEFT: f64 = 0.7;
-/// Formulas that are put into the model, at most.
-const TRIED: usize = 3;
+/// Simulations of the fits that formulas are compared by.
+const COMPARED: usize = 12;
+/// By how much a second term has to lower the logarithm of the error's mean square.
+const SECOND_TERM: f64 = 0.7;
 /// Times that an estimate is made again around its trajectory.
 const ROUNDS: usize = 2;
 /// Simulations of a fit with a formula.
@@ -68,6 +70,14 @@ struct Site<'a> {
     /// The unit that it is read in.
     unit: Unit,
     names: Vec<Factor>,
+}
+
+/// The model with a formula in it.
+struct Inserted {
+    after: Fitted,
+    /// The coefficients' names in the model, and their units.
+    names: Vec<String>,
+    units: Vec<Unit>,
 }
 
 impl Guessing<'_> {
@@ -98,9 +108,18 @@ impl Guessing<'_> {
                 own == Unit::one().dimension || known.any(|dimension| dimension == own)
             })
         };
-        let all = ranked(&train, &held_out, site.names.len(), &is_preferred);
-        let decent = all.iter().filter(|ranked| ranked.r2 >= DECENT);
-        decent.take(TRIED).find_map(|ranked| self.in_the_model(&site, ranked))
+        let names = [model.inputs.len().min(site.names.len()), site.names.len()];
+        let all = ranked(&train, &held_out, names, &is_preferred);
+        let compared = all.iter().filter_map(|ranked| {
+            let inserted = self.in_the_model(&site, ranked, COMPARED)?;
+            let (sum, n) = inserted.after.error;
+            let cost = SECOND_TERM * ranked.terms.len() as f64;
+            Some(((sum / n as f64).ln() + cost, ranked))
+        });
+        // The first of equals, which is the simplest.
+        let best = compared.reduce(|best, other| if other.0 < best.0 { other } else { best });
+        let (_, ranked) = best?;
+        self.told(&site, ranked, self.in_the_model(&site, ranked, EVALUATIONS)?)
     }
 
     fn site<'a>(&self, terms: &'a MissingTerms, place: usize) -> Option<Site<'a>> {
@@ -240,8 +259,13 @@ impl Guessing<'_> {
         })
     }
 
-    /// A formula in the model, fitted; `None` where it cannot be, or leaves the errors as they were.
-    fn in_the_model(&self, site: &Site<'_>, ranked: &Ranked) -> Option<Guess> {
+    /// The model with a formula, fitted; `None` where it cannot be.
+    fn in_the_model(
+        &self,
+        site: &Site<'_>,
+        ranked: &Ranked,
+        evaluations: usize,
+    ) -> Option<Inserted> {
         let Guessing { base, model, fitted, data, .. } = *self;
         let units = (ranked.terms.iter())
             .map(|(shape, _)| shape.unit(&site.names, &site.unit, model))
@@ -268,25 +292,31 @@ impl Guessing<'_> {
         };
         let brought = names.iter().map(|name| own(name)).collect::<Option<Vec<String>>>()?;
 
-        // Its fits are not kept: their keys know a structure by the positions of its candidates.
-        let keeping = Keeping { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY };
-        let data = Data { keeping, own_weights: false, ..data.clone() };
+        let data = Self::not_kept(data);
         let suggested = brought.iter().cloned().zip(ranked.terms.iter().map(|(_, c)| *c));
         let values: Vec<(String, f64)> = suggested.collect();
         let at_nothing = brought.iter().map(|name| (name.clone(), 0.0)).collect();
         let point = [StartPoint { values, at_nothing }];
-        let mut after = Fitted::new(structure, &fitted.values, &point, &data, EVALUATIONS).ok()?;
-        after.know_correlations(&data);
-        after.hold_out(&data, EVALUATIONS);
-        let (left_before, left_after) = (left(fitted, &data)?, left(&after, &data)?);
-        if !(left_after < LEFT * left_before) {
+        let after = Fitted::new(structure, &fitted.values, &point, &data, evaluations).ok()?;
+        Some(Inserted { after, names: brought, units })
+    }
+
+    /// All that is said of a formula; `None` where it leaves the errors as they were.
+    fn told(&self, site: &Site<'_>, ranked: &Ranked, inserted: Inserted) -> Option<Guess> {
+        let Guessing { fitted, data, .. } = *self;
+        let Inserted { mut after, names, units } = inserted;
+        let data = &Self::not_kept(data);
+        after.know_correlations(data);
+        after.hold_out(data, EVALUATIONS);
+        let (left_before, left_after) = (left(fitted, data)?, left(&after, data)?);
+        if left_after.is_nan() || left_after >= LEFT * left_before {
             return None;
         }
 
         let estimate = |name: &String| {
             after.estimates.iter().find(|e| e.recording.is_none() && e.name == *name)
         };
-        let fitted_terms = brought.iter().map(estimate).collect::<Option<Vec<_>>>()?;
+        let fitted_terms = names.iter().map(estimate).collect::<Option<Vec<_>>>()?;
         let shapes = ranked.terms.iter().map(|(shape, _)| shape);
         let with_units = fitted_terms.iter().zip(&units).zip(shapes.clone());
         let all: Vec<(f64, &Unit, &Shape)> =
@@ -309,6 +339,12 @@ impl Guessing<'_> {
             left_before,
             left_after,
         })
+    }
+
+    /// Data whose fits are not kept: their keys know a structure by the positions of its candidates.
+    fn not_kept<'b>(data: &Data<'b>) -> Data<'b> {
+        let keeping = Keeping { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY };
+        Data { keeping, own_weights: false, ..data.clone() }
     }
 
     /// An effect from its text.
@@ -346,7 +382,8 @@ fn text(
     let mut sum = Vec::new();
     for (((shape, coefficient), unit), name) in ranked.terms.iter().zip(units).zip(names) {
         let value = coefficient / unit.factor;
-        parameters += &format!("parameter {name} [{}] = {value:e}\n", unit.symbol);
+        // Writing to a string cannot fail.
+        let _ = writeln!(parameters, "parameter {name} [{}] = {value:e}", unit.symbol);
         sum.push(format!("{name}{}", shape.text(&site.names)));
     }
     let (model, place, sum) = (&model.name, site.name, sum.join(" + "));

@@ -102,7 +102,7 @@ fn known_quantities(fitted: &Fitted, data: &Data<'_>) -> Vec<KnownQuantity> {
         .collect();
     for &i in &automata {
         let automaton = &signature.discrete.automata[i];
-        let modes = automaton.modes.iter().map(|mode| mode.to_string()).collect();
+        let modes = automaton.modes.iter().map(ToString::to_string).collect();
         all.push(KnownQuantity {
             name: automaton.name.to_string(),
             kind: KnownKind::Mode(modes),
