@@ -70,7 +70,7 @@ const SECOND_TERM: f64 = 0.7;
 const DECENT: f64 = 0.5;
 /// Formulas of each kind that are looked at, and that are given.
 const LOOKED_AT: usize = 20;
-const TOLD: usize = 3;
+const TOLD: usize = 5;
 /// What R² cannot show.
 const UNRESOLVED: f64 = 1e-4;
 /// Names that products are made of, the best by themselves; first terms that get a second one.

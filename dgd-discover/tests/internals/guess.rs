@@ -207,7 +207,7 @@ fn circulation(equation: &str, more: &str, seed: u64) -> Samples {
     let own = vec![
         ramps(random, n, 44.0, 58.0),
         ramps(random, n, 1200.0, 1900.0),
-        ramps(random, n, 150.0, 250.0),
+        ramps(random, n, 50.0, 450.0),
     ];
     let times: Vec<f64> = (0..n).map(|k| 2.0 * k as f64).collect();
     let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
