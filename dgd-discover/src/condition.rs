@@ -24,7 +24,7 @@
 //! recording, and the condition has to come anew with each.
 //!
 //! Sources: Youden, Index for rating diagnostic tests, Cancer 3 (1950) 32–35; Harris, A shift test for
-//! independence in generic time series (2020), arXiv:2012.06862.
+//! independence in generic time series (2020).
 
 use dgd_runtime::Unit;
 use dgd_screen::noise::median;
