@@ -4,18 +4,25 @@ use dgd_runtime::identify::Recording;
 use dgd_runtime::{Observations, Output, System, Unit};
 
 use crate::candidates::Candidate;
+use crate::condition::Condition;
 use crate::discover::Request;
 use crate::discovery::{
     Gap, MissingInput, OutputTrace, Ranked, RecordingTrace, Screened, Unexplained,
 };
 use crate::discrepancy::{AVERAGING_LENGTHS, discrepancy_windows};
 use crate::fitted::{Data, Fitted, NoFit, chi_square};
+use crate::known::Circumstances;
 use crate::search::{Open, Search};
 use crate::verdict::Outcome;
 use dgd_screen::noise::SensorNoise;
 
 /// Errors of each output before and after.
-pub(crate) fn gap(data: &Data<'_>, before: &Fitted, after: &Fitted) -> Vec<Gap> {
+pub(crate) fn gap(
+    data: &Data<'_>,
+    before: &Fitted,
+    after: &Fitted,
+    circumstances: &Circumstances,
+) -> Vec<Gap> {
     let signature = before.structure.system.signature();
     let rms = |residuals: Option<Vec<Vec<Vec<f64>>>>| {
         let sums = residuals.map(|residuals| chi_square(&residuals, &data.noise));
@@ -26,7 +33,8 @@ pub(crate) fn gap(data: &Data<'_>, before: &Fitted, after: &Fitted) -> Vec<Gap> 
             _ => f64::NAN,
         }
     };
-    let train_before = rms(Some(before.residuals(data)));
+    let errors = before.residuals(data);
+    let train_before = rms(Some(errors.clone()));
     let train_after = rms(Some(after.residuals(data)));
     let valid_before = rms(before.held_out_residuals(data));
     let valid_after = rms(after.held_out_residuals(data));
@@ -41,9 +49,21 @@ pub(crate) fn gap(data: &Data<'_>, before: &Fitted, after: &Fitted) -> Vec<Gap> 
             train_after: train_after(i, noise.total()),
             valid_before: valid_before(i, noise.total()),
             valid_after: valid_after(i, noise.total()),
+            condition: circumstances.condition(&standing_out(data, &errors, i)),
         })
     };
     outputs.filter_map(of_output).collect()
+}
+
+/// Where errors of an output stand out from its noise, in each training recording.
+fn standing_out(data: &Data<'_>, errors: &[Vec<Vec<f64>>], output: usize) -> Vec<Vec<[f64; 2]>> {
+    let of_recording = |(recording, errors): (&Recording, &Vec<Vec<f64>>)| {
+        let Some(noise) = &data.noise[output] else { return Vec::new() };
+        let (times, errors) = (&recording.times, &errors[output]);
+        let windows = discrepancy_windows(times, errors, noise, &AVERAGING_LENGTHS);
+        windows.iter().map(|window| [window.from, window.until]).collect()
+    };
+    data.train.iter().zip(errors).map(of_recording).collect()
 }
 
 /// Measured and simulated outputs of all recordings.
@@ -145,22 +165,28 @@ pub(crate) fn screened(search: &Search<'_>) -> Vec<Screened> {
 }
 
 /// A discrepancy without a name, by what explains it most.
-pub(crate) fn unexplained(missing: &MissingInput) -> Unexplained {
+pub(crate) fn unexplained(missing: &MissingInput, condition: Option<Condition>) -> Unexplained {
     let largest = missing.value.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
     Unexplained {
         target: missing.equation.clone(),
         windows: missing.windows.iter().map(|window| [window.from, window.until]).collect(),
+        condition,
         description: format!(
             "`{}` is where an unknown input explains most; it would have to be as large as {largest:.2e} {}",
             missing.equation, missing.unit
         ),
         trace: missing.clone(),
+        guess: None,
     }
 }
 
 /// What effects leave over that take nearly all of the discrepancy away: the errors of the output
 /// that is furthest from its noise, in the first training recording.
-pub(crate) fn left_over(data: &Data<'_>, after: &Fitted) -> Option<Unexplained> {
+pub(crate) fn left_over(
+    data: &Data<'_>,
+    after: &Fitted,
+    circumstances: &Circumstances,
+) -> Option<Unexplained> {
     let (residuals, recording) = (after.residuals(data), data.train.first()?);
     let squares = chi_square(&residuals, &data.noise);
     let ratio = |i: usize| squares[i].0 / squares[i].1 as f64;
@@ -170,10 +196,12 @@ pub(crate) fn left_over(data: &Data<'_>, after: &Fitted) -> Option<Unexplained> 
     let output = &after.structure.system.signature().outputs[worst];
     let (noise, errors) = (data.noise[worst]?, residuals.first()?[worst].clone());
     let std = noise.total();
+    let condition = circumstances.condition(&standing_out(data, &residuals, worst));
     let windows = discrepancy_windows(&recording.times, &errors, &noise, &AVERAGING_LENGTHS);
     Some(Unexplained {
         target: output.name.to_string(),
         windows: windows.iter().map(|window| [window.from, window.until]).collect(),
+        condition,
         description: format!(
             "errors of `{}` are still {:.1} times its noise, root mean square; something smaller is \
              missing besides",
@@ -189,6 +217,7 @@ pub(crate) fn left_over(data: &Data<'_>, after: &Fitted) -> Option<Unexplained> 
             windows,
             gain: 0.0,
         },
+        guess: None,
     })
 }
 

@@ -24,23 +24,30 @@ pub(crate) const AT_WORK: f64 = 0.05;
 /// And changes what it changes by more than this share of that.
 const ROUNDING: f64 = 1e-9;
 
-/// Stretches of time in which an effect is at work in the first recording, s.
+/// Stretches of time in which an effect is at work in each recording, s.
 pub(crate) fn windows(
     with: &Structure,
     without: &Structure,
     values: &Values,
-    recording: &Recording,
+    recordings: &[Recording],
     options: &Options,
-) -> Vec<[f64; 2]> {
-    let changes = changes(with, without, values, std::slice::from_ref(recording), options);
-    let mut activity = vec![0.0_f64; recording.times.len()];
+) -> Vec<Vec<[f64; 2]>> {
+    let changes = changes(with, without, values, recordings, options);
+    let samples = recordings.iter().map(|recording| recording.times.len()).sum();
+    let mut activity = vec![0.0_f64; samples];
     for Change { by, .. } in &changes {
         let largest = by.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
         for (activity, d) in activity.iter_mut().zip(by) {
             *activity = activity.max(d.abs() / largest);
         }
     }
-    stretches(&recording.times, &activity)
+    let mut rest = activity.as_slice();
+    let of_recording = |recording: &Recording| {
+        let (own, others) = rest.split_at(recording.times.len());
+        rest = others;
+        stretches(&recording.times, own)
+    };
+    recordings.iter().map(of_recording).collect()
 }
 
 /// What an effect changes.

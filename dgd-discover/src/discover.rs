@@ -21,12 +21,14 @@ use dgd_runtime::{Options, Steps};
 use crate::account::{gap, left_over, ranking_of, reason, screened, traces, unexplained};
 use crate::candidates::{candidates, generic};
 use crate::corrected::corrected;
-use crate::discovery::{Discovery, FoundEffect, Verdict};
+use crate::discovery::{Discovery, FoundEffect, Unexplained, Verdict};
 use crate::evidence::{evidence, p_value_of_the_base};
 use crate::fitted::{Data, Fitted, NoFit};
 use crate::found::{Found, parameters};
+use crate::guess::Guessing;
 use crate::keeping::Keeping;
-use crate::missing::missing_inputs;
+use crate::known::Circumstances;
+use crate::missing::{self, missing_inputs};
 use crate::screen::StartPoint;
 use crate::search::{Open, Search};
 use crate::structure::{BaseModel, Values};
@@ -183,15 +185,33 @@ pub fn discover(
         chosen => refined(&search, chosen, &of_fit).map_err(failed)?,
     };
     count.more(1);
-    let missing = missing_inputs(&model, request.base.engine, &before, &data);
+    let missing = missing_inputs(&model, base.engine, &before, &data);
+    let circumstances = Circumstances::new(&before, &data);
     let effects = chosen.iter().zip(evidence).map(|(&c, evidence)| {
-        let parts = Found { search: &search, data: &data, chosen: &chosen, after: &after };
-        parts.effect(c, evidence)
+        let (search, data, chosen, after) = (&search, &data, &chosen, &after);
+        let circumstances = &circumstances;
+        Found { search, data, chosen, after, circumstances }.effect(c, evidence)
     });
     let effects: Vec<FoundEffect> = effects.collect();
     let unexplained = match (verdict, &outcome) {
-        (Verdict::Unexplained, _) => missing.first().map(unexplained).into_iter().collect(),
-        (Verdict::Effects, Outcome::Partly(_)) => left_over(&data, &after).into_iter().collect(),
+        (Verdict::Unexplained, _) => {
+            let most_likely = missing.first().map(|missing| {
+                let windows = missing::windows(&model, base.engine, &before, &data, missing);
+                let guessing = Guessing {
+                    base,
+                    sources: request.sources,
+                    model: &model,
+                    fitted: &before,
+                    data: &data,
+                };
+                let condition = circumstances.condition(&windows);
+                Unexplained { guess: guessing.guess(missing), ..unexplained(missing, condition) }
+            });
+            most_likely.into_iter().collect()
+        }
+        (Verdict::Effects, Outcome::Partly(_)) => {
+            left_over(&data, &after, &circumstances).into_iter().collect()
+        }
         (Verdict::Sufficient | Verdict::Effects, _) => Vec::new(),
     };
     Ok(Discovery {
@@ -200,7 +220,7 @@ pub fn discover(
         p_value,
         effects,
         unexplained,
-        gap: gap(&data, &before, &after),
+        gap: gap(&data, &before, &after, &circumstances),
         traces: traces(request, &data, &before, &after),
         missing,
         ranking: ranking_of(&search),

@@ -2,6 +2,7 @@
 
 use dgd_runtime::Unit;
 
+use crate::condition::Condition;
 use crate::windows::Window;
 
 /// What was found, with everything that a report shows.
@@ -81,6 +82,8 @@ pub struct FoundEffect {
     pub onset: Option<f64>,
     /// When it is active in the first training recording, s.
     pub windows: Vec<[f64; 2]>,
+    /// What goes together with its being active, in all training recordings.
+    pub condition: Option<Condition>,
     /// The parameters it brings.
     pub parameters: Vec<ParameterValue>,
     /// Why it is believed.
@@ -129,10 +132,46 @@ pub struct Unexplained {
     pub target: String,
     /// When, in the first training recording.
     pub windows: Vec<[f64; 2]>,
+    /// What goes together with these windows, in all training recordings.
+    pub condition: Option<Condition>,
     /// In words.
     pub description: String,
     /// What the equation would have needed.
     pub trace: MissingInput,
+    /// A formula that looks like it, where the verdict is `unexplained` and there is a simple one.
+    pub guess: Option<Guess>,
+}
+
+/// A formula of the model's names that looks like what is missing: a guess, which nothing confirms.
+#[derive(Debug, Clone)]
+pub struct Guess {
+    /// The formula in the language, units included: to be added to the right-hand side of the equation, or
+    /// to what the sensor reads.
+    pub formula: String,
+    /// Its terms, two at most.
+    pub terms: Vec<GuessedTerm>,
+    /// 1 − Σ w (d − formula)²/Σ w (d − d₀)² of what is missing, d, where the formula was not fitted to
+    /// it: in the held-out recordings, without any in tenths of the training recordings.
+    pub r2_held_out: f64,
+    /// Whether that is of held-out recordings.
+    pub is_of_recordings: bool,
+    /// Mean square of the base model's errors over the noise, of held-out recordings where there are any.
+    pub left_before: f64,
+    /// The same when the formula is in the model.
+    pub left_after: f64,
+}
+
+/// A term of a [`Guess`].
+#[derive(Debug, Clone)]
+pub struct GuessedTerm {
+    /// What the coefficient goes with, its operator first: `* q*abs(q)`; empty for a constant.
+    pub factor: String,
+    /// The coefficient, SI, from a fit of the model with the formula in it.
+    pub coefficient: f64,
+    /// Its standard deviation; `None` where the data does not determine it.
+    pub std: Option<f64>,
+    /// Its unit.
+    pub unit: Unit,
 }
 
 /// Root-mean-square simulation errors of an output, SI.
@@ -152,6 +191,9 @@ pub struct Gap {
     pub valid_before: f64,
     /// Corrected model on held-out data.
     pub valid_after: f64,
+    /// What goes together with the windows in which errors of the base model stand out, in all training
+    /// recordings.
+    pub condition: Option<Condition>,
 }
 
 /// Measured and simulated outputs of a recording.

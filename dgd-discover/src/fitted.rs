@@ -339,12 +339,23 @@ fn held_out(
     data: &Data<'_>,
     evaluations: usize,
 ) -> Option<Vec<Observations>> {
+    let starts = held_out_starts(structure, p, data, evaluations)?;
+    let problem = problem(structure, p, data.valid, data, evaluations);
+    Some(evaluate(&problem, p, &starts).ok()?.observations)
+}
+
+/// Start values of the held-out recordings from their beginnings; `None` where one cannot be simulated.
+pub(crate) fn held_out_starts(
+    structure: &Structure,
+    p: &[f64],
+    data: &Data<'_>,
+    evaluations: usize,
+) -> Option<Vec<Starts>> {
     let problem = problem(structure, p, data.valid, data, evaluations);
     let key = data.keeping.key(&("held out", &structure.candidates), |digest| {
         digest.of(&p).of(&data.noise).of(&data.options).of(&evaluations)
     });
-    let starts = kept(data.keeping.journal, key, || fit_starts(&problem, START_SECONDS).ok())?;
-    Some(evaluate(&problem, p, &starts).ok()?.observations)
+    kept(data.keeping.journal, key, || fit_starts(&problem, START_SECONDS).ok())
 }
 
 fn problem<'a>(

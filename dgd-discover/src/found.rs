@@ -6,6 +6,7 @@ use dgd_runtime::identify::Estimate;
 use crate::activity;
 use crate::discovery::{Alternative, Evidence, FoundEffect, ParameterValue};
 use crate::fitted::{Data, Fitted};
+use crate::known::Circumstances;
 use crate::search::Search;
 
 /// A structure is an alternative where its held-out error is at most so many times that of the best.
@@ -17,12 +18,13 @@ pub(crate) struct Found<'a> {
     pub data: &'a Data<'a>,
     pub chosen: &'a [usize],
     pub after: &'a Fitted,
+    pub circumstances: &'a Circumstances,
 }
 
 impl Found<'_> {
     /// All about one effect of the structure.
     pub(crate) fn effect(&self, candidate: usize, evidence: Evidence) -> FoundEffect {
-        let Found { search, data, chosen, after } = *self;
+        let Found { search, data, chosen, after, circumstances } = *self;
         let described = &search.candidates[candidate];
         let effect = described.application.effect;
         let place = after.structure.candidates.iter().position(|c| *c == candidate);
@@ -34,16 +36,17 @@ impl Found<'_> {
             after.values.p.get(name).copied()
         });
         let rest: Vec<usize> = chosen.iter().copied().filter(|c| *c != candidate).collect();
-        let windows = match search.base.structure(search.candidates, &rest) {
+        let mut windows = match search.base.structure(search.candidates, &rest) {
             Ok(without) => activity::windows(
                 &after.structure,
                 &without,
                 &after.values,
-                &data.train[0],
+                data.train,
                 &data.options,
             ),
-            Err(_) => Vec::new(),
+            Err(_) => vec![Vec::new(); data.train.len()],
         };
+        let condition = circumstances.condition(&windows);
         let alternatives = self.alternatives(candidate, &rest);
         let told_apart_by = alternatives.first().map(|(_, other)| self.told_apart_by(other));
         FoundEffect {
@@ -55,7 +58,8 @@ impl Found<'_> {
             alternatives: alternatives.into_iter().map(|(alternative, _)| alternative).collect(),
             told_apart_by,
             onset,
-            windows,
+            windows: windows.swap_remove(0),
+            condition,
             parameters: parameters(after, &own),
             evidence,
         }

@@ -19,6 +19,7 @@ mod activity;
 mod cancelling;
 mod candidates;
 mod colour;
+mod condition;
 mod corrected;
 mod correlated;
 mod deviations;
@@ -28,9 +29,13 @@ mod discrepancy;
 mod evidence;
 mod exponential;
 mod fitted;
+mod forms;
+mod formula;
 mod found;
+mod guess;
 mod kalman;
 mod keeping;
+mod known;
 mod levels;
 mod missing;
 mod missing_terms;
@@ -38,6 +43,7 @@ mod moments;
 mod parallel;
 mod projection;
 mod reconstruct;
+mod regression;
 mod resampled;
 mod screen;
 mod search;
@@ -52,14 +58,16 @@ mod weights;
 mod whiteness;
 mod windows;
 
+pub use condition::{Condition, ConditionKind, condition};
 pub use deviations::{Deviations, LinearizeError};
 pub use dgd_screen::noise::{Colour, SensorNoise, quantisation_step, white_noise};
 pub use discover::{DiscoverError, Request, discover};
 pub use discovery::{
-    Alternative, Discovery, Evidence, FoundEffect, Gap, MissingInput, OutputTrace, ParameterValue,
-    Ranked, RecordingTrace, Screened, Unexplained, Verdict,
+    Alternative, Discovery, Evidence, FoundEffect, Gap, Guess, GuessedTerm, MissingInput,
+    OutputTrace, ParameterValue, Ranked, RecordingTrace, Screened, Unexplained, Verdict,
 };
 pub use discrepancy::{AVERAGING_LENGTHS, discrepancy_windows};
+pub use known::{KnownKind, KnownQuantity};
 pub use missing_terms::{MissingTerms, Place, PlaceKind};
 pub use reconstruct::{ReconstructError, Recording, reconstruct};
 pub use structure::BaseModel;

@@ -3,13 +3,54 @@
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::Model;
 use dgd_execute::Engine;
-use dgd_runtime::{Problem, System, simulate};
+use dgd_runtime::identify::Recording;
+use dgd_runtime::{Problem, observe, simulate};
 
 use crate::deviations::Deviations;
 use crate::discovery::MissingInput;
 use crate::fitted::{Data, Fitted};
-use crate::missing_terms::{MissingTerms, PlaceKind};
+use crate::missing_terms::{MissingTerms, Place, PlaceKind};
 use crate::unknown_input::unknown_input;
+use crate::windows::Window;
+
+/// How a model with room for what is missing deviates from its simulation in one recording.
+pub(crate) struct Simulated {
+    pub(crate) deviations: Deviations,
+    /// Measured − simulated, n_w per sample.
+    pub(crate) residuals: Vec<f64>,
+}
+
+/// The fitted model in a recording; `None` where it cannot be simulated or linearised.
+pub(crate) fn simulated(
+    terms: &MissingTerms,
+    fitted: &Fitted,
+    data: &Data<'_>,
+    recording: &Recording,
+    start: &[(usize, f64)],
+) -> Option<Simulated> {
+    let Recording { inputs, times, measured, .. } = recording;
+    let problem = Problem { system: &fitted.structure.system, p: &fitted.p, inputs, start };
+    let solution = simulate(&problem, times, &data.options).ok()?;
+    let deviations = Deviations::along(terms, &fitted.p, inputs, &solution).ok()?;
+    let w = observe(&problem, &solution).w;
+    let n_w = measured.len();
+    let residual = |(at, w): (usize, &f64)| {
+        measured[at % n_w].as_ref().map_or(f64::NAN, |measured| measured[at / n_w] - w)
+    };
+    let residuals = w.iter().enumerate().map(residual).collect();
+    Some(Simulated { deviations, residuals })
+}
+
+/// The same in a training recording.
+fn in_training(
+    terms: &MissingTerms,
+    fitted: &Fitted,
+    data: &Data<'_>,
+    recording: usize,
+) -> Option<Simulated> {
+    let start = fitted.values.starts(&fitted.structure.system, recording);
+    simulated(terms, fitted, data, &data.train[recording], &start)
+}
 
 /// Unknown inputs of all places in the first training recording, the most likely first.
 pub(crate) fn missing_inputs(
@@ -21,30 +62,15 @@ pub(crate) fn missing_inputs(
     let Ok(terms) = MissingTerms::new(model, engine, &mut Diagnostics::default()) else {
         return Vec::new();
     };
-    let recording = &data.train[0];
-    let system = &fitted.structure.system;
-    let start = fitted.values.starts(system, 0);
-    let problem = Problem { system, p: &fitted.p, inputs: &recording.inputs, start: &start };
-    let Ok(solution) = simulate(&problem, &recording.times, &data.options) else {
+    let Some(Simulated { deviations, residuals }) = in_training(&terms, fitted, data, 0) else {
         return Vec::new();
     };
-    let Ok(deviations) = Deviations::along(&terms, &fitted.p, &recording.inputs, &solution) else {
-        return Vec::new();
-    };
-    let outputs = &fitted.residuals(data)[0];
-    let n_w = system.signature().outputs.len();
-    let samples = recording.times.len();
-    let residuals: Vec<f64> = (0..samples * n_w).map(|at| outputs[at % n_w][at / n_w]).collect();
     let places = terms.places().iter().enumerate();
     let mut all: Vec<MissingInput> = places
         .filter_map(|(i, place)| {
             let found = unknown_input(&deviations, i, &residuals, &data.noise)?;
-            let equation = match place.kind {
-                PlaceKind::Equation => place.name.clone(),
-                PlaceKind::Output => format!("sensor {}", place.name),
-            };
             Some(MissingInput {
-                equation,
+                equation: called(place),
                 unit: place.unit.clone(),
                 times: found.times,
                 value: found.estimate,
@@ -55,5 +81,42 @@ pub(crate) fn missing_inputs(
         })
         .collect();
     all.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    all
+}
+
+/// What a place is called in a result.
+fn called(place: &Place) -> String {
+    match place.kind {
+        PlaceKind::Equation => place.name.clone(),
+        PlaceKind::Output => format!("sensor {}", place.name),
+    }
+}
+
+/// Position of the place that a missing input is of.
+pub(crate) fn place_of(terms: &MissingTerms, missing: &MissingInput) -> Option<usize> {
+    terms.places().iter().position(|place| called(place) == missing.equation)
+}
+
+/// Windows of what was missing at one place in each training recording.
+pub(crate) fn windows(
+    model: &Model,
+    engine: Engine,
+    fitted: &Fitted,
+    data: &Data<'_>,
+    missing: &MissingInput,
+) -> Vec<Vec<[f64; 2]>> {
+    let ends = |windows: &[Window]| windows.iter().map(|w| [w.from, w.until]).collect();
+    let mut all = vec![ends(&missing.windows)];
+    if data.train.len() == 1 {
+        return all;
+    }
+    let terms = MissingTerms::new(model, engine, &mut Diagnostics::default()).ok();
+    let of_recording = |recording: usize| {
+        let terms = terms.as_ref()?;
+        let place = place_of(terms, missing)?;
+        let Simulated { deviations, residuals } = in_training(terms, fitted, data, recording)?;
+        Some(ends(&unknown_input(&deviations, place, &residuals, &data.noise)?.windows))
+    };
+    all.extend((1..data.train.len()).map(|recording| of_recording(recording).unwrap_or_default()));
     all
 }

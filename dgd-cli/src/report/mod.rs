@@ -9,9 +9,11 @@
 //!
 //! All files appear together or none does, and equal discoveries give equal files.
 
+mod condition;
 mod diff;
 mod equations;
 mod figures;
+mod guess;
 mod page;
 mod quantity;
 mod result_json;

@@ -3,13 +3,15 @@
 use std::path::Path;
 
 use askama::Template;
-use dgd_discover::{Discovery, FoundEffect, ParameterValue, Ranked, RecordingTrace};
+use dgd_discover::{
+    Condition, Discovery, FoundEffect, ParameterValue, Ranked, RecordingTrace, Verdict,
+};
 
 use super::diff::{self, Changed};
 use super::equations::{self, Equation};
 use super::figures::{self, Correction};
 use super::quantity::{Quantity, percent, rounded, stretches};
-use super::{Subject, UNEXPLAINED, summary, verdict};
+use super::{Subject, UNEXPLAINED, condition, guess, summary, verdict};
 use crate::failure::CommandError;
 use crate::plot::{Figure, Text, render_svg};
 
@@ -27,6 +29,8 @@ struct Page<'a> {
     effects: Vec<Effect<'a>>,
     left_over: Vec<LeftOver<'a>>,
     gap: Vec<[String; 8]>,
+    /// Outputs, and when the base model is off there, as markup.
+    off: Vec<[String; 2]>,
     figures: Vec<Section>,
     /// The last of each is markup.
     ranking: Vec<[String; 5]>,
@@ -47,6 +51,8 @@ struct Effect<'a> {
     parameters: Vec<Parameter<'a>>,
     onset: Option<String>,
     windows: String,
+    /// As markup.
+    condition: Option<String>,
     alternatives: Vec<[String; 2]>,
     /// As markup.
     told_apart_by: Option<String>,
@@ -58,6 +64,10 @@ struct LeftOver<'a> {
     /// As markup.
     description: String,
     windows: String,
+    /// As markup.
+    condition: Option<String>,
+    /// As markup; `None` where something has a name.
+    guess: Option<String>,
 }
 
 /// A parameter before and after the correction; what a model does not have is empty.
@@ -92,9 +102,15 @@ pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, Comman
                 target: &left.target,
                 description: prose(&left.description),
                 windows: stretches(left.windows.iter().copied()),
+                condition: left.condition.as_ref().map(told_condition),
+                guess: (discovery.verdict == Verdict::Unexplained)
+                    .then(|| prose(&guess::words(left))),
             })
             .collect(),
         gap: discovery.gap.iter().map(summary::gap_row).collect(),
+        off: (discovery.gap.iter())
+            .filter_map(|gap| Some([gap.output.clone(), told_condition(gap.condition.as_ref()?)]))
+            .collect(),
         figures: sections(discovery),
         ranking: discovery.ranking.iter().map(ranking_row).collect(),
         screened: discovery
@@ -119,6 +135,11 @@ pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, Comman
     page.render().map_err(|error| CommandError::Found(format!("cannot write the report: {error}")))
 }
 
+/// A condition as markup.
+fn told_condition(condition: &Condition) -> String {
+    prose(&condition::words(condition))
+}
+
 fn effect(found: &FoundEffect) -> Effect<'_> {
     Effect {
         found,
@@ -127,6 +148,7 @@ fn effect(found: &FoundEffect) -> Effect<'_> {
         parameters: parameters(&[], &found.parameters),
         onset: found.onset.map(|onset| format!("{onset:.0} s")),
         windows: stretches(found.windows.iter().copied()),
+        condition: found.condition.as_ref().map(told_condition),
         alternatives: found
             .alternatives
             .iter()

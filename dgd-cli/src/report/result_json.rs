@@ -7,7 +7,7 @@ use dgd_discover::{Discovery, FoundEffect, Gap, ParameterValue, Ranked, Unexplai
 use serde_json::{Map, Value, json};
 
 use super::quantity::of_differences;
-use super::{Subject, UNEXPLAINED};
+use super::{Subject, UNEXPLAINED, condition, guess};
 
 /// The text of the file.
 pub(super) fn write(subject: &Subject<'_>) -> String {
@@ -53,6 +53,7 @@ fn effect(effect: &FoundEffect) -> Value {
         "told_apart_by": effect.told_apart_by,
         "onset": effect.onset.map(tidy),
         "windows": windows(&effect.windows),
+        "condition": condition::value(effect.condition.as_ref()),
         "parameters": parameters(&effect.parameters),
         "evidence": {
             "p_value": tidy(effect.evidence.p_value),
@@ -67,8 +68,10 @@ fn left_over(unexplained: &Unexplained) -> Value {
     json!({
         "target": unexplained.target,
         "windows": windows(&unexplained.windows),
+        "condition": condition::value(unexplained.condition.as_ref()),
         "trace": UNEXPLAINED,
         "description": unexplained.description,
+        "guess": guess::value(unexplained.guess.as_ref()),
     })
 }
 
@@ -82,6 +85,7 @@ fn errors(gap: &Gap) -> Value {
         "train_after": shown(gap.train_after),
         "valid_before": shown(gap.valid_before),
         "valid_after": shown(gap.valid_after),
+        "condition": condition::value(gap.condition.as_ref()),
     })
 }
 
@@ -116,6 +120,6 @@ fn named<'a>(entries: impl Iterator<Item = (&'a String, Value)>) -> Value {
 }
 
 /// To twelve digits: without what the conversion of units rounds.
-fn tidy(value: f64) -> f64 {
+pub(super) fn tidy(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
 }

@@ -3,10 +3,10 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use dgd_discover::{Discovery, FoundEffect, Gap};
+use dgd_discover::{Condition, Discovery, FoundEffect, Gap, Verdict};
 
 use super::quantity::{Quantity, of_differences, percent, probability, rounded, stretches};
-use super::verdict;
+use super::{condition, guess, verdict};
 
 /// The verdict, the effects, the errors before and after, and where the report is.
 pub(crate) fn text(discovery: &Discovery, folder: Option<&Path>) -> String {
@@ -31,6 +31,10 @@ fn write_text(text: &mut String, discovery: &Discovery, folder: Option<&Path>) -
         if !left.windows.is_empty() {
             rows.push(["when".to_owned(), stretches(left.windows.iter().copied())]);
         }
+        rows.extend(left.condition.as_ref().map(goes_with));
+        if discovery.verdict == Verdict::Unexplained {
+            rows.push(["guess".to_owned(), guess::words(left)]);
+        }
         write_table(text, &rows, &[])?;
     }
     if !discovery.gap.is_empty() {
@@ -40,6 +44,15 @@ fn write_text(text: &mut String, discovery: &Discovery, folder: Option<&Path>) -
         let mut rows = vec![head.map(str::to_owned)];
         rows.extend(discovery.gap.iter().map(gap_row));
         write_table(text, &rows, &[2, 3, 4, 5, 6, 7])?;
+    }
+    let off = discovery
+        .gap
+        .iter()
+        .filter_map(|gap| Some([gap.output.clone(), condition::words(gap.condition.as_ref()?)]));
+    let off: Vec<[String; 2]> = off.collect();
+    if !off.is_empty() {
+        writeln!(text, "\nwhen the base model is off")?;
+        write_table(text, &off, &[])?;
     }
     if let Some(folder) = folder {
         writeln!(text, "\nreport: {}", folder.join("report.html").display())?;
@@ -62,6 +75,7 @@ fn effect_rows(effect: &FoundEffect) -> Vec<[String; 2]> {
     if !effect.windows.is_empty() {
         rows.push(["active".to_owned(), stretches(effect.windows.iter().copied())]);
     }
+    rows.extend(effect.condition.as_ref().map(goes_with));
     for other in &effect.alternatives {
         let ratio = rounded(other.valid_ratio, 3);
         rows.push(["or".to_owned(), format!("{} (held-out error × {ratio})", other.name)]);
@@ -71,6 +85,11 @@ fn effect_rows(effect: &FoundEffect) -> Vec<[String; 2]> {
     }
     rows.push(["evidence".to_owned(), evidence(effect)]);
     rows
+}
+
+/// The row of what windows go together with.
+fn goes_with(condition: &Condition) -> [String; 2] {
+    ["goes with".to_owned(), condition::words(condition)]
 }
 
 /// Why an effect is believed, in a line.

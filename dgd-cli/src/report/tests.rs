@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use dgd_discover::{
-    Alternative, Discovery, Evidence, FoundEffect, Gap, MissingInput, OutputTrace, ParameterValue,
-    Ranked, RecordingTrace, Screened, Unexplained, Verdict, Window,
+    Alternative, Condition, ConditionKind, Discovery, Evidence, FoundEffect, Gap, Guess,
+    GuessedTerm, MissingInput, OutputTrace, ParameterValue, Ranked, RecordingTrace, Screened,
+    Unexplained, Verdict, Window,
 };
 use dgd_runtime::{Signature, System, Unit};
 
@@ -94,6 +95,38 @@ fn missing(equation: &str, times: &[f64], size: f64) -> MissingInput {
     }
 }
 
+/// A condition on how a flow falls.
+fn falling(quantity: &str, share_inside: f64, share_outside: f64) -> Condition {
+    Condition {
+        quantity: quantity.to_owned(),
+        kind: ConditionKind::Falling,
+        threshold: Some(1.9 / 60_000.0),
+        unit: Unit { symbol: "lpm".into(), factor: 1.0 / 60_000.0, offset: 0.0 },
+        over: Some(40.0),
+        share_inside,
+        share_outside,
+        p_value: 0.002,
+        shifts: 499,
+    }
+}
+
+/// A formula that a missing flow might look like.
+fn guess() -> Guess {
+    Guess {
+        formula: "0.0123 [1/lpm] * q_boost*abs(q_boost)".to_owned(),
+        terms: vec![GuessedTerm {
+            factor: "* q_boost*abs(q_boost)".to_owned(),
+            coefficient: 0.0123 * 60_000.0,
+            std: Some(12.0),
+            unit: Unit { symbol: "1/lpm".into(), factor: 60_000.0, offset: 0.0 },
+        }],
+        r2_held_out: 0.872,
+        is_of_recordings: true,
+        left_before: 41.23,
+        left_after: 1.32,
+    }
+}
+
 /// An effect that a wrong shut-off head stands for.
 fn discovery() -> Discovery {
     let before = simulated(&["--set", "c0=262", "--set", "F2=1.6e8"]);
@@ -109,6 +142,7 @@ fn discovery() -> Discovery {
             train_after: error(&after),
             valid_before: 1.07 * error(&before),
             valid_after: 1.02 * error(&after),
+            condition: (output.name == "p_r").then(|| falling("q_boost", 0.94, 0.03)),
         }
     });
     let trace = |name: &str, held_out| RecordingTrace {
@@ -170,6 +204,7 @@ fn discovery() -> Discovery {
             told_apart_by: Some("a measurement of `h_r` while q_tf < 1 lpm".to_owned()),
             onset: Some(118.4),
             windows: vec![[210.0, 395.0]],
+            condition: Some(falling("q_boost", 0.991, 0.004)),
             parameters: vec![brought],
             evidence: Evidence {
                 p_value: 0.001,
@@ -210,8 +245,15 @@ fn left_over() -> Discovery {
         unexplained: vec![Unexplained {
             target: "riser".to_owned(),
             windows: vec![[210.0, 395.0]],
+            condition: Some(Condition {
+                kind: ConditionKind::Above,
+                over: None,
+                threshold: Some(1250.0 / 60_000.0),
+                ..falling("q_tf", 0.9, 0.1)
+            }),
             description: "up to 0.004 m³/s flow into the riser while the booster stands".into(),
             trace: found.missing[0].clone(),
+            guess: Some(guess()),
         }],
         corrected_parameters: found.base_parameters.clone(),
         corrected: base_text(),
@@ -302,6 +344,8 @@ fn the_page_stands_by_itself_and_says_what_matters() {
         "<tr class=\"added\">",
         "<tr class=\"removed\">",
         "<span class=\"added\">+parameter k_b",
+        "<dt>goes with</dt><dd>while <code>q_boost</code> falls by more than 1.90 lpm per second",
+        "<dt><code>p_r</code></dt><dd>while <code>q_boost</code> falls",
         "--data monday.csv",
     ] {
         assert!(page.contains(part), "no {part:?}");
@@ -329,6 +373,17 @@ fn what_has_no_name_is_the_first_figure() {
     assert!(at("<svg") < at("Measured and simulated"));
     assert!(!page.contains(">before</text>"), "both models are the same");
     assert!(at("After: the same, since no effect was found.") < at("<svg"));
+    let guess = "a guess, not a finding: what is missing looks like \
+                 <code>0.0123 [1/lpm] * q_boost*abs(q_boost)</code>; R² on held-out recordings 0.87";
+    assert!(at("is above 1250 lpm: 90 % of the windows") < at(guess));
+    assert!(page.contains("Nothing confirms that form."));
+
+    let mut discovery = left_over();
+    discovery.unexplained[0].guess = None;
+    let folder = place.path().join("b");
+    written(&folder, &discovery);
+    let page = read(&folder, "report.html");
+    assert!(page.contains("no simple formula of the model’s names fits"));
 }
 
 #[test]

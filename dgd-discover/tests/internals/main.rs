@@ -3,5 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod condition;
 mod discrepancy;
+mod guess;
 mod unknown_input;

@@ -1,0 +1,253 @@
+//! Of what no effect has a name for, a formula is guessed, and nothing more is said of it.
+
+use dgd_compiler::diagnostics::{Diagnostics, render};
+use dgd_compiler::model::ModelOptions;
+use dgd_compiler::pipeline::{Compiled, Directions, compile_asts, load};
+use dgd_compiler::source::{Source, Sources};
+use dgd_discover::{
+    BaseModel, Discovery, Guess, Request, Verdict, discover, templates as known_templates,
+};
+use dgd_execute::{Engine, Loaded};
+use dgd_runtime::identify::{Recording, Unwatched};
+use dgd_runtime::journal::Forgetful;
+use dgd_runtime::{Column, Inputs, Options, Problem, System, observe, simulate};
+
+use crate::support::{Normal, model_text};
+
+/// A model that compiles, or what is wrong with it.
+fn compiled(text: &str, sources: &mut Sources) -> Result<Compiled, String> {
+    let mut diagnostics = Diagnostics::default();
+    let source = Source { name: "guessed.dgd".to_owned(), text: text.to_owned() };
+    let mut nothing = |path: &str| Err(format!("{path} is not read here"));
+    let asts = load(source, &mut nothing, sources, &mut diagnostics);
+    let compiled = asts.and_then(|asts| {
+        diagnostics.check()?;
+        compile_asts(asts, &ModelOptions::default(), &Directions::None, &mut diagnostics)
+    });
+    compiled.map_err(|_| render::render(&diagnostics.sorted(), sources, render::Style::Plain))
+}
+
+/// Inputs by name in declared units, and readings, at these times.
+struct Samples {
+    times: Vec<f64>,
+    inputs: Vec<Vec<f64>>,
+    /// SI.
+    measured: Vec<Vec<f64>>,
+}
+
+fn inputs(system: &Loaded, times: &[f64], declared: &[Vec<f64>]) -> Inputs {
+    let in_si: Vec<Vec<f64>> = (system.signature().inputs.iter().zip(declared))
+        .map(|(input, values)| values.iter().map(|value| value * input.unit.factor).collect())
+        .collect();
+    let columns: Vec<Column<'_>> = (system.signature().inputs.iter().zip(&in_si))
+        .map(|(input, values)| Column {
+            name: &input.name,
+            interpolation: input.interpolation,
+            values,
+        })
+        .collect();
+    Inputs::recorded(times, &columns).expect("sound inputs")
+}
+
+/// What is found in one recording, another being held out.
+fn found(text: &str, pair: &[Samples; 2], with_templates: bool) -> Discovery {
+    let mut sources = Sources::default();
+    let compiled = compiled(text, &mut sources).unwrap_or_else(|error| panic!("{error}"));
+    let system = Loaded::new(compiled.program.clone());
+    let mut diagnostics = Diagnostics::default();
+    let mut templates = known_templates(&mut sources, &mut diagnostics).expect("their texts");
+    if !with_templates {
+        templates.clear();
+    }
+    let base = BaseModel {
+        asts: compiled.asts.clone(),
+        options: ModelOptions::default(),
+        free: Vec::new(),
+        fix: Vec::new(),
+        engine: Engine::Auto,
+    };
+    let [train, valid] = pair.each_ref().map(|samples| {
+        let measured = samples.measured.iter().cloned().map(Some).collect();
+        let inputs = inputs(&system, &samples.times, &samples.inputs);
+        [Recording::new(samples.times.clone(), inputs, measured)]
+    });
+    let request = Request {
+        base: &base,
+        library: &[],
+        templates: &templates,
+        sources: &sources,
+        train: (&train, &["train".to_owned()]),
+        valid: (&valid, &["valid".to_owned()]),
+        options: Options { rtol: 1e-6, atol: 1e-6, ..Options::default() },
+        threads: 2,
+        seed: 1,
+        journal: &Forgetful,
+        watch: &Unwatched,
+    };
+    discover(&request, &mut diagnostics).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A tank whose second outlet the model does not have.
+const TANK: &str = "/// A tank with a pump and two outlets.
+model tank
+
+input q_in    [L/min] linear    /// pump
+input opening [%]     linear    /// valve of the second outlet
+
+parameter area [m^2]               = 0.5  fixed
+parameter k    [L/(min*m^(1/2))]   = 30   in 1 .. 500, log    /// first outlet
+
+state h [m] = 1
+
+equation level: area*der(h) = q_in - k*sqrt(h)
+
+output h [m]  noise 0.002 [m]
+";
+
+/// Of the second outlet, in L/min at 1 m and fully open; and of the first.
+const SECOND: f64 = 25.0;
+const FIRST: f64 = 40.0;
+
+fn between(random: &mut Normal, low: f64, high: f64) -> f64 {
+    low + (high - low) * random.uniform()
+}
+
+/// A quantity that rests at random levels and goes from one to the next in some time.
+fn ramps(random: &mut Normal, n: usize, low: f64, high: f64) -> Vec<f64> {
+    let mut values = Vec::new();
+    let mut level = f64::midpoint(low, high);
+    while values.len() < n {
+        let rest = between(random, 40.0, 160.0) as usize;
+        values.extend(std::iter::repeat_n(level, rest));
+        let (next, steps) = (between(random, low, high), between(random, 10.0, 40.0) as usize);
+        values.extend((0..steps).map(|k| level + (next - level) * k as f64 / steps as f64));
+        level = next;
+    }
+    values.truncate(n);
+    values
+}
+
+/// Readings every two seconds of a tank, made by small steps without any solver of this project.
+fn tank(seed: u64) -> Samples {
+    let n = 1500;
+    let mut random = Normal::new(seed);
+    let inflow = ramps(&mut random, n, 40.0, 80.0);
+    let opening = ramps(&mut random, n, 0.0, 100.0);
+    let times: Vec<f64> = (0..n).map(|k| 2.0 * k as f64).collect();
+    let (mut h, mut read) = (1.2_f64, Vec::new());
+    for k in 0..n {
+        read.push(h + 0.002 * random.next());
+        let next = (k + 1).min(n - 1);
+        for step in 0..200 {
+            let share = (f64::from(step) + 0.5) / 200.0;
+            let at = |values: &[f64]| values[k] + share * (values[next] - values[k]);
+            let rate = |h: f64| {
+                let out = FIRST * h.sqrt() + SECOND * at(&opening) / 100.0 * h.sqrt();
+                (at(&inflow) - out) / 60_000.0 / 0.5
+            };
+            h += 0.01 * rate(h + 0.005 * rate(h));
+        }
+    }
+    Samples { times, inputs: vec![inflow, opening], measured: vec![read] }
+}
+
+/// The guess of a discovery that has no name for what is missing.
+#[track_caller]
+fn guess(discovery: &Discovery) -> &Guess {
+    assert_eq!(discovery.verdict, Verdict::Unexplained, "{}", discovery.reason);
+    let [unexplained] = discovery.unexplained.as_slice() else { panic!("one discrepancy") };
+    unexplained.guess.as_ref().unwrap_or_else(|| panic!("a guess in {}", unexplained.target))
+}
+
+/// The formula stands on the right-hand side of an equation as it was printed, and only with its units.
+#[track_caller]
+fn fits_the_equation(text: &str, equation: &str, guess: &Guess) {
+    let with = |formula: &str| {
+        let changed = text.replace(equation, &format!("{equation} + ({formula})"));
+        assert_ne!(changed, text, "the equation is in the model");
+        changed
+    };
+    let compiles = |text: &str| compiled(text, &mut Sources::default()).map(|_| ());
+    assert_eq!(compiles(&with(&guess.formula)), Ok(()), "{}", guess.formula);
+    let other = guess.formula.replace('[', "[s*");
+    assert_ne!(other, guess.formula, "its coefficient has a unit");
+    assert!(compiles(&with(&other)).is_err_and(|error| error.contains("E3")), "{other}");
+}
+
+#[test]
+fn a_second_outlet_of_a_tank_is_guessed() {
+    let discovery = found(TANK, &[tank(1), tank(2)], true);
+    assert_eq!(discovery.unexplained[0].target, "level");
+    let guess = guess(&discovery);
+    let [term] = guess.terms.as_slice() else { panic!("{}", guess.formula) };
+    assert!(
+        ["* opening*sqrt(h)", "* sqrt(h)*opening"].contains(&term.factor.as_str()),
+        "{}",
+        guess.formula
+    );
+    // −25 L/min at 1 m and fully open.
+    let size = term.coefficient * 60_000.0;
+    assert!((size / -SECOND - 1.0).abs() < 0.03, "{size}: {}", guess.formula);
+    assert!(guess.r2_held_out > 0.8, "{}", guess.r2_held_out);
+    assert!(guess.is_of_recordings);
+    assert!(guess.left_after < 1.2 && guess.left_before > 3.0, "{guess:?}");
+    fits_the_equation(TANK, "q_in - k*sqrt(h)", guess);
+}
+
+/// A recording of the circulation model with something behind an equation of its own.
+fn circulation(equation: &str, more: &str, seed: u64) -> Samples {
+    let base = model_text("mud_circulation");
+    let text = base.replace(equation, &format!("{equation} {more}"));
+    assert_ne!(text, base, "the equation is in the model");
+    let compiled = compiled(&text, &mut Sources::default());
+    let system = Loaded::new(compiled.unwrap_or_else(|error| panic!("{error}")).program);
+    let signature = system.signature();
+    let n = 1200;
+    let random = &mut Normal::new(seed);
+    let own = vec![
+        ramps(random, n, 44.0, 58.0),
+        ramps(random, n, 1200.0, 1900.0),
+        ramps(random, n, 50.0, 450.0),
+    ];
+    let times: Vec<f64> = (0..n).map(|k| 2.0 * k as f64).collect();
+    let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
+    let recorded = inputs(&system, &times, &own);
+    let problem = Problem { system: &system, p: &p, inputs: &recorded, start: &[] };
+    let solution = simulate(&problem, &times, &Options::default()).expect("a run");
+    let w = observe(&problem, &solution).w;
+    let n_w = signature.outputs.len();
+    let read = signature.outputs.iter().enumerate().map(|(i, output)| {
+        let noise = output.noise.expect("it is declared");
+        (0..n).map(|k| w[k * n_w + i] + noise * random.next()).collect()
+    });
+    let measured = read.collect();
+    Samples { times, inputs: own, measured }
+}
+
+/// What is guessed about such recordings where no effect is known.
+fn circulation_without_effects(equation: &str, more: &str) -> Discovery {
+    let pair = [1, 2].map(|seed| circulation(equation, more, seed));
+    found(&model_text("mud_circulation"), &pair, false)
+}
+
+#[test]
+fn a_pressure_that_goes_with_two_quantities_of_a_return_line_is_guessed() {
+    let equation = "M_ssp * der(q_ssp) = net";
+    let discovery = circulation_without_effects(equation, "- 1e8 [Pa*s/m^3]*w_ssp*q_tf");
+    assert_eq!(discovery.unexplained[0].target, "return_line");
+    let guess = guess(&discovery);
+    let [term] = guess.terms.as_slice() else { panic!("{}", guess.formula) };
+    assert_eq!(term.factor, "* w_ssp*q_tf", "{}", guess.formula);
+    assert!((term.coefficient / -1e8 - 1.0).abs() < 0.05, "{}", guess.formula);
+    // The unit is that of a parameter which measures the same.
+    assert_eq!(term.unit.symbol, "Pa*s/m^3");
+    fits_the_equation(&model_text("mud_circulation"), equation, guess);
+}
+
+#[test]
+fn what_goes_with_nothing_that_the_model_has_is_not_guessed() {
+    let equation = "= q_ssp - q_boost - q_tf";
+    let discovery = circulation_without_effects(equation, "+ 2e-3 [m^3/s]*sin(time/23 [s])");
+    assert_eq!(discovery.verdict, Verdict::Unexplained, "{}", discovery.reason);
+    assert!(discovery.unexplained[0].guess.is_none(), "{:?}", discovery.unexplained[0].guess);
+}
