@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use dgd_discover::FEWEST;
 use dgd_runtime::identify::Recording;
 use dgd_runtime::{Point, Side, Signature, System, Text};
 
@@ -38,6 +39,21 @@ fn is_at_rest(signature: &Signature, recordings: &[Recording]) -> bool {
         first.get_or_insert_with(|| u.clone()) == &u
     };
     !signature.inputs.is_empty() && moments.into_iter().all(&mut stays)
+}
+
+/// A sentence where no output has samples enough in any recording to test more of its errors than their size.
+pub(crate) fn of_few_samples(signature: &Signature, recordings: &[Recording]) -> Option<String> {
+    let is_valid = |value: &&f64| value.is_finite();
+    let most = |i: usize| {
+        let samples = recordings.iter().filter_map(|one| one.measured[i].as_ref());
+        samples.map(|samples| samples.iter().filter(is_valid).count()).max().unwrap_or(0)
+    };
+    let measured = (0..signature.outputs.len()).map(most).filter(|samples| *samples > 0);
+    let most = measured.max().filter(|most| *most < FEWEST)?;
+    Some(format!(
+        "no recording has more than {most} samples of an output, and with fewer than {FEWEST} only what is large is \
+         told from noise"
+    ))
 }
 
 /// Delays that no recording is as long as.

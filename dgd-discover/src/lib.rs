@@ -73,5 +73,5 @@ pub use reconstruct::{ReconstructError, Recording, reconstruct};
 pub use structure::BaseModel;
 pub use templates::templates;
 pub use unknown_input::{UnknownInput, unknown_input};
-pub use whiteness::{Check, CheckKind, Whiteness, effective_sample_size, whiteness};
+pub use whiteness::{Check, CheckKind, FEWEST, Whiteness, effective_sample_size, whiteness};
 pub use windows::Window;

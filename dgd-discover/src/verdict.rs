@@ -396,7 +396,7 @@ mod tests {
     use dgd_compiler::source::{Source, Sources};
     use dgd_compiler::syntax::parse;
     use dgd_execute::Engine;
-    use dgd_runtime::identify::{Estimate, Unwatched};
+    use dgd_runtime::identify::{Estimate, Recording, Unwatched};
     use dgd_runtime::journal::{Digest, Forgetful};
     use dgd_runtime::{Direction, Inputs, Observations, Options};
 

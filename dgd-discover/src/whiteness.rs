@@ -68,8 +68,8 @@ pub struct Whiteness {
 const LAGS: [usize; 3] = [1, 5, 25];
 /// Samples of a block, at least.
 const SHORTEST_BLOCK: usize = 8;
-/// Samples that a verdict needs, at least.
-const FEWEST: usize = 32;
+/// Samples that the tests of an output in a recording need, at least; of fewer only their size is tested.
+pub const FEWEST: usize = 32;
 
 /// Tests whether the residuals of one output are white noise with this standard deviation.
 ///

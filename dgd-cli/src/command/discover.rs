@@ -21,6 +21,7 @@ use crate::fitted_model::verify_folder;
 use crate::load::Compilation;
 use crate::recording;
 use crate::report::{self, Subject};
+use crate::reservations;
 use crate::resume;
 use crate::run::{executable, options};
 
@@ -40,6 +41,7 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
     };
     let train = recordings(args, &args.data, &compiled, &mut compilation, console)?;
     let valid = recordings(args, &args.valid, &compiled, &mut compilation, console)?;
+    let (held_out, valid, reservations) = reserved(args, &compiled, &train, valid)?;
 
     let base = BaseModel {
         asts: compiled.asts.clone(),
@@ -48,7 +50,7 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
         fix: args.sought.fix.clone(),
         engine: args.solve.engine.into(),
     };
-    let names = recording::names(&[args.data.as_slice(), &args.valid].concat());
+    let names = recording::names(&[args.data.as_slice(), &held_out].concat());
     let (train_names, valid_names) = names.split_at(args.data.len());
     let request = Request {
         base: &base,
@@ -74,7 +76,8 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
     let found = discover(&request, &mut diagnostics);
     watch.write();
     let found = found.map_err(|error| failed(&error, &diagnostics, &compilation))?;
-    let shown = show(args, &found, &compiled, &compilation, console);
+    let input = (held_out.as_slice(), reservations.as_slice());
+    let shown = show(args, &found, input, (&compiled, &compilation), console);
     if let (Err(_), Some(journal)) = (&shown, &journal) {
         journal.leave();
         console.remark(
@@ -113,8 +116,8 @@ fn how_to_go_on(is_kept: bool) -> String {
 fn show(
     args: &DiscoverArgs,
     found: &Discovery,
-    compiled: &Compiled,
-    compilation: &Compilation,
+    (held_out, reservations): (&[PathBuf], &[String]),
+    (compiled, compilation): (&Compiled, &Compilation),
     console: Console<'_>,
 ) -> Result<(), CommandError> {
     let command = command_line();
@@ -124,7 +127,8 @@ fn show(
         base: &compilation.sources.get(compiled.asts[0].source).text,
         choices: &args.choices,
         training: &args.data,
-        held_out: &args.valid,
+        held_out,
+        reservations,
         command: &command,
     };
     if let Some(folder) = console.out() {
@@ -141,8 +145,37 @@ fn show(
     } else if console.is_quiet() && console.out().is_some() {
         Ok(())
     } else {
-        print(&report::summary(found, console.out()))
+        print(&report::summary(found, reservations, console.out()))
     }
+}
+
+/// Held-out recordings that are none of the training recordings again, and why the recordings may not say
+/// what they are asked.
+fn reserved(
+    args: &DiscoverArgs,
+    compiled: &Compiled,
+    train: &[Recording],
+    valid: Vec<Recording>,
+) -> Result<(Vec<PathBuf>, Vec<Recording>, Vec<String>), CommandError> {
+    let system = executable(compiled.program.clone(), &args.solve)?;
+    let signature = system.signature();
+    let p: Vec<f64> = signature.parameters.iter().map(|p| p.value).collect();
+    let mut reservations = reservations::of_recordings(&system, &p, train);
+    reservations.extend(reservations::of_few_samples(signature, train));
+    let repeated = reservations::trained_on(train, &valid);
+    let (mut held_out, mut kept) = (Vec::new(), Vec::new());
+    for ((path, recording), of) in args.valid.iter().zip(valid).zip(repeated) {
+        let Some(of) = of else {
+            held_out.push(path.clone());
+            kept.push(recording);
+            continue;
+        };
+        let (path, trained) = (path.display(), args.data[of].display());
+        reservations.push(format!(
+            "{path} is {trained} again, at least half of it: it is left out, as it tests nothing"
+        ));
+    }
+    Ok((held_out, kept, reservations))
 }
 
 /// The model to be examined, with the effects of `--apply` written into its text.

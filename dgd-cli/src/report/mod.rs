@@ -54,6 +54,8 @@ pub(crate) struct Subject<'a> {
     pub(crate) training: &'a [PathBuf],
     /// Recordings kept out of them.
     pub(crate) held_out: &'a [PathBuf],
+    /// Why the recordings may not say what they are asked.
+    pub(crate) reservations: &'a [String],
     /// The command line that makes the same again.
     pub(crate) command: &'a str,
 }

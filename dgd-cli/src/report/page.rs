@@ -24,6 +24,7 @@ const SCREENED: usize = 15;
 struct Page<'a> {
     model: String,
     discovery: &'a Discovery,
+    reservations: &'a [String],
     verdict: &'static str,
     sentence: String,
     effects: Vec<Effect<'a>>,
@@ -92,6 +93,7 @@ pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, Comman
     let page = Page {
         model: subject.model_name(),
         discovery,
+        reservations: subject.reservations,
         verdict: discovery.verdict.word(),
         sentence: verdict::sentence(discovery),
         effects: discovery.effects.iter().map(effect).collect(),

@@ -25,6 +25,7 @@ pub(super) fn write(subject: &Subject<'_>) -> String {
         "verdict": verdict.word(),
         "reason": reason,
         "p_value": p_value.map(tidy),
+        "reservations": subject.reservations,
         "model": subject.model_name(),
         "effects": effects.iter().map(effect).collect::<Vec<_>>(),
         "unexplained": unexplained.iter().map(left_over).collect::<Vec<_>>(),

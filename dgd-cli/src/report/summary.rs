@@ -9,17 +9,29 @@ use super::quantity::{Quantity, of_differences, percent, probability, rounded, s
 use super::{condition, guess, verdict};
 
 /// The verdict, the effects, the errors before and after, and where the report is.
-pub(crate) fn text(discovery: &Discovery, folder: Option<&Path>) -> String {
+pub(crate) fn text(
+    discovery: &Discovery,
+    reservations: &[String],
+    folder: Option<&Path>,
+) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
-    let _ = write_text(&mut text, discovery, folder);
+    let _ = write_text(&mut text, discovery, reservations, folder);
     text
 }
 
-fn write_text(text: &mut String, discovery: &Discovery, folder: Option<&Path>) -> std::fmt::Result {
+fn write_text(
+    text: &mut String,
+    discovery: &Discovery,
+    reservations: &[String],
+    folder: Option<&Path>,
+) -> std::fmt::Result {
     writeln!(text, "{}", verdict::sentence(discovery))?;
     if !discovery.reason.is_empty() {
         writeln!(text, "{}", discovery.reason)?;
+    }
+    for words in reservations {
+        writeln!(text, "But {words}.")?;
     }
     for effect in &discovery.effects {
         writeln!(text, "\n{}: {}", effect.name, verdict::place(effect))?;

@@ -275,6 +275,7 @@ fn written(folder: &Path, discovery: &Discovery) -> Vec<String> {
             choices: &args.run.choices,
             training: &[PathBuf::from("monday.csv")],
             held_out: &[PathBuf::from("friday.csv")],
+            reservations: &[],
             command: "dgd discover models/mud_circulation.dgd --data monday.csv --valid friday.csv",
         };
         write(folder, &subject).unwrap_or_else(|error| panic!("{error}"));
@@ -300,7 +301,7 @@ fn a_discovery_is_told_to_people_and_to_programs() {
         let folder = place.path().join(name);
         written(&folder, &discovery);
         compared.compare(&goldens.join(format!("{name}.json")), &read(&folder, "result.json"));
-        let text = summary(&discovery, Some(Path::new("found")));
+        let text = summary(&discovery, &[], Some(Path::new("found")));
         compared.compare(&goldens.join(format!("{name}.txt")), &text);
         let patch = read(&folder, "mud_circulation.diff");
         compared.compare(&goldens.join(format!("{name}.diff")), &patch);
@@ -418,7 +419,7 @@ fn a_discovery_with_nothing_in_it_is_written_too() {
     assert_eq!(result["verdict"], "sufficient");
     assert_eq!(result["gap"]["p_r"]["unit"], "bar");
     assert!(result["gap"]["p_r"]["valid_after"].is_null());
-    let text = summary(&discovery, None);
+    let text = summary(&discovery, &[], None);
     assert!(text.starts_with("The model explains the data"), "{text}");
     assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
 }

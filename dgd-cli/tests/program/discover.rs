@@ -1,5 +1,6 @@
 //! `dgd discover`: what it writes, and what it refuses.
 
+use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
@@ -343,6 +344,52 @@ fn what_is_wrong_is_shown_where_it_is() {
     discover(&["--apply", "mud_los"]).refused(1, &["did you mean `mud_loss`?"]);
     discover(&["-o", "models"]).refused(2, &["would replace the model itself"]);
     assert_eq!(listing(&parent), ["leak.dgd"], "nothing was written");
+}
+
+#[test]
+fn what_recordings_cannot_tell_is_said() {
+    let model = "model tank\n\ninput q [m^3/s] hold\n\nparameter a [1/s] = 0.1  in 0 .. 10\n\n\
+                 state h [m] = 1\n\nequation level: der(h) = q/(1 [m^2]) - a*h\n\noutput h [m]\n";
+    // Rises where the model falls to rest, in steps that look like noise.
+    let rows = |n: usize, q: fn(usize) -> f64, h: fn(f64) -> f64| {
+        let mut text = "time [s],q [m^3/s],h [m]\n".to_owned();
+        for k in 0..n {
+            let noise = [0.003, -0.004, 0.001, -0.001, 0.004, -0.003, 0.002][k * 5 % 7];
+            let _ = writeln!(text, "{k},{},{}", q(k), h(k as f64) + noise);
+        }
+        text
+    };
+    let few = rows(20, |_| 0.05, |t| 1.0 + 0.01 * t * t);
+    let settled = rows(60, |_| 0.05, |t| 0.5 + 0.5 * (-0.1 * t).exp());
+    let again: Vec<&str> = settled.lines().take(50).collect();
+    let again = again.join("\n") + "\n";
+    let folder = folder_with(&[
+        ("tank.dgd", model.as_bytes()),
+        ("few.csv", few.as_bytes()),
+        ("settled.csv", settled.as_bytes()),
+        ("again.csv", again.as_bytes()),
+    ]);
+    let path = |name: &str| path(&folder, name);
+    let run = |data: &str, more: &[&str]| {
+        let (model, data) = (path("tank.dgd"), path(data));
+        dgd(&[&["discover", &model, "--data", &data], more].concat()).done()
+    };
+    // So few samples pass all tests that are made of them but that of their size.
+    let short = run("few.csv", &["--format", "json"]).json();
+    assert_ne!(short["verdict"], "sufficient", "{short}");
+    let said = run("few.csv", &[]).out;
+    assert!(said.contains("But no recording has more than 20 samples of an output"), "{said}");
+
+    let valid = path("again.csv");
+    let run = run("settled.csv", &["--valid", &valid, "--format", "json"]).json();
+    assert_eq!(run["verdict"], "sufficient");
+    let words: Vec<&str> = (run["reservations"].as_array().expect("a list").iter())
+        .map(|words| words.as_str().expect("words"))
+        .collect();
+    let [at_rest, repeated] = words.as_slice() else { panic!("{words:?}") };
+    assert!(at_rest.starts_with("no input moves in any recording"), "{at_rest}");
+    assert!(repeated.contains("again.csv is") && repeated.contains("left out"), "{repeated}");
+    assert_eq!(run["recordings"].as_array().expect("a list").len(), 1);
 }
 
 #[test]
