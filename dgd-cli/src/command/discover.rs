@@ -41,7 +41,9 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
     };
     let train = recordings(args, &args.data, &compiled, &mut compilation, console)?;
     let valid = recordings(args, &args.valid, &compiled, &mut compilation, console)?;
-    let (held_out, valid, reservations) = reserved(args, &compiled, &train, valid)?;
+    let (held_out, left_out) = HeldOut::of(args, &train, valid);
+    let mut reservations = reserved(args, &compiled, &train)?;
+    reservations.extend(left_out);
 
     let base = BaseModel {
         asts: compiled.asts.clone(),
@@ -50,7 +52,7 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
         fix: args.sought.fix.clone(),
         engine: args.solve.engine.into(),
     };
-    let names = recording::names(&[args.data.as_slice(), &held_out].concat());
+    let names = recording::names(&[args.data.as_slice(), &held_out.paths].concat());
     let (train_names, valid_names) = names.split_at(args.data.len());
     let request = Request {
         base: &base,
@@ -58,7 +60,7 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
         templates: &templates,
         sources: &compilation.sources,
         train: (&train, train_names),
-        valid: (&valid, valid_names),
+        valid: (&held_out.recordings, valid_names),
         options: integration,
         threads: console.threads(),
         seed: console.seed(),
@@ -76,7 +78,7 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
     let found = discover(&request, &mut diagnostics);
     watch.write();
     let found = found.map_err(|error| failed(&error, &diagnostics, &compilation))?;
-    let input = (held_out.as_slice(), reservations.as_slice());
+    let input = (held_out.paths.as_slice(), reservations.as_slice());
     let shown = show(args, &found, input, (&compiled, &compilation), console);
     if let (Err(_), Some(journal)) = (&shown, &journal) {
         journal.leave();
@@ -149,33 +151,45 @@ fn show(
     }
 }
 
-/// Held-out recordings that are none of the training recordings again, and why the recordings may not say
-/// what they are asked.
+/// Recordings that are kept out of the fits.
+#[derive(Default)]
+struct HeldOut {
+    paths: Vec<PathBuf>,
+    recordings: Vec<Recording>,
+}
+
+impl HeldOut {
+    /// Those that are none of the training recordings again, and a sentence for each that is.
+    fn of(args: &DiscoverArgs, train: &[Recording], valid: Vec<Recording>) -> (Self, Vec<String>) {
+        let repeated = reservations::trained_on(train, &valid);
+        let (mut kept, mut left_out) = (Self::default(), Vec::new());
+        for ((path, recording), of) in args.valid.iter().zip(valid).zip(repeated) {
+            if let Some(of) = of {
+                let (path, trained) = (path.display(), args.data[of].display());
+                left_out.push(format!(
+                    "{path} is {trained} again, at least half of it: it is left out, as it tests nothing"
+                ));
+            } else {
+                kept.paths.push(path.clone());
+                kept.recordings.push(recording);
+            }
+        }
+        (kept, left_out)
+    }
+}
+
+/// Why the training recordings may not say what they are asked.
 fn reserved(
     args: &DiscoverArgs,
     compiled: &Compiled,
     train: &[Recording],
-    valid: Vec<Recording>,
-) -> Result<(Vec<PathBuf>, Vec<Recording>, Vec<String>), CommandError> {
+) -> Result<Vec<String>, CommandError> {
     let system = executable(compiled.program.clone(), &args.solve)?;
     let signature = system.signature();
     let p: Vec<f64> = signature.parameters.iter().map(|p| p.value).collect();
     let mut reservations = reservations::of_recordings(&system, &p, train);
     reservations.extend(reservations::of_few_samples(signature, train));
-    let repeated = reservations::trained_on(train, &valid);
-    let (mut held_out, mut kept) = (Vec::new(), Vec::new());
-    for ((path, recording), of) in args.valid.iter().zip(valid).zip(repeated) {
-        let Some(of) = of else {
-            held_out.push(path.clone());
-            kept.push(recording);
-            continue;
-        };
-        let (path, trained) = (path.display(), args.data[of].display());
-        reservations.push(format!(
-            "{path} is {trained} again, at least half of it: it is left out, as it tests nothing"
-        ));
-    }
-    Ok((held_out, kept, reservations))
+    Ok(reservations)
 }
 
 /// The model to be examined, with the effects of `--apply` written into its text.
