@@ -101,7 +101,7 @@ fn effect_rows(effect: &FoundEffect) -> Vec<[String; 2]> {
 
 /// The row of what windows go together with.
 fn goes_with(condition: &Condition) -> [String; 2] {
-    ["goes with".to_owned(), condition::words(condition)]
+    ["happens".to_owned(), condition::words(condition)]
 }
 
 /// Why an effect is believed, in a line.

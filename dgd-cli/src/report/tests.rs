@@ -345,7 +345,7 @@ fn the_page_stands_by_itself_and_says_what_matters() {
         "<tr class=\"added\">",
         "<tr class=\"removed\">",
         "<span class=\"added\">+parameter k_b",
-        "<dt>goes with</dt><dd>while <code>q_boost</code> falls by more than 1.90 lpm per second",
+        "<dt>happens</dt><dd>while <code>q_boost</code> falls by more than 1.90 lpm per second",
         "<dt><code>p_r</code></dt><dd>while <code>q_boost</code> falls",
         "--data monday.csv",
     ] {

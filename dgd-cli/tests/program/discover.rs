@@ -91,6 +91,17 @@ fn result_is_right(result: &Value) {
         }
     }
 
+    // The line drains when the booster pump stops; where it starts, windows are short.
+    let condition = &effect["condition"];
+    assert_eq!(
+        (&condition["quantity"], &condition["kind"]),
+        (&json!("q_boost"), &json!("falling"))
+    );
+    assert_eq!(condition["unit"], "lpm/s");
+    let [inside, outside] = ["share_inside", "share_outside"].map(|name| number(&condition[name]));
+    assert!(inside > 0.7 && outside < 0.05, "{condition}");
+    assert!(number(&condition["p_value"]) <= 0.05, "{condition}");
+
     let friction = &effect["parameters"]["F_b"];
     assert_eq!(friction["unit"], "Pa*s/m^3");
     assert!(number(&friction["std"]) < 0.02 * number(&friction["value"]));

@@ -80,7 +80,7 @@ fn windows_of_a_falling_flow_are_called_so() {
         assert_eq!(found.kind, ConditionKind::Falling, "seed {seed}: {found:?}");
         assert!(found.threshold.is_some_and(|threshold| threshold > 0.0), "{found:?}");
         assert!(found.share_inside > 0.8 && found.share_outside < 0.2, "{found:?}");
-        assert!(found.p_value <= 0.01, "{found:?}");
+        assert!(found.p_value <= 0.05, "{found:?}");
     }
     assert!(said >= 8, "{said} of 10");
 }
@@ -141,9 +141,9 @@ fn windows_at_random_go_with_nothing() {
             |k: usize| marks.iter().any(|(from, length)| (*from..from + length).contains(&k));
         of_one(windows(inside), &quantities(*seed)).is_some()
     });
-    // At p ≤ 0.01 three of 300 with a standard deviation of 1.7, less what is not strong enough.
+    // At p ≤ 0.05 fifteen of 300 with a standard deviation of 3.8, less what is not strong enough.
     let claims = claims.count();
-    assert!(claims <= 6, "{claims} of {seeds}");
+    assert!(claims <= 12, "{claims} of {seeds}");
 }
 
 #[test]
