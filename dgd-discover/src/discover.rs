@@ -133,7 +133,14 @@ pub fn discover(
         return Err(DiscoverError::NoRecording);
     }
     let model = resolve(&base.asts, &base.options, diagnostics).map_err(DiscoverError::Model)?;
+    let mut left_out = Vec::new();
     let mut candidates = candidates(library, &model);
+    candidates.retain(|candidate| {
+        let refusal = base.refusal(&model, candidate);
+        left_out
+            .extend(refusal.iter().map(|reason| (candidate.application.name(), reason.clone())));
+        refusal.is_none()
+    });
     let of_library = candidates.len();
     candidates.extend(generic(request.templates, &model));
     let noise = noise_of(train, &readings(train));
@@ -215,6 +222,7 @@ pub fn discover(
         (Verdict::Sufficient | Verdict::Effects, _) => Vec::new(),
     };
     Ok(Discovery {
+        left_out,
         verdict,
         reason: reason(&search, &outcome, &candidates),
         p_value,

@@ -16,6 +16,8 @@ pub struct Discovery {
     /// base model: uniform where nothing is hidden. Of the templates where there is no library, `None`
     /// where nothing could be tried.
     pub p_value: Option<f64>,
+    /// Effects of the library that cannot be tried: their names, and why not.
+    pub left_out: Vec<(String, String)>,
     /// Effects that the data shows, in the order in which they were found.
     pub effects: Vec<FoundEffect>,
     /// Discrepancies that no known effect removes.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use dgd_compiler::dae::{Dae, assemble};
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::{Application, Applied, Blending, Brought, apply};
-use dgd_compiler::model::{ModelOptions, resolve};
+use dgd_compiler::model::{Model, ModelOptions, resolve};
 use dgd_compiler::program::{Direction, lower};
 use dgd_compiler::syntax::ast::Ast;
 use dgd_execute::{Engine, Loaded};
@@ -104,6 +104,26 @@ impl BaseModel {
             .filter_map(|name| parameter(&dae, name).map(Direction::Parameter))
             .collect();
         Ok((Loaded::with_engine(lower(&dae, &directions), self.engine), brought))
+    }
+
+    /// Why a candidate cannot be tried on recordings of this model, if it cannot.
+    pub(crate) fn refusal(&self, model: &Model, candidate: &Candidate<'_>) -> Option<String> {
+        let resolved = self.apply(std::slice::from_ref(candidate), &[0]).and_then(|applied| {
+            let mut diagnostics = Diagnostics::default();
+            resolve(&applied.asts, &self.options, &mut diagnostics)
+                .map_err(|_| Refused::by(&diagnostics))
+        });
+        let with_it = match resolved {
+            Ok(with_it) => with_it,
+            Err(Refused(reason)) => return Some(format!("cannot be applied: {reason}")),
+        };
+        let is_known = |name: &String| model.inputs.iter().any(|own| own.declared.name == *name);
+        let names = with_it.inputs.iter().map(|input| &input.declared.name);
+        let unknown: Vec<String> =
+            names.filter(|name| !is_known(name)).map(|name| format!("`{name}`")).collect();
+        (!unknown.is_empty()).then(|| {
+            format!("reads {}, of which the recordings have no column", unknown.join(" and "))
+        })
     }
 
     fn apply(&self, all: &[Candidate<'_>], chosen: &[usize]) -> Result<Applied, Refused> {

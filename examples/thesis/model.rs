@@ -66,7 +66,7 @@ impl Model {
             };
             let name = |text: &str| Name { text: text.to_owned(), span: Span::default() };
             let variants = choices.variants.iter().map(|(v, c)| (name(v), name(c))).collect();
-            let options = ModelOptions { variants, settings: Vec::new() };
+            let options = ModelOptions { variants, ..ModelOptions::default() };
             let free = choices.free.iter().map(|free| name(free)).collect();
             let directions = Directions::Estimated { free, fixed: Vec::new() };
             compile_asts(asts, &options, &directions, &mut diagnostics)

@@ -221,7 +221,7 @@ fn compiled(
         fs::read_to_string(root().join("models").join(path)).map_err(|error| error.to_string())
     };
     let variants = variants.iter().map(|(variant, choice)| (name(variant), name(choice))).collect();
-    let options = ModelOptions { variants, settings: Vec::new() };
+    let options = ModelOptions { variants, ..ModelOptions::default() };
     let Ok(mut asts) = load(main, &mut read, sources, diagnostics) else { return Ok(None) };
     if block.is_effect() {
         let Some(changed) = with_effect(block, &asts, &options, sources, diagnostics) else {

@@ -27,7 +27,7 @@ fn model_with(text: &str, variants: Vec<(Name, Name)>) -> Interpreted {
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
     let main = Source { name: "model.dgd".to_owned(), text: format!("model m\n{text}") };
     let mut read = |_: &str| Err("no imports".to_owned());
-    let options = ModelOptions { variants, settings: Vec::new() };
+    let options = ModelOptions { variants, ..ModelOptions::default() };
     let compiled =
         compile(main, &options, &Directions::All, &mut read, &mut sources, &mut diagnostics);
     let compiled = compiled.unwrap_or_else(|_| {

@@ -69,7 +69,7 @@ pub(crate) fn compiled_text(
     });
     let settings = settings.collect();
     let variants = variants.iter().map(|(v, c)| (name(v), name(c))).collect();
-    let options = ModelOptions { variants, settings };
+    let options = ModelOptions { variants, settings, ..ModelOptions::default() };
     let main = Source { name: path.display().to_string(), text };
     compile(
         main,

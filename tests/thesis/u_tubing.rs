@@ -46,7 +46,7 @@ fn system(model: &str, variants: &[(&str, &str)], effects: &[&str]) -> Loaded {
                 .collect();
             let applied = apply(&asts, &applications, Blending::Applied, &mut diagnostics)?;
             let variants = variants.iter().map(|(v, c)| (name(v), name(c))).collect();
-            let options = ModelOptions { variants, settings: Vec::new() };
+            let options = ModelOptions { variants, ..ModelOptions::default() };
             compile_asts(applied.asts, &options, &Directions::None, &mut diagnostics)
         });
     let compiled = compiled.unwrap_or_else(|_| {

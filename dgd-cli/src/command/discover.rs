@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::Effect;
+use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Compiled, Directions};
+use dgd_compiler::syntax::ast::{Item, ItemKind};
 use dgd_discover::{BaseModel, DiscoverError, Discovery, Request, discover, templates};
 use dgd_runtime::System;
 use dgd_runtime::identify::{Recording, Unwatched};
@@ -14,6 +16,7 @@ use crate::args::{DiscoverArgs, SolveArgs, Start};
 use crate::attendant::Attendant;
 use crate::command_line::command_line;
 use crate::console::{Console, print};
+use crate::data::read_renamed;
 use crate::effects::{self, FOLDER, load_folder};
 use crate::failure::CommandError;
 use crate::figure;
@@ -33,7 +36,9 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
     resume::verify(args.resume, console)?;
     let integration = options(&args.solve)?;
     let mut compilation = Compilation::default();
-    let compiled = base_model(args, &mut compilation)?;
+    let options_of_model =
+        ModelOptions { columns: columns(args), ..compilation.options(&args.choices)? };
+    let compiled = base_model(args, &options_of_model, &mut compilation)?;
     let library = library(args, &mut compilation, console)?;
     let Compilation { sources, diagnostics, .. } = &mut compilation;
     let Ok(templates) = templates(sources, diagnostics) else {
@@ -47,7 +52,7 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
 
     let base = BaseModel {
         asts: compiled.asts.clone(),
-        options: compilation.options(&args.choices)?,
+        options: options_of_model,
         free: args.sought.free.clone(),
         fix: args.sought.fix.clone(),
         engine: args.solve.engine.into(),
@@ -78,6 +83,9 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
     let found = discover(&request, &mut diagnostics);
     watch.write();
     let found = found.map_err(|error| failed(&error, &diagnostics, &compilation))?;
+    let left_out = found.left_out.iter();
+    reservations
+        .extend(left_out.map(|(name, why)| format!("the effect `{name}` {why}: it is left out")));
     let input = (held_out.paths.as_slice(), reservations.as_slice());
     let shown = show(args, &found, input, (&compiled, &compilation), console);
     if let (Err(_), Some(journal)) = (&shown, &journal) {
@@ -192,15 +200,42 @@ fn reserved(
     Ok(reservations)
 }
 
+/// The columns that all recordings have, if the model declares inputs that it does not read: effects may, where
+/// there are such columns. What is wrong with a file is told by who reads it next.
+fn columns(args: &DiscoverArgs) -> Option<Vec<String>> {
+    let mut probe = Compilation::default();
+    let options = ModelOptions { columns: Some(Vec::new()), ..probe.options(&args.choices).ok()? };
+    let compiled = base_model(args, &options, &mut probe).ok()?;
+    let is_read = |name: &str| compiled.dae.inputs.iter().any(|i| i.declared.name == name);
+    let is_unread = |item: &Item| match &item.kind {
+        ItemKind::Input { name, .. } => !is_read(&name.text),
+        _ => false,
+    };
+    if !compiled.asts[0].items.iter().any(is_unread) {
+        return None;
+    }
+    let mut common: Option<Vec<String>> = None;
+    for path in args.data.iter().chain(&args.valid) {
+        let Compilation { sources, diagnostics } = &mut probe;
+        let table = read_renamed(path, &args.solve.rename, sources, diagnostics).ok()?;
+        let has = |name: &String| table.column(name).is_some();
+        match &mut common {
+            Some(common) => common.retain(has),
+            None => common = Some(table.columns.iter().map(|c| c.name.clone()).collect()),
+        }
+    }
+    common
+}
+
 /// The model to be examined, with the effects of `--apply` written into its text.
 fn base_model(
     args: &DiscoverArgs,
+    options: &ModelOptions,
     compilation: &mut Compilation,
 ) -> Result<Compiled, CommandError> {
-    let options = compilation.options(&args.choices)?;
     let (free, fixed) = compilation.sought(&args.sought);
     let directions = Directions::Estimated { free, fixed };
-    match compilation.compile_text(&args.model, &args.choices.apply, &options, &directions)? {
+    match compilation.compile_text(&args.model, &args.choices.apply, options, &directions)? {
         Ok(compiled) => Ok(compiled),
         Err(_) => {
             Err(CommandError::diagnosed(&compilation.diagnostics, compilation.sources.clone()))

@@ -191,6 +191,7 @@ fn discovery() -> Discovery {
         reason: "It removes all of the excess error on held-out data; no second effect passes."
             .to_owned(),
         p_value: Some(0.001),
+        left_out: Vec::new(),
         effects: vec![FoundEffect {
             name: "booster_flow_gain".to_owned(),
             kind: "input",
@@ -394,6 +395,7 @@ fn a_discovery_with_nothing_in_it_is_written_too() {
         verdict: Verdict::Sufficient,
         reason: String::new(),
         p_value: None,
+        left_out: Vec::new(),
         effects: Vec::new(),
         unexplained: Vec::new(),
         gap: discovery()

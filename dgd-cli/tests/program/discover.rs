@@ -358,6 +358,62 @@ fn what_is_wrong_is_shown_where_it_is() {
 }
 
 #[test]
+fn an_effect_reads_a_column_that_the_model_does_not_or_is_left_out() {
+    let head = "model tank\n\ninput q [m^3/s] hold\ninput T [degC] hold\n\nparameter a [1/s] = 0.1  in 0 .. 10\n\n\
+                state h [m] = 1\n\n";
+    let unread = format!("{head}equation level: der(h) = q/(1 [m^2]) - a*h\n\noutput h [m]\n");
+    let other_choice = format!(
+        "{head}variant law {{\n  cold {{ equation level: der(h) = q/(1 [m^2]) - a*h }}\n  \
+         warm {{ equation level: der(h) = q/(1 [m^2]) - a*h*(T/(293.15 [K])) }}\n}}\n\noutput h [m]\n"
+    );
+    let effect =
+        b"effect heat on tank\nkind plant\n\nparameter by_T [m/(s*K)] = 0\nnull by_T = 0\n\n\
+                   add by_T*(T - 20 [degC]) to level\n";
+    // Exact steps of ḣ = q − a h + 0.002 (T − 20), and noise of some millimetres.
+    let (mut with, mut without) =
+        ("time [s],q [m^3/s],T [degC],h [m]\n".to_owned(), "time [s],q [m^3/s],h [m]\n".to_owned());
+    let mut h = 1.0;
+    for k in 0..600_usize {
+        let (q, t) = (0.05 + 0.05 * (k / 40 % 3) as f64, 20.0 + 15.0 * (k / 75 % 2) as f64);
+        let noise =
+            [0.003, -0.004, 0.001, -0.001, 0.004, -0.003, 0.0, 0.002, -0.002, 0.005, -0.005];
+        let read = h + noise[k * k % 11] * [1.0, -1.0, 0.5][k % 3];
+        let _ = writeln!(with, "{k},{q},{t},{read}");
+        let _ = writeln!(without, "{k},{q},{read}");
+        let rest = 10.0 * (q + 0.002 * (t - 20.0));
+        h = rest + (h - rest) * (-0.1_f64).exp();
+    }
+    let folder = folder_with(&[
+        ("unread.dgd", unread.as_bytes()),
+        ("other.dgd", other_choice.as_bytes()),
+        ("with.csv", with.as_bytes()),
+        ("without.csv", without.as_bytes()),
+    ]);
+    let own = folder_with(&[("heat.dgd", effect)]);
+    let effects = own.path().display().to_string();
+    for model in ["unread.dgd", "other.dgd"] {
+        let model = path(&folder, model);
+        let run = |data: &str| {
+            let data = path(&folder, data);
+            let args = ["discover", &model, "--data", &data, "--effects", &effects];
+            dgd(&[&args[..], &["--format", "json"]].concat()).done().json()
+        };
+        let found = run("with.csv");
+        assert_eq!(found["effects"][0]["name"], "heat", "{}", found["reason"]);
+        let size = number(&found["effects"][0]["parameters"]["by_T"]["value"]);
+        assert!((size / 0.002 - 1.0).abs() < 0.05, "{size}");
+        assert_eq!(found["reservations"], json!([]));
+        let left = run("without.csv");
+        let words = left["reservations"][0].as_str().expect("words");
+        assert_eq!(
+            words,
+            "the effect `heat` reads `T`, of which the recordings have no column: it is left out"
+        );
+        assert_ne!(left["verdict"], "sufficient");
+    }
+}
+
+#[test]
 fn what_recordings_cannot_tell_is_said() {
     let model = "model tank\n\ninput q [m^3/s] hold\n\nparameter a [1/s] = 0.1  in 0 .. 10\n\n\
                  state h [m] = 1\n\nequation level: der(h) = q/(1 [m^2]) - a*h\n\noutput h [m]\n";

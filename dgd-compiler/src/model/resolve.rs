@@ -23,6 +23,9 @@ pub struct ModelOptions {
     pub variants: Vec<(Name, Name)>,
     /// New values of constants and parameters and start values of unknowns.
     pub settings: Vec<Setting>,
+    /// Columns that there are data of. Where they are known, an input that nothing reads is kept if it has one,
+    /// and left out otherwise: what is added to the model may read it.
+    pub columns: Option<Vec<String>>,
 }
 
 /// `name = value`, given from outside; a plain number is in the declared unit.
@@ -81,7 +84,7 @@ pub fn resolve(
 
     parts::leave_out_unbound(&mut items, main, &parts, diagnostics)?;
     leave_out_impossible(&mut variants, main, libraries, options);
-    parts::leave_out_inputs_of_other_choices(&mut items, main);
+    parts::leave_out_unread_inputs(&mut items, main, options.columns.as_deref());
 
     let mut scope = Scope::collect(&items, diagnostics);
     let settings = check_settings(&options.settings, &scope, diagnostics);

@@ -36,7 +36,7 @@ use crate::syntax::visit;
 use expansion::Expansion;
 
 pub(crate) use fold::fold;
-pub(crate) use unbound::{has_unbound, leave_out_inputs_of_other_choices, leave_out_unbound};
+pub(crate) use unbound::{has_unbound, leave_out_unbound, leave_out_unread_inputs};
 
 /// A model without parts.
 #[derive(Debug, Clone, PartialEq)]

@@ -63,10 +63,15 @@ pub(crate) fn leave_out_unbound(
 }
 
 /// Leaves out of the chosen items the inputs that other choices of variants read and these do not: no
-/// data need to have them.
-pub(crate) fn leave_out_inputs_of_other_choices(items: &mut Vec<&Item>, main: &Ast) {
+/// data need to have them. Where it is known which columns there are, those that these do not read and
+/// that have none.
+pub(crate) fn leave_out_unread_inputs(
+    items: &mut Vec<&Item>,
+    main: &Ast,
+    columns: Option<&[String]>,
+) {
     let has_choices = |item: &Item| matches!(item.kind, ItemKind::Variant { .. });
-    if !main.items.iter().any(has_choices) {
+    if columns.is_none() && !main.items.iter().any(has_choices) {
         return;
     }
     let reads = Reads::of(items, |_| true);
@@ -80,6 +85,10 @@ pub(crate) fn leave_out_inputs_of_other_choices(items: &mut Vec<&Item>, main: &A
     }
     if unread.is_empty() {
         return;
+    }
+    if let Some(columns) = columns {
+        unread.retain(|name| !columns.contains(name));
+        return reads.leave_out(unread, items);
     }
     let mut all: Vec<&Item> = Vec::new();
     visit::items(&main.items, &mut |item| {

@@ -65,7 +65,7 @@ fn resolved(
     let name = |text: &str| Name { text: text.to_owned(), span: Span::default() };
     let options = ModelOptions {
         variants: variants.iter().map(|(v, c)| (name(v), name(c))).collect(),
-        settings: Vec::new(),
+        ..ModelOptions::default()
     };
     let main = Source { name: "test.dgd".to_owned(), text: text.to_owned() };
     let mut read = |path: &str| Err(format!("`{path}` is not needed"));
