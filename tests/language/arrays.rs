@@ -360,7 +360,7 @@ fn sizes_are_set_from_outside() {
         let (name, value) = parse_setting(id, &sources, &mut diagnostics).expect("a setting");
         settings.push(Setting { name, value });
     }
-    let options = ModelOptions { variants: Vec::new(), settings };
+    let options = ModelOptions { settings, ..ModelOptions::default() };
     let main = Source { name: "line.dgd".to_owned(), text: LINE.to_owned() };
     let none = &mut |_: &str| Err("no file".to_owned());
     let directions = Directions::None;

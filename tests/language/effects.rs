@@ -43,7 +43,7 @@ impl Library {
     fn compiled(&self, asts: Vec<Ast>, flow: &str) -> Compiled {
         let mut diagnostics = Diagnostics::default();
         let options =
-            ModelOptions { variants: vec![(name("flow"), name(flow))], settings: Vec::new() };
+            ModelOptions { variants: vec![(name("flow"), name(flow))], ..ModelOptions::default() };
         compile_asts(asts, &options, &Directions::All, &mut diagnostics)
             .unwrap_or_else(|_| panic!("{}", shown(&diagnostics, &self.sources)))
     }
