@@ -21,7 +21,7 @@ use dgd_runtime::{Options, Steps};
 use crate::account::{gap, left_over, ranking_of, reason, screened, traces, unexplained};
 use crate::candidates::{candidates, generic};
 use crate::corrected::corrected;
-use crate::discovery::{Discovery, FoundEffect, Unexplained, Verdict};
+use crate::discovery::{Discovery, FoundEffect, Ranked, Unexplained, Verdict};
 use crate::evidence::{evidence, p_value_of_the_base};
 use crate::fitted::{Data, Fitted, NoFit};
 use crate::found::{Found, parameters};
@@ -221,6 +221,8 @@ pub fn discover(
         }
         (Verdict::Sufficient | Verdict::Effects, _) => Vec::new(),
     };
+    let mut ranking = ranking_of(&search);
+    ranking.extend(left_out.iter().map(|(name, why)| Ranked::refused(name, why)));
     Ok(Discovery {
         left_out,
         verdict,
@@ -231,7 +233,7 @@ pub fn discover(
         gap: gap(&data, &before, &after, &circumstances),
         traces: traces(request, &data, &before, &after),
         missing,
-        ranking: ranking_of(&search),
+        ranking,
         screened: screened(&search),
         base_parameters: parameters(&before, &[]),
         corrected_parameters: parameters(&after, &[]),

@@ -264,6 +264,19 @@ pub struct Ranked {
     pub note: String,
 }
 
+impl Ranked {
+    /// An effect that could not be tried.
+    pub(crate) fn refused(name: &str, why: &str) -> Self {
+        Self {
+            effects: vec![name.to_owned()],
+            train: f64::NAN,
+            valid: None,
+            bic: f64::NAN,
+            note: why.to_owned(),
+        }
+    }
+}
+
 /// What a candidate promised.
 #[derive(Debug, Clone)]
 pub struct Screened {

@@ -168,6 +168,7 @@ fn an_effect_that_cannot_be_applied_is_said_to_be_one() {
     let refused = discovery.ranking.iter().find(|ranked| ranked.effects == ["rain"]);
     let refused = refused.expect("it is in the ranking");
     assert!(refused.note.starts_with("cannot be applied: "), "{}", refused.note);
+    assert_eq!(discovery.left_out, [("rain".to_owned(), refused.note.clone())]);
 }
 
 #[test]
