@@ -1,6 +1,9 @@
 //! `if`, `min`, `max`, `abs` and `sign` as events, and solutions that slide along them.
 
-use dgd::{AutomatonKind, Column, Inputs, Interpolation, System};
+use dgd::{
+    AutomatonKind, Column, Inputs, Interpolation, Options, Problem, System,
+    simulate_with_sensitivities,
+};
 
 use crate::exact::{
     assert_close, assert_slopes_are_differences, event_times, parameters, run, run_with, slopes,
@@ -318,4 +321,75 @@ fn a_relay_without_hysteresis_holds_its_level_without_chattering() {
     let by_level = 2.0 / 3.0 * 0.75 + 0.25 * (50.0 - reached);
     assert_close(&slopes(&relay, &solution, "on", 2)[..1], &[by_level], CLOSE);
     assert!(solution.statistics.steps < 60, "{:?}", solution.statistics);
+}
+
+/// A stirred tank that a PI controller heats: its command is clamped, and its integral waits at a clamp.
+const TANK: &str = "model heated_tank
+constant cp [J/(kg*K)] = 4186
+constant rho [kg/m^3] = 1000
+parameter V [l] = 120
+parameter UA [W/K] = 20
+parameter Pmax [kW] = 6
+parameter Kp [%/°C] = 8
+parameter Ti [min] = 5
+parameter warmer [K] = 0
+input T_set [°C]
+input q [lpm]
+state T [°C] = 293.15 [K] + warmer
+state I [%] = 0
+let e = T_set - T
+let cmd = Kp*e + I
+let duty = min(max(cmd, 0), 1)
+equation controller: der(I) = if (cmd > 1 and e > 0) or (cmd < 0 and e < 0) then 0 else Kp*e/Ti
+equation heat: rho*V*cp*der(T) = rho*q*cp*(12 [°C] - T) + Pmax*duty - UA*(T - 19 [°C])
+";
+
+#[test]
+fn a_clamped_controller_slides_along_its_clamp_and_leaves_it() {
+    let tank = system(TANK);
+    let changes: [(f64, f64, f64); 15] = [
+        (0.0, 20.0, 1.3),
+        (600.0, 55.0, 1.3),
+        (1500.0, 55.0, 0.5),
+        (2400.0, 55.0, 1.3),
+        (3900.0, 55.0, 0.5),
+        (4800.0, 55.0, 1.3),
+        (5400.0, 65.0, 1.3),
+        (6300.0, 65.0, 0.5),
+        (7200.0, 65.0, 1.3),
+        (8700.0, 65.0, 0.5),
+        (9600.0, 48.0, 1.3),
+        (11100.0, 48.0, 0.5),
+        (12000.0, 48.0, 1.3),
+        (13500.0, 48.0, 0.5),
+        (14400.0, 48.0, 0.5),
+    ];
+    let at = changes.map(|(t, ..)| t);
+    let sets = changes.map(|(_, celsius, _)| 273.15 + celsius);
+    let flows = changes.map(|(.., lpm)| lpm / 6e4);
+    let held = |name, values| Column { name, interpolation: Interpolation::Hold, values };
+    let columns = [held("T_set", &sets[..]), held("q", &flows[..])];
+    let inputs = Inputs::recorded(&at, &columns).expect("inputs");
+    let times: Vec<f64> = (0..=144).map(|k| 100.0 * f64::from(k)).collect();
+    // At first the command starts on its clamp, where rounding decides on which side of it.
+    for start in [0.0, 0.01, 0.5, 1.0] {
+        let mut p = parameters(&tank);
+        p[5] = start;
+        for rtol in [1e-6, 1e-8] {
+            let options = Options { rtol, atol: rtol, ..Options::default() };
+            let problem = Problem { system: &tank, p: &p, inputs: &inputs, start: &[] };
+            let solution = simulate_with_sensitivities(&problem, &times, &options);
+            let solution = solution.expect("a solution");
+            assert!(solution.undefined.is_empty(), "{start}: {:?}", solution.undefined);
+            assert!(solution.events.len() < 30, "{start}: {:?}", solution.events);
+            assert!(solution.statistics.steps < 1000, "{start}: {:?}", solution.statistics);
+            let slid = solution.events.iter().filter(|event| &*event.to == "sliding").count();
+            assert!(slid > 0, "it slides along its clamp: {:?}", solution.events);
+        }
+    }
+    // Where it starts on its clamp, one that starts warmer does something else than one that starts colder.
+    let on_clamp = system(&TANK.replace("parameter warmer", "constant warmer"));
+    assert_slopes_are_differences(&on_clamp, &inputs, &times, 1e-5);
+    let warmer = system(&TANK.replace("warmer [K] = 0", "warmer [K] = 0.5"));
+    assert_slopes_are_differences(&warmer, &inputs, &times, 1e-5);
 }

@@ -29,6 +29,12 @@ const MORE_FOR_EACH: usize = 10;
 const SHRINKING: usize = 4;
 /// The mode of a switch in which the solution slides along its surface.
 pub(super) const SLIDING: usize = 2;
+/// A slack that is still to be taken: what errors within the tolerance make of an event function, or what
+/// rounding does.
+const OF_TOLERANCE: f64 = f64::INFINITY;
+const OF_ROUNDING: f64 = f64::NEG_INFINITY;
+/// Rounding of an unknown that a step has added up, in units of its last place.
+const ROUNDINGS: f64 = 8.0;
 
 /// Discrete numbers, and work space for instants at which they change; nothing of it is used by a
 /// model that has none.
@@ -40,7 +46,8 @@ pub(super) struct Hybrid {
     /// Whether the condition of a transition has been false since its mode was entered.
     pub(super) armed: Vec<bool>,
     /// How far beyond its threshold an event function may be without consequences: as far as it was
-    /// when the solution came back from sliding along it, and infinity until that is known.
+    /// when the solution came back from sliding along it, and as far as rounding takes it where the
+    /// solution starts on the threshold or has just passed it; infinite until that is known.
     pub(super) slack: Vec<f64>,
     /// The transition that the last step was cut at.
     pub(super) located: Option<usize>,
@@ -243,9 +250,17 @@ impl<S: System> Simulation<'_, S> {
 
     /// Where a solution leaves a surface that it has slid along, it does so tangentially: how far an
     /// event function is beyond its threshold there, and what errors of the unknowns within the
-    /// tolerance make of it, says nothing of a return.
+    /// tolerance make of it, says nothing of a return. Where it starts on a surface, or has just passed
+    /// it, what rounding makes of it says nothing.
     fn take_slack(&mut self) {
-        if !self.discrete.slack.contains(&f64::INFINITY) {
+        self.take_slack_of(OF_TOLERANCE, self.tolerances.rtol, self.tolerances.atol);
+        let rounding = ROUNDINGS * f64::EPSILON;
+        self.take_slack_of(OF_ROUNDING, rounding, rounding);
+    }
+
+    /// The slacks that are marked, for unknowns that are known to these tolerances.
+    fn take_slack_of(&mut self, mark: f64, rtol: f64, atol: f64) {
+        if !self.discrete.slack.contains(&mark) {
             return;
         }
         let Problem { system, p, .. } = *self.problem;
@@ -255,8 +270,7 @@ impl<S: System> Simulation<'_, S> {
         for i in 0..y.len() {
             let moved = self.row.as_mut();
             moved.copy_from_slice(y);
-            moved[i] +=
-                self.tolerances.rtol * y[i].abs() + self.tolerances.atol * self.sizes.as_ref()[i];
+            moved[i] += rtol * y[i].abs() + atol * self.sizes.as_ref()[i];
             let at = Point { t: self.t, y: self.row.as_ref(), u, p, z: &schedule.z };
             system.event_functions(at, low);
             for ((error, moved), e) in high.iter_mut().zip(low.iter()).zip(e.iter()) {
@@ -264,8 +278,10 @@ impl<S: System> Simulation<'_, S> {
             }
         }
         for ((slack, error), e) in slack.iter_mut().zip(high.iter()).zip(e.iter()) {
-            if *slack == f64::INFINITY {
-                *slack = error.max(2.0 * e.abs());
+            if *slack == mark {
+                // What has passed a threshold by more than rounding has passed it.
+                let own = if mark == OF_ROUNDING { 0.0 } else { 2.0 * e.abs() };
+                *slack = error.max(own);
             }
         }
     }
@@ -345,6 +361,12 @@ impl<S: System> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let place = (self.t, self.y.as_ref(), self.drive.at(self.t, self.y.as_ref()), p);
         choose_sides(system, place, &mut self.discrete.e, &mut self.discrete.schedule.z);
+        let discrete = &system.signature().discrete;
+        for (slack, (automaton, _)) in self.discrete.slack.iter_mut().zip(discrete.transitions()) {
+            if discrete.automata[automaton].kind == AutomatonKind::Switch {
+                *slack = OF_ROUNDING;
+            }
+        }
     }
 
     /// Makes a transition: resets, the new mode, consistent values.
@@ -364,14 +386,25 @@ impl<S: System> Simulation<'_, S> {
             return self.make_consistent(solution);
         }
         self.verify_end(k, &automaton.name)?;
+        let is_switch = automaton.kind == AutomatonKind::Switch;
+        // A side that does not lead onto the surface was left by rounding, and one that the solution has
+        // slid along has let it go.
+        let may_slide = is_switch && self.discrete.located == Some(k) && {
+            self.evaluate_events();
+            self.entry(position).is_some()
+        };
 
         self.reset(k, solution);
         self.discrete.schedule.z[position] = transition.to as f64;
-        let slides_off = automaton.kind == AutomatonKind::Switch && transition.from == SLIDING;
+        let slack = match (is_switch, transition.from == SLIDING) {
+            (true, true) => OF_TOLERANCE,
+            (true, false) => OF_ROUNDING,
+            (false, _) => 0.0,
+        };
         for (other, (of, next)) in discrete.transitions().enumerate() {
             if of == position {
                 self.discrete.armed[other] = next.trigger == Trigger::Level;
-                self.discrete.slack[other] = if slides_off { f64::INFINITY } else { 0.0 };
+                self.discrete.slack[other] = slack;
             }
         }
         self.take_over(solution)?;
@@ -381,7 +414,7 @@ impl<S: System> Simulation<'_, S> {
             from: automaton.modes[transition.from].clone(),
             to: automaton.modes[transition.to].clone(),
         });
-        if automaton.kind == AutomatonKind::Switch && self.discrete.located.take() == Some(k) {
+        if is_switch && self.discrete.located.take() == Some(k) && may_slide {
             self.slide(position, solution)?;
         }
         Ok(())
@@ -391,19 +424,25 @@ impl<S: System> Simulation<'_, S> {
     /// slide along it.
     fn slide(&mut self, position: usize, solution: &mut Solution) -> Result<(), IntegrateError> {
         self.evaluate_events();
+        match self.entry(position) {
+            Some(k) => self.make_transition(k, solution),
+            None => Ok(()),
+        }
+    }
+
+    /// The transition to sliding from the side that a switch is on, where that side leads onto its
+    /// surface by the event functions as they are in `e`.
+    fn entry(&self, position: usize) -> Option<usize> {
         let hybrid = &self.discrete;
         let discrete = &self.problem.system.signature().discrete;
         let mut transitions = discrete.transitions().enumerate();
-        let pushed_back = transitions.find(|(k, (of, transition))| {
+        let found = transitions.find(|(k, (of, transition))| {
             *of == position
                 && transition.trigger == Trigger::Entry
                 && hybrid.is_active(*of, transition.from)
                 && transition.crossing.is_past(hybrid.e[*k])
         });
-        match pushed_back {
-            Some((k, _)) => self.make_transition(k, solution),
-            None => Ok(()),
-        }
+        found.map(|(k, _)| k)
     }
 
     /// Whether events come to an end.

@@ -15,7 +15,7 @@ use super::{Simulation, Stop, Variables};
 use crate::error::IntegrateError;
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::system::{Point, System};
+use crate::system::{Crossing, Point, System};
 
 /// The interval is narrowed to this part of the step.
 const NARROW: f64 = 1e-13;
@@ -147,7 +147,12 @@ impl<S: System> Simulation<'_, S> {
         let transitions = self.problem.system.signature().discrete.transitions().enumerate();
         let mut earliest = high;
         for (k, (automaton, transition)) in transitions {
-            let (a, b) = (at_low[k], at_high[k]);
+            // What is past its threshold by no more than its slack is not due.
+            let slack = match transition.crossing {
+                Crossing::Rises => self.discrete.slack[k],
+                Crossing::Falls => -self.discrete.slack[k],
+            };
+            let (a, b) = (at_low[k] - slack, at_high[k] - slack);
             if self.discrete.watches(k, automaton, transition.from)
                 && transition.crossing.is_past(b)
                 && !transition.crossing.is_past(a)

@@ -11,6 +11,7 @@
 //! control of the error sees do not. Windows of time are never missed, as steps end at them.
 
 use super::controller::Controller;
+use super::events::Hybrid;
 use super::{Simulation, Stop, Variables};
 use crate::error::IntegrateError;
 use crate::problem::Problem;
@@ -193,7 +194,10 @@ impl<S: System> Simulation<'_, S> {
         let turn = -0.5 * slope / curvature;
         let value = b + 0.5 * slope * turn;
         // NaN compares false.
-        let turns = turn.abs() < 1.0 && crossing.is_past(value) == beyond;
+        let is_beyond = |hybrid: &Hybrid, e| {
+            if beyond { hybrid.is_past(k, crossing, e) } else { !crossing.is_past(e) }
+        };
+        let turns = turn.abs() < 1.0 && is_beyond(&self.discrete, value);
         if !turns {
             return None;
         }
@@ -213,7 +217,7 @@ impl<S: System> Simulation<'_, S> {
             z: &hybrid.schedule.z,
         };
         system.event_functions(at, &mut hybrid.samples.turn);
-        (crossing.is_past(hybrid.samples.turn[k]) == beyond).then_some(part)
+        is_beyond(hybrid, hybrid.samples.turn[k]).then_some(part)
     }
 
     /// Makes the step tried last to the part of it that [`Simulation::watch`] found.
