@@ -116,12 +116,13 @@ impl Graph {
             // x sign(x) = |x|
             _ if self.is_call_of("sign", a, b) => self.call1("abs", b),
             _ if self.is_call_of("sign", b, a) => self.call1("abs", a),
-            // (c x) |x| = c (x |x|): the signed square is one expression wherever it occurs.
-            (Node::Multiply(c, x), _) if self.is_call_of("abs", b, x) => {
+            // (c x) |x| = c (x |x|): the signed square is one expression wherever it occurs. Where c is
+            // |x| itself, it is there already.
+            (Node::Multiply(c, x), _) if c != b && self.is_call_of("abs", b, x) => {
                 let square = self.multiply(x, b);
                 self.multiply(c, square)
             }
-            (_, Node::Multiply(c, x)) if self.is_call_of("abs", a, x) => {
+            (_, Node::Multiply(c, x)) if c != a && self.is_call_of("abs", a, x) => {
                 let square = self.multiply(x, a);
                 self.multiply(c, square)
             }
@@ -376,6 +377,20 @@ mod tests {
         let gradient = g.gradient(product, |s| (s == Symbol::Unknown(0)).then_some(0));
         let two = g.constant(2.0);
         assert_eq!(gradient, vec![(0, g.multiply(two, abs))]);
+    }
+
+    #[test]
+    fn a_number_times_its_size_twice_is_one_expression() {
+        let (mut g, x, y) = graph();
+        let abs = g.call1("abs", x);
+        for factors in [[abs, x, abs], [x, abs, abs], [abs, abs, x], [y, x, abs]] {
+            let [a, b, c] = factors;
+            let (left, right) = (g.multiply(a, b), g.multiply(b, c));
+            for product in [g.multiply(left, c), g.multiply(a, right)] {
+                let value = g.evaluate(product, &|_| -2.0);
+                assert_eq!(value, if factors[0] == y { 8.0 } else { -8.0 });
+            }
+        }
     }
 
     #[test]

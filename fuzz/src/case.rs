@@ -1,0 +1,99 @@
+//! A model with what it imports and a recording of its inputs.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::Path;
+
+/// What the oracles judge.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    /// Text of the model.
+    pub model: String,
+    /// Texts of the files that it imports, by path from the model.
+    pub files: BTreeMap<String, String>,
+    /// The recording, in the form of a CSV file; empty for a model without inputs.
+    pub data: String,
+    /// End of the run, s.
+    pub until: f64,
+}
+
+/// Rows of a run between its start and end.
+const ROWS: u32 = 20;
+
+impl Case {
+    /// Reads `NAME.dgd`, `NAME.csv` beside it where there is one, and the files that it imports.
+    ///
+    /// # Errors
+    ///
+    /// Where the model cannot be read.
+    pub fn read(path: &Path) -> io::Result<Case> {
+        let model = fs::read_to_string(path)?;
+        let data = fs::read_to_string(path.with_extension("csv")).unwrap_or_default();
+        let folder = path.parent().unwrap_or(Path::new("."));
+        let mut files = BTreeMap::new();
+        let mut unread = vec![model.clone()];
+        while let Some(text) = unread.pop() {
+            let imports = text.lines().filter_map(|line| line.trim().strip_prefix("import \""));
+            for import in imports.filter_map(|rest| rest.split('"').next()) {
+                if let Ok(text) = fs::read_to_string(folder.join(import))
+                    && files.insert(import.to_owned(), text.clone()).is_none()
+                {
+                    unread.push(text);
+                }
+            }
+        }
+        let mut case = Case { model, files, data, until: 2.0 };
+        if let Some(last) = case.recording().0.last() {
+            case.until = *last;
+        }
+        Ok(case)
+    }
+
+    /// Writes the case as [`Case::read`] reads it.
+    ///
+    /// # Errors
+    ///
+    /// Where a file cannot be written.
+    pub fn write(&self, path: &Path) -> io::Result<()> {
+        let folder = path.parent().unwrap_or(Path::new("."));
+        fs::create_dir_all(folder)?;
+        fs::write(path, &self.model)?;
+        if !self.data.is_empty() {
+            fs::write(path.with_extension("csv"), &self.data)?;
+        }
+        for (name, text) in &self.files {
+            let file = folder.join(name);
+            fs::create_dir_all(file.parent().unwrap_or(folder))?;
+            fs::write(file, text)?;
+        }
+        Ok(())
+    }
+
+    /// Sample times, s, and the columns by name, in the units of the header.
+    pub(crate) fn recording(&self) -> (Vec<f64>, BTreeMap<String, Vec<f64>>) {
+        let mut lines = self.data.lines();
+        let header: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+        let names: Vec<String> = (header.iter())
+            .map(|cell| cell.split_whitespace().next().unwrap_or_default().to_owned())
+            .collect();
+        let mut times = Vec::new();
+        let mut columns: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
+        for line in lines {
+            for (k, cell) in line.split(',').enumerate() {
+                let value = cell.trim().parse().unwrap_or(f64::NAN);
+                match columns.get_mut(k) {
+                    Some(_) if k == 0 => times.push(value),
+                    Some(column) => column.push(value),
+                    None => {}
+                }
+            }
+        }
+        (times, names.into_iter().zip(columns).skip(1).collect())
+    }
+
+    /// Times of the rows of a run: evenly spread, such that none is a sample.
+    pub(crate) fn times(&self) -> Vec<f64> {
+        (0..=ROWS).map(|k| self.until * (f64::from(k) / f64::from(ROWS))).collect()
+    }
+}

@@ -1,0 +1,282 @@
+//! Random valid models: [`table`](table::TABLE) says what they are made of and how often, a row for each
+//! form of the language.
+//!
+//! Models are valid by construction. Expressions are plain numbers, made of quantities over their sizes,
+//! or quantities of one dimension; equations are bounded, so that solutions stay of the size of one; an
+//! unknown's equation is monotone in it and reads those before it, so that the structure is regular.
+
+mod quantity;
+mod table;
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use crate::case::Case;
+use crate::random::Random;
+use quantity::{Kind, Known, SCALES, Scale};
+pub use table::{Place, TABLE};
+
+/// The random model of a seed, without the rows of the table that are named.
+pub fn case(seed: u64, without: &[String]) -> Case {
+    let mut writer = Writer::new(seed, without);
+    writer.model(seed)
+}
+
+/// Which quantities an expression may read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Reads {
+    /// Constants and parameters.
+    Parameters,
+    /// These and inputs, at the start.
+    Start,
+    /// Everything.
+    All,
+    /// What equations that are differentiated may read.
+    Smooth,
+}
+
+/// A function that was declared.
+struct Function {
+    name: String,
+    /// Units of its arguments.
+    arguments: Vec<&'static Scale>,
+}
+
+/// Writes one model.
+pub(crate) struct Writer {
+    pub(crate) random: Random,
+    weights: Vec<u32>,
+    known: Vec<Known>,
+    functions: Vec<Function>,
+    lines: Vec<String>,
+    files: BTreeMap<String, String>,
+    reads: Reads,
+    /// Names given to a loop's index, where an expression stands in a loop.
+    index: Option<String>,
+    /// Expressions that are arguments within a function.
+    arguments: Vec<String>,
+    /// The unit that a quantity is wanted in.
+    wanted: &'static Scale,
+    /// A model without unknowns of its own to delay or to watch has none of these.
+    numbered: u32,
+}
+
+impl Writer {
+    fn new(seed: u64, without: &[String]) -> Self {
+        let weight = |row: &table::Row| {
+            if without.iter().any(|name| row.what.contains(name.as_str())) { 0 } else { row.weight }
+        };
+        Self {
+            random: Random::new(seed),
+            weights: TABLE.iter().map(weight).collect(),
+            known: Vec::new(),
+            functions: Vec::new(),
+            lines: Vec::new(),
+            files: BTreeMap::new(),
+            reads: Reads::All,
+            index: None,
+            arguments: Vec::new(),
+            wanted: &SCALES[0],
+            numbered: 0,
+        }
+    }
+
+    /// A name that no other item has.
+    fn name(&mut self, of: &str) -> String {
+        self.numbered += 1;
+        format!("{of}{}", self.numbered)
+    }
+
+    fn line(&mut self, line: String) {
+        self.lines.push(line);
+    }
+
+    /// What a row of a place writes, chosen by the weights; nothing where all have none.
+    fn write(&mut self, place: Place, depth: u32) -> Option<String> {
+        let weight = |k: usize| if TABLE[k].place == place { self.weights[k] } else { 0 };
+        let all: u32 = (0..TABLE.len()).map(weight).sum();
+        if all == 0 {
+            return None;
+        }
+        let mut chosen = self.random.below(all as usize) as u32;
+        for (k, row) in TABLE.iter().enumerate() {
+            let weight = if row.place == place { self.weights[k] } else { 0 };
+            if chosen < weight {
+                return Some((row.write)(self, depth));
+            }
+            chosen -= weight;
+        }
+        None
+    }
+
+    /// An expression that is a plain number, of the size of one.
+    pub(crate) fn scalar(&mut self, depth: u32) -> String {
+        let place = if depth == 0 { Place::Leaf } else { Place::Scalar };
+        let written = self.write(place, depth.saturating_sub(1));
+        written.unwrap_or_else(|| self.number())
+    }
+
+    /// An expression of the wanted dimension, of the size of its scale.
+    pub(crate) fn quantity(&mut self, scale: &'static Scale, depth: u32) -> String {
+        let outer = std::mem::replace(&mut self.wanted, scale);
+        let written = if depth == 0 { None } else { self.write(Place::Quantity, depth - 1) };
+        let written = written.unwrap_or_else(|| {
+            let same =
+                |known: &&Known| known.scale.dimension == scale.dimension && !known.scale.offset;
+            let of_scale: Vec<String> = (self.readable())
+                .filter(same)
+                .filter_map(|known| known.text(self.index.as_deref()))
+                .collect();
+            if of_scale.is_empty() || self.random.chance(0.3) {
+                format!("{}{}", self.number(), scale.over("*"))
+            } else {
+                self.random.pick(&of_scale).clone()
+            }
+        });
+        self.wanted = outer;
+        written
+    }
+
+    /// A condition.
+    pub(crate) fn condition(&mut self, depth: u32) -> String {
+        let written = self.write(Place::Condition, depth.saturating_sub(1));
+        written.unwrap_or_else(|| "time > 1 [s]".to_owned())
+    }
+
+    /// A number of the size of one, in parentheses where it is below zero.
+    pub(crate) fn number(&mut self) -> String {
+        let digits = 1 + self.random.below(3);
+        let x = self.random.between(-2.0, 2.0);
+        let text = format!("{x:.digits$}");
+        if text.starts_with('-') { format!("({text})") } else { text }
+    }
+
+    /// A number above zero.
+    pub(crate) fn positive(&mut self) -> String {
+        format!("{:.2}", self.random.between(0.2, 2.0))
+    }
+
+    fn readable(&self) -> impl Iterator<Item = &Known> {
+        let reads = self.reads;
+        self.known.iter().filter(move |known| match reads {
+            Reads::Parameters => matches!(known.kind, Kind::Constant | Kind::Parameter),
+            Reads::Start => {
+                matches!(known.kind, Kind::Constant | Kind::Parameter | Kind::Input)
+            }
+            Reads::All => !matches!(known.kind, Kind::Hidden),
+            Reads::Smooth => matches!(known.kind, Kind::Constant | Kind::Parameter | Kind::State),
+        })
+    }
+
+    /// A quantity that can be read, over its size.
+    pub(crate) fn read(&mut self) -> String {
+        if !self.arguments.is_empty() && self.random.chance(0.7) {
+            return self.random.pick(&self.arguments).clone();
+        }
+        let index = self.index.clone();
+        let texts: Vec<(String, &'static Scale)> = (self.readable())
+            .filter_map(|known| known.text(index.as_deref()).map(|text| (text, known.scale)))
+            .collect();
+        if texts.is_empty() {
+            return self.number();
+        }
+        let (text, scale) = self.random.pick(&texts).clone();
+        let other = if scale.others.is_empty() || self.random.chance(0.8) {
+            None
+        } else {
+            Some(*self.random.pick(scale.others))
+        };
+        scale.over_size(&text, other)
+    }
+
+    /// Names of one kind.
+    pub(crate) fn of_kind(&self, kind: Kind) -> Vec<Known> {
+        self.known.iter().filter(|known| known.kind == kind).cloned().collect()
+    }
+
+    fn model(&mut self, seed: u64) -> Case {
+        self.line(format!("model m{seed}"));
+        self.several(Place::Value, 1, 5);
+        if self.random.chance(0.7) {
+            self.several(Place::Input, 1, 2);
+        }
+        self.several(Place::State, 1, 3);
+        if self.random.chance(0.6) {
+            self.several(Place::Between, 1, 3);
+        }
+        // Equations stand behind all declarations, so that they read all states.
+        self.several(Place::Unknown, 0, 2);
+        let states: Vec<Known> = self.of_kind(Kind::State);
+        for state in states {
+            self.own(&state);
+            if let Some(line) = self.write(Place::Equation, 3) {
+                self.line(line);
+            }
+            self.known.retain(|known| known.kind != Kind::Hidden);
+        }
+        if self.random.chance(0.4) {
+            self.several(Place::Beside, 1, 2);
+        }
+        self.several(Place::Output, 1, 3);
+        let (data, until) = self.recording();
+        let model = self.lines.join("\n") + "\n";
+        Case { model, files: std::mem::take(&mut self.files), data, until }
+    }
+
+    /// Makes a state the one that the next equation determines.
+    fn own(&mut self, state: &Known) {
+        self.known.push(Known { kind: Kind::Hidden, ..state.clone() });
+    }
+
+    /// The state that the equation at hand determines.
+    pub(crate) fn determined(&self) -> Known {
+        let own = self.known.iter().rev().find(|known| known.kind == Kind::Hidden);
+        own.cloned().unwrap_or_else(|| Known::new("x", &SCALES[0], Kind::State))
+    }
+
+    fn several(&mut self, place: Place, least: usize, most: usize) {
+        let count = least + self.random.below(most - least + 1);
+        for _ in 0..count {
+            if let Some(line) = self.write(place, 3)
+                && !line.is_empty()
+            {
+                self.line(line);
+            }
+        }
+    }
+
+    /// A recording of the inputs, and how long a run is.
+    fn recording(&mut self) -> (String, f64) {
+        let inputs = self.of_kind(Kind::Input);
+        let until = self.random.between(0.8, 4.0);
+        let until = (until * 1000.0).round() / 1000.0;
+        if inputs.is_empty() {
+            return (String::new(), 2.0);
+        }
+        let rows = 2 + self.random.below(6);
+        let mut text = String::from("time [s]");
+        for input in &inputs {
+            let _ = write!(text, ",{} [{}]", input.name, input.scale.symbol);
+        }
+        text.push('\n');
+        let mut t = 0.0;
+        for row in 0..rows {
+            let twice = row > 0 && row + 1 < rows && self.random.chance(0.15);
+            for _ in 0..=usize::from(twice) {
+                let _ = write!(text, "{t}");
+                for input in &inputs {
+                    let value = input.scale.value(self.random.between(-1.0, 1.0));
+                    let _ = write!(text, ",{}", (value * 1e4).round() / 1e4);
+                }
+                text.push('\n');
+            }
+            let left = (rows - 1 - row).max(1) as f64;
+            t += (until - t) / left * self.random.between(0.3, 1.7).min(left);
+            t = (t.min(until) * 1000.0).round() / 1000.0;
+            if row + 2 == rows {
+                t = until;
+            }
+        }
+        (text, until)
+    }
+}

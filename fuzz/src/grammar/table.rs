@@ -1,0 +1,510 @@
+//! What random models are made of, and how often: one row for each form of the language.
+
+use std::fmt::Write;
+
+use super::quantity::{Kind, Known, SCALES, Scale};
+use super::{Function, Reads, Writer};
+
+/// Where a form can stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// A plain number that is not composed.
+    Leaf,
+    /// A plain number.
+    Scalar,
+    /// A quantity of the wanted dimension.
+    Quantity,
+    /// A condition.
+    Condition,
+    /// An item: a constant or a parameter.
+    Value,
+    /// An item: an input.
+    Input,
+    /// An item: a state.
+    State,
+    /// An item before equations: `let`, `function`.
+    Between,
+    /// An unknown with its equation.
+    Unknown,
+    /// The equation of a state.
+    Equation,
+    /// An item beside equations: `when`, `saturate` and the like, with what they need.
+    Beside,
+    /// An output.
+    Output,
+}
+
+/// A form of the language.
+pub struct Row {
+    /// What it is called, for `--without`.
+    pub what: &'static str,
+    /// Where it stands.
+    pub place: Place,
+    /// How often, relative to the others of its place.
+    pub weight: u32,
+    pub(crate) write: fn(&mut Writer, u32) -> String,
+}
+
+const fn row(
+    place: Place,
+    weight: u32,
+    what: &'static str,
+    write: fn(&mut Writer, u32) -> String,
+) -> Row {
+    Row { what, place, weight, write }
+}
+
+use Place::{
+    Beside, Between, Condition, Equation, Input, Leaf, Output, Quantity, Scalar, State, Unknown,
+    Value,
+};
+
+/// The table.
+pub const TABLE: &[Row] = &[
+    row(Leaf, 2, "number", |w, _| w.number()),
+    row(Leaf, 10, "name", |w, _| w.read()),
+    row(Leaf, 1, "time", |w, _| time(w, "time/1 [s]")),
+    row(Leaf, 1, "pi", |_, _| "pi/3".to_owned()),
+    row(Leaf, 1, "delay of an input", |w, _| delayed(w, Kind::Input)),
+    row(Leaf, 1, "delay of a state", |w, _| delayed(w, Kind::State)),
+    // Sums and products.
+    row(Scalar, 8, "a + b", |w, d| format!("({} + {})", w.scalar(d), w.scalar(d))),
+    row(Scalar, 8, "a - b", |w, d| format!("({} - {})", w.scalar(d), w.scalar(d))),
+    row(Scalar, 10, "a * b", |w, d| format!("({} * {})", w.scalar(d), w.scalar(d))),
+    row(Scalar, 3, "-a", |w, d| format!("(-{})", w.scalar(d))),
+    row(Scalar, 4, "a/(1 + b^2)", |w, d| format!("({})/(1 + ({})^2)", w.scalar(d), w.scalar(d))),
+    row(Scalar, 2, "a/b", |w, d| format!("({})/(2 + sin({}))", w.scalar(d), w.scalar(d))),
+    row(Scalar, 6, "leaf", |w, _| w.scalar(0)),
+    // Powers.
+    row(Scalar, 4, "a^2", |w, d| format!("({})^2", w.scalar(d))),
+    row(Scalar, 2, "a^3", |w, d| format!("({})^3", w.scalar(d))),
+    row(Scalar, 1, "a^-1", |w, d| format!("(1.5 + ({})^2)^-1", w.scalar(d))),
+    row(Scalar, 1, "a^-2^1", |w, d| format!("(-(1 + ({})^2)^-2^1)", w.scalar(d))),
+    row(Scalar, 1, "a^(3/2)", |w, d| format!("(0.5 + ({})^2)^(3/2)", w.scalar(d))),
+    row(Scalar, 1, "a^b", |w, d| format!("(1 + ({})^2)^tanh({})", w.scalar(d), w.scalar(d))),
+    row(Scalar, 1, "a^constant", |w, _| {
+        let outer = std::mem::replace(&mut w.reads, Reads::Parameters);
+        let exponent = w.scalar(1);
+        w.reads = outer;
+        format!("(1 + abs({}))^tanh({exponent})", w.scalar(0))
+    }),
+    // Functions.
+    row(Scalar, 2, "sqrt", |w, d| format!("sqrt(1 + ({})^2)", w.scalar(d))),
+    row(Scalar, 2, "exp(-a^2)", |w, d| format!("exp(-({})^2)", w.scalar(d))),
+    row(Scalar, 1, "exp", |w, d| format!("exp(tanh({}))", w.scalar(d))),
+    row(Scalar, 2, "log", |w, d| format!("log(1.5 + ({})^2)", w.scalar(d))),
+    row(Scalar, 1, "log10", |w, d| format!("log10(2 + sin({}))", w.scalar(d))),
+    row(Scalar, 3, "sin", |w, d| format!("sin({})", w.scalar(d))),
+    row(Scalar, 3, "cos", |w, d| format!("cos({})", w.scalar(d))),
+    row(Scalar, 1, "tan", |w, d| format!("tan(0.9*tanh({}))", w.scalar(d))),
+    row(Scalar, 1, "asin", |w, d| format!("asin(0.9*sin({}))", w.scalar(d))),
+    row(Scalar, 1, "acos", |w, d| format!("acos(0.9*cos({}))", w.scalar(d))),
+    row(Scalar, 1, "atan", |w, d| format!("atan({})", w.scalar(d))),
+    row(Scalar, 2, "atan2", |w, d| format!("atan2({}, 2 + cos({}))", w.scalar(d), w.scalar(d))),
+    row(Scalar, 1, "sinh", |w, d| format!("sinh(tanh({}))", w.scalar(d))),
+    row(Scalar, 1, "cosh", |w, d| format!("cosh(sin({}))", w.scalar(d))),
+    row(Scalar, 3, "tanh", |w, d| format!("tanh({})", w.scalar(d))),
+    // What is not smooth.
+    row(Scalar, 3, "abs", |w, d| format!("abs({})", w.scalar(d))),
+    row(Scalar, 1, "sign", |w, d| format!("sign({})", w.scalar(d))),
+    row(Scalar, 3, "min", |w, d| format!("min({}, {})", w.scalar(d), w.scalar(d))),
+    row(Scalar, 3, "max", |w, d| format!("max({}, {})", w.scalar(d), w.scalar(d))),
+    row(Scalar, 4, "if", |w, d| {
+        format!("(if {} then {} else {})", w.condition(d), w.scalar(d), w.scalar(d))
+    }),
+    row(Scalar, 1, "a*abs(a)", |w, d| {
+        let a = w.scalar(d);
+        format!("({a})*abs({a})")
+    }),
+    row(Scalar, 1, "quantities over each other", |w, d| {
+        let scale = w.scale();
+        let other = w.scale();
+        if scale.dimension == "1" || scale.offset || other.offset {
+            return w.scalar(d);
+        }
+        let a = w.quantity(scale, d);
+        format!("(({a}){})", scale.over("/"))
+    }),
+    row(Scalar, 3, "call", |w, d| call(w, d)),
+    // Quantities.
+    row(Quantity, 3, "number times unit", |w, d| {
+        let scale = w.wanted;
+        format!("({}){}", w.scalar(d), scale.over("*"))
+    }),
+    row(Quantity, 2, "sum of quantities", |w, d| {
+        let scale = w.wanted;
+        format!("({} + {})", w.quantity(scale, d), w.quantity(scale, d))
+    }),
+    row(Quantity, 1, "min of quantities", |w, d| {
+        let scale = w.wanted;
+        format!("min({}, {})", w.quantity(scale, d), w.quantity(scale, d))
+    }),
+    row(Quantity, 1, "abs of a quantity", |w, d| {
+        let scale = w.wanted;
+        format!("abs({})", w.quantity(scale, d))
+    }),
+    row(Quantity, 1, "sqrt of a square", |w, d| {
+        let scale = w.wanted;
+        let one = if scale.symbol == "1" { "1" } else { &scale.over("") };
+        format!("sqrt(({one})^2 + ({})^2)", w.quantity(scale, d))
+    }),
+    row(Quantity, 1, "if of quantities", |w, d| {
+        let scale = w.wanted;
+        format!("(if {} then {} else 0)", w.condition(d), w.quantity(scale, d))
+    }),
+    // Conditions.
+    row(Condition, 8, "a < b", |w, d| {
+        let sign = *w.random.pick(&["<", "<=", ">", ">="]);
+        format!("{} {sign} {}", w.scalar(d), w.scalar(0))
+    }),
+    row(Condition, 3, "condition on quantities", |w, d| {
+        let scale = w.scale();
+        if scale.offset {
+            return format!("{} > 0.1", w.scalar(d));
+        }
+        let sign = *w.random.pick(&["<", "<=", ">", ">="]);
+        format!("{} {sign} {}", w.quantity(scale, d), w.quantity(scale, 0))
+    }),
+    row(Condition, 3, "condition on time", |w, _| {
+        let sign = *w.random.pick(&["<", "<=", ">", ">="]);
+        match w.reads {
+            Reads::Parameters | Reads::Start | Reads::Smooth => {
+                format!("{} {sign} 0.3", w.scalar(0))
+            }
+            Reads::All => format!("time {sign} {} [s]", w.positive()),
+        }
+    }),
+    row(Condition, 2, "and", |w, d| format!("({} and {})", w.condition(d), w.condition(d))),
+    row(Condition, 2, "or", |w, d| format!("({} or {})", w.condition(d), w.condition(d))),
+    row(Condition, 1, "not", |w, d| format!("not ({})", w.condition(d))),
+    // Values.
+    row(Value, 3, "constant", |w, _| {
+        let scale = w.scale();
+        let name = w.name("c");
+        let value = scale.value(w.random.between(-1.5, 1.5));
+        w.declare(&name, scale, Kind::Constant);
+        format!("constant {name} {} = {value:.3}", scale.brackets())
+    }),
+    row(Value, 1, "computed constant", |w, _| {
+        let outer = std::mem::replace(&mut w.reads, Reads::Parameters);
+        let known = std::mem::take(&mut w.known);
+        w.known = known.iter().filter(|known| known.kind == Kind::Constant).cloned().collect();
+        let value = w.scalar(2);
+        w.known = known;
+        w.reads = outer;
+        let name = w.name("c");
+        w.declare(&name, &SCALES[0], Kind::Constant);
+        format!("constant {name} = {value}")
+    }),
+    row(Value, 6, "parameter", |w, _| parameter(w)),
+    row(Input, 2, "input hold", |w, _| {
+        let scale = w.scale();
+        let name = w.name("u");
+        w.declare(&name, scale, Kind::Input);
+        let word = *w.random.pick(&["", " hold"]);
+        format!("input {name} {}{word}", scale.brackets())
+    }),
+    row(Input, 2, "input linear", |w, _| {
+        let scale = w.scale();
+        let name = w.name("u");
+        w.declare(&name, scale, Kind::Input);
+        format!("input {name} {} linear", scale.brackets())
+    }),
+    row(State, 4, "state", |w, _| {
+        let scale = w.scale();
+        let name = w.name("x");
+        let start = scale.value(w.random.between(-1.0, 1.0));
+        w.declare(&name, scale, Kind::State);
+        let nominal =
+            if w.random.chance(0.2) { format!("  nominal {}", scale.size) } else { String::new() };
+        format!("state {name} {} = {start:.2}{nominal}", scale.brackets())
+    }),
+    row(State, 2, "state with a computed start", |w, _| {
+        let scale = w.scale();
+        let name = w.name("x");
+        let outer = std::mem::replace(&mut w.reads, Reads::Start);
+        let start = w.scalar(2);
+        w.reads = outer;
+        w.declare(&name, scale, Kind::State);
+        format!("state {name} {} = {}", scale.brackets(), scale.quantity(&format!("tanh({start})")))
+    }),
+    // Between values and equations.
+    row(Between, 4, "let", |w, d| {
+        let value = w.scalar(d);
+        let name = w.name("l");
+        w.declare(&name, &SCALES[0], Kind::Let);
+        format!("let {name} = {value}")
+    }),
+    row(Between, 2, "let with a unit", |w, d| {
+        let scale = w.scale();
+        let value = w.scalar(d);
+        let name = w.name("l");
+        w.declare(&name, scale, Kind::Let);
+        format!("let {name} {} = {}", scale.brackets(), scale.quantity(&value))
+    }),
+    row(Between, 2, "function", |w, d| function(w, d)),
+    // Unknowns.
+    row(Unknown, 4, "unknown = e", |w, d| unknown(w, d, |y, e| format!("{y} = {e}"))),
+    row(Unknown, 1, "unknown = min", |w, d| {
+        let bound = w.scalar(1);
+        unknown(w, d, move |y, e| format!("{y} = min({e}, {bound})"))
+    }),
+    row(Unknown, 2, "unknown + tanh(unknown) = e", |w, d| {
+        unknown(w, d, |y, e| format!("{y} + 0.7*tanh({y}) = {e}"))
+    }),
+    row(Unknown, 1, "cubic unknown", |w, d| {
+        unknown(w, d, |y, e| format!("0 = {e} - 2*{y} - ({y})^3"))
+    }),
+    row(Unknown, 1, "two unknowns", |w, d| two_unknowns(w, d)),
+    // Equations of states.
+    row(Equation, 8, "der(x) = f", |w, d| {
+        let x = w.determined();
+        let (label, f) = (w.name("e"), rate(w, &x, d));
+        format!("equation {label}: der({}) = ({f}){}", x.name, x.scale.rate_over("*"))
+    }),
+    row(Equation, 3, "a*der(x) = f", |w, d| {
+        let x = w.determined();
+        let (label, f, a) = (w.name("e"), rate(w, &x, d), w.scalar(1));
+        format!("equation {label}: (1 + ({a})^2)*der({}) = ({f}){}", x.name, x.scale.rate_over("*"))
+    }),
+    row(Equation, 2, "0 = f - der(x)", |w, d| {
+        let x = w.determined();
+        let (label, f) = (w.name("e"), rate(w, &x, d));
+        format!("equation {label}: 0 = ({f}){} - 2*der({})", x.scale.rate_over("*"), x.name)
+    }),
+    row(Equation, 1, "der(x) + tanh(der(x)) = f", |w, d| {
+        let x = w.determined();
+        let (label, f) = (w.name("e"), rate(w, &x, d));
+        let rate = format!("der({}){}", x.name, x.scale.rate_over("/"));
+        format!("equation {label}: {rate} + 0.5*tanh({rate}) = {f}")
+    }),
+    // Beside equations.
+    row(Beside, 3, "when", |w, d| when(w, d)),
+    row(Beside, 2, "saturate", |w, _| saturate(w)),
+    row(Beside, 2, "modes", |w, d| modes(w, d)),
+    // Outputs.
+    row(Output, 6, "output = e", |w, d| {
+        let scale = w.scale();
+        let (name, value) = (w.name("o"), w.scalar(d));
+        let noise = if w.random.chance(0.3) { "  noise 0.01" } else { "" };
+        let unit = if scale.offset { &SCALES[0] } else { scale };
+        format!("output {name} {} = {}{noise}", unit.brackets(), unit.quantity(&value))
+    }),
+    row(Output, 1, "output of an unknown", |w, _| {
+        let mut names = w.of_kind(Kind::State);
+        names.extend(w.of_kind(Kind::Unknown));
+        let known = w.random.pick(&names).clone();
+        let line = format!("output {}", known.name);
+        if w.lines.iter().any(|other| *other == line) { String::new() } else { line }
+    }),
+    row(Output, 1, "output of a delayed state", |w, _| {
+        let states = w.of_kind(Kind::State);
+        let x = w.random.pick(&states).clone();
+        let name = w.name("o");
+        let late = format!("delay({}, {} [s])", x.name, w.positive());
+        format!("output {name} = {}", x.scale.over_size(&late, None))
+    }),
+];
+
+impl Writer {
+    /// A unit.
+    pub(crate) fn scale(&mut self) -> &'static Scale {
+        if self.random.chance(0.35) { &SCALES[0] } else { self.random.pick(SCALES) }
+    }
+
+    fn declare(&mut self, name: &str, scale: &'static Scale, kind: Kind) {
+        self.known.push(Known::new(name, scale, kind));
+    }
+}
+
+fn time(w: &mut Writer, text: &str) -> String {
+    match w.reads {
+        Reads::All => format!("({text})"),
+        Reads::Parameters | Reads::Start | Reads::Smooth => w.number(),
+    }
+}
+
+fn parameter(w: &mut Writer) -> String {
+    let scale = w.scale();
+    let name = w.name("p");
+    let value = scale.value(w.random.between(-1.5, 1.5));
+    let positive = scale.value(w.random.between(0.2, 1.5));
+    w.declare(&name, scale, Kind::Parameter);
+    let declared = format!("parameter {name} {}", scale.brackets());
+    match w.random.below(5) {
+        0 => format!("{declared} = {positive:.3}  in 0.01 .. 10000, log"),
+        1 => format!("{declared} = {value:.3}  in -1000 .. 1000, fixed"),
+        2 => format!("{declared} = {value:.3}  in -1000 .., nominal {}", scale.size),
+        3 => format!("{declared} = {value:.3}  prior normal({value:.3}, {})", scale.size),
+        _ => format!("{declared} = {value:.3}"),
+    }
+}
+
+/// An input or a state, read late.
+fn delayed(w: &mut Writer, kind: Kind) -> String {
+    if w.reads != Reads::All || w.index.is_some() || !w.arguments.is_empty() {
+        return w.read();
+    }
+    let known = w.of_kind(kind);
+    if known.is_empty() {
+        return w.read();
+    }
+    let known = w.random.pick(&known).clone();
+    let tau = format!("{} [s]", w.positive());
+    known.scale.over_size(&format!("delay({}, {tau})", known.name), None)
+}
+
+fn function(w: &mut Writer, d: u32) -> String {
+    let name = w.name("f");
+    let count = 1 + w.random.below(2);
+    let arguments: Vec<&'static Scale> = (0..count)
+        .map(|_| {
+            let scale = w.scale();
+            if scale.offset { &SCALES[0] } else { scale }
+        })
+        .collect();
+    let mut head = String::new();
+    let mut texts = Vec::new();
+    for (k, scale) in arguments.iter().enumerate() {
+        let unit = if scale.symbol == "1" && w.random.chance(0.5) {
+            String::new()
+        } else {
+            format!(" {}", scale.brackets())
+        };
+        let _ = write!(head, "{}a{k}{unit}", if k == 0 { "" } else { ", " });
+        texts.push(scale.over_size(&format!("a{k}"), None));
+    }
+    w.arguments = texts;
+    let body = w.scalar(d);
+    w.arguments = Vec::new();
+    w.functions.push(Function { name: name.clone(), arguments });
+    format!("function {name}({head}) = {body}")
+}
+
+fn call(w: &mut Writer, d: u32) -> String {
+    // Functions read all that the model declares, and their names are not to be read before them.
+    if w.functions.is_empty()
+        || w.reads != Reads::All
+        || !w.arguments.is_empty()
+        || w.index.is_some()
+    {
+        return w.scalar(d);
+    }
+    let k = w.random.below(w.functions.len());
+    let name = w.functions[k].name.clone();
+    let scales = w.functions[k].arguments.clone();
+    let arguments: Vec<String> = scales
+        .iter()
+        .map(|scale| {
+            let value = w.scalar(d.min(1));
+            scale.quantity(&value)
+        })
+        .collect();
+    format!("{name}({})", arguments.join(", "))
+}
+
+/// What a state changes by: bounded, and mostly drawn back.
+fn rate(w: &mut Writer, x: &Known, d: u32) -> String {
+    let e = w.scalar(d);
+    let bounded = match w.random.below(5) {
+        0 => format!("tanh({e})"),
+        1 => format!("sin({e})"),
+        2 => format!("({e})/sqrt(1 + ({e})^2)"),
+        _ => format!("({e})/(1 + abs({e}))"),
+    };
+    let own = x.scale.over_size(&x.name, None);
+    match w.random.below(5) {
+        0 => bounded,
+        1 => format!("{bounded} - 0.3*({own})^3"),
+        _ => format!("{bounded} - {}*{own}", w.positive()),
+    }
+}
+
+/// An unknown, and its equation of itself over its size and an expression.
+fn unknown(w: &mut Writer, d: u32, equation: impl Fn(&str, &str) -> String) -> String {
+    let scale = w.scale();
+    let e = w.scalar(d);
+    let (name, label) = (w.name("y"), w.name("e"));
+    let over = scale.over_size(&name, None);
+    w.declare(&name, scale, Kind::Unknown);
+    format!(
+        "unknown {name} {} = {:.2}\nequation {label}: {}",
+        scale.brackets(),
+        scale.value(0.1),
+        equation(&over, &e)
+    )
+}
+
+fn two_unknowns(w: &mut Writer, d: u32) -> String {
+    let (a, b) = (w.scalar(d), w.scalar(d));
+    let (y, z) = (w.name("y"), w.name("y"));
+    let (first, second) = (w.name("e"), w.name("e"));
+    w.declare(&y, &SCALES[0], Kind::Unknown);
+    w.declare(&z, &SCALES[0], Kind::Unknown);
+    format!(
+        "unknown {y}\nunknown {z} = 0.1\nequation {first}: 2*{y} + 0.5*sin({z}) = tanh({a})\n\
+         equation {second}: 0 = 3*{z} - 0.5*{y}^2/(1 + {y}^2) - sin({b})"
+    )
+}
+
+fn when(w: &mut Writer, _: u32) -> String {
+    let states = w.of_kind(Kind::State);
+    let x = w.random.pick(&states).clone();
+    let threshold = w.random.between(-0.8, 0.8);
+    let rises = w.random.chance(0.5);
+    let back = threshold + if rises { -0.6 } else { 0.6 };
+    let words = if rises { "rises above" } else { "falls below" };
+    let kept = if w.random.chance(0.5) {
+        format!("{back:.2}")
+    } else {
+        format!("{back:.2} + 0.1*sin({})", w.scalar(1))
+    };
+    let kept = x.scale.quantity(&kept);
+    format!(
+        "when {} {words} {} {{\n  reset {} = {kept}\n}}",
+        x.name,
+        x.scale.quantity(&format!("{threshold:.2}")),
+        x.name
+    )
+}
+
+fn saturate(w: &mut Writer) -> String {
+    let states = w.of_kind(Kind::State);
+    let x = w.random.pick(&states).clone();
+    let bound = w.random.between(0.2, 1.0);
+    let head = format!("saturate {} ", x.name);
+    if w.lines.iter().any(|line| line.starts_with(&head)) {
+        return String::new();
+    }
+    if w.random.chance(0.5) {
+        format!("saturate {} >= {}", x.name, x.scale.quantity(&format!("-{bound:.2}")))
+    } else {
+        format!("saturate {} <= {}", x.name, x.scale.quantity(&format!("{bound:.2}")))
+    }
+}
+
+/// A state that two modes drive up and down between thresholds.
+fn modes(w: &mut Writer, d: u32) -> String {
+    let scale = w.scale();
+    let (name, block) = (w.name("x"), w.name("b"));
+    let (up, down) = (w.scalar(d), w.scalar(d));
+    let (high, low) = (w.random.between(0.3, 0.9), w.random.between(-0.9, -0.1));
+    let rate = scale.rate_over("*");
+    let reset = if w.random.chance(0.3) {
+        format!(" {{ reset {name} = {} }}", scale.quantity(&format!("{:.2}", high * 0.5)))
+    } else {
+        String::new()
+    };
+    w.declare(&name, scale, Kind::State);
+    format!(
+        "state {name} {} = {:.2}\nmodes {block} {{\n  \
+         up {{ equation {block}: der({name}) = (1.2 + 0.5*tanh({up})){rate} }}\n  \
+         down {{ equation {block}: der({name}) = (0.5*sin({down}) - 1.1){rate} }}\n  \
+         up -> down when {name} rises above {}{reset}\n  \
+         down -> up when {name} falls below {}\n}}",
+        scale.brackets(),
+        scale.value(0.0),
+        scale.quantity(&format!("{high:.2}")),
+        scale.quantity(&format!("{low:.2}")),
+    )
+}

@@ -1,0 +1,258 @@
+//! `dgd-fuzz`: see `fuzz/README.md`.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use dgd_fuzz::case::Case;
+use dgd_fuzz::grammar;
+use dgd_fuzz::oracle::{Finding, judged, keep_panics};
+use dgd_fuzz::shrink::shrunk;
+
+/// A case that takes longer hangs.
+const HANG: Duration = Duration::from_secs(20);
+/// Stack of a worker.
+const STACK: usize = 64 << 20;
+
+#[derive(Default, Clone)]
+struct Arguments {
+    words: Vec<String>,
+    seeds: (u64, u64),
+    oracles: Vec<String>,
+    without: Vec<String>,
+    keep: Option<PathBuf>,
+    known: Vec<String>,
+    threads: usize,
+    seconds: Option<u64>,
+    shrink: u64,
+}
+
+fn arguments() -> Result<Arguments, String> {
+    let mut found = Arguments { seeds: (0, 100), threads: 1, shrink: 10, ..Arguments::default() };
+    let mut all = std::env::args().skip(1);
+    while let Some(word) = all.next() {
+        let mut value = || all.next().ok_or_else(|| format!("{word} needs a value"));
+        let number = |text: String| text.parse::<u64>().map_err(|_| format!("{text} is no number"));
+        let list = |text: String| text.split(',').map(str::to_owned).collect::<Vec<String>>();
+        match word.as_str() {
+            "--seeds" => {
+                let text = value()?;
+                let (a, b) = text.split_once("..").ok_or("--seeds A..B")?;
+                found.seeds = (number(a.to_owned())?, number(b.to_owned())?);
+            }
+            "--oracle" => found.oracles = list(value()?),
+            "--without" => found.without = list(value()?),
+            "--known" => found.known.push(value()?),
+            "--keep" => found.keep = Some(value()?.into()),
+            "--threads" => found.threads = number(value()?)? as usize,
+            "--seconds" => found.seconds = Some(number(value()?)?),
+            "--shrink" => found.shrink = number(value()?)?,
+            _ => found.words.push(word),
+        }
+    }
+    Ok(found)
+}
+
+fn main() -> ExitCode {
+    let arguments = match arguments() {
+        Ok(arguments) => arguments,
+        Err(reason) => {
+            eprintln!("{reason}");
+            return ExitCode::from(2);
+        }
+    };
+    keep_panics();
+    match arguments.words.first().map(String::as_str) {
+        Some("print") => {
+            for seed in arguments.seeds.0..arguments.seeds.1 {
+                let case = grammar::case(seed, &arguments.without);
+                println!("{}{}", case.model, case.data);
+            }
+            ExitCode::SUCCESS
+        }
+        Some("run") => run(&arguments),
+        Some("replay") => replay(&arguments),
+        Some("shrink") => shrink(&arguments),
+        _ => {
+            eprintln!("dgd-fuzz run | replay FILE… | shrink FILE | print");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// What a campaign counts.
+#[derive(Default)]
+struct Seen {
+    cases: u64,
+    symptoms: BTreeMap<String, Vec<u64>>,
+}
+
+fn key(finding: &Finding) -> String {
+    format!("{}: {}", finding.oracle, finding.symptom)
+}
+
+/// A campaign that workers share.
+struct Campaign {
+    arguments: Arguments,
+    start: Instant,
+    next: AtomicU64,
+    seen: Mutex<Seen>,
+}
+
+/// What a worker is at: a seed, and since when, in ms.
+struct Worker {
+    seed: AtomicU64,
+    since: AtomicU64,
+    done: AtomicBool,
+}
+
+impl Campaign {
+    fn seen(&self) -> MutexGuard<'_, Seen> {
+        self.seen.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn elapsed(&self) -> u64 {
+        self.start.elapsed().as_millis() as u64
+    }
+
+    /// Judges seeds until there are none, or until this worker was given up.
+    fn work(&self, worker: &Worker) {
+        let arguments = &self.arguments;
+        while !worker.done.load(Ordering::Relaxed) {
+            let seed = self.next.fetch_add(1, Ordering::Relaxed);
+            let late = arguments.seconds.is_some_and(|most| self.elapsed() >= 1000 * most);
+            if seed >= arguments.seeds.1 || late {
+                break;
+            }
+            worker.seed.store(seed, Ordering::Relaxed);
+            worker.since.store(self.elapsed(), Ordering::Relaxed);
+            let case = grammar::case(seed, &arguments.without);
+            let findings = judged(&case, &arguments.oracles);
+            worker.since.store(u64::MAX, Ordering::Relaxed);
+            self.take(seed, &case, findings);
+        }
+        worker.done.store(true, Ordering::Relaxed);
+    }
+
+    /// Counts what was found, and keeps the first of each symptom.
+    fn take(&self, seed: u64, case: &Case, findings: Vec<Finding>) {
+        let mut new = Vec::new();
+        {
+            let mut seen = self.seen();
+            seen.cases += 1;
+            for finding in findings {
+                let key = key(&finding);
+                if self.arguments.known.iter().any(|known| key.contains(known.as_str())) {
+                    continue;
+                }
+                let seeds = seen.symptoms.entry(key).or_default();
+                if seeds.is_empty() {
+                    new.push(finding);
+                }
+                if seeds.last() != Some(&seed) {
+                    seeds.push(seed);
+                }
+            }
+        }
+        for finding in new {
+            println!("seed {seed}: {}\n  {}", key(&finding), finding.detail.replace('\n', "\n  "));
+            if let Some(keep) = &self.arguments.keep {
+                let most = Duration::from_secs(self.arguments.shrink);
+                let small = shrunk(case, &finding, most);
+                let name: String = (key(&finding).chars())
+                    .map(|c| if c.is_ascii_alphanumeric() { c } else { '-' })
+                    .collect();
+                let path = keep.join(format!("{name}-{seed}")).join("model.dgd");
+                if let Err(error) = small.write(&path) {
+                    println!("cannot write {}: {error}", path.display());
+                }
+            }
+        }
+    }
+}
+
+fn run(arguments: &Arguments) -> ExitCode {
+    let campaign = Arc::new(Campaign {
+        arguments: arguments.clone(),
+        start: Instant::now(),
+        next: AtomicU64::new(arguments.seeds.0),
+        seen: Mutex::default(),
+    });
+    let spawn = || {
+        let worker = Arc::new(Worker {
+            seed: AtomicU64::new(0),
+            since: AtomicU64::new(u64::MAX),
+            done: AtomicBool::new(false),
+        });
+        let (campaign, own) = (Arc::clone(&campaign), Arc::clone(&worker));
+        let spawned = thread::Builder::new().stack_size(STACK).spawn(move || campaign.work(&own));
+        if let Err(error) = spawned {
+            println!("no thread: {error}");
+            worker.done.store(true, Ordering::Relaxed);
+        }
+        worker
+    };
+    let mut workers: Vec<Arc<Worker>> = (0..arguments.threads).map(|_| spawn()).collect();
+    while !workers.iter().all(|worker| worker.done.load(Ordering::Relaxed)) {
+        thread::sleep(Duration::from_millis(20));
+        let now = campaign.elapsed();
+        for worker in &mut workers {
+            // A thread cannot be stopped: it is left to itself, and another one goes on.
+            let since = worker.since.load(Ordering::Relaxed);
+            if since < now && now - since > HANG.as_millis() as u64 {
+                worker.done.store(true, Ordering::Relaxed);
+                let seed = worker.seed.load(Ordering::Relaxed);
+                println!("seed {seed} hangs");
+                let mut seen = campaign.seen();
+                seen.cases += 1;
+                seen.symptoms.entry("hangs".to_owned()).or_default().push(seed);
+                drop(seen);
+                *worker = spawn();
+            }
+        }
+    }
+    let seen = campaign.seen();
+    report(&seen, campaign.start);
+    if seen.symptoms.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+fn report(seen: &Seen, start: Instant) {
+    println!("{} models in {:.1} s", seen.cases, start.elapsed().as_secs_f64());
+    for (symptom, seeds) in &seen.symptoms {
+        let some: Vec<String> = seeds.iter().take(6).map(u64::to_string).collect();
+        println!("{:6} {symptom}: {}", seeds.len(), some.join(" "));
+    }
+}
+
+fn replay(arguments: &Arguments) -> ExitCode {
+    let mut failed = false;
+    for path in &arguments.words[1..] {
+        match Case::read(Path::new(path)) {
+            Ok(case) => {
+                for finding in judged(&case, &arguments.oracles) {
+                    failed = true;
+                    println!("{path}: {}\n  {}", key(&finding), finding.detail);
+                }
+            }
+            Err(error) => {
+                failed = true;
+                println!("{path}: {error}");
+            }
+        }
+    }
+    if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS }
+}
+
+fn shrink(arguments: &Arguments) -> ExitCode {
+    let Some(path) = arguments.words.get(1) else { return ExitCode::from(2) };
+    let Ok(case) = Case::read(Path::new(path)) else { return ExitCode::from(2) };
+    for finding in judged(&case, &arguments.oracles) {
+        let small = shrunk(&case, &finding, Duration::from_secs(arguments.shrink));
+        println!("{}\n{}{}", key(&finding), small.model, small.data);
+    }
+    ExitCode::SUCCESS
+}

@@ -1,0 +1,128 @@
+//! A case compiled and loaded.
+
+use dgd_compiler::diagnostics::{Diagnostics, render};
+use dgd_compiler::model::ModelOptions;
+use dgd_compiler::pipeline::{Compiled, Directions, compile};
+use dgd_compiler::source::{Source, Sources};
+use dgd_execute::{Engine, Interpreted, Loaded};
+use dgd_runtime::{
+    Column, Failure, Inputs, Options, Problem, Signature, Solution, System, find_method, simulate,
+    simulate_with_sensitivities,
+};
+
+use crate::case::Case;
+use crate::oracle::Finding;
+
+/// Most steps of a run: those of a thousandth of what bounded models need.
+const MOST_STEPS: usize = 40_000;
+
+/// A case ready to run.
+pub(crate) struct Prepared {
+    pub compiled: Compiled,
+    pub sources: Sources,
+    pub system: Interpreted,
+    /// Made as it is first used.
+    pub native: Loaded,
+    pub inputs: Inputs,
+    pub p: Vec<f64>,
+    pub times: Vec<f64>,
+}
+
+/// Stages 1 to 4 on a case's text.
+pub(crate) fn compiled(
+    case: &Case,
+    directions: &Directions,
+) -> Result<(Compiled, Sources), Finding> {
+    let main = Source { name: "m.dgd".to_owned(), text: case.model.clone() };
+    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let compiled = compile(
+        main,
+        &ModelOptions::default(),
+        directions,
+        &mut |path| case.files.get(path).cloned().ok_or_else(|| "there is no such file".to_owned()),
+        &mut sources,
+        &mut diagnostics,
+    );
+    match compiled {
+        Ok(compiled) => Ok((compiled, sources)),
+        Err(_) => {
+            let all = diagnostics.sorted();
+            let code = all.first().map_or_else(String::new, |first| format!("{:?}", first.code));
+            let text = render::render(&all, &sources, render::Style::Plain);
+            Err(Finding::new("accepted", code, text))
+        }
+    }
+}
+
+impl Prepared {
+    pub(crate) fn new(case: &Case) -> Result<Self, Finding> {
+        let (compiled, sources) = compiled(case, &Directions::All)?;
+        let system = Interpreted::new(compiled.program.clone());
+        let native = Loaded::with_engine(compiled.program.clone(), Engine::Native);
+        let signature = system.signature();
+        let inputs = inputs(case, signature)
+            .map_err(|reason| Finding::new("accepted", "recording", reason))?;
+        let p = signature.parameters.iter().map(|parameter| parameter.value).collect();
+        Ok(Self { times: case.times(), compiled, sources, system, native, inputs, p })
+    }
+
+    pub(crate) fn signature(&self) -> &Signature {
+        self.system.signature()
+    }
+
+    pub(crate) fn problem<'a>(&'a self, p: &'a [f64]) -> Problem<'a, Loaded> {
+        Problem { system: &self.native, p, inputs: &self.inputs, start: &[] }
+    }
+
+    /// A run of this tolerance.
+    pub(crate) fn run(
+        &self,
+        p: &[f64],
+        method: &str,
+        tolerance: f64,
+        sensitivities: bool,
+    ) -> Result<Solution, Failure> {
+        let options = options(method, tolerance);
+        let problem = self.problem(p);
+        if sensitivities {
+            simulate_with_sensitivities(&problem, &self.times, &options)
+        } else {
+            simulate(&problem, &self.times, &options)
+        }
+    }
+}
+
+/// Options of a run by a named method.
+pub(crate) fn options(method: &str, tolerance: f64) -> Options {
+    Options {
+        rtol: tolerance,
+        atol: tolerance,
+        method: find_method(method).unwrap_or_else(|name| panic!("a method {name:?}")),
+        max_steps: MOST_STEPS,
+        ..Options::default()
+    }
+}
+
+/// The recording as a model reads it.
+fn inputs(case: &Case, signature: &Signature) -> Result<Inputs, String> {
+    if signature.inputs.is_empty() {
+        return Ok(Inputs::none());
+    }
+    let (times, columns) = case.recording();
+    let mut values = Vec::new();
+    for input in signature.inputs.iter() {
+        let column =
+            columns.get(&*input.name).ok_or_else(|| format!("no column {}", input.name))?;
+        values.push(
+            column.iter().map(|x| x * input.unit.factor + input.unit.offset).collect::<Vec<f64>>(),
+        );
+    }
+    let columns: Vec<Column<'_>> = (signature.inputs.iter().zip(&values))
+        .map(|(input, values)| Column {
+            name: &input.name,
+            interpolation: input.interpolation,
+            values,
+        })
+        .collect();
+    Inputs::recorded(&times, &columns).map_err(|error| error.to_string())
+}
