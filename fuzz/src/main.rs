@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
@@ -15,6 +15,8 @@ use dgd_fuzz::shrink::shrunk;
 
 /// A case that takes longer hangs.
 const HANG: Duration = Duration::from_secs(20);
+/// Memory that no models need, all workers together.
+const MEMORY: u64 = 4 << 30;
 /// Stack of a worker.
 const STACK: usize = 64 << 20;
 
@@ -26,13 +28,16 @@ struct Arguments {
     without: Vec<String>,
     keep: Option<PathBuf>,
     known: Vec<String>,
+    open: Vec<(u64, String)>,
     threads: usize,
     seconds: Option<u64>,
     shrink: u64,
+    models: u64,
 }
 
 fn arguments() -> Result<Arguments, String> {
-    let mut found = Arguments { seeds: (0, 100), threads: 1, shrink: 10, ..Arguments::default() };
+    let mut found =
+        Arguments { seeds: (0, 100), threads: 1, shrink: 10, models: 50, ..Arguments::default() };
     let mut all = std::env::args().skip(1);
     while let Some(word) = all.next() {
         let mut value = || all.next().ok_or_else(|| format!("{word} needs a value"));
@@ -44,12 +49,29 @@ fn arguments() -> Result<Arguments, String> {
                 let (a, b) = text.split_once("..").ok_or("--seeds A..B")?;
                 found.seeds = (number(a.to_owned())?, number(b.to_owned())?);
             }
+            // A range that follows from a commit's hash.
+            "--seeds-of" => {
+                let text: String = value()?.chars().take(8).collect();
+                let first = u64::from_str_radix(&text, 16).map_err(|_| "--seeds-of HASH")?;
+                found.seeds = (first << 16, (first << 16) + (1 << 16));
+            }
+            "--open" => {
+                let path = value()?;
+                let text = std::fs::read_to_string(&path).map_err(|e| format!("{path}: {e}"))?;
+                found.open = text
+                    .lines()
+                    .filter(|line| !line.starts_with('#') && !line.is_empty())
+                    .filter_map(|line| line.split_once(' '))
+                    .filter_map(|(seed, key)| Some((seed.parse().ok()?, key.to_owned())))
+                    .collect();
+            }
             "--oracle" => found.oracles = list(value()?),
             "--without" => found.without = list(value()?),
             "--known" => found.known.push(value()?),
             "--keep" => found.keep = Some(value()?.into()),
             "--threads" => found.threads = number(value()?)? as usize,
             "--seconds" => found.seconds = Some(number(value()?)?),
+            "--models" => found.models = number(value()?)?,
             "--shrink" => found.shrink = number(value()?)?,
             _ => found.words.push(word),
         }
@@ -77,6 +99,7 @@ fn main() -> ExitCode {
         Some("run") => run(&arguments),
         Some("replay") => replay(&arguments),
         Some("shrink") => shrink(&arguments),
+        Some("rust") => rust(&arguments),
         _ => {
             eprintln!("dgd-fuzz run | replay FILE… | shrink FILE | print");
             ExitCode::from(2)
@@ -88,6 +111,8 @@ fn main() -> ExitCode {
 #[derive(Default)]
 struct Seen {
     cases: u64,
+    /// Findings that are known.
+    left_out: u64,
     symptoms: BTreeMap<String, Vec<u64>>,
 }
 
@@ -146,7 +171,11 @@ impl Campaign {
             seen.cases += 1;
             for finding in findings {
                 let key = key(&finding);
-                if self.arguments.known.iter().any(|known| key.contains(known.as_str())) {
+                let is_known =
+                    self.arguments.known.iter().any(|known| key.contains(known.as_str()));
+                let is_open = self.arguments.open.iter().any(|(s, k)| *s == seed && *k == key);
+                if is_known || is_open {
+                    seen.left_out += 1;
                     continue;
                 }
                 let seeds = seen.symptoms.entry(key).or_default();
@@ -200,6 +229,11 @@ fn run(arguments: &Arguments) -> ExitCode {
     while !workers.iter().all(|worker| worker.done.load(Ordering::Relaxed)) {
         thread::sleep(Duration::from_millis(20));
         let now = campaign.elapsed();
+        if resident().is_some_and(|bytes| bytes > MEMORY) {
+            let seeds: Vec<u64> = workers.iter().map(|w| w.seed.load(Ordering::Relaxed)).collect();
+            println!("more than {MEMORY} bytes of memory, at one of the seeds {seeds:?}");
+            return ExitCode::FAILURE;
+        }
         for worker in &mut workers {
             // A thread cannot be stopped: it is left to itself, and another one goes on.
             let since = worker.since.load(Ordering::Relaxed);
@@ -220,8 +254,17 @@ fn run(arguments: &Arguments) -> ExitCode {
     if seen.symptoms.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
+/// Memory of this process, where the system says it.
+fn resident() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/statm").ok()?;
+    let pages: u64 = text.split_whitespace().nth(1)?.parse().ok()?;
+    Some(pages * 4096)
+}
+
 fn report(seen: &Seen, start: Instant) {
-    println!("{} models in {:.1} s", seen.cases, start.elapsed().as_secs_f64());
+    let (cases, left_out) = (seen.cases, seen.left_out);
+    let seconds = start.elapsed().as_secs_f64();
+    println!("{cases} models in {seconds:.1} s, {left_out} known findings left out");
     for (symptom, seeds) in &seen.symptoms {
         let some: Vec<String> = seeds.iter().take(6).map(u64::to_string).collect();
         println!("{:6} {symptom}: {}", seeds.len(), some.join(" "));
@@ -255,4 +298,40 @@ fn shrink(arguments: &Arguments) -> ExitCode {
         println!("{}\n{}{}", key(&finding), small.model, small.data);
     }
     ExitCode::SUCCESS
+}
+
+/// Models of one program: as many as rustc compiles in a minute or two.
+const BATCH: u64 = 50;
+
+/// Generated Rust against the interpreter, in batches.
+fn rust(arguments: &Arguments) -> ExitCode {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let file = folder.join("batch.rs");
+    let target = std::env::current_exe().ok();
+    let target =
+        target.as_deref().and_then(Path::parent).map(Path::to_path_buf).unwrap_or_default();
+    let (first, last) = (arguments.seeds.0, arguments.seeds.0 + arguments.models);
+    let (mut compared, mut failed) = (0, false);
+    let mut seed = first;
+    while seed < last {
+        let next = (seed + BATCH).min(last);
+        let (text, count) = dgd_fuzz::generated::program(seed..next, &arguments.without);
+        let written = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&file, text));
+        if let Err(error) = written {
+            println!("cannot write {}: {error}", file.display());
+            return ExitCode::from(2);
+        }
+        let built = Command::new("cargo")
+            .args(["build", "--quiet", "--profile", "test", "-p", "dgd-fuzz", "--example", "batch"])
+            .status();
+        let ran = built.is_ok_and(|status| status.success())
+            && Command::new(target.join("examples/batch")).status().is_ok_and(|s| s.success());
+        println!("seeds {seed}..{next}: {count} models {}", if ran { "agree" } else { "fail" });
+        compared += count;
+        failed |= !ran;
+        seed = next;
+    }
+    let _ = std::fs::remove_file(&file);
+    println!("{compared} models as generated Rust");
+    if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }

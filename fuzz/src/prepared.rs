@@ -19,7 +19,6 @@ const MOST_STEPS: usize = 40_000;
 /// A case ready to run.
 pub(crate) struct Prepared {
     pub compiled: Compiled,
-    pub sources: Sources,
     pub system: Interpreted,
     /// Made as it is first used.
     pub native: Loaded,
@@ -56,14 +55,14 @@ pub(crate) fn compiled(
 
 impl Prepared {
     pub(crate) fn new(case: &Case) -> Result<Self, Finding> {
-        let (compiled, sources) = compiled(case, &Directions::All)?;
+        let (compiled, _) = compiled(case, &Directions::All)?;
         let system = Interpreted::new(compiled.program.clone());
         let native = Loaded::with_engine(compiled.program.clone(), Engine::Native);
         let signature = system.signature();
         let inputs = inputs(case, signature)
             .map_err(|reason| Finding::new("accepted", "recording", reason))?;
         let p = signature.parameters.iter().map(|parameter| parameter.value).collect();
-        Ok(Self { times: case.times(), compiled, sources, system, native, inputs, p })
+        Ok(Self { times: case.times(), compiled, system, native, inputs, p })
     }
 
     pub(crate) fn signature(&self) -> &Signature {

@@ -37,10 +37,11 @@ fn unit_of(unit: Option<&Unit>) -> Option<(f64, f64)> {
 }
 
 /// Whether an expression is made of plain numbers, which are in the declared unit.
-fn is_plain(expr: &Expr) -> bool {
+pub(crate) fn is_plain(expr: &Expr) -> bool {
     match &expr.kind {
         ExprKind::Number { unit, .. } => unit.is_none(),
-        ExprKind::Name(_) | ExprKind::Element(..) => false,
+        ExprKind::Name(name) => name == "pi",
+        ExprKind::Element(..) => false,
         _ => dgd_compiler::syntax::visit::operands(expr).into_iter().all(is_plain),
     }
 }

@@ -31,8 +31,8 @@ pub(crate) enum Reads {
     Start,
     /// Everything.
     All,
-    /// What equations that are differentiated may read.
-    Smooth,
+    /// What a loop may read.
+    Loop,
 }
 
 /// A function that was declared.
@@ -164,7 +164,10 @@ impl Writer {
                 matches!(known.kind, Kind::Constant | Kind::Parameter | Kind::Input)
             }
             Reads::All => !matches!(known.kind, Kind::Hidden),
-            Reads::Smooth => matches!(known.kind, Kind::Constant | Kind::Parameter | Kind::State),
+            Reads::Loop => matches!(
+                known.kind,
+                Kind::Constant | Kind::Parameter | Kind::Input | Kind::State | Kind::Array(_)
+            ),
         })
     }
 
@@ -201,6 +204,9 @@ impl Writer {
             self.several(Place::Input, 1, 2);
         }
         self.several(Place::State, 1, 3);
+        if self.random.chance(0.15) {
+            self.several(Place::Whole, 1, 1);
+        }
         if self.random.chance(0.6) {
             self.several(Place::Between, 1, 3);
         }

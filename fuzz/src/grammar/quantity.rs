@@ -97,8 +97,12 @@ pub(crate) enum Kind {
     Unknown,
     /// A `let` of anything.
     Let,
-    /// An array, with its first and last index.
-    Array(i32, i32),
+    /// An array, with its last index, from 1.
+    Array(u32),
+    /// A parameter that is a time, for delays and onsets.
+    Delay,
+    /// An unknown of a part.
+    OfPart,
     /// Not to be read: the state that the equation at hand determines, once more.
     Hidden,
 }
@@ -119,8 +123,9 @@ impl Known {
     /// How it is read; an array by the index of the loop, or by its last.
     pub(crate) fn text(&self, index: Option<&str>) -> Option<String> {
         match (self.kind, index) {
-            (Kind::Array(..), Some(index)) => Some(format!("{}[{index}]", self.name)),
-            (Kind::Array(_, last), None) => Some(format!("{}[{last}]", self.name)),
+            (Kind::Array(_), Some(index)) => Some(format!("{}[{index}]", self.name)),
+            (Kind::Array(last), None) => Some(format!("{}[{last}]", self.name)),
+            (Kind::Delay, _) => None,
             _ => Some(self.name.clone()),
         }
     }

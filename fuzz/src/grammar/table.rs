@@ -22,6 +22,8 @@ pub enum Place {
     Input,
     /// An item: a state.
     State,
+    /// Several items that belong together: an array with its loop, a part, states that are tied.
+    Whole,
     /// An item before equations: `let`, `function`.
     Between,
     /// An unknown with its equation.
@@ -56,7 +58,7 @@ const fn row(
 
 use Place::{
     Beside, Between, Condition, Equation, Input, Leaf, Output, Quantity, Scalar, State, Unknown,
-    Value,
+    Value, Whole,
 };
 
 /// The table.
@@ -67,6 +69,18 @@ pub const TABLE: &[Row] = &[
     row(Leaf, 1, "pi", |_, _| "pi/3".to_owned()),
     row(Leaf, 1, "delay of an input", |w, _| delayed(w, Kind::Input)),
     row(Leaf, 1, "delay of a state", |w, _| delayed(w, Kind::State)),
+    row(Leaf, 1, "delay that varies", |w, _| {
+        if w.reads != Reads::All || w.index.is_some() || !w.arguments.is_empty() {
+            return w.read();
+        }
+        let states = w.of_kind(Kind::State);
+        if states.is_empty() || w.random.chance(0.6) {
+            return w.read();
+        }
+        let x = w.random.pick(&states).clone();
+        let tau = format!("({} + 0.1*sin(time/1 [s]))*1 [s]", w.random.below(3) + 1);
+        x.scale.over_size(&format!("delay({}, {tau})", x.name), None)
+    }),
     // Sums and products.
     row(Scalar, 8, "a + b", |w, d| format!("({} + {})", w.scalar(d), w.scalar(d))),
     row(Scalar, 8, "a - b", |w, d| format!("({} - {})", w.scalar(d), w.scalar(d))),
@@ -168,11 +182,19 @@ pub const TABLE: &[Row] = &[
     row(Condition, 3, "condition on time", |w, _| {
         let sign = *w.random.pick(&["<", "<=", ">", ">="]);
         match w.reads {
-            Reads::Parameters | Reads::Start | Reads::Smooth => {
+            Reads::Parameters | Reads::Start => {
                 format!("{} {sign} 0.3", w.scalar(0))
             }
-            Reads::All => format!("time {sign} {} [s]", w.positive()),
+            Reads::All | Reads::Loop => format!("time {sign} {} [s]", w.positive()),
         }
+    }),
+    row(Condition, 2, "pulse", |w, _| {
+        let onsets = w.of_kind(Kind::Delay);
+        if onsets.is_empty() || w.reads != Reads::All {
+            return format!("{} > 0.2", w.scalar(0));
+        }
+        let onset = w.random.pick(&onsets).name.clone();
+        format!("(time > {onset} and time <= {onset} + {} [s])", w.positive())
     }),
     row(Condition, 2, "and", |w, d| format!("({} and {})", w.condition(d), w.condition(d))),
     row(Condition, 2, "or", |w, d| format!("({} or {})", w.condition(d), w.condition(d))),
@@ -197,6 +219,11 @@ pub const TABLE: &[Row] = &[
         format!("constant {name} = {value}")
     }),
     row(Value, 6, "parameter", |w, _| parameter(w)),
+    row(Value, 2, "parameter that is a time", |w, _| {
+        let name = w.name("t");
+        w.known.push(Known::new(&name, &SCALES[0], Kind::Delay));
+        format!("parameter {name} [s] = {}  in 0 ..", w.positive())
+    }),
     row(Input, 2, "input hold", |w, _| {
         let scale = w.scale();
         let name = w.name("u");
@@ -228,6 +255,35 @@ pub const TABLE: &[Row] = &[
         w.declare(&name, scale, Kind::State);
         format!("state {name} {} = {}", scale.brackets(), scale.quantity(&format!("tanh({start})")))
     }),
+    row(State, 1, "history", |w, _| {
+        let scale = w.scale();
+        let name = w.name("x");
+        let start = w.random.between(-1.0, 1.0);
+        let slope = w.random.between(-0.5, 0.5);
+        let before = scale.quantity(&format!("{start:.2} + {slope:.2}*sin(time/1 [s])"));
+        w.declare(&name, scale, Kind::State);
+        format!(
+            "state {name} {} = {}  history {before}",
+            scale.brackets(),
+            scale.quantity(&format!("{start:.2}"))
+        )
+    }),
+    // Items that belong together.
+    row(Whole, 3, "array with a loop", |w, d| array(w, d)),
+    row(Whole, 1, "sum over an array", |w, d| sum_of_array(w, d)),
+    row(Whole, 2, "tied states", |w, _| tied(w)),
+    row(Whole, 2, "part", |w, d| part(w, d)),
+    row(Whole, 1, "oscillator", |w, _| {
+        let (x, v) = (w.name("x"), w.name("x"));
+        let (a, b) = (w.name("e"), w.name("e"));
+        let k = w.positive();
+        let line = format!(
+            "state {x} [m] = 0.3\nstate {v} [m/s] = 0\nequation {a}: der({x}) = {v}\n\
+             equation {b}: 2 [kg]*der({v}) = -{k} [N/m]*{x} - 0.5 [N*s/m]*{v}"
+        );
+        w.known.push(Known::new(&format!("({x}/0.1 [m])"), &SCALES[0], Kind::OfPart));
+        line
+    }),
     // Between values and equations.
     row(Between, 4, "let", |w, d| {
         let value = w.scalar(d);
@@ -243,6 +299,7 @@ pub const TABLE: &[Row] = &[
         format!("let {name} {} = {}", scale.brackets(), scale.quantity(&value))
     }),
     row(Between, 2, "function", |w, d| function(w, d)),
+    row(Between, 1, "import", |w, d| library(w, d)),
     // Unknowns.
     row(Unknown, 4, "unknown = e", |w, d| unknown(w, d, |y, e| format!("{y} = {e}"))),
     row(Unknown, 1, "unknown = min", |w, d| {
@@ -278,6 +335,44 @@ pub const TABLE: &[Row] = &[
         let rate = format!("der({}){}", x.name, x.scale.rate_over("/"));
         format!("equation {label}: {rate} + 0.5*tanh({rate}) = {f}")
     }),
+    row(Equation, 1, "variant", |w, d| {
+        let x = w.determined();
+        let (variant, label) = (w.name("v"), w.name("e"));
+        let (f, g) = (rate(w, &x, d), rate(w, &x, d));
+        let (der, unit) = (format!("der({})", x.name), x.scale.rate_over("*"));
+        format!(
+            "variant {variant} {{\n  a {{ equation {label}: {der} = ({f}){unit} }}\n  \
+             b {{ equation {label}: 2*{der} = ({g}){unit} }}\n}}"
+        )
+    }),
+    row(Equation, 1, "two phases", |w, d| {
+        let x = w.determined();
+        let (block, label) = (w.name("b"), w.name("e"));
+        let (f, g) = (rate(w, &x, d), rate(w, &x, d));
+        let (der, unit) = (format!("der({})", x.name), x.scale.rate_over("*"));
+        let outer = std::mem::replace(&mut w.reads, Reads::Start);
+        let watched = w.scalar(1);
+        w.reads = outer;
+        format!(
+            "modes {block} {{\n  a {{ equation {label}: {der} = ({f}){unit} }}\n  \
+             b {{ equation {label}: {der} = ({g}){unit} }}\n  \
+             a -> b when time rises above {} [s]\n  start b if {watched} > 5\n}}",
+            w.positive()
+        )
+    }),
+    row(Equation, 1, "derivative with a name", |w, d| {
+        let x = w.determined();
+        let (label, other, rate_name) = (w.name("e"), w.name("e"), w.name("y"));
+        let f = rate(w, &x, d);
+        let unit = x.scale.rate;
+        format!(
+            "unknown {rate_name} [{unit}]\nequation {other}: {rate_name} = der({})\n\
+             equation {label}: der({}) = ({f}){} - 0.2*{rate_name}",
+            x.name,
+            x.name,
+            x.scale.rate_over("*")
+        )
+    }),
     // Beside equations.
     row(Beside, 3, "when", |w, d| when(w, d)),
     row(Beside, 2, "saturate", |w, _| saturate(w)),
@@ -296,6 +391,17 @@ pub const TABLE: &[Row] = &[
         let known = w.random.pick(&names).clone();
         let line = format!("output {}", known.name);
         if w.lines.iter().any(|other| *other == line) { String::new() } else { line }
+    }),
+    row(Output, 1, "remark", |w, d| {
+        let (name, value) = (w.name("o"), w.scalar(d));
+        format!("# A remark.\n/// A doc comment.\noutput {name} = {value}    /// and another one")
+    }),
+    row(Output, 1, "output of an array", |w, _| {
+        let arrays: Vec<Known> =
+            w.known.iter().filter(|known| matches!(known.kind, Kind::Array(_))).cloned().collect();
+        let Some(array) = arrays.first() else { return String::new() };
+        let line = format!("output {} {}", array.name, array.scale.brackets());
+        if w.lines.contains(&line) { String::new() } else { line }
     }),
     row(Output, 1, "output of a delayed state", |w, _| {
         let states = w.of_kind(Kind::State);
@@ -320,7 +426,8 @@ impl Writer {
 fn time(w: &mut Writer, text: &str) -> String {
     match w.reads {
         Reads::All => format!("({text})"),
-        Reads::Parameters | Reads::Start | Reads::Smooth => w.number(),
+        Reads::Loop => format!("({text})"),
+        Reads::Parameters | Reads::Start => w.number(),
     }
 }
 
@@ -350,7 +457,12 @@ fn delayed(w: &mut Writer, kind: Kind) -> String {
         return w.read();
     }
     let known = w.random.pick(&known).clone();
-    let tau = format!("{} [s]", w.positive());
+    let times = w.of_kind(Kind::Delay);
+    let tau = if times.is_empty() || w.random.chance(0.4) {
+        format!("{} [s]", w.positive())
+    } else {
+        w.random.pick(&times).name.clone()
+    };
     known.scale.over_size(&format!("delay({}, {tau})", known.name), None)
 }
 
@@ -450,6 +562,10 @@ fn two_unknowns(w: &mut Writer, d: u32) -> String {
 fn when(w: &mut Writer, _: u32) -> String {
     let states = w.of_kind(Kind::State);
     let x = w.random.pick(&states).clone();
+    let (bound, reset) = (format!("saturate {} ", x.name), format!("reset {} ", x.name));
+    if w.lines.iter().any(|line| line.starts_with(&bound) || line.contains(&reset)) {
+        return String::new();
+    }
     let threshold = w.random.between(-0.8, 0.8);
     let rises = w.random.chance(0.5);
     let back = threshold + if rises { -0.6 } else { 0.6 };
@@ -472,8 +588,9 @@ fn saturate(w: &mut Writer) -> String {
     let states = w.of_kind(Kind::State);
     let x = w.random.pick(&states).clone();
     let bound = w.random.between(0.2, 1.0);
-    let head = format!("saturate {} ", x.name);
-    if w.lines.iter().any(|line| line.starts_with(&head)) {
+    // One bound, and none that a reset goes beyond without end.
+    let (head, reset) = (format!("saturate {} ", x.name), format!("reset {} ", x.name));
+    if w.lines.iter().any(|line| line.starts_with(&head) || line.contains(&reset)) {
         return String::new();
     }
     if w.random.chance(0.5) {
@@ -507,4 +624,124 @@ fn modes(w: &mut Writer, d: u32) -> String {
         scale.quantity(&format!("{high:.2}")),
         scale.quantity(&format!("{low:.2}")),
     )
+}
+
+/// A line of cells, each drawn to the one before it.
+fn array(w: &mut Writer, d: u32) -> String {
+    let scale = w.scale();
+    let (size, name) = (w.name("n"), w.name("z"));
+    let count = 2 + w.random.below(4) as u32;
+    let (first, cell) = (w.name("e"), w.name("e"));
+    let inflow = w.scalar(d);
+    let rate = scale.rate_over("*");
+    let (z, before) = (
+        scale.over_size(&format!("{name}[i]"), None),
+        scale.over_size(&format!("{name}[i-1]"), None),
+    );
+    let start = if scale.offset || w.random.chance(0.5) {
+        format!("state {name}[1..{size}] {} = {:.2}", scale.brackets(), scale.value(0.2))
+    } else {
+        let of = scale.quantity("0.2*i - 0.3");
+        format!("state {name}[i in 1..{size}] {} = {of}", scale.brackets())
+    };
+    w.declare(&name, scale, Kind::Array(count));
+    let (outer, index) = (w.reads, w.index.take());
+    w.reads = Reads::Loop;
+    w.index = Some("i".to_owned());
+    let (source, loop_let) = (w.scalar(d), w.name("l"));
+    w.reads = outer;
+    w.index = index;
+    let end = scale.over_size(&format!("{name}[1]"), None);
+    let inner = if w.random.chance(0.3) {
+        format!(
+            "let {loop_let}[i] = tanh({source})\n  equation {cell}[i]: der({name}[i]) = ({before} - {z} + {loop_let}[i]){rate}"
+        )
+    } else {
+        format!("equation {cell}[i]: der({name}[i]) = ({before} - {z} + sin({source})){rate}")
+    };
+    format!(
+        "size {size} = {count}\n{start}\nequation {first}: der({name}[1]) = (tanh({inflow}) - {end}){rate}\n\
+         for i in 2..{size} {{\n  {inner}\n}}"
+    )
+}
+
+/// An array that another one adds up.
+fn sum_of_array(w: &mut Writer, d: u32) -> String {
+    let (m, total, label, other, none) =
+        (w.name("z"), w.name("z"), w.name("e"), w.name("e"), w.name("e"));
+    let outer = w.reads;
+    w.reads = Reads::Parameters;
+    let k = w.scalar(d.min(1));
+    w.reads = outer;
+    w.known.push(Known::new(&format!("{total}[3]"), &SCALES[0], Kind::OfPart));
+    format!(
+        "state {m}[i in 1..3] = 0.1*i\nunknown {total}[0..3] = 0\n\
+         for i in 1..3 {{\n  equation {label}[i]: der({m}[i]) = (0.3*i - {m}[i] + tanh({k}))/1 [s]\n  \
+         equation {other}[i]: {total}[i] = {total}[i-1] + {m}[i]\n}}\nequation {none}: {total}[0] = 0"
+    )
+}
+
+/// Two states that are tied, one of which has an unknown beside it: an equation that is differentiated.
+fn tied(w: &mut Writer) -> String {
+    let (x, y, q) = (w.name("x"), w.name("y"), w.name("y"));
+    let labels = [w.name("e"), w.name("e"), w.name("e")];
+    let outer = w.reads;
+    w.reads = Reads::Parameters;
+    let k = w.scalar(1);
+    w.reads = outer;
+    let tie = match w.random.below(3) {
+        0 => format!("{y} = {x}"),
+        1 => format!("{y} = 0.5*{x} + 0.2*sin({x})"),
+        _ => format!("{y} + 0.3*{y}^3 = {x} + tanh({k})"),
+    };
+    w.declare(&x, &SCALES[0], Kind::OfPart);
+    w.declare(&q, &SCALES[0], Kind::OfPart);
+    format!(
+        "state {x} = 0.4\nstate {y} = 0.3\nunknown {q}\n\
+         equation {}: der({x}) = (cos(2*time/1 [s]) - {x} - {q})/1 [s]\n\
+         equation {}: der({y}) = (2*{q} - 0.3*{y})/1 [s]\nequation {}: {tie}",
+        labels[0], labels[1], labels[2]
+    )
+}
+
+/// A model inside this one.
+fn part(w: &mut Writer, d: u32) -> String {
+    let (name, file) = (w.name("s"), w.name("part"));
+    let inflow = w.scalar(d.min(2));
+    let text = format!(
+        "model {file}\nparameter a = 0.5  in 0 .. 2\nconstant b = 1.5\ninput q [1] hold\nstate h = 0.2\n\
+         function loss(x) = x*abs(x)\nvariant form {{\n  linear {{ let out = a*h }}\n  quadratic {{ let out = a*loss(h) }}\n}}\n\
+         equation level: der(h) = (b*q - out)/1 [s]\noutput twice = 2*out\n"
+    );
+    w.files.insert(format!("{file}.dgd"), text);
+    w.declare(&format!("{name}.h"), &SCALES[0], Kind::OfPart);
+    w.declare(&format!("{name}.twice"), &SCALES[0], Kind::OfPart);
+    let arguments = match w.random.below(4) {
+        0 => "",
+        1 => "(a = 0.8)",
+        2 => "(form = quadratic)",
+        _ => "(a = 0.3, h = 0.4, form = quadratic)",
+    };
+    format!(
+        "import \"{file}.dgd\"\npart {name}: {file}{arguments}\n{name}.q = sin({inflow})\noutput {name}.h"
+    )
+}
+
+/// A library with a constant and a function.
+fn library(w: &mut Writer, d: u32) -> String {
+    let (file, c, f) = (w.name("lib"), w.name("c"), w.name("f"));
+    let known = std::mem::take(&mut w.known);
+    w.known.push(Known::new(&c, &SCALES[2], Kind::Constant));
+    w.arguments = vec!["a0".to_owned(), "(a1/10 [cm])".to_owned()];
+    let outer = w.reads;
+    w.reads = Reads::Parameters;
+    let body = w.scalar(d.min(2));
+    w.reads = outer;
+    w.arguments = Vec::new();
+    w.known = known;
+    let text = format!("constant {c} [cm] = 7\nfunction {f}(a0, a1 [cm]) = {body}\n");
+    w.files.insert(format!("{file}.dgd"), text);
+    w.declare(&c, &SCALES[2], Kind::Constant);
+    w.functions.push(Function { name: f, arguments: vec![&SCALES[0], &SCALES[2]] });
+    format!("import \"{file}.dgd\"")
 }

@@ -146,6 +146,29 @@ pub(crate) fn bits(system: &impl System, at: &At) -> Vec<Vec<u64>> {
     all.iter().map(|values| values.iter().map(|x| bits_of(*x)).collect()).collect()
 }
 
+/// Whether a model of generated Rust is what the interpreter makes of the case of this seed; otherwise
+/// where it is not.
+///
+/// # Errors
+///
+/// The place and the function.
+pub fn generated_agrees(case: &Case, generated: &impl System) -> Result<(), String> {
+    let prepared = Prepared::new(case).map_err(|finding| finding.detail)?;
+    if generated.signature() != prepared.system.signature() {
+        return Err("the signatures differ".to_owned());
+    }
+    let mut random = Random::new(17);
+    let places = places(&prepared, &mut random);
+    let special: Vec<At> = places.first().map(special_places).unwrap_or_default();
+    for at in places.iter().chain(&special) {
+        let (a, b) = (bits(&prepared.system, at), bits(generated, at));
+        if let Some(function) = a.iter().zip(&b).position(|(a, b)| a != b) {
+            return Err(format!("array {function} at {at:?}"));
+        }
+    }
+    Ok(())
+}
+
 /// Numbers at which functions do something special.
 const SPECIAL: [f64; 8] =
     [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -0.0, f64::MIN_POSITIVE, 1e-310, -1e300];

@@ -7,6 +7,8 @@ mod rewritten;
 mod runs;
 mod written;
 
+pub use engines::generated_agrees;
+
 use std::cell::RefCell;
 use std::panic::{self, AssertUnwindSafe};
 

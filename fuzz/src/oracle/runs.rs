@@ -21,7 +21,7 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    fn new(prepared: &Prepared, p: &[f64], solution: Solution) -> Self {
+    pub(super) fn new(prepared: &Prepared, p: &[f64], solution: Solution) -> Self {
         let observations = observe(&prepared.problem(p), &solution);
         Self { solution, observations }
     }

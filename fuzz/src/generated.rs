@@ -1,0 +1,41 @@
+//! Many models as generated Rust in one program, which compares them with the interpreter.
+
+use std::fmt::Write;
+
+use dgd_compiler::codegen::generate;
+use dgd_compiler::pipeline::Directions;
+
+use crate::grammar;
+use crate::prepared::compiled;
+
+/// The text of a program that compares the models of these seeds, and how many they are: those that do
+/// not compile at all are found otherwise.
+pub fn program(seeds: std::ops::Range<u64>, without: &[String]) -> (String, usize) {
+    let (mut modules, mut calls, mut count) = (String::new(), String::new(), 0);
+    for seed in seeds {
+        let case = grammar::case(seed, without);
+        let made = std::panic::catch_unwind(|| compiled(&case, &Directions::All));
+        let Ok(Ok((compiled, sources))) = made else { continue };
+        let tokens = generate(&compiled.program, &format!("m{seed}"), &sources).to_string();
+        // Laid out, so that what rustc says of it can be read.
+        let text = syn::parse_file(&tokens).map_or(tokens, |file| prettyplease::unparse(&file));
+        modules.push_str(&text);
+        let _ = writeln!(calls, "    failed |= check({seed}, &m{seed}::Model);");
+        count += 1;
+    }
+    let without: Vec<String> = without.iter().map(|name| format!("{name:?}.to_owned()")).collect();
+    let text = format!(
+        "//! Made by `dgd-fuzz rust`.\n\
+         #![allow(clippy::all, clippy::pedantic, missing_docs)]\n\n\
+         fn check(seed: u64, system: &impl dgd::System) -> bool {{\n    \
+             let without: Vec<String> = vec![{}];\n    \
+             let case = dgd_fuzz::grammar::case(seed, &without);\n    \
+             let result = dgd_fuzz::oracle::generated_agrees(&case, system);\n    \
+             if let Err(reason) = &result {{ println!(\"seed {{seed}}: {{reason}}\"); }}\n    \
+             result.is_err()\n}}\n\n\
+         fn main() {{\n    let mut failed = false;\n{calls}    \
+             std::process::exit(i32::from(failed));\n}}\n\n{modules}",
+        without.join(", ")
+    );
+    (text, count)
+}
