@@ -5,6 +5,8 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
+use crate::prepared::EFFECT;
+
 /// What the oracles judge.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
@@ -42,6 +44,9 @@ impl Case {
                     unread.push(text);
                 }
             }
+        }
+        if let Ok(text) = fs::read_to_string(folder.join(EFFECT)) {
+            files.insert(EFFECT.to_owned(), text);
         }
         let mut case = Case { model, files, data, until: 2.0 };
         if let Some(last) = case.recording().0.last() {

@@ -27,6 +27,7 @@ struct Arguments {
     oracles: Vec<String>,
     without: Vec<String>,
     keep: Option<PathBuf>,
+    findings: Option<PathBuf>,
     known: Vec<String>,
     open: Vec<(u64, String)>,
     threads: usize,
@@ -68,6 +69,7 @@ fn arguments() -> Result<Arguments, String> {
             "--oracle" => found.oracles = list(value()?),
             "--without" => found.without = list(value()?),
             "--known" => found.known.push(value()?),
+            "--findings" => found.findings = Some(value()?.into()),
             "--keep" => found.keep = Some(value()?.into()),
             "--threads" => found.threads = number(value()?)? as usize,
             "--seconds" => found.seconds = Some(number(value()?)?),
@@ -243,7 +245,11 @@ fn run(arguments: &Arguments) -> ExitCode {
                 println!("seed {seed} hangs");
                 let mut seen = campaign.seen();
                 seen.cases += 1;
-                seen.symptoms.entry("hangs".to_owned()).or_default().push(seed);
+                if arguments.open.iter().any(|(s, key)| *s == seed && key == "hangs") {
+                    seen.left_out += 1;
+                } else {
+                    seen.symptoms.entry("hangs".to_owned()).or_default().push(seed);
+                }
                 drop(seen);
                 *worker = spawn();
             }
@@ -251,6 +257,17 @@ fn run(arguments: &Arguments) -> ExitCode {
     }
     let seen = campaign.seen();
     report(&seen, campaign.start);
+    if let Some(path) = &arguments.findings {
+        // As `--open` reads them.
+        let mut lines: Vec<(u64, &str)> = (seen.symptoms.iter())
+            .flat_map(|(key, seeds)| seeds.iter().map(move |seed| (*seed, key.as_str())))
+            .collect();
+        lines.sort_unstable();
+        let text: String = lines.iter().map(|(seed, key)| format!("{seed} {key}\n")).collect();
+        if let Err(error) = std::fs::write(path, text) {
+            println!("cannot write {}: {error}", path.display());
+        }
+    }
     if seen.symptoms.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 

@@ -1,9 +1,11 @@
 //! A case compiled and loaded.
 
-use dgd_compiler::diagnostics::{Diagnostics, render};
+use dgd_compiler::diagnostics::{Diagnostics, Reported, render};
+use dgd_compiler::effects::{Application, Blending, Effect, apply};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Compiled, Directions, compile};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::{Compiled, Directions, compile, compile_asts, load};
+use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::syntax::parse;
 use dgd_execute::{Engine, Interpreted, Loaded};
 use dgd_runtime::{
     Column, Failure, Inputs, Options, Problem, Signature, Solution, System, find_method, simulate,
@@ -27,30 +29,53 @@ pub(crate) struct Prepared {
     pub times: Vec<f64>,
 }
 
-/// Stages 1 to 4 on a case's text.
+/// The file of an effect that is applied to the model.
+pub(crate) const EFFECT: &str = "applied.dgd";
+
+/// Stages 1 to 4 on a case's text, and on what its effect makes of it.
 pub(crate) fn compiled(
     case: &Case,
     directions: &Directions,
 ) -> Result<(Compiled, Sources), Finding> {
-    let main = Source { name: "m.dgd".to_owned(), text: case.model.clone() };
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let compiled = compile(
-        main,
-        &ModelOptions::default(),
-        directions,
-        &mut |path| case.files.get(path).cloned().ok_or_else(|| "there is no such file".to_owned()),
-        &mut sources,
-        &mut diagnostics,
-    );
-    match compiled {
+    let made = stages(case, directions, &mut sources, &mut diagnostics);
+    match made {
         Ok(compiled) => Ok((compiled, sources)),
-        Err(_) => {
+        Err(Reported { .. }) => {
             let all = diagnostics.sorted();
             let code = all.first().map_or_else(String::new, |first| format!("{:?}", first.code));
             let text = render::render(&all, &sources, render::Style::Plain);
             Err(Finding::new("accepted", code, text))
         }
     }
+}
+
+fn stages(
+    case: &Case,
+    directions: &Directions,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Compiled, Reported> {
+    let main = Source { name: "m.dgd".to_owned(), text: case.model.clone() };
+    let mut read = |path: &str| {
+        case.files.get(path).cloned().ok_or_else(|| "there is no such file".to_owned())
+    };
+    let Some(text) = case.files.get(EFFECT) else {
+        return compile(
+            main,
+            &ModelOptions::default(),
+            directions,
+            &mut read,
+            sources,
+            diagnostics,
+        );
+    };
+    let asts = load(main, &mut read, sources, diagnostics)?;
+    let id = sources.add(Source { name: EFFECT.to_owned(), text: text.clone() });
+    let effect = Effect::read(parse(id, sources, diagnostics)?, diagnostics)?;
+    let application = Application { effect: &effect, arguments: Vec::new(), span: Span::default() };
+    let applied = apply(&asts, &[application], Blending::Applied, diagnostics)?;
+    compile_asts(applied.asts, &ModelOptions::default(), directions, diagnostics)
 }
 
 impl Prepared {

@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use crate::case::Case;
+use crate::prepared::EFFECT;
 use crate::random::Random;
 use quantity::{Kind, Known, SCALES, Scale};
 pub use table::{Place, TABLE};
@@ -224,6 +225,12 @@ impl Writer {
             self.several(Place::Beside, 1, 2);
         }
         self.several(Place::Output, 1, 3);
+        if self.random.chance(0.08)
+            && let Some(text) = self.write(Place::Effect, 1)
+        {
+            let head = format!("effect applied on m{seed}\n");
+            self.files.insert(EFFECT.to_owned(), head + &text);
+        }
         let (data, until) = self.recording();
         let model = self.lines.join("\n") + "\n";
         Case { model, files: std::mem::take(&mut self.files), data, until }

@@ -34,6 +34,8 @@ pub enum Place {
     Beside,
     /// An output.
     Output,
+    /// What an effect on the model says.
+    Effect,
 }
 
 /// A form of the language.
@@ -57,8 +59,8 @@ const fn row(
 }
 
 use Place::{
-    Beside, Between, Condition, Equation, Input, Leaf, Output, Quantity, Scalar, State, Unknown,
-    Value, Whole,
+    Beside, Between, Condition, Effect, Equation, Input, Leaf, Output, Quantity, Scalar, State,
+    Unknown, Value, Whole,
 };
 
 /// The table.
@@ -410,7 +412,55 @@ pub const TABLE: &[Row] = &[
         let late = format!("delay({}, {} [s])", x.name, w.positive());
         format!("output {name} = {}", x.scale.over_size(&late, None))
     }),
+    // Effects.
+    row(Effect, 2, "effect on a parameter", |w, _| {
+        let known = w.of_kind(Kind::Parameter);
+        let name = known.first().map_or_else(|| "time".to_owned(), |known| known.name.clone());
+        if known.is_empty() {
+            return effect_on_output(w);
+        }
+        format!(
+            "kind plant\nparameter more = 0.2\nnull more = 0\nreplace {name} by {name}*(1 + more)\n"
+        )
+    }),
+    row(Effect, 1, "effect on an input", |w, _| {
+        let known = w.of_kind(Kind::Input);
+        let Some(known) = known.first() else { return effect_on_output(w) };
+        let name = &known.name;
+        format!(
+            "kind input\nparameter late [s] = 0.3  in 0 ..\nreplace {name} by delay({name}, late)\n"
+        )
+    }),
+    row(Effect, 1, "effect on an output", |w, _| effect_on_output(w)),
+    row(Effect, 2, "effect on an equation", |w, _| {
+        // The state's equation, where it is not within a block.
+        let states = w.of_kind(Kind::State);
+        for x in &states {
+            let der = format!(": der({}) = ", x.name);
+            let line =
+                w.lines.iter().find(|line| line.starts_with("equation ") && line.contains(&der));
+            if let Some(label) = line.and_then(|line| line.split([' ', ':']).nth(1)) {
+                let unit = x.scale.rate_over("*");
+                return format!(
+                    "kind plant\nparameter pull = 0.1\nnull pull = 0\nadd pull*cos(time/1 [s]){unit} to {label}\n"
+                );
+            }
+        }
+        effect_on_output(w)
+    }),
 ];
+
+/// A sensor that reads too much.
+fn effect_on_output(w: &mut Writer) -> String {
+    let outputs = w.lines.iter().filter(|line| line.starts_with("output o"));
+    let name = outputs.filter_map(|line| line.split_whitespace().nth(1)).next();
+    match name.map(str::to_owned) {
+        Some(name) => format!(
+            "kind sensor\nparameter gain = 1.1\nnull gain = 1\nreplace output {name} by gain*{name}\n"
+        ),
+        None => "kind plant\noutput again = time/1 [s]\n".to_owned(),
+    }
+}
 
 impl Writer {
     /// A unit.
@@ -585,8 +635,11 @@ fn when(w: &mut Writer, _: u32) -> String {
 }
 
 fn saturate(w: &mut Writer) -> String {
-    let states = w.of_kind(Kind::State);
-    let x = w.random.pick(&states).clone();
+    let mut all = w.of_kind(Kind::State);
+    if w.random.chance(0.3) {
+        all.extend(w.of_kind(Kind::Unknown));
+    }
+    let x = w.random.pick(&all).clone();
     let bound = w.random.between(0.2, 1.0);
     // One bound, and none that a reset goes beyond without end.
     let (head, reset) = (format!("saturate {} ", x.name), format!("reset {} ", x.name));

@@ -15,7 +15,7 @@ use dgd_compiler::syntax::{parse, visit};
 use super::runs::largest;
 use super::{Finding, runs};
 use crate::case::Case;
-use crate::prepared::Prepared;
+use crate::prepared::{EFFECT, Prepared};
 use crate::truth::is_plain;
 
 /// A unit, another one of its dimension, and how many of that it is.
@@ -239,6 +239,10 @@ fn rescaled(case: &Case) -> Option<Case> {
 }
 
 pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) {
+    // An effect names what it changes.
+    if case.files.contains_key(EFFECT) {
+        return;
+    }
     let Ok(solution) = prepared.run(&prepared.p, "rodas5p", 1e-8, false) else { return };
     let Ok(loose) = prepared.run(&prepared.p, "rodas5p", 1e-6, false) else { return };
     let events = |solution: &dgd_runtime::Solution, k: usize| {

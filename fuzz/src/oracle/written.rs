@@ -35,6 +35,12 @@ fn derivatives<'e>(expr: &'e Expr, found: &mut Vec<&'e str>) {
     }
 }
 
+/// Whether an expression reads a name, itself or its derivative.
+fn reads(expr: &Expr, name: &str) -> bool {
+    matches!(&expr.kind, ExprKind::Name(read) if read == name)
+        || operands(expr).into_iter().any(|operand| reads(operand, name))
+}
+
 /// Outputs and equations at all rows of a run of this tolerance.
 pub(super) fn judge(
     prepared: &Prepared,
@@ -78,10 +84,9 @@ pub(super) fn judge(
                 values.insert(parameter.name.to_string(), prepared.p[i]);
             }
             for (k, (_, left, right)) in truth.equations.iter().enumerate() {
-                let mut read = Vec::new();
-                derivatives(left, &mut read);
-                derivatives(right, &mut read);
-                if read.iter().any(|name| truth.saturated.contains(name)) {
+                // At a bound, the bound holds instead.
+                let bounded = |name: &&str| reads(left, name) || reads(right, name);
+                if truth.saturated.iter().any(bounded) {
                     continue;
                 }
                 let place = Place { t, values: &values, margin: Cell::new(f64::INFINITY) };

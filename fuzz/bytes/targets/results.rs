@@ -1,0 +1,33 @@
+//! Any bytes behind the header of a journal of results, from which a run goes on.
+#![no_main]
+
+use std::fs;
+
+use dgd_cli::data::journal::{Opening, RunJournal};
+use dgd_runtime::journal::Digest;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    let path = std::env::temp_dir().join(format!("dgd-fuzz-{}.journal", std::process::id()));
+    // What a run of its own begins with.
+    let _ = fs::remove_file(&path);
+    if let Ok((journal, _)) = RunJournal::open(path.clone(), Digest::EMPTY, Opening::Anew) {
+        journal.leave();
+    }
+    let mut text = fs::read(&path).unwrap_or_default();
+    match bytes.split_first() {
+        // Sometimes with another header, too.
+        Some((0, rest)) => text = rest.to_vec(),
+        _ => text.extend(bytes),
+    }
+    if fs::write(&path, text).is_ok() {
+        let (journal, _) = RunJournal::open(path.clone(), Digest::EMPTY, Opening::Resume).expect("a journal");
+        journal.leave();
+        drop(journal);
+        // What was torn is dropped: the second time nothing is.
+        let kept = fs::read(&path).unwrap_or_default();
+        let again = RunJournal::open(path.clone(), Digest::EMPTY, Opening::Resume).expect("a journal");
+        again.0.leave();
+        drop(again);
+        assert_eq!(fs::read(&path).unwrap_or_default(), kept);
+    }
+});
