@@ -72,14 +72,12 @@ pub(super) fn method(program: &Program, function: &Function, sources: &Sources) 
         let len = index(n);
         if function.kind == FunctionKind::Rhs {
             // One statement for each equation, with its place.
-            let rows = values.iter().zip(&program.unknowns).enumerate().map(
-                |(i, (value, unknown))| {
-                    let doc = row_doc(unknown, sources);
-                    let row = format_ident!("_row_{}", i);
-                    let value = &body.pieces[value].tokens;
-                    quote!(#[doc = #doc] let #row: f64 = #value;)
-                },
-            );
+            let rows = values.iter().enumerate().map(|(i, value)| {
+                let doc = doc_of_row(program, i, sources);
+                let row = format_ident!("_row_{}", i);
+                let value = &body.pieces[value].tokens;
+                quote!(#[doc = #doc] let #row: f64 = #value;)
+            });
             let rows: Vec<TokenStream> = rows.collect();
             let names = (0..n).map(|i| format_ident!("_row_{}", i));
             return quote! { #(#rows)* *::dgd::__runtime::codegen::fixed_mut::<#len>(#name) = [#(#names),*]; };
@@ -97,8 +95,16 @@ pub(super) fn method(program: &Program, function: &Function, sources: &Sources) 
     }
 }
 
+/// What stands above the row of an unknown or an element.
+pub(super) fn doc_of_row(program: &Program, row: usize, sources: &Sources) -> String {
+    match program.unknowns.get(row) {
+        Some(unknown) => row_doc(unknown, sources),
+        None => loops::family_doc(program, row, sources),
+    }
+}
+
 /// What stands above a row: its equation, where that is, and the left side.
-pub(super) fn row_doc(unknown: &Unknown, sources: &Sources) -> String {
+fn row_doc(unknown: &Unknown, sources: &Sources) -> String {
     let (line, _) = sources.line_column(unknown.span);
     let left = match (unknown.by_mode, unknown.differential) {
         (true, _) => format!("0 or der({})", unknown.name),

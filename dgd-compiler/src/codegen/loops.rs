@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use proc_macro2::{Ident, TokenStream};
 use quote::{format_ident, quote};
 
-use super::function::{DEEPEST_PIECE, Piece, piece_of, row_doc};
+use super::function::{DEEPEST_PIECE, Piece, doc_of_row, piece_of};
 use super::index;
 use crate::program::{Family, Function, FunctionKind, Loop, Operation, Program, Store, ValueId};
 use crate::source::Sources;
@@ -28,10 +28,7 @@ pub(super) fn writes(
             let value = &pieces[value].tokens;
             let at = index(place);
             out.extend(if is_rhs {
-                let doc = match program.unknowns.get(place) {
-                    Some(unknown) => row_doc(unknown, sources),
-                    None => family_doc(program, place, sources),
-                };
+                let doc = doc_of_row(program, place, sources);
                 quote!(#[doc = #doc] let _row: f64 = #value; #name[#at] = _row;)
             } else {
                 quote!(#name[#at] = #value;)
@@ -94,7 +91,7 @@ fn statements(
 }
 
 /// What stands above the rows of elements.
-fn family_doc(program: &Program, row: usize, sources: &Sources) -> String {
+pub(super) fn family_doc(program: &Program, row: usize, sources: &Sources) -> String {
     let after = program.families.partition_point(|family| family.first <= row);
     let Family { equation, span, differential, .. } = &program.families[after - 1];
     let after = program.arrays.partition_point(|array| array.first <= row);

@@ -231,6 +231,26 @@ impl Graph {
         self.fold(Node::Compare(comparison, a, b))
     }
 
+    /// Both conditions: one that is known decides, or leaves it to the other.
+    pub fn both(&mut self, a: ExprId, b: ExprId) -> ExprId {
+        match (self.value(a), self.value(b)) {
+            (Some(0.0), _) | (_, Some(0.0)) => self.constant(0.0),
+            (Some(_), _) => b,
+            (_, Some(_)) => a,
+            _ => self.intern(Node::And(a, b)),
+        }
+    }
+
+    /// Either condition.
+    pub fn either(&mut self, a: ExprId, b: ExprId) -> ExprId {
+        match (self.value(a), self.value(b)) {
+            (Some(0.0), _) => b,
+            (_, Some(0.0)) => a,
+            (Some(_), _) | (_, Some(_)) => self.constant(1.0),
+            _ => self.intern(Node::Or(a, b)),
+        }
+    }
+
     /// a where the condition holds, otherwise b
     pub fn select(&mut self, condition: ExprId, a: ExprId, b: ExprId) -> ExprId {
         match self.value(condition) {
@@ -260,7 +280,9 @@ impl Graph {
             Node::Divide(a, b) => self.divide(a, b),
             Node::Call1(f, a) => self.call(f, &[a]),
             Node::Call2(f, a, b) => self.call(f, &[a, b]),
-            Node::Compare(..) | Node::And(..) | Node::Or(..) | Node::Not(_) => self.fold(node),
+            Node::And(a, b) => self.both(a, b),
+            Node::Or(a, b) => self.either(a, b),
+            Node::Compare(..) | Node::Not(_) => self.fold(node),
             Node::Select(c, a, b) => self.select(c, a, b),
             Node::Delay(x, tau) => self.delay(x, tau),
         }
