@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use dgd::{Pattern, Point, Signature, System};
+use dgd::{
+    Inputs, Options, Pattern, Point, Problem, Signature, System, simulate_with_sensitivities,
+};
 use dgd_compiler::codegen;
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
@@ -374,4 +376,52 @@ fn sizes_are_set_from_outside() {
     let u = vec![1.0; system.signature().n_u()];
     system.start(Point { t: 0.0, y: &[], u: &u, p: &p, z: &[] }, &mut y0);
     assert_eq!(y0[1..8], [0.5; 7]);
+}
+
+#[test]
+fn rows_of_arrays_read_what_unknowns_were() {
+    let text = |loops: &str| {
+        format!(
+            "model m
+             parameter tau [s] = 0.5
+             state x = 1
+             state z[1..3] = 0
+             equation x: der(x) = -x/1 [s]
+             equation first: der(z[1]) = (delay(x, tau) - z[1])/1 [s]
+             {loops}"
+        )
+    };
+    let of_one = "for i in 2..2 { equation z[i]: der(z[i]) = (z[i-1] - z[i])/1 [s] }
+                  equation last: der(z[3]) = (z[2] - delay(x, 2*tau))/1 [s]";
+    let of_two = "for i in 2..3 { equation z[i]: der(z[i]) = (delay(x, tau)*i - z[i])/1 [s] }";
+    let written_out = |loops: &str| {
+        let text =
+            text(loops).replace("state z[1..3] = 0", "state a = 0\nstate b = 0\nstate c = 0");
+        let text = text.replace("z[1]", "a").replace("z[2]", "b").replace("z[3]", "c");
+        interpreted(&text)
+    };
+    let pairs = [
+        (
+            of_one,
+            "equation b: der(b) = (a - b)/1 [s]
+                  equation c: der(c) = (b - delay(x, 2*tau))/1 [s]",
+        ),
+        (
+            of_two,
+            "equation b: der(b) = (delay(x, tau)*2 - b)/1 [s]
+                  equation c: der(c) = (delay(x, tau)*3 - c)/1 [s]",
+        ),
+    ];
+    for (loops, flat) in pairs {
+        let run = |system: &Interpreted| {
+            let p = [0.5];
+            let problem = Problem { system, p: &p, inputs: &Inputs::none(), start: &[] };
+            simulate_with_sensitivities(&problem, &[0.0, 2.0], &Options::default())
+                .expect("a solution")
+        };
+        let (whole, flat) = (run(&interpreted(&text(loops))), run(&written_out(flat)));
+        for (a, b) in whole.y(1).iter().chain(whole.s(1)).zip(flat.y(1).iter().chain(flat.s(1))) {
+            assert!((a - b).abs() <= 1e-9 * b.abs().max(1.0), "{a} {b}");
+        }
+    }
 }

@@ -76,6 +76,19 @@ impl<'a> Lowering<'a> {
             let what = format!("this delay depends on the derivative of {culprit}");
             return Some((what, "use states, inputs, time, parameters and constants"));
         }
+        let of_array = |symbol: &Symbol| {
+            matches!(
+                symbol,
+                Symbol::Element(_)
+                    | Symbol::Swept(_)
+                    | Symbol::ElementRate(_)
+                    | Symbol::SweptRate(_)
+            )
+        };
+        if self.graph.symbols(tau).iter().any(of_array) {
+            let what = "this delay depends on an element of an array".to_owned();
+            return Some((what, "use single states, inputs, time, parameters and constants"));
+        }
         if !varies(tau) {
             return None;
         }
