@@ -74,8 +74,11 @@ fn values(system: &Interpreted) -> BTreeMap<String, f64> {
     let mut y = vec![0.0; signature.unknowns.len()];
     let z = discrete_numbers(system, &p, 0.0);
     system.start(Point { t: 0.0, y: &[], u: &u, p: &p, z: &z }, &mut y);
-    for (value, unknown) in y.iter_mut().zip(signature.unknowns.iter()) {
-        *value = near(&unknown.name, *value + 0.01);
+    // Shares are counted in the order of the file: they are told apart by their switches.
+    let equations = signature.equations.iter().map(|equation| without_numbers(equation.as_ref()));
+    for ((value, unknown), equation) in y.iter_mut().zip(signature.unknowns.iter()).zip(equations) {
+        let name = if unknown.name.starts_with("share(") { &equation } else { &*unknown.name };
+        *value = near(name, *value + 0.01);
     }
     let at = Point { t: 0.5, y: &y, u: &u, p: &p, z: &z };
 
@@ -87,10 +90,7 @@ fn values(system: &Interpreted) -> BTreeMap<String, f64> {
             if unknown.differential {
                 format!("der({})", unknown.name)
             } else {
-                // The name of a switch is its text, whose numbers may be rounded otherwise.
-                let is_switch = equation.starts_with("switch ");
-                let name = equation.replace(|c: char| is_switch && "0123456789.".contains(c), "");
-                format!("equation {name}")
+                format!("equation {}", without_numbers(equation.as_ref()))
             }
         })
         .collect();
@@ -107,6 +107,12 @@ fn values(system: &Interpreted) -> BTreeMap<String, f64> {
         values.insert(format!("{} to {}", rows[row], signature.parameters[column].name), value);
     }
     values
+}
+
+/// The label of an equation; the name of a switch is its text, whose numbers may be rounded otherwise.
+fn without_numbers(equation: &str) -> String {
+    let is_switch = equation.starts_with("switch ");
+    equation.replace(|c: char| is_switch && "0123456789.".contains(c), "")
 }
 
 /// Equal but for rounding, `tolerance` of the largest value of the model.

@@ -6,8 +6,8 @@ use dgd::{
 };
 
 use crate::exact::{
-    assert_close, assert_slopes_are_differences, event_times, parameters, run, run_with, slopes,
-    value,
+    assert_close, assert_slopes_are_differences, event_times, options, parameters, run, run_with,
+    slopes, value,
 };
 use crate::inline::system;
 
@@ -392,4 +392,210 @@ fn a_clamped_controller_slides_along_its_clamp_and_leaves_it() {
     assert_slopes_are_differences(&on_clamp, &inputs, &times, 1e-5);
     let warmer = system(&TANK.replace("warmer [K] = 0", "warmer [K] = 0.5"));
     assert_slopes_are_differences(&warmer, &inputs, &times, 1e-5);
+}
+
+/// x falls, and the elements follow it.
+const FOLLOWING: &str = "model m
+    size N = 4
+    parameter k = 1
+    parameter c = 0.3
+    state x = 1
+    state z[1..N] = 0
+    state q = 0
+    equation x: der(x) = -k*x/1 [s]
+    for i in 1..N { equation z[i]: der(z[i]) = (x - z[i])/1 [s] }
+";
+
+#[test]
+fn elements_of_arrays_switch_like_other_unknowns() {
+    let rows = [
+        ("if z[4] > x then 1 else 0", AutomatonKind::Switch),
+        ("if z[2] > c then z[1] else 2", AutomatonKind::Switch),
+        ("sign(z[3] - c)", AutomatonKind::Switch),
+        ("max(z[4] - x, 0)", AutomatonKind::Corner),
+        ("abs(z[N] - c)", AutomatonKind::Corner),
+    ];
+    for (row, kind) in rows {
+        let system = system(&format!("{FOLLOWING}equation q: der(q) = ({row})/1 [s]"));
+        let automata = &system.signature().discrete.automata;
+        assert_eq!(automata.iter().map(|a| a.kind).collect::<Vec<_>>(), [kind], "{row}");
+        assert_slopes_are_differences(&system, &Inputs::none(), &[0.0, 2.0], 1e-5);
+    }
+}
+
+#[test]
+fn the_row_of_an_element_switches_beside_loops() {
+    let system = system(
+        "model m
+         size N = 4
+         parameter c = 0.3
+         parameter v = 1
+         state x = 0
+         state z[1..N] = 0
+         equation x: der(x) = v/1 [s]
+         equation first: der(z[1]) = (if x > c then 1 else 0)/1 [s]
+         for i in 2..N { equation z[i]: der(z[i]) = (if x > 1 and time > 0.5 [s] then z[i-1] else 2)/1 [s] }",
+    );
+    let times = [0.0, 2.0];
+    let solution = run(&system, &times);
+    // z₁ = v (t - c/v) from x = c on.
+    assert_close(&solution.y(1)[1..=2], &[1.7, 2.0 + 1.2], CLOSE);
+    assert_slopes_are_differences(&system, &Inputs::none(), &times, 1e-6);
+}
+
+#[test]
+fn rows_of_loops_jump_one_by_one() {
+    let system = system(
+        "model m
+         size N = 4
+         parameter k = 1
+         parameter c = 0.3
+         state x = 1
+         state z[1..N] = 0
+         state w[1..N] = 1
+         equation x: der(x) = -k*x/1 [s]
+         for i in 1..N { equation z[i]: der(z[i]) = (if z[i] > c*i/2 then 0.1 else x)/1 [s] }
+         for i in 1..N { equation w[i]: der(w[i]) = -sign(w[i] - i*c)/1 [s] }",
+    );
+    let times = [0.0, 3.0];
+    let solution = run(&system, &times);
+    assert_close(&solution.y(1)[solution.n - 4..], &[0.3, 0.6, 0.9, 1.2], CLOSE);
+    assert_slopes_are_differences(&system, &Inputs::none(), &times, 1e-6);
+}
+
+#[test]
+fn a_jump_that_another_condition_mostly_hides_is_an_event() {
+    // At random places q*p^2 is hardly ever above 1000.
+    let row = "if q < a and (q + 5)*p^2 > 1000 then p else 0";
+    assert_eq!(kinds(row), [AutomatonKind::Switch; 2]);
+    let smooth = "if q < 0 then 0 else if q < 1 then q^2*(3 - 2*q) else 1";
+    assert_eq!(kinds(smooth), []);
+}
+
+#[test]
+fn an_element_is_held_where_a_solution_slides() {
+    let text = format!("{FOLLOWING}equation q: der(q) = -sign(q - z[1] + c)/0.1 [s]");
+    let system = system(&text);
+    let times = [0.0, 2.0];
+    let solution = run(&system, &times);
+    // z₁ = t exp(-t) for k = 1, and q = z₁ - c.
+    let q = 2.0 * (-2.0_f64).exp() - 0.3;
+    assert_close(&[value(&system, &solution, "q", 1)], &[q], CLOSE);
+    assert_slopes_are_differences(&system, &Inputs::none(), &times, 1e-6);
+}
+
+#[test]
+fn a_surface_that_jumps_where_another_switch_changes_is_slid_along() {
+    // Below x = 1 the row is 1, above it -1, as x + 1 > 2.
+    for (level, parameter) in [("2", ""), ("a", "parameter a = 1.8")] {
+        let system = system(&format!(
+            "model m
+             {parameter}
+             state x = 0
+             equation x: der(x) = -sign((if x > 1 then x + 1 else x*x) - {level})/1 [s]"
+        ));
+        let solution = run(&system, &[0.0, 0.5, 3.0]);
+        let x: Vec<f64> = (0..3).map(|k| value(&system, &solution, "x", k)).collect();
+        assert_close(&x, &[0.0, 0.5, 1.0], CLOSE);
+    }
+}
+
+#[test]
+fn surfaces_that_are_one_slide_together() {
+    let system = system(
+        "model m
+         parameter v = 3
+         state x = 0
+         equation x: der(x) = (if 2*x > 2 then -v else v)/1 [s] - sign(x - 1)/1 [s]",
+    );
+    assert_eq!(system.signature().discrete.automata.len(), 1);
+    let solution = run(&system, &[0.0, 0.1, 3.0]);
+    let x: Vec<f64> = (0..3).map(|k| value(&system, &solution, "x", k)).collect();
+    assert_close(&x, &[0.0, 0.4, 1.0], CLOSE);
+}
+
+#[test]
+fn conditions_on_what_was_move_with_the_delay() {
+    let system = system(
+        "model m
+         parameter tau [s] = 0.5
+         parameter k = 1
+         state x = 1
+         state y = 0
+         equation x: der(x) = -k*x/1 [s]
+         equation y: der(y) = (if delay(x, tau) > 0.5 then 1 else 0)/1 [s]",
+    );
+    let solution = run(&system, &[0.0, 2.0]);
+    // y = tau + log(2)/k.
+    let half = 2.0_f64.ln();
+    assert_close(&[value(&system, &solution, "y", 1)], &[0.5 + half], CLOSE);
+    assert_close(&slopes(&system, &solution, "y", 1), &[1.0, -half], 1e-6);
+}
+
+#[test]
+fn flat_crossings_move_like_others() {
+    for condition in ["q^3 > 0", "q^5 > 0", "q*abs(q) > 0", "exp(q^3) > 1", "(q - 1)^3 > -1"] {
+        let system = system(&format!(
+            "model m
+             parameter a = 0.5
+             state q = -1
+             state y = 0
+             equation q: der(q) = a/1 [s]
+             equation y: der(y) = (if {condition} then 1 else 0)/1 [s]"
+        ));
+        let solution = run(&system, &[0.0, 3.0]);
+        // y = t - 1/a.
+        // exp(q^3) is 1 to rounding for q up to 6e-6.
+        assert_close(&[value(&system, &solution, "y", 1)], &[1.0], 1e-5);
+        let slope = slopes(&system, &solution, "y", 1);
+        match solution.undefined.is_empty() {
+            true => assert_close(&slope, &[4.0], 1e-4),
+            false => assert!(slope[0].is_nan(), "{condition}: {slope:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_surface_far_from_the_sizes_of_what_it_reads_is_found() {
+    let row = "if exp(-q/0.01) > 1e-20 then 1 else 2";
+    assert_eq!(kinds(row), [AutomatonKind::Switch]);
+}
+
+dgd::model!("tests/hybrid/conditions.dgd");
+
+/// The only rows of the model's array are loops of one, and its condition has a constant in it.
+#[test]
+fn generated_code_knows_constants_in_conditions_and_loops_of_one() {
+    let text = include_str!("conditions.dgd");
+    let (loaded, generated) = (system(text), conditions::Model);
+    let p = parameters(&loaded);
+    let times = [0.0, 1.0, 2.0];
+    let loaded = run(&loaded, &times);
+    let problem = Problem { system: &generated, p: &p, inputs: &Inputs::none(), start: &[] };
+    let generated = simulate_with_sensitivities(&problem, &times, &options()).expect("a solution");
+    for k in 0..times.len() {
+        assert_eq!(loaded.y(k), generated.y(k));
+        assert_eq!(loaded.s(k), generated.s(k));
+    }
+    assert_eq!(loaded.events.len(), 2);
+}
+
+#[test]
+fn a_solution_leaves_a_surface_whose_switch_is_taken_out() {
+    let system = system(
+        "model m
+         parameter k = 0.7
+         parameter at = 0.2
+         state x = 1
+         state y = 0
+         equation x: der(x) = -k*x/1 [s]
+         equation y: der(y) = (if x > 0.6 then -sign(y - at) else 1)/1 [s]",
+    );
+    let times = [0.0, 0.5, 2.0];
+    let solution = run(&system, &times);
+    // x is 0.6 at log(1/0.6)/k.
+    let leaves = (1.0_f64 / 0.6).ln() / 0.7;
+    let y: Vec<f64> = (0..3).map(|k| value(&system, &solution, "y", k)).collect();
+    assert_close(&y, &[0.0, 0.2, 0.2 + 2.0 - leaves], CLOSE);
+    assert_slopes_are_differences(&system, &Inputs::none(), &times, 1e-6);
 }

@@ -38,7 +38,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     let time_conditions = transferred.take_time_conditions(&mut graph, first);
     let start_modes = Combinations::start_modes(model);
     let holding = transferred.holding(&start_modes);
-    let plan = families::plan(model, &mut graph, &transferred, &holding, diagnostics)?;
+    let mut plan = families::plan(model, &mut graph, &transferred, &holding, diagnostics)?;
     let origins = families::Origins::of(model, &transferred);
 
     let histories = std::mem::take(&mut transferred.histories);
@@ -60,7 +60,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     }
     let differentiated_inputs = differentiated(&transferred.equations, &systems);
     let selections = Selections::of(&systems);
-    settle(&mut graph, &mut systems, &mut transferred, &selections);
+    settle(&mut graph, &mut systems, (&mut transferred, &mut plan), &selections);
 
     let equations = &transferred.equations;
     let selecting = selections.automata(
@@ -119,13 +119,14 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     diagnostics.check()?;
     let varying = Varying { model, delayed: &delays.inputs };
     saturate(&mut graph, varying, &transferred.bounds, &mut unknowns, &mut automata);
+    let families = families::families(&mut graph, &plan, &origins);
     let mut dae = Dae {
         name: model.name.clone(),
         doc: model.doc.clone(),
         graph,
         unknowns,
         arrays: Vec::new(),
-        families: Vec::new(),
+        families,
         parameters: model.parameters.clone(),
         inputs: model.inputs.clone(),
         delays: delays.delays,
@@ -142,7 +143,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     };
     switches::locate(&mut dae, model);
     take_slopes(&mut dae);
-    families::place(dae, model, &plan, &origins, diagnostics)
+    families::place(dae, model, &origins, diagnostics)
 }
 
 /// The system of one combination of modes: counted, solved for derivatives, its index reduced, its

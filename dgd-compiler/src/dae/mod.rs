@@ -348,6 +348,12 @@ impl Dae {
             && !self.graph.has_symbol(Symbol::Time)
     }
 
+    /// The rows of single unknowns, then those of families.
+    fn rows(&self) -> impl Iterator<Item = ExprId> + '_ {
+        let families = self.families.iter().map(|family| family.rhs);
+        self.unknowns.iter().map(|unknown| unknown.rhs).chain(families)
+    }
+
     /// Visits all expressions that may depend on more than parameters.
     fn each_expression(&mut self, visit: &mut dyn FnMut(&mut Graph, &mut ExprId)) {
         let graph = &mut self.graph;
@@ -355,6 +361,9 @@ impl Dae {
             visit(graph, &mut unknown.mass);
             visit(graph, &mut unknown.rhs);
             visit(graph, &mut unknown.start);
+        }
+        for family in &mut self.families {
+            visit(graph, &mut family.rhs);
         }
         for output in &mut self.outputs {
             visit(graph, &mut output.value);

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Dae, Delay, DelayedInput, Unknown};
+use super::{Dae, Delay, DelayedInput, Family, Unknown};
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::{Interpolation, Model};
 
@@ -32,33 +32,17 @@ impl Varying<'_> {
         self.model.inputs[of].interpolation == Interpolation::Linear
     }
 
-    /// ė; nothing where e reads an unknown that has no derivative in some mode, an element of an
-    /// array, or something late.
-    pub(super) fn rate(self, graph: &mut Graph, e: ExprId, unknowns: &[Unknown]) -> Option<ExprId> {
-        let is_unknown =
-            |symbol: &Symbol| matches!(symbol, Symbol::Element(_) | Symbol::DelayedUnknown(_));
-        if graph.symbols(e).iter().any(is_unknown) {
-            return None;
-        }
-        let varies: Vec<Symbol> = graph
-            .symbols(e)
-            .into_iter()
-            .filter(|symbol| match symbol {
-                Symbol::Time | Symbol::Unknown(_) => true,
-                Symbol::Input(i) => self.is_linear(*i),
-                _ => false,
-            })
-            .collect();
-        let position = |symbol| varies.iter().position(|other| *other == symbol);
+    /// ė; nothing where e reads an unknown that has no derivative in some mode, or something late.
+    pub(super) fn rate(self, graph: &mut Graph, e: ExprId, rows: Rows<'_>) -> Option<ExprId> {
         let mut rate = graph.constant(0.0);
-        for (k, slope) in graph.gradient(e, position) {
-            let term = match varies[k] {
-                Symbol::Unknown(i) => {
-                    let unknown = &unknowns[i as usize];
-                    if graph.value(unknown.mass) != Some(1.0) {
-                        return None;
-                    }
-                    graph.multiply(slope, unknown.rhs)
+        for (symbol, slope) in self.terms(graph, e, rows)? {
+            let term = match symbol {
+                Symbol::Unknown(i) => graph.multiply(slope, rows.0[i as usize].rhs),
+                Symbol::Element(i) => {
+                    let (_, family) = family_of(rows.1, i)?;
+                    let passage = i - u32::try_from(family.first).unwrap_or(u32::MAX);
+                    let own = at_passage(graph, family.rhs, passage);
+                    graph.multiply(slope, own)
                 }
                 Symbol::Input(i) => {
                     let along = graph.symbol(Symbol::InputSlope(i));
@@ -70,6 +54,63 @@ impl Varying<'_> {
         }
         Some(rate)
     }
+
+    /// What varies in e, each with the slope of e: all of it has a derivative.
+    pub(super) fn terms(
+        self,
+        graph: &mut Graph,
+        e: ExprId,
+        (unknowns, families): Rows<'_>,
+    ) -> Option<Vec<(Symbol, ExprId)>> {
+        let symbols = graph.symbols(e);
+        if symbols.iter().any(|symbol| matches!(symbol, Symbol::DelayedUnknown(_))) {
+            return None;
+        }
+        let varies: Vec<Symbol> = symbols
+            .into_iter()
+            .filter(|symbol| match symbol {
+                Symbol::Time | Symbol::Unknown(_) | Symbol::Element(_) => true,
+                Symbol::Input(i) => self.is_linear(*i),
+                _ => false,
+            })
+            .collect();
+        let position = |symbol| varies.iter().position(|other| *other == symbol);
+        let slopes = graph.gradient(e, position);
+        let has_derivative = |symbol: Symbol| match symbol {
+            Symbol::Unknown(i) => graph.value(unknowns[i as usize].mass) == Some(1.0),
+            Symbol::Element(i) => family_of(families, i).is_some_and(|(_, f)| f.differential),
+            _ => true,
+        };
+        slopes
+            .into_iter()
+            .map(|(k, slope)| has_derivative(varies[k]).then_some((varies[k], slope)))
+            .collect()
+    }
+}
+
+/// The rows of single unknowns, then those of elements, which are counted through all arrays.
+pub(super) type Rows<'a> = (&'a [Unknown], &'a [Family]);
+
+/// The family that determines an element, with its position.
+pub(super) fn family_of(families: &[Family], element: u32) -> Option<(usize, &Family)> {
+    let element = element as usize;
+    let after = families.partition_point(|family| family.first <= element);
+    let (position, family) = families.iter().enumerate().nth(after.checked_sub(1)?)?;
+    (element < family.first + family.count as usize).then_some((position, family))
+}
+
+/// The expression of one passage, elements by their positions among those of all arrays.
+pub(super) fn at_passage(graph: &mut Graph, id: ExprId, passage: u32) -> ExprId {
+    let mut replaced = BTreeMap::new();
+    for symbol in graph.symbols(id) {
+        let now = match symbol {
+            Symbol::Swept(i) => graph.symbol(Symbol::Element(i + passage)),
+            Symbol::Counter => graph.constant(f64::from(passage)),
+            _ => continue,
+        };
+        replaced.insert(symbol, now);
+    }
+    graph.substitute(id, |symbol| replaced.get(&symbol).copied())
 }
 
 /// Puts inputs in the place of slopes: after this no expression of the system holds a slope.

@@ -107,7 +107,7 @@ fn bounded(
     (unknown, unknowns): (&Unknown, &[Unknown]),
 ) -> (ExprId, Vec<Transition>) {
     let x = graph.symbol(Symbol::Unknown(index));
-    let rate = varying.rate(graph, at.bound, unknowns);
+    let rate = varying.rate(graph, at.bound, (unknowns, &[]));
     let rate = rate.unwrap_or_else(|| unreachable!("bounds read no unknowns"));
     let inwards = |graph: &mut Graph, value: ExprId| match at.side {
         Bound::Lower => value,

@@ -27,15 +27,24 @@
 //!
 //! Filippov, Differential Equations with Discontinuous Righthand Sides (1988), §4.
 
-use std::collections::{BTreeMap, HashMap};
+mod affected;
+mod nested;
+mod surfaces;
+mod unrolled;
 
-use super::rates::Varying;
-use super::smoothness::{Passage, Signs, is_greater, passage};
+use std::cell::RefCell;
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+use self::affected::Readers;
+use self::surfaces::Which;
+use super::rates::{Varying, family_of};
+use super::smoothness::{Passage, Signs, Sizes, is_greater, passage};
 use super::text::symbol_name;
 use super::{Automaton, AutomatonKind, Dae, Transition, Trigger, Unknown};
 use crate::expr::display::listing;
+use crate::expr::graph::Comparison;
 use crate::expr::{ExprId, Graph, Node, Symbol};
-use crate::model::{Crossing, Interpolation, Model};
+use crate::model::{Crossing, Model};
 use crate::units::Unit;
 
 const BELOW: usize = 0;
@@ -47,6 +56,8 @@ struct Surface {
     e: ExprId,
     /// The switches, each with its sign where e > 0.
     signs: Signs,
+    /// Positions of the rows that read one of them.
+    rows: Vec<usize>,
     passage: Passage,
     name: String,
     /// Its discrete number, where a value jumps.
@@ -57,24 +68,15 @@ struct Surface {
 
 /// Makes events of the switches on which the rows depend.
 pub(super) fn locate(dae: &mut Dae, model: &Model) {
-    let mut surfaces = surfaces(dae, model);
-    let roots: Vec<ExprId> = dae.unknowns.iter().map(|unknown| unknown.rhs).collect();
-    let mut trial = dae.graph.clone();
-    for surface in &mut surfaces {
-        for root in &roots {
-            let of_root = trial.reachable([*root]);
-            if of_root.iter().any(|id| surface.signs.contains_key(id)) {
-                let this = (*root, surface.e, &surface.signs);
-                surface.passage = surface.passage.max(passage(&mut trial, dae, this));
-            }
-        }
-    }
+    unrolled::unroll(dae, model);
+    nested::take_apart(dae, model);
+    let mut surfaces = passed(dae, model);
     surfaces.retain(|surface| surface.passage > Passage::Smooth);
     if surfaces.is_empty() {
         return;
     }
     for surface in &mut surfaces {
-        surface.name = name(dae, surface.e);
+        surface.name = name(dae, model, surface.e);
     }
     // Those that only stop steps come last: the others are read by the rows.
     surfaces.sort_by_key(|surface| surface.passage != Passage::Jump);
@@ -85,50 +87,30 @@ pub(super) fn locate(dae: &mut Dae, model: &Model) {
     }
 }
 
-/// The surfaces of the switches in the rows that can change between samples.
-fn surfaces(dae: &mut Dae, model: &Model) -> Vec<Surface> {
-    let varying: Vec<bool> = {
-        let declared = model.inputs.iter().map(|input| input.interpolation);
-        let late = dae.delayed_inputs.iter().map(|l| model.inputs[l.input].interpolation);
-        declared.chain(late).map(|interpolation| interpolation == Interpolation::Linear).collect()
-    };
-    let varies = |symbol: &Symbol| match symbol {
-        Symbol::Time | Symbol::Unknown(_) => true,
-        Symbol::Input(i) => varying.get(*i as usize).copied().unwrap_or(false),
-        _ => false,
-    };
-    let roots: Vec<ExprId> = dae.unknowns.iter().map(|unknown| unknown.rhs).collect();
-    let mut surfaces: Vec<Surface> = Vec::new();
-    for (id, node) in dae.graph.listed(roots) {
-        let (e, sign) = match node {
-            Node::Compare(_, a, b) => (dae.graph.subtract(a, b), 1.0),
-            Node::Call1(f, x) if matches!(f.get().name, "abs" | "sign") => (x, 1.0),
-            _ => continue,
-        };
-        if !dae.graph.symbols(e).iter().any(varies) {
-            continue;
-        }
-        let (e, sign) = match dae.graph.node(e) {
-            Node::Negate(inner) => (inner, -sign),
-            _ => (e, sign),
-        };
-        let minus = dae.graph.negate(e);
-        let known = surfaces.iter_mut().find(|surface| surface.e == e || surface.e == minus);
-        if let Some(surface) = known {
-            let sign = if surface.e == e { sign } else { -sign };
-            surface.signs.insert(id, sign);
-        } else {
-            let signs = Signs::from([(id, sign)]);
-            let (passage, name) = (Passage::Smooth, String::new());
-            surfaces.push(Surface { e, signs, passage, name, z: None, share: None });
+/// All surfaces, with how the rows go on behind them.
+fn passed(dae: &mut Dae, model: &Model) -> Vec<Surface> {
+    let roots: Vec<ExprId> = dae.rows().collect();
+    let mut surfaces = surfaces::surfaces(dae, model, &roots, Which::Common);
+    let mut readers = Readers::of(dae);
+    let typical = Sizes::of(dae, model);
+    let mut trial = dae.graph.clone();
+    for surface in &mut surfaces {
+        let (affected, rows) = readers.affected(&surface.signs);
+        surface.rows = rows;
+        for root in affected {
+            let this = (root, surface.e, &surface.signs);
+            surface.passage = surface.passage.max(passage(&mut trial, &typical, this));
         }
     }
     surfaces
 }
 
 /// e as formulas write it, where it is short.
-fn name(dae: &Dae, e: ExprId) -> String {
-    let listing = listing(&dae.graph, &[e], &BTreeMap::new(), &|symbol| symbol_name(dae, symbol));
+fn name(dae: &Dae, model: &Model, e: ExprId) -> String {
+    let listing = listing(&dae.graph, &[e], &BTreeMap::new(), &|symbol| match symbol {
+        Symbol::Element(i) => model.element_name(i),
+        other => symbol_name(dae, other),
+    });
     let text = if listing.lines.is_empty() { listing.roots[0].as_str() } else { "…" };
     format!("switch {} at 0", text.replace(',', " and"))
 }
@@ -137,20 +119,28 @@ fn name(dae: &Dae, e: ExprId) -> String {
 fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
     let before = dae.automata.len();
     let after = before + surfaces.len();
+    let sliding = Sliding::of(dae);
+    let mut sharing: HashSet<ExprId> = HashSet::new();
     let jumping = surfaces.iter_mut().filter(|surface| surface.passage == Passage::Jump);
     let mut n_shares = 0;
     for (k, surface) in jumping.enumerate() {
         let position = u32::try_from(before + k).unwrap_or(u32::MAX);
         surface.z = Some(dae.graph.symbol(Symbol::Discrete(position)));
-        if can_slide(dae, model, surface) {
+        // A share is algebraic: what reads it has no ė.
+        let reads_share = |dae: &Dae| {
+            !sharing.is_empty()
+                && dae.graph.reachable([surface.e]).iter().any(|id| sharing.contains(id))
+        };
+        if sliding.is_possible(dae, model, surface) && !reads_share(dae) {
             let index = u32::try_from(dae.unknowns.len()).unwrap_or(u32::MAX);
             surface.share = Some((index, dae.graph.symbol(Symbol::Unknown(index))));
+            sharing.extend(surface.signs.keys());
             n_shares += 1;
             let share = share_of(dae, surface, n_shares);
             dae.unknowns.push(share);
         }
     }
-    let replaced = Replacing { surfaces, before, moved: after - before }.all(dae);
+    let replaced = Replacing::new(surfaces, before, after - before).all(dae);
     dae.each_expression(&mut |_, id| *id = replaced[id]);
     let names = std::mem::take(&mut dae.names);
     dae.names = names
@@ -163,31 +153,94 @@ fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
     // α: what it is on the sides, and what keeps e zero between them.
     for surface in surfaces.iter() {
         let (Some(z), Some((index, alpha))) = (surface.z, surface.share) else { continue };
-        let varying = Varying { model, delayed: &dae.delayed_inputs };
-        let rate = varying.rate(&mut dae.graph, surface.e, &dae.unknowns);
-        let rate = rate.unwrap_or_else(|| unreachable!("what slides reads no algebraic unknown"));
+        let rate = rate_of(dae, model, surface.e);
         let graph = &mut dae.graph;
         let (zero, one) = (graph.constant(0.0), graph.constant(1.0));
         let is_above = in_mode(graph, z, ABOVE);
         let side = graph.select(is_above, one, zero);
         let side = graph.subtract(side, alpha);
         let slides = in_mode(graph, z, SLIDING);
-        dae.unknowns[index as usize].rhs = graph.select(slides, rate, side);
+        let held = held(graph, rate, (index, z));
+        dae.unknowns[index as usize].rhs = graph.select(slides, held, side);
     }
 }
 
-/// Whether ė is known, and the switch may change it.
-fn can_slide(dae: &mut Dae, model: &Model, surface: &Surface) -> bool {
-    let mut trial = dae.graph.clone();
+/// The row of α while the solution slides: ė = 0.
+///
+/// Where another switch keeps α from acting, as that of a brake that is released, ė is what it is: α
+/// is beyond its range then, on the side to which the solution leaves.
+fn held(graph: &mut Graph, rate: ExprId, (index, z): (u32, ExprId)) -> ExprId {
+    let slopes = graph.gradient(rate, |symbol| (symbol == Symbol::Unknown(index)).then_some(0));
+    let Some((_, slope)) = slopes.first().copied() else { return rate };
+    let sliding = graph.constant(SLIDING as f64);
+    let nodes = graph.listed([slope]);
+    let built = graph.rebuild(&nodes, |graph, symbol| {
+        let here = graph.symbol(symbol);
+        if here == z { sliding } else { here }
+    });
+    let slope = built[&slope];
+    let switched = graph.listed([slope]).iter().any(|(_, node)| matches!(node, Node::Select(..)));
+    if !switched {
+        return rate;
+    }
+    let alpha = graph.symbol(Symbol::Unknown(index));
+    let [zero, two, minus_one] = [0.0, 2.0, -1.0].map(|number| graph.constant(number));
+    let size = graph.call1("abs", slope);
+    let acts = graph.compare(Comparison::Greater, size, zero);
+    let rises = graph.compare(Comparison::Greater, rate, zero);
+    let beyond = graph.select(rises, two, minus_one);
+    let leaves = graph.subtract(beyond, alpha);
+    graph.select(acts, rate, leaves)
+}
+
+/// ė of a surface that can slide.
+fn rate_of(dae: &mut Dae, model: &Model, e: ExprId) -> ExprId {
     let varying = Varying { model, delayed: &dae.delayed_inputs };
-    let Some(rate) = varying.rate(&mut trial, surface.e, &dae.unknowns) else { return false };
-    let is_switch = |id: &ExprId| surface.signs.contains_key(id);
-    let reads_switch = |root: ExprId| trial.reachable([root]).iter().any(is_switch);
-    let is_algebraic = |i: u32| trial.value(dae.unknowns[i as usize].mass) != Some(1.0);
-    let through = |symbol: &Symbol| matches!(symbol, Symbol::Unknown(i) if is_algebraic(*i));
-    reads_switch(rate)
-        || trial.symbols(rate).iter().any(through)
-            && dae.unknowns.iter().any(|unknown| reads_switch(unknown.rhs))
+    let rate = varying.rate(&mut dae.graph, e, (&dae.unknowns, &dae.families));
+    rate.unwrap_or_else(|| unreachable!("what slides reads no algebraic unknown"))
+}
+
+/// Which surfaces a solution can slide along.
+struct Sliding {
+    /// For each row, whether it reads an algebraic unknown.
+    reads_algebraic: Vec<bool>,
+    /// A graph to be thrown away.
+    trial: RefCell<Graph>,
+}
+
+impl Sliding {
+    fn of(dae: &Dae) -> Sliding {
+        let is_algebraic = |symbol: &Symbol| match symbol {
+            Symbol::Unknown(i) => dae.graph.value(dae.unknowns[*i as usize].mass) != Some(1.0),
+            Symbol::Element(i) | Symbol::Swept(i) => {
+                family_of(&dae.families, *i).is_none_or(|(_, family)| !family.differential)
+            }
+            _ => false,
+        };
+        let reads = |root: ExprId| dae.graph.symbols(root).iter().any(is_algebraic);
+        let reads_algebraic = dae.rows().map(reads).collect();
+        Sliding { reads_algebraic, trial: RefCell::new(dae.graph.clone()) }
+    }
+
+    /// Whether ė is known, and the switch may change it.
+    fn is_possible(&self, dae: &Dae, model: &Model, surface: &Surface) -> bool {
+        let varying = Varying { model, delayed: &dae.delayed_inputs };
+        let rows = (&dae.unknowns[..], &dae.families[..]);
+        let trial = &mut *self.trial.borrow_mut();
+        let Some(terms) = varying.terms(trial, surface.e, rows) else { return false };
+        let n_single = self.reads_algebraic.len() - dae.families.len();
+        terms.into_iter().any(|(symbol, _)| {
+            let row = match symbol {
+                Symbol::Unknown(i) => i as usize,
+                Symbol::Element(i) => match family_of(&dae.families, i) {
+                    Some((position, _)) => n_single + position,
+                    None => return false,
+                },
+                _ => return false,
+            };
+            surface.rows.contains(&row) || self.reads_algebraic[row]
+        })
+    }
 }
 
 /// The unknown α, its row still open.
@@ -214,17 +267,19 @@ fn share_of(dae: &mut Dae, surface: &Surface, number: usize) -> Unknown {
 
 fn in_mode(graph: &mut Graph, z: ExprId, mode: usize) -> ExprId {
     let (low, high) = (graph.constant(mode as f64 - 0.5), graph.constant(mode as f64 + 0.5));
-    let above = graph.compare(crate::expr::graph::Comparison::Greater, z, low);
+    let above = graph.compare(Comparison::Greater, z, low);
     if mode == SLIDING {
         return above;
     }
-    let below = graph.compare(crate::expr::graph::Comparison::Less, z, high);
+    let below = graph.compare(Comparison::Less, z, high);
     if mode == BELOW { below } else { graph.simplified(Node::And(above, below)) }
 }
 
 /// A rebuilding of all expressions with switches replaced.
 struct Replacing<'a> {
     surfaces: &'a [Surface],
+    /// For each switch, its surface.
+    of_switches: HashMap<ExprId, usize>,
     /// Discrete numbers from here on are conditions on time, and move by so many.
     before: usize,
     moved: usize,
@@ -238,7 +293,14 @@ struct Weight {
     slides: ExprId,
 }
 
-impl Replacing<'_> {
+impl<'a> Replacing<'a> {
+    fn new(surfaces: &'a [Surface], before: usize, moved: usize) -> Self {
+        let switches = surfaces.iter().enumerate();
+        let switches =
+            switches.flat_map(|(k, surface)| surface.signs.keys().map(move |id| (*id, k)));
+        Replacing { surfaces, of_switches: switches.collect(), before, moved }
+    }
+
     fn all(&self, dae: &mut Dae) -> HashMap<ExprId, ExprId> {
         let mut roots = Vec::new();
         dae.each_expression(&mut |_, id| roots.push(*id));
@@ -277,7 +339,7 @@ impl Replacing<'_> {
         (id, node): (ExprId, Node),
         weights: &mut HashMap<ExprId, Weight>,
     ) -> Option<ExprId> {
-        let surface = self.surfaces.iter().find(|surface| surface.signs.contains_key(&id))?;
+        let surface = &self.surfaces[*self.of_switches.get(&id)?];
         let z = surface.z?;
         let sign = surface.signs[&id];
         let (zero, one, two) = (graph.constant(0.0), graph.constant(1.0), graph.constant(2.0));
@@ -384,9 +446,7 @@ fn automaton(dae: &mut Dae, model: &Model, surface: &Surface) -> Automaton {
         transition(ABOVE, BELOW, Crossing::Falls, e, Trigger::Level),
     ];
     if let Some((_, alpha)) = surface.share {
-        let varying = Varying { model, delayed: &dae.delayed_inputs };
-        let rate = varying.rate(&mut dae.graph, e, &dae.unknowns);
-        let rate = rate.unwrap_or_else(|| unreachable!("what slides reads no algebraic unknown"));
+        let rate = rate_of(dae, model, e);
         let one = dae.graph.constant(1.0);
         let beyond = dae.graph.subtract(alpha, one);
         modes.push("sliding".to_owned());

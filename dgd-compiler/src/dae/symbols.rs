@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::explicit::Explicit;
+use super::families::Plan;
 use super::state_selection::Selections;
 use super::transfer::Transferred;
 use crate::expr::{ExprId, Graph, Node, Symbol};
@@ -53,7 +54,7 @@ impl Typical {
 pub(super) fn settle(
     graph: &mut Graph,
     systems: &mut [Explicit],
-    transferred: &mut Transferred<'_>,
+    (transferred, plan): (&mut Transferred<'_>, &mut Plan),
     selections: &Selections,
 ) {
     let behind = u32::try_from(selections.sizes().count()).unwrap_or(u32::MAX);
@@ -61,7 +62,7 @@ pub(super) fn settle(
         return;
     }
     let roots: Vec<ExprId> =
-        expressions(systems, transferred).map(|expression| *expression).collect();
+        expressions(systems, transferred, plan).map(|expression| *expression).collect();
     let mut replacement = HashMap::new();
     for (id, node) in graph.listed(roots.iter().copied()) {
         if let Node::Symbol(Symbol::Discrete(k)) = node {
@@ -73,7 +74,7 @@ pub(super) fn settle(
     }
     let names: Vec<ExprId> = transferred.names.keys().copied().collect();
     let replaced = graph.replace(roots.into_iter().chain(names), &replacement);
-    for expression in expressions(systems, transferred) {
+    for expression in expressions(systems, transferred, plan) {
         *expression = replaced[expression];
     }
     let names = std::mem::take(&mut transferred.names);
@@ -83,6 +84,11 @@ pub(super) fn settle(
 fn expressions<'a>(
     systems: &'a mut [Explicit],
     transferred: &'a mut Transferred<'_>,
+    plan: &'a mut Plan,
 ) -> impl Iterator<Item = &'a mut ExprId> {
-    systems.iter_mut().flat_map(Explicit::expressions).chain(transferred.expressions())
+    systems
+        .iter_mut()
+        .flat_map(Explicit::expressions)
+        .chain(transferred.expressions())
+        .chain(plan.expressions())
 }

@@ -17,7 +17,7 @@ use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::Model;
 
-pub(super) use place::{Origins, place};
+pub(super) use place::{Origins, families, place};
 
 /// Which equations determine elements of arrays.
 #[derive(Debug, Default)]
@@ -26,6 +26,13 @@ pub(super) struct Plan {
     pub(super) taken: BTreeSet<usize>,
     /// The rows that come of them.
     rows: Vec<PlannedRows>,
+}
+
+impl Plan {
+    /// The rows' right-hand sides.
+    pub(super) fn expressions(&mut self) -> impl Iterator<Item = &mut ExprId> {
+        self.rows.iter_mut().map(|row| &mut row.rhs)
+    }
 }
 
 /// Consecutive elements with one row expression.

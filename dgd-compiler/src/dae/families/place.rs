@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Plan, PlannedRows, elements_name};
+use crate::dae::rates::{at_passage, family_of};
 use crate::dae::transfer::Transferred;
 use crate::dae::{Array, Dae, Family, OutputArray};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
@@ -30,11 +31,32 @@ impl Origins {
     }
 }
 
-/// Completes a system whose single unknowns are complete.
+/// The planned rows, elements still by their positions among those of all arrays.
+pub(in crate::dae) fn families(graph: &mut Graph, plan: &Plan, origins: &Origins) -> Vec<Family> {
+    let family = |row: &PlannedRows| {
+        let (label, span, lower) = &origins.equations[row.equation];
+        let rhs = match row.count {
+            1 => at_passage(graph, row.rhs, row.from),
+            count => swept_from(graph, row.rhs, row.from, count),
+        };
+        Family {
+            first: row.first as usize,
+            count: row.count,
+            differential: row.differential,
+            mass: graph.constant(f64::from(u8::from(row.differential))),
+            rhs,
+            equation: label.clone(),
+            lower: lower.map(|lower| lower + i64::from(row.from)),
+            span: *span,
+        }
+    };
+    plan.rows.iter().map(family).collect()
+}
+
+/// Completes a system whose single unknowns and [`families`] are complete.
 pub(in crate::dae) fn place(
     mut dae: Dae,
     model: &Model,
-    plan: &Plan,
     origins: &Origins,
     diagnostics: &mut Diagnostics,
 ) -> Result<Dae, Reported> {
@@ -48,7 +70,7 @@ pub(in crate::dae) fn place(
         let message = "the model has too many unknowns";
         return Err(diagnostics.error(Diagnostic::new(Code::E230, span, message)));
     }
-    let mut rates = Rates { model, plan, opened: BTreeMap::new() };
+    let mut rates = Rates { model, opened: BTreeMap::new() };
     rates.open(&mut dae, diagnostics);
     diagnostics.check()?;
 
@@ -63,21 +85,9 @@ pub(in crate::dae) fn place(
         behind(graph, opened, n_single)
     });
 
-    for row in &plan.rows {
-        let rhs = behind(&mut dae.graph, row.rhs, n_single);
-        let rhs = swept_from(&mut dae.graph, rhs, row.from, row.count);
-        let mass = dae.graph.constant(f64::from(u8::from(row.differential)));
-        let (label, span, lower) = &origins.equations[row.equation];
-        let whole = Family {
-            first: (n_single + row.first) as usize,
-            count: row.count,
-            differential: row.differential,
-            mass,
-            rhs,
-            equation: label.clone(),
-            lower: lower.map(|lower| lower + i64::from(row.from)),
-            span: *span,
-        };
+    for mut whole in std::mem::take(&mut dae.families) {
+        whole.rhs = behind(&mut dae.graph, whole.rhs, n_single);
+        whole.first += n_single as usize;
         dae.families.extend(disjoint(&mut dae.graph, &whole));
     }
     for (array, start) in model.arrays.iter().zip(&origins.starts) {
@@ -204,7 +214,6 @@ fn disjoint(graph: &mut Graph, family: &Family) -> Vec<Family> {
 /// Derivatives of elements that outputs and transitions read: the rows' right-hand sides.
 struct Rates<'a> {
     model: &'a Model,
-    plan: &'a Plan,
     opened: BTreeMap<u32, ExprId>,
 }
 
@@ -225,32 +234,17 @@ impl Rates<'_> {
                 if self.opened.contains_key(&i) {
                     continue;
                 }
-                let is_it = |row: &&PlannedRows| {
-                    row.differential && (row.first..row.first + row.count).contains(&i)
-                };
-                let Some(row) = self.plan.rows.iter().find(is_it) else {
+                let row = family_of(&dae.families, i).filter(|(_, family)| family.differential);
+                let Some((_, family)) = row else {
                     let name = elements_name(self.model, i, 1);
                     let message = format!("no equation gives der({name})");
                     diagnostics.error(Diagnostic::new(Code::E406, span, message));
                     continue;
                 };
-                let rhs = at_passage(&mut dae.graph, row.rhs, row.from + i - row.first);
+                let passage = i - u32::try_from(family.first).unwrap_or(u32::MAX);
+                let rhs = at_passage(&mut dae.graph, family.rhs, passage);
                 self.opened.insert(i, rhs);
             }
         }
     }
-}
-
-/// The expression of one passage, elements still by their positions among those of all arrays.
-fn at_passage(graph: &mut Graph, id: ExprId, passage: u32) -> ExprId {
-    let mut replaced = BTreeMap::new();
-    for symbol in graph.symbols(id) {
-        let now = match symbol {
-            Symbol::Swept(i) => graph.symbol(Symbol::Element(i + passage)),
-            Symbol::Counter => graph.constant(f64::from(passage)),
-            _ => continue,
-        };
-        replaced.insert(symbol, now);
-    }
-    graph.substitute(id, |symbol| replaced.get(&symbol).copied())
 }
