@@ -50,11 +50,21 @@ pub(crate) fn windows(
     recordings.iter().map(of_recording).collect()
 }
 
+/// Where an effect changes something. An output may have the name of an unknown, and what a sensor
+/// reads is not what the equation of its unknown says.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Changed {
+    /// The equation of an unknown.
+    Equation(String),
+    /// What an output reads.
+    Reading(String),
+}
+
 /// What an effect changes.
 #[derive(Debug, Clone)]
 pub(crate) struct Change {
-    /// The unknown of an equation, or an output.
-    pub what: String,
+    /// Where.
+    pub what: Changed,
     /// d at each sample of all recordings.
     pub by: Vec<f64>,
 }
@@ -73,9 +83,9 @@ pub(crate) fn changes(
         recordings.map(|(r, recording)| run(system, values, (r, recording), options)).collect()
     };
     let Some(own) = runs(&with.system) else { return Vec::new() };
-    let of = |names: Vec<String>, a: &[f64], b: &[f64]| -> Vec<Change> {
+    let of = |names: Vec<Changed>, a: &[f64], b: &[f64]| -> Vec<Change> {
         let n = names.len();
-        let change = |(i, what): (usize, String)| {
+        let change = |(i, what): (usize, Changed)| {
             let own = a.iter().skip(i).step_by(n).zip(b.iter().skip(i).step_by(n));
             let by: Vec<f64> = own.map(|(a, b)| a - b).collect();
             let largest = |values: &mut dyn Iterator<Item = f64>| {
@@ -93,7 +103,7 @@ pub(crate) fn changes(
     if let Some(in_rows) = in_rows {
         let (a, b): (Vec<Vec<f64>>, Vec<Vec<f64>>) = in_rows.into_iter().unzip();
         let unknowns = without.system.signature().unknowns.iter();
-        let names = unknowns.map(|unknown| unknown.name.to_string()).collect();
+        let names = unknowns.map(|unknown| Changed::Equation(unknown.name.to_string())).collect();
         let changed = of(names, &a.concat(), &b.concat());
         if !changed.is_empty() {
             return changed;
@@ -103,7 +113,8 @@ pub(crate) fn changes(
     let outputs = |runs: Vec<(Solution, Vec<f64>)>| -> Vec<f64> {
         runs.into_iter().flat_map(|(_, outputs)| outputs).collect()
     };
-    let names = with.system.signature().outputs.iter().map(|output| output.name.to_string());
+    let names = with.system.signature().outputs.iter();
+    let names = names.map(|output| Changed::Reading(output.name.to_string()));
     of(names.collect(), &outputs(own), &outputs(others))
 }
 

@@ -10,7 +10,8 @@
 //!
 //! and b takes a back where both change the same rows and, while b is at work, d is small beside d_b.
 //! Two effects that have nothing to do with each other are equal and opposite by accident only: at one
-//! place they are one unknown input. Where a changes other rows, too, b may well follow from it: what runs
+//! place they are one unknown input. The reading of a sensor and the equation of what it reads are two
+//! places, whatever both are called: an offset in the one is a slope in the other. Where a changes other rows, too, b may well follow from it: what runs
 //! over into a tank runs over there.
 
 use crate::activity::{AT_WORK, Change, changes};
@@ -81,9 +82,13 @@ fn is_taken_back(by_one: &[Change], by_both: &[Change]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::activity::Changed;
 
     fn change(what: &str, f: impl Fn(f64) -> f64) -> Change {
-        Change { what: what.to_owned(), by: (0..100).map(|k| f(f64::from(k))).collect() }
+        Change {
+            what: Changed::Equation(what.to_owned()),
+            by: (0..100).map(|k| f(f64::from(k))).collect(),
+        }
     }
 
     fn step(since: f64, size: f64) -> impl Fn(f64) -> f64 {
@@ -112,5 +117,13 @@ mod tests {
         let overflow = [change("upper", &out), change("lower", &into)];
         let second = [change("lower", &out)];
         assert!(!are_at_one_place(&overflow, &second));
+    }
+
+    #[test]
+    fn a_sensor_does_not_take_back_what_an_equation_does() {
+        let heat = change("T", step(20.0, -1.0));
+        let probe =
+            Change { what: Changed::Reading("T".to_owned()), ..change("T", step(20.0, 1.0)) };
+        assert!(!are_at_one_place(&[heat], &[probe]));
     }
 }
