@@ -176,7 +176,10 @@ impl Instance {
                 Said::Nothing => {}
             }
         }
-        if blending == Blending::Null && nulls.is_empty() && effect.changes_model() {
+        if blending == Blending::Blended {
+            nulls.clear();
+        }
+        if blending != Blending::Applied && nulls.is_empty() && effect.changes_model() {
             let blend =
                 Name { text: format!("blend_{}", effect.name.text), span: effect.name.span };
             let text = naming.named(Namespace::Value, &blend);
@@ -296,7 +299,7 @@ impl Naming<'_, '_> {
         let Err(earlier) = self.declared.insert(namespace, &first) else {
             return first.text;
         };
-        if self.blending == Blending::Null {
+        if self.blending != Blending::Applied {
             let own = effect.full_name().replace('/', "_");
             let text = format!("{}_{own}{suffix}", name.text);
             let second = Name { text, span: name.span };

@@ -11,10 +11,13 @@
 //! | 2 | [`bind`] | `Effect`, `Model` | the arguments that a template can have there |
 //! | 3 | [`apply`] | trees of the model, [`Application`]s | [`Applied`]: the changed trees |
 //! | 4 | [`write()`] | trees before and after | text |
+//!
+//! [`Reach`] says which effects can be blended in together.
 
 mod apply;
 mod bind;
 mod declared;
+mod exclusive;
 mod instance;
 mod open;
 mod read;
@@ -30,6 +33,7 @@ use crate::syntax::ast::{Ast, EffectKind, Name, Target};
 
 pub use apply::apply;
 pub use bind::bind;
+pub use exclusive::Reach;
 pub(crate) use instance::Names;
 pub use write::write;
 
@@ -91,6 +95,9 @@ pub enum Blending {
     /// value, and an effect without `null` is blended in, new = old + λ (new − old), by a parameter
     /// λ that is zero. Effects on one use are stacked.
     Null,
+    /// Nothing, by a λ that is zero, whatever the effect has a `null` for: for effects that have no
+    /// derivative there.
+    Blended,
 }
 
 /// A model with effects.
