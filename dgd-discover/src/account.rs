@@ -1,19 +1,21 @@
-//! What a search leaves to be reported: errors, curves, ranking, and the reason of the verdict.
+//! What a search leaves to be reported: errors, curves, ranking, and what was not tried.
+
+use std::collections::{BTreeMap, BTreeSet};
 
 use dgd_runtime::identify::Recording;
 use dgd_runtime::{Observations, Output, System, Unit};
 
-use crate::candidates::Candidate;
 use crate::condition::Condition;
 use crate::discover::Request;
 use crate::discovery::{
-    Gap, MissingInput, OutputTrace, Ranked, RecordingTrace, Screened, Unexplained,
+    Gap, MissingInput, OutputTrace, Ranked, RecordingTrace, Screened, Unexplained, Verdict,
 };
 use crate::discrepancy::{AVERAGING_LENGTHS, discrepancy_windows};
 use crate::fitted::{Data, Fitted, NoFit, chi_square};
 use crate::known::Circumstances;
+use crate::reason::{Excess, significant};
+use crate::screen::{Remedy, Score, Screen, Silent, sort};
 use crate::search::{Open, Search};
-use crate::verdict::Outcome;
 use dgd_screen::noise::SensorNoise;
 
 /// Errors of each output before and after.
@@ -150,18 +152,68 @@ pub(crate) fn ranking_of(search: &Search<'_>) -> Vec<Ranked> {
     fitted.chain(failed).collect()
 }
 
-/// What each candidate alone promised.
-pub(crate) fn screened(search: &Search<'_>) -> Vec<Screened> {
+/// What each candidate alone promised in some screens of the base model. A candidate that takes nothing
+/// away has a share of nothing.
+pub(crate) fn screened(search: &Search<'_>, screens: &[Screen]) -> Vec<Screened> {
     let Some((sum, n)) = search.training_error(&[]) else { return Vec::new() };
-    let excess = (sum - n as f64).max(1.0);
-    search
-        .scores(Open::All, &[])
-        .into_iter()
-        .map(|score| Screened {
-            name: search.candidates[score.candidate].application.name(),
-            share: score.gain / excess,
-        })
-        .collect()
+    // An excess that is less than the sum of n squares of noise varies by is none.
+    let excess = (sum - n as f64).max((2.0 * n as f64).sqrt());
+    let mut scores: Vec<Score> =
+        screens.iter().flat_map(|screen| &screen.scores).cloned().collect();
+    scores.retain(|score| !search.doubled.contains_key(&score.candidate));
+    sort(&mut scores);
+    let promised = scores.iter().map(|score| (score.candidate, score.gain / excess));
+    let silent = screens.iter().flat_map(|screen| &screen.silent);
+    let nothing = silent.filter(|silent| silent.remedy == Remedy::ScoreIsZero);
+    let nothing = nothing.map(|silent| (silent.candidate, 0.0));
+    let shown = |(candidate, share): (usize, f64)| Screened {
+        name: search.candidates[candidate].application.name(),
+        share,
+    };
+    promised.chain(nothing).map(shown).collect()
+}
+
+/// Candidates that are neither in the ranking nor screened, with the reason: those of the library, then
+/// templates.
+pub(crate) fn not_tried(
+    search: &Search<'_>,
+    screens: &[Screen],
+    verdict: Verdict,
+) -> [Vec<(String, String)>; 2] {
+    let silent: BTreeMap<usize, &Silent> =
+        screens.iter().flat_map(|screen| &screen.silent).map(|s| (s.candidate, s)).collect();
+    let scored: BTreeSet<usize> =
+        screens.iter().flat_map(|screen| &screen.scores).map(|s| s.candidate).collect();
+    let fitted: BTreeSet<usize> =
+        search.tried.iter().filter(|(_, fit)| fit.is_ok()).flat_map(|(s, _)| s).copied().collect();
+    let why = |c: usize| -> Option<String> {
+        if fitted.contains(&c) {
+            return None;
+        }
+        if let Some(known) = search.doubled.get(&c) {
+            return Some(format!(
+                "does what `{}` does",
+                search.candidates[*known].application.name()
+            ));
+        }
+        if let Some(Err(NoFit(reason))) = search.tried.get(&vec![c]) {
+            // Those of the library are in the ranking with it.
+            return search.candidates[c].is_generic.then(|| reason.clone());
+        }
+        match silent.get(&c) {
+            Some(Silent { remedy: Remedy::ScoreIsZero, .. }) => None,
+            _ if scored.contains(&c) => None,
+            Some(silent) => Some(silent.why.clone()),
+            None if verdict == Verdict::Sufficient => {
+                Some("is not needed: the model explains the recordings".to_owned())
+            }
+            None => Some("is not needed: the library explains the recordings".to_owned()),
+        }
+    };
+    [Open::Library, Open::Templates].map(|of| {
+        let all = search.range(of).filter_map(|c| Some((c, why(c)?)));
+        all.map(|(c, why)| (search.candidates[c].application.name(), why)).collect()
+    })
 }
 
 /// A discrepancy without a name, by what explains it most.
@@ -172,27 +224,26 @@ pub(crate) fn unexplained(missing: &MissingInput, condition: Option<Condition>) 
         windows: missing.windows.iter().map(|window| [window.from, window.until]).collect(),
         condition,
         description: format!(
-            "`{}` is where an unknown input explains most; it would have to be as large as {largest:.2e} {}",
-            missing.equation, missing.unit
+            "Of all places, an unmodelled term in `{}` explains the discrepancy best; it would reach {} {}",
+            missing.equation,
+            significant(largest),
+            missing.unit
         ),
         trace: missing.clone(),
         guess: None,
     }
 }
 
-/// What effects leave over that take nearly all of the discrepancy away: the errors of the output
-/// that is furthest from its noise, in the first training recording.
+/// What effects leave over that take nearly all of the discrepancy away: the residuals of the output
+/// that stands out most, in the first training recording. `None` where none stands out.
 pub(crate) fn left_over(
     data: &Data<'_>,
     after: &Fitted,
     circumstances: &Circumstances,
 ) -> Option<Unexplained> {
     let (residuals, recording) = (after.residuals(data), data.train.first()?);
-    let squares = chi_square(&residuals, &data.noise);
-    let ratio = |i: usize| squares[i].0 / squares[i].1 as f64;
-    let worst = (0..squares.len())
-        .filter(|i| squares[*i].1 > 0)
-        .max_by(|a, b| ratio(*a).total_cmp(&ratio(*b)))?;
+    let excess = Excess::of(after, data)?;
+    let worst = excess.output;
     let output = &after.structure.system.signature().outputs[worst];
     let (noise, errors) = (data.noise[worst]?, residuals.first()?[worst].clone());
     let std = noise.total();
@@ -203,10 +254,9 @@ pub(crate) fn left_over(
         windows: windows.iter().map(|window| [window.from, window.until]).collect(),
         condition,
         description: format!(
-            "errors of `{}` are still {:.1} times its noise, root mean square; something smaller is \
-             missing besides",
+            "The residuals of `{}` {} their noise variance; something smaller is missing as well",
             output.name,
-            ratio(worst).sqrt()
+            excess.words()
         ),
         trace: MissingInput {
             equation: format!("sensor {}", output.name),
@@ -219,84 +269,4 @@ pub(crate) fn left_over(
         },
         guess: None,
     })
-}
-
-/// Why the verdict is what it is.
-pub(crate) fn reason(
-    search: &Search<'_>,
-    outcome: &Outcome,
-    candidates: &[Candidate<'_>],
-) -> String {
-    let training = |chosen: &[usize]| search.training_square(chosen).unwrap_or(f64::NAN);
-    // Neither without held-out recordings nor where they cannot be simulated.
-    let held_out = |chosen: &[usize]| search.held_out_square(chosen);
-    let names = |chosen: &[usize]| {
-        let names: Vec<String> = chosen.iter().map(|&c| candidates[c].application.name()).collect();
-        names.join(" and ")
-    };
-    let base = training(&[]);
-    match outcome {
-        Outcome::Sufficient => {
-            let on_held_out = held_out(&[])
-                .map(|left| format!(", on held-out recordings {left:.2} times"))
-                .unwrap_or_default();
-            format!(
-                "What the model leaves is the sensors' noise: the mean square of its errors is \
-                 {base:.2} times that of the noise{on_held_out}."
-            )
-        }
-        Outcome::Effects(chosen) => {
-            let on_held_out = held_out(&[])
-                .zip(held_out(chosen))
-                .map(|(all, left)| format!(", on held-out recordings from {all:.1} to {left:.2}"))
-                .unwrap_or_default();
-            format!(
-                "The mean square of the errors falls from {base:.1} to {:.2} times that of the \
-                 sensors' noise{on_held_out}.",
-                training(chosen)
-            )
-        }
-        Outcome::Partly(chosen) => {
-            let on_held_out = held_out(&[])
-                .zip(held_out(chosen))
-                .map(|(all, left)| format!(", on held-out recordings from {all:.1} to {left:.1}"))
-                .unwrap_or_default();
-            format!(
-                "The mean square of the errors falls from {base:.1} to {:.1} times that of the \
-                 sensors' noise{on_held_out}: most of the discrepancy, and far more than anything \
-                 else takes away. Something smaller is left over.",
-                training(chosen)
-            )
-        }
-        Outcome::Unexplained(best) if best.is_empty() => format!(
-            "The mean square of the errors is {base:.1} times that of the sensors' noise, and no \
-             known effect makes it smaller."
-        ),
-        Outcome::Unexplained(best)
-            if search.explains(best) && search.cancelling(best).is_some() =>
-        {
-            format!(
-                "The mean square of the errors is {base:.1} times that of the sensors' noise. With {} it is \
-                 {:.2} times, but one of them only takes back what another does: that describes \
-                 something that comes and goes, and is no name for it.",
-                names(best),
-                training(best)
-            )
-        }
-        Outcome::Unexplained(best) if search.explains(best) && !search.is_sound(best) => {
-            format!(
-                "The mean square of the errors is {base:.1} times that of the sensors' noise. With {} it is \
-                 {:.2} times, but {}: a name is given only to an effect of a size that its file allows.",
-                names(best),
-                training(best),
-                search.note(best)
-            )
-        }
-        Outcome::Unexplained(best) => format!(
-            "The mean square of the errors is {base:.1} times that of the sensors' noise. The best \
-             that known effects do, {}, leaves {:.2} times: too much to call it found.",
-            names(best),
-            training(best)
-        ),
-    }
 }

@@ -1,8 +1,10 @@
 //! Every way in which the effects of a library can be applied to a model.
 
-use dgd_compiler::effects::{Application, Effect, bind};
+use dgd_compiler::effects::{Application, Effect, Reach, bind};
 use dgd_compiler::model::Model;
-use dgd_compiler::syntax::ast::{ClauseKind, EffectKind, Expr, ExprKind, ItemKind, Name, Target};
+use dgd_compiler::syntax::ast::{
+    Ast, ClauseKind, EffectKind, Expr, ExprKind, ItemKind, Name, Target,
+};
 use dgd_compiler::syntax::visit::{self, Part};
 
 /// An effect with the arguments it could have.
@@ -16,6 +18,8 @@ pub(crate) struct Candidate<'a> {
     pub delays: Vec<String>,
     /// Whether it is a template that fits any model.
     pub is_generic: bool,
+    /// What it replaces and hides in the model.
+    pub reach: Reach,
 }
 
 impl Candidate<'_> {
@@ -25,6 +29,11 @@ impl Candidate<'_> {
             return self.application.name();
         }
         self.application.effect.name.text.clone()
+    }
+
+    /// Whether one of two hides the other, so that they cannot be screened together.
+    pub(crate) fn excludes(&self, other: &Candidate<'_>) -> bool {
+        self.reach.excludes(&other.reach)
     }
 
     /// `plant`, `sensor` or `input`.
@@ -39,7 +48,11 @@ impl Candidate<'_> {
 
 /// All candidates, in the order of the library and of the model's items. What only adds to a model
 /// explains nothing of it.
-pub(crate) fn candidates<'a>(library: &'a [Effect], model: &Model) -> Vec<Candidate<'a>> {
+pub(crate) fn candidates<'a>(
+    library: &'a [Effect],
+    asts: &[Ast],
+    model: &Model,
+) -> Vec<Candidate<'a>> {
     let mut all = Vec::new();
     for effect in library.iter().filter(|effect| effect.changes_model()) {
         let (onsets, delays) = moments(effect);
@@ -48,15 +61,37 @@ pub(crate) fn candidates<'a>(library: &'a [Effect], model: &Model) -> Vec<Candid
             let arguments = arguments.into_iter().map(|text| Name { text, span }).collect();
             let application = Application { effect, arguments, span };
             let (onsets, delays) = (onsets.clone(), delays.clone());
-            all.push(Candidate { application, onsets, delays, is_generic: false });
+            // What cannot be applied is refused, and screened with nobody.
+            let reach = Reach::of(asts, &application).unwrap_or_default();
+            all.push(Candidate { application, onsets, delays, is_generic: false, reach });
         }
     }
     all
 }
 
+/// Effects of which there is no candidate, and why not.
+pub(crate) fn unbound(library: &[Effect], model: &Model) -> Vec<(String, String)> {
+    let why = |effect: &Effect| {
+        if !effect.changes_model() {
+            return Some("only adds to the model and changes nothing in it".to_owned());
+        }
+        bind(effect, model).is_empty().then(|| match &effect.target {
+            Target::Model(name) => format!("is for the model `{}`", name.text),
+            Target::Template(_) => {
+                "finds nothing in the model that it could be applied to".to_owned()
+            }
+        })
+    };
+    library.iter().filter_map(|effect| Some((effect.full_name(), why(effect)?))).collect()
+}
+
 /// All candidates of templates that fit any model.
-pub(crate) fn generic<'a>(templates: &'a [Effect], model: &Model) -> Vec<Candidate<'a>> {
-    let mut all = candidates(templates, model);
+pub(crate) fn generic<'a>(
+    templates: &'a [Effect],
+    asts: &[Ast],
+    model: &Model,
+) -> Vec<Candidate<'a>> {
+    let mut all = candidates(templates, asts, model);
     for candidate in &mut all {
         candidate.is_generic = true;
     }

@@ -18,8 +18,8 @@ use dgd_runtime::identify::{Recording, Watch};
 use dgd_runtime::journal::{Digest, Journal};
 use dgd_runtime::{Options, Steps};
 
-use crate::account::{gap, left_over, ranking_of, reason, screened, traces, unexplained};
-use crate::candidates::{candidates, generic};
+use crate::account::{gap, left_over, not_tried, ranking_of, screened, traces, unexplained};
+use crate::candidates::{candidates, generic, unbound};
 use crate::corrected::corrected;
 use crate::discovery::{Discovery, FoundEffect, Ranked, Unexplained, Verdict};
 use crate::evidence::{evidence, p_value_of_the_base};
@@ -29,6 +29,7 @@ use crate::guess::Guessing;
 use crate::keeping::Keeping;
 use crate::known::Circumstances;
 use crate::missing::{self, missing_inputs};
+use crate::reason::reason;
 use crate::screen::StartPoint;
 use crate::search::{Open, Search};
 use crate::structure::{BaseModel, Values};
@@ -133,8 +134,8 @@ pub fn discover(
         return Err(DiscoverError::NoRecording);
     }
     let model = resolve(&base.asts, &base.options, diagnostics).map_err(DiscoverError::Model)?;
-    let mut left_out = Vec::new();
-    let mut candidates = candidates(library, &model);
+    let mut left_out = unbound(library, &model);
+    let mut candidates = candidates(library, &base.asts, &model);
     candidates.retain(|candidate| {
         let refusal = base.refusal(&model, candidate);
         left_out
@@ -142,7 +143,7 @@ pub fn discover(
         refusal.is_none()
     });
     let of_library = candidates.len();
-    candidates.extend(generic(request.templates, &model));
+    candidates.extend(generic(request.templates, &base.asts, &model));
     let noise = noise_of(train, &readings(train));
     if noise.iter().all(Option::is_none) {
         return Err(DiscoverError::NothingMeasured);
@@ -164,7 +165,7 @@ pub fn discover(
         screens: BTreeMap::new(),
         settled: BTreeSet::new(),
         open: Open::Library,
-        doubled: BTreeSet::new(),
+        doubled: BTreeMap::new(),
     };
     let failed = |NoFit(reason): NoFit| DiscoverError::BaseModel(reason);
     let outcome = search.run(&Values::default()).map_err(failed)?;
@@ -177,7 +178,13 @@ pub fn discover(
     };
 
     let first = if of_library > 0 { Open::Library } else { Open::Templates };
-    let p_value = p_value_of_the_base(&search, first, request.seed);
+    let mut screens = vec![search.screen_of_the_base(first)];
+    let p_value = p_value_of_the_base(&screens[0].trials, request.seed);
+    if (first, search.open) == (Open::Library, Open::Templates) {
+        screens.push(search.screen_of_the_base(Open::Templates));
+    }
+    let [of_library, of_templates] = not_tried(&search, &screens, verdict);
+    left_out.extend(of_library);
     let evidence: Vec<_> =
         chosen.iter().map(|&c| evidence(&mut search, &chosen, c, request.seed)).collect();
     let data = Data { options, ..search.data.clone() };
@@ -224,9 +231,10 @@ pub fn discover(
     let mut ranking = ranking_of(&search);
     ranking.extend(left_out.iter().map(|(name, why)| Ranked::refused(name, why)));
     Ok(Discovery {
+        not_tried: unbound(request.templates, &model).into_iter().chain(of_templates).collect(),
         left_out,
         verdict,
-        reason: reason(&search, &outcome, &candidates),
+        reason: reason(&search, &outcome, &before, &after, &data),
         p_value,
         effects,
         unexplained,
@@ -234,7 +242,7 @@ pub fn discover(
         traces: traces(request, &data, &before, &after),
         missing,
         ranking,
-        screened: screened(&search),
+        screened: screened(&search, &screens),
         base_parameters: parameters(&before, &[]),
         corrected_parameters: parameters(&after, &[]),
         corrected: corrected(request.base, request.sources, &after, diagnostics)

@@ -12,9 +12,9 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
 use crate::discovery::Evidence;
-use crate::resampled::{BLOCKS, RESAMPLES, gain, p_value};
+use crate::resampled::{BLOCKS, RESAMPLES, Trial, gain, p_value};
 use crate::screen::{blocks, weighted};
-use crate::search::{Open, Search};
+use crate::search::Search;
 
 /// Evidence for one effect of a structure.
 pub(crate) fn evidence(
@@ -41,10 +41,9 @@ pub(crate) fn evidence(
 
 /// Probability that, with nothing hidden, the best candidate promises as much as it does in the base
 /// model. `None` where there is nothing to try.
-pub(crate) fn p_value_of_the_base(search: &Search<'_>, first: Open, seed: u64) -> Option<f64> {
-    let trials = search.trials_in_the_base(first);
+pub(crate) fn p_value_of_the_base(trials: &[Trial], seed: u64) -> Option<f64> {
     let mut random = Pcg64::new(u128::from(seed), 0);
-    (!trials.is_empty()).then(|| p_value(&trials, gain(&trials), &mut random))
+    (!trials.is_empty()).then(|| p_value(trials, gain(trials), &mut random))
 }
 
 fn inclusion(search: &Search<'_>, effect: usize, random: &mut Pcg64) -> f64 {

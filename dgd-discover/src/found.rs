@@ -112,10 +112,10 @@ impl Found<'_> {
                 let difference = difference / unit.factor.abs();
                 let symbol = &unit.symbol;
                 format!(
-                    "a measurement of `{name}`: there the two differ by up to {difference:.2e} {symbol}"
+                    "a measurement of `{name}`: the two differ by up to {difference:.2e} {symbol}"
                 )
             }
-            None => "a test with other inputs: nothing that the model knows differs in this one"
+            None => "a test with other inputs, perhaps; this recording cannot tell them apart"
                 .to_owned(),
         }
     }

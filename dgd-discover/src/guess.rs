@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::effects::{Application, Effect};
+use dgd_compiler::effects::{Application, Effect, Reach};
 use dgd_compiler::model::Model;
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::parse;
@@ -283,7 +283,8 @@ impl Guessing<'_> {
         let application =
             Application { effect: &effect, arguments: Vec::new(), span: effect.name.span };
         let (onsets, delays) = (Vec::new(), Vec::new());
-        let candidate = Candidate { application, onsets, delays, is_generic: false };
+        let reach = Reach::default();
+        let candidate = Candidate { application, onsets, delays, is_generic: false, reach };
         let structure = base.structure(std::slice::from_ref(&candidate), &[0]).ok()?;
         let own = |name: &str| {
             let brought = structure.brought.first()?;

@@ -42,6 +42,7 @@ mod missing_terms;
 mod moments;
 mod parallel;
 mod projection;
+mod reason;
 mod reconstruct;
 mod regression;
 mod resampled;

@@ -15,11 +15,11 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use dgd_compiler::effects::Brought;
+use dgd_compiler::effects::{Blending, Brought};
 use dgd_execute::Loaded;
 use dgd_runtime::identify::Recording;
 use dgd_runtime::identify::outputs_with_sensitivities as observe;
-use dgd_runtime::journal::kept;
+use dgd_runtime::journal::{Kept, kept};
 use dgd_runtime::keep_by_fields;
 use dgd_runtime::{Direction, System};
 
@@ -30,7 +30,7 @@ use crate::levels::{Ranges, range_of, ranges};
 use crate::parallel::in_parallel;
 use crate::projection::{Basis, dot};
 use crate::resampled::{BLOCKS, Contrast, Errors, Trial};
-use crate::structure::{BaseModel, Values};
+use crate::structure::{BaseModel, Structure, Values};
 
 /// Points of the grid of an onset: a fit finds an onset that lies within a tenth of the recording.
 const ONSETS: usize = 12;
@@ -67,6 +67,32 @@ pub(crate) struct Screen {
     pub scores: Vec<Score>,
     /// What each candidate could gain at each place of its grid, whether it does or not.
     pub trials: Vec<Trial>,
+    /// Candidates whose score says little or nothing.
+    pub silent: Vec<Silent>,
+}
+
+/// A candidate whose score says little or nothing.
+#[derive(Debug, Clone)]
+pub(crate) struct Silent {
+    /// Position of the candidate.
+    pub candidate: usize,
+    /// Why, as what follows its name.
+    pub why: String,
+    /// What may be done about it.
+    pub remedy: Remedy,
+}
+
+/// What may be done about a candidate whose score says little.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Remedy {
+    /// Its score is that it takes nothing away.
+    ScoreIsZero,
+    /// It can be fitted from the values in its file.
+    Fit,
+    /// That, too, since its score is nothing for a reason that a fit does not have.
+    FitAnyway,
+    /// Nothing.
+    LeaveOut,
 }
 
 /// How closely a screen looks for onsets.
@@ -85,8 +111,7 @@ const PARALLEL: f64 = 1.0 - 1e-6;
 /// Most points of the grid to begin fits from.
 const MOST_POINTS: usize = 3;
 
-/// Screens candidates that are not in a fitted structure. Those that cannot be simulated are left
-/// out. The best comes first.
+/// Screens candidates that are not in a fitted structure. The best comes first.
 pub(crate) fn screen(
     base: &BaseModel,
     all: &[Candidate<'_>],
@@ -112,14 +137,19 @@ fn computed(
     (look, threads): (Look, usize),
 ) -> Screen {
     let residuals = fitted.residuals(data);
-    let Some(basis) = fitted_directions(fitted, data) else { return Screen::default() };
+    let Some((basis, undefined)) = fitted_directions(fitted, data) else {
+        return Screen::default();
+    };
     let blocks = blocks(data, &residuals, independent_blocks(data));
-    let errors = Errors::new(&weighted(data, &residuals), blocks, &basis);
+    let weighted = weighted(data, &residuals);
+    let (samples, errors) = (weighted.len(), Errors::new(&weighted, blocks, &basis));
     let (ranges, basis) = (&ranges(fitted, data), &basis);
-    let parts = Parts { base, all, fitted, data, threads, basis, errors: &errors, ranges, look };
+    let errors = &errors;
+    let parts =
+        Parts { base, all, fitted, data, threads, basis, samples, undefined, errors, ranges, look };
     let mut screen = Screen::default();
     let count = data.keeping.count("candidates screened", others.len());
-    for group in parts.groups(others) {
+    for group in parts.groups(others, &mut screen.silent) {
         parts.screen(&group, &mut screen);
         count.more(group.len());
     }
@@ -146,6 +176,10 @@ struct Parts<'a> {
     data: &'a Data<'a>,
     threads: usize,
     basis: &'a Basis,
+    /// Measured samples.
+    samples: usize,
+    /// Those at which the fitted directions have no derivative.
+    undefined: usize,
     errors: &'a Errors,
     ranges: &'a Ranges,
     look: Look,
@@ -153,21 +187,36 @@ struct Parts<'a> {
 
 impl Parts<'_> {
     /// Candidates that are screened in one simulation: all that have no inner constants, all whose
-    /// inner constants are onsets, and each of the others alone, since it may bring states and steps
-    /// of its own.
-    fn groups(&self, others: &[usize]) -> Vec<Vec<usize>> {
+    /// inner constants are onsets, unless one of them hides another, and each of the others alone,
+    /// since it may bring states and steps of its own.
+    fn groups(&self, others: &[usize], silent: &mut Vec<Silent>) -> Vec<Vec<usize>> {
         let (mut plain, mut with_onset, mut alone) = (Vec::new(), Vec::new(), Vec::new());
+        let chosen = &self.fitted.structure.candidates;
         for &other in others {
-            let chosen = &self.fitted.structure.candidates;
-            let Ok((system, brought)) = self.base.screening(self.all, chosen, &[other]) else {
-                continue;
+            let mut leave_out = |why: String| {
+                silent.push(Silent { candidate: other, why, remedy: Remedy::LeaveOut });
             };
+            let (system, brought) =
+                match self.base.screening(self.all, chosen, &[other], Blending::Null) {
+                    Ok(screening) => screening,
+                    Err(refused) => {
+                        leave_out(format!("cannot be applied: {}", refused.0));
+                        continue;
+                    }
+                };
             let inner = inner_constants(&system, &self.all[other], &brought[0], self);
-            // One whose bounds keep it from beginning while something is recorded has nothing to say.
-            if inner.iter().any(|inner| inner.is_onset && inner.lower >= inner.upper) {
+            if let Some(onset) =
+                inner.iter().find(|inner| inner.is_onset && inner.lower >= inner.upper)
+            {
+                leave_out(format!(
+                    "cannot begin while something is recorded: the bounds of `{}` rule that out",
+                    onset.name
+                ));
                 continue;
             }
-            if inner.is_empty() {
+            if chosen.iter().any(|one| self.all[*one].excludes(&self.all[other])) {
+                alone.push(vec![other]);
+            } else if inner.is_empty() {
                 plain.push(other);
             } else if inner.iter().all(|inner| inner.is_onset) {
                 with_onset.push(other);
@@ -175,44 +224,88 @@ impl Parts<'_> {
                 alone.push(vec![other]);
             }
         }
-        [vec![plain, with_onset], alone].concat()
+        [self.apart(&plain), self.apart(&with_onset), alone].concat()
+    }
+
+    /// Candidates in groups in which none hides another.
+    fn apart(&self, some: &[usize]) -> Vec<Vec<usize>> {
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for &one in some {
+            let is_hidden = |other: &usize| self.all[*other].excludes(&self.all[one]);
+            match groups.iter_mut().find(|group| !group.iter().any(is_hidden)) {
+                Some(group) => group.push(one),
+                None => groups.push(vec![one]),
+            }
+        }
+        groups
     }
 
     /// Screens some candidates by simulations that hold them all; where these cannot be had, one by
     /// one.
     fn screen(&self, others: &[usize], screen: &mut Screen) {
-        let is_screened = self.screen_together(others, screen).is_some();
-        if !is_screened && others.len() > 1 {
+        if self.screen_together(others, Blending::Null, screen).is_some() {
+            return;
+        }
+        let [candidate] = *others else {
             for &other in others {
                 self.screen(&[other], screen);
             }
+            return;
+        };
+        // At its null it has no derivative; blended in, with the null's parameters on a grid, it may.
+        if self.screen_together(others, Blending::Blended, screen).is_none() {
+            let why = "has no derivative where it does nothing".to_owned();
+            screen.silent.push(Silent { candidate, why, remedy: Remedy::Fit });
         }
     }
 
-    /// Nothing where the candidates cannot be simulated together.
-    fn screen_together(&self, others: &[usize], screen: &mut Screen) -> Option<()> {
+    /// Nothing where the candidates cannot be simulated, or lose derivatives that the fitted structure
+    /// has: one by itself more than half of them.
+    fn screen_together(&self, others: &[usize], how: Blending, screen: &mut Screen) -> Option<()> {
         if others.is_empty() {
             return Some(());
         }
         let Parts { base, all, .. } = *self;
         let chosen = &self.fitted.structure.candidates;
-        let (system, brought) = base.screening(all, chosen, others).ok()?;
+        let (system, brought) = base.screening(all, chosen, others, how).ok()?;
         let inner = self.inner_of(others, &system, &brought);
         let together = Together { system: &system, brought: &brought, inner: &inner };
         let points = inner.iter().flatten().map(|inner| inner.points).max().unwrap_or(1);
         let grid: Vec<Place> = (0..points).map(|g| together.grid(g)).collect();
         let mut found: Vec<Vec<Promise>> = vec![Vec::new(); others.len()];
-        if !self.try_places(&together, &grid, &mut found) {
+        let least = self.try_places(&together, &grid, &mut found)?;
+        // A kink of one of them may take the derivatives of all; of its own it may lose some.
+        let bearable = if others.len() > 1 { 0 } else { self.samples / 2 };
+        if least > self.undefined.max(bearable) {
             return None;
         }
         for (&candidate, found) in others.iter().zip(&mut found) {
+            let is_seen = found.iter().any(|promise| promise.is_seen);
+            found.retain(|promise| !promise.columns.is_empty());
+            let is_better = found.iter().any(|promise| promise.gain > 0.0);
+            let said = match (found.is_empty(), is_seen) {
+                (true, true) => Some((
+                    "does to the outputs only what the model's own parameters do",
+                    Remedy::LeaveOut,
+                )),
+                (true, false) => Some(("changes nothing that is measured", Remedy::Fit)),
+                (false, _) if is_better => None,
+                (false, _) if self.has_own_start(candidate) => Some((
+                    "begins at a value of its own, which only a fit can find",
+                    Remedy::FitAnyway,
+                )),
+                (false, _) => Some(("takes nothing away within its bounds", Remedy::ScoreIsZero)),
+            };
+            let silent =
+                |(why, remedy): (&str, _)| Silent { candidate, why: why.to_owned(), remedy };
+            screen.silent.extend(said.map(silent));
             let contrasts = found.iter_mut().map(|promise| std::mem::take(&mut promise.contrasts));
             screen.trials.extend(contrasts.map(|contrasts| Trial { candidate, contrasts }));
             found.retain(|promise| promise.gain > 0.0);
             found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         }
         if self.look == Look::Closer {
-            self.zoom(others, &inner, &mut found);
+            self.zoom(others, how, &inner, &mut found);
         }
         let scores = others.iter().zip(found).filter_map(|(&candidate, found)| {
             let best = found.first()?;
@@ -225,13 +318,14 @@ impl Parts<'_> {
     }
 
     /// Simulates candidates with their inner constants at some places, and adds what each promises
-    /// there; says whether anything could be simulated.
+    /// there; says at how many measured samples derivatives are undefined, at the place where they are
+    /// fewest, and nothing where nothing could be simulated.
     fn try_places(
         &self,
         together: &Together<'_>,
         places: &[Place],
         found: &mut [Vec<Promise>],
-    ) -> bool {
+    ) -> Option<usize> {
         let Together { system, brought, inner } = *together;
         let (known, data) = (&self.fitted.values, self.data);
         // Loaded models are for one thread each.
@@ -245,9 +339,9 @@ impl Parts<'_> {
             let system = systems[g].lock().unwrap_or_else(PoisonError::into_inner);
             sensitivities(&system, &values, data)
         });
-        let is_simulated = runs.iter().any(Option::is_some);
+        let undefined = runs.iter().flatten().map(|(_, undefined)| *undefined).min();
         for (place, columns) in places.iter().zip(runs) {
-            let Some(columns) = columns else { continue };
+            let Some((columns, _)) = columns else { continue };
             let mut columns = columns.into_iter();
             let parts = brought.iter().zip(inner).zip(place).zip(&mut *found);
             for (((brought, inner), at), found) in parts {
@@ -256,20 +350,26 @@ impl Parts<'_> {
                 if !found.is_empty() && inner.is_empty() {
                     continue;
                 }
-                let promise = promise(system, &lambdas, brought, &columns, self.basis, self.errors);
-                let Some(mut promise) = promise else { continue };
+                let mut promise =
+                    promise(system, &lambdas, brought, &columns, self.basis, self.errors);
                 let at = inner.iter().map(|inner| inner.name.clone()).zip(at.clone());
                 promise.point.set(at);
                 found.push(promise);
             }
         }
-        is_simulated
+        undefined
     }
 
     /// Looks closer about the best onset of each candidate, as long as that gains something: readings
     /// that jump lose all that an onset gains within a few samples, and no fit finds it from afar.
     /// What is found in the end takes the place of the best.
-    fn zoom(&self, others: &[usize], inner: &[Vec<Inner>], found: &mut [Vec<Promise>]) {
+    fn zoom(
+        &self,
+        others: &[usize],
+        how: Blending,
+        inner: &[Vec<Inner>],
+        found: &mut [Vec<Promise>],
+    ) {
         let chosen = &self.fitted.structure.candidates;
         // Positions among the others, and where the best onset is.
         let best = |k: usize| match (inner[k].as_slice(), found[k].first()) {
@@ -283,7 +383,9 @@ impl Parts<'_> {
             if own.is_empty() {
                 return;
             }
-            let Ok((system, brought)) = self.base.screening(self.all, chosen, &own) else { return };
+            let Ok((system, brought)) = self.base.screening(self.all, chosen, &own, how) else {
+                return;
+            };
             let inner = self.inner_of(&own, &system, &brought);
             let together = Together { system: &system, brought: &brought, inner: &inner };
             spacing /= f64::from(ZOOM);
@@ -315,6 +417,20 @@ impl Parts<'_> {
             }
             open = better;
         }
+    }
+
+    /// Whether a candidate brings a start value that is fitted with it: its derivative is nothing where
+    /// the candidate does nothing, and what the candidate then does is that of a wrong start.
+    fn has_own_start(&self, candidate: usize) -> bool {
+        let mut with_it = self.fitted.structure.candidates.clone();
+        with_it.push(candidate);
+        with_it.sort_unstable();
+        let starts = |structure: &Structure| {
+            let directions = &structure.system.signature().directions;
+            directions.iter().filter(|one| matches!(one, Direction::Start(_))).count()
+        };
+        let with_it = self.base.structure(self.all, &with_it);
+        with_it.is_ok_and(|with_it| starts(&with_it) > starts(&self.fitted.structure))
     }
 
     /// Inner constants of each of some candidates.
@@ -368,7 +484,25 @@ impl StartPoint {
     }
 }
 
-keep_by_fields!(Screen { scores, trials });
+keep_by_fields!(Screen { scores, trials, silent });
+
+keep_by_fields!(Silent { candidate, why, remedy });
+
+impl Kept for Remedy {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        let fits = matches!(self, Remedy::Fit | Remedy::FitAnyway);
+        [matches!(self, Remedy::ScoreIsZero | Remedy::FitAnyway), fits].write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        match <[bool; 2]>::read(bytes)? {
+            [true, false] => Some(Remedy::ScoreIsZero),
+            [false, true] => Some(Remedy::Fit),
+            [false, false] => Some(Remedy::LeaveOut),
+            [true, true] => Some(Remedy::FitAnyway),
+        }
+    }
+}
 
 keep_by_fields!(Score { candidate, gain, points, columns });
 
@@ -381,6 +515,8 @@ struct Promise {
     point: StartPoint,
     columns: Vec<Vec<f64>>,
     contrasts: Vec<Contrast>,
+    /// Whether it changes anything that is measured.
+    is_seen: bool,
 }
 
 /// The gain of the best λ within bounds.
@@ -393,12 +529,13 @@ fn promise(
     columns: &[Vec<f64>],
     basis: &Basis,
     errors: &Errors,
-) -> Option<Promise> {
+) -> Promise {
     let mut basis = basis.clone();
     let (mut gain, mut point) = (0.0, StartPoint::default());
     let (mut kept, mut contrasts) = (Vec::new(), Vec::new());
     for (name, column) in lambdas.iter().zip(columns) {
-        let parameter = system.signature().parameters.iter().find(|p| *p.name == ***name)?;
+        let mut parameters = system.signature().parameters.iter();
+        let Some(parameter) = parameters.find(|p| *p.name == ***name) else { continue };
         let Some(rest) = basis.project_out(column) else { continue };
         let null = parameter.value;
         let contrast = errors.contrast(&rest, [parameter.lower - null, parameter.upper - null]);
@@ -411,7 +548,8 @@ fn promise(
         kept.push(rest);
         contrasts.push(contrast);
     }
-    (!kept.is_empty()).then_some(Promise { gain, point, columns: kept, contrasts })
+    let is_seen = columns.iter().flatten().any(|value| *value != 0.0);
+    Promise { gain, point, columns: kept, contrasts, is_seen }
 }
 
 /// A constant within an effect, and where it is tried.
@@ -490,8 +628,9 @@ fn span(recordings: &[Recording]) -> (f64, f64) {
     times.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(*t), b.max(*t)))
 }
 
-/// The span of what is fitted already: parameters, and start values of each recording.
-fn fitted_directions(fitted: &Fitted, data: &Data<'_>) -> Option<Basis> {
+/// The span of what is fitted already: parameters, and start values of each recording; and at how many
+/// measured samples derivatives to it are undefined.
+fn fitted_directions(fitted: &Fitted, data: &Data<'_>) -> Option<(Basis, usize)> {
     let structure = &fitted.structure;
     let system = &structure.system;
     let is_held = |j: usize| {
@@ -518,7 +657,8 @@ fn fitted_directions(fitted: &Fitted, data: &Data<'_>) -> Option<Basis> {
             all.push(column);
         }
     }
-    Some(Basis::new(&all))
+    let undefined = per_recording.iter().map(|part| part.undefined).sum();
+    Some((Basis::new(&all), undefined))
 }
 
 /// Weighted sensitivities of the measured samples of one recording.
@@ -526,14 +666,22 @@ struct Part {
     rows: usize,
     /// One for each direction.
     columns: Vec<Vec<f64>>,
+    /// Of these rows, those at which a derivative is undefined.
+    undefined: usize,
 }
 
-/// One column for each direction over the samples of all training recordings.
-fn sensitivities(system: &Loaded, values: &Values, data: &Data<'_>) -> Option<Vec<Vec<f64>>> {
+/// One column for each direction over the samples of all training recordings, and at how many of them
+/// a derivative is undefined.
+fn sensitivities(
+    system: &Loaded,
+    values: &Values,
+    data: &Data<'_>,
+) -> Option<(Vec<Vec<f64>>, usize)> {
     let parts = sensitivities_by_recording(system, values, data)?;
     let directions = system.signature().directions.len();
     let joined = |j: usize| parts.iter().flat_map(|part| part.columns[j].iter().copied()).collect();
-    Some((0..directions).map(joined).collect())
+    let undefined = parts.iter().map(|part| part.undefined).sum();
+    Some(((0..directions).map(joined).collect(), undefined))
 }
 
 fn sensitivities_by_recording(
@@ -549,12 +697,18 @@ fn sensitivities_by_recording(
             let start = values.starts(system, r);
             let observations = observe(system, recording, &p, &start, &data.options).ok()?;
             let mut columns = vec![Vec::new(); directions];
+            let mut undefined = 0;
             for (output, noise) in data.noise.iter().enumerate() {
                 let (Some(noise), Some(measured)) = (noise, &recording.measured[output]) else {
                     continue;
                 };
                 let is_measured = |k: usize| measured[k].is_finite();
                 let whitener = Whitener::new(&recording.times, is_measured, noise);
+                let is_undefined = |k: usize| {
+                    let value = |j: usize| observations.dw(k)[j * observations.n_w + output];
+                    is_measured(k) && !(0..directions).all(|j| value(j).is_finite())
+                };
+                undefined += (0..measured.len()).filter(|k| is_undefined(*k)).count();
                 for (j, column) in columns.iter_mut().enumerate() {
                     // What is known of no sample behind a point at which it does not exist takes no part.
                     let derivative = |k: usize| {
@@ -568,7 +722,7 @@ fn sensitivities_by_recording(
                     column.extend(measured.filter(|(k, _)| is_measured(*k)).map(|(_, e)| e));
                 }
             }
-            Some(Part { rows: columns.first().map_or(0, Vec::len), columns })
+            Some(Part { rows: columns.first().map_or(0, Vec::len), columns, undefined })
         })
         .collect()
 }

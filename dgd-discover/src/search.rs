@@ -23,7 +23,7 @@ use crate::candidates::Candidate;
 use crate::fitted::{Data, Fitted, NoFit};
 use crate::parallel::in_parallel;
 use crate::resampled::Trial;
-use crate::screen::{Look, Score, Screen, StartPoint, are_parallel, screen, sort};
+use crate::screen::{Look, Remedy, Score, Screen, StartPoint, are_parallel, screen, sort};
 use crate::structure::{BaseModel, Values};
 use crate::verdict::Outcome;
 
@@ -66,8 +66,8 @@ pub(crate) struct Search<'a> {
     pub tried: BTreeMap<Vec<usize>, Result<Fitted, NoFit>>,
     /// Candidates that the search may take.
     pub open: Open,
-    /// Templates that come to the same as an effect of the library.
-    pub doubled: BTreeSet<usize>,
+    /// Templates that come to the same as an effect of the library, with that.
+    pub doubled: BTreeMap<usize, usize>,
     /// Screens of structures by where the candidates stand that were screened.
     pub screens: BTreeMap<(usize, Vec<usize>), Screen>,
     /// Parts of structures that were fitted from where the whole ended, with the whole.
@@ -97,9 +97,12 @@ impl Search<'_> {
         self.refuse();
         // What the library has under a name of its own goes by that name.
         let known = self.screened_of(Open::Library, &[]);
-        let has_a_name = |score: &&Score| known.iter().any(|known| are_parallel(known, score));
+        let with_a_name = |score: &Score| {
+            let known = known.iter().find(|known| are_parallel(known, score))?;
+            Some((score.candidate, known.candidate))
+        };
         let doubled = self.screened(&[]);
-        self.doubled = doubled.iter().filter(has_a_name).map(|score| score.candidate).collect();
+        self.doubled = doubled.iter().filter_map(with_a_name).collect();
         Ok(match self.search() {
             Outcome::Unexplained(_) => self.partly().unwrap_or(of_library),
             Outcome::Effects(chosen) if self.is_specific(&chosen) => of_library,
@@ -161,13 +164,36 @@ impl Search<'_> {
 
     /// Tries one effect more with each of some structures.
     fn grow(&mut self, frontier: &[Vec<usize>], refitted: usize) {
-        let mut wanted = Vec::new();
+        let mut wanted: Vec<Wanted> = Vec::new();
         for chosen in frontier {
             for score in self.screened(chosen).iter().take(refitted) {
                 wanted.push(self.extended(chosen, score));
             }
+            for other in self.without_score(chosen) {
+                match wanted.iter_mut().find(|wanted| wanted.chosen == other.chosen) {
+                    Some(wanted) => wanted.points.extend(other.points),
+                    None => wanted.push(other),
+                }
+            }
         }
         self.confirm(wanted);
+    }
+
+    /// A structure with each effect that has no score on top of another, to be fitted from the values
+    /// that its file has: effects of the library, and few of the templates.
+    fn without_score(&mut self, chosen: &[usize]) -> Vec<Wanted> {
+        self.screen(self.open, chosen);
+        let screen = self.known_screen(self.open, chosen);
+        let silent = screen.into_iter().flat_map(|screen| &screen.silent);
+        let silent = silent.filter(|silent| match silent.remedy {
+            Remedy::Fit => !self.candidates[silent.candidate].is_generic,
+            Remedy::FitAnyway => chosen.is_empty() || !self.candidates[silent.candidate].is_generic,
+            Remedy::ScoreIsZero | Remedy::LeaveOut => false,
+        });
+        let points = vec![StartPoint::default()];
+        let nothing =
+            |candidate| Score { candidate, gain: 0.0, points: points.clone(), columns: vec![] };
+        silent.map(|silent| self.extended(chosen, &nothing(silent.candidate))).collect()
     }
 
     /// Takes out candidates that make no sound model.
@@ -186,7 +212,6 @@ impl Search<'_> {
         match of {
             Open::Library => 0..first,
             Open::Templates => first..self.candidates.len(),
-            Open::All => 0..self.candidates.len(),
         }
     }
 
@@ -207,10 +232,9 @@ impl Search<'_> {
 
     /// The same of what was screened so far.
     pub(crate) fn scores(&self, some: Open, chosen: &[usize]) -> Vec<Score> {
-        let screens = self.screens_of(some, chosen);
-        let mut scores: Vec<Score> =
-            screens.iter().flat_map(|screen| screen.scores.iter()).cloned().collect();
-        scores.retain(|score| !self.doubled.contains(&score.candidate));
+        let screen = self.known_screen(some, chosen);
+        let mut scores = screen.map_or_else(Vec::new, |screen| screen.scores.clone());
+        scores.retain(|score| !self.doubled.contains_key(&score.candidate));
         sort(&mut scores);
         scores
     }
@@ -218,45 +242,43 @@ impl Search<'_> {
     /// What each of the open candidates could gain there.
     pub(crate) fn trials(&mut self, chosen: &[usize]) -> Vec<Trial> {
         self.screen(self.open, chosen);
-        let screens = self.screens_of(self.open, chosen);
-        let trials = screens.iter().flat_map(|screen| &screen.trials);
-        trials.filter(|trial| !self.doubled.contains(&trial.candidate)).cloned().collect()
+        let screen = self.known_screen(self.open, chosen);
+        let trials = screen.into_iter().flat_map(|screen| &screen.trials);
+        trials.filter(|trial| !self.doubled.contains_key(&trial.candidate)).cloned().collect()
     }
 
-    /// What each of some candidates could gain on top of the base model.
-    pub(crate) fn trials_in_the_base(&self, some: Open) -> Vec<Trial> {
-        match self.screens_of(some, &[]).as_slice() {
-            [screen] => screen.trials.clone(),
-            _ => self.fitted(&[]).map_or_else(Vec::new, |fitted| {
-                self.screen_of(fitted, self.range(some), Look::OnTheGrid).trials
+    /// What some candidates promise on top of the base model, which is screened where it is not.
+    pub(crate) fn screen_of_the_base(&self, some: Open) -> Screen {
+        match self.known_screen(some, &[]) {
+            Some(screen) => screen.clone(),
+            None => self.fitted(&[]).map_or_else(Screen::default, |fitted| {
+                self.screen_of(fitted, self.range(some), Look::OnTheGrid)
             }),
         }
     }
 
-    /// Screens of a structure that were made.
-    fn screens_of(&self, some: Open, chosen: &[usize]) -> Vec<&Screen> {
-        let kinds = some.kinds().iter().filter(|kind| !self.range(**kind).is_empty());
-        let key = |kind: &Open| (self.range(*kind).start, chosen.to_vec());
-        kinds.filter_map(|kind| self.screens.get(&key(kind))).collect()
+    /// The screen of a structure, if it was made.
+    fn known_screen(&self, some: Open, chosen: &[usize]) -> Option<&Screen> {
+        let range = self.range(some);
+        let key = || (range.start, chosen.to_vec());
+        (!range.is_empty()).then(|| self.screens.get(&key()))?
     }
 
     /// Screens candidates on top of a structure, unless that was done.
     fn screen(&mut self, some: Open, chosen: &[usize]) {
-        for kind in some.kinds() {
-            let range = self.range(*kind);
-            let key = (range.start, chosen.to_vec());
-            if range.is_empty() || self.screens.contains_key(&key) {
-                continue;
-            }
-            let Some(fitted) = self.fitted(chosen) else { return };
-            let screen = self.screen_of(fitted, range, Look::Closer);
-            self.screens.insert(key, screen);
+        let range = self.range(some);
+        let key = (range.start, chosen.to_vec());
+        if range.is_empty() || self.screens.contains_key(&key) {
+            return;
         }
+        let Some(fitted) = self.fitted(chosen) else { return };
+        let screen = self.screen_of(fitted, range, Look::Closer);
+        self.screens.insert(key, screen);
     }
 
     fn screen_of(&self, fitted: &Fitted, some: Range<usize>, look: Look) -> Screen {
         let is_refused = |c: &usize| {
-            self.doubled.contains(c) || matches!(self.tried.get(&vec![*c]), Some(Err(_)))
+            self.doubled.contains_key(c) || matches!(self.tried.get(&vec![*c]), Some(Err(_)))
         };
         let chosen = &fitted.structure.candidates;
         let others: Vec<usize> = some.filter(|c| !chosen.contains(c) && !is_refused(c)).collect();
@@ -450,19 +472,6 @@ pub(crate) enum Open {
     Library,
     /// Templates.
     Templates,
-    /// Both.
-    All,
-}
-
-impl Open {
-    /// What is screened by itself.
-    fn kinds(self) -> &'static [Open] {
-        match self {
-            Open::Library => &[Open::Library],
-            Open::Templates => &[Open::Templates],
-            Open::All => &[Open::Library, Open::Templates],
-        }
-    }
 }
 
 /// When held-out recordings are simulated with a structure.

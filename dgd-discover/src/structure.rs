@@ -82,21 +82,21 @@ impl BaseModel {
         Ok(Structure { candidates: chosen.to_vec(), asts, brought, onsets, delays, system })
     }
 
-    /// The model with candidates applied and all others blended in at nothing, with sensitivities to
-    /// what switches each of the others on; and what the others brought.
+    /// The model with candidates applied and all others in it at nothing, in one of the ways to be so,
+    /// with sensitivities to what switches each of the others on; and what the others brought.
     pub(crate) fn screening(
         &self,
         all: &[Candidate<'_>],
         chosen: &[usize],
         others: &[usize],
+        at_nothing: Blending,
     ) -> Result<(Loaded, Vec<Brought>), Refused> {
         let base = self.apply(all, chosen)?;
         let others: Vec<Application<'_>> =
             others.iter().map(|&c| all[c].application.clone()).collect();
         let mut diagnostics = Diagnostics::default();
-        let Applied { asts, brought } =
-            apply(&base.asts, &others, Blending::Null, &mut diagnostics)
-                .map_err(|_| Refused::by(&diagnostics))?;
+        let Applied { asts, brought } = apply(&base.asts, &others, at_nothing, &mut diagnostics)
+            .map_err(|_| Refused::by(&diagnostics))?;
         let dae = self.assemble(&asts)?;
         let directions: Vec<Direction> = brought
             .iter()

@@ -12,7 +12,7 @@ use dgd_screen::noise::SensorNoise;
 
 /// Mean square of the errors, over that of the noise, up to which a structure explains the data: what
 /// it leaves is a few per cent of the sensors' noise, more than rounding and less than any effect.
-const EXPLAINED: f64 = 1.1;
+pub(crate) const EXPLAINED: f64 = 1.1;
 
 /// The same of held-out data, 1.2 times the noise: there start values are known from a minute only,
 /// and parameters no better than the training data tells.
@@ -143,6 +143,22 @@ impl Search<'_> {
                 of_training > UNRIVALLED * trained || of_held_out > UNRIVALLED * held_out
             })
         })
+    }
+
+    /// The structure that comes closest to another, in training and validation data alike, among those
+    /// that lack one of its effects.
+    pub(crate) fn without_one_of(&self, chosen: &[usize]) -> Option<Vec<usize>> {
+        let names = |chosen: &[usize]| -> BTreeSet<String> {
+            chosen.iter().map(|&c| self.candidates[c].name()).collect()
+        };
+        let (own, [trained, held_out]) = (names(chosen), self.squares(chosen)?);
+        let others = self.ranked().into_iter().filter(|other| !names(other).is_superset(&own));
+        let distance = |other: &Vec<usize>| {
+            let [of_training, of_held_out] = self.squares(other)?;
+            Some((of_training / trained).max(of_held_out / held_out))
+        };
+        let others = others.filter_map(|other| Some((distance(&other)?, other)));
+        others.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, other)| other)
     }
 
     /// Mean squares of the errors over the noise, in training and in held-out recordings; the former
@@ -347,7 +363,7 @@ impl Search<'_> {
             && let Some([a, b]) = self.cancelling(chosen)
         {
             let [a, b] = [a, b].map(|c| self.candidates[c].application.name());
-            notes.push(format!("`{b}` only takes back what `{a}` does"));
+            notes.push(format!("`{b}` largely cancels `{a}`"));
         }
         notes.join("; ")
     }
@@ -380,7 +396,7 @@ fn unit_of(noise: &SensorNoise) -> SensorNoise {
 }
 
 /// `None` of nothing.
-fn mean(by_output: &[(f64, usize)]) -> Option<f64> {
+pub(crate) fn mean(by_output: &[(f64, usize)]) -> Option<f64> {
     let (sum, n) = by_output.iter().fold((0.0, 0), |(sum, n), (s, m)| (sum + s, n + m));
     (n > 0).then(|| sum / n as f64)
 }
@@ -447,7 +463,7 @@ output h [m]
         let library = library.map(|ast| Effect::read(ast, &mut diagnostics).expect("an effect"));
         let options = ModelOptions::default();
         let model = resolve(&asts, &options, &mut diagnostics).expect("a model");
-        let candidates = candidates(&library, &model);
+        let candidates = candidates(&library, &asts, &model);
         let (free, fix) = (Vec::new(), Vec::new());
         let base = BaseModel { asts, options, free, fix, engine: Engine::Interpreter };
         let times: Vec<f64> = (0..SAMPLES).map(|k| k as f64).collect();
@@ -496,7 +512,7 @@ output h [m]
             threads: 1,
             tried: left.iter().map(fitted).collect(),
             open: Open::Library,
-            doubled: BTreeSet::new(),
+            doubled: BTreeMap::new(),
             screens: BTreeMap::new(),
             // Nothing is fitted once more.
             settled: all().flat_map(|part| all().map(move |whole| (part.clone(), whole))).collect(),

@@ -278,10 +278,10 @@ fn a_loss_that_ends_is_no_loss_with_an_influx() {
     let discovery = found(&examined, &[loss]);
     assert_eq!(discovery.verdict, Verdict::Unexplained, "{:?}", names(&discovery));
     assert!(discovery.effects.is_empty(), "{:?}", names(&discovery));
-    assert!(discovery.reason.contains("only takes back"), "{}", discovery.reason);
+    assert!(discovery.reason.contains("largely cancels"), "{}", discovery.reason);
     let pair = discovery.ranking.iter().find(|r| r.effects == ["mud_loss", "well_influx"]);
     let pair = pair.expect("it was tried");
-    assert!(pair.train < 1.1 && pair.note.contains("only takes back"), "{pair:?}");
+    assert!(pair.train < 1.1 && pair.note.contains("largely cancels"), "{pair:?}");
 }
 
 #[test]

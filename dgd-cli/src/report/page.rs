@@ -37,6 +37,8 @@ struct Page<'a> {
     ranking: Vec<[String; 5]>,
     screened: Vec<[String; 2]>,
     unlisted: usize,
+    /// The second of each is markup.
+    not_tried: Vec<[String; 2]>,
     equations: Vec<Changed<Equation>>,
     changes: Vec<Changed<&'a str>>,
     parameters: Vec<Parameter<'a>>,
@@ -122,6 +124,10 @@ pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, Comman
             .map(|candidate| [candidate.name.clone(), percent(candidate.share)])
             .collect(),
         unlisted: discovery.screened.len().saturating_sub(SCREENED),
+        not_tried: summary::not_tried(discovery, usize::MAX)
+            .into_iter()
+            .map(|[names, why]| [names, prose(&why)])
+            .collect(),
         equations: equations::changed(
             subject.model,
             subject.base,

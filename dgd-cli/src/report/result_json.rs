@@ -13,6 +13,9 @@ use super::{Subject, UNEXPLAINED, condition, guess};
 pub(super) fn write(subject: &Subject<'_>) -> String {
     let Discovery { verdict, reason, p_value, effects, unexplained, gap, .. } = subject.discovery;
     let Discovery { traces, ranking, screened, .. } = subject.discovery;
+    let not_tried: Vec<Value> = (subject.discovery.not_tried.iter())
+        .map(|(name, why)| json!({ "name": name, "reason": why }))
+        .collect();
     let recordings: Vec<Value> = traces
         .iter()
         .map(|trace| json!({ "name": trace.name, "held_out": trace.held_out }))
@@ -35,6 +38,7 @@ pub(super) fn write(subject: &Subject<'_>) -> String {
         "recordings": recordings,
         "ranking": ranking.iter().map(ranked).collect::<Vec<_>>(),
         "screened": screened,
+        "not_tried": not_tried,
     });
     format!("{all:#}\n")
 }

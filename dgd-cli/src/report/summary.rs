@@ -8,6 +8,9 @@ use dgd_discover::{Condition, Discovery, FoundEffect, Gap, Verdict};
 use super::quantity::{Quantity, of_differences, percent, probability, rounded, stretches};
 use super::{condition, guess, verdict};
 
+/// Templates that are named for each reason not to try them; all are in the report.
+const NAMED: usize = 3;
+
 /// The verdict, the effects, the errors before and after, and where the report is.
 pub(crate) fn text(
     discovery: &Discovery,
@@ -66,10 +69,33 @@ fn write_text(
         writeln!(text, "\nwhen the base model is off")?;
         write_table(text, &off, &[])?;
     }
+    let not_tried = not_tried(discovery, NAMED);
+    if !not_tried.is_empty() {
+        writeln!(text, "\ntemplates that were not tried")?;
+        write_table(text, &not_tried, &[])?;
+    }
     if let Some(folder) = folder {
         writeln!(text, "\nreport: {}", folder.join("report.html").display())?;
     }
     Ok(())
+}
+
+/// Templates that were not tried, so many by name for each reason, and the reason.
+pub(super) fn not_tried(discovery: &Discovery, named: usize) -> Vec<[String; 2]> {
+    let mut by_reason: Vec<(&str, Vec<&str>)> = Vec::new();
+    for (name, why) in &discovery.not_tried {
+        match by_reason.iter_mut().find(|(other, _)| other == why) {
+            Some((_, names)) => names.push(name),
+            None => by_reason.push((why, vec![name])),
+        }
+    }
+    let row = |(why, names): &(&str, Vec<&str>)| {
+        let shown = names[..names.len().min(named)].join(", ");
+        let more = names.len().saturating_sub(named);
+        let names = if more > 0 { format!("{shown} and {more} more") } else { shown };
+        [names, (*why).to_owned()]
+    };
+    by_reason.iter().map(row).collect()
 }
 
 fn effect_rows(effect: &FoundEffect) -> Vec<[String; 2]> {
@@ -90,7 +116,7 @@ fn effect_rows(effect: &FoundEffect) -> Vec<[String; 2]> {
     rows.extend(effect.condition.as_ref().map(goes_with));
     for other in &effect.alternatives {
         let ratio = rounded(other.valid_ratio, 3);
-        rows.push(["or".to_owned(), format!("{} (held-out error × {ratio})", other.name)]);
+        rows.push(["or".to_owned(), format!("{} (rms residual × {ratio})", other.name)]);
     }
     if let Some(test) = &effect.told_apart_by {
         rows.push(["told apart by".to_owned(), test.clone()]);

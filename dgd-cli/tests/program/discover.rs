@@ -7,6 +7,7 @@ use std::sync::OnceLock;
 
 use serde_json::{Value, json};
 
+use crate::names::nothing_vanishes;
 use crate::support::{Run, dgd, dgd_in, folder_with, killed_and_resumed, listing, path, root};
 
 #[cfg(target_os = "linux")]
@@ -46,6 +47,7 @@ fn a_discovery_writes_what_it_found() {
     assert_eq!(run.out, written[3], "standard output has the result as well");
 
     result_is_right(&run.json());
+    nothing_vanishes(&run.json(), &root().join("models/effects"));
     model_stands_by_itself(&folder);
     let base = read(&root(), MODEL);
     assert_eq!(patched(&base, &written[1]), written[0]);
@@ -245,6 +247,7 @@ fn with_its_effect_applied_nothing_is_missing() {
     let result = discover(&more).done().json();
     assert_eq!(result["verdict"], "sufficient");
     assert_eq!(result["effects"], json!([]));
+    nothing_vanishes(&result, &root().join("models/effects"));
     let friction = number(&result["parameters"]["F_b"]["value"]);
     assert!((friction / 6.8148e7 - 1.0).abs() < 0.05, "{friction}");
 }
@@ -480,6 +483,7 @@ fn the_story_of_the_thesis_is_found_in_the_stand_in_for_its_recordings() {
         .map(|effect| effect["name"].as_str().expect("a name"))
         .collect();
     assert_eq!(names, ["booster_u_tubing", "flow_meter_gain", "pump_speed_exponent"]);
+    nothing_vanishes(&story, &root().join("models/effects"));
     assert_eq!(story["unexplained"].as_array().map(Vec::len), Some(1));
     let value = |effect: usize, name: &str| {
         story["effects"][effect]["parameters"][name]["value"].as_f64().expect("a number")

@@ -14,6 +14,7 @@ mod failures;
 mod fit_estimators;
 mod fit_quality;
 mod linearize;
+mod names;
 mod parts;
 mod per_sample;
 mod screen;
