@@ -860,3 +860,35 @@ equation x: der(x) = delay(q, tau) - 0.05 [1/s]*delay(x, 7.7 [s])
     let steps = solution.statistics.steps;
     assert!(steps < 12 * stamps.len(), "{steps} steps");
 }
+
+/// The last stage of a step reads what lies behind that which rows within the step read, and as many
+/// pieces as are dropped at once may have been made since.
+#[test]
+fn rows_within_a_step_read_what_they_need_of_a_long_history() {
+    const ROWS: usize = 2500;
+    let system = system(
+        "model late
+         parameter tau [s] = 1.5
+         input u [1] linear
+         state x [1] = 0
+         output w [1/s] = der(x)
+         equation e: der(x) = (u - delay(x, tau))/1 [s]",
+    );
+    let times: Vec<f64> = (0..ROWS).map(|k| k as f64).collect();
+    let values: Vec<f64> = (0..ROWS).map(|k| (k % 3) as f64).collect();
+    let signature = system.signature();
+    let (name, interpolation) = (&*signature.inputs[0].name, signature.inputs[0].interpolation);
+    let inputs = Inputs::recorded(&times, &[Column { name, interpolation, values: &values }]);
+    let inputs = inputs.expect("inputs");
+    let asked: Vec<f64> = (0..4 * (ROWS - 1)).map(|k| 0.25 * k as f64).collect();
+    let problem = Problem { system: &system, p: &[1.5], inputs: &inputs, start: &[] };
+    let solution = simulate(&problem, &asked, &Options::default()).expect("a solution");
+    let observed = observe(&problem, &solution);
+    for k in 6..asked.len() {
+        let (sample, part) = (k / 4, (k % 4) as f64 / 4.0);
+        let u = values[sample] + part * (values[sample + 1] - values[sample]);
+        let expected = u - solution.y(k - 6)[0];
+        let w = observed.w(k)[0];
+        assert!((w - expected).abs() < 1e-5, "{w} for {expected} at {} s", asked[k]);
+    }
+}

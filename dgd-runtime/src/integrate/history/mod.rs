@@ -356,7 +356,7 @@ impl History {
     pub(super) fn begin_piece(&mut self, t0: f64, t1: f64, for_now: bool) {
         self.remove_trial();
         self.is_trial = for_now;
-        self.drop_passed();
+        self.drop_passed(t0);
         self.ends.push([t0, t1]);
         let n = self.now.len();
         self.differences.resize(self.ends.len() * n * NODES.len(), 0.0);
@@ -420,14 +420,14 @@ impl History {
         self.marks.push(Mark { t, piece, level, dt, left });
     }
 
-    /// Forgets what no delay reaches any more, now and then.
-    fn drop_passed(&mut self) {
+    /// Forgets, now and then, what no delay reaches any more from `t` on.
+    fn drop_passed(&mut self, t: f64) {
         // A delay that varies may grow without bound.
         if self.ends.len() < 2 * MANY_PASSED || self.varies() {
             return;
         }
         // A delay that is still before the start will read the first piece of all.
-        let oldest = self.lags.iter().map(|lag| lag.piece).min().unwrap_or(self.first);
+        let oldest = self.lags.iter().map(|lag| self.piece_at(lag, t)).min().unwrap_or(self.first);
         let passed = oldest - self.first;
         if passed < MANY_PASSED {
             return;
@@ -439,6 +439,15 @@ impl History {
         let mark = behind.unwrap_or(self.first_mark);
         self.marks.drain(..mark - self.first_mark);
         self.first_mark = mark;
+    }
+
+    /// The piece that a delay reads at `t`. The last stage of a step that is being recorded has read a
+    /// later one than the rows within the step will.
+    fn piece_at(&self, lag: &Lag, t: f64) -> usize {
+        let alpha = t - lag.constant().unwrap_or(0.0) - self.rounding(t);
+        let read = lag.piece.saturating_sub(self.first).min(self.ends.len());
+        let before = self.ends[..read].iter().rev().take_while(|[_, end]| *end >= alpha).count();
+        self.first + read - before
     }
 }
 
