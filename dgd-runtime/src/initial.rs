@@ -20,7 +20,7 @@ use crate::problem::{Options, Problem, unknown_sizes};
 use crate::readings::readings;
 use crate::signal::Side;
 use crate::state_selection::select_states;
-use crate::system::{Pattern, Point, Storage, System};
+use crate::system::{Pattern, Point, Signature, Storage, System};
 
 /// Corrections below this part of the tolerance end the iteration.
 const CONVERGED: f64 = 1e-4;
@@ -29,6 +29,14 @@ const MOST_ITERATIONS: usize = 100;
 pub(crate) const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// The smallest damping tried, λ.
 const LEAST_DAMPING: f64 = 1.0 / 4096.0;
+/// Relative pivots below this are zero, to rounding.
+const NOTHING: f64 = 1e-12;
+/// What is far less: of a size, and of a distance.
+const PART: f64 = 1e-2;
+/// The part of a number that a difference needs to be told from rounding.
+const SEEN: f64 = 1e-9;
+/// What a pivot falls to, at the most, that goes to zero.
+const TENTH: f64 = 0.1;
 /// How often a guess at which the equations are singular is moved.
 const MOST_NUDGES: u32 = 3;
 
@@ -162,11 +170,15 @@ impl<S: System> Algebraic<S> {
         let n = signature.unknowns.len();
         let mut mass = S::Vector::zeros(n);
         signature.write_mass(mass.as_mut());
-        let count = signature.unknowns.n_algebraic();
         // Without algebraic unknowns in any mode nothing is factorised.
-        let is_explicit = count == 0 && signature.discrete.automata.is_empty();
+        let is_explicit = Self::is_explicit(signature);
         let pattern = if is_explicit { &Pattern::EMPTY } else { &signature.jacobian };
         Self::with(system, mass, pattern)
+    }
+
+    /// Whether no mode has algebraic unknowns.
+    pub(crate) fn is_explicit(signature: &Signature) -> bool {
+        signature.unknowns.n_algebraic() == 0 && signature.discrete.automata.is_empty()
     }
 
     /// All equations, as if no unknown had a derivative: 0 = f for all of y.
@@ -223,6 +235,11 @@ impl<S: System> Algebraic<S> {
         })
     }
 
+    /// Sets the rows of differential unknowns to zero.
+    pub(crate) fn keep_algebraic(&self, values: &mut [f64]) {
+        mask(values, self.mass.as_ref());
+    }
+
     /// Sets the rows of algebraic unknowns to zero, in one or several vectors.
     pub(crate) fn keep_differential(&self, values: &mut [f64]) {
         let n = self.mass.as_ref().len().max(1);
@@ -273,28 +290,113 @@ impl<S: System> Algebraic<S> {
         Ok(())
     }
 
-    /// The equation that makes ∂f_a/∂y_a as good as singular, if one does.
+    /// The equation that makes ∂f_a/∂y_a as good as singular, if one does; `jacobian` was taken at `at`, and
+    /// `work` is space for others.
     ///
     /// The measure is the smallest pivot m, with unknowns in units of their sizes and equations in
     /// units of their largest term so far. S_a is S_d, known to about `atol`, over m: where m falls
     /// below atol^(2/3) of the largest it was in this run, no more than a third of the digits are
-    /// left, and an error estimate that insists on the others takes steps without number.
+    /// left, and an error estimate that insists on the others takes steps without number, if m goes on
+    /// to zero ([`Algebraic::vanishes_nearby`]). An equation that merely became weak, such as that of a
+    /// diode that closed, still determines its unknown.
     #[inline]
     pub(crate) fn singular_equation(
         &mut self,
-        pattern: &Pattern,
-        jacobian: &[f64],
+        system: &S,
+        at: Point<'_>,
+        (jacobian, work): (&[f64], &mut [f64]),
         sizes: &[f64],
         atol: f64,
     ) -> Option<usize> {
-        match self.smallest_relative_pivot(pattern, jacobian, sizes) {
+        match self.smallest_relative_pivot(&system.signature().jacobian, jacobian, sizes) {
             Err(Singular { row }) => Some(row),
             Ok(None) => None,
-            Ok(Some(Pivot { row, magnitude })) => {
-                self.strongest = self.strongest.max(magnitude);
+            Ok(Some(pivot)) => {
+                self.strongest = self.strongest.max(pivot.magnitude);
                 let least = vanishing(atol).max(atol.powf(2.0 / 3.0) * self.strongest);
-                (magnitude <= least).then_some(row)
+                let is_weak = pivot.magnitude <= least;
+                (is_weak && self.vanishes_nearby(system, at, pivot, work, sizes))
+                    .then_some(pivot.row)
             }
+        }
+    }
+
+    /// Whether a small pivot, factorised last, is zero close to where it was found: whether the solution is
+    /// about to meet a point at which an equation stops determining its unknown.
+    ///
+    /// The algebraic unknowns are moved along the direction in which they are determined least, to where
+    /// the pivot m would be zero if it were linear, and once more as far. With 0 = f − q|q| it is zero
+    /// there, and with any power of q up to the eighth less than a tenth; that of an exponential falls by
+    /// e² at the most, and what does not depend on the unknowns stays as it is. So how small it is does not
+    /// matter, in whatever units, nor does the tolerance.
+    #[cold]
+    fn vanishes_nearby(
+        &mut self,
+        system: &S,
+        at: Point<'_>,
+        pivot: Pivot,
+        work: &mut [f64],
+        sizes: &[f64],
+    ) -> bool {
+        if pivot.magnitude <= NOTHING {
+            return true;
+        }
+        let y = at.y;
+        let direction = self.correction.as_mut();
+        direction.fill(0.0);
+        direction[pivot.row] = 1.0;
+        self.factorisation.solve(self.correction.as_mut());
+        mask(self.correction.as_mut(), self.mass.as_ref());
+        let direction = self.correction.as_mut();
+        let longest = direction.iter().fold(0.0, |longest: f64, d| longest.max(d.abs()));
+        if !longest.is_finite() || longest == 0.0 {
+            return true;
+        }
+        // Where y is large for its size, what moves it has to be seen in it.
+        let mut large = 1.0_f64;
+        for ((d, y), size) in direction.iter_mut().zip(y).zip(sizes) {
+            *d /= longest;
+            if d.abs() > PART {
+                large = large.max(y.abs() / size);
+            }
+        }
+        let little = (PART * PART * pivot.magnitude / self.strongest).max(SEEN * large);
+        let ahead = self.pivot_at(system, at, little, work, sizes);
+        let behind = self.pivot_at(system, at, -little, work, sizes);
+        let slope = (ahead - behind) / (2.0 * little);
+        let distance = -pivot.magnitude / slope;
+        if distance.abs() > PART * large {
+            return false;
+        }
+        // NaN compares false: an equation that is not finite there does not determine its unknown.
+        let goes_on = |this: &mut Self, work: &mut [f64], times: f64| {
+            this.pivot_at(system, at, times * distance, work, sizes) > TENTH * pivot.magnitude
+        };
+        !(goes_on(self, work, 1.0) && goes_on(self, work, 2.0))
+    }
+
+    /// The smallest relative pivot with the algebraic unknowns moved by so many sizes along the direction in
+    /// `correction`; zero where there is none.
+    fn pivot_at(
+        &mut self,
+        system: &S,
+        at: Point<'_>,
+        by: f64,
+        work: &mut [f64],
+        sizes: &[f64],
+    ) -> f64 {
+        let moved = self.trial.as_mut();
+        for (((moved, y), size), d) in
+            moved.iter_mut().zip(at.y).zip(sizes).zip(self.correction.as_ref())
+        {
+            *moved = y + by * size * d;
+        }
+        let at = Point { y: self.trial.as_ref(), ..at };
+        let (slopes, f, dfdt) = (&self.zero_slopes, &mut self.f, &mut self.dfdt);
+        system.linearize(at, slopes.as_ref(), f.as_mut(), work, dfdt.as_mut());
+        match self.relative_pivot(&system.signature().jacobian, work, sizes) {
+            Err(Singular { .. }) => 0.0,
+            Ok(pivot) => pivot.map_or(f64::INFINITY, |pivot| pivot.magnitude),
         }
     }
 
@@ -318,15 +420,18 @@ impl<S: System> Algebraic<S> {
     /// unknowns with this tolerance makes of zero; if one does.
     pub(crate) fn vanishing_equation(
         &mut self,
-        pattern: &Pattern,
-        jacobian: &[f64],
+        system: &S,
+        at: Point<'_>,
+        (jacobian, work): (&[f64], &mut [f64]),
         sizes: &[f64],
         atol: f64,
     ) -> Option<usize> {
-        match self.smallest_relative_pivot(pattern, jacobian, sizes) {
+        match self.smallest_relative_pivot(&system.signature().jacobian, jacobian, sizes) {
             Err(Singular { row }) => Some(row),
             Ok(pivot) => {
-                pivot.filter(|pivot| pivot.magnitude <= vanishing(atol)).map(|pivot| pivot.row)
+                let pivot = pivot.filter(|pivot| pivot.magnitude <= vanishing(atol))?;
+                self.strongest = self.strongest.max(pivot.magnitude);
+                self.vanishes_nearby(system, at, pivot, work, sizes).then_some(pivot.row)
             }
         }
     }
@@ -353,12 +458,22 @@ impl<S: System> Algebraic<S> {
         jacobian: &[f64],
         sizes: &[f64],
     ) -> Result<Option<Pivot>, Singular> {
-        let mass = self.mass.as_ref();
         // Rows remember their largest term, or an equation of one term would always look regular.
         let row_sizes = self.row_sizes.as_mut();
         pattern.for_each(jacobian, |row, column, j| {
             row_sizes[row] = row_sizes[row].max((j * sizes[column]).abs());
         });
+        self.relative_pivot(pattern, jacobian, sizes)
+    }
+
+    #[inline]
+    fn relative_pivot(
+        &mut self,
+        pattern: &Pattern,
+        jacobian: &[f64],
+        sizes: &[f64],
+    ) -> Result<Option<Pivot>, Singular> {
+        let (mass, row_sizes) = (self.mass.as_ref(), self.row_sizes.as_ref());
         self.rows.as_mut().copy_from_slice(jacobian);
         pattern.for_each_mut(self.rows.as_mut(), |row, column, value| {
             let inside = mass[row] == 0.0 && mass[column] == 0.0 && row_sizes[row] > 0.0;
@@ -393,6 +508,31 @@ impl<S: System> Algebraic<S> {
         jacobian: &mut [f64],
         sizes: &[f64],
         tolerances: Tolerances,
+    ) -> Result<(), InitialError> {
+        self.solve_nudged(system, at, y, jacobian, (sizes, tolerances), MOST_NUDGES)
+    }
+
+    /// The same from a guess that is close: it is not left for another one where equations are singular.
+    pub(crate) fn solve_nearby(
+        &mut self,
+        system: &S,
+        at: Place<'_>,
+        y: &mut [f64],
+        jacobian: &mut [f64],
+        sizes: &[f64],
+        tolerances: Tolerances,
+    ) -> Result<(), InitialError> {
+        self.solve_nudged(system, at, y, jacobian, (sizes, tolerances), 0)
+    }
+
+    fn solve_nudged(
+        &mut self,
+        system: &S,
+        at: Place<'_>,
+        y: &mut [f64],
+        jacobian: &mut [f64],
+        (sizes, tolerances): (&[f64], Tolerances),
+        most_nudges: u32,
     ) -> Result<(), InitialError> {
         let Place { t, u, p, z } = at;
         let signature = system.signature();
@@ -438,7 +578,7 @@ impl<S: System> Algebraic<S> {
                 if is_rounding(&self.f, &self.mass, &mut self.trial, pattern, jacobian, y) {
                     return Ok(());
                 }
-                if nudges == MOST_NUDGES {
+                if nudges == most_nudges {
                     let row = factorised.err().map_or(largest(self.f.as_ref()), |e| e.row);
                     return Err(self.singular(system, Point { t, y, u, p, z }, row, jacobian));
                 }
@@ -471,7 +611,7 @@ impl<S: System> Algebraic<S> {
                 y.copy_from_slice(self.trial.as_ref());
             } else if is_rounding(&self.f, &self.mass, &mut self.trial, pattern, jacobian, y) {
                 return Ok(());
-            } else if nudges < MOST_NUDGES {
+            } else if nudges < most_nudges {
                 nudges += 1;
                 self.nudge(y, sizes, nudges);
             } else {
@@ -639,7 +779,7 @@ impl<S: System> Rates<S> {
 
 /// Relative pivots below this are zero: corrections of [`CONVERGED`] leave that much of a double root.
 fn vanishing(atol: f64) -> f64 {
-    (10.0 * CONVERGED * atol).max(1e-12)
+    (10.0 * CONVERGED * atol).max(NOTHING)
 }
 
 fn is_rounding<V: Storage>(

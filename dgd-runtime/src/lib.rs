@@ -4,6 +4,7 @@
 //!   System + parameters + Inputs + start values = Problem
 //!   simulate(problem, times, options)                    → Solution: y
 //!   simulate_chosen(problem, chosen, times, options)     → Solution: a few of y
+//!   simulate_observed(problem, chosen, times, options)   → Solution: the same with outputs
 //!   simulate_with_sensitivities(problem, times, options) → Solution: y and S = ∂y/∂θ
 //!   observe(problem, solution)                           → Observations: w and ∂w/∂θ
 //!   linearize::linearize(problem, point)               → StateSpace: A, B, C, D close to a point
@@ -33,6 +34,7 @@ mod measured_start;
 mod observe;
 mod pattern;
 mod problem;
+mod projection;
 mod readings;
 mod signal;
 mod solution;
@@ -45,11 +47,12 @@ mod width;
 pub use discrete::discrete_numbers;
 pub use error::{BadRequest, Evaluation, Failure, InitialError, IntegrateError};
 pub use initial::{ConsistentStart, consistent_start};
+pub use integrate::begin::{OtherMethod, method_to_begin};
 pub use integrate::catalogue::{
     METHODS, Method, MethodKind, UnknownMethod, automatic as automatic_method, find as find_method,
 };
 pub use integrate::locked::{PerSample, PerSampleChoice, PerSampleError, Steps, choose_per_sample};
-pub use integrate::{simulate, simulate_chosen, simulate_with_sensitivities};
+pub use integrate::{simulate, simulate_chosen, simulate_observed, simulate_with_sensitivities};
 pub use measured_start::{MeasuredStartError, start_from_outputs};
 pub use observe::{Observations, observe};
 pub use problem::{Options, Problem};

@@ -17,6 +17,9 @@ pub struct Solution {
     pub times: Vec<f64>,
     /// Unknowns, n numbers per time.
     pub y: Vec<f64>,
+    /// Outputs, n_w numbers per time; of a run that evaluates them on its way alone
+    /// ([`simulate_observed`](crate::simulate_observed)).
+    pub w: Vec<f64>,
     /// Sensitivities, n · n_s numbers per time in the order of [`System`](crate::System); NaN where
     /// they are undefined.
     pub s: Vec<f64>,
@@ -190,6 +193,7 @@ impl Solution {
             n_s,
             times: Vec::new(),
             y: Vec::new(),
+            w: Vec::new(),
             s: Vec::new(),
             late: Vec::new(),
             n_z: signature.discrete.len(),
@@ -207,6 +211,7 @@ impl Solution {
     pub(crate) fn forget_rows(&mut self) {
         self.times.clear();
         self.y.clear();
+        self.w.clear();
         self.s.clear();
         self.z.clear();
         self.past.clear();

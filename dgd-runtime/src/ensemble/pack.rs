@@ -22,12 +22,14 @@ use super::stage::{LaneInputs, LaneTrial, mean_square};
 use super::times::Times;
 use crate::initial::{Algebraic, Place, start_values};
 use crate::integrate::catalogue::MethodKind;
+use crate::integrate::drive::Drive;
 use crate::integrate::locked::Steps;
 use crate::integrate::{verify_inputs, verify_request};
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, unknown_sizes};
+use crate::projection::{Projection, Rows};
 use crate::signal::{Segment, Side};
-use crate::solution::Statistics;
+use crate::solution::{Statistics, side};
 use crate::system::{Point, Storage, System};
 use crate::width::{Width, Work};
 
@@ -482,8 +484,45 @@ impl<'a, S: System> Pack<'a, S> {
         Some(())
     }
 
+    /// Moves the rows of the member in lane l onto the algebraic equations.
+    fn project(&mut self, l: usize) {
+        let asked = self.times.asked;
+        let (Some(seat), Some(&from)) = (&mut self.seats[l], asked.first()) else { return };
+        if self.algebraic.is_empty() {
+            return;
+        }
+        let Seat { problem, rows, .. } = seat;
+        let (system, inputs, stride) = (self.system, problem.inputs, self.times.stride());
+        for (size, lanes) in self.slope.as_mut().iter_mut().zip(self.sizes.lanes()) {
+            *size = lanes.0[l];
+        }
+        self.algebraic.enter_modes(self.mass.as_ref());
+        let mut segment = inputs.segment_at(from, Side::Right);
+        let mut drive = Drive::new(problem, inputs.segment(segment), from, 0, self.tolerances);
+        // Rows are close to each other, so that the matrix of one serves the next.
+        let mut projection = Projection::new(system, 0);
+        let (sizes, tolerances) = (self.slope.as_ref(), self.tolerances);
+        let of_member = Rows { system, p: problem.p, z: &[], sizes, tolerances };
+        for (k, &t) in asked.iter().enumerate() {
+            let now = inputs.segment_at(t, side(asked, k));
+            if now != segment {
+                segment = now;
+                drive.enter(inputs.segment(now));
+            }
+            let y = self.row.as_mut();
+            for (y, row) in y.iter_mut().zip(rows.chunks_exact(stride)) {
+                *y = row[k];
+            }
+            projection.project(&mut self.algebraic, &of_member, &mut drive, t, y);
+            for (y, row) in y.iter().zip(rows.chunks_exact_mut(stride)) {
+                row[k] = *y;
+            }
+        }
+    }
+
     /// The member in lane l that is done, with its outputs.
     fn show(&mut self, l: usize) -> Done<'_> {
+        self.project(l);
         self.width.run(Observe(self, l));
         let Some(seat) = &mut self.seats[l] else {
             unreachable!("a lane that is shown has a member")

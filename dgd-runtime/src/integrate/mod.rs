@@ -21,6 +21,7 @@
 
 mod along;
 mod bdf;
+pub mod begin;
 mod breaks;
 pub mod butcher;
 pub mod catalogue;
@@ -57,7 +58,9 @@ use crate::error::{BadRequest, Failure, IntegrateError};
 use crate::initial::{Algebraic, Place, start_values};
 use crate::linalg::Singular;
 use crate::linalg::norm::Tolerances;
+use crate::observe::observe;
 use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
+use crate::projection::Projection;
 use crate::signal::{InputError, Segment, Side};
 use crate::solution::Solution;
 use crate::system::{Direction, Point, Signature, Storage, System};
@@ -71,6 +74,7 @@ use locked::Steps;
 pub use memory::Memory;
 pub(crate) use memory::held_by_bounds;
 use moving_jump::MovingJumps;
+use singular_point::Weak;
 use stepper::{At, Base, Directions, Failed, Stepper, Trial};
 use taylor::Expansion;
 
@@ -122,6 +126,41 @@ pub fn simulate_chosen<S: System>(
     S::integrate(problem, times, options, Wanted::Chosen(chosen))
 }
 
+/// [`simulate_chosen`], with the outputs, which are evaluated while the run goes on and may read any unknown:
+/// [`observe`](crate::observe) gives them. So a run of a large model needs memory for what it is asked for
+/// alone. Where an output is read late, or steps are equal, all is kept on the way.
+///
+/// # Errors
+///
+/// [`Failure`], with what was reached.
+///
+/// # Panics
+///
+/// As [`simulate_chosen`].
+pub fn simulate_observed<S: System>(
+    problem: &Problem<'_, S>,
+    chosen: &[usize],
+    times: &[f64],
+    options: &Options,
+) -> Result<Solution, Failure> {
+    let outputs = &problem.system.signature().outputs;
+    let is_late = outputs.iter().any(|output| output.delay.is_some());
+    if !is_late && !matches!(options.steps, Steps::PerSample(_)) {
+        return S::integrate(problem, times, options, Wanted::Observed(chosen));
+    }
+    let observed = |mut solution: Solution| {
+        solution.w = observe(problem, &solution).w;
+        solution.keep(chosen);
+        solution
+    };
+    match S::integrate(problem, times, options, Wanted::Unknowns) {
+        Ok(solution) => Ok(observed(solution)),
+        Err(Failure { error, partial }) => {
+            Err(Failure { error, partial: Box::new(observed(*partial)) })
+        }
+    }
+}
+
 /// [`simulate`], with the sensitivities of all unknowns to the model's directions.
 ///
 /// # Errors
@@ -148,6 +187,8 @@ pub enum Wanted<'a> {
     UnknownsAndPast,
     /// The unknowns at these positions alone, in this order.
     Chosen(&'a [usize]),
+    /// The same with all outputs; no output is read late, and steps are adaptive.
+    Observed(&'a [usize]),
     /// The unknowns and their sensitivities to the model's directions.
     Sensitivities,
     /// The unknowns of a run that can be gone on from ([`Solution::memory`]), and goes on from another one's
@@ -171,7 +212,7 @@ impl<'a> Wanted<'a> {
     /// The unknowns to be kept, where that is not all.
     fn chosen(self) -> Option<&'a [usize]> {
         match self {
-            Wanted::Chosen(chosen) => Some(chosen),
+            Wanted::Chosen(chosen) | Wanted::Observed(chosen) => Some(chosen),
             _ => None,
         }
     }
@@ -292,6 +333,11 @@ fn run_to<'a, S: System>(
     solution.past.reserve(solution.n_past * times.len());
     let mut simulation = Simulation::new(problem, options, from, directions);
     simulation.chosen = wanted.chosen();
+    if let Wanted::Observed(_) = wanted {
+        let n_w = problem.system.signature().outputs.len();
+        solution.w.reserve(n_w * times.len());
+        simulation.observed = Some(vec![0.0; n_w]);
+    }
     let before = wanted.resumed();
     simulation.resumed = before.memory;
     if let Some(past) = before.past {
@@ -419,8 +465,12 @@ struct Simulation<'a, S: System> {
     span: f64,
     row: S::Vector,
     sensitivity_row: Option<S::Sensitivity>,
+    /// Of recorded rows; `None` where no mode has algebraic unknowns.
+    projection: Option<Box<Projection<S>>>,
     /// The unknowns to be recorded; all without it.
     chosen: Option<&'a [usize]>,
+    /// Work space for outputs, where they are recorded.
+    observed: Option<Vec<f64>>,
     /// What the run goes on from.
     resumed: Option<&'a Memory>,
     /// The natural step size, for a run that goes on from this one.
@@ -446,6 +496,8 @@ impl<'a, S: System> Simulation<'a, S> {
         let moving = moves.then(|| MovingJumps::new(problem));
         let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
         let drive = Drive::new(problem, problem.inputs.segment(segment), from, n_s, tolerances);
+        let has_algebraic =
+            S::FEATURES.algebraic && !Algebraic::<S>::is_explicit(system.signature());
         let sensitivity_row = directions.as_ref().map(|directions| directions.s.clone());
         let kind = options.method.kind;
         let mut stepper = Stepper::new(system, kind);
@@ -462,6 +514,7 @@ impl<'a, S: System> Simulation<'a, S> {
             stepper,
             directions,
             algebraic: Algebraic::new(system),
+            projection: has_algebraic.then(|| Box::new(Projection::new(system, n_s))),
             segment,
             segment_end: problem.inputs.segment(segment).t1,
             breaks: drive.history.is_some().then(|| Breaks::new(n, sensitivity_row.clone())),
@@ -477,6 +530,7 @@ impl<'a, S: System> Simulation<'a, S> {
             row: S::Vector::zeros(n),
             sensitivity_row,
             chosen: None,
+            observed: None,
             resumed: None,
             natural_step: None,
         }
@@ -619,11 +673,13 @@ impl<'a, S: System> Simulation<'a, S> {
     /// they are not determined. The stepper is linearised at (t, y).
     fn make_sensitivities_consistent(&mut self, solution: &mut Solution) {
         let Problem { system, p, .. } = *self.problem;
+        if self.directions.is_none() {
+            return;
+        }
+        let singular = self.weak_equation(self.t, Weak::Singular);
         let Some(d) = &mut self.directions else { return };
         let pattern = &system.signature().jacobian;
         let jacobian = self.stepper.jacobian.as_ref();
-        let (sizes, atol) = (self.sizes.as_ref(), self.tolerances.atol);
-        let singular = self.algebraic.singular_equation(pattern, jacobian, sizes, atol);
         let singular = singular.or_else(|| {
             self.algebraic.factorise(pattern, jacobian).err().map(|Singular { row }| row)
         });

@@ -22,10 +22,10 @@ use super::drive::Drive;
 use super::largest_block;
 use super::stepper::{Directions, Failed, Spoilt, Stepper, Trial};
 use crate::initial::{self, add_terms};
-use crate::linalg::Factorisation;
 use crate::linalg::norm::Tolerances;
+use crate::linalg::{Factorisation, Singular};
 use crate::solution::Statistics;
-use crate::system::{Point, System};
+use crate::system::{Pattern, Point, System};
 
 /// For equations that are linear, and a matrix that may be from an earlier step.
 const MOST_LINEAR_ITERATIONS: i32 = 10;
@@ -103,13 +103,7 @@ impl<S: System> Stepper<S> {
         let jacobian = self.jacobian.as_ref();
         statistics.factorisations += 1;
         let factorised = self.factorisation.factorise(c, |i| mass[i] != 0.0, pattern, jacobian);
-        factorised.map_err(|singular| match jacobian.iter().position(|j| !j.is_finite()) {
-            None => singular.into(),
-            Some(k) => {
-                let spoilt = Spoilt::Derivative(pattern.position(k).0);
-                Failed::NotFinite { t: trial.base.t, spoilt }
-            }
-        })
+        factorised.map_err(|singular| failed(singular, trial.base.t, pattern, jacobian))
     }
 
     /// Takes J at (t, y_new), if f is finite there.
@@ -271,6 +265,16 @@ impl<S: System> Stepper<S> {
                 return Ok(());
             }
         }
+    }
+}
+
+/// Why a matrix with this Jacobian at `t` could not be factorised: singular it may be called where its
+/// numbers are finite.
+#[cold]
+pub(super) fn failed(singular: Singular, t: f64, pattern: &Pattern, jacobian: &[f64]) -> Failed {
+    match jacobian.iter().position(|j| !j.is_finite()) {
+        None => singular.into(),
+        Some(k) => Failed::NotFinite { t, spoilt: Spoilt::Derivative(pattern.position(k).0) },
     }
 }
 

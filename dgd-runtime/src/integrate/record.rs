@@ -2,6 +2,8 @@
 
 use super::drive::Drive;
 use super::{Simulation, Stop};
+use crate::problem::Problem;
+use crate::projection::Rows;
 use crate::solution::Solution;
 use crate::system::System;
 
@@ -25,15 +27,20 @@ impl<S: System> Simulation<'_, S> {
             return;
         }
 
+        if !self.algebraic.is_empty() {
+            self.begin_projection();
+        }
         if inside > 0 {
             self.record_inside(t_new, &asked[..inside], solution);
         }
         for _ in 0..at_end {
-            record_past(&mut self.drive, t_new, self.stepper.y_new.as_ref(), solution);
+            let recorded = (solution.y.len(), solution.s.len());
             solution.y.extend_from_slice(self.stepper.y_new.as_ref());
             if let Some(d) = &self.directions {
                 solution.s.extend_from_slice(d.s_new.as_ref());
             }
+            self.project_recorded(&[t_new], recorded, solution);
+            record_past(&mut self.drive, t_new, self.stepper.y_new.as_ref(), solution);
         }
         if S::FEATURES.events {
             for _ in 0..inside + at_end {
@@ -48,11 +55,12 @@ impl<S: System> Simulation<'_, S> {
     fn record_inside(&mut self, t_new: f64, asked: &[f64], solution: &mut Solution) {
         self.stepper.prepare_dense(self.y.as_ref(), self.directions.as_mut());
         let step = (self.t, t_new);
-        let recorded = solution.y.len();
+        let (recorded, recorded_s) = (solution.y.len(), solution.s.len());
         self.stepper.interpolate_all(step, asked, &self.y, &mut self.row, &mut solution.y);
         if let (Some(d), Some(row)) = (&self.directions, &mut self.sensitivity_row) {
             self.stepper.interpolate_all_sensitivities(step, asked, d, row, &mut solution.s);
         }
+        self.project_recorded(asked, (recorded, recorded_s), solution);
         if S::FEATURES.past && solution.n_past > 0 {
             for (k, t) in asked.iter().enumerate() {
                 let row = recorded + k * solution.n..recorded + (k + 1) * solution.n;
@@ -75,12 +83,70 @@ impl<S: System> Simulation<'_, S> {
                 solution.z.extend_from_slice(self.discrete.z());
             }
             record_past(&mut self.drive, self.t, self.y.as_ref(), solution);
+            let recorded = (solution.y.len(), solution.s.len());
             solution.y.extend_from_slice(self.y.as_ref());
             if let Some(d) = &self.directions {
                 solution.s.extend_from_slice(d.s.as_ref());
             }
+            self.begin_projection_anew();
+            self.project_recorded(&[self.t], recorded, solution);
         }
         fill_undefined(solution);
+    }
+
+    /// Begins to move rows of the step tried last onto the algebraic equations.
+    pub(super) fn begin_projection(&mut self) {
+        if let Some(projection) = &mut self.projection {
+            let pattern = &self.problem.system.signature().jacobian;
+            projection.begin(&mut self.algebraic, pattern, self.stepper.jacobian.as_ref());
+        }
+    }
+
+    /// Begins to move a row that belongs to no step.
+    pub(super) fn begin_projection_anew(&mut self) {
+        if let Some(projection) = &mut self.projection {
+            projection.begin_anew();
+        }
+    }
+
+    /// Moves the rows at `times`, recorded from these places on, onto the algebraic equations.
+    #[inline]
+    fn project_recorded(
+        &mut self,
+        times: &[f64],
+        (first, first_s): (usize, usize),
+        solution: &mut Solution,
+    ) {
+        if self.algebraic.is_empty() {
+            return;
+        }
+        let Solution { y, s, n, n_s, .. } = solution;
+        let has_s = s.len() > first_s;
+        let mut rows_s = s[first_s..].chunks_exact_mut((*n * *n_s).max(1));
+        for (t, row) in times.iter().zip(y[first..].chunks_exact_mut(*n)) {
+            let row_s = if has_s { rows_s.next() } else { None };
+            self.project(*t, row, row_s);
+        }
+    }
+
+    /// Moves the algebraic unknowns of a row, and their sensitivities, onto their equations.
+    pub(super) fn project(&mut self, t: f64, y: &mut [f64], s: Option<&mut [f64]>) {
+        let Some(projection) = &mut self.projection else { return };
+        let Problem { system, p, .. } = *self.problem;
+        let (sizes, z) = (self.sizes.as_ref(), self.discrete.z());
+        let rows = Rows { system, p, z, sizes, tolerances: self.tolerances };
+        projection.project(&mut self.algebraic, &rows, &mut self.drive, t, y);
+        if let (Some(s), Some(d)) = (s, &mut self.directions) {
+            let (s, g) = ((s, d.sizes.as_ref()), d.rhs.as_mut());
+            projection.project_sensitivities(
+                &mut self.algebraic,
+                &rows,
+                &mut self.drive,
+                (t, y),
+                s,
+                g,
+            );
+        }
     }
 }
 

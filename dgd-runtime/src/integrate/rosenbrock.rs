@@ -15,9 +15,10 @@
 #![allow(clippy::inline_always)]
 
 use super::drive::Drive;
-use super::stepper::{Base, Directions, Spoilt, Stepper, Trial};
+use super::newton::failed;
+use super::stepper::{Base, Directions, Failed, Spoilt, Stepper, Trial};
 use super::tableau::{MAX_STAGES, RosenbrockTableau};
-use crate::linalg::{Factorisation, Singular};
+use crate::linalg::Factorisation;
 use crate::system::{Pattern, Point, Storage, System};
 use crate::width::{Work, run_by_fours};
 
@@ -53,15 +54,18 @@ impl<S: System> Stepper<S> {
         trial: Trial<'_, S>,
         drive: &mut Drive<S>,
         directions: Option<&mut Directions<S>>,
-    ) -> Result<(), Singular> {
-        let Trial { base: Base { system, mass, .. }, h, .. } = trial;
+    ) -> Result<(), Failed> {
+        let Trial { base: Base { system, mass, t, .. }, h, .. } = trial;
         let mass = mass.as_ref();
-        self.factorisation.factorise(
+        let pattern = &system.signature().jacobian;
+        let jacobian = self.jacobian.as_ref();
+        let factorised = self.factorisation.factorise(
             1.0 / (h * tableau.gamma),
             |i| !S::FEATURES.algebraic || mass[i] != 0.0,
-            &system.signature().jacobian,
-            self.jacobian.as_ref(),
-        )?;
+            pattern,
+            jacobian,
+        );
+        factorised.map_err(|singular| failed(singular, t, pattern, jacobian))?;
         match directions {
             None => self.make_stages(tableau, trial, drive, None),
             Some(directions) => self.make_stages(tableau, trial, drive, Some(directions)),

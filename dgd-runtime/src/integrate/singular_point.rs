@@ -17,6 +17,15 @@ use crate::problem::Problem;
 use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
 use crate::system::{Point, System};
 
+/// How little an equation determines its unknown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Weak {
+    /// Too little for sensitivities.
+    Singular,
+    /// Not at all.
+    Vanishing,
+}
+
 impl<S: System> Simulation<'_, S> {
     /// Makes algebraic unknowns consistent again after a rejection; takes the step off a singular
     /// point, and gives its size, if that is where the solution stands.
@@ -50,11 +59,7 @@ impl<S: System> Simulation<'_, S> {
         let (mass, z) = (&self.algebraic.mass, self.discrete.z());
         let base = Base { system, p, z, mass, t: self.t };
         self.stepper.linearize(base, &mut self.drive, self.y.as_ref(), None);
-        let pattern = &system.signature().jacobian;
-        let jacobian = self.stepper.jacobian.as_ref();
-        let atol = self.tolerances.atol;
-        let sizes = self.sizes.as_ref();
-        let vanishing = self.algebraic.vanishing_equation(pattern, jacobian, sizes, atol);
+        let vanishing = self.weak_equation(self.t, Weak::Vanishing);
         let Some(row) = vanishing else {
             // The sensitivities were consistent with the unknowns as they were.
             self.make_sensitivities_consistent(solution);
@@ -191,14 +196,27 @@ impl<S: System> Simulation<'_, S> {
         self.linearized = true;
         solution.statistics.linearizations += 1;
         solution.statistics.factorisations += 1;
-        let singular = self.algebraic.singular_equation(
-            &system.signature().jacobian,
-            self.stepper.jacobian.as_ref(),
-            self.sizes.as_ref(),
-            self.tolerances.atol,
-        );
+        std::mem::swap(&mut self.y, &mut self.stepper.y_new);
+        let singular = self.weak_equation(t_new, Weak::Singular);
+        std::mem::swap(&mut self.y, &mut self.stepper.y_new);
         if let Some(row) = singular {
             self.end_sensitivities(self.t, row, solution);
+        }
+    }
+
+    /// The equation that does not determine its unknown at (t, y), where the stepper is linearised.
+    pub(super) fn weak_equation(&mut self, t: f64, how: Weak) -> Option<usize> {
+        let Problem { system, p, .. } = *self.problem;
+        let u = self.drive.at(t, self.y.as_ref());
+        let at = Point { t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
+        let work = self.projection.as_mut()?.jacobian.as_mut();
+        let jacobians = (self.stepper.jacobian.as_ref(), work);
+        let (sizes, atol) = (self.sizes.as_ref(), self.tolerances.atol);
+        match how {
+            Weak::Singular => self.algebraic.singular_equation(system, at, jacobians, sizes, atol),
+            Weak::Vanishing => {
+                self.algebraic.vanishing_equation(system, at, jacobians, sizes, atol)
+            }
         }
     }
 

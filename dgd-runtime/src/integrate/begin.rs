@@ -1,0 +1,83 @@
+//! Which method can begin a run.
+//!
+//! Rosenbrock methods need the derivatives of f at the start of each step, with sensitivities its second
+//! ones, too. Of x^1.5 at x = 0 they are not finite there, and are at the end of any step. Whether that is
+//! so at the start is seen before the run, so that no run changes its method on the way.
+
+use super::catalogue::{METHODS, Method, MethodKind};
+use super::stepper::Directions;
+use super::{Simulation, history};
+use crate::problem::{Options, Problem};
+use crate::solution::Solution;
+use crate::system::System;
+
+/// A method for a run that another one cannot begin.
+#[derive(Debug, Clone)]
+pub struct OtherMethod {
+    /// The method that can.
+    pub method: &'static Method,
+    /// The equation of which a derivative is not finite where the run begins.
+    pub equation: String,
+    /// Where that is, s.
+    pub t: f64,
+}
+
+/// The method for a run that begins at `t` and that `options.method` cannot begin: `kencarp4`, which needs no
+/// second derivatives, or `bdf`, which needs no derivative at the start of a step. `None` where the method
+/// can begin the run, where none can, and where what is asked makes no sense, as the run will say.
+///
+/// A model with directions is looked at as with sensitivities to them.
+///
+/// # Panics
+///
+/// When the problem has another number of parameters or inputs than the model.
+pub fn method_to_begin<S: System>(
+    problem: &Problem<'_, S>,
+    t: f64,
+    options: &Options,
+) -> Option<OtherMethod> {
+    let MethodKind::Rosenbrock(_) = options.method.kind else { return None };
+    options.verify().ok()?;
+    problem.inputs.cover(t, t).ok()?;
+    let system = problem.system;
+    let signature = system.signature();
+    let n_s = signature.directions.len();
+    history::verify(problem, n_s > 0).ok()?;
+    let inputs = problem.inputs_read().ok()?;
+    let read = Problem { inputs: &inputs, ..*problem };
+    let directions = (n_s > 0).then(|| Directions::new(system));
+    let mut simulation = Simulation::new(&read, options, t, directions);
+    let mut solution = Solution::empty(signature, n_s);
+    simulation.start(&mut solution).ok()?;
+    simulation.linearize_for_step(&mut solution);
+    let (method, row) = simulation.other_method()?;
+    Some(OtherMethod { method, equation: signature.equations.at(row).to_string(), t })
+}
+
+impl<S: System> Simulation<'_, S> {
+    /// What can go where a Rosenbrock method cannot, from the linearisation at (t, y), and the equation with
+    /// a derivative that is not finite.
+    fn other_method(&self) -> Option<(&'static Method, usize)> {
+        let bad = |values: &[f64]| values.iter().position(|value| !value.is_finite());
+        let signature = self.problem.system.signature();
+        let n = self.y.as_ref().len();
+        let of_directions = self.directions.as_ref();
+        if bad(self.stepper.f.as_ref()).or(of_directions.and_then(|d| bad(d.g.as_ref()))).is_some()
+        {
+            return None;
+        }
+        let named = |kind: fn(MethodKind) -> bool| METHODS.iter().find(|method| kind(method.kind));
+        if let Some(k) = bad(self.stepper.jacobian.as_ref()) {
+            let method = named(|kind| matches!(kind, MethodKind::Bdf(_)))?;
+            return Some((method, signature.jacobian.position(k).0));
+        }
+        let of_time = bad(self.stepper.dfdt.as_ref());
+        let row = of_time.or_else(|| {
+            let d = of_directions?;
+            let pattern = &signature.sensitivity_jacobian;
+            let second = || bad(d.dgdy.as_ref()).map(|k| pattern.position(k).0 % n);
+            bad(d.dgdt.as_ref()).map(|row| row % n).or_else(second)
+        })?;
+        Some((named(|kind| matches!(kind, MethodKind::Esdirk(_)))?, row))
+    }
+}

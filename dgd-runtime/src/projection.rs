@@ -1,0 +1,217 @@
+//! Rows that fulfil their algebraic equations.
+//!
+//! What lies between the ends of a step is a polynomial in time, which knows nothing of 0 = f_a: where
+//! an algebraic unknown bends within a step it is off by far more than the tolerance, and so are its
+//! sensitivities. Rows that are kept are therefore moved onto the equations, with differential unknowns
+//! as they are:
+//!
+//! ```text
+//!   −∂f_a/∂y_a δ = f_a(t, y_d, y_a),  y_a ← y_a + δ      with one matrix for all rows of a step,
+//! ```
+//!
+//! and the same for the sensitivities. Where that matrix does not lead there, because the row is on another
+//! branch, Newton's method does from the row itself.
+
+use crate::initial::{Algebraic, Place};
+use crate::integrate::drive::Drive;
+use crate::linalg::Factorisation;
+use crate::linalg::norm::Tolerances;
+use crate::system::{Pattern, Point, Storage, System};
+
+/// What may be left of a correction, in units of the tolerance; a correction of this size leaves less.
+const LEFT: f64 = 1e-2;
+/// Corrections that shrink by less than this are left to Newton's method.
+const SLOW: f64 = 0.3;
+const MOST_CORRECTIONS: usize = 6;
+
+/// Moves rows of a solution onto the algebraic equations.
+pub(crate) struct Projection<S: System> {
+    /// Where that of the step does not do; work space to others.
+    pub(crate) jacobian: S::Jacobian,
+    f: S::Vector,
+    /// The row as it was.
+    kept: S::Vector,
+    kept_s: Vec<f64>,
+    /// Whether a matrix is factorised.
+    is_factorised: bool,
+}
+
+/// What is the same for all rows of a step.
+pub(crate) struct Rows<'a, S: System> {
+    pub(crate) system: &'a S,
+    pub(crate) p: &'a [f64],
+    pub(crate) z: &'a [f64],
+    pub(crate) sizes: &'a [f64],
+    pub(crate) tolerances: Tolerances,
+}
+
+/// Corrections by one matrix.
+struct Corrections {
+    previous: f64,
+    left: usize,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Verdict {
+    Solved,
+    GoOn,
+    Fails,
+}
+
+impl Corrections {
+    fn new() -> Self {
+        Self { previous: f64::INFINITY, left: MOST_CORRECTIONS }
+    }
+
+    /// Judges a correction of this size, in units of the tolerance, that has been made.
+    fn judge(&mut self, norm: f64) -> Verdict {
+        self.left -= 1;
+        // Of the first correction no rate is known.
+        let rate = if self.previous.is_finite() { norm / self.previous } else { SLOW };
+        self.previous = norm;
+        if norm <= LEFT || rate * norm <= LEFT * (1.0 - rate) {
+            Verdict::Solved
+        } else if rate <= SLOW && norm.is_finite() && self.left > 0 {
+            Verdict::GoOn
+        } else {
+            // NaN compares false.
+            Verdict::Fails
+        }
+    }
+}
+
+impl<S: System> Projection<S> {
+    pub(crate) fn new(system: &S, n_s: usize) -> Self {
+        let signature = system.signature();
+        let n = signature.unknowns.len();
+        Self {
+            jacobian: S::Jacobian::zeros(signature.jacobian.len()),
+            f: S::Vector::zeros(n),
+            kept: S::Vector::zeros(n),
+            kept_s: vec![0.0; n * n_s],
+            is_factorised: false,
+        }
+    }
+
+    /// Begins rows close to where `jacobian` was taken.
+    pub(crate) fn begin(
+        &mut self,
+        algebraic: &mut Algebraic<S>,
+        pattern: &Pattern,
+        jacobian: &[f64],
+    ) {
+        self.is_factorised = algebraic.factorise(pattern, jacobian).is_ok();
+    }
+
+    /// Begins a row of which nothing is known.
+    pub(crate) fn begin_anew(&mut self) {
+        self.is_factorised = false;
+    }
+
+    /// Moves the algebraic unknowns of the row at `t`; they stay where their equations are not solved.
+    pub(crate) fn project(
+        &mut self,
+        algebraic: &mut Algebraic<S>,
+        rows: &Rows<'_, S>,
+        drive: &mut Drive<'_, S>,
+        t: f64,
+        y: &mut [f64],
+    ) {
+        self.kept.as_mut().copy_from_slice(y);
+        if self.is_factorised && self.correct(algebraic, rows, drive, t, y) {
+            return;
+        }
+        y.copy_from_slice(self.kept.as_ref());
+        let Rows { system, p, z, sizes, tolerances } = *rows;
+        let at = Place { t, u: drive.at(t, y), p, z };
+        let jacobian = self.jacobian.as_mut();
+        let solved = algebraic.solve_nearby(system, at, y, jacobian, sizes, tolerances).is_ok();
+        // An iteration that finds nothing left has factorised nothing.
+        let pattern = &system.signature().jacobian;
+        self.is_factorised = solved && algebraic.factorise(pattern, jacobian).is_ok();
+        if !solved {
+            y.copy_from_slice(self.kept.as_ref());
+        }
+    }
+
+    /// Corrects by the matrix that is factorised; whether that solves the equations.
+    fn correct(
+        &mut self,
+        algebraic: &mut Algebraic<S>,
+        rows: &Rows<'_, S>,
+        drive: &mut Drive<'_, S>,
+        t: f64,
+        y: &mut [f64],
+    ) -> bool {
+        let Rows { system, p, z, sizes, tolerances } = *rows;
+        let mut corrections = Corrections::new();
+        loop {
+            let f = self.f.as_mut();
+            system.rhs(Point { t, y, u: drive.at(t, y), p, z }, f);
+            algebraic.keep_algebraic(f);
+            algebraic.factorisation.solve(f);
+            let mut norm = 0.0;
+            for (i, mass) in algebraic.mass.as_ref().iter().enumerate() {
+                if *mass == 0.0 {
+                    norm = larger(norm, f[i].abs() / tolerances.weight(y[i], sizes[i]));
+                    y[i] += f[i];
+                }
+            }
+            match corrections.judge(norm) {
+                Verdict::Solved => return true,
+                Verdict::GoOn => {}
+                Verdict::Fails => return false,
+            }
+        }
+    }
+
+    /// Moves the sensitivities of algebraic unknowns at (t, y), which [`Projection::project`] has moved; `g` is
+    /// work space.
+    pub(crate) fn project_sensitivities(
+        &mut self,
+        algebraic: &mut Algebraic<S>,
+        rows: &Rows<'_, S>,
+        drive: &mut Drive<'_, S>,
+        (t, y): (f64, &[f64]),
+        (s, s_sizes): (&mut [f64], &[f64]),
+        g: &mut [f64],
+    ) {
+        let Rows { system, p, z, tolerances, .. } = *rows;
+        let n = y.len().max(1);
+        self.kept_s.copy_from_slice(s);
+        let (u, udot) = drive.with_slope(t, y);
+        let at = Point { t, y, u, p, z };
+        let mut corrections = Corrections::new();
+        while self.is_factorised {
+            algebraic.correct_sensitivities(system, at, s, g);
+            let mut norm = 0.0;
+            for (i, (g, (s, size))) in g.iter().zip(s.iter().zip(s_sizes)).enumerate() {
+                if algebraic.mass.as_ref()[i % n] == 0.0 {
+                    norm = larger(norm, g.abs() / tolerances.weight(*s, *size));
+                }
+            }
+            match corrections.judge(norm) {
+                Verdict::Solved => return,
+                Verdict::GoOn => {}
+                Verdict::Fails => break,
+            }
+        }
+        s.copy_from_slice(&self.kept_s);
+        // They are linear, and their matrix is that of this very row.
+        let jacobian = self.jacobian.as_mut();
+        system.linearize(at, udot, self.f.as_mut(), jacobian, self.kept.as_mut());
+        self.is_factorised = algebraic.factorise(&system.signature().jacobian, jacobian).is_ok();
+        if self.is_factorised {
+            algebraic.make_sensitivities_consistent(system, at, s, g);
+        }
+        if !self.is_factorised || s.iter().any(|s| !s.is_finite()) {
+            self.is_factorised = false;
+            s.copy_from_slice(&self.kept_s);
+        }
+    }
+}
+
+/// The larger of two numbers; NaN if one is.
+fn larger(a: f64, b: f64) -> f64 {
+    if a >= b || a.is_nan() { a } else { b }
+}
