@@ -20,6 +20,7 @@ mod left_out;
 mod linear_report;
 mod linearised;
 mod load;
+mod memory;
 mod multi_start;
 pub mod plot;
 mod recording;

@@ -7,15 +7,18 @@ use dgd_compiler::source::Sources;
 use dgd_execute::Engine;
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::{
-    BadRequest, Failure, Inputs, IntegrateError, Observations, Options, Problem, Signature,
-    Solution, Steps, System, automatic_method, choose_per_sample, consistent_start, find_method,
-    observe, simulate, simulate_with_sensitivities,
+    BadRequest, Failure, Inputs, IntegrateError, Observations, Options, OtherMethod, Problem,
+    Signature, Solution, Steps, System, automatic_method, choose_per_sample, consistent_start,
+    find_method, method_to_begin, observe, simulate, simulate_observed,
+    simulate_with_sensitivities,
 };
 
 use crate::args::{RunArgs, SolveArgs, Start};
+use crate::command::simulate::is_element;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::load::Loaded;
+use crate::memory;
 use crate::recording::{Clock, Measured, Recording};
 
 /// Rows of a run that no data file and no `--every` give.
@@ -84,6 +87,12 @@ impl Run {
             run.start = measured_start(&run.problem(), times[0], measured, options)?;
         }
         run.options = with_method_per_sample(run.options, &args.solve, &run.problem(), &run.times)?;
+        run.options = with_method_to_begin(
+            run.options,
+            &args.solve,
+            [(run.problem(), run.times[0])],
+            console,
+        );
         run.tell_what_waits(&conditions, console);
         Ok(run)
     }
@@ -122,13 +131,42 @@ impl Run {
         (0..solution.len()).map(at).collect()
     }
 
-    /// Runs the model and evaluates its outputs.
+    /// Runs the model and evaluates its outputs. Of the elements of arrays, which stand behind all other
+    /// unknowns, nothing is kept but what outputs make of them.
     pub(crate) fn simulate(&self) -> Result<Reached, CommandError> {
-        self.finish(simulate(&self.problem(), &self.times, &self.options))
+        let signature = self.signature();
+        let shown = signature.unknowns.iter().enumerate().filter(|(_, x)| !is_element(&x.name));
+        let single = shown.last().map_or(0, |(last, _)| last + 1);
+        self.verify_memory(single, 0)?;
+        let (problem, times, options) = (self.problem(), &self.times, &self.options);
+        self.finish(if single < signature.unknowns.len() {
+            let chosen: Vec<usize> = (0..single).collect();
+            simulate_observed(&problem, &chosen, times, options)
+        } else {
+            simulate(&problem, times, options)
+        })
+    }
+
+    /// Refuses a run that would keep more than there is memory for, with so many unknowns and directions.
+    fn verify_memory(&self, kept: usize, n_s: usize) -> Result<(), CommandError> {
+        let signature = self.signature();
+        let n = signature.unknowns.len();
+        let all = outputs_are_late(signature) || matches!(self.options.steps, Steps::PerSample(_));
+        let kept = if all { n } else { kept };
+        memory::verify(&memory::Needs {
+            unknowns: n,
+            kept,
+            outputs: signature.outputs.len(),
+            inputs: signature.inputs.len(),
+            directions: n_s,
+            rows: self.times.len(),
+        })
     }
 
     /// The same with sensitivities.
     pub(crate) fn simulate_with_sensitivities(&self) -> Result<Reached, CommandError> {
+        let signature = self.signature();
+        self.verify_memory(signature.unknowns.len(), signature.directions.len())?;
         self.finish(simulate_with_sensitivities(&self.problem(), &self.times, &self.options))
     }
 
@@ -143,6 +181,11 @@ impl Run {
         let observations = observe(&self.problem(), &solution);
         Ok(Reached { solution, observations, stopped })
     }
+}
+
+/// Whether a run keeps all unknowns for outputs that are read late.
+fn outputs_are_late(signature: &Signature) -> bool {
+    signature.outputs.iter().any(|output| output.delay.is_some())
 }
 
 /// The conditions of a model's transitions as they are written, in their order.
@@ -233,6 +276,27 @@ pub(crate) fn with_method_per_sample(
     let choice = choose_per_sample(problem, times, &options)
         .map_err(|error| CommandError::Computation(error.to_string()))?;
     Ok(Options { method: choice.method, ..options })
+}
+
+/// The same with a method that can begin the runs of these problems, where none was named and the one that
+/// suits the model cannot. It is chosen before the first of them, for all.
+pub(crate) fn with_method_to_begin<'a>(
+    options: Options,
+    args: &SolveArgs,
+    runs: impl IntoIterator<Item = (Problem<'a, dgd_execute::Loaded>, f64)>,
+    console: Console<'_>,
+) -> Options {
+    if args.method != AUTOMATIC || matches!(options.steps, Steps::PerSample(_)) {
+        return options;
+    }
+    let other = runs.into_iter().find_map(|(problem, t)| method_to_begin(&problem, t, &options));
+    let Some(OtherMethod { method, equation, t }) = other else { return options };
+    console.remark(&format!(
+        "note: `{}` cannot begin at t = {t} s, where a derivative of equation `{equation}` is not \
+         finite; the method is `{}`",
+        options.method.name, method.name
+    ));
+    Options { method, ..options }
 }
 
 /// Times of the rows: the data's, or every so often.

@@ -41,7 +41,7 @@ use crate::plot::Text;
 use crate::recording::{self, Clock};
 use crate::reservations;
 use crate::resume;
-use crate::run::{executable, options, with_method, with_method_per_sample};
+use crate::run::{executable, options, with_method, with_method_per_sample, with_method_to_begin};
 
 /// Start values of a held-out recording are estimated from this long, which does not count in its
 /// errors, s.
@@ -232,6 +232,11 @@ impl Task {
                 with_method_per_sample(options, &args.solve, &problem, times)?
             }
         };
+        let runs =
+            train.iter().chain(&valid).filter_map(|Recording { inputs, start, times, .. }| {
+                Some((Problem { system: &system, p: &p, inputs, start }, *times.first()?))
+            });
+        let options = with_method_to_begin(options, &args.solve, runs, console);
         let mut noise: Vec<Option<Noise>> = (0..signature.outputs.len())
             .map(|i| {
                 let measured = train.iter().any(|recording| recording.measured[i].is_some());

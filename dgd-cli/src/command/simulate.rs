@@ -80,7 +80,7 @@ fn columns(run: &Run, solution: &Solution, observations: &Observations) -> Vec<N
 
 /// Whether this is an element of an array, of which there may be many: outputs ask for those to be
 /// shown.
-pub(super) fn is_element(unknown: &str) -> bool {
+pub(crate) fn is_element(unknown: &str) -> bool {
     unknown.ends_with(']')
 }
 

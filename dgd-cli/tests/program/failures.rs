@@ -208,3 +208,47 @@ fn a_bootstrap_that_ctrl_c_stops_gives_what_is_complete() {
         waited *= 2;
     }
 }
+
+/// What no machine has memory for is refused before it is tried, and what asks for it is said.
+#[test]
+fn a_run_that_needs_too_much_memory_says_what_asks_for_it() {
+    let line = "size N = 20000
+        state T[1..N] [K] = 290
+        equation first: der(T[1]) = (300 [K] - T[1])/1 [s]
+        for i in 2..N { equation cell[i]: der(T[i]) = (T[i-1] - T[i])/1 [s] }
+        output T";
+    let (_folder, model) = with_model(line);
+    let args = ["simulate", &model, "--until", "1", "--every", "1e-7"];
+    dgd(&args).refused(3, &["of memory", "10000001 rows of 20000 outputs", "`--every`"]);
+}
+
+/// A rate that starts from nothing, and has no second derivative there.
+const HILL: &str = "
+parameter k = 1.5
+state x = 0 fixed
+state y = 1 fixed
+equation e: 1 [s]*der(x) = 1
+equation f: 1 [s]*der(y) = -y*x^k/(0.4^k + x^k)
+output y
+";
+
+/// The default method cannot begin, another one can, and that is said; who names a method has it.
+#[test]
+fn a_method_that_can_begin_is_taken_before_the_run() {
+    let (folder, model) = with_model(HILL);
+    let args = ["sensitivity", &model, "--until", "3", "--every", "1", "--of", "y"];
+    let chosen = dgd(&args).done();
+    let said =
+        "`rodas5p` cannot begin at t = 0 s, where a derivative of equation `f` is not finite";
+    assert!(chosen.err.contains(said) && chosen.err.contains("`kencarp4`"), "{}", chosen.err);
+    let named = dgd(&[&args[..], &["--method", "kencarp4"]].concat()).done();
+    assert_eq!(chosen.out, named.out);
+    dgd(&[&args[..], &["--method", "rodas5p"]].concat())
+        .refused(3, &["a derivative of equation `f` is not finite at t = 0 s"]);
+
+    let simulated = dgd(&["simulate", &model, "--until", "3", "--every", "0.1"]).done();
+    let recording = path(&folder, "r.csv");
+    fs::write(&recording, &simulated.out).expect("a file");
+    let fitted = dgd(&["fit", &model, "--data", &recording, "--set", "k=1.3"]).done();
+    assert!(fitted.err.contains(said), "{}", fitted.err);
+}
