@@ -599,3 +599,24 @@ fn a_solution_leaves_a_surface_whose_switch_is_taken_out() {
     assert_close(&y, &[0.0, 0.2, 0.2 + 2.0 - leaves], CLOSE);
     assert_slopes_are_differences(&system, &Inputs::none(), &times, 1e-6);
 }
+
+#[test]
+fn a_jump_that_the_sign_of_a_temperature_hides_is_located() {
+    // At random, a temperature of the size of one kelvin is always below 20 °C.
+    let system = system(
+        "model m
+         parameter c = 1
+         input T [°C] hold
+         state x = 0
+         state y = 0
+         equation x: der(x) = c/1 [s]
+         equation y: der(y) = sign(if x > 1 then (T - 20 [°C])/10 [K] else -1)/1 [s]",
+    );
+    let times = [0.0, 3.0];
+    let columns = [Column { name: "T", interpolation: Interpolation::Hold, values: &[300.0; 2] }];
+    let inputs = Inputs::recorded(&times, &columns).expect("inputs");
+    let solution = run_with(&system, &parameters(&system), &inputs, &times).expect("a solution");
+    // y = -t until 1/c, then it rises.
+    assert_close(&[value(&system, &solution, "y", 1)], &[1.0], CLOSE);
+    assert_close(&slopes(&system, &solution, "y", 1), &[2.0], CLOSE);
+}

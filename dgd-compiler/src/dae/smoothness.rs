@@ -112,8 +112,11 @@ pub(super) fn passage(
     let each = unmet.iter().map(std::slice::from_ref);
     for supposed in std::iter::once(&unmet[..]).chain(each).take_while(|s| !s.is_empty()) {
         let graph = &mut *comparison.graph;
-        let truths = supposed.iter().map(|(id, truth)| (*id, f64::from(u8::from(*truth))));
-        let truths = truths.map(|(id, truth)| (id, graph.constant(truth))).collect();
+        let mut truths = HashMap::new();
+        for (id, truth) in supposed {
+            let otherwise = if is_sign(graph.node(*id)) { -1.0 } else { 0.0 };
+            truths.insert(*id, graph.constant(if *truth { 1.0 } else { otherwise }));
+        }
         let replaced = graph.replace(sides, &truths);
         let sides = sides.map(|side| replaced[&side]);
         if sides[0] != sides[1] {
@@ -125,6 +128,10 @@ pub(super) fn passage(
     }
     // What cannot be evaluated anywhere near is left to the control of the error.
     found.unwrap_or(Passage::Corner)
+}
+
+fn is_sign(node: Node) -> bool {
+    matches!(node, Node::Call1(function, _) if function.get().name == "sign")
 }
 
 /// The comparison of two sides of a surface.
@@ -233,7 +240,8 @@ impl Sides<'_> {
         let graph = &*self.graph;
         let conditions = graph.listed(sides).into_iter().filter(|(id, node)| {
             let by_mode = |symbol: &Symbol| matches!(symbol, Symbol::Discrete(_));
-            matches!(node, Node::Compare(..)) && !graph.symbols(*id).iter().all(by_mode)
+            (matches!(node, Node::Compare(..)) || is_sign(*node))
+                && !graph.symbols(*id).iter().all(by_mode)
         });
         self.met = conditions.map(|(id, _)| (id, [false; 2])).take(MOST_CONDITIONS).collect();
     }
@@ -258,6 +266,8 @@ pub(super) fn values_at_random<const N: usize>(
 pub(super) struct Sizes {
     parameters: Vec<f64>,
     unknowns: Vec<f64>,
+    /// Of declared inputs, then of those that arrive late.
+    inputs: Vec<f64>,
     /// Of delayed unknowns.
     late: Vec<f64>,
     /// For each array, its first element and their size.
@@ -290,7 +300,14 @@ impl Sizes {
             let start = model.graph.evaluate(x.start, &at_start);
             (array.first, size(x.nominal, start, x.declared.unit.factor))
         });
+        // A temperature in °C is about 273 K.
+        let input = |i: usize| {
+            let unit = &model.inputs[i].declared.unit;
+            unit.factor.abs().max(unit.offset.abs())
+        };
+        let late_inputs = dae.delayed_inputs.iter().map(|late| late.input);
         Sizes {
+            inputs: (0..model.inputs.len()).chain(late_inputs).map(input).collect(),
             late: dae.delayed_unknowns.iter().map(|late| unknowns[late.unknown]).collect(),
             arrays: arrays.collect(),
             modes: dae.automata.iter().map(|automaton| automaton.modes.len()).collect(),
@@ -342,6 +359,7 @@ impl Place {
                 }
                 Symbol::Unknown(i) => around_zero(of.unknowns[i as usize]),
                 Symbol::DelayedUnknown(k) => around_zero(of.late[k as usize]),
+                Symbol::Input(i) => around_zero(of.inputs.get(i as usize).copied().unwrap_or(1.0)),
                 Symbol::Element(i) | Symbol::Swept(i) => around_zero(of.of_element(i)),
                 Symbol::Discrete(i) => {
                     // Conditions on time are 0 or 1.
@@ -393,7 +411,7 @@ impl Place {
             };
             values.insert(id, value);
             if let Some(met) = met.get_mut(&id) {
-                met[usize::from(value != 0.0)] = true;
+                met[usize::from(value > 0.0)] = true;
             }
         }
     }
