@@ -339,6 +339,9 @@ pub(crate) struct TrackArgs {
     /// What a row weighs when the next one is there, for `recursive` [default: 0.999]
     #[arg(long, value_name = "FACTOR")]
     pub forgetting: Option<f64>,
+    /// Stop at a row that cannot be read, instead of leaving it out
+    #[arg(long)]
+    pub strict: bool,
     /// Leave samples out that are more than so many standard deviations from what is expected
     #[arg(long, value_name = "N")]
     pub gate: Option<f64>,

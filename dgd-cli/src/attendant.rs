@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use dgd_runtime::identify::{Of, Progress, Watch};
 
 use crate::console::Console;
-use crate::failure::INTERRUPTED;
+use crate::interrupt::{self, on_interrupt};
 
 /// The line is drawn no more often than this.
 const BETWEEN: Duration = Duration::from_millis(100);
@@ -117,14 +117,9 @@ impl Shared {
             && !*is_writing
         {
             self.say(words);
-            std::process::exit(INTERRUPTED.into());
+            interrupt::end();
         }
     }
-}
-
-/// A computation that cannot be interrupted goes on as it would have without all this.
-fn on_interrupt(act: impl FnMut() + Send + 'static) {
-    let _ = ctrlc::set_handler(act);
 }
 
 /// There is nowhere to say that this failed.

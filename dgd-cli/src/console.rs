@@ -3,25 +3,39 @@
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
-use dgd_compiler::diagnostics::{Diagnostic, render};
+use dgd_compiler::diagnostics::{Diagnostic, render, visible};
 use dgd_compiler::source::Sources;
 use serde_json::{Value, json};
 
 use crate::args::{Color, Format, Global};
 use crate::data::write_whole;
 use crate::failure::CommandError;
+use crate::result::TableFormat;
+use crate::targets::Targets;
 
 /// Standard output and standard error, as the global options want them.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Console<'a> {
     global: &'a Global,
+    /// What is written, where that was found.
+    targets: Option<&'a Targets>,
     /// Whether programs read line after line, each of them JSON, and not one document.
     in_lines: bool,
 }
 
 impl<'a> Console<'a> {
     pub(crate) fn new(global: &'a Global) -> Self {
-        Console { global, in_lines: false }
+        Console { global, targets: None, in_lines: false }
+    }
+
+    /// For a command that writes these.
+    pub(crate) fn writing(self, targets: &'a Targets) -> Self {
+        Console { targets: Some(targets), ..self }
+    }
+
+    /// Checks that nothing takes the place of a file that was read.
+    pub(crate) fn spare(self, sources: &Sources) -> Result<(), CommandError> {
+        self.targets.map_or(Ok(()), |targets| targets.spare(sources))
     }
 
     /// For programs that read line after line.
@@ -33,9 +47,27 @@ impl<'a> Console<'a> {
         self.global.format == Format::Json
     }
 
+    /// Whether the result is JSON: it is asked for, or its file is called so.
+    pub(crate) fn writes_json(self) -> bool {
+        let is_called = |path: &Path| path.extension().is_some_and(|ending| ending == "json");
+        self.is_json() || self.out().is_some_and(is_called)
+    }
+
+    /// What a table is written as to `--out`.
+    pub(crate) fn table_format(self, path: &Path) -> Result<TableFormat, CommandError> {
+        TableFormat::of(path, self.global.format)
+    }
+
     /// Writes the result to `--out`, whole or not at all, or to standard output.
     pub(crate) fn result(self, text: &str) -> Result<(), CommandError> {
-        match &self.global.out {
+        match self.out() {
+            Some(_) => self.write(text),
+            None => print_text(text),
+        }
+    }
+
+    fn write(self, text: &str) -> Result<(), CommandError> {
+        match self.out() {
             Some(path) => Ok(write_whole(path, |out| out.write_all(text.as_bytes()))?),
             None => print(text),
         }
@@ -43,7 +75,7 @@ impl<'a> Console<'a> {
 
     /// Writes a result as JSON, as [`Console::result`].
     pub(crate) fn json(self, value: &Value) -> Result<(), CommandError> {
-        self.result(&format!("{value:#}\n"))
+        self.write(&format!("{value:#}\n"))
     }
 
     pub(crate) fn out(self) -> Option<&'a Path> {
@@ -68,14 +100,16 @@ impl<'a> Console<'a> {
     /// Says something about the run on standard error, unless told to be quiet.
     pub(crate) fn remark(self, text: &str) {
         if !self.global.quiet {
-            complain(text);
+            complain(&visible(text));
         }
     }
 
     /// Shows a diagnostic that is no error.
     pub(crate) fn note(self, diagnostic: &Diagnostic, sources: &Sources) {
-        let text = render::render_note(diagnostic, sources, self.style());
-        self.remark(text.trim_end());
+        if !self.global.quiet {
+            // Drawn with escapes of its own, and none of another.
+            complain(render::render_note(diagnostic, sources, self.style()).trim_end());
+        }
     }
 
     /// Shows why a command did not succeed: to people on standard error, to programs where they
@@ -98,14 +132,15 @@ impl<'a> Console<'a> {
             | CommandError::Usage(message)
             | CommandError::Computation(message)
             | CommandError::Stopped(message) => {
+                let shown = visible(message);
                 // The result that was written says why, and there is one result.
                 let is_written = matches!(error, CommandError::Shown(_) | CommandError::Stopped(_));
                 if self.is_json() && !is_written {
                     self.print_or_complain(&json!({ "error": message }));
                 } else if self.is_coloured() {
-                    complain(&format!("\u{1b}[1;31merror\u{1b}[0m: {message}"));
+                    complain(&format!("\u{1b}[1;31merror\u{1b}[0m: {shown}"));
                 } else {
-                    complain(&format!("error: {message}"));
+                    complain(&format!("error: {shown}"));
                 }
             }
         }
@@ -155,6 +190,11 @@ pub(crate) fn entry(diagnostic: &Diagnostic, sources: &Sources) -> Value {
     json!({ "code": entry.code, "message": entry.message, "places": places, "help": entry.help })
 }
 
+/// Prints what people read to standard output, with nothing in it that a terminal would obey.
+pub(crate) fn print_text(text: &str) -> Result<(), CommandError> {
+    print(&visible(text))
+}
+
 /// Prints to standard output; a reader that went away is no error.
 pub(crate) fn print(text: &str) -> Result<(), CommandError> {
     let mut out = io::stdout().lock();
@@ -167,6 +207,6 @@ pub(crate) fn print(text: &str) -> Result<(), CommandError> {
 }
 
 /// Prints a line to standard error; there is nowhere to report that this failed.
-fn complain(text: &str) {
+pub(crate) fn complain(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
 }

@@ -18,6 +18,7 @@ use dgd_compiler::source::{Source, SourceId, Sources, Span};
 use dgd_compiler::syntax::ast::{Ast, Name, Target};
 use dgd_compiler::syntax::parse;
 
+use crate::data::open::read_import;
 use crate::failure::CommandError;
 use crate::load::read_model;
 
@@ -74,7 +75,7 @@ pub fn load_folder(
     let mut failed = None;
     for (_, path) in files(folder) {
         let name = path.display().to_string();
-        let read = match fs::read_to_string(&path) {
+        let read = match read_import(&path) {
             Ok(text) => {
                 let id = sources.add(Source { name, text });
                 parse(id, sources, diagnostics).and_then(|ast| Effect::read(ast, diagnostics))
@@ -207,7 +208,8 @@ fn files(folder: &Path) -> Vec<(String, PathBuf)> {
 }
 
 fn is_effect_file(path: &Path) -> bool {
-    path.is_file() && path.extension().is_some_and(|ending| ending == ENDING)
+    // What is not a regular file is refused when it is read, with the reason; a link to nothing is no file.
+    path.extension().is_some_and(|ending| ending == ENDING) && path.exists() && !path.is_dir()
 }
 
 /// What lies in a folder; nothing where it cannot be read.

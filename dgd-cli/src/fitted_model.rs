@@ -12,7 +12,6 @@ use dgd_runtime::Direction;
 use dgd_runtime::identify::Estimate;
 
 use crate::data::write::push_number;
-use crate::failure::CommandError;
 
 /// Digits of an estimate: what they leave out is far below the tolerance of any simulation.
 const DIGITS: usize = 10;
@@ -23,16 +22,15 @@ pub(crate) fn file_name(model: &Path) -> String {
     Path::new(name).with_extension("dgd").to_string_lossy().into_owned()
 }
 
-/// A fitted model beside the one it was made from would take its place.
-pub(crate) fn verify_folder(folder: &Path, model: &Path) -> Result<(), CommandError> {
-    let goal = folder.join(file_name(model));
-    match (goal.canonicalize(), model.canonicalize()) {
-        (Ok(goal), Ok(model)) if goal == model => Err(CommandError::Usage(format!(
-            "`--out {}` would replace the model itself: give another folder",
-            folder.display()
-        ))),
-        _ => Ok(()),
-    }
+/// Where the result for programs is written.
+pub(crate) const RESULT: &str = "result.json";
+
+/// Where estimates over time are written.
+pub(crate) const ESTIMATES: &str = "estimates.csv";
+
+/// All files that a fit may write.
+pub(crate) fn file_names(model: &Path) -> Vec<String> {
+    vec![file_name(model), RESULT.to_owned(), ESTIMATES.to_owned()]
 }
 
 /// The model file with fitted parameters, with `--set`, and with the start values of the first

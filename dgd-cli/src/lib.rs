@@ -5,6 +5,7 @@ mod attendant;
 mod command;
 mod command_line;
 mod console;
+mod crash;
 pub mod data;
 pub mod effects;
 mod estimator;
@@ -15,6 +16,7 @@ mod fit_quality;
 mod fit_report;
 mod fitted_model;
 mod information;
+mod interrupt;
 mod intervals;
 mod left_out;
 mod linear_report;
@@ -33,6 +35,7 @@ mod run;
 mod screening;
 mod sets;
 mod table;
+mod targets;
 mod verify;
 
 use std::process::ExitCode;
@@ -41,16 +44,60 @@ use clap::Parser;
 
 use args::{Cli, Command};
 use console::Console;
+use dgd_compiler::diagnostics::visible;
+use failure::CommandError;
+use targets::Targets;
 
 /// Runs the command line of this process.
 ///
 /// Exit codes: 0 done, 1 the model or data has errors or a check found something, 2 wrong usage,
-/// 3 the computation failed, 130 it was stopped by Ctrl-C.
+/// 3 the computation failed, 70 dgd itself has a mistake, 130 it was stopped by Ctrl-C.
 pub fn run() -> ExitCode {
-    // Wrong usage ends the process here, with 2.
-    let cli = Cli::parse();
+    match crash::caught(run_once) {
+        Ok(code) => code,
+        Err(crash) => {
+            console::complain(&format!("error: {}", visible(&crash.to_string())));
+            ExitCode::from(crash::CRASHED)
+        }
+    }
+}
+
+fn run_once() -> ExitCode {
+    let cli = parsed();
+    // A computation that can be stopped on its way minds Ctrl-C by itself.
+    if !matches!(cli.command, Command::Fit(_) | Command::Discover(_)) {
+        interrupt::mind();
+    }
     let console = Console::new(&cli.global);
-    let result = match &cli.command {
+    let result = Targets::verified(&cli.command, &cli.global)
+        .and_then(|targets| perform(&cli.command, console.writing(&targets)));
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let console =
+                if matches!(cli.command, Command::Track(_)) { console.in_lines() } else { console };
+            console.failure(&error);
+            error.exit_code()
+        }
+    }
+}
+
+/// The command line. Wrong usage ends the process here, with 2.
+fn parsed() -> Cli {
+    Cli::try_parse().unwrap_or_else(|error| {
+        let text = error.to_string();
+        let shown = visible(&text);
+        // What is typed is quoted, and a file's name may be typed by a pattern.
+        if error.use_stderr() && shown != text {
+            console::complain(shown.trim_end());
+            std::process::exit(error.exit_code());
+        }
+        error.exit()
+    })
+}
+
+fn perform(command: &Command, console: Console<'_>) -> Result<(), CommandError> {
+    match command {
         Command::Check(args) => command::check::run(args, console),
         Command::Fmt(args) => command::fmt::run(args, console),
         Command::Emit(args) => command::emit::run(args, console),
@@ -63,15 +110,6 @@ pub fn run() -> ExitCode {
         Command::Discover(args) => command::discover::run(args, console),
         Command::Screen(args) => command::screen::run(args, console),
         Command::Methods => command::methods::run(console),
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            let console =
-                if matches!(cli.command, Command::Track(_)) { console.in_lines() } else { console };
-            console.failure(&error);
-            error.exit_code()
-        }
     }
 }
 

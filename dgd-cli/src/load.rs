@@ -11,6 +11,7 @@ use dgd_compiler::syntax;
 use dgd_compiler::syntax::ast::{Ast, Name};
 
 use crate::args::{Choices, Sought};
+use crate::data::open::{read_import, read_text};
 use crate::effects::asked;
 use crate::failure::CommandError;
 
@@ -105,7 +106,7 @@ impl Compilation {
         options: &ModelOptions,
     ) -> Result<(Vec<Ast>, Model), Reported> {
         let main = Source { name: path.display().to_string(), text };
-        let mut read = |path: &str| read_text(Path::new(path));
+        let mut read = |path: &str| read_import(Path::new(path));
         let asts = pipeline::load(main, &mut read, &mut self.sources, &mut self.diagnostics)?;
         let model = resolve(&asts, options, &mut self.diagnostics)?;
         Ok((asts, model))
@@ -120,7 +121,7 @@ impl Compilation {
         let sound_before = self.diagnostics.check();
         let main = Source { name: path.display().to_string(), text: read_model(path)? };
         let (sources, diagnostics) = (&mut self.sources, &mut self.diagnostics);
-        let mut read = |path: &str| read_text(Path::new(path));
+        let mut read = |path: &str| read_import(Path::new(path));
         let asts = pipeline::load(main, &mut read, sources, diagnostics);
         let mut wanted = Vec::with_capacity(apply.len());
         for text in apply {
@@ -158,7 +159,7 @@ impl Compilation {
             Some(changed) => {
                 let main =
                     Source { name: path.display().to_string(), text: changed.text(&self.sources) };
-                let mut read = |path: &str| read_text(Path::new(path));
+                let mut read = |path: &str| read_import(Path::new(path));
                 pipeline::load(main, &mut read, &mut self.sources, &mut self.diagnostics)
             }
         };
@@ -201,14 +202,5 @@ pub(crate) fn load(
 pub(crate) fn read_model(path: &Path) -> Result<String, CommandError> {
     read_text(path).map_err(|reason| {
         CommandError::Found(format!("cannot read `{}`: {reason}", path.display()))
-    })
-}
-
-fn read_text(path: &Path) -> Result<String, String> {
-    let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
-    String::from_utf8(bytes).map_err(|error| {
-        let sound = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-        let line = sound.split(|byte| *byte == b'\n').count();
-        format!("line {line} is not UTF-8 text")
     })
 }

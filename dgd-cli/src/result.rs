@@ -1,12 +1,13 @@
-//! A table as a command's result: a CSV file, CSV text or JSON.
+//! A table as a command's result: a file of CSV or JSON, CSV text or JSON.
 
 use std::path::{Path, PathBuf};
 
 use dgd_runtime::{Event, IntegrateError, Solution, Unit};
 use serde_json::{Value, json};
 
+use crate::args::Format;
 use crate::console::{Console, print};
-use crate::data::write::{Written, save_table, write_table};
+use crate::data::write::{Written, save, save_table, write_table};
 use crate::failure::CommandError;
 
 /// A column of a result.
@@ -24,8 +25,50 @@ impl NamedColumn {
     }
 }
 
-/// Writes a table: as CSV to `--out`, else to standard output, where it is left out if a picture
-/// was drawn instead. With `--format json`, `details` and the columns go to standard output.
+/// What a table is written as to a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum TableFormat {
+    Csv,
+    /// One document.
+    Json,
+    /// A document a line.
+    JsonLines,
+}
+
+/// How files end that are not tables, or of a kind that is not written.
+const NOT_WRITTEN: [&str; 17] = [
+    "parquet", "svg", "png", "pdf", "html", "xlsx", "xls", "ods", "tsv", "dgd", "mat", "h5",
+    "feather", "zip", "bz2", "xz", "zst",
+];
+
+impl TableFormat {
+    /// What a file is by its name; where that says nothing, what `--format` asks for.
+    ///
+    /// # Errors
+    ///
+    /// The name is that of something else, which its readers would take it for.
+    pub(crate) fn of(path: &Path, format: Format) -> Result<TableFormat, CommandError> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+        let plain = name.strip_suffix(".gz").unwrap_or(&name);
+        match plain.rsplit_once('.').map(|(_, ending)| ending) {
+            Some("csv") => Ok(TableFormat::Csv),
+            Some("json") => Ok(TableFormat::Json),
+            Some("jsonl" | "ndjson") => Ok(TableFormat::JsonLines),
+            Some(ending) if NOT_WRITTEN.contains(&ending) => Err(CommandError::Usage(format!(
+                "`-o {}`: a table is written as .csv or .json, also with .gz behind, not as .{ending}",
+                path.display()
+            ))),
+            _ => Ok(match format {
+                Format::Text => TableFormat::Csv,
+                Format::Json => TableFormat::Json,
+            }),
+        }
+    }
+}
+
+/// Writes a table: to `--out`, as CSV or JSON by its name, else as CSV to standard output, where it is left
+/// out if a picture was drawn instead. With `--format json`, `details` go to standard output, with the columns
+/// where no file has them.
 pub(crate) fn write(
     console: Console<'_>,
     times: &[f64],
@@ -58,7 +101,7 @@ pub(crate) fn write_reached(
 }
 
 /// `run.partial.csv` for `run.csv`, `run.partial.csv.gz` for `run.csv.gz`.
-fn partial_path(path: &Path) -> PathBuf {
+pub(crate) fn partial_path(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let plain = name.strip_suffix(".gz").unwrap_or(&name);
     let stem = plain.rfind('.').map_or(plain, |dot| &plain[..dot]);
@@ -77,15 +120,7 @@ fn write_to(
         .iter()
         .map(|column| Written { name: &column.name, unit: &column.unit, values: &column.values })
         .collect();
-    if let Some(path) = out {
-        save_table(path, Some(times), &written)?;
-        console.remark(&format!("wrote {} ({} rows)", path.display(), times.len()));
-        if console.is_json() {
-            return print(&format!("{details:#}\n"));
-        }
-        return Ok(());
-    }
-    if console.is_json() {
+    let whole = || {
         let columns: Vec<Value> = columns
             .iter()
             .map(|column| {
@@ -99,7 +134,23 @@ fn write_to(
             all.insert("time".to_owned(), json!(times));
             all.insert("columns".to_owned(), json!(columns));
         }
-        return print(&format!("{all:#}\n"));
+        all
+    };
+    if let Some(path) = out {
+        let format = console.table_format(path)?;
+        match format {
+            TableFormat::Csv => save_table(path, Some(times), &written)?,
+            TableFormat::Json => save_json(path, &whole(), true)?,
+            TableFormat::JsonLines => save_json(path, &whole(), false)?,
+        }
+        console.remark(&format!("wrote {} ({} rows)", path.display(), times.len()));
+        if console.is_json() && format == TableFormat::Csv {
+            return print(&format!("{details:#}\n"));
+        }
+        return Ok(());
+    }
+    if console.is_json() {
+        return print(&format!("{:#}\n", whole()));
     }
     if drawn {
         return Ok(());
@@ -108,6 +159,14 @@ fn write_to(
     write_table(&mut text, Some(times), &written)
         .map_err(|error| CommandError::Found(error.to_string()))?;
     print(&String::from_utf8_lossy(&text))
+}
+
+/// Writes a document to a file, with its lines indented or as one line.
+pub(crate) fn save_json(path: &Path, document: &Value, indented: bool) -> Result<(), CommandError> {
+    let written = save(path, |out| {
+        if indented { writeln!(out, "{document:#}") } else { writeln!(out, "{document}") }
+    });
+    Ok(written?)
 }
 
 /// The unit of a derivative.
@@ -141,6 +200,24 @@ pub(crate) fn events(solution: &Solution) -> Vec<Value> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_file_is_what_its_name_says() {
+        let of = |name: &str, format| TableFormat::of(Path::new(name), format).ok();
+        for (name, text, json) in [
+            ("a.csv", Some(TableFormat::Csv), Some(TableFormat::Csv)),
+            ("a.CSV.gz", Some(TableFormat::Csv), Some(TableFormat::Csv)),
+            ("a.json", Some(TableFormat::Json), Some(TableFormat::Json)),
+            ("a.json.gz", Some(TableFormat::Json), Some(TableFormat::Json)),
+            ("a.jsonl", Some(TableFormat::JsonLines), Some(TableFormat::JsonLines)),
+            ("a", Some(TableFormat::Csv), Some(TableFormat::Json)),
+            ("run.2", Some(TableFormat::Csv), Some(TableFormat::Json)),
+            ("a.parquet", None, None),
+            ("a.svg", None, None),
+        ] {
+            assert_eq!((of(name, Format::Text), of(name, Format::Json)), (text, json), "{name}");
+        }
+    }
 
     #[test]
     fn what_was_reached_is_kept_beside_the_file_asked_for() {

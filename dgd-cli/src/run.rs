@@ -51,6 +51,7 @@ impl Run {
     ) -> Result<Run, CommandError> {
         let options = options(&args.solve)?;
         let Loaded { compiled, mut sources, .. } = loaded;
+        console.spare(&sources)?;
         let mut diagnostics = Diagnostics::default();
         let recording = match &args.data {
             None => None,

@@ -18,7 +18,11 @@ use crate::source::{Source, SourceId, Sources};
 use crate::syntax::ast::{Ast, ItemKind, Name};
 use crate::syntax::parse;
 
-/// How the text of an imported file is had: path in, text or the reason why not out.
+/// How the names of files end that are imported: no other is looked at, so that a model cannot show what is
+/// not its own.
+const ENDING: &str = ".dgd";
+
+/// Reads an imported file: path in, text or the reason why not out. The reason quotes nothing of the file.
 pub type Read<'a> = dyn FnMut(&str) -> Result<String, String> + 'a;
 
 /// What a program has sensitivities to.
@@ -137,6 +141,12 @@ pub fn load(
                     diagnostics.error(Diagnostic::new(Code::E208, span, message));
                 }
                 found.push(*id);
+                continue;
+            }
+            if !name.ends_with(ENDING) {
+                let message =
+                    format!("cannot import `{path}`: its name does not end in `{ENDING}`");
+                diagnostics.error(Diagnostic::new(Code::E208, span, message));
                 continue;
             }
             let text = match read(&name) {

@@ -92,8 +92,16 @@ fn size(
     Some(Setting { name, value })
 }
 
+/// Reads a file that a model imports, of which the compiler has checked the name: a regular one, and not what
+/// blocks or never ends.
 fn read(folder: &Path, path: &str) -> Result<String, String> {
-    std::fs::read_to_string(folder.join(path)).map_err(|error| error.to_string())
+    let path = folder.join(path);
+    let target = path.canonicalize().map_err(|error| error.to_string())?;
+    let is_named = target.extension().is_some_and(|ending| ending == "dgd");
+    if !(is_named && target.is_file()) {
+        return Err("only regular files called `*.dgd` are read".to_owned());
+    }
+    std::fs::read_to_string(target).map_err(|error| error.to_string())
 }
 
 /// One error that shows the rendered diagnostics, and a stub so that no other follows from it.

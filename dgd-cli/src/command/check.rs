@@ -79,7 +79,8 @@ fn check(path: &Path, choices: &Choices, console: Console<'_>) -> Result<(), Com
         return Err(compilation.fail(reported));
     }
 
-    if console.is_json() {
+    console.spare(&compilation.sources)?;
+    if console.writes_json() {
         return console.json(&describe(&compiled.model, &compiled.dae));
     }
     if console.out().is_none() {

@@ -15,12 +15,11 @@ use dgd_runtime::journal::{Forgetful, Journal};
 use crate::args::{DiscoverArgs, SolveArgs, Start};
 use crate::attendant::Attendant;
 use crate::command_line::command_line;
-use crate::console::{Console, print};
+use crate::console::{Console, print, print_text};
 use crate::data::read_renamed;
 use crate::effects::{self, FOLDER, load_folder};
 use crate::failure::CommandError;
 use crate::figure;
-use crate::fitted_model::verify_folder;
 use crate::load::Compilation;
 use crate::recording;
 use crate::report::{self, Subject};
@@ -30,9 +29,6 @@ use crate::run::{executable, options};
 
 pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), CommandError> {
     figure::verify_formats(&args.solve.plot)?;
-    if let Some(folder) = console.out() {
-        verify_folder(folder, &args.model)?;
-    }
     resume::verify(args.resume, console)?;
     let integration = options(&args.solve)?;
     let mut compilation = Compilation::default();
@@ -46,6 +42,7 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
     };
     let train = recordings(args, &args.data, &compiled, &mut compilation, console)?;
     let valid = recordings(args, &args.valid, &compiled, &mut compilation, console)?;
+    console.spare(&compilation.sources)?;
     let (held_out, left_out) = HeldOut::of(args, &train, valid);
     let mut reservations = reserved(args, &compiled, &train)?;
     reservations.extend(left_out);
@@ -155,7 +152,7 @@ fn show(
     } else if console.is_quiet() && console.out().is_some() {
         Ok(())
     } else {
-        print(&report::summary(found, reservations, console.out()))
+        print_text(&report::summary(found, reservations, console.out()))
     }
 }
 

@@ -13,6 +13,7 @@ use crate::load::load;
 
 pub(crate) fn run(args: &EmitArgs, console: Console<'_>) -> Result<(), CommandError> {
     let loaded = load(&args.model, &args.choices, |_| Directions::All)?;
+    console.spare(&loaded.sources)?;
     let compiled = &loaded.compiled;
     let text = match args.stage {
         Stage::Ast => match &loaded.changed {

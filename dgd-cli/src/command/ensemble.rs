@@ -16,6 +16,7 @@ use crate::failure::CommandError;
 use crate::figure;
 use crate::load::{Loaded, load};
 use crate::plot::{Envelope, Figure, Panel, Series, Style, Text};
+use crate::result::{self, TableFormat};
 use crate::run::Run;
 use crate::sets::{self, Set};
 
@@ -51,7 +52,9 @@ pub(crate) fn run(
     let mut kept: Vec<Vec<Vec<f64>>> = Vec::new();
     let mut gathered: Vec<Vec<f64>> = Vec::new();
     let is_text = !console.is_json();
-    if let Some(path) = console.out() {
+    let format = console.out().map(|path| console.table_format(path)).transpose()?;
+    let is_document = format.map_or(!is_text, |format| format != TableFormat::Csv);
+    if let Some(path) = console.out().filter(|_| !is_document) {
         save(path, |out| {
             all.write(out, |values| {
                 if keeps {
@@ -60,16 +63,18 @@ pub(crate) fn run(
             })
         })?;
         console.remark(&format!("wrote {} ({} sets)", path.display(), all.written));
-    } else if is_text && !keeps {
+    } else if !is_document && !keeps {
         let mut text = Vec::new();
         all.write(&mut text, |_| {}).map_err(|error| CommandError::Found(error.to_string()))?;
         print(&String::from_utf8_lossy(&text))?;
     } else {
         all.each(|number, values| {
-            if !is_text {
+            if is_document {
                 gather(&mut gathered, number, &run.times, &all_units(&run), &values);
             }
-            kept.push(values);
+            if keeps {
+                kept.push(values);
+            }
             Ok(())
         })
         .map_err(|error| CommandError::Found(error.to_string()))?;
@@ -80,8 +85,14 @@ pub(crate) fn run(
             figure::save(&figure, path, console)?;
         }
     }
-    if console.is_json() {
-        print(&format!("{:#}\n", all.details(&gathered)))?;
+    match console.out().filter(|_| is_document) {
+        Some(path) => {
+            let indented = format != Some(TableFormat::JsonLines);
+            result::save_json(path, &all.details(&gathered), indented)?;
+            console.remark(&format!("wrote {} ({} sets)", path.display(), all.written));
+        }
+        None if console.is_json() => print(&format!("{:#}\n", all.details(&gathered)))?,
+        None => {}
     }
     all.verdict()
 }

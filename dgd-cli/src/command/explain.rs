@@ -17,7 +17,7 @@ pub(crate) fn run(args: &ExplainArgs, console: Console<'_>) -> Result<(), Comman
         )));
     };
     let info = code.info();
-    if console.is_json() {
+    if console.writes_json() {
         return console.json(&json!({
             "code": code.to_string(),
             "title": info.title,

@@ -21,7 +21,7 @@ use serde_json::Value;
 use crate::args::{FitArgs, NoiseFrom, Place};
 use crate::attendant::Attendant;
 use crate::command::{prediction_error, regress};
-use crate::console::{Console, print};
+use crate::console::{Console, print, print_text};
 use crate::data::journal::RunJournal;
 use crate::data::{Files, write_folder};
 use crate::estimator::Estimator;
@@ -52,9 +52,6 @@ const MOST_EVALUATIONS_OF_ROWS: usize = 5000;
 
 pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandError> {
     figure::verify_formats(&args.solve.plot)?;
-    if let Some(folder) = console.out() {
-        fitted_model::verify_folder(folder, &args.model)?;
-    }
     resume::verify(args.resume, console)?;
     let place = args.regression.place()?;
     let mut task = Task::load(args, console)?;
@@ -155,7 +152,7 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
             }
         }
     }
-    if console.is_json() { print(&format!("{json:#}\n")) } else { print(&outcome.to_text()) }?;
+    if console.is_json() { print(&format!("{json:#}\n")) } else { print_text(&outcome.to_text()) }?;
     left_out.ended(task.journal.as_ref(), console)
 }
 
@@ -267,6 +264,7 @@ impl Task {
         };
         let few = FewSamples::find(&signature.outputs, &train, &mut noise, estimates);
         let sources = compilation.sources;
+        console.spare(&sources)?;
         let of_model = || Digest::EMPTY.of(&compiled.program);
         // Whose estimator simulates, it takes long.
         let journal = if args.regression.estimator == Estimator::OutputError {
@@ -449,7 +447,7 @@ impl Task {
         let name = fitted_model::file_name(&args.model);
         let json = format!("{json:#}\n");
         let mut written =
-            vec![(name, text.into_bytes()), ("result.json".to_owned(), json.into_bytes())];
+            vec![(name, text.into_bytes()), (fitted_model::RESULT.to_owned(), json.into_bytes())];
         written.extend(more);
         let result = write_folder(folder, &Files { written, ..Files::default() });
         if let (Err(_), Some(journal)) = (&result, &self.journal) {

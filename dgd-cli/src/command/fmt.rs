@@ -13,11 +13,20 @@ use crate::failure::CommandError;
 use crate::load::read_model;
 
 pub(crate) fn run(args: &FmtArgs, console: Console<'_>) -> Result<(), CommandError> {
+    if let Some(out) = console.out() {
+        return lay_out_into(out, args, console);
+    }
     // Every file is read and laid out before the first is written.
     let mut changed = Vec::new();
     let mut sources = Sources::default();
     let mut diagnostics = Diagnostics::default();
     for path in &args.models {
+        if !args.check && !path.is_file() && path.exists() {
+            return Err(CommandError::Found(format!(
+                "cannot lay out `{}`: it is not a regular file",
+                path.display()
+            )));
+        }
         let text = read_model(path)?;
         if let Some(formatted) = formatted(path, &text, &mut sources, &mut diagnostics)
             && formatted != text
@@ -43,6 +52,24 @@ pub(crate) fn run(args: &FmtArgs, console: Console<'_>) -> Result<(), CommandErr
         write_whole(path, |out| out.write_all(formatted.as_bytes()))?;
         console.remark(&format!("laid out {}", path.display()));
     }
+    Ok(())
+}
+
+/// Lays one model out into another file.
+fn lay_out_into(out: &Path, args: &FmtArgs, console: Console<'_>) -> Result<(), CommandError> {
+    let [path] = args.models.as_slice() else {
+        return Err(CommandError::Usage("`-o` is for one model".to_owned()));
+    };
+    if args.check {
+        return Err(CommandError::Usage("`--check` writes nothing: leave `-o` out".to_owned()));
+    }
+    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let text = read_model(path)?;
+    let Some(formatted) = formatted(path, &text, &mut sources, &mut diagnostics) else {
+        return Err(CommandError::diagnosed(&diagnostics, sources));
+    };
+    write_whole(out, |file| file.write_all(formatted.as_bytes()))?;
+    console.remark(&format!("wrote {}", out.display()));
     Ok(())
 }
 

@@ -3,11 +3,12 @@
 use dgd_runtime::linearize::{LinearAt, OperatingPoint, linearize, steady_state};
 
 use crate::args::{LinearizeArgs, Place, RunArgs, SolveArgs};
-use crate::console::Console;
+use crate::console::{Console, print};
 use crate::data::write::save;
 use crate::failure::CommandError;
 use crate::linear_report::LinearReport;
 use crate::load::load;
+use crate::result::{TableFormat, save_json};
 use crate::run::Run;
 
 pub(crate) fn run(args: &LinearizeArgs, console: Console<'_>) -> Result<(), CommandError> {
@@ -42,12 +43,20 @@ pub(crate) fn run(args: &LinearizeArgs, console: Console<'_>) -> Result<(), Comm
     let poles = system.poles().map_err(failed)?;
     let report = LinearReport::new(run.signature(), args.at, at, system, poles);
     match console.out() {
-        _ if console.is_json() => console.json(&report.to_json()),
         Some(path) => {
-            save(path, |out| report.write_csv(out))?;
+            let format = console.table_format(path)?;
+            match format {
+                TableFormat::Csv => save(path, |out| report.write_csv(out))?,
+                TableFormat::Json => save_json(path, &report.to_json(), true)?,
+                TableFormat::JsonLines => save_json(path, &report.to_json(), false)?,
+            }
             console.remark(&format!("wrote {}", path.display()));
+            if console.is_json() && format == TableFormat::Csv {
+                return print(&format!("{:#}\n", report.to_json()));
+            }
             Ok(())
         }
+        None if console.is_json() => console.json(&report.to_json()),
         None => console.result(&report.to_text()),
     }
 }

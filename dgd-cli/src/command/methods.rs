@@ -10,7 +10,7 @@ use crate::console::Console;
 use crate::failure::CommandError;
 
 pub(crate) fn run(console: Console<'_>) -> Result<(), CommandError> {
-    if console.is_json() {
+    if console.writes_json() {
         let all: Vec<Value> = METHODS
             .iter()
             .map(|m| {

@@ -17,6 +17,7 @@ use crate::estimator::{Estimator, Normalise, RegressionArgs};
 use crate::failure::{CommandError, meant};
 use crate::figure;
 use crate::fit_report::Tested;
+use crate::fitted_model::ESTIMATES;
 use crate::intervals::Intervals;
 use crate::left_out::LeftOut;
 use crate::recording::Clock;
@@ -84,7 +85,7 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
     let json = outcome.to_json();
     if let Some(folder) = console.out() {
         let estimates = outcome.estimates_csv();
-        let more = estimates.map(|csv| ("estimates.csv".to_owned(), csv.into_bytes()));
+        let more = estimates.map(|csv| (ESTIMATES.to_owned(), csv.into_bytes()));
         task.save(folder, args, &fit.estimates, &json, more.into_iter().collect())?;
         console.remark(&format!("wrote {}", folder.display()));
     }

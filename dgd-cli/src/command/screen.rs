@@ -9,7 +9,7 @@ use dgd_runtime::Options;
 use dgd_screen::Weight;
 
 use crate::command_line::command_line;
-use crate::console::{Console, print};
+use crate::console::{Console, print, print_text};
 use crate::data::{Table, read_as_it_is};
 use crate::failure::{CommandError, meant};
 use crate::figure;
@@ -34,7 +34,8 @@ pub(crate) fn run(args: &ScreenArgs, console: Console<'_>) -> Result<(), Command
     }
     let mut screened = screening::screen_all(tables, &wishes);
     if let Some(model) = &args.model {
-        let Loaded { compiled, .. } = load(model, &args.choices, |_| Directions::None)?;
+        let Loaded { compiled, sources, .. } = load(model, &args.choices, |_| Directions::None)?;
+        console.spare(&sources)?;
         let system = dgd_execute::Loaded::new(compiled.program);
         let model = Model { system: &system, dae: &compiled.dae, options: Options::default() };
         for one in &mut screened {
@@ -55,7 +56,7 @@ pub(crate) fn run(args: &ScreenArgs, console: Console<'_>) -> Result<(), Command
     if console.is_json() {
         print(&format!("{:#}\n", screening::to_json(&screened)))?;
     } else if !(console.is_quiet() && console.out().is_some()) {
-        print(&screening::text(&screened, console.out()))?;
+        print_text(&screening::text(&screened, console.out()))?;
     }
     let faults: usize = screened.iter().map(|one| one.count(Weight::Fault)).sum();
     match faults {

@@ -1,9 +1,11 @@
 //! Files that appear in a folder together or not at all.
 
-use std::fs;
-use std::io;
+use std::ffi::OsStr;
+use std::fs::{self, File};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use super::draft::{Draft, Kind, hold, sync_folder};
 use super::whole::WriteError;
 
 /// A folder of results.
@@ -18,18 +20,54 @@ pub struct Files {
 /// Writes files into a folder: all of them, or the folder is left as it was.
 ///
 /// The folder is created if its parent exists; other files in it stay. The files are written to a
-/// hidden folder beside the place they are meant for, and then moved.
+/// hidden folder, synced, and then moved.
 ///
 /// # Errors
 ///
 /// The parent does not exist, a file would replace a folder, or the system refused.
 pub fn write_folder(folder: &Path, files: &Files) -> Result<(), WriteError> {
     let failed = |error| WriteError::Failed { path: folder.to_owned(), error };
+    let draft = begin(folder)?;
+    fill(draft.path(), files).map_err(failed)?;
+    let draft = if folder.exists() {
+        draft
+    } else {
+        match draft.publish(folder) {
+            Ok(()) => return Ok(()),
+            // Another run made the folder in the meantime: the files go into that.
+            Err((draft, _)) if folder.is_dir() => draft,
+            Err((_, error)) => return Err(failed(error)),
+        }
+    };
+    // Two runs that write into one folder do so one after the other, so that all files are of one run.
+    let lock = File::open(folder).ok();
+    if let Some(lock) = &lock {
+        // Where folders cannot be locked, runs have to be kept apart by who starts them.
+        let _ = lock.lock();
+    }
+    exchange(folder, draft.path(), files)?;
+    sync_folder(folder);
+    Ok(())
+}
+
+/// Tries whether files could be written into a folder, and leaves all as it was.
+///
+/// # Errors
+///
+/// As [`write_folder`], as far as can be told before there is something to write.
+pub fn try_folder(folder: &Path) -> Result<(), WriteError> {
+    begin(folder).map(drop)
+}
+
+/// A draft inside the folder, so that nothing has to cross from one file system to another, or beside the
+/// place where the folder will be.
+fn begin(folder: &Path) -> Result<Draft, WriteError> {
+    let failed = |error| WriteError::Failed { path: folder.to_owned(), error };
+    if folder.is_dir() {
+        return Draft::create(folder, OsStr::new("dgd"), Kind::Folder).map_err(failed);
+    }
     if folder.exists() {
-        // Inside, so that nothing has to cross from one file system to another.
-        let draft = Draft::create(folder, ".dgd").map_err(failed)?;
-        draft.fill(files).map_err(failed)?;
-        return exchange(folder, &draft, files);
+        return Err(WriteError::NotFolder { path: folder.to_owned() });
     }
     let (Some(name), parent) = (folder.file_name(), parent(folder)) else {
         return Err(failed(io::Error::from(io::ErrorKind::InvalidInput)));
@@ -38,12 +76,15 @@ pub fn write_folder(folder: &Path, files: &Files) -> Result<(), WriteError> {
         let (path, folder) = (folder.to_owned(), parent.to_owned());
         return Err(WriteError::NoFolder { path, folder });
     }
-    let mut draft =
-        Draft::create(parent, &format!(".{}", name.to_string_lossy())).map_err(failed)?;
-    draft.fill(files).map_err(failed)?;
-    fs::rename(&draft.path, folder).map_err(failed)?;
-    draft.published = true;
-    Ok(())
+    Draft::create(parent, name, Kind::Folder).map_err(failed)
+}
+
+fn fill(draft: &Path, files: &Files) -> io::Result<()> {
+    files.written.iter().try_for_each(|(name, content)| {
+        let mut file = File::create_new(draft.join(name))?;
+        file.write_all(content)?;
+        file.sync_all()
+    })
 }
 
 fn parent(path: &Path) -> &Path {
@@ -55,18 +96,19 @@ fn parent(path: &Path) -> &Path {
 
 /// Moves the files of a draft into the folder, and the old ones into the draft; if one cannot be
 /// moved, all go back.
-fn exchange(folder: &Path, draft: &Draft, files: &Files) -> Result<(), WriteError> {
+fn exchange(folder: &Path, draft: &Path, files: &Files) -> Result<(), WriteError> {
     let written = || files.written.iter().map(|(name, _)| name);
     if let Some(name) = written().chain(&files.removed).find(|name| folder.join(name).is_dir()) {
         return Err(WriteError::IsFolder { path: folder.join(name) });
     }
     let mut moves: Vec<(PathBuf, PathBuf)> = Vec::new();
     for name in files.removed.iter().chain(written()).filter(|name| folder.join(name).exists()) {
-        moves.push((folder.join(name), draft.path.join(format!("{name}.old"))));
+        moves.push((folder.join(name), draft.join(format!("{name}.old"))));
     }
     for name in written() {
-        moves.push((draft.path.join(name), folder.join(name)));
+        moves.push((draft.join(name), folder.join(name)));
     }
+    let _uninterrupted = hold();
     for (done, (from, to)) in moves.iter().enumerate() {
         if let Err(error) = fs::rename(from, to) {
             for (from, to) in moves[..done].iter().rev() {
@@ -77,44 +119,6 @@ fn exchange(folder: &Path, draft: &Draft, files: &Files) -> Result<(), WriteErro
         }
     }
     Ok(())
-}
-
-/// A hidden folder; removed when dropped unless it was published.
-struct Draft {
-    path: PathBuf,
-    published: bool,
-}
-
-impl Draft {
-    fn create(parent: &Path, name: &str) -> io::Result<Draft> {
-        let mut attempt = 0_u32;
-        loop {
-            let path = parent.join(format!("{name}.{}-{attempt}.tmp", std::process::id()));
-            match fs::create_dir(&path) {
-                Ok(()) => return Ok(Draft { path, published: false }),
-                Err(error) if error.kind() == io::ErrorKind::AlreadyExists && attempt < 1000 => {
-                    attempt += 1;
-                }
-                Err(error) => return Err(error),
-            }
-        }
-    }
-
-    fn fill(&self, files: &Files) -> io::Result<()> {
-        files
-            .written
-            .iter()
-            .try_for_each(|(name, content)| fs::write(self.path.join(name), content))
-    }
-}
-
-impl Drop for Draft {
-    fn drop(&mut self) {
-        if !self.published {
-            // What cannot be removed is a hidden left-over; the error that led here matters more.
-            let _ = fs::remove_dir_all(&self.path);
-        }
-    }
 }
 
 #[cfg(test)]

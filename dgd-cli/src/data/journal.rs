@@ -81,6 +81,18 @@ impl RunJournal {
         opening: Opening,
     ) -> Result<(RunJournal, Before), JournalError> {
         let failed = JournalError::Failed;
+        // What is not a journal is not ours to replace.
+        if let Ok(there) = fs::symlink_metadata(&path) {
+            let is_journal = || -> io::Result<bool> {
+                let mut begin = Vec::new();
+                File::open(&path)?.take(HEADER.len() as u64).read_to_end(&mut begin)?;
+                let name = &HEADER[..HEADER.len() - 2];
+                Ok(begin.starts_with(name) || HEADER.starts_with(&begin))
+            };
+            if !there.is_file() || !is_journal().map_err(failed)? {
+                return Err(failed(io::Error::other("there is another file of this name")));
+            }
+        }
         let mut options = File::options();
         options.read(true).write(true).create(true).truncate(false);
         let mut file = options.open(&path).map_err(failed)?;
@@ -138,7 +150,8 @@ impl Journal for RunJournal {
 
 impl Drop for RunJournal {
     fn drop(&mut self) {
-        if !self.is_left.load(Ordering::Relaxed) {
+        // What was computed before a panic is not lost.
+        if !self.is_left.load(Ordering::Relaxed) && !std::thread::panicking() {
             // One that cannot be removed is a hidden left-over, which the next run replaces.
             let _ = fs::remove_file(&self.path);
         }
@@ -243,6 +256,21 @@ mod tests {
         fs::write(&path, &bytes).expect("the folder is writable");
         let (journal, before) = open(&path, OWNER, Opening::Resume);
         assert_eq!((before, journal.find(2)), (Before::Results(1), None));
+    }
+
+    #[test]
+    fn another_file_of_its_name_is_kept() {
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        let path = folder.path().join("journal");
+        fs::write(&path, b"precious").expect("the folder is writable");
+        for opening in [Opening::Anew, Opening::Resume] {
+            let refused = RunJournal::open(path.clone(), OWNER, opening);
+            assert!(matches!(refused, Err(JournalError::Failed(_))), "{refused:?}");
+        }
+        assert_eq!(fs::read(&path).expect("it is there"), b"precious");
+        // That of another version is one.
+        fs::write(&path, b"dgd journal 9\n").expect("the folder is writable");
+        assert_eq!(open(&path, OWNER, Opening::Resume).1, Before::Other);
     }
 
     #[test]

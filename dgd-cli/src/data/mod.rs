@@ -10,9 +10,12 @@
 //! when a model asks for it ([`select`]), because a recording has columns that nobody asks for.
 
 mod clock;
+pub(crate) mod draft;
+mod encoding;
 mod folder;
 mod header;
 pub mod journal;
+pub(crate) mod open;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod read;
@@ -28,13 +31,13 @@ mod whole;
 pub mod write;
 
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use dgd_compiler::source::{SourceId, Span};
+use dgd_compiler::source::{SourceId, Sources, Span};
 use dgd_compiler::units::Unit;
 
-pub use folder::{Files, write_folder};
+pub use folder::{Files, try_folder, write_folder};
 pub use read::{read, read_as_it_is, read_from, read_renamed};
 pub use rename::Rename;
-pub use whole::{WriteError, write_whole};
+pub use whole::{WriteError, try_whole, write_whole};
 
 /// A data file.
 ///
@@ -121,6 +124,11 @@ pub struct Place {
     pub span: Span,
     /// The line, from 1, where the text there is not kept.
     pub line: Option<usize>,
+}
+
+/// A file that cannot be opened.
+pub(crate) fn unreadable(name: &str, sources: &mut Sources, why: &str) -> Diagnostic {
+    read::unreadable(name, "", sources, why)
 }
 
 /// Characters of a cell that are quoted in a message.

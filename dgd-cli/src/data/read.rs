@@ -1,12 +1,12 @@
 //! From a file to its text, its header and its rows.
 
-use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, Read};
 use std::path::Path;
 
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::{Source, Sources, Span};
 
+use super::encoding::{NotText, not_text};
 use super::header::Header;
 use super::records::Records;
 use super::rows::{Kept, Rows};
@@ -55,9 +55,9 @@ fn open(
     diagnostics: &mut Diagnostics,
 ) -> Result<Table, Reported> {
     let name = path.display().to_string();
-    match File::open(path) {
+    match super::open::open(path) {
         Ok(file) => read_with(reading, &name, file, sources, diagnostics),
-        Err(error) => Err(diagnostics.error(unreadable(&name, "", sources, &error.to_string()))),
+        Err(why) => Err(diagnostics.error(unreadable(&name, "", sources, &why))),
     }
 }
 
@@ -193,31 +193,11 @@ fn read_parquet(
     Err(diagnostics.error(diagnostic))
 }
 
-/// Why bytes are not the text of a table, and what to do about it.
-#[derive(Clone, Copy)]
-struct NotText {
-    message: &'static str,
-    help: &'static str,
-}
-
-/// Files that are no text, by how they begin.
-const NOT_TEXT: &[(&[u8], NotText)] = &[
-    (
-        b"PK\x03\x04",
-        NotText { message: "it is a spreadsheet or a zip archive", help: "save the sheet as CSV" },
-    ),
-    (b"\xd0\xcf\x11\xe0", NotText { message: "it is a spreadsheet", help: "save it as CSV" }),
-    (b"\xff\xfe", NotText { message: "its text is UTF-16", help: "save it as UTF-8" }),
-    (b"\xfe\xff", NotText { message: "its text is UTF-16", help: "save it as UTF-8" }),
-];
-
 /// The bytes as text; of the head of a longer text, without a character cut in two. Otherwise the
 /// text before what is none.
 fn utf8(head: &[u8], whole: bool) -> Result<&str, (&str, NotText)> {
-    for &(magic, why) in NOT_TEXT {
-        if head.starts_with(magic) {
-            return Err(("", why));
-        }
+    if let Some(why) = not_text(head) {
+        return Err(("", why));
     }
     str::from_utf8(head).or_else(|error| {
         let valid = str::from_utf8(&head[..error.valid_up_to()]).unwrap_or_default();

@@ -4,12 +4,17 @@
 //! Lines end in LF or CRLF; blank ones are skipped. Places are bytes of the text, so that a
 //! diagnostic can point into it.
 
-use std::io::{self, BufRead};
+use std::io::{self, BufRead, Read};
 use std::ops::Range;
+
+/// Bytes of the longest record: what is longer is no table, and may never end.
+const LONGEST: usize = 16 << 20;
 
 /// Splits a text into records.
 pub(super) struct Records<R> {
     reader: R,
+    /// Whether a record ends with its line even where a quoted cell is open.
+    in_lines: bool,
     /// Bytes before the next record.
     offset: usize,
     /// Line ends before the next record.
@@ -36,7 +41,17 @@ impl<R: BufRead> Records<R> {
     /// Records of what `reader` has left, which starts `offset` bytes and `line` lines into the
     /// text.
     pub(super) fn new(reader: R, offset: usize, line: usize) -> Self {
-        Records { reader, offset, line, bytes: Vec::new(), cells: Vec::new() }
+        Records { reader, in_lines: false, offset, line, bytes: Vec::new(), cells: Vec::new() }
+    }
+
+    /// The same with a record for each line: of what is still being written, no line is waited for but the next.
+    pub(super) fn in_lines(self) -> Self {
+        Records { in_lines: true, ..self }
+    }
+
+    /// The line that was read last.
+    pub(super) fn line(&self) -> usize {
+        self.line
     }
 
     /// The next record that is not blank.
@@ -48,12 +63,16 @@ impl<R: BufRead> Records<R> {
             let mut splitter = Splitter::default();
             loop {
                 let old = self.bytes.len();
-                if self.reader.read_until(b'\n', &mut self.bytes)? == 0 {
+                let room = (LONGEST - old) as u64;
+                if (&mut self.reader).take(room).read_until(b'\n', &mut self.bytes)? == 0 {
                     break;
+                }
+                if self.bytes.len() == LONGEST {
+                    return Err(too_long(line));
                 }
                 self.line += usize::from(self.bytes.ends_with(b"\n"));
                 splitter.split(&self.bytes, old, &mut self.cells);
-                if !splitter.in_quotes {
+                if !splitter.in_quotes || self.in_lines {
                     break;
                 }
             }
@@ -73,6 +92,13 @@ impl<R: BufRead> Records<R> {
             }
         }
     }
+}
+
+fn too_long(line: usize) -> io::Error {
+    io::Error::other(format!(
+        "line {line} begins a row of more than {} MB: it is no table, or a quoted cell is not closed",
+        LONGEST >> 20
+    ))
 }
 
 impl<'a> Record<'a> {
@@ -198,6 +224,27 @@ mod tests {
                 (4, cells(&["5\" pipe", "6"])),
             ]
         );
+    }
+
+    #[test]
+    fn what_never_ends_is_given_up() {
+        let mut records = Records::new(io::BufReader::new(io::repeat(b'0')), 0, 0);
+        let error = records.next().expect_err("no row is that long").to_string();
+        assert!(error.contains("line 1 begins a row of more than 16 MB"), "{error}");
+        let open = io::Cursor::new(b"\"a\n").chain(io::repeat(b'0'));
+        let mut records = Records::new(io::BufReader::new(open), 0, 6);
+        let error = records.next().expect_err("no row is that long").to_string();
+        assert!(error.contains("line 7"), "{error}");
+    }
+
+    #[test]
+    fn in_lines_a_quote_ends_with_its_line() {
+        let mut records = Records::new(b"1,\"b\n2,3\n".as_slice(), 0, 0).in_lines();
+        assert!(
+            records.next().expect("a slice can be read").is_some_and(|record| record.open_quote)
+        );
+        let second = records.next().expect("a slice can be read").map(|record| record.text(0));
+        assert_eq!(second.as_deref(), Some("2"));
     }
 
     #[test]

@@ -164,6 +164,6 @@ pub(super) fn number(cell: &[u8]) -> Option<f64> {
     (!value.is_infinite()).then_some(value)
 }
 
-fn counted(n_cells: usize) -> String {
+pub(super) fn counted(n_cells: usize) -> String {
     if n_cells == 1 { "1 cell".to_owned() } else { format!("{n_cells} cells") }
 }

@@ -3,11 +3,14 @@
 //! A column is converted from the unit in its header to SI. Where header and model both name the
 //! zero of a pressure scale and name different ones, the standard atmosphere comes in.
 
+use std::borrow::Cow;
+use std::collections::HashSet;
+
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use dgd_compiler::source::Span;
 use dgd_compiler::units::{Dimension, Unit, convert};
 
-use super::{Column, Table};
+use super::{Column, SHOWN, Table};
 
 /// An input, output or state as the model declares it.
 #[derive(Debug, Clone, Copy)]
@@ -104,32 +107,54 @@ pub fn measured(
 
 /// The columns whose names are not among `known`, in the order of the file.
 pub fn unknown<'t>(table: &'t Table, known: &[&str]) -> Vec<&'t Column> {
-    table.columns.iter().filter(|column| !known.contains(&column.name.as_str())).collect()
+    let known: HashSet<&str> = known.iter().copied().collect();
+    table.columns.iter().filter(|column| !known.contains(column.name.as_str())).collect()
 }
+
+/// Names of columns that are told one by one; of more there is the number.
+const NAMED: usize = 8;
 
 /// What there is to say about the columns that are not among `known`: that they are not used.
 pub fn unknown_note(table: &Table, known: &[&str]) -> Option<Diagnostic> {
     let unknown = unknown(table, known);
     let (first, others) = unknown.split_first()?;
-    let names: Vec<_> = unknown.iter().map(|column| format!("`{}`", column.name)).collect();
-    let message = match others.len() {
-        0 => format!("the model does not know the column {}, which is not used", names[0]),
-        _ => {
-            format!("the model does not know the columns {}, which are not used", names.join(", "))
+    let named = if unknown.len() > NAMED + 1 { NAMED } else { unknown.len() };
+    let names: Vec<_> =
+        unknown.iter().take(named).map(|column| format!("`{}`", shortened(&column.name))).collect();
+    let names = names.join(", ");
+    let message = match unknown.len() - named {
+        0 if others.is_empty() => {
+            format!("the model does not know the column {names}, which is not used")
+        }
+        0 => format!("the model does not know the columns {names}, which are not used"),
+        more => {
+            format!(
+                "the model does not know the columns {names} and {more} more, which are not used"
+            )
         }
     };
     let mut note = Diagnostic::new(Code::E611, first.place, message);
-    for column in others {
+    for column in &others[..named - 1] {
         note = note.label(column.place, "");
     }
     // Meant can only be what has no column yet.
-    let absent = || known.iter().copied().filter(|name| table.column(name).is_none());
-    let meant =
-        unknown.iter().find_map(|column| Some((column, suggestion(&column.name, absent())?)));
+    let there: HashSet<&str> = table.columns.iter().map(|column| column.name.as_str()).collect();
+    let absent: Vec<&str> = known.iter().copied().filter(|name| !there.contains(name)).collect();
+    let meant = unknown
+        .iter()
+        .find_map(|column| Some((column, suggestion(&column.name, absent.iter().copied())?)));
     Some(match meant {
         Some((column, name)) => note.help(format!("is `{}` meant to be `{name}`?", column.name)),
         None => note,
     })
+}
+
+/// A name as far as it can be read at a glance.
+fn shortened(name: &str) -> Cow<'_, str> {
+    match name.char_indices().nth(SHOWN) {
+        Some((end, _)) => Cow::Owned(format!("{}…", &name[..end])),
+        None => Cow::Borrowed(name),
+    }
 }
 
 fn no_column(table: &Table, input: &Declared<'_>) -> Diagnostic {

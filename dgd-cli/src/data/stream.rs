@@ -1,7 +1,7 @@
 //! A recording that is still being written: its rows one by one, as they come.
 //!
 //! The header is read as that of a file ([`read`](super::read)), and what the columns are is told by a
-//! [`Table`] without rows. A row that is no row ends the stream: what follows it cannot be trusted.
+//! [`Table`] without rows. A row ends with its line, so that one that cannot be read hides none behind it.
 
 use std::fmt;
 use std::io::{self, BufRead, Cursor, Read};
@@ -11,10 +11,11 @@ use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::units::{Unit, convert};
 
 use super::clock::{Clock, TimeFault};
+use super::encoding::not_text;
 use super::header::Header;
 use super::read::{decompressed, unreadable};
 use super::records::Records;
-use super::rows::{Kept, number};
+use super::rows::{Kept, counted, number};
 use super::select::Declared;
 use super::time::Time;
 use super::{Column, Disorder, Order, Rename, Table};
@@ -27,6 +28,8 @@ pub struct Stream<'a> {
     /// Seconds in the header's unit, if it has one.
     factor: Option<f64>,
     clock: Option<Clock>,
+    /// The last time, and how many rows had it.
+    last: Option<(f64, usize)>,
     /// What is read of each row.
     cells: Vec<Option<Cell>>,
 }
@@ -43,8 +46,12 @@ struct Cell {
 #[derive(Debug)]
 pub struct RowFault {
     name: String,
-    line: usize,
-    what: String,
+    /// The line, from 1.
+    pub line: usize,
+    /// What is wrong with it.
+    pub what: String,
+    /// Whether nothing can be read behind it.
+    pub is_end: bool,
 }
 
 impl fmt::Display for RowFault {
@@ -76,6 +83,14 @@ impl<'a> Stream<'a> {
                 return Err(diagnostics.error(unreadable(name, "", sources, &error.to_string())));
             }
         };
+        if let Some(why) = not_text(&head) {
+            let diagnostic = unreadable(name, "", sources, why.message).help(why.help);
+            return Err(diagnostics.error(diagnostic));
+        }
+        let Ok(head) = String::from_utf8(head) else {
+            let diagnostic = unreadable(name, "", sources, "this is not UTF-8 text");
+            return Err(diagnostics.error(diagnostic.help("save it as UTF-8")));
+        };
         let head = head.strip_prefix('\u{feff}').unwrap_or(&head).to_owned();
         let start = head[..head.trim_end().len()].rfind('\n').map_or(0, |at| at + 1);
         let lines = head[..start].matches('\n').count();
@@ -106,10 +121,11 @@ impl<'a> Stream<'a> {
             disorder: Disorder::default(),
             n_rows: 0,
         };
-        let records = Records::new(rest, offset, lines);
+        let records = Records::new(rest, offset, lines).in_lines();
         let name = name.to_owned();
         let factor = factor.flatten();
-        Ok((Stream { records, name, n_cells, factor, clock: None, cells: Vec::new() }, table))
+        let (clock, last, cells) = (None, None, Vec::new());
+        Ok((Stream { records, name, n_cells, factor, clock, last, cells }, table))
     }
 
     /// Says what is wanted of each row: the columns of these names, in SI as the model counts. Whether they
@@ -125,21 +141,27 @@ impl<'a> Stream<'a> {
         self.cells = declared.iter().map(cell).collect();
     }
 
-    /// The next row: its time, s since the first, and what is wanted of it, NaN where there is no value.
+    /// The next row: its time, s since the first, and what is wanted of it, NaN where there is no value. After a
+    /// row that could not be read it is the one behind that, unless that was the end.
     ///
     /// # Errors
     ///
     /// [`RowFault`].
     pub fn next(&mut self, values: &mut Vec<f64>) -> Result<Option<f64>, RowFault> {
-        let Self { records, name, n_cells, factor, clock, cells } = self;
-        let fault = |line, what| RowFault { name: name.clone(), line, what };
+        let Self { records, name, n_cells, factor, clock, last, cells } = self;
+        let name = &*name;
+        let fault = |line, what| RowFault { name: name.clone(), line, what, is_end: false };
+        let next = records.line() + 1;
         let record = match records.next() {
             Ok(None) => return Ok(None),
             Ok(Some(record)) => record,
-            Err(error) => return Err(fault(0, error.to_string())),
+            Err(error) => return Err(RowFault { is_end: true, ..fault(next, error.to_string()) }),
         };
+        if record.open_quote {
+            return Err(fault(record.line, "a quoted cell is not closed".to_owned()));
+        }
         if record.len() != *n_cells {
-            let what = format!("this row has {} cells, and the header {n_cells}", record.len());
+            let what = format!("this row has {}, and the header {n_cells}", counted(record.len()));
             return Err(fault(record.line, what));
         }
         let read = match clock {
@@ -164,20 +186,41 @@ impl<'a> Stream<'a> {
             };
             values.push(unit.as_ref().map_or(value, |unit| convert(value, unit, si)));
         }
+        let same = match *last {
+            Some((before, _)) if t < before => {
+                let what =
+                    format!("the time goes back, from {before} s to {t} s after the first row");
+                return Err(fault(record.line, what));
+            }
+            Some((before, same)) if t == before => same + 1,
+            _ => 1,
+        };
+        if same > 2 {
+            let what = format!("a third row has the time {t} s after the first row");
+            return Err(fault(record.line, what));
+        }
+        *last = Some((t, same));
         Ok(Some(t))
     }
 }
 
+/// Bytes of the longest text down to the header line.
+const LONGEST_HEAD: usize = 16 << 20;
+
 /// The text down to the header line.
-fn head(input: &mut impl BufRead) -> io::Result<String> {
-    let mut head = String::new();
+fn head(input: &mut impl BufRead) -> io::Result<Vec<u8>> {
+    let mut head = Vec::new();
     loop {
         let from = head.len();
-        if input.read_line(&mut head)? == 0 {
+        if input.take((LONGEST_HEAD - from) as u64).read_until(b'\n', &mut head)? == 0 {
             return Ok(head);
         }
-        let line = head[from..].trim_start_matches('\u{feff}');
-        if !(line.trim().is_empty() || line.starts_with('#')) {
+        if head.len() == LONGEST_HEAD {
+            return Err(io::Error::other("it has no header line, at least not soon"));
+        }
+        let line = head[from..].trim_ascii();
+        let line = line.strip_prefix("\u{feff}".as_bytes()).unwrap_or(line);
+        if !(line.trim_ascii().is_empty() || line.starts_with(b"#")) {
             return Ok(head);
         }
     }
@@ -210,6 +253,22 @@ mod tests {
     }
 
     #[test]
+    fn rows_behind_one_that_cannot_be_read_are_read() {
+        let (mut stream, _) =
+            open("time [s],q [lpm]\n0,1\n5,\"1\n6,1\n2,1\n6,1\n6,1\nx,1\n7,1,1\n8,1\n");
+        let (mut values, mut times, mut lines) = (Vec::new(), Vec::new(), Vec::new());
+        loop {
+            match stream.next(&mut values) {
+                Ok(Some(t)) => times.push(t),
+                Ok(None) => break,
+                Err(fault) => lines.push((fault.line, fault.is_end)),
+            }
+        }
+        assert_eq!(times, [0.0, 6.0, 6.0, 8.0]);
+        assert_eq!(lines, [3, 5, 7, 8, 9].map(|line| (line, false)));
+    }
+
+    #[test]
     fn a_row_that_is_none_is_named() {
         let (mut stream, table) = open("time [s],q [lpm]\n0,1\n1,two\n");
         let flow = parse_unit("lpm").expect("a unit");
@@ -218,8 +277,9 @@ mod tests {
         stream.next(&mut values).expect("a row");
         let fault = stream.next(&mut values).expect_err("no number").to_string();
         assert_eq!(fault, "-, line 3: `two` in column `q` is not a number");
+        assert_eq!(stream.next(&mut values).expect("the end"), None);
         let (mut stream, _) = open("time [s],q [lpm]\n0\n");
         let fault = stream.next(&mut values).expect_err("too short").to_string();
-        assert_eq!(fault, "-, line 2: this row has 1 cells, and the header 2");
+        assert_eq!(fault, "-, line 2: this row has 1 cell, and the header 2");
     }
 }

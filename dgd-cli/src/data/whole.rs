@@ -1,11 +1,12 @@
 //! Files that appear whole or not at all.
 
 use std::error::Error;
-use std::ffi::{OsStr, OsString};
 use std::fmt;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+
+use super::draft::{Draft, Kind};
 
 /// Writes a file that has all of what `content` wrote, or is left as it was.
 ///
@@ -21,17 +22,45 @@ pub fn write_whole(
     content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), WriteError> {
     let failed = |error| WriteError::Failed { path: path.to_owned(), error };
+    let Some((draft, goal)) = begin(path)? else {
+        let mut file = BufWriter::new(File::options().write(true).open(path).map_err(failed)?);
+        return content(&mut file).and_then(|()| file.flush()).map_err(failed);
+    };
+    let mut file = BufWriter::new(draft.file().map_err(failed)?);
+    content(&mut file).map_err(failed)?;
+    file.into_inner().map_err(|error| failed(error.into_error()))?;
+    // The rights of the file that is replaced.
+    if let Ok(existing) = fs::metadata(&goal) {
+        fs::set_permissions(draft.path(), existing.permissions()).map_err(failed)?;
+    }
+    draft.publish(&goal).map_err(|(_, error)| failed(error))
+}
+
+/// Tries whether a file could be written, and leaves all as it was.
+///
+/// # Errors
+///
+/// As [`write_whole`], as far as can be told before there is something to write.
+pub fn try_whole(path: &Path) -> Result<(), WriteError> {
+    begin(path).map(drop)
+}
+
+/// A draft of a file and the path that it will have; `None` where the path is not that of a regular file.
+fn begin(path: &Path) -> Result<Option<(Draft, PathBuf)>, WriteError> {
+    let failed = |error| WriteError::Failed { path: path.to_owned(), error };
     let goal = match fs::metadata(path) {
         Ok(existing) if existing.is_dir() => {
             return Err(WriteError::IsFolder { path: path.to_owned() });
         }
-        Ok(existing) if !existing.is_file() => {
-            let mut file = BufWriter::new(File::options().write(true).open(path).map_err(failed)?);
-            return content(&mut file).and_then(|()| file.flush()).map_err(failed);
+        Ok(existing) if !existing.is_file() => return Ok(None),
+        Ok(existing) if existing.permissions().readonly() => {
+            return Err(WriteError::IsProtected { path: path.to_owned() });
         }
         // A link stays a link: what it points at is replaced.
         Ok(_) => fs::canonicalize(path).map_err(failed)?,
-        Err(_) => path.to_owned(),
+        // One that points at nothing stays one, too: where it points, a file comes to be.
+        Err(_) => fs::read_link(path)
+            .map_or_else(|_| path.to_owned(), |target| path.with_file_name("").join(target)),
     };
     let Some(name) = goal.file_name() else {
         return Err(WriteError::IsFolder { path: path.to_owned() });
@@ -44,12 +73,8 @@ pub fn write_whole(
         let (path, folder) = (path.to_owned(), folder.to_owned());
         return Err(WriteError::NoFolder { path, folder });
     }
-
-    let (draft, file) = Draft::create(folder, name).map_err(failed)?;
-    let mut file = BufWriter::new(file);
-    content(&mut file).map_err(failed)?;
-    drop(file.into_inner().map_err(|error| failed(error.into_error()))?);
-    draft.publish(&goal).map_err(failed)
+    let draft = Draft::create(folder, name, Kind::File).map_err(failed)?;
+    Ok(Some((draft, goal)))
 }
 
 /// Why a file could not be written. The file is as it was before.
@@ -65,6 +90,16 @@ pub enum WriteError {
     /// The path is that of a folder.
     IsFolder {
         /// The folder.
+        path: PathBuf,
+    },
+    /// The path is that of something else than a folder.
+    NotFolder {
+        /// What it is.
+        path: PathBuf,
+    },
+    /// The file is there and may not be written to.
+    IsProtected {
+        /// The file.
         path: PathBuf,
     },
     /// The system refused.
@@ -88,6 +123,12 @@ impl fmt::Display for WriteError {
             WriteError::IsFolder { path } => {
                 write!(f, "cannot write `{}`: it is a folder", path.display())
             }
+            WriteError::NotFolder { path } => {
+                write!(f, "cannot write into `{}`: it is not a folder", path.display())
+            }
+            WriteError::IsProtected { path } => {
+                write!(f, "cannot write `{}`: it is write-protected", path.display())
+            }
             WriteError::Failed { path, error } => {
                 write!(f, "cannot write `{}`: {error}", path.display())
             }
@@ -99,60 +140,18 @@ impl Error for WriteError {
     fn source(&self) -> Option<&(dyn Error + 'static)> {
         match self {
             WriteError::Failed { error, .. } => Some(error),
-            WriteError::NoFolder { .. } | WriteError::IsFolder { .. } => None,
-        }
-    }
-}
-
-/// A file under way; removed when dropped unless it was published.
-struct Draft {
-    path: PathBuf,
-    published: bool,
-}
-
-impl Draft {
-    /// A new file in the folder, named after what it will become.
-    fn create(folder: &Path, name: &OsStr) -> io::Result<(Draft, File)> {
-        let mut attempt = 0_u32;
-        loop {
-            let mut hidden = OsString::from(".");
-            hidden.push(name);
-            hidden.push(format!(".{}-{attempt}.tmp", std::process::id()));
-            let path = folder.join(hidden);
-            match File::create_new(&path) {
-                Ok(file) => {
-                    return Ok((Draft { path, published: false }, file));
-                }
-                Err(error) if error.kind() == io::ErrorKind::AlreadyExists && attempt < 1000 => {
-                    attempt += 1;
-                }
-                Err(error) => return Err(error),
-            }
-        }
-    }
-
-    /// Gives the file its name, with the rights of the one it replaces.
-    fn publish(mut self, goal: &Path) -> io::Result<()> {
-        if let Ok(existing) = fs::metadata(goal) {
-            fs::set_permissions(&self.path, existing.permissions())?;
-        }
-        fs::rename(&self.path, goal)?;
-        self.published = true;
-        Ok(())
-    }
-}
-
-impl Drop for Draft {
-    fn drop(&mut self) {
-        if !self.published {
-            // What cannot be removed is a hidden left-over; the error that led here matters more.
-            let _ = fs::remove_file(&self.path);
+            WriteError::NoFolder { .. }
+            | WriteError::IsFolder { .. }
+            | WriteError::NotFolder { .. }
+            | WriteError::IsProtected { .. } => None,
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::ffi::OsString;
+
     use super::*;
 
     fn names(folder: &Path) -> Vec<OsString> {
@@ -191,6 +190,21 @@ mod tests {
         assert!(matches!(error, WriteError::IsFolder { .. } | WriteError::Failed { .. }));
     }
 
+    #[test]
+    fn a_protected_file_is_kept() {
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        let path = folder.path().join("a.csv");
+        fs::write(&path, b"old").expect("the folder is writable");
+        let writable = fs::metadata(&path).expect("it is there").permissions();
+        let mut protected = writable.clone();
+        protected.set_readonly(true);
+        fs::set_permissions(&path, protected).expect("it is ours");
+        let error = write_whole(&path, |out| out.write_all(b"new")).expect_err("it is protected");
+        assert!(matches!(error, WriteError::IsProtected { .. }));
+        assert_eq!(fs::read(&path).expect("it is still there"), b"old");
+        fs::set_permissions(&path, writable).expect("it is ours");
+    }
+
     #[cfg(unix)]
     #[test]
     fn links_and_devices_stay_what_they_are() {
@@ -202,5 +216,10 @@ mod tests {
         assert_eq!(fs::read(&real).expect("it was replaced"), b"new");
         assert!(fs::symlink_metadata(&link).expect("the link is there").is_symlink());
         write_whole(Path::new("/dev/null"), |out| out.write_all(b"x")).expect("it takes all");
+        let (goal, dangling) = (folder.path().join("goal.csv"), folder.path().join("dangling.csv"));
+        std::os::unix::fs::symlink("goal.csv", &dangling).expect("the folder is writable");
+        write_whole(&dangling, |out| out.write_all(b"x")).expect("the folder is writable");
+        assert_eq!(fs::read(&goal).expect("it was made"), b"x");
+        assert!(fs::symlink_metadata(&dangling).expect("the link is there").is_symlink());
     }
 }

@@ -67,6 +67,13 @@ impl Subject<'_> {
     }
 }
 
+/// All files that a report may have.
+pub(crate) fn file_names(model: &Path) -> Vec<String> {
+    let name = model.file_stem().unwrap_or_default().to_string_lossy();
+    let fixed = ["report.html", "result.json", UNEXPLAINED].map(str::to_owned);
+    [format!("{name}.diff"), format!("{name}.dgd")].into_iter().chain(fixed).collect()
+}
+
 /// Writes the report into a folder, which is created if its parent exists.
 pub(crate) fn write(folder: &Path, subject: &Subject<'_>) -> Result<(), CommandError> {
     Ok(write_folder(folder, &files(subject)?)?)

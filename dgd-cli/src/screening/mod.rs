@@ -173,6 +173,9 @@ fn of_reading(table: &Table) -> Vec<Notice> {
     notices
 }
 
+/// Files of a folder of results.
+pub(crate) const FILES: [&str; 3] = ["screen.json", "screen.html", "steady.csv"];
+
 /// Writes the folder of results.
 pub(crate) fn write(
     folder: &Path,
@@ -181,9 +184,9 @@ pub(crate) fn write(
 ) -> Result<(), CommandError> {
     let mut files = Files::default();
     let json = format!("{:#}\n", to_json(screened));
-    files.written.push(("screen.json".to_owned(), json.into_bytes()));
-    files.written.push(("screen.html".to_owned(), page::write(screened, command)?.into_bytes()));
-    files.written.push(("steady.csv".to_owned(), tables::steady(screened).into_bytes()));
+    let page = page::write(screened, command)?.into_bytes();
+    let contents = [json.into_bytes(), page, tables::steady(screened).into_bytes()];
+    files.written.extend(FILES.map(str::to_owned).into_iter().zip(contents));
     Ok(write_folder(folder, &files)?)
 }
 

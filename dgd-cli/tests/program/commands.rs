@@ -665,7 +665,8 @@ fn a_fit_that_cannot_be_says_why() {
     fit(&["--data", "other.csv"]).refused(1, &["nothing is measured", "`y [1]`"]);
     fit(&["--data", "data.csv", "--fix", "q"]).refused(1, &["E201", "no parameter and no state"]);
     fit(&["--data", "data.csv", "--outputs", "q"]).refused(1, &["E201", "no output is called"]);
-    fit(&["--data", "data.csv", "-o", "."]).refused(2, &["would replace the model itself"]);
+    fit(&["--data", "data.csv", "-o", "."])
+        .refused(2, &["would replace", "which this command reads"]);
     fit(&[]).refused(2, &["--data"]);
     assert_eq!(listing(&folder), ["data.csv", "model.dgd", "other.csv"]);
 }

@@ -356,7 +356,7 @@ fn what_is_wrong_is_shown_where_it_is() {
     dgd(&["discover", MODEL, "--data", "nowhere.csv"]).refused(1, &["E601", "nowhere.csv"]);
     dgd(&["discover", MODEL]).refused(2, &["--data"]);
     discover(&["--apply", "mud_los"]).refused(1, &["did you mean `mud_loss`?"]);
-    discover(&["-o", "models"]).refused(2, &["would replace the model itself"]);
+    discover(&["-o", "models"]).refused(2, &["would replace", "which this command reads"]);
     assert_eq!(listing(&parent), ["leak.dgd"], "nothing was written");
 }
 

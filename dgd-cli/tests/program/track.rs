@@ -172,8 +172,8 @@ fn results_go_to_files_whole_and_to_programs_as_json() {
     // A row that cannot be read leaves no file.
     let broken = data.replace("\n100,", "\n90,");
     std::fs::write(folder.path().join("broken.csv"), &broken).expect("writable");
-    let args = ["track", "t.dgd", "--data", "-", "-o", "none.csv"];
-    piped(folder.path(), &args, &broken).refused(1, &["back in time", "90"]);
+    let args = ["track", "t.dgd", "--data", "-", "-o", "none.csv", "--strict"];
+    piped(folder.path(), &args, &broken).refused(1, &["line 22", "from 95 s to 90 s"]);
     assert!(!listing(&folder).iter().any(|name| name.contains("none")), "{:?}", listing(&folder));
 }
 
@@ -250,7 +250,7 @@ fn what_makes_no_sense_is_refused_in_the_users_names() {
     run.refused(1, &["no column for the input `q_in`"]);
     let run = piped(
         folder.path(),
-        &["track", "t.dgd", "--data", "-"],
+        &["track", "t.dgd", "--data", "-", "--strict"],
         "time [s],q_in [lpm],h_1 [m]\n0,300,1\n5,x,1\n",
     );
     run.refused(1, &["line 3", "`x` in column `q_in` is not a number"]);
@@ -258,7 +258,7 @@ fn what_makes_no_sense_is_refused_in_the_users_names() {
     // For programs what ended it is a line like the others.
     let run = piped(
         folder.path(),
-        &["track", "t.dgd", "--data", "-", "--format", "json"],
+        &["track", "t.dgd", "--data", "-", "--strict", "--format", "json"],
         "time [s],q_in [lpm],h_1 [m]\n0,300,1\n5,x,1\n",
     );
     run.refused(1, &["line 3"]);

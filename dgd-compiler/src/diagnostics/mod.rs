@@ -2,9 +2,11 @@
 
 pub mod codes;
 pub mod render;
+mod visible;
 
 use crate::source::Span;
 pub use codes::Code;
+pub use visible::visible;
 
 /// One mistake, with everything needed to show it.
 #[derive(Debug, Clone, PartialEq)]

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 
-use super::{Diagnostic, Label};
+use super::{Diagnostic, Label, visible};
 use crate::source::{SourceId, Sources, Span};
 
 /// How many diagnostics are drawn; the rest is counted.
@@ -52,11 +52,11 @@ fn renderer(style: Style) -> Renderer {
 
 fn group<'a>(diagnostic: &'a Diagnostic, level: Level<'static>, sources: &'a Sources) -> Group<'a> {
     let mut group = level
-        .primary_title(diagnostic.message.as_str())
+        .primary_title(visible(&diagnostic.message))
         .id(diagnostic.code.to_string())
         .elements(snippets(&diagnostic.labels, sources));
     if let Some(help) = &diagnostic.help {
-        group = group.element(Level::HELP.message(help.as_str()));
+        group = group.element(Level::HELP.message(visible(help)));
     }
     group
 }
@@ -84,10 +84,10 @@ fn snippets<'a>(
 
             let mut snippet = Snippet::source(&source.text[lines.clone()])
                 .line_start(first_line)
-                .path(source.name.as_str());
+                .path(visible(&source.name));
             for ((i, label), range) in own().zip(ranges) {
                 let kind = if i == 0 { AnnotationKind::Primary } else { AnnotationKind::Context };
-                let text = (!label.text.is_empty()).then_some(label.text.as_str());
+                let text = (!label.text.is_empty()).then(|| visible(&label.text));
                 let range = range.start - lines.start..range.end - lines.start;
                 snippet = snippet.annotation(kind.span(range).label(text));
             }
@@ -249,6 +249,22 @@ error[E301]: cannot add m and s
         assert!(drawn.contains("tank.dgd:1:10009"), "{drawn}");
         assert!(drawn.lines().all(|line| line.chars().count() < 200), "{drawn}");
         assert!(drawn.contains(';'));
+    }
+
+    #[test]
+    fn nothing_in_a_diagnostic_is_obeyed_by_a_terminal() {
+        let mut sources = Sources::default();
+        sources.add(Source { name: "a\u{202e}.dgd".into(), text: "le\u{202e}t \u{1b}[2J".into() });
+        let diagnostic = Diagnostic::new(Code::E105, at(0, 2), "wrong \u{202e}")
+            .here("\u{1b}[2J")
+            .help("is `\u{2066}` meant?");
+        let drawn = render(&[&diagnostic], &sources, Style::Plain);
+        let obeyed =
+            |c: char| (c.is_control() && c != '\n') || ('\u{202a}'..='\u{2069}').contains(&c);
+        assert!(!drawn.contains(obeyed), "{drawn:?}");
+        for part in ["wrong \\u{202e}", "a\\u{202e}.dgd", "\\u{1b}[2J", "is `\\u{2066}` meant?"] {
+            assert!(drawn.contains(part), "{drawn}");
+        }
     }
 
     #[test]

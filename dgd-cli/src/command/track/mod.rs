@@ -21,9 +21,10 @@ use crate::data::write;
 use crate::failure::CommandError;
 use crate::figure;
 use crate::load::Compilation;
+use crate::result::TableFormat;
 use crate::run::{executable, options, with_method};
 use report::Report;
-use rows::Rows;
+use rows::{LeftOut, Rows};
 use settings::{Asked, Settings};
 
 /// An estimate that is still so uncertain, in parts of the first uncertainty, has learnt nothing.
@@ -47,11 +48,12 @@ pub(crate) fn run(args: &TrackArgs, console: Console<'_>) -> Result<(), CommandE
         return Err(CommandError::diagnosed(&compilation.diagnostics, compilation.sources));
     }
     let Compilation { sources, diagnostics } = &mut compilation;
-    let rows = Rows::open(&args.data, &compiled.dae, sources, diagnostics, &args.solve, console);
+    let rows = Rows::open(&compiled.dae, sources, diagnostics, args, console);
     let Some(rows) = rows else {
         return Err(CommandError::diagnosed(&compilation.diagnostics, compilation.sources));
     };
 
+    console.spare(&compilation.sources)?;
     let system = executable(compiled.program.clone(), &args.solve)?;
     let solve = with_method(options(&args.solve)?, &args.solve, system.signature());
     let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();
@@ -74,7 +76,7 @@ struct Tracking<'a> {
 }
 
 impl Tracking<'_> {
-    fn run(mut self, mut rows: Rows) -> Result<(), CommandError> {
+    fn run(mut self, mut rows: Rows<'_>) -> Result<(), CommandError> {
         let Some(first) = rows.next()? else {
             return Err(CommandError::Found(format!(
                 "`{}` has no row to track",
@@ -149,10 +151,12 @@ impl Output<'_> {
         settings: &Settings,
         filter: Filter<'_, Loaded>,
         row: Row,
-        rows: Rows,
+        rows: Rows<'_>,
     ) -> Result<(), CommandError> {
         let mut out = io::stdout().lock();
-        let ended = self.write(settings, filter, row, rows, &mut out);
+        let is_json = self.tracking.console.is_json();
+        let format = if is_json { TableFormat::JsonLines } else { TableFormat::Csv };
+        let ended = self.write(settings, filter, row, rows, (&mut out, format));
         match ended {
             Err(error) if self.tracking.console.is_json() => {
                 let line = writeln!(out, "{}", json!({ "error": error.to_string() }));
@@ -170,11 +174,12 @@ impl Output<'_> {
         settings: &Settings,
         filter: Filter<'_, Loaded>,
         row: Row,
-        rows: Rows,
+        rows: Rows<'_>,
     ) -> Result<(), CommandError> {
         let mut failed = None;
+        let format = self.tracking.console.table_format(path)?;
         let written = write::save(path, |out| {
-            self.write(settings, filter, row, rows, out).map_err(|error| {
+            self.write(settings, filter, row, rows, (out, format)).map_err(|error| {
                 failed = Some(error);
                 io::Error::other("tracking ended")
             })
@@ -188,29 +193,43 @@ impl Output<'_> {
         Ok(())
     }
 
-    /// Tracks, one line for each row, each there before the next row is read.
+    /// Tracks, one line for each row, each there before the next row is read. A document has the rows in a list.
     fn write(
         &mut self,
         settings: &Settings,
         mut filter: Filter<'_, Loaded>,
         first: Row,
-        mut rows: Rows,
-        out: &mut dyn Write,
+        mut rows: Rows<'_>,
+        (out, format): (&mut dyn Write, TableFormat),
     ) -> Result<(), CommandError> {
         let Tracking { console, problem, .. } = self.tracking;
-        let head = if console.is_json() {
-            writeln!(out, "{}", json!({ "settings": settings.json(problem) }))
-        } else {
-            self.report.header(out)
+        let head = match format {
+            TableFormat::Csv => self.report.header(out),
+            TableFormat::JsonLines => {
+                writeln!(out, "{}", json!({ "settings": settings.json(problem) }))
+            }
+            TableFormat::Json => {
+                write!(out, "{{\"settings\":{},\n\"rows\":[", settings.json(problem))
+            }
         };
         let mut row = first;
         let mut gone = is_gone(head)?;
+        let mut left_out = rows.take_left_out();
         loop {
+            for LeftOut { line, reason } in &left_out {
+                if format == TableFormat::JsonLines && !gone {
+                    let told = json!({ "left_out": { "line": line, "reason": reason } });
+                    gone = is_gone(writeln!(out, "{told}"))?;
+                }
+            }
             if !gone {
-                let line = if console.is_json() {
-                    writeln!(out, "{}", self.report.json(&row))
-                } else {
-                    self.report.line(&row, out)
+                let line = match format {
+                    TableFormat::Csv => self.report.line(&row, out),
+                    TableFormat::JsonLines => writeln!(out, "{}", self.report.json(&row)),
+                    TableFormat::Json => {
+                        let comma = if self.tally.rows == 0 { "" } else { "," };
+                        write!(out, "{comma}\n{}", self.report.json(&row))
+                    }
                 };
                 gone = is_gone(line.and_then(|()| out.flush()))?;
             }
@@ -223,11 +242,22 @@ impl Output<'_> {
                 self.kept.push(row);
             }
             let Some(next) = rows.next()? else { break };
+            left_out = rows.take_left_out();
             let sample = Sample { t: next.t, u: &next.u, measured: &next.measured };
             row = filter.step(sample).map_err(|error| failed(&error))?;
         }
         self.tally.missing = filter.missing_inputs().to_vec();
-        Ok(())
+        self.tally.left_out = rows.n_left_out;
+        let ended = match format {
+            TableFormat::Csv => Ok(()),
+            TableFormat::JsonLines => {
+                rows.take_left_out().iter().try_for_each(|LeftOut { line, reason }| {
+                    writeln!(out, "{}", json!({ "left_out": { "line": line, "reason": reason } }))
+                })
+            }
+            TableFormat::Json => writeln!(out, "\n]}}"),
+        };
+        is_gone(ended).map(drop)
     }
 }
 
@@ -250,6 +280,8 @@ struct Tally {
     samples: usize,
     squares: f64,
     missing: Vec<usize>,
+    /// Rows that could not be read.
+    left_out: usize,
 }
 
 impl Tally {
@@ -263,6 +295,7 @@ impl Tally {
             samples: 0,
             squares: 0.0,
             missing: Vec::new(),
+            left_out: 0,
         }
     }
 
@@ -306,6 +339,9 @@ impl Tally {
         }
         if self.rejected > 0 {
             console.remark(&format!("samples beyond the gate, not used: {}", self.rejected));
+        }
+        if self.left_out > 0 {
+            console.remark(&format!("rows that could not be read, left out: {}", self.left_out));
         }
         if self.failures > 0 {
             console.remark(&format!("rows that could not be evaluated: {}", self.failures));

@@ -1,13 +1,17 @@
-//! Where rows come from: a file that is read whole, or standard input as it is written.
+//! Where rows come from: a file, or standard input as it is written. They are read one by one, and those that
+//! cannot be read are left out; with `--strict` a file is read whole before anything is computed.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use dgd_compiler::dae::Dae;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::Sources;
 
-use crate::args::SolveArgs;
+use crate::args::TrackArgs;
 use crate::console::Console;
+use crate::data::open::open;
 use crate::data::select::Gaps;
 use crate::data::stream::Stream;
 use crate::data::{self};
@@ -22,9 +26,22 @@ pub(super) struct Row {
     pub measured: Vec<f64>,
 }
 
+/// A row that could not be read.
+#[derive(Debug, Clone)]
+pub(super) struct LeftOut {
+    pub line: usize,
+    pub reason: String,
+}
+
 /// Rows, one after the other.
-pub(super) struct Rows {
+pub(super) struct Rows<'a> {
     source: From,
+    console: Console<'a>,
+    is_strict: bool,
+    /// Rows left out since this was asked for.
+    left_out: Vec<LeftOut>,
+    /// How many there are of them.
+    pub n_left_out: usize,
     n_inputs: usize,
     /// For each output, whether it has a column.
     pub measured: Vec<bool>,
@@ -37,16 +54,16 @@ enum From {
     Stream { stream: Stream<'static>, values: Vec<f64> },
 }
 
-impl Rows {
+impl<'a> Rows<'a> {
     /// Opens a file, or standard input for `-`; `None` where there are mistakes, which are reported.
     pub(super) fn open(
-        path: &Path,
         dae: &Dae,
         sources: &mut Sources,
         diagnostics: &mut Diagnostics,
-        args: &SolveArgs,
-        console: Console<'_>,
-    ) -> Option<Rows> {
+        args: &TrackArgs,
+        console: Console<'a>,
+    ) -> Option<Rows<'a>> {
+        let TrackArgs { data: path, solve, strict, .. } = args;
         let known = Known::of(dae);
         let select = |table: &data::Table, sources: &Sources, diagnostics: &mut Diagnostics| {
             Recording::select(
@@ -58,16 +75,28 @@ impl Rows {
                 console,
             )
         };
-        let (source, recording) = if path == Path::new("-") {
-            let stdin = std::io::stdin();
-            let opened = Stream::open("standard input", &args.rename, stdin, sources, diagnostics);
+        let is_stdin = path == Path::new("-");
+        let (source, recording) = if is_stdin || !(*strict || is_parquet(path)) {
+            let name = if is_stdin { "standard input" } else { &path.display().to_string() };
+            let input: Box<dyn Read> = if is_stdin {
+                Box::new(std::io::stdin())
+            } else {
+                match open(path) {
+                    Ok(file) => Box::new(file),
+                    Err(why) => {
+                        diagnostics.error(data::unreadable(name, sources, &why));
+                        return None;
+                    }
+                }
+            };
+            let opened = Stream::open(name, &solve.rename, input, sources, diagnostics);
             let (mut stream, table) = opened.ok()?;
             let recording = select(&table, sources, diagnostics)?;
             let wanted: Vec<_> = known.inputs().into_iter().chain(known.outputs()).collect();
             stream.want(&table, &wanted);
             (Some(stream), recording)
         } else {
-            let table = data::read_renamed(path, &args.rename, sources, diagnostics).ok()?;
+            let table = data::read_renamed(path, &solve.rename, sources, diagnostics).ok()?;
             (None, select(&table, sources, diagnostics)?)
         };
         let measured = recording.measured.outputs.iter().map(Option::is_some).collect();
@@ -75,10 +104,25 @@ impl Rows {
             Some(stream) => From::Stream { stream, values: Vec::new() },
             None => From::File { recording, next: 0 },
         };
-        let (from, until) = (args.from.unwrap_or(f64::NEG_INFINITY), args.until);
+        let (from, until) = (solve.from.unwrap_or(f64::NEG_INFINITY), solve.until);
         let n_inputs = dae.inputs.len();
         let until = until.unwrap_or(f64::INFINITY);
-        Some(Rows { source, n_inputs, measured, from, until })
+        Some(Rows {
+            source,
+            console,
+            is_strict: *strict,
+            left_out: Vec::new(),
+            n_left_out: 0,
+            n_inputs,
+            measured,
+            from,
+            until,
+        })
+    }
+
+    /// Rows left out since this was asked for.
+    pub(super) fn take_left_out(&mut self) -> Vec<LeftOut> {
+        std::mem::take(&mut self.left_out)
     }
 
     /// The next row between `--from` and `--until`.
@@ -97,8 +141,15 @@ impl Rows {
                     })
                 }
                 From::Stream { stream, values } => {
-                    let t = stream.next(values);
-                    let t = t.map_err(|fault| CommandError::Found(fault.to_string()))?;
+                    let t = match stream.next(values) {
+                        Err(fault) if !(fault.is_end || self.is_strict) => {
+                            self.console.remark(&format!("{fault}; the row is left out"));
+                            self.n_left_out += 1;
+                            self.left_out.push(LeftOut { line: fault.line, reason: fault.what });
+                            continue;
+                        }
+                        read => read.map_err(|fault| CommandError::Found(fault.to_string()))?,
+                    };
                     t.map(|t| Row {
                         t,
                         u: values[..self.n_inputs].to_vec(),
@@ -113,4 +164,12 @@ impl Rows {
             }
         }
     }
+}
+
+/// Whether a regular file begins as Parquet does, which is not read row by row.
+fn is_parquet(path: &Path) -> bool {
+    let mut magic = [0; 4];
+    path.is_file()
+        && File::open(path).is_ok_and(|mut file| file.read_exact(&mut magic).is_ok())
+        && magic == *b"PAR1"
 }

@@ -1,0 +1,96 @@
+//! What a user sees of a mistake in dgd itself: one sentence, and what to report.
+
+use std::any::Any;
+use std::fmt;
+use std::panic::{self, AssertUnwindSafe, PanicHookInfo};
+use std::sync::{Mutex, PoisonError};
+
+/// The exit code of a mistake in dgd: `EX_SOFTWARE` of sysexits.h.
+pub(crate) const CRASHED: u8 = 70;
+
+/// The first panic, which those of other threads follow from.
+static FIRST: Mutex<Option<Crash>> = Mutex::new(None);
+
+/// A panic: where, and what it said.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Crash {
+    place: String,
+    words: String,
+}
+
+impl fmt::Display for Crash {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "dgd has stopped because of a mistake of its own, and has written no result; please report it with \
+             the command line, the model, the data and this line: dgd {}, {}, {}: {}",
+            env!("CARGO_PKG_VERSION"),
+            std::env::consts::OS,
+            self.place,
+            self.words
+        )
+    }
+}
+
+/// Runs this; a panic in it, or in threads that it waits for, becomes a [`Crash`].
+///
+/// Panics say nothing by themselves, unless a backtrace is asked for by `RUST_BACKTRACE`.
+pub(crate) fn caught<T>(run: impl FnOnce() -> T) -> Result<T, Crash> {
+    let speaks = std::env::var_os("RUST_BACKTRACE").is_some_and(|value| value != "0");
+    let before = panic::take_hook();
+    panic::set_hook(Box::new(move |info| {
+        first().get_or_insert_with(|| Crash::of(info));
+        if speaks {
+            before(info);
+        }
+    }));
+    let result = panic::catch_unwind(AssertUnwindSafe(run));
+    drop(panic::take_hook());
+    result.map_err(|payload| {
+        first().take().unwrap_or_else(|| Crash { place: String::new(), words: words(&*payload) })
+    })
+}
+
+/// Forgets a panic that was caught and dealt with.
+#[cfg(feature = "parquet")]
+pub(crate) fn forget() {
+    *first() = None;
+}
+
+fn first() -> std::sync::MutexGuard<'static, Option<Crash>> {
+    FIRST.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Crash {
+    fn of(info: &PanicHookInfo<'_>) -> Self {
+        let place = info.location().map(ToString::to_string).unwrap_or_default();
+        Crash { place, words: words(info.payload()) }
+    }
+}
+
+fn words(payload: &(dyn Any + Send)) -> String {
+    let text = payload.downcast_ref::<&str>().copied();
+    let text = text.or_else(|| payload.downcast_ref::<String>().map(String::as_str));
+    // One line, whatever it quotes.
+    text.unwrap_or("no message").split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_in_a_thread_is_one_sentence_with_its_place() {
+        let crashed = caught(|| {
+            std::thread::scope(|scope| {
+                scope.spawn(|| panic!("two\nlines {}", 3));
+            });
+        });
+        let crash = crashed.expect_err("it panicked");
+        assert_eq!(crash.words, "two lines 3");
+        let text = crash.to_string();
+        assert!(text.contains("crash.rs:") && text.contains("please report"), "{text}");
+        assert_eq!(text.lines().count(), 1);
+        assert_eq!(caught(|| 1), Ok(1));
+    }
+}

@@ -1,0 +1,232 @@
+//! What a command writes: never a file that it reads, and tried before anything is computed.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use dgd_compiler::source::Sources;
+
+use crate::args::{Command, Global};
+use crate::data::journal::RunJournal;
+use crate::data::{try_folder, try_whole};
+use crate::failure::CommandError;
+use crate::figure;
+use crate::fitted_model;
+use crate::report;
+use crate::result::{self, TableFormat};
+use crate::screening;
+
+/// The files that a command may write.
+#[derive(Debug, Default)]
+pub(crate) struct Targets {
+    all: Vec<Target>,
+}
+
+/// A file that may be written, and the option that says so.
+#[derive(Debug)]
+struct Target {
+    path: PathBuf,
+    option: String,
+}
+
+/// What `--out` is.
+enum Out {
+    File,
+    /// A file with a table.
+    Table,
+    /// A folder with files of these names.
+    Folder(Vec<String>),
+    /// The file itself, which is laid out.
+    Layout,
+}
+
+impl Targets {
+    /// Finds what a command writes, and checks that none of it is a file that the command line names for
+    /// reading and that all of it can be written.
+    pub(crate) fn verified(command: &Command, global: &Global) -> Result<Targets, CommandError> {
+        let (read, plots) = (inputs(command), plots(command));
+        figure::verify_formats(plots)?;
+        let mut targets = Targets::default();
+        let mut add = |path: PathBuf, option: &str| {
+            targets.all.push(Target { path, option: option.to_owned() });
+        };
+        let out = global.out.as_deref().map(|path| (path, out(command)));
+        if let Some((path, out)) = &out {
+            let option = format!("-o {}", path.display());
+            match out {
+                Out::File | Out::Layout => add(path.to_path_buf(), &option),
+                Out::Table => {
+                    add(path.to_path_buf(), &option);
+                    add(result::partial_path(path), &option);
+                }
+                Out::Folder(names) => {
+                    names.iter().for_each(|name| add(path.join(name), &option));
+                    add(RunJournal::path(path), &option);
+                }
+            }
+        }
+        for path in plots {
+            add(path.clone(), &format!("--plot {}", path.display()));
+        }
+        targets.spare_all(&read)?;
+        if let Some((path, Out::Table)) = &out {
+            TableFormat::of(path, global.format)?;
+        }
+        targets.verify_distinct(out.as_ref().map(|(path, _)| *path), plots)?;
+        match &out {
+            Some((path, Out::File | Out::Table | Out::Layout)) => try_whole(path)?,
+            Some((path, Out::Folder(_))) => try_folder(path)?,
+            None => {}
+        }
+        plots.iter().try_for_each(|path| try_whole(path))?;
+        Ok(targets)
+    }
+
+    /// Checks that none of them is a file that was read since: one that the model imports, or an effect.
+    pub(crate) fn spare(&self, sources: &Sources) -> Result<(), CommandError> {
+        let read: Vec<PathBuf> = sources.iter().map(|source| PathBuf::from(&source.name)).collect();
+        self.spare_all(&read)
+    }
+
+    fn spare_all(&self, read: &[PathBuf]) -> Result<(), CommandError> {
+        if self.all.is_empty() {
+            return Ok(());
+        }
+        let read: Vec<(&PathBuf, Identity)> =
+            read.iter().filter_map(|path| Some((path, identity(path)?))).collect();
+        for Target { path, option } in &self.all {
+            let Some(target) = identity(path) else { continue };
+            if let Some((input, _)) = read.iter().find(|(_, input)| *input == target) {
+                return Err(CommandError::Usage(format!(
+                    "`{option}` would replace `{}`, which this command reads: give another name",
+                    input.display()
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that what is drawn does not take the place of the result.
+    fn verify_distinct(&self, out: Option<&Path>, plots: &[PathBuf]) -> Result<(), CommandError> {
+        let place = |path: &Path| {
+            let name = path.file_name()?.to_owned();
+            let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+            Some(fs::canonicalize(folder.unwrap_or(Path::new("."))).ok()?.join(name))
+        };
+        let out = out.and_then(place);
+        match plots.iter().find(|path| out.is_some() && place(path) == out) {
+            Some(path) => Err(CommandError::Usage(format!(
+                "`-o` and `--plot` are both `{}`: give two names",
+                path.display()
+            ))),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Which file a path leads to: the same for all its names and links.
+#[cfg(unix)]
+type Identity = (u64, u64);
+#[cfg(not(unix))]
+type Identity = PathBuf;
+
+/// The regular file that a path leads to, if there is one.
+fn identity(path: &Path) -> Option<Identity> {
+    let file = fs::metadata(path).ok().filter(fs::Metadata::is_file)?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        Some((file.dev(), file.ino()))
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = file;
+        fs::canonicalize(path).ok()
+    }
+}
+
+/// Files that the command line names for reading.
+fn inputs(command: &Command) -> Vec<PathBuf> {
+    let mut all: Vec<PathBuf> = Vec::new();
+    let choices = match command {
+        Command::Check(args) => {
+            all.push(args.model.clone());
+            Some(&args.choices)
+        }
+        Command::Fmt(_) | Command::Explain(_) | Command::Methods => None,
+        Command::Emit(args) => {
+            all.push(args.model.clone());
+            Some(&args.choices)
+        }
+        Command::Simulate(args) => {
+            all.push(args.run.model.clone());
+            all.extend(args.run.data.iter().chain(&args.ensemble).cloned());
+            Some(&args.run.choices)
+        }
+        Command::Sensitivity(args) => {
+            all.push(args.run.model.clone());
+            all.extend(args.run.data.clone());
+            Some(&args.run.choices)
+        }
+        Command::Linearize(args) => {
+            all.push(args.model.clone());
+            all.extend(args.data.clone());
+            Some(&args.choices)
+        }
+        Command::Fit(args) => {
+            all.push(args.model.clone());
+            all.extend(args.data.iter().chain(&args.valid).cloned());
+            Some(&args.choices)
+        }
+        Command::Track(args) => {
+            all.push(args.model.clone());
+            let is_stream = args.data == Path::new("-");
+            all.push(if is_stream { "/dev/stdin".into() } else { args.data.clone() });
+            Some(&args.choices)
+        }
+        Command::Discover(args) => {
+            all.push(args.model.clone());
+            all.extend(args.data.iter().chain(&args.valid).cloned());
+            Some(&args.choices)
+        }
+        Command::Screen(args) => {
+            all.extend(args.model.iter().chain(&args.data).cloned());
+            Some(&args.choices)
+        }
+    };
+    let effects = choices.into_iter().flat_map(|choices| &choices.apply);
+    all.extend(effects.map(|effect| effect.split('(').next().unwrap_or_default().trim().into()));
+    all
+}
+
+/// Pictures that the command line asks for.
+fn plots(command: &Command) -> &[PathBuf] {
+    match command {
+        Command::Check(_)
+        | Command::Fmt(_)
+        | Command::Emit(_)
+        | Command::Explain(_)
+        | Command::Methods
+        // Refused there.
+        | Command::Linearize(_) => &[],
+        Command::Simulate(args) => &args.run.solve.plot,
+        Command::Sensitivity(args) => &args.run.solve.plot,
+        Command::Fit(args) => &args.solve.plot,
+        Command::Track(args) => &args.solve.plot,
+        Command::Discover(args) => &args.solve.plot,
+        Command::Screen(args) => &args.plot,
+    }
+}
+
+fn out(command: &Command) -> Out {
+    match command {
+        Command::Check(_) | Command::Emit(_) | Command::Explain(_) | Command::Methods => Out::File,
+        Command::Fmt(_) => Out::Layout,
+        Command::Simulate(_)
+        | Command::Sensitivity(_)
+        | Command::Linearize(_)
+        | Command::Track(_) => Out::Table,
+        Command::Fit(args) => Out::Folder(fitted_model::file_names(&args.model)),
+        Command::Discover(args) => Out::Folder(report::file_names(&args.model)),
+        Command::Screen(_) => Out::Folder(screening::FILES.map(str::to_owned).to_vec()),
+    }
+}
