@@ -14,7 +14,7 @@ use dgd_runtime::{Inputs, PerSample, Steps};
 use crate::data::Rename;
 use crate::screening::args::ScreenArgs;
 
-/// A physical model in a small equation language: checked, simulated, differentiated, fitted.
+/// Check, simulate, differentiate and fit models written in a small equation language
 #[derive(Debug, Parser)]
 #[command(name = "dgd", version, max_term_width = 100)]
 pub(crate) struct Cli {
@@ -27,7 +27,7 @@ pub(crate) struct Cli {
 /// Options of every command.
 #[derive(Debug, Args)]
 pub(crate) struct Global {
-    /// How results and diagnostics are printed
+    /// Output format of results and diagnostics
     #[arg(long, global = true, value_enum, default_value_t = Format::Text)]
     pub format: Format,
     /// Print errors only
@@ -36,13 +36,13 @@ pub(crate) struct Global {
     /// When to use colours; `NO_COLOR` is respected
     #[arg(long, global = true, value_enum, default_value_t = Color::Auto)]
     pub color: Color,
-    /// Seed of everything random
+    /// Seed of the random number generator
     #[arg(long, global = true, value_name = "N", default_value_t = 0)]
     pub seed: u64,
-    /// Threads for what runs many simulations; results do not depend on it [default: all cores]
+    /// Number of threads; does not affect results [default: all cores]
     #[arg(long, global = true, value_name = "N")]
     pub threads: Option<usize>,
-    /// Where the result goes [default: standard output]
+    /// File to write the result to; `fit`, `discover` and `screen` write a folder [default: standard output]
     #[arg(long, short, global = true, value_name = "PATH")]
     pub out: Option<PathBuf>,
 }
@@ -72,17 +72,17 @@ pub(crate) enum Color {
 pub(crate) enum Command {
     /// Check a model: syntax, names, units, structure, in all its variants
     Check(CheckArgs),
-    /// Lay model files out canonically, comments kept
+    /// Format model files; comments are kept
     Fmt(FmtArgs),
-    /// Show a stage of the compiler
+    /// Print the output of a compiler stage
     Emit(EmitArgs),
-    /// Explain a diagnostic at length
+    /// Explain an error code in detail
     Explain(ExplainArgs),
-    /// Compute trajectories of states and outputs
+    /// Simulate a model: states and outputs over time
     Simulate(SimulateArgs),
-    /// Compute derivatives of states and outputs to parameters over time
+    /// Compute sensitivities: derivatives of states and outputs with respect to parameters, over time
     Sensitivity(SensitivityArgs),
-    /// Compute the linear model close to a point: A, B, C, D, poles and time constants
+    /// Linearise a model at an operating point: A, B, C, D, poles and time constants
     Linearize(LinearizeArgs),
     /// Estimate parameters and start values from recordings
     ///
@@ -96,7 +96,7 @@ pub(crate) enum Command {
     /// With `-o`, what is finished is kept until the end: a run that Ctrl-C or a kill has ended goes on with
     /// `--resume`.
     Discover(DiscoverArgs),
-    /// Find what is wrong with recordings before anything is fitted to them
+    /// Check recordings for faults before anything is fitted to them
     Screen(ScreenArgs),
     /// List the integration methods
     Methods,
@@ -117,7 +117,7 @@ pub(crate) struct FmtArgs {
     /// Model files
     #[arg(required = true)]
     pub models: Vec<PathBuf>,
-    /// Change nothing; fail if a file is not laid out canonically
+    /// Change nothing; fail if a file is not formatted
     #[arg(long)]
     pub check: bool,
 }
@@ -127,7 +127,7 @@ pub(crate) struct FmtArgs {
 pub(crate) struct EmitArgs {
     /// The model file
     pub model: PathBuf,
-    /// Which stage
+    /// Compiler stage to print
     #[arg(long, value_enum)]
     pub stage: Stage,
     #[command(flatten)]
@@ -165,14 +165,14 @@ pub(crate) struct ExplainArgs {
 pub(crate) struct SimulateArgs {
     #[command(flatten)]
     pub run: RunArgs,
-    /// Run once for each row of this file: its columns are parameters, and states for their start
+    /// Simulate once for each row of this file; its columns are parameters, or states for their initial
     /// values, as in `c0 [m]`
     #[arg(long, value_name = "SETS")]
     pub ensemble: Option<PathBuf>,
-    /// Draw the outputs over this input, state or output instead of time, those of one unit together
+    /// Plot the outputs over this input, state or output instead of time, one panel for each unit
     #[arg(long, value_name = "NAME", requires = "plot", conflicts_with = "ensemble")]
     pub over: Option<String>,
-    /// Add sensor noise to the outputs, drawn with this seed
+    /// Add measurement noise to the outputs, drawn with this seed
     #[arg(long, value_name = "N")]
     pub noise_seed: Option<u64>,
 }
@@ -185,13 +185,14 @@ pub(crate) struct SensitivityArgs {
     /// States and outputs to differentiate [default: all]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub of: Vec<String>,
-    /// Parameters to differentiate to, and states for their start values [default: all parameters]
+    /// Differentiate with respect to these parameters, or states for their initial values [default: all
+    /// parameters]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub to: Vec<String>,
     /// Multiply each derivative by its parameter
     #[arg(long)]
     pub scaled: bool,
-    /// Compare with differences of simulations, and report
+    /// Compare the derivatives with finite differences, and report the errors
     #[arg(long)]
     pub verify_sensitivities: bool,
 }
@@ -206,8 +207,8 @@ pub(crate) struct LinearizeArgs {
     /// Inputs
     #[arg(long, value_name = "FILE")]
     pub data: Option<PathBuf>,
-    /// A time of the run, s since the data's first sample; `steady`: where the model is at rest with the
-    /// inputs of the first time; or `mean`: where it is at rest with their means
+    /// Operating point: a time in s since the data's first sample, `steady` (steady state with the inputs of
+    /// the first time) or `mean` (steady state with the mean inputs)
     #[arg(long, value_name = "T|steady|mean", allow_negative_numbers = true, value_parser = place)]
     pub at: Place,
     #[command(flatten)]
@@ -317,7 +318,7 @@ pub(crate) struct TrackArgs {
     /// The recording; `-` reads CSV from standard input and answers every row at once
     #[arg(long, value_name = "FILE|-")]
     pub data: PathBuf,
-    /// How estimates are moved and corrected
+    /// Estimator
     #[arg(long, value_enum, default_value_t = Tracker::Ekf)]
     pub estimator: Tracker,
     #[command(flatten)]
@@ -325,24 +326,24 @@ pub(crate) struct TrackArgs {
     /// Outputs to use [default: all that are measured]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub outputs: Vec<String>,
-    /// How far a state or parameter strays by itself in a minute, as in 'F2=2e6' or 'h_r=5 [cm]';
+    /// Process noise: standard deviation of the random walk after one minute, as in 'F2=2e6' or 'h_r=5 [cm]';
     /// repeatable [default: states 0.1 % of their size, parameters 10 % in an hour]
     #[arg(long, value_name = "NAME=VALUE")]
     pub process_noise: Vec<String>,
-    /// How uncertain a state or parameter is at first; repeatable [default: states 10 % of their size,
+    /// Initial standard deviation of a state or parameter; repeatable [default: states 10 % of their size,
     /// parameters their prior, or 30 %]
     #[arg(long, value_name = "NAME=VALUE")]
     pub start_std: Vec<String>,
-    /// Standard deviation of an output's noise; repeatable [default: what the model declares]
+    /// Measurement noise: standard deviation of an output; repeatable [default: what the model declares]
     #[arg(long, value_name = "NAME=VALUE")]
     pub noise: Vec<String>,
-    /// What a row weighs when the next one is there, for `recursive` [default: 0.999]
+    /// Forgetting factor from row to row, for `recursive` [default: 0.999]
     #[arg(long, value_name = "FACTOR")]
     pub forgetting: Option<f64>,
     /// Stop at a row that cannot be read, instead of leaving it out
     #[arg(long)]
     pub strict: bool,
-    /// Leave samples out that are more than so many standard deviations from what is expected
+    /// Leave out samples that are more than N standard deviations from their prediction
     #[arg(long, value_name = "N")]
     pub gate: Option<f64>,
     #[command(flatten)]
@@ -409,7 +410,7 @@ pub(crate) enum NoiseFrom {
 /// How a model is run.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct SolveArgs {
-    /// Where start values come from
+    /// Source of the initial values
     #[arg(long, value_enum, default_value_t = Start::Model)]
     pub start: Start,
     /// Call a column of the data by another name, with its unit where the file has none, as in
@@ -422,22 +423,22 @@ pub(crate) struct SolveArgs {
     /// Last time, s since the data's first sample [default: the data's last]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub until: Option<f64>,
-    /// Integration method, see `dgd methods`; `auto` goes by the model
+    /// Integration method, see `dgd methods`; `auto` chooses one for the model
     #[arg(long, value_name = "NAME", default_value = AUTOMATIC)]
     pub method: String,
-    /// How long steps are: `auto`, `adaptive`, `per-sample`, or `per-sample=N`
+    /// Step size control: `auto`, `adaptive`, `per-sample`, or `per-sample=N`
     ///
-    /// `per-sample` makes equal steps between the samples of recorded inputs, as many as the tolerance
-    /// demands, or N. `auto` is `adaptive`, and in fits `per-sample` where model and recordings allow it.
+    /// `per-sample` takes equal steps between the samples of recorded inputs: as many as the tolerance
+    /// requires, or N. `auto` is `adaptive`, and in fits `per-sample` where model and recordings allow it.
     #[arg(long, value_name = "STEPS", default_value = AUTOMATIC, value_parser = steps)]
     pub steps: Steps,
-    /// Tolerance relative to each value
+    /// Relative tolerance
     #[arg(long, value_name = "TOL", default_value_t = 1e-6, allow_hyphen_values = true)]
     pub rtol: f64,
-    /// Tolerance relative to each unknown's nominal size [default: rtol]
+    /// Absolute tolerance, as a fraction of each unknown's nominal size [default: rtol]
     #[arg(long, value_name = "TOL", allow_hyphen_values = true)]
     pub atol: Option<f64>,
-    /// How the model is run; the numbers do not depend on it
+    /// How the model is evaluated; does not affect results
     #[arg(long, value_enum, default_value_t = Engine::Auto)]
     pub engine: Engine,
     /// Draw the result; .svg or .png, repeatable
@@ -448,11 +449,11 @@ pub(crate) struct SolveArgs {
 /// How the model is run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Engine {
-    /// Functions that are called often as machine code, where that can be had
+    /// Native code where it is available and worthwhile
     Auto,
-    /// As machine code
+    /// Native code
     Native,
-    /// By the interpreter
+    /// Interpreter
     Interpreter,
 }
 
