@@ -268,7 +268,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "FILE")]
     pub data: Option<PathBuf>,
     /// Time between rows, s [default: the data's rows]
-    #[arg(long, value_name = "DT")]
+    #[arg(long, value_name = "DT", allow_negative_numbers = true)]
     pub every: Option<f64>,
     #[command(flatten)]
     pub solve: SolveArgs,

@@ -310,7 +310,12 @@ fn times(args: &RunArgs, recording: Option<&Recording>) -> Result<Vec<f64>, Comm
                 .to_owned(),
         ));
     };
-    if !(first.is_finite() && last.is_finite() && first <= last) {
+    if !(first.is_finite() && last.is_finite()) {
+        return Err(CommandError::Usage(format!(
+            "the run would go from {first} s to {last} s; both must be finite"
+        )));
+    }
+    if first > last {
         return Err(CommandError::Usage(format!(
             "the run would go from {first} s to {last} s, and time runs forwards"
         )));
@@ -341,7 +346,7 @@ fn times(args: &RunArgs, recording: Option<&Recording>) -> Result<Vec<f64>, Comm
     let rows = (last - first) / every;
     if rows > MOST_ROWS {
         return Err(CommandError::Usage(format!(
-            "`--every {every}` asks for {rows:.0} rows; a run has at most {MOST_ROWS:.0}"
+            "`--every {every:e}` asks for {rows:.1e} rows; a run has at most {MOST_ROWS:e}"
         )));
     }
     // A last step shorter than rounding is none.
