@@ -229,11 +229,11 @@ mod tests {
     #[test]
     fn what_never_ends_is_given_up() {
         let mut records = Records::new(io::BufReader::new(io::repeat(b'0')), 0, 0);
-        let error = records.next().expect_err("no row is that long").to_string();
+        let error = records.next().map(|_| ()).expect_err("no row is that long").to_string();
         assert!(error.contains("line 1 begins a row of more than 16 MB"), "{error}");
         let open = io::Cursor::new(b"\"a\n").chain(io::repeat(b'0'));
         let mut records = Records::new(io::BufReader::new(open), 0, 6);
-        let error = records.next().expect_err("no row is that long").to_string();
+        let error = records.next().map(|_| ()).expect_err("no row is that long").to_string();
         assert!(error.contains("line 7"), "{error}");
     }
 
