@@ -196,7 +196,8 @@ fn read_parquet(
 /// The bytes as text; of the head of a longer text, without a character cut in two. Otherwise the
 /// text before what is none.
 fn utf8(head: &[u8], whole: bool) -> Result<&str, (&str, NotText)> {
-    if let Some(why) = not_text(head) {
+    // What a torn Parquet file is, is told below.
+    if let Some(why) = not_text(head).filter(|_| !head.starts_with(PARQUET)) {
         return Err(("", why));
     }
     str::from_utf8(head).or_else(|error| {
