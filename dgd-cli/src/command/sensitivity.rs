@@ -33,7 +33,10 @@ pub(crate) fn run(args: &SensitivityArgs, console: Console<'_>) -> Result<(), Co
         console.remark(&format!("note: {undefined}"));
     }
     let report = (args.verify_sensitivities && stopped.is_none())
-        .then(|| verify::against_differences(&run, &solution, &observations))
+        .then(|| {
+            let compared = compared(args, &run, &of);
+            verify::against_differences(&run, &solution, &observations, &compared)
+        })
         .transpose()?;
 
     let pairs = pairs(&run, &solution, &observations, &of, args.scaled);
@@ -71,6 +74,18 @@ pub(crate) fn run(args: &SensitivityArgs, console: Console<'_>) -> Result<(), Co
         Some(report) => report.conclude(console),
         None => Ok(()),
     }
+}
+
+/// What is compared with differences: what `--of` asks for, or all there is.
+fn compared(args: &SensitivityArgs, run: &Run, of: &[Of]) -> Vec<verify::Of> {
+    if args.of.is_empty() {
+        return verify::Of::all(run.signature());
+    }
+    let compared = of.iter().map(|of| match *of {
+        Of::Unknown(i) => verify::Of::Unknown(i),
+        Of::Output(i) => verify::Of::Output(i),
+    });
+    compared.collect()
 }
 
 /// Compiles the model with sensitivities to `--to` and finds what `--of` names.
@@ -244,4 +259,43 @@ fn subjects(
         }
     }
     subjects
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::{Cli, Command};
+    use clap::Parser;
+
+    /// Verifies a run's sensitivities, each multiplied by a number and moved by another, in units of its
+    /// largest.
+    fn verified(factor: f64, off: f64) -> Result<(), CommandError> {
+        let manifest = env!("CARGO_MANIFEST_DIR");
+        let [model, data] =
+            ["model.dgd", "good.csv"].map(|file| format!("{manifest}/../tests/golden/data/{file}"));
+        let line = ["dgd", "--quiet", "sensitivity", &model, "--data", &data];
+        let cli = Cli::try_parse_from(line).expect("a command line");
+        let console = Console::new(&cli.global);
+        let Command::Sensitivity(args) = &cli.command else { panic!("it is `sensitivity`") };
+        let (loaded, of) = load(args)?;
+        let run = Run::prepare(&args.run, loaded, console)?;
+        let mut reached = run.simulate_with_sensitivities()?;
+        let s = &mut reached.solution.s;
+        let largest = s.iter().fold(0.0, |largest: f64, s| largest.max(s.abs()));
+        for s in s.iter_mut() {
+            *s = factor * *s + off * largest;
+        }
+        let Reached { solution, observations, .. } = reached;
+        let compared = compared(args, &run, &of);
+        verify::against_differences(&run, &solution, &observations, &compared)?.conclude(console)
+    }
+
+    #[test]
+    fn derivatives_that_are_wrong_are_found() {
+        assert!(verified(1.0, 0.0).is_ok());
+        for (factor, off) in [(1.01, 0.0), (-1.0, 0.0), (0.0, 0.0), (1.0, 0.01)] {
+            let found = verified(factor, off);
+            assert!(matches!(found, Err(CommandError::Stopped(_))), "{factor} {off}: {found:?}");
+        }
+    }
 }

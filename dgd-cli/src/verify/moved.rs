@@ -15,6 +15,8 @@ const CHANGE: f64 = 4e-3;
 pub(super) struct Moved {
     /// Largest change first.
     rungs: Vec<Rung>,
+    /// The run as the user has it, where the others are on both sides of it.
+    unmoved: Option<Trajectory>,
     /// The error of a quotient is a series in the change to this power.
     pub(super) order: i32,
 }
@@ -41,15 +43,35 @@ impl Moved {
         noise: f64,
         value: impl Fn(&Trajectory) -> f64,
     ) -> Vec<Quotient> {
-        let is_alike = |rung: &Rung| rung.alike.get(k) == Some(&true);
-        let alike = self.rungs.iter().skip_while(|rung| !is_alike(rung));
         let quotient = |rung: &Rung| {
             let difference = value(&rung.second) - value(&rung.first);
-            // What does not depend on the parameter at all is the same to the last bit.
-            let noise = if difference == 0.0 { 0.0 } else { noise };
             Quotient { value: difference / rung.change, noise: noise / rung.change }
         };
-        alike.map(quotient).collect()
+        self.alike(k).map(quotient).collect()
+    }
+
+    /// The same of each side by itself, lower and higher; none where the parameter was moved to one side
+    /// only.
+    pub(super) fn one_sided(
+        &self,
+        k: usize,
+        noise: f64,
+        value: impl Fn(&Trajectory) -> f64,
+    ) -> Option<[Vec<Quotient>; 2]> {
+        let unmoved = value(self.unmoved.as_ref()?);
+        let side = |rung: &Rung, difference: f64| {
+            let change = 0.5 * rung.change;
+            Quotient { value: difference / change, noise: noise / change }
+        };
+        let lower = self.alike(k).map(|rung| side(rung, unmoved - value(&rung.first)));
+        let higher = self.alike(k).map(|rung| side(rung, value(&rung.second) - unmoved));
+        Some([lower.collect(), higher.collect()])
+    }
+
+    /// The changes that no event or jump comes between at the k-th sample.
+    fn alike(&self, k: usize) -> impl Iterator<Item = &Rung> {
+        let is_other = move |rung: &&Rung| rung.alike.get(k) != Some(&true);
+        self.rungs.iter().skip_while(is_other)
     }
 }
 
@@ -71,7 +93,7 @@ pub(super) fn moved(
 ) -> Result<Moved, CommandError> {
     let times = &run.times[..defined(given)];
     if times.is_empty() {
-        return Ok(Moved { rungs: Vec::new(), order: 1 });
+        return Ok(Moved { rungs: Vec::new(), unmoved: None, order: 1 });
     }
     let lowest = match direction {
         Direction::Parameter(i) => run.signature().parameters[i].lower,
@@ -91,14 +113,15 @@ pub(super) fn moved(
             .map(|&h| Ok((2.0 * h, trajectory(-h)?, trajectory(h)?)))
             .collect::<Result<Vec<_>, CommandError>>()
     {
-        return Ok(Moved { rungs: compared(rungs, &expected), order: 2 });
+        let unmoved = trajectory(0.0).ok().map(|(unmoved, _)| unmoved);
+        return Ok(Moved { rungs: compared(rungs, &expected), unmoved, order: 2 });
     }
     let unmoved = trajectory(0.0)?;
     let mut rungs = Vec::with_capacity(changes.len());
     for h in changes {
         rungs.push((h, unmoved.clone(), trajectory(h)?));
     }
-    Ok(Moved { rungs: compared(rungs, &expected), order: 1 })
+    Ok(Moved { rungs: compared(rungs, &expected), unmoved: None, order: 1 })
 }
 
 type WithBranches = (Trajectory, Branches);

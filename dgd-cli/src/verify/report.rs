@@ -18,8 +18,8 @@ pub(crate) struct Report {
 pub(super) struct Row {
     pub(super) of: String,
     pub(super) to: String,
-    /// Largest value over all times, SI.
-    pub(super) largest: f64,
+    /// Its largest value over all times, or what `of` does over the run per size of `to`, SI.
+    pub(super) scale: f64,
     /// Where it differs most in its units; none where nothing could be compared.
     pub(super) worst: Option<Worst>,
     /// Largest error of the differences that were compared, SI.
@@ -32,6 +32,8 @@ pub(super) struct Row {
     pub(super) passed: usize,
     /// Samples at which the difference is too uncertain.
     pub(super) uncertain: usize,
+    /// Samples at a kink, where the sensitivity is that of one side.
+    pub(super) kinks: usize,
 }
 
 /// The largest disagreement.
@@ -58,9 +60,9 @@ impl Row {
         self.worst.as_ref().is_some_and(|worst| worst.ratio > allowed || worst.ratio.is_nan())
     }
 
-    /// A number in SI as a fraction of the largest value.
+    /// A number in SI as a fraction of the scale.
     fn fraction(&self, value: f64) -> f64 {
-        if self.largest == 0.0 { 0.0 } else { value / self.largest }
+        if self.scale == 0.0 { 0.0 } else { value / self.scale }
     }
 
     /// What could not be compared.
@@ -70,6 +72,7 @@ impl Row {
             (self.undefined, "undefined"),
             (self.passed, "passed by an event or jump"),
             (self.uncertain, "too uncertain"),
+            (self.kinks, "at a kink"),
         ] {
             if count > 0 {
                 let _ = write!(text, ", {count} {why}");
@@ -92,6 +95,7 @@ impl Row {
                 "undefined": self.undefined,
                 "passed_by_events": self.passed,
                 "too_uncertain": self.uncertain,
+                "at_kinks": self.kinks,
             },
             "agrees": worst.map(|_| !self.is_wrong(allowed)),
         })
@@ -109,7 +113,8 @@ impl Report {
     pub(crate) fn conclude(&self, console: Console<'_>) -> Result<(), CommandError> {
         let mut text = format!(
             "sensitivities against differences, in units of the tolerance or of the difference's own \
-             error, largest first; {} are allowed:\n",
+             error, largest first; {} are allowed. The scale of each is its largest value, or what the \
+             unknown or output does over the run for a parameter as large as it is:\n",
             self.allowed
         );
         let mut rows: Vec<&Row> = self.rows.iter().collect();
@@ -121,7 +126,7 @@ impl Report {
                 None => writeln!(text, "  {name:<24} not compared{left_out}"),
                 Some(Worst { ratio, apart, at }) => writeln!(
                     text,
-                    "  {name:<24} {ratio:.1e} units at {at} s ({:.1e} of its largest value, differences \
+                    "  {name:<24} {ratio:.1e} units at {at} s ({:.1e} of its scale, differences \
                      good to {:.1e}), {} samples{left_out}{}",
                     row.fraction(*apart),
                     row.fraction(row.uncertainty),
@@ -135,7 +140,7 @@ impl Report {
         match wrong.and_then(|row| Some((row, row.worst.as_ref()?))) {
             None => Ok(()),
             Some((row, Worst { ratio, apart, at })) => Err(CommandError::Stopped(format!(
-                "{} differs from its difference by {:.1e} of its largest value at {at} s, {ratio:.1e} \
+                "{} differs from its difference by {:.1e} of its scale at {at} s, {ratio:.1e} \
                  times the tolerance or what the difference is good to; {} times are allowed",
                 row.name(),
                 row.fraction(*apart),
@@ -158,13 +163,14 @@ mod tests {
         Row {
             of,
             to,
-            largest: 4.0,
+            scale: 4.0,
             worst,
             uncertainty,
             compared: 5,
             undefined: 6,
             passed: 7,
             uncertain: 0,
+            kinks: 0,
         }
     }
 

@@ -76,3 +76,27 @@ fn a_valve_shuts_tightly_and_opens_again() {
         all_agree(&comparisons, 195);
     }
 }
+
+#[test]
+fn derivatives_of_the_whole_well_are_not_cried_wolf_over() {
+    let (model, data) = ("models/dual_gradient_drilling.dgd", "examples/data/pipe_connection.csv");
+    let asked = ["--of", "string.x", "--to", "control.gain", "--every", "5", "--rtol", "1e-8"];
+    let (_, comparisons) = verified(model, data, &asked);
+    // What was not asked for is not compared.
+    assert_eq!(comparisons.len(), 1, "{comparisons:?}");
+    all_agree(&comparisons, 300);
+    // The mass of mud, of which nothing is lost, has derivatives that are zero but for rounding.
+    let (_, comparisons) = verified(model, data, &[&["--of", "mud"], &asked[2..]].concat());
+    assert_ne!(comparisons[0]["agrees"], false, "{comparisons:?}");
+}
+
+#[test]
+fn derivatives_that_are_zero_but_for_rounding_are_not_wrong() {
+    let (model, data) = ("models/lines_of_the_well.dgd", "examples/data/lines_of_the_well.csv");
+    let (_, comparisons) = verified(model, data, &["--to", "string.eps"]);
+    for comparison in &comparisons {
+        assert_ne!(comparison["agrees"], false, "{comparison}");
+    }
+    let agree = comparisons.iter().filter(|comparison| comparison["agrees"] == true).count();
+    assert!(agree > comparisons.len() / 2, "{agree} of {}", comparisons.len());
+}
