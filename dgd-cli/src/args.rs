@@ -298,6 +298,10 @@ pub(crate) struct FitArgs {
     /// Go on from where a run with the same input and `-o` was ended; the result is the same
     #[arg(long)]
     pub resume: bool,
+    /// Most simulations of a search, or evaluations where nothing is simulated [default: 200; regressions
+    /// 2000, models without states 5000]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub evaluations: Option<u32>,
     #[command(flatten)]
     pub search: SearchArgs,
     #[command(flatten)]

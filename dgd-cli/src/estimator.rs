@@ -81,6 +81,22 @@ pub(crate) struct RegressionArgs {
 }
 
 impl RegressionArgs {
+    /// Checks that there is a search for which `--evaluations` has a meaning.
+    pub(crate) fn verify_evaluations(&self, most: Option<u32>) -> Result<(), CommandError> {
+        let searches = !matches!(
+            self.estimator,
+            Estimator::LeastSquares | Estimator::Bounded | Estimator::Recursive
+        );
+        if most.is_none() || searches {
+            return Ok(());
+        }
+        let name = self.estimator.to_possible_value();
+        let name = name.as_ref().map_or("", |value| value.get_name());
+        Err(CommandError::Usage(format!(
+            "`--evaluations` limits a search, and `--estimator {name}` has none"
+        )))
+    }
+
     /// Where linear models are, if the estimator makes them.
     ///
     /// # Errors

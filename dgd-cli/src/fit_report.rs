@@ -141,6 +141,7 @@ impl Outcome<'_> {
             "evaluations": fit.evaluations,
             "failures": fit.failures,
             "termination": fit.termination.name(),
+            "converged": fit.termination.is_converged(),
             "status": self.left_out.status(),
             "left_out": self.left_out.all(),
             "steps": match fit.stepping {

@@ -8,7 +8,7 @@ use clap::Args;
 use dgd_execute::Loaded;
 use dgd_runtime::identify::{
     Bootstrap, End, Estimate, EstimateError, Fit, OutputErrorProblem, Profile, THRESHOLD, Term,
-    Termination, bootstrap, profiles,
+    bootstrap, profiles,
 };
 use dgd_runtime::{Direction, Signature, Unit};
 use rand_pcg::Pcg64;
@@ -119,7 +119,7 @@ pub(crate) struct Intervals {
 }
 
 impl Intervals {
-    /// Of the estimates of a fit to this problem. One that was stopped has none; where they are stopped,
+    /// Of the estimates of a fit to this problem. One that has not converged has none; where they are stopped,
     /// they are what is complete.
     pub(crate) fn find(
         args: &IntervalArgs,
@@ -128,7 +128,7 @@ impl Intervals {
         seed: u64,
     ) -> Result<Self, EstimateError> {
         let profiled = args.profiled(&fit.estimates);
-        if fit.termination == Termination::Stopped {
+        if !fit.termination.is_converged() {
             return Ok(Self { profiles: Vec::new(), bootstrap: None, profiled });
         }
         let generator = |replicate: usize| {

@@ -120,6 +120,7 @@ impl RegressionOutcome<'_> {
             "cost": fit.cost,
             "iterations": fit.iterations,
             "evaluations": fit.evaluations,
+            "converged": fit.is_converged,
             "status": self.left_out.status(),
             "left_out": self.left_out.all(),
             "recursive": self.followed.map(|followed| json!({

@@ -61,6 +61,7 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
     let task = task;
     let signature = task.system.signature();
     args.search.verify(args.regression.estimator)?;
+    args.regression.verify_evaluations(args.evaluations)?;
     args.intervals.verify(args.regression.estimator, signature)?;
     match args.regression.estimator {
         Estimator::OutputError | Estimator::Linearised => {}
@@ -77,29 +78,22 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         .fit(&problem, console.seed())
         .map_err(|error| task.failed(error, &args.data))?;
     let (mut fit, minima) = (found.fit.clone(), Minima::of(found));
-    match fit.termination {
-        Termination::Blocked => return Err(task.blocked(&fit, &args.data)),
-        Termination::EvaluationLimit => {
-            return Err(CommandError::Computation(format!(
-                "no minimum was reached in {} simulations{}",
-                fit.evaluations,
-                task.few.as_reason()
-            )));
-        }
-        Termination::Gradient
-        | Termination::Reduction
-        | Termination::Step
-        | Termination::Stalled
-        | Termination::Stopped => {}
-    }
-
+    let is_converged = fit.termination.is_converged();
     let train = task.evaluated(&problem, &fit, &args.data)?;
-    let mut left_out = LeftOut::of(fit.termination);
+    let mut left_out = LeftOut::of(fit.termination, || task.unconverged(&fit, &args.data));
     if let Some(minima) = &minima {
         minima.push_left_out(&mut left_out);
     }
     let valid =
-        task.tested_unless_stopped(args, &mut left_out, || task.tested(&problem, &fit, args))?;
+        task.tested_unless_stopped(args, &mut left_out, || task.tested(&problem, &fit, args));
+    let valid = match valid {
+        // What has been found is kept.
+        Err(error) if !is_converged => {
+            left_out.push(format!("held-out recordings were not simulated: {error}"));
+            None
+        }
+        valid => valid?,
+    };
     let linearised = place.map(|place| task.linearised(place, &problem, &fit, &train, args));
     let intervals = Intervals::find(&args.intervals, &problem, &fit, console.seed())
         .map_err(|error| task.failed(error, &args.data))?;
@@ -174,6 +168,8 @@ pub(super) struct Task {
     options: Options,
     /// Shows how far it is, and stops it.
     pub(super) watch: Attendant,
+    /// Most simulations or evaluations, where the command line says so.
+    pub(super) evaluations: Option<usize>,
     /// Simulations, profiles and refits, kept until all is written.
     pub(super) journal: Option<RunJournal>,
     /// Of the model, where something is kept.
@@ -291,6 +287,7 @@ impl Task {
             clock,
             options,
             watch: Attendant::stopping(console),
+            evaluations: args.evaluations.map(|most| most as usize),
             journal,
             digest,
         })
@@ -337,6 +334,7 @@ impl Task {
         if self.compiled.dae.is_static() {
             stopping.evaluations = MOST_EVALUATIONS_OF_ROWS;
         }
+        stopping.evaluations = self.evaluations.unwrap_or(stopping.evaluations);
         OutputErrorProblem {
             stopping,
             noise: self.noise.clone(),
@@ -401,7 +399,10 @@ impl Task {
         paths: &[PathBuf],
     ) -> Result<Tested, CommandError> {
         let failed = |error| self.failed(error, paths);
-        let starts = fit_starts(held_out, SETTLING).map_err(failed)?;
+        // How long the search of the parameters may take says nothing of theirs.
+        let stopping = StoppingRule::default();
+        let of_starts = OutputErrorProblem { stopping, ..held_out.clone() };
+        let starts = fit_starts(&of_starts, SETTLING).map_err(failed)?;
         let mut recordings = held_out.recordings.to_vec();
         // Without a state nothing has to settle.
         let settling = !self.compiled.dae.is_static();
@@ -498,8 +499,18 @@ impl Task {
         }
     }
 
+    /// Why the fit ended in no minimum.
+    fn unconverged(&self, fit: &Fit, paths: &[PathBuf]) -> String {
+        let reason = match fit.termination {
+            Termination::Blocked => self.blocked(fit, paths),
+            Termination::Flat => flat(&fit.estimates),
+            _ => format!("no minimum was reached in {} simulations", fit.evaluations),
+        };
+        format!("{reason}{}", self.few.as_reason())
+    }
+
     /// The fit ended where simulations fail.
-    fn blocked(&self, fit: &Fit, paths: &[PathBuf]) -> CommandError {
+    fn blocked(&self, fit: &Fit, paths: &[PathBuf]) -> String {
         let parameters = &self.system.signature().parameters;
         let reached: Vec<String> = fit
             .estimates
@@ -515,12 +526,28 @@ impl Task {
             .last_failure
             .as_ref()
             .map_or_else(String::new, |failed| format!(": {}", named(failed, paths)));
-        CommandError::Computation(format!(
+        format!(
             "the fit went as far as {} and every better point that it tried cannot be \
              simulated{reason}",
             reached.join(", ")
-        ))
+        )
     }
+}
+
+/// The search ended on a plain among bounds.
+pub(super) fn flat(estimates: &[Estimate]) -> String {
+    let held = estimates.iter().filter(|estimate| estimate.at_bound.is_some());
+    let held: Vec<String> = held.map(|estimate| format!("`{}`", estimate.name)).collect();
+    let at_bounds = match held.len() {
+        0 => String::new(),
+        1 => format!("with {} at its bound, ", held[0]),
+        _ => format!("with {} at their bounds, ", held.join(", ")),
+    };
+    format!(
+        "{at_bounds}the outputs see nothing of the parameters where the search ended, so that nothing leads \
+         to a minimum from there: other values to start from (`--set`), several of them (`--starts`) or \
+         narrower bounds may"
+    )
 }
 
 /// How much is estimated of so many recordings: each has start values of its own.

@@ -11,12 +11,12 @@ use dgd_runtime::identify::filter::{
 };
 use dgd_runtime::identify::{
     Bound, Estimate, EstimateError, Evaluation, Noise, OutputErrorProblem, Recording, Starts,
-    Termination, evaluate,
+    StoppingRule, Termination, evaluate,
 };
 use dgd_runtime::{Direction, Options, Output, Signature, System, Unit};
 use serde_json::{Map, Value, json};
 
-use super::fit::Task;
+use super::fit::{Task, flat};
 use crate::args::FitArgs;
 use crate::console::{Console, print};
 use crate::failure::CommandError;
@@ -40,14 +40,15 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
         found.forget_uncertainty();
     }
     let found = found;
-    if !found.termination.is_converged() && found.termination != Termination::Stopped {
-        return Err(CommandError::Computation(format!(
+    let reason = || match found.termination {
+        Termination::Flat => flat(&found.estimates),
+        _ => format!(
             "no maximum of the likelihood was reached in {} evaluations ({}){}",
             found.evaluations,
             found.termination.name(),
             task.few.as_reason()
-        )));
-    }
+        ),
+    };
     let of_simulation =
         OutputErrorProblem { p: &found.p, free: problem.free.clone(), ..task.problem(console) };
     let train = evaluate(&of_simulation, &found.p, &found.starts)
@@ -61,9 +62,10 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
             .collect(),
         ..of_simulation
     };
-    let mut left_out = LeftOut::of(found.termination);
+    let is_converged = found.termination.is_converged();
+    let mut left_out = LeftOut::of(found.termination, reason);
     let profiled = args.intervals.profiled(&found.estimates);
-    let profiles = if profiled.is_empty() || found.termination == Termination::Stopped {
+    let profiles = if profiled.is_empty() || !is_converged {
         Vec::new()
     } else {
         let profiles = prediction_error_profiles(&problem, &found, &profiled);
@@ -76,7 +78,15 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
     let valid = task.tested_unless_stopped(args, &mut left_out, || {
         let is_asked = !task.valid.is_empty();
         is_asked.then(|| task.simulated(&held_out, &args.valid)).transpose()
-    })?;
+    });
+    let valid = match valid {
+        // What has been found is kept.
+        Err(error) if !is_converged => {
+            left_out.push(format!("held-out recordings were not simulated: {error}"));
+            None
+        }
+        valid => valid?,
+    };
     task.watch.write();
     let outcome = Outcome {
         task,
@@ -125,6 +135,10 @@ fn problem<'a>(
         free: task.system.signature().directions.iter().map(is_free).collect(),
         noise: given.noise.iter().map(level).collect(),
         options: Options { rtol: rtol.min(TIGHT), atol: atol.min(TIGHT), ..given.options },
+        stopping: StoppingRule {
+            evaluations: task.evaluations.unwrap_or(defaults.stopping.evaluations),
+            ..defaults.stopping
+        },
         priors: given.priors,
         threads: given.threads,
         watch: given.watch,
@@ -268,6 +282,7 @@ impl Outcome<'_> {
             "iterations": found.iterations,
             "evaluations": found.evaluations,
             "termination": found.termination.name(),
+            "converged": found.termination.is_converged(),
             "status": self.left_out.status(),
             "left_out": self.left_out.all(),
         });

@@ -50,9 +50,18 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
     let simulated = |recordings: &[Recording], paths: &[PathBuf]| {
         simulated(task, console, &fit.p, recordings, paths)
     };
-    let mut left_out = if fit.is_stopped { LeftOut::stopped() } else { LeftOut::default() };
+    let mut left_out = if fit.is_stopped {
+        LeftOut::stopped()
+    } else if fit.is_converged {
+        LeftOut::default()
+    } else {
+        let most = problem.stopping.evaluations;
+        let words =
+            format!("no minimum was reached in {} evaluations of all rows", fit.evaluations);
+        LeftOut::unconverged(words, fit.evaluations >= most)
+    };
     let profiled = args.intervals.profiled(&fit.estimates);
-    let profiles = if profiled.is_empty() || fit.is_stopped {
+    let profiles = if profiled.is_empty() || !fit.is_converged {
         Vec::new()
     } else {
         let profiles = regression_profiles(&problem, &fit, &profiled);
@@ -129,7 +138,14 @@ fn regression_problem<'a>(
             "`--smoothing {width}` must be a positive time, in s"
         )));
     }
+    let defaults = RegressionProblem::new(&task.system, &task.p, &task.train);
+    let (mut stopping, mut simplex) = (defaults.stopping, defaults.simplex);
+    if let Some(most) = task.evaluations {
+        (stopping.evaluations, simplex.evaluations) = (most, most);
+    }
     Ok(RegressionProblem {
+        stopping,
+        simplex,
         noise: task.noise.clone(),
         priors: task.problem(console).priors,
         half_width: args.regression.smoothing,
@@ -140,7 +156,7 @@ fn regression_problem<'a>(
             .map(|text| steady(task, text))
             .collect::<Result<_, CommandError>>()?,
         watch: &task.watch,
-        ..RegressionProblem::new(&task.system, &task.p, &task.train)
+        ..defaults
     })
 }
 
@@ -207,7 +223,6 @@ fn failed(task: &Task, args: &FitArgs, error: RegressionError) -> CommandError {
         }
         RegressionError::Inputs(_)
         | RegressionError::Variables(_)
-        | RegressionError::ModesDoNotSettle { .. }
-        | RegressionError::NotConverged { .. } => CommandError::Computation(error.to_string()),
+        | RegressionError::ModesDoNotSettle { .. } => CommandError::Computation(error.to_string()),
     }
 }

@@ -22,4 +22,5 @@ mod screen;
 mod starts;
 mod strangers;
 mod track;
+mod unconverged;
 mod verify;

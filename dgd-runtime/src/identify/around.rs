@@ -2,7 +2,7 @@
 
 use crate::identify::error::{EstimateError, TrialFailed};
 use crate::identify::fit::Fit;
-use crate::identify::levenberg_marquardt::{Minimum, StoppingRule, minimise_watched};
+use crate::identify::levenberg_marquardt::{Minimum, Region, StoppingRule, minimise_watched};
 use crate::identify::loss::Loss;
 use crate::identify::output_error::{OutputErrorProblem, Prior};
 use crate::identify::progress::Watch;
@@ -65,7 +65,8 @@ impl<'a> Around<'a> {
             z,
             bounds,
             sigma: fit.noise.clone(),
-            rule: StoppingRule { reduction, evaluations, ..problem.stopping },
+            // Away from a minimum outputs may well be flat.
+            rule: StoppingRule { reduction, evaluations, flat: 0.0, ..problem.stopping },
             watch: problem.watch,
             journal: problem.keeping.journal,
             of: problem.keeping.digest(|digest| {
@@ -120,6 +121,8 @@ impl<'a> Around<'a> {
         bounds: &[(f64, f64)],
     ) -> Result<Minimum<Weighted, TrialFailed>, TrialFailed> {
         let at = self.evaluated(problem, &z)?;
-        Ok(minimise_watched(z, at, bounds, &self.rule, self.watch, |z| self.evaluated(problem, z)))
+        let reach = self.variables.reach();
+        let region = Region { bounds, reach: &reach, leading: self.variables.n_shared };
+        Ok(minimise_watched(z, at, region, &self.rule, self.watch, |z| self.evaluated(problem, z)))
     }
 }

@@ -217,6 +217,6 @@ pub(super) fn finish<S: System>(
 
 /// Eigenvalues of JᵀJ below this part of the largest are not told from zero: sensitivities are
 /// known to some ten times the tolerance, and enter in squares.
-fn unseen(rtol: f64) -> f64 {
+pub(super) fn unseen(rtol: f64) -> f64 {
     (10.0 * rtol).powi(2).max(1e-13)
 }

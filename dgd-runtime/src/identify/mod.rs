@@ -63,7 +63,7 @@ pub use error::{EstimateError, TrialFailed, TrialFailure};
 pub use fit::Fit;
 pub use information::{Information, information};
 pub use levenberg_marquardt::{
-    Minimum, NormalEquations, StoppingRule, Termination, minimise, minimise_watched,
+    Minimum, NormalEquations, Region, StoppingRule, Termination, minimise, minimise_watched,
 };
 pub use linearised::{Departure, Nonlinear, nonlinear, operating_points};
 pub use loss::{Loss, LossAt};

@@ -14,8 +14,8 @@
 //! each. Recordings are summed in their order, whatever thread simulated them.
 
 use crate::identify::error::{EstimateError, TrialFailed};
-use crate::identify::fit::{Fit, Total, finish};
-use crate::identify::levenberg_marquardt::{StoppingRule, Termination, minimise_watched};
+use crate::identify::fit::{Fit, Total, finish, unseen};
+use crate::identify::levenberg_marquardt::{Region, StoppingRule, Termination, minimise_watched};
 use crate::identify::loss::{self, Loss};
 use crate::identify::noise::{self, Noise};
 use crate::identify::parallel::in_parallel;
@@ -153,8 +153,9 @@ pub fn fit<S: System + Clone + Send>(
         let options = stepping.applied(problem.options);
         let stepped = OutputErrorProblem { options, ..problem.clone() };
         let ended = estimate_by_loss(&stepped, &variables, z, data, of, &mut total)?;
-        let is_stopped = total.termination == Some(Termination::Stopped);
-        let next = if is_stopped { None } else { stepping.next(problem, &variables, &ended.z)? };
+        // From a plain no other steps lead.
+        let ends = matches!(total.termination, Some(Termination::Stopped | Termination::Flat));
+        let next = if ends { None } else { stepping.next(problem, &variables, &ended.z)? };
         let Some(next) = next else {
             let Ended { z, at, sigma } = ended;
             return Ok(finish(&stepped, &variables, &z, &at, sigma, stepping, total));
@@ -184,7 +185,11 @@ fn estimate_by_loss<S: System + Clone + Send>(
         return estimate(problem, variables, z, data, of, total);
     }
     let convex = OutputErrorProblem { loss: Loss::Huber, ..problem.clone() };
-    let Ended { z, sigma, .. } = estimate(&convex, variables, z, data, of, total)?;
+    let ended = estimate(&convex, variables, z, data, of, total)?;
+    if total.termination == Some(Termination::Flat) {
+        return Ok(ended);
+    }
+    let Ended { z, sigma, .. } = ended;
     let noise = sigma.iter().map(|sigma| sigma.map(Noise::Known)).collect();
     let known = OutputErrorProblem { noise, ..problem.clone() };
     estimate(&known, variables, z, data, of, total)
@@ -215,6 +220,7 @@ fn estimate<S: System + Clone + Send>(
         noise_of_medians(problem, variables, &z, &least, 1.0).map_err(EstimateError::Start)?
     };
     let bounds: Vec<(f64, f64)> = variables.all.iter().map(Variable::bounds).collect();
+    let reach = variables.reach();
     let freedom = (data - variables.len()).max(1) as f64;
     // Without unknowns nothing is integrated, and the cost is exact to rounding.
     let reduction = if problem.system.signature().unknowns.is_empty() {
@@ -227,9 +233,11 @@ fn estimate<S: System + Clone + Send>(
     let mut at = weigh(problem, variables, &z, &sigma, first);
     for round in 1.. {
         let left = problem.stopping.evaluations.saturating_sub(total.evaluations);
-        let rule = StoppingRule { reduction, evaluations: left, ..problem.stopping };
+        let flat = unseen(problem.options.rtol).max(problem.stopping.flat);
+        let rule = StoppingRule { reduction, evaluations: left, flat, ..problem.stopping };
+        let region = Region { bounds: &bounds, reach: &reach, leading: variables.n_shared };
         let mut done = total.evaluations;
-        let minimum = minimise_watched(z, at, &bounds, &rule, problem.watch, |z| {
+        let minimum = minimise_watched(z, at, region, &rule, problem.watch, |z| {
             let sums = simulated(z, &sigma);
             done += 1;
             let of = Of::AtMost(problem.stopping.evaluations);
@@ -238,7 +246,9 @@ fn estimate<S: System + Clone + Send>(
         });
         let termination = minimum.termination;
         (z, at) = total.add(minimum);
-        let spread = (data as f64 / freedom).sqrt();
+        // What is at a bound takes no degree of freedom.
+        let left = data.saturating_sub(variables.unheld(&z)).max(1);
+        let spread = (data as f64 / left as f64).sqrt();
         let next = if is_squares {
             estimated_noise(problem, &at.sums, &sigma, &least, spread)
         } else {

@@ -19,6 +19,9 @@ use crate::signal::Side;
 use crate::system::{Direction, Point, Storage, System};
 use crate::{IntegrateError, Signature};
 
+/// A step of a search changes what is estimated by its logarithm by no more than this factor.
+pub(crate) const LARGEST_FACTOR: f64 = 10.0;
+
 /// A bound that an estimate has reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bound {
@@ -75,6 +78,14 @@ impl Variable {
         match self.scale {
             Scale::Linear(size) => size,
             Scale::Logarithm => z.exp(),
+        }
+    }
+
+    /// How far a step of a search goes at most.
+    pub(crate) fn reach(&self) -> f64 {
+        match self.scale {
+            Scale::Linear(_) => f64::INFINITY,
+            Scale::Logarithm => LARGEST_FACTOR.ln(),
         }
     }
 
@@ -166,6 +177,16 @@ impl Variables {
 
     pub(crate) fn len(&self) -> usize {
         self.all.len()
+    }
+
+    /// How far a step goes at most in each.
+    pub(crate) fn reach(&self) -> Vec<f64> {
+        self.all.iter().map(Variable::reach).collect()
+    }
+
+    /// How many are not at a bound: so many degrees of freedom they take.
+    pub(crate) fn unheld(&self, z: &[f64]) -> usize {
+        self.all.iter().zip(z).filter(|(variable, z)| variable.bound(**z).is_none()).count()
     }
 
     /// Position of the variable that stands for a parameter, if it is free.

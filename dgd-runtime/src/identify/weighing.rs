@@ -111,7 +111,8 @@ pub(super) fn curvature_and_influence<S: System>(
     let all = || at.sums.iter().flatten().filter(|sums| sums.robust.is_some());
     let samples = all().map(|sums| sums.samples).sum::<usize>();
     let data = samples + effective_priors(problem, variables);
-    let spread = data as f64 / data.saturating_sub(n).max(1) as f64;
+    let unheld = variables.unheld(z);
+    let spread = data as f64 / data.saturating_sub(unheld).max(1) as f64;
     for (i, sigma) in sigma.iter().enumerate() {
         let Some(sigma) = sigma else { continue };
         let of_output =
@@ -122,7 +123,7 @@ pub(super) fn curvature_and_influence<S: System>(
         let squares = robust().map(|(_, sums)| sums.curvature_squares).sum::<f64>() / samples;
         // var ψ′ of a sample.
         let scatter = (squares - mean * mean) * samples / (samples - 1.0).max(1.0);
-        let kappa = 1.0 + n as f64 / data as f64 * scatter / (mean * mean);
+        let kappa = 1.0 + unheld as f64 / data as f64 * scatter / (mean * mean);
         // Where most errors are outliers the sum does not curve upwards, and nothing is known.
         let curvature = if mean > 0.0 { mean / kappa } else { 0.0 };
         let influence = robust().map(|(_, sums)| sums.influence).sum::<f64>() / samples * spread;

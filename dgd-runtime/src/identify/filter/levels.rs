@@ -10,6 +10,8 @@
 //! its unit z is a logarithm. The unit is the rate that is told from none with one standard deviation
 //! ([`Search::told_from_none`](super::likelihood::Search)).
 
+use crate::identify::variables::LARGEST_FACTOR;
+
 /// A level that is sought.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sought {
@@ -44,6 +46,15 @@ impl Sought {
     /// Bounds of z.
     pub(super) fn bounds(&self) -> (f64, f64) {
         (self.variable(self.least), self.variable(self.most))
+    }
+
+    /// How far a step of a search goes at most: far above its unit, the z of a rate is a logarithm of its
+    /// square.
+    pub(super) fn reach(&self) -> f64 {
+        match self.kind {
+            Kind::Noise => LARGEST_FACTOR.ln(),
+            Kind::Rate => 2.0 * LARGEST_FACTOR.ln(),
+        }
     }
 
     /// z, where a search begins.

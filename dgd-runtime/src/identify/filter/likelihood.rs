@@ -135,6 +135,12 @@ impl<'p> Search<'p> {
         self.rates.iter().chain(&self.noise).flatten()
     }
 
+    /// How far a step goes at most in each variable.
+    pub(super) fn reach(&self) -> Vec<f64> {
+        let of_levels = self.levels().map(Sought::reach);
+        self.variables.all.iter().map(Variable::reach).chain(of_levels).collect()
+    }
+
     pub(super) fn bounds(&self) -> Vec<(f64, f64)> {
         let of_levels = self.levels().map(Sought::bounds);
         self.variables.all.iter().map(Variable::bounds).chain(of_levels).collect()

@@ -31,7 +31,7 @@ use super::problem::{FilterProblem, Tuning, Walk, states_of};
 use super::secant::Secant;
 use crate::identify::error::EstimateError;
 use crate::identify::levenberg_marquardt::{
-    Minimum, NormalEquations, StoppingRule, Termination, minimise_watched,
+    Minimum, NormalEquations, Region, StoppingRule, Termination, minimise_watched,
 };
 use crate::identify::output_error::{NEGLIGIBLE_REDUCTION, Prior, Starts};
 use crate::identify::progress::{Of, Progress, Unwatched, Watch};
@@ -241,7 +241,9 @@ pub(super) fn minimised<S: System + Clone + Send>(
     // A cost that is found on the way is less than the first.
     let reduction = stopping.reduction.max(NEGLIGIBLE_REDUCTION / first.normal.cost);
     let rule = StoppingRule { reduction, ..*stopping };
-    Ok(minimise_watched(z, first, bounds, &rule, problem.watch, evaluate))
+    let reach = search.reach();
+    let region = Region { bounds, reach: &reach, leading: search.variables.n_shared };
+    Ok(minimise_watched(z, first, region, &rule, problem.watch, evaluate))
 }
 
 /// The likelihood at a point, with its Hessian in place of the information.

@@ -103,8 +103,12 @@ impl<S: System + Clone + Send> Along<'_, '_, S> {
         z[j] = held;
         bounds[j] = (held, held);
         let reduction = NEGLIGIBLE.max(NEGLIGIBLE_REDUCTION) / least.abs().max(1.0);
-        let stopping =
-            StoppingRule { reduction, evaluations: MOST_EVALUATIONS, ..problem.stopping };
+        let stopping = StoppingRule {
+            reduction,
+            evaluations: MOST_EVALUATIONS,
+            flat: 0.0,
+            ..problem.stopping
+        };
         let minimum = minimised(search, problem, z, (&bounds, &stopping), |_| ()).ok()?;
         evaluations.set(evaluations.get() + minimum.evaluations + 1);
         Some(Place { deviance: minimum.at.cost() - least, z: minimum.x })

@@ -13,6 +13,10 @@
 //! minimum of the damped quadratic model on the box ([`super::box_quadratic`]), so that a variable
 //! at its bound that is pushed outwards stays, and the others converge as without it.
 //!
+//! A step goes no further in a variable than its reach ([`Region`]): a quadratic model says nothing of what a
+//! logarithm is some decades away. Where no variable has influence, but for those at their bounds, there is no
+//! telling of a minimum: a plain has no slopes.
+//!
 //! A trial that cannot be evaluated is a step that went too far: it is rejected, and the damping
 //! grows from no less than its first value.
 //!
@@ -74,12 +78,27 @@ pub struct StoppingRule {
     pub step: f64,
     /// Most evaluations.
     pub evaluations: usize,
+    /// A variable that changes Σ r² by its own by no more than this part of it, when it is moved by 1, has no
+    /// influence: ‖Jᵢ‖² ≤ flat ‖r‖². None is looked for at 0.
+    pub flat: f64,
 }
 
 impl Default for StoppingRule {
     fn default() -> Self {
-        Self { gradient: 1e-10, reduction: 1e-12, step: 1e-10, evaluations: 200 }
+        Self { gradient: 1e-10, reduction: 1e-12, step: 1e-10, evaluations: 200, flat: 1e-13 }
     }
+}
+
+/// Where variables may be.
+#[derive(Debug, Clone, Copy)]
+pub struct Region<'a> {
+    /// Bounds of each.
+    pub bounds: &'a [(f64, f64)],
+    /// How far a step goes at most in each.
+    pub reach: &'a [f64],
+    /// So many, the first ones, must have influence somewhere for a minimum; start values, which only move a
+    /// solution, come behind them.
+    pub leading: usize,
 }
 
 /// Why the iteration ended.
@@ -95,6 +114,9 @@ pub enum Termination {
     Stalled,
     /// Every step that promises something leads where nothing can be evaluated.
     Blocked,
+    /// On a plain, where nothing that is estimated has influence but perhaps at bounds: whether there is a
+    /// minimum elsewhere cannot be told.
+    Flat,
     /// The allowed evaluations were not enough.
     EvaluationLimit,
     /// Who watched it asked to stop ([`Watch`]); the best so far was kept.
@@ -106,7 +128,7 @@ impl Termination {
     pub fn is_converged(self) -> bool {
         match self {
             Self::Gradient | Self::Reduction | Self::Step | Self::Stalled => true,
-            Self::Blocked | Self::EvaluationLimit | Self::Stopped => false,
+            Self::Blocked | Self::Flat | Self::EvaluationLimit | Self::Stopped => false,
         }
     }
 
@@ -118,6 +140,7 @@ impl Termination {
             Self::Step => "step",
             Self::Stalled => "stalled",
             Self::Blocked => "blocked",
+            Self::Flat => "flat",
             Self::EvaluationLimit => "evaluation limit",
             Self::Stopped => "stopped",
         }
@@ -160,10 +183,12 @@ pub fn minimise<T: AsRef<NormalEquations>, E>(
     rule: &StoppingRule,
     evaluate: impl FnMut(&[f64]) -> Result<T, E>,
 ) -> Minimum<T, E> {
-    minimise_watched(x, at, bounds, rule, &Unwatched, evaluate)
+    let reach = vec![f64::INFINITY; x.len()];
+    let region = Region { bounds, reach: &reach, leading: x.len() };
+    minimise_watched(x, at, region, rule, &Unwatched, evaluate)
 }
 
-/// [`minimise`], which `watch` may stop before any evaluation.
+/// [`minimise`] with steps of a limited size, which `watch` may stop before any evaluation.
 ///
 /// # Panics
 ///
@@ -171,17 +196,20 @@ pub fn minimise<T: AsRef<NormalEquations>, E>(
 pub fn minimise_watched<T: AsRef<NormalEquations>, E>(
     x: Vec<f64>,
     at: T,
-    bounds: &[(f64, f64)],
+    region: Region<'_>,
     rule: &StoppingRule,
     watch: &dyn Watch,
     mut evaluate: impl FnMut(&[f64]) -> Result<T, E>,
 ) -> Minimum<T, E> {
+    let Region { bounds, reach, .. } = region;
     assert_eq!(x.len(), bounds.len(), "one pair of bounds for each variable");
+    assert_eq!(x.len(), reach.len(), "one reach for each variable");
     assert_eq!(x.len(), at.as_ref().gradient.len(), "length of the gradient");
     let within = |(x, (low, high)): (&f64, &(f64, f64))| low <= x && x <= high;
     assert!(x.iter().zip(bounds).all(within), "the start is within the bounds");
 
     let n = x.len();
+    let first = x.clone();
     let mut minimum = Minimum {
         x,
         at,
@@ -200,22 +228,26 @@ pub fn minimise_watched<T: AsRef<NormalEquations>, E>(
         widen(&mut scale, &normal.information);
         let lower = DVector::from_fn(n, |i, _| bounds[i].0 - minimum.x[i]);
         let upper = DVector::from_fn(n, |i, _| bounds[i].1 - minimum.x[i]);
+        let is_flat = is_flat((normal, rule.flat), region, &minimum.x, &first);
+        let or_flat = |found: Termination| if is_flat { Termination::Flat } else { found };
         if is_stationary(normal, &lower, &upper, rule.gradient) {
-            minimum.termination = Termination::Gradient;
+            minimum.termination = or_flat(Termination::Gradient);
             return minimum;
         }
         if let Some(full) = step(normal, &scale, NO_DAMPING, &lower, &upper) {
             if normal.predicted_reduction(&full) <= rule.reduction * normal.cost {
-                minimum.termination = Termination::Reduction;
+                minimum.termination = or_flat(Termination::Reduction);
                 return minimum;
             }
             if is_small(&full, &minimum.x, rule.step) {
-                minimum.termination = Termination::Step;
+                minimum.termination = or_flat(Termination::Step);
                 return minimum;
             }
         }
 
         // Trials from this point, until one is accepted.
+        let lower = DVector::from_fn(n, |i, _| lower[i].max(-reach[i]));
+        let upper = DVector::from_fn(n, |i, _| upper[i].min(reach[i]));
         let mut failed = false;
         loop {
             let normal = minimum.at.as_ref();
@@ -224,8 +256,11 @@ pub fn minimise_watched<T: AsRef<NormalEquations>, E>(
             if step.as_ref().is_some_and(|step| is_small(step, &minimum.x, rule.step))
                 || damping > MOST_DAMPING
             {
-                minimum.termination =
-                    if near_failures { Termination::Blocked } else { Termination::Stalled };
+                minimum.termination = if near_failures {
+                    Termination::Blocked
+                } else {
+                    or_flat(Termination::Stalled)
+                };
                 return minimum;
             }
             let Some(step) = step else {
@@ -275,6 +310,22 @@ pub fn minimise_watched<T: AsRef<NormalEquations>, E>(
             growth *= 2.0;
         }
     }
+}
+
+/// Whether the point lies on a plain: what is not at a bound has no influence, nor what has come to its bound
+/// from elsewhere. What never had any is not meant: that is not determined.
+fn is_flat(
+    (normal, part): (&NormalEquations, f64),
+    region: Region<'_>,
+    x: &[f64],
+    first: &[f64],
+) -> bool {
+    let is_lost = |i: usize| normal.information[(i, i)] <= part * normal.cost;
+    let has_some = |i: usize| normal.information[(i, i)] > 0.0;
+    let is_held = |i: usize| x[i] <= region.bounds[i].0 || x[i] >= region.bounds[i].1;
+    part > 0.0
+        && (0..region.leading).any(|i| is_lost(i) && (x[i] != first[i] || has_some(i)))
+        && (0..region.leading).all(|i| is_held(i) || is_lost(i))
 }
 
 fn is_small(step: &DVector<f64>, x: &[f64], tolerance: f64) -> bool {

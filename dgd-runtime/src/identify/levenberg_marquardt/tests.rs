@@ -154,3 +154,37 @@ fn the_limit_of_evaluations_is_kept() {
     let found = minimise(vec![-1.2, 1.0], at, &[ANYWHERE; 2], &rule, evaluate);
     assert_eq!((found.termination, found.evaluations), (Termination::EvaluationLimit, 3));
 }
+
+/// Decays x = exp(−t eᶻ) at t = 1 .. 100 against those of a rate 0.3, from far too slow a one.
+fn decay(x: &[f64]) -> Vec<(f64, [f64; 1])> {
+    let row = |t: i32| {
+        let at = f64::from(t) * x[0].exp();
+        ((-at).exp() - (-0.3 * f64::from(t)).exp(), [-at * (-at).exp()])
+    };
+    (1..=100).map(row).collect()
+}
+
+fn search(reach: f64, start: f64) -> Minimum<NormalEquations, ()> {
+    let bounds = [(1e-8_f64.ln(), 1e4_f64.ln())];
+    let region = Region { bounds: &bounds, reach: &[reach], leading: 1 };
+    let at = normal(&decay(&[start]));
+    let rule = StoppingRule::default();
+    minimise_watched(vec![start], at, region, &rule, &Unwatched, |x| Ok(normal(&decay(x))))
+}
+
+#[test]
+fn steps_of_limited_reach_do_not_leap_over_a_minimum() {
+    let found = search(10_f64.ln(), 1e-4_f64.ln());
+    assert!(found.termination.is_converged(), "{:?}", found.termination);
+    assert!((found.x[0].exp() - 0.3).abs() < 1e-6, "{:?}", found.x);
+}
+
+#[test]
+fn a_plain_among_bounds_is_no_minimum() {
+    // Without a limit the first step goes eight decades, to the bound, where all has decayed.
+    let found = search(f64::INFINITY, 1e-4_f64.ln());
+    assert_eq!(found.termination, Termination::Flat, "{:?}", found.x);
+    assert!(!found.termination.is_converged());
+    // Nor is a place that lies on it from the start, if its slopes are there but for rounding.
+    assert_eq!(search(10_f64.ln(), 40_f64.ln()).termination, Termination::Flat);
+}

@@ -73,11 +73,6 @@ pub enum RegressionError {
     Inputs(InputError),
     /// The search has no start.
     Variables(EstimateError),
-    /// No minimum was reached.
-    NotConverged {
-        /// Evaluations of all rows.
-        evaluations: usize,
-    },
     /// The time constants of the filter are not positive.
     Filter,
     /// The variance that estimates start with is not positive.
@@ -166,9 +161,6 @@ impl fmt::Display for RegressionError {
             }
             Self::Inputs(error) => error.fmt(f),
             Self::Variables(error) => error.fmt(f),
-            Self::NotConverged { evaluations } => {
-                write!(f, "no minimum was reached in {evaluations} evaluations of all rows")
-            }
             Self::Filter => write!(f, "the time constants of the filter must be positive"),
             Self::Forgetting => write!(
                 f,

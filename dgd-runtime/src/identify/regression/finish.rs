@@ -8,7 +8,7 @@ use crate::identify::regression::error::RegressionError;
 use crate::identify::regression::least_squares::{UNSEEN, spectrum};
 use crate::identify::regression::prepare::Prepared;
 use crate::identify::regression::rows::{RowOf, Rows, RowsLeftOut};
-use crate::identify::regression::separable::triangle;
+use crate::identify::regression::separable::{Searched, triangle};
 use crate::identify::uncertainty::{Estimate, Uncertainty, Undetermined};
 use crate::identify::variables::Bound;
 use crate::system::{Direction, System};
@@ -69,6 +69,8 @@ pub struct RegressionFit {
     pub evaluations: usize,
     /// Whether it was stopped before it converged; values are the best so far.
     pub is_stopped: bool,
+    /// Whether a minimum was reached; values are the best that were met otherwise.
+    pub is_converged: bool,
     uncertainty: Uncertainty,
     /// What changes of the estimates are compared with.
     pub(super) sizes: Vec<f64>,
@@ -104,6 +106,8 @@ pub(crate) struct Found {
     least: Vec<f64>,
     pub iterations: usize,
     pub evaluations: usize,
+    /// Whether the search of what is not linear reached a minimum.
+    pub is_converged: bool,
 }
 
 /// Sums over the rows of one kind.
@@ -164,7 +168,15 @@ impl Found {
         });
         let sigma = sigma.collect();
         let p = prepared.p.clone();
-        Ok(Self { unbounded: p.clone(), p, sigma, least, iterations: 0, evaluations: 1 })
+        Ok(Self {
+            unbounded: p.clone(),
+            p,
+            sigma,
+            least,
+            iterations: 0,
+            evaluations: 1,
+            is_converged: true,
+        })
     }
 
     /// Where a round ended, with what its residuals say of σ.
@@ -173,19 +185,24 @@ impl Found {
         rows: &mut Rows<'_, S>,
         last: &Self,
         (p, unbounded): (Vec<f64>, Vec<f64>),
-        (evaluations, iterations): (usize, usize),
+        bounds: &[(f64, f64)],
+        searched: &Searched,
     ) -> Result<Self, RegressionError> {
         let tallies = tallies(rows, &p)?;
         let samples: usize = tallies.iter().map(|tally| tally.samples).sum();
-        // Every kind gives up degrees of freedom in proportion to its rows.
-        let left = samples.saturating_sub(prepared.free.len()).max(1);
+        // Every kind gives up degrees of freedom in proportion to its rows; what is at a bound takes none.
+        let is_unheld = |(i, (low, high)): &(&usize, &(f64, f64))| p[**i] > *low && p[**i] < *high;
+        let unheld = prepared.free.iter().zip(bounds).filter(is_unheld).count();
+        let left = samples.saturating_sub(unheld).max(1);
         let spread = samples as f64 / left as f64;
         let sigma = tallies.iter().enumerate().map(|(kind, tally)| {
             let estimated = (tally.residuals / tally.samples.max(1) as f64 * spread).sqrt();
             known(prepared, rows, kind).unwrap_or(estimated.max(last.least[kind]))
         });
         let sigma = sigma.collect();
-        Ok(Self { sigma, p, unbounded, least: last.least.clone(), iterations, evaluations })
+        let Searched { evaluations, iterations, is_converged, .. } = *searched;
+        let least = last.least.clone();
+        Ok(Self { sigma, p, unbounded, least, iterations, evaluations, is_converged })
     }
 
     /// Where a fit ended, to go on from with its weights.
@@ -198,6 +215,7 @@ impl Found {
             sigma,
             iterations: 0,
             evaluations: 0,
+            is_converged: true,
         }
     }
 
@@ -286,6 +304,7 @@ pub(crate) fn finish<S: System>(
         iterations: found.iterations,
         evaluations: found.evaluations,
         is_stopped: false,
+        is_converged: found.is_converged,
         sizes: prepared.sizes.clone(),
         p: found.p,
         uncertainty,

@@ -20,6 +20,7 @@ use crate::identify::regression::known::Known;
 use crate::identify::regression::prepare::{self, Prepared};
 use crate::identify::regression::recursive::{ContinuousLeastSquares, Forgetting, RegressorSample};
 use crate::identify::regression::rows::{RowOf, Rows};
+use crate::identify::regression::separable::Searched;
 use crate::identify::regression::{RegressionMethod, RegressionProblem, structure};
 use crate::system::{Point, System};
 
@@ -103,7 +104,9 @@ pub fn follow<S: System>(
     for (i, value) in prepared.free.iter().zip(last as &Vec<f64>) {
         p[*i] = *value;
     }
-    let found = Found::new(&prepared, &mut rows, &first, (p.clone(), p), (2, 0))?;
+    let bounds = prepared.bounds(RegressionMethod::LeastSquares);
+    let found =
+        Found::new(&prepared, &mut rows, &first, (p.clone(), p), &bounds, &Searched::of(2))?;
     let mut fit = finish(&prepared, &mut rows, &linear, found, RegressionMethod::LeastSquares)?;
     fit.forget_uncertainty();
     let covariance = following.estimator.covariance();

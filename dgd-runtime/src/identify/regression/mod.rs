@@ -43,6 +43,7 @@ mod trace;
 mod triangle;
 
 use crate::identify::levenberg_marquardt::StoppingRule;
+use crate::identify::nelder_mead::SimplexRule;
 use crate::identify::noise::Noise;
 use crate::identify::output_error::Prior;
 use crate::identify::progress::{Unwatched, Watch};
@@ -108,6 +109,8 @@ pub struct RegressionProblem<'a, S> {
     pub steady: Vec<(usize, f64)>,
     /// When the search of parameters that do not enter linearly stops.
     pub stopping: StoppingRule,
+    /// The same, of the simplex method.
+    pub simplex: SimplexRule,
     /// Who looks on, and may stop it.
     pub watch: &'a dyn Watch,
 }
@@ -130,14 +133,17 @@ impl<'a, S: System> RegressionProblem<'a, S> {
                 reduction: 1e-18,
                 step: 1e-12,
                 evaluations: 2000,
+                ..StoppingRule::default()
             },
+            simplex: SimplexRule::default(),
             watch: &Unwatched,
         }
     }
 }
 
 /// Estimates the free parameters. What the watch of the problem stops gives the best so far
-/// ([`RegressionFit::is_stopped`]).
+/// ([`RegressionFit::is_stopped`]), and so does a search that ends in no minimum
+/// ([`RegressionFit::is_converged`]).
 ///
 /// # Errors
 ///
@@ -168,7 +174,7 @@ pub fn regress<S: System>(
         let next = prepared.known()?;
         samples = differing(&known, &next);
         let pasts_differ = known.iter().zip(&next).any(|(known, next)| known.pasts_differ(next));
-        if samples == 0 && !pasts_differ {
+        if samples == 0 && !pasts_differ || !fit.is_converged {
             return Ok(fit);
         }
         known = next;
@@ -211,11 +217,12 @@ fn regress_known<S: System>(
         let is_stable = is_one || next.is_stable(&found, STABLE);
         found = next;
         is_stopped = problem.watch.is_stopped();
-        if is_stable || is_stopped {
+        if is_stable || is_stopped || !found.is_converged {
             break;
         }
     }
     let mut fit = finish::finish(prepared, &mut rows, &linear, found, method)?;
     fit.is_stopped = is_stopped;
+    fit.is_converged &= !is_stopped;
     Ok(fit)
 }

@@ -119,6 +119,9 @@ impl<S: System> Along<'_, S> {
         let within = (self.method, bounds.as_slice());
         let found = separable::solve(prepared, &mut rows, &fit.linear, &start, within).ok()?;
         evaluations.set(evaluations.get() + found.evaluations);
+        if !found.is_converged {
+            return None;
+        }
         let sum = sum(prepared, &mut rows, &start.sigma, &found.p).ok()?;
         if sum.rows != self.least.rows {
             return None;

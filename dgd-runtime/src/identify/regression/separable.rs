@@ -17,8 +17,10 @@
 
 use nalgebra::DVector;
 
-use crate::identify::levenberg_marquardt::{NormalEquations, Termination, minimise_watched};
-use crate::identify::nelder_mead::{SimplexRule, nelder_mead};
+use crate::identify::levenberg_marquardt::{
+    NormalEquations, Region, Termination, minimise_watched,
+};
+use crate::identify::nelder_mead::nelder_mead;
 use crate::identify::progress::{Of, Progress};
 use crate::identify::regression::RegressionMethod;
 use crate::identify::regression::error::RegressionError;
@@ -78,33 +80,34 @@ pub(crate) fn solve<S: System>(
     };
     let outer = Outer::new(prepared, linear)?;
     let (mut p, mut evaluations) = (last.p.clone(), last.evaluations);
-    let mut iterations = last.iterations;
+    let (mut iterations, mut is_converged) = (last.iterations, true);
     if outer.variables.len() > 0 {
         let z = outer.variables_at(&p);
         let bounds = outer.bounds(bounds);
         let z = if method == RegressionMethod::NelderMead {
-            let rule = SimplexRule::default();
+            let rule = prepared.problem.simplex;
             let watch = prepared.problem.watch;
             let found = nelder_mead(&z, &bounds, &rule, watch, |z| {
                 let mut trial = outer.parameters(&p, z);
                 inner.solve(rows, &mut trial).ok()
             });
             evaluations += found.evaluations;
-            if !found.is_converged && !watch.is_stopped() {
-                return Err(RegressionError::NotConverged { evaluations });
-            }
+            is_converged = found.is_converged;
             found.x
         } else {
             let found = outer.search(rows, &inner, &p, z, &bounds)?;
             evaluations += found.evaluations;
             iterations += found.iterations;
+            is_converged = found.is_converged;
             found.x
         };
         p = outer.parameters(&p, &z);
     }
     let unbounded = inner.unbounded(rows, &p)?;
     inner.solve(rows, &mut p)?;
-    Found::new(prepared, rows, last, (p, unbounded), (evaluations + 1, iterations))
+    let searched =
+        Searched { x: Vec::new(), evaluations: evaluations + 1, iterations, is_converged };
+    Found::new(prepared, rows, last, (p, unbounded), bounds, &searched)
 }
 
 /// Least squares in the linear parameters.
@@ -182,10 +185,19 @@ impl<S: System> Inner<'_, S> {
 }
 
 /// Where a search ended.
-struct Searched {
+pub(super) struct Searched {
     x: Vec<f64>,
-    evaluations: usize,
-    iterations: usize,
+    pub evaluations: usize,
+    pub iterations: usize,
+    /// Whether it ended in a minimum.
+    pub is_converged: bool,
+}
+
+impl Searched {
+    /// Nothing was to be searched for; so many evaluations were made all the same.
+    pub(super) fn of(evaluations: usize) -> Self {
+        Self { x: Vec::new(), evaluations, iterations: 0, is_converged: true }
+    }
 }
 
 /// The parameters that do not enter linearly.
@@ -250,13 +262,15 @@ impl<'a, S: System> Outer<'a, S> {
         bounds: &[(f64, f64)],
     ) -> Result<Searched, RegressionError> {
         let mut rule = self.prepared.problem.stopping;
+        let reach = self.variables.reach();
+        let region = Region { bounds, reach: &reach, leading: reach.len() };
         let mut near = p.to_vec();
         let mut at = self.project(rows, inner, &mut near, &z)?;
         let (mut evaluations, mut iterations) = (1, 0);
         loop {
             let watch = self.prepared.problem.watch;
             let mut done = evaluations;
-            let minimum = minimise_watched(z, at, bounds, &rule, watch, |z| {
+            let minimum = minimise_watched(z, at, region, &rule, watch, |z| {
                 done += 1;
                 let of = Of::AtMost(self.prepared.problem.stopping.evaluations);
                 watch.advanced(Progress { what: "evaluations", done, of });
@@ -265,16 +279,12 @@ impl<'a, S: System> Outer<'a, S> {
             evaluations += minimum.evaluations;
             iterations += minimum.iterations;
             rule.evaluations = rule.evaluations.saturating_sub(minimum.evaluations);
-            match (minimum.termination, minimum.last_failure) {
-                (Termination::Stalled, _) if minimum.iterations > 0 => {
-                    (z, at) = (minimum.x, minimum.at);
-                }
-                (Termination::Blocked, Some(error)) => return Err(error),
-                (Termination::Blocked | Termination::EvaluationLimit, _) => {
-                    return Err(RegressionError::NotConverged { evaluations });
-                }
-                _ => return Ok(Searched { x: minimum.x, evaluations, iterations }),
+            if minimum.termination == Termination::Stalled && minimum.iterations > 0 {
+                (z, at) = (minimum.x, minimum.at);
+                continue;
             }
+            let is_converged = minimum.termination.is_converged();
+            return Ok(Searched { x: minimum.x, evaluations, iterations, is_converged });
         }
     }
 

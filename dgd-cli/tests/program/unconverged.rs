@@ -1,0 +1,136 @@
+//! Fits that reach no minimum, and those that must not miss one: what is written, and how they end.
+
+use std::fmt::Write as _;
+use std::fs;
+
+use tempfile::TempDir;
+
+use crate::support::{dgd, dgd_in, folder_with, listing};
+
+/// Three decays, whose rates are estimated by their logarithms.
+const DECAYS: &str = "\
+model decays
+parameter k1 [1/s] = 1e-4 in 1e-8 .. 1e4, log
+parameter k2 [1/s] = 1e-4 in 1e-8 .. 1e4, log
+parameter k3 [1/s] = 1e-4 in 1e-8 .. 1e4, log
+state x1 = 1
+state x2 = 1
+state x3 = 1
+equation one: der(x1) = -k1*x1
+equation two: der(x2) = -k2*x2
+equation three: der(x3) = -k3*x3
+output x1 noise 0.01
+output x2 noise 0.01
+output x3 noise 0.01
+";
+
+const RATES: [f64; 3] = [0.3, 0.2, 0.5];
+
+/// The model with changes, and a recording of it with errors that look like noise.
+fn decays(changes: &[(&str, &str)]) -> TempDir {
+    let mut model = DECAYS.to_owned();
+    for (from, to) in changes {
+        model = model.replace(from, to);
+    }
+    let mut data = "time [s],x1,x2,x3\n".to_owned();
+    for t in 0..=100_u32 {
+        let _ = write!(data, "{t}");
+        for (i, rate) in (0_u32..).zip(RATES) {
+            let error = 0.01 * (f64::from((t + 1) * (t + 7 + 31 * i)) * 1.234).sin();
+            let _ = write!(data, ",{}", (-rate * f64::from(t)).exp() + error);
+        }
+        data.push('\n');
+    }
+    folder_with(&[("decays.dgd", model.as_bytes()), ("run.csv", data.as_bytes())])
+}
+
+/// A fit with start values as they are.
+fn fit(folder: &TempDir, more: &[&str]) -> crate::support::Run {
+    let args = ["fit", "decays.dgd", "--data", "run.csv", "--fix", "x1,x2,x3", "--format", "json"];
+    dgd_in(folder.path(), &[&args, more].concat())
+}
+
+#[test]
+fn rates_four_decades_too_slow_are_found_and_not_leapt_over() {
+    // The first step of Gauss and Newton goes a hundred decades up, to where all has decayed at once: closer
+    // to what was measured than no decay, and without a slope.
+    let found = fit(&decays(&[]), &[]).done().json();
+    assert_eq!(found["converged"], true);
+    for (name, rate) in ["k1", "k2", "k3"].iter().zip(RATES) {
+        let value = found["parameters"][name]["value"].as_f64().expect("a number");
+        assert!((value / rate - 1.0).abs() < 0.1, "{name} = {value}");
+    }
+}
+
+#[test]
+fn a_search_that_ends_on_a_plain_says_so_and_keeps_what_it_has() {
+    let folder = decays(&[]);
+    let fast = ["--set", "k1=500", "--set", "k2=500", "--set", "k3=500", "-o", "out"];
+    let run = fit(&folder, &fast);
+    run.refused(3, &["see nothing of the parameters", "in out"]);
+    assert_eq!(listing(&folder), ["decays.dgd", "out", "run.csv"]);
+    let result = fs::read_to_string(folder.path().join("out/result.json")).expect("a result");
+    let result: serde_json::Value = serde_json::from_str(&result).expect("JSON");
+    assert_eq!(result["converged"], false);
+    assert_eq!(result["termination"], "flat");
+    assert!(folder.path().join("out/decays.dgd").exists());
+}
+
+#[test]
+fn a_fit_that_runs_out_of_simulations_is_written_and_goes_on() {
+    let folder = decays(&[]);
+    let run = fit(&folder, &["--evaluations", "4", "-o", "out"]);
+    run.refused(3, &["no minimum was reached in", "in out", "--resume"]);
+    let read = || fs::read_to_string(folder.path().join("out/result.json")).expect("a result");
+    let result: serde_json::Value = serde_json::from_str(&read()).expect("JSON");
+    assert_eq!(result["converged"], false);
+    assert_eq!(result["status"], "not converged");
+    assert!(result["left_out"][0].as_str().is_some_and(|words| words.contains("not converged")));
+    let value = result["parameters"]["k1"]["value"].as_f64().expect("a number");
+    assert!(value > 1e-4, "the best so far: {value}");
+    assert!(listing(&folder).contains(&".out.dgd-journal".to_owned()), "{:?}", listing(&folder));
+    // In text it stands there, too.
+    let args =
+        ["fit", "decays.dgd", "--data", "run.csv", "--fix", "x1,x2,x3", "--evaluations", "4"];
+    let text = dgd_in(folder.path(), &args);
+    assert!(text.code == 3 && text.out.contains("not converged"), "{}", text.out);
+
+    let resumed = fit(&folder, &["-o", "out", "--resume"]).done();
+    assert!(resumed.err.contains("going on with"), "{}", resumed.err);
+    let resumed = read();
+    assert_eq!(listing(&folder), ["decays.dgd", "out", "run.csv"]);
+    fit(&folder, &["-o", "out"]).done();
+    assert_eq!(resumed, read());
+}
+
+#[test]
+fn every_estimator_that_searches_keeps_the_best_it_has() {
+    let folder = decays(&[("= 1e-4", "= 1")]);
+    let run = fit(&folder, &["--estimator", "prediction-error", "--evaluations", "1"]);
+    run.refused(3, &["no maximum of the likelihood"]);
+    assert_eq!(run.json()["converged"], false);
+    for estimator in ["separable", "nelder-mead"] {
+        let nist = ["tests/nist/misra1a.dgd", "--data", "tests/nist/misra1a.csv"];
+        let more = ["--estimator", estimator, "--evaluations", "2", "--format", "json"];
+        let run = dgd(&[&["fit"], &nist[..], &more].concat());
+        run.refused(3, &["no minimum was reached in"]);
+        assert_eq!(run.json()["converged"], false, "{estimator}");
+        let all = dgd(&[&["fit"], &nist[..], &more[..2], &more[4..]].concat()).done().json();
+        assert_eq!(all["converged"], true, "{estimator}");
+    }
+    let args = ["fit", "decays.dgd", "--data", "run.csv", "--evaluations", "2"];
+    let more = ["--estimator", "least-squares"];
+    dgd_in(folder.path(), &[&args[..], &more].concat())
+        .refused(2, &["--evaluations", "least-squares"]);
+}
+
+#[test]
+fn what_is_at_a_bound_takes_no_degree_of_freedom_of_the_noise() {
+    let folder = decays(&[("k1 [1/s] = 1e-4 in 1e-8 .. 1e4", "k1 [1/s] = 0.1 in 0.01 .. 0.25")]);
+    let found = fit(&folder, &[]).done().json();
+    assert_eq!(found["parameters"]["k1"]["at_bound"], "upper", "{found}");
+    assert_eq!(found["degrees_of_freedom"], 303 - 2);
+    // Noise that is estimated is what the fit leaves.
+    let chi = found["reduced_chi_square"].as_f64().expect("a number");
+    assert!((chi - 1.0).abs() < 1e-5, "{chi}");
+}
