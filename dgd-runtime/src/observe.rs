@@ -1,6 +1,9 @@
 //! Outputs along a solution.
 
+use std::borrow::Cow;
+
 use crate::delay::delay_sensitivities;
+use crate::discrete::discrete_numbers;
 use crate::initial::Rates;
 use crate::problem::Problem;
 use crate::signal::{Inputs, Side};
@@ -135,12 +138,19 @@ impl<'a, S: System> Reading<'a, S> {
         let (n, n_z) = (self.solution.n, self.solution.n_z);
         let (mut w, mut dw) = (vec![0.0; n_w], vec![0.0; n_w * n_s]);
         let mut wdot = vec![0.0; n_w];
+        let n_conditions = system.signature().discrete.n_time_conditions;
         let moves = self.dtau.iter().any(|dtau| *dtau != 0.0);
         for (k, &s) in self.late.times.iter().enumerate() {
             // Time itself has neither begun nor ended with the run.
             let t = self.solution.times[k] - self.late.tau;
             let y = &self.late.y[k * n..(k + 1) * n];
-            let z = &self.late.z[k * n_z..(k + 1) * n_z];
+            let mut z = Cow::Borrowed(&self.late.z[k * n_z..(k + 1) * n_z]);
+            if t != s && n_conditions > 0 {
+                let conditions = n_z - n_conditions..;
+                let there = discrete_numbers(system, p, t);
+                z.to_mut()[conditions.clone()].copy_from_slice(&there[conditions]);
+            }
+            let z = z.as_ref();
             let segment = self.inputs.segment(self.inputs.segment_at(s, self.side(k)));
             segment.value(s, self.u.as_mut());
             let n_past = self.solution.n_past;

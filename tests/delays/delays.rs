@@ -355,3 +355,28 @@ fn generated_and_interpreted_runs_with_a_past_give_the_same_bits() {
     assert_eq!(of_interpreted, of_generated);
     assert!(of_interpreted.0.undefined.is_empty(), "{:?}", of_interpreted.0.undefined);
 }
+
+/// A condition reads the past, and no derivative tells of it.
+#[test]
+fn an_output_whose_condition_alone_reads_late_is_what_it_says() {
+    let system = system(
+        "model m\nparameter k = 2\nstate x = 1\nequation e: der(x) = 1 [1/s]\n\
+         output w = if delay(x, 0.5 [s]) < x then 0.5*k else k\n",
+    );
+    let problem = Problem { system: &system, p: &[2.0], inputs: &Inputs::none(), start: &[] };
+    let solution = simulate(&problem, &[0.0, 0.25, 1.0], &options()).expect("a solution");
+    assert_eq!(observe(&problem, &solution).w, [2.0, 1.0, 1.0]);
+}
+
+/// Before the start an input rests, and time does not: a condition on time is that of the row.
+#[test]
+fn a_condition_on_time_beside_what_is_late_is_that_of_now() {
+    let system = system(
+        "model m\ninput u hold\nstate x = 1\nequation e: der(x) = -x/1 [s]\n\
+         output w = if time > 0.6 [s] then delay(u, 2 [s]) else 7\n",
+    );
+    let inputs = recorded(&system, &[0.0, 4.0], &[&[3.0, 5.0]]);
+    let problem = Problem { system: &system, p: &[], inputs: &inputs, start: &[] };
+    let solution = simulate(&problem, &[0.0, 0.5, 1.0, 3.0], &options()).expect("a solution");
+    assert_eq!(observe(&problem, &solution).w, [7.0, 7.0, 3.0, 3.0]);
+}

@@ -414,19 +414,13 @@ pub const TABLE: &[Row] = &[
     }),
     // Effects.
     row(Effect, 2, "effect on a parameter", |w, _| {
-        let known = w.of_kind(Kind::Parameter);
-        let name = known.first().map_or_else(|| "time".to_owned(), |known| known.name.clone());
-        if known.is_empty() {
-            return effect_on_output(w);
-        }
+        let Some(name) = used(w, Kind::Parameter) else { return effect_on_output(w) };
         format!(
             "kind plant\nparameter more = 0.2\nnull more = 0\nreplace {name} by {name}*(1 + more)\n"
         )
     }),
     row(Effect, 1, "effect on an input", |w, _| {
-        let known = w.of_kind(Kind::Input);
-        let Some(known) = known.first() else { return effect_on_output(w) };
-        let name = &known.name;
+        let Some(name) = used(w, Kind::Input) else { return effect_on_output(w) };
         format!(
             "kind input\nparameter late [s] = 0.3  in 0 ..\nreplace {name} by delay({name}, late)\n"
         )
@@ -449,6 +443,15 @@ pub const TABLE: &[Row] = &[
         effect_on_output(w)
     }),
 ];
+
+/// The first of a kind that an equation reads: what nothing uses cannot be replaced.
+fn used(w: &Writer, kind: Kind) -> Option<String> {
+    let in_equation = |name: &str| {
+        let word = |text: &str| text.split(|c: char| !c.is_alphanumeric()).any(|word| word == name);
+        w.lines.iter().any(|line| line.starts_with("equation ") && word(line))
+    };
+    w.of_kind(kind).into_iter().map(|known| known.name).find(|name| in_equation(name))
+}
 
 /// A sensor that reads too much.
 fn effect_on_output(w: &mut Writer) -> String {
