@@ -60,6 +60,14 @@ pub(crate) struct Tested {
     pub evaluation: Evaluation,
 }
 
+impl Tested {
+    /// The time from which readings of each recording count, s; null where all do.
+    pub(crate) fn counts_from(&self) -> Value {
+        let from = self.recordings.iter().map(|recording| recording.counts_from);
+        json!(from.map(|from| from.is_finite().then_some(from)).collect::<Vec<_>>())
+    }
+}
+
 /// Errors of one output in its declared unit.
 struct OutputErrors {
     train: Option<f64>,
@@ -121,6 +129,7 @@ impl Outcome<'_> {
             "outputs": outputs,
             "starts": starts,
             "starts_valid": self.starts_valid(),
+            "counts_from": self.valid.as_ref().map(Tested::counts_from),
             "names": parameters().map(|estimate| estimate.name.clone()).collect::<Vec<_>>(),
             "covariance": self.matrix(|i, j| {
                 let factor = |i: usize| self.unit(i).factor;

@@ -103,6 +103,7 @@ impl RegressionOutcome<'_> {
             "parameters": parameters,
             "fixed": fixed_entries(signature, &fit.p, &fit.estimates),
             "outputs": outputs,
+            "counts_from": self.valid.as_ref().and_then(|v| Some(v.as_ref().ok()?.counts_from())),
             "rows": rows,
             "names": fit.estimates.iter().map(|estimate| &estimate.name).collect::<Vec<_>>(),
             "covariance":

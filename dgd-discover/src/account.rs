@@ -10,7 +10,7 @@ use crate::discover::Request;
 use crate::discovery::{
     Gap, MissingInput, OutputTrace, Ranked, RecordingTrace, Screened, Unexplained, Verdict,
 };
-use crate::discrepancy::{AVERAGING_LENGTHS, discrepancy_windows};
+use crate::discrepancy::{averaging_lengths, discrepancy_windows};
 use crate::fitted::{Data, Fitted, NoFit, chi_square};
 use crate::known::Circumstances;
 use crate::reason::{Excess, significant};
@@ -62,7 +62,8 @@ fn standing_out(data: &Data<'_>, errors: &[Vec<Vec<f64>>], output: usize) -> Vec
     let of_recording = |(recording, errors): (&Recording, &Vec<Vec<f64>>)| {
         let Some(noise) = &data.noise[output] else { return Vec::new() };
         let (times, errors) = (&recording.times, &errors[output]);
-        let windows = discrepancy_windows(times, errors, noise, &AVERAGING_LENGTHS);
+        let lengths = averaging_lengths(times, errors);
+        let windows = discrepancy_windows(times, errors, noise, &lengths);
         windows.iter().map(|window| [window.from, window.until]).collect()
     };
     data.train.iter().zip(errors).map(of_recording).collect()
@@ -85,7 +86,7 @@ pub(crate) fn traces(
         .collect();
     let trace = |recording: &Recording,
                  name: &str,
-                 held_out: bool,
+                 counts_from: Option<f64>,
                  before: Option<&Observations>,
                  after: Option<&Observations>| {
         let of_output = |(i, noise): (usize, &Option<SensorNoise>)| {
@@ -97,27 +98,29 @@ pub(crate) fn traces(
             };
             let (before, after) = (simulated(before), simulated(after));
             let residuals: Vec<f64> = measured.iter().zip(&before).map(|(m, w)| m - w).collect();
-            let windows =
-                discrepancy_windows(&recording.times, &residuals, noise, &AVERAGING_LENGTHS);
+            let lengths = averaging_lengths(&recording.times, &residuals);
+            let windows = discrepancy_windows(&recording.times, &residuals, noise, &lengths);
             let (name, unit) = outputs[i].clone();
             let noise = noise.total();
             Some(OutputTrace { name, unit, noise, measured, before, after, windows })
         };
         RecordingTrace {
             name: name.to_owned(),
-            held_out,
+            held_out: counts_from.is_some(),
+            counts_from: counts_from.filter(|from| from.is_finite()),
             times: recording.times.clone(),
             outputs: data.noise.iter().enumerate().filter_map(of_output).collect(),
         }
     };
     let training =
         request.train.0.iter().zip(request.train.1).enumerate().map(|(r, (one, name))| {
-            trace(one, name, false, before.train.get(r), after.train.get(r))
+            trace(one, name, None, before.train.get(r), after.train.get(r))
         });
     let held_out =
         request.valid.0.iter().zip(request.valid.1).enumerate().map(|(r, (one, name))| {
             let of = |fitted: &'_ Fitted| fitted.valid.as_ref().and_then(|all| all.get(r).cloned());
-            trace(one, name, true, of(before).as_ref(), of(after).as_ref())
+            let from = data.counts_from.get(r).copied().unwrap_or(f64::NEG_INFINITY);
+            trace(one, name, Some(from), of(before).as_ref(), of(after).as_ref())
         });
     training.chain(held_out).collect()
 }
@@ -248,7 +251,8 @@ pub(crate) fn left_over(
     let (noise, errors) = (data.noise[worst]?, residuals.first()?[worst].clone());
     let std = noise.total();
     let condition = circumstances.condition(&standing_out(data, &residuals, worst));
-    let windows = discrepancy_windows(&recording.times, &errors, &noise, &AVERAGING_LENGTHS);
+    let lengths = averaging_lengths(&recording.times, &errors);
+    let windows = discrepancy_windows(&recording.times, &errors, &noise, &lengths);
     Some(Unexplained {
         target: output.name.to_string(),
         windows: windows.iter().map(|window| [window.from, window.until]).collect(),

@@ -2,10 +2,11 @@
 
 use dgd_compiler::effects::{Application, Effect, Reach, bind};
 use dgd_compiler::model::Model;
-use dgd_compiler::syntax::ast::{
-    Ast, ClauseKind, EffectKind, Expr, ExprKind, ItemKind, Name, Target,
-};
+use dgd_compiler::syntax::ast::Ast;
+use dgd_compiler::syntax::ast::{ClauseKind, EffectKind, Expr, ExprKind, ItemKind, Name, Target};
 use dgd_compiler::syntax::visit::{self, Part};
+
+use crate::adapted::Adapted;
 
 /// An effect with the arguments it could have.
 #[derive(Debug, Clone)]
@@ -85,15 +86,19 @@ pub(crate) fn unbound(library: &[Effect], model: &Model) -> Vec<(String, String)
     library.iter().filter_map(|effect| Some((effect.full_name(), why(effect)?))).collect()
 }
 
-/// All candidates of templates that fit any model.
-pub(crate) fn generic<'a>(
-    templates: &'a [Effect],
-    asts: &[Ast],
-    model: &Model,
-) -> Vec<Candidate<'a>> {
-    let mut all = candidates(templates, asts, model);
-    for candidate in &mut all {
-        candidate.is_generic = true;
+/// Candidates of templates that fit any model.
+pub(crate) fn generic<'a>(templates: &'a [Adapted], asts: &[Ast]) -> Vec<Candidate<'a>> {
+    let mut all = Vec::new();
+    for Adapted { effect, arguments } in templates {
+        if !effect.changes_model() {
+            continue;
+        }
+        let (onsets, delays) = moments(effect);
+        let span = effect.name.span;
+        let arguments = arguments.iter().map(|text| Name { text: text.clone(), span }).collect();
+        let application = Application { effect, arguments, span };
+        let reach = Reach::of(asts, &application).unwrap_or_default();
+        all.push(Candidate { application, onsets, delays, is_generic: true, reach });
     }
     all
 }

@@ -1,4 +1,4 @@
-//! Noise that is correlated over seconds, as filters and buses of sensors make it.
+//! Correlated noise, as the filters and buses of sensors make it.
 //!
 //! ```text
 //!   e = v + w,   w white of variance σ²,   dv = −v dt/T + …, stationary of variance c²
@@ -8,13 +8,15 @@
 //! The Kalman filter's ε/√S are white with a variance of one where e is such noise. σ, c and T are those
 //! of the greatest likelihood, −Σ (ln S + ε²/S)/2; the common factor of σ and c is had in closed form.
 //!
+//! A memory is at most the geometric mean of the sampling interval h and the length of the longest recording,
+//! √(h·(t_last − t_first)): a recording of N readings then holds √N memories of up to √N readings each, enough to
+//! estimate one and to tell it from what the model lacks. What is correlated for longer is not a sensor's.
+//!
 //! Source: Madsen, Time Series Analysis (2008), §10.3 and §10.6; Schweppe, IEEE Trans. Inf. Theory 11
 //! (1965) 61, for the likelihood.
 
 use dgd_screen::noise::{Colour, SensorNoise};
-
-/// Correlations that last longer than that are not a sensor's but of what it measures, s.
-const LONGEST_MEMORY: f64 = 60.0;
+use dgd_screen::usual_spacing;
 
 /// A correlated part that is so many times the white one is not noise but what the model misses.
 const MOST_COLOUR: f64 = 3.0;
@@ -79,19 +81,29 @@ impl Whitener {
     }
 }
 
+/// The usual distance of the readings behind some errors, and the longest memory that a sensor's noise may have.
+fn memories(errors: &[(&[f64], &[f64])]) -> Option<(f64, f64)> {
+    let of_recording = |(times, values): &(&[f64], &[f64])| {
+        let measured = times.iter().zip(*values).filter(|(_, value)| value.is_finite());
+        let measured: Vec<f64> = measured.map(|(t, _)| *t).collect();
+        Some((usual_spacing(&measured)?, measured.last()? - measured.first()?))
+    };
+    let longest = errors.iter().filter_map(of_recording).max_by(|a, b| a.1.total_cmp(&b.1));
+    longest.map(|(spacing, length)| (spacing, (spacing * length).sqrt()))
+}
+
 /// White and correlated noise of a sensor from its errors in some recordings, each with its times.
 /// `None` where a correlated part brings nothing, or is too slow or too large to be noise.
 pub(crate) fn coloured_noise(
     errors: &[(&[f64], &[f64])],
     white: &SensorNoise,
 ) -> Option<SensorNoise> {
-    let spacings = errors.iter().flat_map(|(times, _)| times.windows(2).map(|t| t[1] - t[0]));
-    let least = spacings.filter(|h| *h > 0.0).fold(f64::INFINITY, f64::min);
-    if !least.is_finite() || least >= LONGEST_MEMORY {
+    let (least, longest_memory) = memories(errors)?;
+    if least >= longest_memory {
         return None;
     }
     // Logarithms of the memory and of c/σ.
-    let (shortest, longest) = (least.ln(), (2.0 * LONGEST_MEMORY).ln());
+    let (shortest, longest) = (least.ln(), (2.0 * longest_memory).ln());
     let (faintest, strongest) = (0.1f64.ln(), (2.0 * MOST_COLOUR).ln());
     let likelihood = |[memory, ratio]: [f64; 2]| likelihood(errors, memory.exp(), ratio.exp());
     let step = |low: f64, high: f64| (high - low) / (POINTS - 1) as f64;
@@ -113,7 +125,7 @@ pub(crate) fn coloured_noise(
     let [memory, ratio] = best.1.map(f64::exp);
     let (_, variance) = self::likelihood(errors, memory, ratio);
     let (of_white, _) = self::likelihood(errors, least, 0.0);
-    let is_noise = memory <= LONGEST_MEMORY && ratio <= MOST_COLOUR;
+    let is_noise = memory <= longest_memory && ratio <= MOST_COLOUR;
     let std = variance.sqrt();
     let colour = Colour { std: ratio * std, memory };
     (is_noise && 2.0 * (best.0 - of_white) > LEAST_GAIN && std > 0.0).then_some(SensorNoise {

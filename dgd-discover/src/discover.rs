@@ -7,7 +7,7 @@
 //!   what is left over: the unknown input                (unknown_input)
 //! ```
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fmt;
 
 use dgd_compiler::diagnostics::{Diagnostics, Reported};
@@ -19,15 +19,17 @@ use dgd_runtime::journal::{Digest, Journal};
 use dgd_runtime::{Options, Steps};
 
 use crate::account::{gap, left_over, not_tried, ranking_of, screened, traces, unexplained};
+use crate::adapted::adapted;
 use crate::candidates::{candidates, generic, unbound};
 use crate::corrected::corrected;
 use crate::discovery::{Discovery, FoundEffect, Ranked, Unexplained, Verdict};
-use crate::evidence::{evidence, p_value_of_the_base};
+use crate::evidence::p_value_of_the_base;
 use crate::fitted::{Data, Fitted, NoFit};
 use crate::found::{Found, parameters};
 use crate::guess::Guessing;
 use crate::keeping::Keeping;
 use crate::known::Circumstances;
+use crate::levels::ranges;
 use crate::missing::{self, missing_inputs};
 use crate::reason::reason;
 use crate::screen::StartPoint;
@@ -143,7 +145,6 @@ pub fn discover(
         refusal.is_none()
     });
     let of_library = candidates.len();
-    candidates.extend(generic(request.templates, &base.asts, &model));
     let noise = noise_of(train, &readings(train));
     if noise.iter().all(Option::is_none) {
         return Err(DiscoverError::NothingMeasured);
@@ -156,19 +157,23 @@ pub fn discover(
     let is_kept = request.journal.is_of_use();
     let digest = if is_kept { request.digest() } else { Digest::EMPTY };
     let keeping = Keeping { journal: request.journal, watch: request.watch, request: digest };
-    let mut search = Search {
-        base,
-        candidates: &candidates,
-        data: Data { train, valid, noise, options: ranking, own_weights: false, keeping },
-        threads,
-        tried: BTreeMap::new(),
-        screens: BTreeMap::new(),
-        settled: BTreeSet::new(),
-        open: Open::Library,
-        doubled: BTreeMap::new(),
+    let data = Data {
+        train,
+        valid,
+        noise,
+        counts_from: Vec::new(),
+        options: ranking,
+        own_weights: false,
+        keeping,
     };
     let failed = |NoFit(reason): NoFit| DiscoverError::BaseModel(reason);
-    let outcome = search.run(&Values::default()).map_err(failed)?;
+    let (fitted, data) = fitted_base(base, data, threads, request.seed).map_err(failed)?;
+    let templates = adapted(request.templates, &model, train, &ranges(&fitted, &data));
+    candidates.extend(generic(&templates, &base.asts));
+    let tried = BTreeMap::from([(Vec::new(), Ok(fitted))]);
+    let mut search =
+        Search { tried, ..Search::new(base, &candidates, data, threads, request.seed) };
+    let outcome = search.run();
     let (verdict, chosen) = match &outcome {
         Outcome::Sufficient => (Verdict::Sufficient, Vec::new()),
         Outcome::Effects(chosen) => (Verdict::Effects, chosen.clone()),
@@ -179,14 +184,14 @@ pub fn discover(
 
     let first = if of_library > 0 { Open::Library } else { Open::Templates };
     let mut screens = vec![search.screen_of_the_base(first)];
-    let p_value = p_value_of_the_base(&screens[0].trials, request.seed);
+    let is_sufficient = verdict == Verdict::Sufficient;
+    let p_value = p_value_of_the_base(&screens[0].trials, request.seed, is_sufficient);
     if (first, search.open) == (Open::Library, Open::Templates) {
         screens.push(search.screen_of_the_base(Open::Templates));
     }
     let [of_library, of_templates] = not_tried(&search, &screens, verdict);
     left_out.extend(of_library);
-    let evidence: Vec<_> =
-        chosen.iter().map(|&c| evidence(&mut search, &chosen, c, request.seed)).collect();
+    let evidence = search.evidence(&chosen);
     let data = Data { options, ..search.data.clone() };
     // What is written is what a fit of it finds, which chooses its steps itself.
     let of_fit = Data { options: request.options, own_weights: true, ..search.data.clone() };
@@ -248,6 +253,20 @@ pub fn discover(
         corrected: corrected(request.base, request.sources, &after, diagnostics)
             .map_err(DiscoverError::Model)?,
     })
+}
+
+/// The base model, fitted, and the data with what its fit has told of the noise.
+fn fitted_base<'a>(
+    base: &'a BaseModel,
+    data: Data<'a>,
+    threads: usize,
+    seed: u64,
+) -> Result<(Fitted, Data<'a>), NoFit> {
+    let mut search = Search::new(base, &[], data, threads, seed);
+    search.fit_base(&Values::default())?;
+    let fitted = search.tried.remove(&Vec::new());
+    let fitted = fitted.unwrap_or_else(|| Err(NoFit("it was never fitted".to_owned())))?;
+    Ok((fitted, search.data))
 }
 
 /// Readings of each recording and output; NaN where nothing was measured.

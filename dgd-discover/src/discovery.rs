@@ -207,6 +207,9 @@ pub struct RecordingTrace {
     pub name: String,
     /// Whether it was kept out of the fits.
     pub held_out: bool,
+    /// The time from which its readings count in the errors of held-out data, s; `None` where all do, and of
+    /// training recordings.
+    pub counts_from: Option<f64>,
     /// Times, s.
     pub times: Vec<f64>,
     /// The measured outputs.

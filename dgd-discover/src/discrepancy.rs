@@ -21,9 +21,24 @@
 use crate::windows::{Window, gather};
 use dgd_screen::distribution::normal_threshold;
 use dgd_screen::noise::SensorNoise;
+use dgd_screen::usual_spacing;
 
-/// Lengths of the moving averages, s.
-pub const AVERAGING_LENGTHS: [f64; 4] = [10.0, 30.0, 100.0, 300.0];
+/// Lengths of the moving averages, in usual distances of the readings.
+const AVERAGED: [f64; 4] = [10.0, 30.0, 100.0, 300.0];
+
+/// Lengths of moving averages over 10, 30, 100 and 300 readings at their usual distance, s; none where there are
+/// fewer than two. Readings are where residuals are finite.
+///
+/// # Panics
+///
+/// When the slices differ in length.
+pub fn averaging_lengths(times: &[f64], residuals: &[f64]) -> Vec<f64> {
+    assert_eq!(times.len(), residuals.len(), "a residual for each time");
+    let read = times.iter().zip(residuals).filter(|(_, residual)| residual.is_finite());
+    let read: Vec<f64> = read.map(|(t, _)| *t).collect();
+    let usual = usual_spacing(&read);
+    usual.map_or_else(Vec::new, |usual| AVERAGED.iter().map(|n| n * usual).collect())
+}
 
 /// How often a record of noise may have a window.
 const FALSE_ALARMS: f64 = 1e-3;

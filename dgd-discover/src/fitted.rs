@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use dgd_runtime::identify::{
     Estimate, EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Recording, Starts,
-    StoppingRule, evaluate, fit, fit_starts,
+    StoppingRule, counts_from, evaluate, fit, fit_starts,
 };
 use dgd_runtime::journal::{Kept, kept};
 use dgd_runtime::keep_by_fields;
@@ -26,6 +26,8 @@ pub(crate) struct Data<'a> {
     pub valid: &'a [Recording],
     /// Standard deviation of each output's white noise; `None` where it is not measured.
     pub noise: Vec<Option<SensorNoise>>,
+    /// Where each of `valid` begins to count, s: start values are estimated from what is before.
+    pub counts_from: Vec<f64>,
     /// How to integrate.
     pub options: Options,
     /// Whether fits end with weights of what they leave, as those of `dgd fit` do, so that it finds a
@@ -34,9 +36,6 @@ pub(crate) struct Data<'a> {
     /// What was computed before, and who looks on.
     pub keeping: Keeping<'a>,
 }
-
-/// How long start values of held-out recordings are estimated from, s.
-pub(crate) const START_SECONDS: f64 = 60.0;
 
 /// A structure with what it says of the data.
 #[derive(Debug, Clone)]
@@ -128,6 +127,15 @@ impl Fitted {
         self.valid = held_out(&self.structure, &self.p, data, evaluations);
     }
 
+    /// Where the held-out recordings begin to count.
+    pub(crate) fn counts_from(&self, data: &Data<'_>, evaluations: usize) -> Vec<f64> {
+        let problem = problem(&self.structure, &self.p, data.valid, data, evaluations);
+        let key = data.keeping.key(&("counts from", &self.structure.candidates), |digest| {
+            digest.of(&self.p).of(&data.noise).of(&data.options).of(&evaluations)
+        });
+        kept(data.keeping.journal, key, || counts_from(&problem))
+    }
+
     /// Free parameters and start values.
     pub(crate) fn free(&self) -> usize {
         self.estimates.len()
@@ -141,9 +149,8 @@ impl Fitted {
     /// The same of held-out recordings, without the stretch that start values are estimated from.
     pub(crate) fn held_out_residuals(&self, data: &Data<'_>) -> Option<Vec<Vec<Vec<f64>>>> {
         let mut all = residuals(data.valid, self.valid.as_ref()?);
-        for (recording, outputs) in data.valid.iter().zip(&mut all) {
-            let first = recording.times.first().copied().unwrap_or(0.0);
-            let skipped = recording.times.partition_point(|t| *t < first + START_SECONDS);
+        for ((recording, from), outputs) in data.valid.iter().zip(&data.counts_from).zip(&mut all) {
+            let skipped = recording.times.partition_point(|t| t < from);
             for values in outputs {
                 values[..skipped].fill(f64::NAN);
             }
@@ -353,9 +360,10 @@ pub(crate) fn held_out_starts(
 ) -> Option<Vec<Starts>> {
     let problem = problem(structure, p, data.valid, data, evaluations);
     let key = data.keeping.key(&("held out", &structure.candidates), |digest| {
-        digest.of(&p).of(&data.noise).of(&data.options).of(&evaluations)
+        let with = digest.of(&p).of(&data.noise).of(&data.options).of(&evaluations);
+        with.of(&data.counts_from)
     });
-    kept(data.keeping.journal, key, || fit_starts(&problem, START_SECONDS).ok())
+    kept(data.keeping.journal, key, || fit_starts(&problem, &data.counts_from).ok())
 }
 
 fn problem<'a>(

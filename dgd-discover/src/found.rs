@@ -12,6 +12,54 @@ use crate::search::Search;
 /// A structure is an alternative where its held-out error is at most so many times that of the best.
 const ALTERNATIVE: f64 = 1.05;
 
+/// An effect in the place of another.
+#[derive(Debug, Clone)]
+pub(crate) struct InItsPlace {
+    pub alternative: Alternative,
+    /// Its position among the candidates.
+    pub candidate: usize,
+    /// The structure with it.
+    pub structure: Vec<usize>,
+}
+
+impl Search<'_> {
+    /// Structures in which another effect stands in the place of one, and that predict held-out data
+    /// nearly as well; the best first.
+    pub(crate) fn alternatives(&self, chosen: &[usize], candidate: usize) -> Vec<InItsPlace> {
+        let rest: Vec<usize> = chosen.iter().copied().filter(|c| *c != candidate).collect();
+        let error = |chosen: &[usize]| {
+            let held_out = self.held_out_square(chosen);
+            held_out.or_else(|| self.training_square(chosen)).map(f64::sqrt)
+        };
+        let Some(best) = error(chosen) else { return Vec::new() };
+        let own = self.candidates[candidate].name();
+        let mut all: Vec<InItsPlace> = Vec::new();
+        for other in 0..self.candidates.len() {
+            let name = self.candidates[other].name();
+            if rest.contains(&other) || name == own || !self.is_open(other) {
+                continue;
+            }
+            let mut exchanged = rest.clone();
+            exchanged.push(other);
+            exchanged.sort_unstable();
+            let Some(ratio) = error(&exchanged).map(|error| error / best) else { continue };
+            let as_good = self.explains(&exchanged) || !self.explains(chosen);
+            if ratio <= ALTERNATIVE && as_good {
+                let alternative = Alternative { name, valid_ratio: ratio };
+                all.push(InItsPlace { alternative, candidate: other, structure: exchanged });
+            }
+        }
+        all.sort_by(|a, b| a.alternative.valid_ratio.total_cmp(&b.alternative.valid_ratio));
+        let mut names = Vec::new();
+        all.retain(|InItsPlace { alternative, .. }| {
+            let is_new = !names.contains(&alternative.name);
+            names.push(alternative.name.clone());
+            is_new
+        });
+        all
+    }
+}
+
 /// What is known about the effects of the structure that is believed.
 pub(crate) struct Found<'a> {
     pub search: &'a Search<'a>,
@@ -47,15 +95,15 @@ impl Found<'_> {
             Err(_) => vec![Vec::new(); data.train.len()],
         };
         let condition = circumstances.condition(&windows);
-        let alternatives = self.alternatives(candidate, &rest);
-        let told_apart_by = alternatives.first().map(|(_, other)| self.told_apart_by(other));
+        let alternatives = search.alternatives(chosen, candidate);
+        let told_apart_by = alternatives.first().map(|other| self.told_apart_by(&other.structure));
         FoundEffect {
             name: described.name(),
             kind: described.kind(),
             form: effect.form.as_ref().map(|form| form.text.clone()),
             doc: effect.doc.clone(),
             target: described.target(),
-            alternatives: alternatives.into_iter().map(|(alternative, _)| alternative).collect(),
+            alternatives: alternatives.into_iter().map(|other| other.alternative).collect(),
             told_apart_by,
             onset,
             windows: windows.swap_remove(0),
@@ -63,41 +111,6 @@ impl Found<'_> {
             parameters: parameters(after, &own),
             evidence,
         }
-    }
-
-    /// Structures in which another effect stands in the place of one, and that predict held-out data
-    /// nearly as well; the best first.
-    fn alternatives(&self, candidate: usize, rest: &[usize]) -> Vec<(Alternative, Vec<usize>)> {
-        let error = |chosen: &[usize]| {
-            let held_out = self.search.held_out_square(chosen);
-            held_out.or_else(|| self.search.training_square(chosen)).map(f64::sqrt)
-        };
-        let Some(best) = error(self.chosen) else { return Vec::new() };
-        let own = self.search.candidates[candidate].name();
-        let mut all: Vec<(Alternative, Vec<usize>)> = Vec::new();
-        for other in 0..self.search.candidates.len() {
-            let name = self.search.candidates[other].name();
-            if rest.contains(&other) || name == own || !self.search.is_open(other) {
-                continue;
-            }
-            let mut exchanged = rest.to_vec();
-            exchanged.push(other);
-            exchanged.sort_unstable();
-            let Some(ratio) = error(&exchanged).map(|error| error / best) else { continue };
-            let as_good = self.search.explains(&exchanged) || !self.search.explains(self.chosen);
-            if ratio <= ALTERNATIVE && as_good {
-                let alternative = Alternative { name, valid_ratio: ratio };
-                all.push((alternative, exchanged));
-            }
-        }
-        all.sort_by(|a, b| a.0.valid_ratio.total_cmp(&b.0.valid_ratio));
-        let mut names = Vec::new();
-        all.retain(|(alternative, _)| {
-            let is_new = !names.contains(&alternative.name);
-            names.push(alternative.name.clone());
-            is_new
-        });
-        all
     }
 
     /// The unknown on which two structures that fit alike disagree most, in units of its size.

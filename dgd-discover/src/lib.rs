@@ -16,6 +16,7 @@
 
 mod account;
 mod activity;
+mod adapted;
 mod cancelling;
 mod candidates;
 mod colour;
@@ -32,6 +33,7 @@ mod fitted;
 mod forms;
 mod formula;
 mod found;
+mod gates;
 mod guess;
 mod kalman;
 mod keeping;
@@ -67,7 +69,7 @@ pub use discovery::{
     Alternative, Discovery, Evidence, FoundEffect, Gap, Guess, GuessedTerm, MissingInput,
     OutputTrace, ParameterValue, Ranked, RecordingTrace, Screened, Unexplained, Verdict,
 };
-pub use discrepancy::{AVERAGING_LENGTHS, discrepancy_windows};
+pub use discrepancy::{averaging_lengths, discrepancy_windows};
 pub use known::{KnownKind, KnownQuantity};
 pub use missing_terms::{MissingTerms, Place, PlaceKind};
 pub use reconstruct::{ReconstructError, Recording, reconstruct};

@@ -132,6 +132,19 @@ pub(crate) fn reason(
         }
         Outcome::Unexplained(_) => {
             let base = Left::of_tried(search, &[]);
+            if let Some((doubted, why)) = search.doubts() {
+                let words = format!("The mean square of the residuals is {}", base.words());
+                return match doubted.as_slice() {
+                    [] => format!(
+                        "{words}. That is little, but {why}, and no effect can be named for it."
+                    ),
+                    doubted => format!(
+                        "{words}. With {} it is {}, but {why}.",
+                        names(doubted),
+                        Left::of_tried(search, doubted).words()
+                    ),
+                };
+            }
             let ranked = search.ranked();
             let is_less = |chosen: &&Vec<usize>| {
                 !chosen.is_empty() && Left::of_tried(search, chosen).training < base.training

@@ -26,6 +26,9 @@ use crate::projection::Basis;
 /// Resamples.
 pub(crate) const RESAMPLES: usize = 999;
 
+/// Resamples where few leave open whether noise could gain as much.
+pub(crate) const MANY_RESAMPLES: usize = 9999;
+
 /// Blocks in all recordings together: long enough to hold a correlation, many enough to be drawn.
 pub(crate) const BLOCKS: usize = 100;
 
@@ -169,9 +172,19 @@ pub(crate) fn gain<'a>(trials: impl IntoIterator<Item = &'a Trial>) -> f64 {
 /// It is uniform where nothing is hidden and the best gain from the errors as they are was observed: the
 /// rank of that among the resamples, in which ties are broken at random.
 pub(crate) fn p_value(trials: &[Trial], observed: f64, random: &mut Pcg64) -> f64 {
+    resampled_p_value(trials, observed, RESAMPLES, random)
+}
+
+/// The same from so many resamples.
+pub(crate) fn resampled_p_value(
+    trials: &[Trial],
+    observed: f64,
+    resamples: usize,
+    random: &mut Pcg64,
+) -> f64 {
     let (mut above, mut ties) = (0, 0);
     let mut signs = [0.0; BLOCKS];
-    for _ in 0..RESAMPLES {
+    for _ in 0..resamples {
         for sign in &mut signs {
             *sign = if random.next_u64() >> 63 == 0 { 1.0 } else { -1.0 };
         }
@@ -180,7 +193,7 @@ pub(crate) fn p_value(trials: &[Trial], observed: f64, random: &mut Pcg64) -> f6
         ties += usize::from(best == observed);
     }
     let above_of_ties = (random.next_u64() % (ties as u64 + 1)) as usize;
-    (1 + above + above_of_ties) as f64 / (1 + RESAMPLES) as f64
+    (1 + above + above_of_ties) as f64 / (1 + resamples) as f64
 }
 
 #[cfg(test)]

@@ -20,6 +20,7 @@ use std::ops::Range;
 use dgd_compiler::effects::Application;
 
 use crate::candidates::Candidate;
+use crate::discovery::Evidence;
 use crate::fitted::{Data, Fitted, NoFit};
 use crate::parallel::in_parallel;
 use crate::resampled::Trial;
@@ -70,28 +71,68 @@ pub(crate) struct Search<'a> {
     pub doubled: BTreeMap<usize, usize>,
     /// Screens of structures by where the candidates stand that were screened.
     pub screens: BTreeMap<(usize, Vec<usize>), Screen>,
+    /// Seed of resampling.
+    pub seed: u64,
+    /// Structures that their own evidence contradicts, and why.
+    pub doubted: BTreeMap<Vec<usize>, String>,
+    /// Evidence for each effect of a structure, and its inclusion with those that are alike.
+    pub evidence: BTreeMap<Vec<usize>, Vec<(Evidence, f64)>>,
+    /// The screen of the base model by where the candidates stand, where that was asked without a closer look.
+    pub base_screens: BTreeMap<usize, Screen>,
+    /// Whether candidates explain errors of the base model that could be correlated noise as well.
+    pub has_effects: bool,
     /// Parts of structures that were fitted from where the whole ended, with the whole.
     pub settled: BTreeSet<(Vec<usize>, Vec<usize>)>,
 }
 
+impl<'a> Search<'a> {
+    /// A search that has tried nothing.
+    pub(crate) fn new(
+        base: &'a BaseModel,
+        candidates: &'a [Candidate<'a>],
+        data: Data<'a>,
+        threads: usize,
+        seed: u64,
+    ) -> Self {
+        Search {
+            base,
+            candidates,
+            data,
+            threads,
+            seed,
+            tried: BTreeMap::new(),
+            open: Open::Library,
+            doubled: BTreeMap::new(),
+            doubted: BTreeMap::new(),
+            evidence: BTreeMap::new(),
+            base_screens: BTreeMap::new(),
+            has_effects: false,
+            screens: BTreeMap::new(),
+            settled: BTreeSet::new(),
+        }
+    }
+}
+
 impl Search<'_> {
-    /// Fits the base model and searches: first with the library, and with templates where that
-    /// explains nothing.
-    pub(crate) fn run(&mut self, start: &Values) -> Result<Outcome, NoFit> {
+    /// Searches on top of the base model, which is fitted already: first with the library, and with templates
+    /// where that explains nothing.
+    pub(crate) fn run(&mut self) -> Outcome {
         self.refuse();
-        self.fit_base(start)?;
-        if self.is_noise(&[]) || (self.recolour(&[]) && self.nothing_promises()) {
-            return Ok(Outcome::Sufficient);
+        let is_noise = self.is_noise(&[]) || self.is_coloured_noise();
+        if is_noise && self.holds(&Outcome::Sufficient) {
+            return Outcome::Sufficient;
         }
         let of_library = self.search();
         if !matches!(of_library, Outcome::Unexplained(_)) {
-            return Ok(of_library);
+            return of_library;
         }
-        if let Some(nearly_all) = self.nearly_all() {
-            return Ok(nearly_all);
+        if let Some(nearly_all) = self.nearly_all()
+            && self.holds(&nearly_all)
+        {
+            return nearly_all;
         }
         if self.range(Open::Templates).is_empty() {
-            return Ok(of_library);
+            return of_library;
         }
         self.open = Open::Templates;
         self.refuse();
@@ -103,11 +144,14 @@ impl Search<'_> {
         };
         let doubled = self.screened(&[]);
         self.doubled = doubled.iter().filter_map(with_a_name).collect();
-        Ok(match self.search() {
-            Outcome::Unexplained(_) => self.partly().unwrap_or(of_library),
+        match self.search() {
+            Outcome::Unexplained(_) => match self.partly() {
+                Some(partly) if self.holds(&partly) => partly,
+                _ => of_library,
+            },
             Outcome::Effects(chosen) if self.is_specific(&chosen) => of_library,
             explained => explained,
-        })
+        }
     }
 
     /// Fits to the end what may be the best structure of templates. What is far from noise was given up
@@ -159,7 +203,12 @@ impl Search<'_> {
             }
         }
         self.other_forms();
-        self.outcome()
+        loop {
+            let outcome = self.outcome();
+            if self.holds(&outcome) {
+                return outcome;
+            }
+        }
     }
 
     /// Tries one effect more with each of some structures.
@@ -225,7 +274,7 @@ impl Search<'_> {
         self.screened_of(self.open, chosen)
     }
 
-    fn screened_of(&mut self, some: Open, chosen: &[usize]) -> Vec<Score> {
+    pub(crate) fn screened_of(&mut self, some: Open, chosen: &[usize]) -> Vec<Score> {
         self.screen(some, chosen);
         self.scores(some, chosen)
     }
@@ -249,7 +298,8 @@ impl Search<'_> {
 
     /// What some candidates promise on top of the base model, which is screened where it is not.
     pub(crate) fn screen_of_the_base(&self, some: Open) -> Screen {
-        match self.known_screen(some, &[]) {
+        let known = self.known_screen(some, &[]);
+        match known.or_else(|| self.base_screens.get(&self.range(some).start)) {
             Some(screen) => screen.clone(),
             None => self.fitted(&[]).map_or_else(Screen::default, |fitted| {
                 self.screen_of(fitted, self.range(some), Look::OnTheGrid)
@@ -409,7 +459,7 @@ impl Search<'_> {
     }
 
     /// Whether two candidates are different forms of one effect at one place.
-    fn are_forms(&self, one: usize, other: usize) -> bool {
+    pub(crate) fn are_forms(&self, one: usize, other: usize) -> bool {
         let place = |c: usize| {
             let Application { effect, arguments, .. } = &self.candidates[c].application;
             (&effect.name.text, arguments.iter().map(|name| &name.text).collect::<Vec<_>>())

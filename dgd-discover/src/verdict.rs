@@ -224,7 +224,15 @@ impl Search<'_> {
         {
             best = simpler;
         }
-        if best.is_empty() { Outcome::Sufficient } else { Outcome::Effects(best.clone()) }
+        // Where little is left of the base model already, every effect explains the rest.
+        let is_idle = self.doubted.contains_key(&Vec::new())
+            && self.explains(&[])
+            && !self.is_worth(best, &[]);
+        match best.as_slice() {
+            [] => Outcome::Sufficient,
+            _ if is_idle => Outcome::Unexplained(best.clone()),
+            _ => Outcome::Effects(best.clone()),
+        }
     }
 
     /// Whether the effects that one structure has more than another are worth their place.
@@ -236,7 +244,7 @@ impl Search<'_> {
         };
         let gain =
             self.bic(shorter).zip(self.bic(longer)).map(|(shorter, longer)| shorter - longer);
-        !self.is_noise(shorter)
+        (self.doubted.contains_key(shorter) || !self.is_noise(shorter))
             && gain.is_some_and(|gain| gain > LEAST_GAIN)
             && halves(self.training_error(longer), self.training_error(shorter))
             && (self.data.valid.is_empty()
@@ -359,6 +367,7 @@ impl Search<'_> {
         if !fitted.is_converged {
             notes.push("the fit was not finished".to_owned());
         }
+        notes.extend(self.doubted.get(chosen).cloned());
         if self.explains(chosen)
             && let Some([a, b]) = self.cancelling(chosen)
         {
@@ -368,9 +377,11 @@ impl Search<'_> {
         notes.join("; ")
     }
 
-    /// Whether the effects of a structure may be named: none is at a bound, or takes another back.
+    /// Whether the effects of a structure may be named: none is at a bound, takes another back or is doubted.
     fn is_believable(&self, chosen: &[usize]) -> bool {
-        self.is_sound(chosen) && self.cancelling(chosen).is_none()
+        self.is_sound(chosen)
+            && !self.doubted.contains_key(chosen)
+            && self.cancelling(chosen).is_none()
     }
 
     /// Whether no parameter of an effect has run into a bound.
@@ -403,7 +414,6 @@ pub(crate) fn mean(by_output: &[(f64, usize)]) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
     use std::sync::OnceLock;
 
     use dgd_compiler::diagnostics::Diagnostics;
@@ -420,7 +430,6 @@ mod tests {
     use crate::candidates::candidates;
     use crate::fitted::{Data, Fitted};
     use crate::keeping::Keeping;
-    use crate::search::Open;
     use crate::structure::{BaseModel, Values};
 
     const MODEL: &str = "\
@@ -501,21 +510,16 @@ output h [m]
             train: &[Recording::new(times, Inputs::none(), measured)],
             valid: &[],
             noise: vec![Some(SensorNoise::known(1.0))],
+            counts_from: Vec::new(),
             options: Options::default(),
             own_weights: false,
             keeping,
         };
         let mut search = Search {
-            base: &base,
-            candidates: &candidates,
-            data,
-            threads: 1,
             tried: left.iter().map(fitted).collect(),
-            open: Open::Library,
-            doubled: BTreeMap::new(),
-            screens: BTreeMap::new(),
             // Nothing is fitted once more.
             settled: all().flat_map(|part| all().map(move |whole| (part.clone(), whole))).collect(),
+            ..Search::new(&base, &candidates, data, 1, 1)
         };
         search.nearly_all()
     }

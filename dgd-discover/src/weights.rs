@@ -6,7 +6,7 @@ use dgd_runtime::identify::Recording;
 use crate::colour::coloured_noise;
 use crate::fitted::{Fitted, NoFit, chi_square, whitened};
 use crate::screen::{Score, StartPoint};
-use crate::search::{BEAM, EVALUATIONS, HeldOut, Search};
+use crate::search::{BEAM, EVALUATIONS, HeldOut, Open, Search};
 use crate::structure::Values;
 use crate::verdict::{EXPLAINED_HELD_OUT, FALSE_ALARM, LEAST_GAIN};
 use crate::whiteness::steadiness;
@@ -38,6 +38,7 @@ impl Search<'_> {
             fitted
         };
         fitted.weigh(&self.data);
+        self.data.counts_from = fitted.counts_from(&self.data, EVALUATIONS);
         fitted.hold_out(&self.data, EVALUATIONS);
         count.more(1);
         self.tried.insert(Vec::new(), Ok(fitted));
@@ -64,7 +65,10 @@ impl Search<'_> {
     ///
     /// What a sensor adds by itself is short, steady and the same in all recordings. Errors of outputs
     /// that are white stay white.
-    pub(crate) fn recolour(&mut self, chosen: &[usize]) -> bool {
+    fn recolour(&mut self, chosen: &[usize]) -> bool {
+        if chosen.is_empty() && self.has_effects {
+            return false;
+        }
         self.hold_out(&[chosen.to_vec()]);
         let Some(fitted) = self.fitted(chosen) else { return false };
         let residuals = fitted.residuals(&self.data);
@@ -113,12 +117,32 @@ impl Search<'_> {
             fitted.weigh(&self.data);
         }
         self.screens.clear();
+        self.doubted.clear();
+        self.base_screens.clear();
+        self.evidence.clear();
     }
 
-    /// Whether no candidate promises to be worth its place in the base model.
-    pub(crate) fn nothing_promises(&mut self) -> bool {
+    /// Takes over the correlated noise that the errors of the base model show, if they show nothing else and
+    /// no candidate promises to be worth its place beside it; says whether it is so.
+    ///
+    /// A discrepancy that is as short and steady as noise of a sensor may be both. Where an effect explains
+    /// it, it is the effect's.
+    pub(crate) fn is_coloured_noise(&mut self) -> bool {
+        let before = self.data.noise.clone();
+        let is_noise = self.recolour(&[]) && self.nothing_promises();
+        if !is_noise && self.data.noise != before {
+            self.data.noise = before;
+            self.reweigh();
+        }
+        self.has_effects = !is_noise;
+        is_noise
+    }
+
+    /// Whether no candidate, templates among them, promises to be worth its place in the base model.
+    fn nothing_promises(&mut self) -> bool {
         let samples = self.training_error(&[]).map_or(1, |(_, n)| n) as f64;
-        let scores = self.screened(&[]);
+        let mut scores = self.screened_of(Open::Library, &[]);
+        scores.extend(self.screened_of(Open::Templates, &[]));
         let costs = |score: &Score| {
             let point = score.points.first().map_or(1, |point| point.values.len());
             LEAST_GAIN + point as f64 * samples.ln()

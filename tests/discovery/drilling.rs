@@ -31,7 +31,7 @@ const SCAN: f64 = 0.1;
 const U_TUBING: Effect = Effect::BoosterUTubing { inertia: 4e7, friction: 6.3e7 };
 
 /// Two recordings of a rig with some effects hidden in it.
-fn hidden(seed: u64, minutes: f64, effects: &[Effect]) -> [Samples; 2] {
+pub(crate) fn hidden(seed: u64, minutes: f64, effects: &[Effect]) -> [Samples; 2] {
     let Pair { train, valid, .. } = record(&Scenario::new(seed, minutes, effects.to_vec()));
     [Samples::of_csv(&train.csv()), Samples::of_csv(&valid.csv())]
 }
@@ -61,7 +61,7 @@ fn found_alone(effect: Effect) -> Arc<Discovery> {
     own.get_or_init(|| Arc::new(found(&Texts::of_the_repository().read(), &[effect]))).clone()
 }
 
-fn names(discovery: &Discovery) -> Vec<&str> {
+pub(crate) fn names(discovery: &Discovery) -> Vec<&str> {
     discovery.effects.iter().map(|effect| effect.name.as_str()).collect()
 }
 

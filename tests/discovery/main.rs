@@ -10,6 +10,8 @@ mod nulls;
 mod renaming;
 #[path = "../support/servo.rs"]
 mod servo;
+#[path = "../support/transformed.rs"]
+mod transformed;
 #[path = "../support/uniform.rs"]
 mod uniform;
 
@@ -17,3 +19,4 @@ use drilling_rig::random;
 
 mod drilling;
 mod elsewhere;
+mod laws;

@@ -10,8 +10,8 @@ use std::sync::Mutex;
 
 use dgd::identify::{
     Bound, EstimateError, Fit, Noise, OutputErrorProblem, PointEnd, Prior, Progress, Recording,
-    Stepping, Termination, TrialFailure, Watch, bootstrap, evaluate, fit, fit_from, fit_starts,
-    outputs_with_sensitivities, profile, profiles,
+    Stepping, Termination, TrialFailure, Watch, bootstrap, counts_from, evaluate, fit, fit_from,
+    fit_starts, outputs_with_sensitivities, profile, profiles,
 };
 use dgd::{
     Column, Inputs, Interpolation, MethodKind, Options, PerSample, Steps, System, find_method,
@@ -548,7 +548,7 @@ fn held_out_recordings_get_their_starts_from_their_beginnings() {
     let recordings = [heated(8, 3.0, SIGMA)];
     let problem =
         OutputErrorProblem { noise: known(), ..OutputErrorProblem::new(&system, &p, &recordings) };
-    let starts = fit_starts(&problem, 60.0).expect("a simulation");
+    let starts = fit_starts(&problem, &[60.5]).expect("a simulation");
     // x(0) from y and z over 61 s: information Σ exp(−2t/τ) (1/σ₁² + 9/σ₂²).
     let information: f64 = (0..=60)
         .map(|t| (-2.0 * f64::from(t) / TRUTH[1]).exp())
@@ -563,6 +563,51 @@ fn held_out_recordings_get_their_starts_from_their_beginnings() {
     for (misfit, sigma) in found.misfits[0].iter().zip(SIGMA) {
         assert_eq!(misfit.samples, 139);
         close(misfit.rms().expect("samples"), sigma, 5.0 * sigma / (2.0 * 139.0_f64).sqrt());
+    }
+}
+
+/// When a recording of two rooms of which one is measured begins to count, in samples, of which there is one in so
+/// many seconds; so are the time constants of both rooms.
+fn rooms(spacing: f64, own: f64, hidden: f64) -> f64 {
+    let text = format!(
+        "model rooms\nparameter tau [s] = {} fixed\nparameter slow [s] = {} fixed\nstate x [1] = 1\n\
+         state hidden [1] = 2\nequation own: tau*der(x) = hidden - x\n\
+         equation other: slow*der(hidden) = -hidden\noutput x [1]\n",
+        own * spacing,
+        hidden * spacing,
+    );
+    let system = system(&text);
+    let p = declared(&system);
+    let times: Vec<f64> = (0..2000).map(|k| f64::from(k) * spacing).collect();
+    // x = c e^(−t/slow) + (1 − c) e^(−t/tau), c = 2/(1 − tau/slow)
+    let c = 2.0 / (1.0 - own / hidden);
+    let mut random = Pcg64::new(1, 0);
+    let x = (0..2000).map(|k| {
+        let k = f64::from(k);
+        let x = c * (-k / hidden).exp() + (1.0 - c) * (-k / own).exp();
+        x + 0.02 * normal(&mut random)
+    });
+    let recordings = [Recording::new(times, Inputs::none(), vec![Some(x.collect())])];
+    let noise = vec![Some(Noise::Known(0.02))];
+    let problem = OutputErrorProblem { noise, ..OutputErrorProblem::new(&system, &p, &recordings) };
+    counts_from(&problem)[0] / spacing
+}
+
+#[test]
+fn validation_counts_from_sixty_readings_on_in_all_units_of_time() {
+    for spacing in [0.01, 1.0, 360.0] {
+        let from = rooms(spacing, 20.0, 30.0);
+        assert!((from - 60.0).abs() < 1e-6, "{from} at {spacing} s");
+    }
+}
+
+#[test]
+fn what_readings_show_late_takes_a_longer_beginning() {
+    // The hidden room is seen through a ramp of a 300th of it a sample: its variance after n samples is 12·300²/n³ of
+    // the noise's, 0.6 after 120 and 0.08 after 240. Later it is felt at nearly its full size.
+    for spacing in [0.01, 1.0, 360.0] {
+        let from = rooms(spacing, 300.0, 20_000.0);
+        assert!((from - 240.0).abs() < 1e-6, "{from} at {spacing} s");
     }
 }
 

@@ -10,8 +10,8 @@ use dgd_execute::Loaded;
 use dgd_runtime::identify::filter::FilterProblem;
 use dgd_runtime::identify::{
     Estimate, EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Prior, Recording,
-    StoppingRule, Termination, TrialFailed, TrialFailure, Watch, evaluate, fit_starts, nonlinear,
-    operating_points,
+    StoppingRule, Termination, TrialFailed, TrialFailure, Watch, counts_from, evaluate, fit_starts,
+    nonlinear, operating_points,
 };
 use dgd_runtime::journal::{Digest, Keeping};
 use dgd_runtime::linearize::NotLinearised;
@@ -42,10 +42,6 @@ use crate::recording::{self, Clock};
 use crate::reservations;
 use crate::resume;
 use crate::run::{executable, options, with_method, with_method_per_sample, with_method_to_begin};
-
-/// Start values of a held-out recording are estimated from this long, which does not count in its
-/// errors, s.
-const SETTLING: f64 = 60.0;
 
 /// Most evaluations of a model without states, which cost next to nothing.
 const MOST_EVALUATIONS_OF_ROWS: usize = 5000;
@@ -399,17 +395,15 @@ impl Task {
         paths: &[PathBuf],
     ) -> Result<Tested, CommandError> {
         let failed = |error| self.failed(error, paths);
-        // How long the search of the parameters may take says nothing of theirs.
-        let stopping = StoppingRule::default();
-        let of_starts = OutputErrorProblem { stopping, ..held_out.clone() };
-        let starts = fit_starts(&of_starts, SETTLING).map_err(failed)?;
         let mut recordings = held_out.recordings.to_vec();
-        // Without a state nothing has to settle.
-        let settling = !self.compiled.dae.is_static();
-        for recording in recordings.iter_mut().filter(|_| settling) {
-            let first = recording.times.first().copied().unwrap_or(0.0);
-            recording.counts_from = (first + SETTLING).next_up();
+        // Without a state nothing has to be estimated, and all rows count.
+        if !self.compiled.dae.is_static() {
+            for (recording, from) in recordings.iter_mut().zip(counts_from(held_out)) {
+                recording.counts_from = from;
+            }
         }
+        let before: Vec<f64> = recordings.iter().map(|recording| recording.counts_from).collect();
+        let starts = fit_starts(held_out, &before).map_err(failed)?;
         let counted = OutputErrorProblem { recordings: &recordings, ..held_out.clone() };
         let evaluation = evaluate(&counted, held_out.p, &starts)
             .map_err(|error| failed(EstimateError::Start(error)))?;

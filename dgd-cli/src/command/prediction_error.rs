@@ -274,6 +274,7 @@ impl Outcome<'_> {
             "parameters": parameters,
             "outputs": outputs,
             "starts": starts,
+            "counts_from": self.valid.as_ref().map(Tested::counts_from),
             "process_noise_in_a_minute": process,
             "undetermined": self.undetermined(),
             "few_samples": task.few.to_json(),

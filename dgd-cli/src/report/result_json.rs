@@ -18,8 +18,13 @@ pub(super) fn write(subject: &Subject<'_>) -> String {
         .collect();
     let recordings: Vec<Value> = traces
         .iter()
-        .map(|trace| json!({ "name": trace.name, "held_out": trace.held_out }))
+        .map(|trace| {
+            let (name, held_out, from) = (&trace.name, trace.held_out, trace.counts_from);
+            json!({ "name": name, "held_out": held_out, "counts_from": from })
+        })
         .collect();
+    let held_out = traces.iter().filter(|trace| trace.held_out);
+    let counts_from: Vec<Option<f64>> = held_out.map(|trace| trace.counts_from).collect();
     let screened: Vec<Value> = screened
         .iter()
         .map(|candidate| json!({ "name": candidate.name, "share": tidy(candidate.share) }))
@@ -36,6 +41,7 @@ pub(super) fn write(subject: &Subject<'_>) -> String {
         "parameters": parameters(&subject.discovery.corrected_parameters),
         "base_parameters": parameters(&subject.discovery.base_parameters),
         "recordings": recordings,
+        "counts_from": counts_from,
         "ranking": ranking.iter().map(ranked).collect::<Vec<_>>(),
         "screened": screened,
         "not_tried": not_tried,

@@ -148,6 +148,7 @@ fn discovery() -> Discovery {
     let trace = |name: &str, held_out| RecordingTrace {
         name: name.to_owned(),
         held_out,
+        counts_from: held_out.then_some(60.0),
         times: before.times.clone(),
         outputs: outputs
             .iter()

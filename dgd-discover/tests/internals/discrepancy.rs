@@ -1,7 +1,7 @@
 //! Noise is called noise, and what is hidden in it is seen.
 
 use dgd_discover::{
-    AVERAGING_LENGTHS, CheckKind, Colour, SensorNoise, discrepancy_windows, effective_sample_size,
+    CheckKind, Colour, SensorNoise, averaging_lengths, discrepancy_windows, effective_sample_size,
     white_noise, whiteness,
 };
 
@@ -74,7 +74,12 @@ fn windows_hold_the_misfit_and_nothing_else() {
     for seed in 0..20 {
         let mut r = Normal::new(seed).many(6000, 2.0);
         assert_eq!(
-            discrepancy_windows(&times, &r, &SensorNoise::known(2.0), &AVERAGING_LENGTHS),
+            discrepancy_windows(
+                &times,
+                &r,
+                &SensorNoise::known(2.0),
+                &averaging_lengths(&times, &r)
+            ),
             []
         );
         for (k, r) in r.iter_mut().enumerate() {
@@ -90,7 +95,12 @@ fn windows_hold_the_misfit_and_nothing_else() {
                 *r = f64::NAN;
             }
         }
-        let windows = discrepancy_windows(&times, &r, &SensorNoise::known(2.0), &AVERAGING_LENGTHS);
+        let windows = discrepancy_windows(
+            &times,
+            &r,
+            &SensorNoise::known(2.0),
+            &averaging_lengths(&times, &r),
+        );
         let first = windows.first().expect("a window");
         // Averages over 10 s or more mark half their length.
         assert!((first.from - 400.0).abs() <= 5.0 && (first.until - 430.0).abs() <= 5.0);
@@ -122,14 +132,15 @@ fn correlated_noise_has_no_windows_and_hides_none() {
                 v + normal.next()
             })
             .collect();
-        assert_eq!(discrepancy_windows(&times, &r, &noise, &AVERAGING_LENGTHS), []);
-        let windows = discrepancy_windows(&times, &r, &taken_for_white, &AVERAGING_LENGTHS);
+        assert_eq!(discrepancy_windows(&times, &r, &noise, &averaging_lengths(&times, &r)), []);
+        let windows =
+            discrepancy_windows(&times, &r, &taken_for_white, &averaging_lengths(&times, &r));
         without_colour += usize::from(!windows.is_empty());
         // A mean over 300 s is known to 1.5 √(2·12/300) = 0.42.
         for r in &mut r[3000..3600] {
             *r += 4.0;
         }
-        let windows = discrepancy_windows(&times, &r, &noise, &AVERAGING_LENGTHS);
+        let windows = discrepancy_windows(&times, &r, &noise, &averaging_lengths(&times, &r));
         assert!(!windows.is_empty(), "{seed}");
         for window in windows {
             assert!(window.from >= 2900.0 && window.until <= 3700.0, "{seed}: {window:?}");

@@ -34,6 +34,7 @@
 
 mod along;
 mod around;
+mod beginning;
 mod bootstrap;
 mod box_quadratic;
 mod error;
@@ -58,6 +59,7 @@ mod uncertainty;
 mod variables;
 mod weighing;
 
+pub use beginning::counts_from;
 pub use bootstrap::{Bootstrap, bootstrap};
 pub use error::{EstimateError, TrialFailed, TrialFailure};
 pub use fit::Fit;

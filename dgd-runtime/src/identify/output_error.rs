@@ -274,19 +274,24 @@ fn estimate<S: System + Clone + Send>(
     Ok(Ended { z, at, sigma })
 }
 
-/// Start values of each recording from its first `seconds`, at the parameters of the problem.
+/// Start values of each recording from its samples before a time, at the parameters of the problem.
 ///
 /// Those that are not free, and what the samples do not determine, stay as they are; so do all where
-/// there are too few samples. For held-out
-/// recordings: what was used here should not count in their errors ([`Recording::counts_from`]).
+/// there are too few samples. For validation recordings: what was used here should not count in their errors
+/// ([`Recording::counts_from`]), and [`counts_from`](super::counts_from) says how much it takes.
 ///
 /// # Errors
 ///
 /// As [`fit`].
+///
+/// # Panics
+///
+/// When there are other numbers of times than of recordings.
 pub fn fit_starts<S: System + Clone + Send>(
     problem: &OutputErrorProblem<'_, S>,
-    seconds: f64,
+    before: &[f64],
 ) -> Result<Vec<Starts>, EstimateError> {
+    assert_eq!(before.len(), problem.recordings.len(), "a time for each recording");
     let directions = problem.system.signature().directions.iter();
     let free: Vec<bool> = directions
         .zip(&problem.free)
@@ -297,8 +302,7 @@ pub fn fit_starts<S: System + Clone + Send>(
     }
     let mut starts = Vec::with_capacity(problem.recordings.len());
     for (r, recording) in problem.recordings.iter().enumerate() {
-        let first = recording.times.first().copied().unwrap_or(0.0);
-        let head = [recording.head(first + seconds)];
+        let head = [recording.head(before[r])];
         let of_head =
             OutputErrorProblem { recordings: &head, free: free.clone(), ..problem.clone() };
         match fit(&of_head) {

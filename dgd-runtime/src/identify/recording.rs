@@ -45,9 +45,9 @@ impl Recording {
         }
     }
 
-    /// The part up to a time, all of which counts.
+    /// The part before a time, all of which counts.
     pub(crate) fn head(&self, until: f64) -> Self {
-        let len = self.times.partition_point(|t| *t <= until);
+        let len = self.times.partition_point(|t| *t < until);
         Self {
             times: self.times[..len].to_vec(),
             inputs: self.inputs.clone(),

@@ -1,0 +1,187 @@
+//! The beginning of a recording that start values are estimated from, and that does not count in its errors.
+//!
+//! ```text
+//!   60 h, at most L/5            h: usual distance of an output's readings, L: length of the recording
+//!   × 2, 4, … up to L/2          until  tr(F⁻¹ Mₒ)/nₒ ≤ 1/10  for every output o
+//!   F = Σ_beginning jᵀj/σ²       j: derivatives of a reading to the free start values
+//!   Mₒ = Σ_rest jᵀj/σ²           over the nₒ readings of output o that count
+//! ```
+//!
+//! 60 readings average noise to an eighth of itself. That is enough of what readings show at once. Where the
+//! model's time constants are long beside 60 readings, or a state grows, start values that fit the beginning may
+//! be far off later: tr(F⁻¹ Mₒ)/nₒ is by how much their uncertainty adds to the mean square of the errors that
+//! count, in units of the noise, and the beginning is doubled until that is at most a tenth.
+//!
+//! Readings, lengths and ratios only: units of time, names and the sizes of states are of no account.
+
+use nalgebra::DMatrix;
+
+use super::noise::Noise;
+use super::output_error::{OutputErrorProblem, fit_starts};
+use super::recording::{Derivatives, Recording, outputs_of};
+use crate::system::{Direction, Signature, System};
+
+/// Readings of each output that start values are estimated from.
+const READINGS: f64 = 60.0;
+
+/// At most this share of a recording, where that tells the start values …
+const SHARE: f64 = 0.2;
+
+/// … and at most this, where it takes more.
+const LARGEST_SHARE: f64 = 0.5;
+
+/// What uncertain start values may add to the mean square of the errors that count, over the noise's.
+const NEGLIGIBLE: f64 = 0.1;
+
+/// Times that are that close, of a spacing, are one: rounding.
+const ROUNDING: f64 = 1e-6;
+
+/// Where each recording of a problem begins to count in its errors, s: start values are estimated from what is
+/// before ([`fit_starts`]).
+///
+/// The rule is [above](self). Minus infinity for a model without a state. Recordings that cannot be simulated
+/// begin to count after 60 readings.
+pub fn counts_from<S: System + Clone + Send>(problem: &OutputErrorProblem<'_, S>) -> Vec<f64> {
+    let signature = problem.system.signature();
+    if !moves(signature) {
+        return vec![f64::NEG_INFINITY; problem.recordings.len()];
+    }
+    let recordings = problem.recordings.iter();
+    recordings.map(|recording| of_recording(problem, recording)).collect()
+}
+
+/// Whether what is at one time depends on what was.
+fn moves(signature: &Signature) -> bool {
+    let mut mass = vec![0.0; signature.unknowns.len()];
+    signature.write_mass(&mut mass);
+    mass.iter().any(|mass| *mass != 0.0)
+        || !signature.past().is_empty()
+        || !signature.delayed_inputs.is_empty()
+        || !signature.discrete.automata.is_empty()
+}
+
+fn of_recording<S: System + Clone + Send>(
+    problem: &OutputErrorProblem<'_, S>,
+    recording: &Recording,
+) -> f64 {
+    let (Some(first), Some(last)) = (recording.times.first(), recording.times.last()) else {
+        return f64::NEG_INFINITY;
+    };
+    let length = last - first;
+    let measured = recording.measured.iter().zip(&problem.noise);
+    let enough = measured.filter_map(|(samples, noise)| {
+        enough_readings(&recording.times, noise.and(samples.as_deref())?)
+    });
+    let enough = enough.fold(f64::NEG_INFINITY, f64::max).min(first + SHARE * length);
+    let enough = if enough.is_finite() { enough } else { first + SHARE * length };
+    let least = sample_from(recording, enough);
+    let doubled = (0..).map(|k| f64::from(k).exp2() * (least - first));
+    let within = doubled.take_while(|part| *part > 0.0 && *part <= LARGEST_SHARE * length);
+    let longer: Vec<f64> = within.map(|part| sample_from(recording, first + part)).collect();
+    uncertainties(problem, recording, &longer)
+        .and_then(|added| {
+            let known = longer.iter().zip(&added).find(|(_, added)| **added <= NEGLIGIBLE);
+            let best = || longer.iter().zip(&added).min_by(|a, b| a.1.total_cmp(b.1));
+            known.or_else(best).map(|(from, _)| *from)
+        })
+        .unwrap_or(least)
+}
+
+/// When an output has been read often enough; `None` where it is hardly read at all.
+fn enough_readings(times: &[f64], samples: &[f64]) -> Option<f64> {
+    let read = times.iter().zip(samples).filter(|(_, value)| value.is_finite());
+    let read: Vec<f64> = read.map(|(t, _)| *t).collect();
+    let mut spacings: Vec<f64> =
+        read.windows(2).map(|pair| pair[1] - pair[0]).filter(|h| *h > 0.0).collect();
+    if spacings.is_empty() {
+        return None;
+    }
+    let middle = spacings.len() / 2;
+    let usual = *spacings.select_nth_unstable_by(middle, f64::total_cmp).1;
+    Some(read.first()? + (READINGS - ROUNDING) * usual)
+}
+
+/// The first sample from a time on.
+fn sample_from(recording: &Recording, t: f64) -> f64 {
+    let k = recording.times.partition_point(|sample| *sample < t);
+    recording.times.get(k).or(recording.times.last()).copied().unwrap_or(t)
+}
+
+/// What uncertain start values add to the mean square of later errors of any output, for each beginning.
+/// `None` where no start value is free or the recording cannot be simulated.
+fn uncertainties<S: System + Clone + Send>(
+    problem: &OutputErrorProblem<'_, S>,
+    recording: &Recording,
+    beginnings: &[f64],
+) -> Option<Vec<f64>> {
+    let OutputErrorProblem { system, options, .. } = problem;
+    let directions = system.signature().directions.iter().zip(&problem.free).enumerate();
+    let is_start = |(_, (of, free)): &(usize, (&Direction, &bool))| {
+        **free && matches!(of, Direction::Start(_))
+    };
+    let columns: Vec<usize> = directions.filter(is_start).map(|(j, _)| j).collect();
+    if columns.is_empty() || beginnings.is_empty() {
+        return None;
+    }
+    let alone = std::slice::from_ref(recording);
+    let own = OutputErrorProblem { recordings: alone, ..problem.clone() };
+    let start = fit_starts(&own, &beginnings[..1]).ok()?.pop()?;
+    let found =
+        outputs_of(*system, recording, problem.p, &start, options, Derivatives::Yes).ok()?;
+    let n = columns.len();
+    // Σ jᵀj/σ² of the readings between two beginnings, by output, and how many they are.
+    let n_w = recording.measured.len();
+    let mut parts = vec![vec![(DMatrix::zeros(n, n), 0usize); n_w]; beginnings.len() + 1];
+    for (k, t) in recording.times.iter().enumerate() {
+        let part = beginnings.partition_point(|from| *from <= *t);
+        for (output, noise) in problem.noise.iter().enumerate() {
+            let (Some(Noise::Known(sigma)), Some(samples)) = (noise, &recording.measured[output])
+            else {
+                continue;
+            };
+            let derivatives = || columns.iter().map(|j| found.dw(k)[j * n_w + output] / sigma);
+            if !samples[k].is_finite() || !derivatives().all(f64::is_finite) {
+                continue;
+            }
+            let row: Vec<f64> = derivatives().collect();
+            let (sum, count) = &mut parts[part][output];
+            for (i, a) in row.iter().enumerate() {
+                for (j, b) in row.iter().enumerate() {
+                    sum[(i, j)] += a * b;
+                }
+            }
+            *count += 1;
+        }
+    }
+    Some((1..=beginnings.len()).map(|split| added(&parts[..split], &parts[split..])).collect())
+}
+
+/// Outputs of the readings between two beginnings.
+type Part = Vec<(DMatrix<f64>, usize)>;
+
+/// tr(F⁻¹ Mₒ)/nₒ of the output where it is largest.
+fn added(beginning: &[Part], rest: &[Part]) -> f64 {
+    let n = rest[0][0].0.nrows();
+    let sum = |parts: &[Part]| {
+        parts.iter().flatten().fold(DMatrix::zeros(n, n), |sum, (part, _)| sum + part)
+    };
+    let (known, later) = (sum(beginning), sum(rest));
+    // In units in which each start value is known alike from all readings; what none depends on takes no part.
+    let scale: Vec<f64> = (0..n)
+        .map(|i| {
+            let all = known[(i, i)] + later[(i, i)];
+            if all > 0.0 { 1.0 / all.sqrt() } else { 0.0 }
+        })
+        .collect();
+    let scaled = |m: &DMatrix<f64>| DMatrix::from_fn(n, n, |i, j| m[(i, j)] * scale[i] * scale[j]);
+    // Rounding is no knowledge.
+    let known = scaled(&known) + DMatrix::identity(n, n) * 1e-12;
+    let Some(known) = known.cholesky() else { return f64::INFINITY };
+    let outputs = (0..rest[0].len()).filter_map(|output| {
+        let mut of_output = rest.iter().map(|part| &part[output]);
+        let count: usize = of_output.clone().map(|(_, count)| count).sum();
+        let sum = of_output.by_ref().fold(DMatrix::zeros(n, n), |sum, (part, _)| sum + part);
+        (count > 0).then(|| known.solve(&scaled(&sum)).trace() / count as f64)
+    });
+    outputs.fold(0.0, f64::max)
+}
