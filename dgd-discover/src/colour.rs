@@ -8,9 +8,9 @@
 //! The Kalman filter's ε/√S are white with a variance of one where e is such noise. σ, c and T are those
 //! of the greatest likelihood, −Σ (ln S + ε²/S)/2; the common factor of σ and c is had in closed form.
 //!
-//! A memory is at most the geometric mean of the sampling interval h and the length of the longest recording,
-//! √(h·(t_last − t_first)): a recording of N readings then holds √N memories of up to √N readings each, enough to
-//! estimate one and to tell it from what the model lacks. What is correlated for longer is not a sensor's.
+//! A memory is at most 2√(h L), h being the sampling interval and L the length of the longest recording: one of √N of
+//! the N readings is told from what the model lacks by the √N others of its kind that the recording holds, and its
+//! estimate scatters by as much as itself. What is correlated for longer is not a sensor's.
 //!
 //! Source: Madsen, Time Series Analysis (2008), §10.3 and §10.6; Schweppe, IEEE Trans. Inf. Theory 11
 //! (1965) 61, for the likelihood.
@@ -20,6 +20,9 @@ use dgd_screen::usual_spacing;
 
 /// A correlated part that is so many times the white one is not noise but what the model misses.
 const MOST_COLOUR: f64 = 3.0;
+
+/// Estimates of a memory are up to so many times the memory.
+const SCATTER: f64 = 2.0;
 
 /// Twice the gain in the logarithm of the likelihood that a correlated part has to bring.
 const LEAST_GAIN: f64 = 30.0;
@@ -89,7 +92,7 @@ fn memories(errors: &[(&[f64], &[f64])]) -> Option<(f64, f64)> {
         Some((usual_spacing(&measured)?, measured.last()? - measured.first()?))
     };
     let longest = errors.iter().filter_map(of_recording).max_by(|a, b| a.1.total_cmp(&b.1));
-    longest.map(|(spacing, length)| (spacing, (spacing * length).sqrt()))
+    longest.map(|(spacing, length)| (spacing, SCATTER * (spacing * length).sqrt()))
 }
 
 /// White and correlated noise of a sensor from its errors in some recordings, each with its times.
@@ -103,7 +106,7 @@ pub(crate) fn coloured_noise(
         return None;
     }
     // Logarithms of the memory and of c/σ.
-    let (shortest, longest) = (least.ln(), (2.0 * longest_memory).ln());
+    let (shortest, longest) = (least.ln(), (SCATTER * longest_memory).ln());
     let (faintest, strongest) = (0.1f64.ln(), (2.0 * MOST_COLOUR).ln());
     let likelihood = |[memory, ratio]: [f64; 2]| likelihood(errors, memory.exp(), ratio.exp());
     let step = |low: f64, high: f64| (high - low) / (POINTS - 1) as f64;
