@@ -24,15 +24,18 @@ struct At {
     z: Vec<f64>,
 }
 
+/// Parameters beside what is declared, where a factor is often one.
+const OFF: f64 = 1.01;
+
 impl At {
-    /// Near the start values, inputs of a few units, parameters as declared; zeros are moved, so
-    /// that no derivative is tested where it vanishes by accident.
+    /// Near the start values, inputs of a few units, parameters near what is declared: zeros and ones
+    /// are moved, so that no derivative is tested where a term vanishes by accident.
     fn near_start(system: &impl System, noise: &mut Noise) -> At {
         let signature = system.signature();
         let p: Vec<f64> = signature
             .parameters
             .iter()
-            .map(|x| if x.value == 0.0 { 0.1 * x.unit.factor } else { x.value })
+            .map(|x| if x.value == 0.0 { 0.1 * x.unit.factor } else { OFF * x.value })
             .collect();
         let noise = RefCell::new(noise);
         let u = input_values(

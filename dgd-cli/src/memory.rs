@@ -93,7 +93,7 @@ fn size(bytes: f64) -> String {
         value /= 1e3;
         unit += 1;
     }
-    let digits = if value < 10.0 { 1 } else { 0 };
+    let digits = usize::from(value < 10.0);
     format!("{value:.digits$} {}", units[unit])
 }
 

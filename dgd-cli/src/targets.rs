@@ -59,7 +59,9 @@ impl Targets {
                     add(result::partial_path(path), &option);
                 }
                 Out::Folder(names) => {
-                    names.iter().for_each(|name| add(path.join(name), &option));
+                    for name in names {
+                        add(path.join(name), &option);
+                    }
                     add(RunJournal::path(path), &option);
                 }
             }
@@ -71,7 +73,7 @@ impl Targets {
         if let Some((path, Out::Table)) = &out {
             TableFormat::of(path, global.format)?;
         }
-        targets.verify_distinct(out.as_ref().map(|(path, _)| *path), plots)?;
+        Self::verify_distinct(out.as_ref().map(|(path, _)| *path), plots)?;
         match &out {
             Some((path, Out::File | Out::Table | Out::Layout)) => try_whole(path)?,
             Some((path, Out::Folder(_))) => try_folder(path)?,
@@ -106,7 +108,7 @@ impl Targets {
     }
 
     /// Checks that what is drawn does not take the place of the result.
-    fn verify_distinct(&self, out: Option<&Path>, plots: &[PathBuf]) -> Result<(), CommandError> {
+    fn verify_distinct(out: Option<&Path>, plots: &[PathBuf]) -> Result<(), CommandError> {
         let place = |path: &Path| {
             let name = path.file_name()?.to_owned();
             let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());

@@ -268,7 +268,9 @@ output h [m]
         for (since, side) in sides {
             match doubt(since, &[(&[0], 1.0)]) {
                 None => assert_eq!(side, "", "{since} s"),
-                Some(doubt) => assert!(side != "" && doubt.contains(side), "{since} s: {doubt}"),
+                Some(doubt) => {
+                    assert!(!side.is_empty() && doubt.contains(side), "{since} s: {doubt}");
+                }
             }
         }
     }

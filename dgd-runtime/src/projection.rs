@@ -182,7 +182,10 @@ impl<S: System> Projection<S> {
         let (u, udot) = drive.with_slope(t, y);
         let at = Point { t, y, u, p, z };
         let mut corrections = Corrections::new();
-        while self.is_factorised {
+        loop {
+            if !self.is_factorised {
+                break;
+            }
             algebraic.correct_sensitivities(system, at, s, g);
             let mut norm = 0.0;
             for (i, (g, (s, size))) in g.iter().zip(s.iter().zip(s_sizes)).enumerate() {

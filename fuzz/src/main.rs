@@ -1,6 +1,7 @@
 //! `dgd-fuzz`: see `fuzz/README.md`.
 
 use std::collections::BTreeMap;
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -263,7 +264,10 @@ fn run(arguments: &Arguments) -> ExitCode {
             .flat_map(|(key, seeds)| seeds.iter().map(move |seed| (*seed, key.as_str())))
             .collect();
         lines.sort_unstable();
-        let text: String = lines.iter().map(|(seed, key)| format!("{seed} {key}\n")).collect();
+        let mut text = String::new();
+        for (seed, key) in &lines {
+            writeln!(text, "{seed} {key}").expect("text can be written to");
+        }
         if let Err(error) = std::fs::write(path, text) {
             println!("cannot write {}: {error}", path.display());
         }

@@ -39,15 +39,13 @@ pub(crate) fn compiled(
 ) -> Result<(Compiled, Sources), Finding> {
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
     let made = stages(case, directions, &mut sources, &mut diagnostics);
-    match made {
-        Ok(compiled) => Ok((compiled, sources)),
-        Err(Reported { .. }) => {
-            let all = diagnostics.sorted();
-            let code = all.first().map_or_else(String::new, |first| format!("{:?}", first.code));
-            let text = render::render(&all, &sources, render::Style::Plain);
-            Err(Finding::new("accepted", code, text))
-        }
+    if let Ok(compiled) = made {
+        return Ok((compiled, sources));
     }
+    let all = diagnostics.sorted();
+    let code = all.first().map_or_else(String::new, |first| format!("{:?}", first.code));
+    let text = render::render(&all, &sources, render::Style::Plain);
+    Err(Finding::new("accepted", code, text))
 }
 
 fn stages(

@@ -884,11 +884,11 @@ fn rows_within_a_step_read_what_they_need_of_a_long_history() {
     let problem = Problem { system: &system, p: &[1.5], inputs: &inputs, start: &[] };
     let solution = simulate(&problem, &asked, &Options::default()).expect("a solution");
     let observed = observe(&problem, &solution);
-    for k in 6..asked.len() {
+    for (k, t) in asked.iter().enumerate().skip(6) {
         let (sample, part) = (k / 4, (k % 4) as f64 / 4.0);
         let u = values[sample] + part * (values[sample + 1] - values[sample]);
         let expected = u - solution.y(k - 6)[0];
         let w = observed.w(k)[0];
-        assert!((w - expected).abs() < 1e-5, "{w} for {expected} at {} s", asked[k]);
+        assert!((w - expected).abs() < 1e-5, "{w} for {expected} at {t} s");
     }
 }

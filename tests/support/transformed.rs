@@ -175,13 +175,13 @@ fn reversed(text: &str) -> String {
     for line in text.lines().filter(|line| !line.trim().is_empty()) {
         let is_model = line.starts_with("model ");
         if line.starts_with("///") {
-            docs += &format!("{line}\n");
+            docs.extend([line, "\n"]);
         } else if is_model {
             head = format!("{}{line}\n", std::mem::take(&mut docs));
         } else if line.starts_with(|c: char| c.is_alphabetic()) {
             items.push(format!("{}{line}\n", std::mem::take(&mut docs)));
         } else if let Some(last) = items.last_mut() {
-            *last += &format!("{line}\n");
+            last.extend([line, "\n"]);
         }
     }
     items.reverse();

@@ -101,7 +101,7 @@ fn sentences_agree(result: &Value) {
                 }
             }
             None => {
-                assert!(reason.contains("leaves less") || reason.contains("no effect"), "{reason}")
+                assert!(reason.contains("leaves less") || reason.contains("no effect"), "{reason}");
             }
         }
     }

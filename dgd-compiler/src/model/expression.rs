@@ -628,15 +628,15 @@ pub(super) fn is_plain(expr: &Expr) -> bool {
         ExprKind::Call { function, arguments } => {
             IntrinsicId::find(&function.text).is_some() && arguments.iter().all(is_plain)
         }
-        ExprKind::Group(inner) | ExprKind::Negate(inner) => is_plain(inner),
+        ExprKind::Group(inner) | ExprKind::Negate(inner) | ExprKind::Not(inner) => is_plain(inner),
         ExprKind::Sum(terms) => terms.iter().all(|(_, term)| is_plain(term)),
         ExprKind::Product(factors) => factors.iter().all(|(_, factor)| is_plain(factor)),
         ExprKind::Power(base, exponent) => is_plain(base) && is_plain(exponent),
-        ExprKind::If(..)
-        | ExprKind::Element(..)
-        | ExprKind::Compare(..)
-        | ExprKind::And(_)
-        | ExprKind::Or(_)
-        | ExprKind::Not(_) => false,
+        ExprKind::If(condition, holds, fails) => {
+            [condition, holds, fails].into_iter().all(|part| is_plain(part))
+        }
+        ExprKind::Compare(_, left, right) => is_plain(left) && is_plain(right),
+        ExprKind::And(parts) | ExprKind::Or(parts) => parts.iter().all(is_plain),
+        ExprKind::Element(..) => false,
     }
 }

@@ -141,7 +141,7 @@ pub const TABLE: &[Row] = &[
         let a = w.quantity(scale, d);
         format!("(({a}){})", scale.over("/"))
     }),
-    row(Scalar, 3, "call", |w, d| call(w, d)),
+    row(Scalar, 3, "call", call),
     // Quantities.
     row(Quantity, 3, "number times unit", |w, d| {
         let scale = w.wanted;
@@ -271,10 +271,10 @@ pub const TABLE: &[Row] = &[
         )
     }),
     // Items that belong together.
-    row(Whole, 3, "array with a loop", |w, d| array(w, d)),
-    row(Whole, 1, "sum over an array", |w, d| sum_of_array(w, d)),
+    row(Whole, 3, "array with a loop", array),
+    row(Whole, 1, "sum over an array", sum_of_array),
     row(Whole, 2, "tied states", |w, _| tied(w)),
-    row(Whole, 2, "part", |w, d| part(w, d)),
+    row(Whole, 2, "part", part),
     row(Whole, 1, "oscillator", |w, _| {
         let (x, v) = (w.name("x"), w.name("x"));
         let (a, b) = (w.name("e"), w.name("e"));
@@ -300,8 +300,8 @@ pub const TABLE: &[Row] = &[
         w.declare(&name, scale, Kind::Let);
         format!("let {name} {} = {}", scale.brackets(), scale.quantity(&value))
     }),
-    row(Between, 2, "function", |w, d| function(w, d)),
-    row(Between, 1, "import", |w, d| library(w, d)),
+    row(Between, 2, "function", function),
+    row(Between, 1, "import", library),
     // Unknowns.
     row(Unknown, 4, "unknown = e", |w, d| unknown(w, d, |y, e| format!("{y} = {e}"))),
     row(Unknown, 1, "unknown = min", |w, d| {
@@ -314,7 +314,7 @@ pub const TABLE: &[Row] = &[
     row(Unknown, 1, "cubic unknown", |w, d| {
         unknown(w, d, |y, e| format!("0 = {e} - 2*{y} - ({y})^3"))
     }),
-    row(Unknown, 1, "two unknowns", |w, d| two_unknowns(w, d)),
+    row(Unknown, 1, "two unknowns", two_unknowns),
     // Equations of states.
     row(Equation, 8, "der(x) = f", |w, d| {
         let x = w.determined();
@@ -376,9 +376,9 @@ pub const TABLE: &[Row] = &[
         )
     }),
     // Beside equations.
-    row(Beside, 3, "when", |w, d| when(w, d)),
+    row(Beside, 3, "when", when),
     row(Beside, 2, "saturate", |w, _| saturate(w)),
-    row(Beside, 2, "modes", |w, d| modes(w, d)),
+    row(Beside, 2, "modes", modes),
     // Outputs.
     row(Output, 6, "output = e", |w, d| {
         let scale = w.scale();
@@ -392,7 +392,7 @@ pub const TABLE: &[Row] = &[
         names.extend(w.of_kind(Kind::Unknown));
         let known = w.random.pick(&names).clone();
         let line = format!("output {}", known.name);
-        if w.lines.iter().any(|other| *other == line) { String::new() } else { line }
+        if w.lines.contains(&line) { String::new() } else { line }
     }),
     row(Output, 1, "remark", |w, d| {
         let (name, value) = (w.name("o"), w.scalar(d));
@@ -455,8 +455,8 @@ fn used(w: &Writer, kind: Kind) -> Option<String> {
 
 /// A sensor that reads too much.
 fn effect_on_output(w: &mut Writer) -> String {
-    let outputs = w.lines.iter().filter(|line| line.starts_with("output o"));
-    let name = outputs.filter_map(|line| line.split_whitespace().nth(1)).next();
+    let mut outputs = w.lines.iter().filter(|line| line.starts_with("output o"));
+    let name = outputs.find_map(|line| line.split_whitespace().nth(1));
     match name.map(str::to_owned) {
         Some(name) => format!(
             "kind sensor\nparameter gain = 1.1\nnull gain = 1\nreplace output {name} by gain*{name}\n"
@@ -478,8 +478,7 @@ impl Writer {
 
 fn time(w: &mut Writer, text: &str) -> String {
     match w.reads {
-        Reads::All => format!("({text})"),
-        Reads::Loop => format!("({text})"),
+        Reads::All | Reads::Loop => format!("({text})"),
         Reads::Parameters | Reads::Start => w.number(),
     }
 }

@@ -237,7 +237,7 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
         }
     }
     if flagged > 0 {
-        let why = tight.solution.undefined.iter().map(|u| u.to_string()).collect::<Vec<_>>();
+        let why = tight.solution.undefined.iter().map(ToString::to_string).collect::<Vec<_>>();
         let cause = tight.solution.undefined.first().map(|u| format!("{:?}", u.cause));
         findings.push(Finding::new(
             "undefined",

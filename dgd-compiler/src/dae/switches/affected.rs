@@ -12,7 +12,7 @@ use crate::expr::{ExprId, Graph, Node, Symbol};
 pub(super) struct Readers {
     /// Ids ascending, and for each the positions of its readers.
     ids: Vec<ExprId>,
-    readers: Vec<Vec<u32>>,
+    read_by: Vec<Vec<u32>>,
     /// The rows that an expression is.
     rows: Vec<Vec<u32>>,
     /// Whether the rows jump, or have a corner, where the expression does.
@@ -28,7 +28,7 @@ impl Readers {
         let roots: Vec<ExprId> = dae.rows().collect();
         let ids = graph.reachable(roots.iter().copied());
         let position = |id: &ExprId| ids.binary_search(id).unwrap_or_default();
-        let mut readers = vec![Vec::new(); ids.len()];
+        let mut read_by = vec![Vec::new(); ids.len()];
         let mut modes_only = vec![false; ids.len()];
         for (k, id) in ids.iter().enumerate() {
             let node = graph.node(*id);
@@ -37,8 +37,8 @@ impl Readers {
             for operand in node.operands() {
                 let at = position(&operand);
                 all &= modes_only[at];
-                if readers[at].last() != Some(&reader) {
-                    readers[at].push(reader);
+                if read_by[at].last() != Some(&reader) {
+                    read_by[at].push(reader);
                 }
             }
             modes_only[k] = match node {
@@ -52,14 +52,14 @@ impl Readers {
         }
         let mut is_plain = vec![true; ids.len()];
         for k in (0..ids.len()).rev() {
-            is_plain[k] = readers[k].iter().all(|reader| {
+            is_plain[k] = read_by[k].iter().all(|reader| {
                 let reader = *reader as usize;
                 is_plain[reader]
                     && passes_on(graph, ids[reader], ids[k], |id| modes_only[position(&id)])
             });
         }
         let met = vec![0; ids.len()];
-        Self { ids, readers, rows, is_plain, met, search: 0 }
+        Self { ids, read_by, rows, is_plain, met, search: 0 }
     }
 
     /// The expressions to look at for a surface with these switches, and the rows that it changes.
@@ -77,7 +77,7 @@ impl Readers {
                 plain.push(self.ids[k]);
                 climbed.push(k);
             } else {
-                pending.extend(self.readers[k].iter().map(|reader| *reader as usize));
+                pending.extend(self.read_by[k].iter().map(|reader| *reader as usize));
             }
         }
         while let Some(k) = climbed.pop() {
@@ -85,7 +85,7 @@ impl Readers {
                 whole.push(self.ids[k]);
                 rows.extend(self.rows[k].iter().map(|row| *row as usize));
             }
-            for reader in &self.readers[k] {
+            for reader in &self.read_by[k] {
                 let reader = *reader as usize;
                 if std::mem::replace(&mut self.met[reader], self.search) != self.search {
                     climbed.push(reader);

@@ -128,15 +128,12 @@ fn joined(dae: &Dae, model: &Model, surfaces: Vec<Surface>) -> Vec<Surface> {
             is_constant.then_some(ratio)
         };
         let same = others.iter().find_map(|(at, other)| Some((*at, ratio(other)?)));
-        match same {
-            Some((at, ratio)) => {
-                let signs = surface.signs.iter().map(|(id, sign)| (*id, sign * ratio.signum()));
-                joined[at].signs.extend(signs);
-            }
-            None => {
-                others.push((joined.len(), values));
-                joined.push(surface);
-            }
+        if let Some((at, ratio)) = same {
+            let signs = surface.signs.iter().map(|(id, sign)| (*id, sign * ratio.signum()));
+            joined[at].signs.extend(signs);
+        } else {
+            others.push((joined.len(), values));
+            joined.push(surface);
         }
     }
     joined

@@ -202,7 +202,7 @@ impl Found {
         let sigma = sigma.collect();
         let Searched { evaluations, iterations, is_converged, .. } = *searched;
         let least = last.least.clone();
-        Ok(Self { sigma, p, unbounded, least, iterations, evaluations, is_converged })
+        Ok(Self { p, unbounded, sigma, least, iterations, evaluations, is_converged })
     }
 
     /// Where a fit ended, to go on from with its weights.
