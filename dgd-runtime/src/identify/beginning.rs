@@ -39,7 +39,7 @@ const ROUNDING: f64 = 1e-6;
 /// Where each recording of a problem begins to count in its errors, s: start values are estimated from what is
 /// before ([`fit_starts`]).
 ///
-/// The rule is [above](self). Minus infinity for a model without a state. Recordings that cannot be simulated
+/// The module states the rule. Minus infinity for a model without a state. Recordings that cannot be simulated
 /// begin to count after 60 readings.
 pub fn counts_from<S: System + Clone + Send>(problem: &OutputErrorProblem<'_, S>) -> Vec<f64> {
     let signature = problem.system.signature();
