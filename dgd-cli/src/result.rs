@@ -1,5 +1,6 @@
-//! A table as a command's result: a file of CSV or JSON, CSV text or JSON.
+//! A table as a command's result: a file of CSV, Parquet or JSON, CSV text or JSON.
 
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use dgd_runtime::{Event, IntegrateError, Solution, Unit};
@@ -7,7 +8,8 @@ use serde_json::{Value, json};
 
 use crate::args::Format;
 use crate::console::{Console, print};
-use crate::data::write::{Written, save, save_table, write_table};
+use crate::data::WriteError;
+use crate::data::write::{Written, save, save_parquet, write_table};
 use crate::failure::CommandError;
 
 /// A column of a result.
@@ -29,6 +31,7 @@ impl NamedColumn {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum TableFormat {
     Csv,
+    Parquet,
     /// One document.
     Json,
     /// A document a line.
@@ -36,26 +39,40 @@ pub(crate) enum TableFormat {
 }
 
 /// How files end that are not tables, or of a kind that is not written.
-const NOT_WRITTEN: [&str; 17] = [
-    "parquet", "svg", "png", "pdf", "html", "xlsx", "xls", "ods", "tsv", "dgd", "mat", "h5",
-    "feather", "zip", "bz2", "xz", "zst",
+const NOT_WRITTEN: [&str; 16] = [
+    "svg", "png", "pdf", "html", "xlsx", "xls", "ods", "tsv", "dgd", "mat", "h5", "feather", "zip",
+    "bz2", "xz", "zst",
 ];
 
 impl TableFormat {
+    /// Whether it is JSON, which holds more than the table.
+    pub(crate) fn is_document(self) -> bool {
+        matches!(self, TableFormat::Json | TableFormat::JsonLines)
+    }
+
+    /// What a file is by its name, if that is the name of a table.
+    pub(crate) fn named(path: &Path) -> Option<TableFormat> {
+        match &*ending(path)? {
+            "csv" => Some(TableFormat::Csv),
+            "parquet" => Some(TableFormat::Parquet),
+            "json" => Some(TableFormat::Json),
+            "jsonl" | "ndjson" => Some(TableFormat::JsonLines),
+            _ => None,
+        }
+    }
+
     /// What a file is by its name; where that says nothing, what `--format` asks for.
     ///
     /// # Errors
     ///
     /// The name is that of something else, which its readers would take it for.
     pub(crate) fn of(path: &Path, format: Format) -> Result<TableFormat, CommandError> {
-        let name = path.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-        let plain = name.strip_suffix(".gz").unwrap_or(&name);
-        match plain.rsplit_once('.').map(|(_, ending)| ending) {
-            Some("csv") => Ok(TableFormat::Csv),
-            Some("json") => Ok(TableFormat::Json),
-            Some("jsonl" | "ndjson") => Ok(TableFormat::JsonLines),
-            Some(ending) if NOT_WRITTEN.contains(&ending) => Err(CommandError::Usage(format!(
-                "`-o {}`: a table is written as .csv or .json, also with .gz behind, not as .{ending}",
+        if let Some(named) = TableFormat::named(path) {
+            return Ok(named);
+        }
+        match ending(path) {
+            Some(ending) if NOT_WRITTEN.contains(&&*ending) => Err(CommandError::Usage(format!(
+                "`-o {}`: a table is written as .csv, .parquet or .json, with .gz added to compress it, not as .{ending}",
                 path.display()
             ))),
             _ => Ok(match format {
@@ -64,6 +81,13 @@ impl TableFormat {
             }),
         }
     }
+}
+
+/// How a file's name ends, before `.gz` and in small letters.
+fn ending(path: &Path) -> Option<String> {
+    let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
+    let plain = name.strip_suffix(".gz").unwrap_or(&name);
+    plain.rsplit_once('.').map(|(_, ending)| ending.to_owned())
 }
 
 /// Writes a table: to `--out`, as CSV or JSON by its name, else as CSV to standard output, where it is left
@@ -139,12 +163,14 @@ fn write_to(
     if let Some(path) = out {
         let format = console.table_format(path)?;
         match format {
-            TableFormat::Csv => save_table(path, Some(times), &written)?,
+            TableFormat::Csv | TableFormat::Parquet => {
+                save_rows(path, format, |out| write_table(out, Some(times), &written))?;
+            }
             TableFormat::Json => save_json(path, &whole(), true)?,
             TableFormat::JsonLines => save_json(path, &whole(), false)?,
         }
         console.remark(&format!("wrote {} ({} rows)", path.display(), times.len()));
-        if console.is_json() && format == TableFormat::Csv {
+        if console.is_json() && !format.is_document() {
             return print(&format!("{details:#}\n"));
         }
         return Ok(());
@@ -159,6 +185,19 @@ fn write_to(
     write_table(&mut text, Some(times), &written)
         .map_err(|error| CommandError::Found(error.to_string()))?;
     print(&String::from_utf8_lossy(&text))
+}
+
+/// Writes a table to a file, as CSV or as Parquet.
+pub(crate) fn save_rows(
+    path: &Path,
+    format: TableFormat,
+    write_csv: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), WriteError> {
+    if format == TableFormat::Parquet {
+        save_parquet(path, write_csv)
+    } else {
+        save(path, write_csv)
+    }
 }
 
 /// Writes a document to a file, with its lines indented or as one line.
@@ -212,7 +251,7 @@ mod tests {
             ("a.jsonl", Some(TableFormat::JsonLines), Some(TableFormat::JsonLines)),
             ("a", Some(TableFormat::Csv), Some(TableFormat::Json)),
             ("run.2", Some(TableFormat::Csv), Some(TableFormat::Json)),
-            ("a.parquet", None, None),
+            ("a.parquet", Some(TableFormat::Parquet), Some(TableFormat::Parquet)),
             ("a.svg", None, None),
         ] {
             assert_eq!((of(name, Format::Text), of(name, Format::Json)), (text, json), "{name}");

@@ -70,8 +70,28 @@ impl Targets {
             add(path.clone(), &format!("--plot {}", path.display()));
         }
         targets.spare_all(&read)?;
-        if let Some((path, Out::Table)) = &out {
-            TableFormat::of(path, global.format)?;
+        match &out {
+            Some((path, Out::Table)) => {
+                TableFormat::of(path, global.format)?;
+            }
+            // A folder may have any name once it is there.
+            Some((path, Out::Folder(_)))
+                if TableFormat::named(path).is_some() && !path.exists() =>
+            {
+                return Err(CommandError::Usage(format!(
+                    "`-o {}`: this command writes a folder, and the name is that of a file",
+                    path.display()
+                )));
+            }
+            Some((path, Out::File | Out::Layout))
+                if TableFormat::named(path) == Some(TableFormat::Parquet) =>
+            {
+                return Err(CommandError::Usage(format!(
+                    "`-o {}`: the result of this command is not a table, so it cannot be Parquet",
+                    path.display()
+                )));
+            }
+            _ => {}
         }
         Self::verify_distinct(out.as_ref().map(|(path, _)| *path), plots)?;
         match &out {

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::simulate::{in_unit, is_added, is_element};
 use crate::args::{SimulateArgs, Start};
 use crate::console::{Console, print};
-use crate::data::write::{Written, save, write_header, write_rows};
+use crate::data::write::{Written, write_header, write_rows};
 use crate::failure::CommandError;
 use crate::figure;
 use crate::load::{Loaded, load};
@@ -53,9 +53,9 @@ pub(crate) fn run(
     let mut gathered: Vec<Vec<f64>> = Vec::new();
     let is_text = !console.is_json();
     let format = console.out().map(|path| console.table_format(path)).transpose()?;
-    let is_document = format.map_or(!is_text, |format| format != TableFormat::Csv);
-    if let Some(path) = console.out().filter(|_| !is_document) {
-        save(path, |out| {
+    let is_document = format.map_or(!is_text, TableFormat::is_document);
+    if let Some((path, format)) = console.out().zip(format).filter(|_| !is_document) {
+        result::save_rows(path, format, |out| {
             all.write(out, |values| {
                 if keeps {
                     kept.push(values);

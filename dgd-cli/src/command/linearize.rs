@@ -4,11 +4,10 @@ use dgd_runtime::linearize::{LinearAt, OperatingPoint, linearize, steady_state};
 
 use crate::args::{LinearizeArgs, Place, RunArgs, SolveArgs};
 use crate::console::{Console, print};
-use crate::data::write::save;
 use crate::failure::CommandError;
 use crate::linear_report::LinearReport;
 use crate::load::load;
-use crate::result::{TableFormat, save_json};
+use crate::result::{TableFormat, save_json, save_rows};
 use crate::run::Run;
 
 pub(crate) fn run(args: &LinearizeArgs, console: Console<'_>) -> Result<(), CommandError> {
@@ -46,12 +45,14 @@ pub(crate) fn run(args: &LinearizeArgs, console: Console<'_>) -> Result<(), Comm
         Some(path) => {
             let format = console.table_format(path)?;
             match format {
-                TableFormat::Csv => save(path, |out| report.write_csv(out))?,
+                TableFormat::Csv | TableFormat::Parquet => {
+                    save_rows(path, format, |out| report.write_csv(out))?;
+                }
                 TableFormat::Json => save_json(path, &report.to_json(), true)?,
                 TableFormat::JsonLines => save_json(path, &report.to_json(), false)?,
             }
             console.remark(&format!("wrote {}", path.display()));
-            if console.is_json() && format == TableFormat::Csv {
+            if console.is_json() && !format.is_document() {
                 return print(&format!("{:#}\n", report.to_json()));
             }
             Ok(())

@@ -16,7 +16,6 @@ mod folder;
 mod header;
 pub mod journal;
 pub(crate) mod open;
-#[cfg(feature = "parquet")]
 mod parquet;
 mod read;
 mod records;

@@ -8,6 +8,7 @@ use dgd_compiler::source::{Source, Sources, Span};
 
 use super::encoding::{NotText, not_text};
 use super::header::Header;
+use super::parquet::{MAGIC, Unread};
 use super::records::Records;
 use super::rows::{Kept, Rows};
 use super::{Order, Reading, Rename, Table};
@@ -16,7 +17,7 @@ use super::{Order, Reading, Rename, Table};
 /// one only the lines down to the header are, and the diagnostic says the number of the line.
 const KEPT: usize = 1 << 22;
 
-/// Reads a data file, `.csv` or `.csv.gz`.
+/// Reads a data file: CSV, also compressed with gzip, or Parquet.
 pub fn read(
     path: &Path,
     sources: &mut Sources,
@@ -83,7 +84,7 @@ pub(super) fn read_with(
     let mut head = Vec::new();
     let opened = decompressed(input).and_then(|mut input| {
         (&mut input).take(limit as u64).read_to_end(&mut head)?;
-        if head.starts_with(PARQUET) {
+        if head.starts_with(MAGIC) {
             // Only its end tells a Parquet file from a text that begins with the same letters.
             input.read_to_end(&mut head)?;
         }
@@ -95,8 +96,8 @@ pub(super) fn read_with(
             return Err(diagnostics.error(unreadable(name, "", sources, &error.to_string())));
         }
     };
-    if head.starts_with(PARQUET) {
-        if head.ends_with(PARQUET) {
+    if head.starts_with(MAGIC) {
+        if head.ends_with(MAGIC) {
             return read_parquet(reading, name, head, sources, diagnostics);
         }
         rest = Box::new(Cursor::new(head.split_off(limit.min(head.len()))));
@@ -163,10 +164,6 @@ pub(super) fn decompressed<'a>(mut input: impl Read + 'a) -> io::Result<Box<dyn 
     })
 }
 
-/// What a Parquet file begins and ends with.
-const PARQUET: &[u8] = b"PAR1";
-
-#[cfg(feature = "parquet")]
 fn read_parquet(
     reading: Reading<'_>,
     name: &str,
@@ -176,28 +173,21 @@ fn read_parquet(
 ) -> Result<Table, Reported> {
     match super::parquet::to_csv(file) {
         Ok(text) => read_with(reading, name, text.as_bytes(), sources, diagnostics),
-        Err(error) => Err(diagnostics.error(unreadable(name, "", sources, &error.to_string()))),
+        Err(Unread { why, help }) => {
+            let diagnostic = unreadable(name, "", sources, &why);
+            Err(diagnostics.error(match help {
+                Some(help) => diagnostic.help(help),
+                None => diagnostic,
+            }))
+        }
     }
-}
-
-#[cfg(not(feature = "parquet"))]
-fn read_parquet(
-    _: Reading<'_>,
-    name: &str,
-    _: Vec<u8>,
-    sources: &mut Sources,
-    diagnostics: &mut Diagnostics,
-) -> Result<Table, Reported> {
-    let why = "it is a Parquet file, and this build reads CSV";
-    let diagnostic = unreadable(name, "", sources, why).help("write it as `.csv` or `.csv.gz`");
-    Err(diagnostics.error(diagnostic))
 }
 
 /// The bytes as text; of the head of a longer text, without a character cut in two. Otherwise the
 /// text before what is none.
 fn utf8(head: &[u8], whole: bool) -> Result<&str, (&str, NotText)> {
-    // What a torn Parquet file is, is told below.
-    if let Some(why) = not_text(head).filter(|_| !head.starts_with(PARQUET)) {
+    // A torn Parquet file gets its own message below.
+    if let Some(why) = not_text(head).filter(|_| !head.starts_with(MAGIC)) {
         return Err(("", why));
     }
     str::from_utf8(head).or_else(|error| {
@@ -205,7 +195,7 @@ fn utf8(head: &[u8], whole: bool) -> Result<&str, (&str, NotText)> {
         if !whole && error.error_len().is_none() {
             return Ok(valid);
         }
-        let why = if head.starts_with(PARQUET) {
+        let why = if head.starts_with(MAGIC) {
             NotText { message: "it is a Parquet file without its end", help: "copy it again" }
         } else {
             NotText { message: "this is not UTF-8 text", help: "save it as UTF-8" }

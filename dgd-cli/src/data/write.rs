@@ -1,4 +1,4 @@
-//! Tables to CSV, in the units a model declares.
+//! Tables to CSV, and from there to Parquet, in the units a model declares.
 //!
 //! Numbers have the fewest digits that read back to the same number. A value crosses from SI to
 //! its unit by a division, and back by a multiplication; each rounds. So of the numbers about the
@@ -14,6 +14,7 @@ use dgd_runtime::Unit;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
+use super::parquet::ParquetWriter;
 use super::whole::{WriteError, write_whole};
 
 /// A column to write.
@@ -116,6 +117,18 @@ pub fn save(
         } else {
             write(out)
         }
+    })
+}
+
+/// Writes a Parquet file that appears whole or not at all; `write_csv` writes the table as CSV.
+pub fn save_parquet(
+    path: &Path,
+    write_csv: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), WriteError> {
+    save(path, |out| {
+        let mut table = ParquetWriter::new(out);
+        write_csv(&mut table)?;
+        table.finish()
     })
 }
 
@@ -258,9 +271,12 @@ mod tests {
             .collect();
 
         let folder = tempfile::tempdir().expect("a folder for the test");
-        for file in ["a.csv", "a.csv.gz"] {
+        for file in ["a.csv", "a.csv.gz", "a.parquet"] {
             let path = folder.path().join(file);
-            save_table(&path, Some(&time), &columns).expect("the folder is writable");
+            let rows = |out: &mut dyn Write| write_table(out, Some(&time), &columns);
+            let saved =
+                if file == "a.parquet" { save_parquet(&path, rows) } else { save(&path, rows) };
+            saved.expect("the folder is writable");
             let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
             let table: Table = read(&path, &mut sources, &mut diagnostics).expect("a table");
             assert_eq!(table.time.as_ref(), Some(&time));

@@ -4,6 +4,9 @@
 use std::fs;
 use std::path::Path;
 
+use dgd_cli::data;
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::source::Sources;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -124,7 +127,7 @@ fn a_place_that_cannot_be_written_is_known_before_anything_is_computed() {
     refused(&["-o", "none/run.csv"], 1, "the folder `none` does not exist");
     refused(&["-o", "."], 1, "it is a folder");
     refused(&["--plot", "none/a.svg"], 1, "the folder `none` does not exist");
-    refused(&["--plot", "a.svg", "-o", "a.parquet"], 2, "not as .parquet");
+    refused(&["--plot", "a.svg", "-o", "a.xlsx"], 2, "not as .xlsx");
     refused(&["--plot", "a.svg", "-o", "./a.svg"], 2, "not as .svg");
     let fit = ["fit", "t.dgd", "--data", "d.csv", "-o"];
     let into = |out| dgd_in(folder.path(), &[&fit[..], &[out]].concat());
@@ -155,11 +158,44 @@ fn a_file_holds_what_its_name_says() {
             let printed = run(&[command, &data, &["--format", "json"]].concat()).json();
             assert_eq!(written, printed, "{args:?}");
         }
-        // What goes with the table goes to programs.
+        // A program gets what the table does not hold.
         let args = [command, &data, &["-o", "t.csv", "--format", "json"]].concat();
         assert!(run(&args).json().is_object());
         assert!(read(&folder, "t.csv").lines().next().is_some_and(|line| line.contains(',')));
     }
+    // Parquet is the CSV in another form: read again, it gives the same run to the last digit.
+    for command in &commands[..2] {
+        run(&[*command, &data, &["-o", "t.csv"]].concat());
+        run(&[*command, &data, &["-o", "t.parquet"]].concat());
+        assert!(
+            fs::read(folder.path().join("t.parquet")).is_ok_and(|file| file.starts_with(b"PAR1"))
+        );
+        let table = |name: &str| {
+            let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+            let read = data::read(&folder.path().join(name), &mut sources, &mut diagnostics);
+            let table = read.expect("a table");
+            let columns = table.columns.iter();
+            let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+            let columns: Vec<_> =
+                columns.map(|c| (c.name.clone(), c.unit.clone(), bits(&c.values))).collect();
+            (table.time, format!("{columns:?}"))
+        };
+        assert_eq!(table("t.parquet"), table("t.csv"));
+    }
+    run(&["simulate", "t.dgd", "--data", "d.csv", "-o", "t.parquet"]);
+    let again = run(&["simulate", "t.dgd", "--data", "t.parquet"]).out;
+    assert_eq!(again, run(&["simulate", "t.dgd", "--data", "d.csv"]).out);
+    for command in [commands[2], commands[3], &["track", "t.dgd"]] {
+        run(&[command, &data, &["-o", "t.parquet"]].concat());
+        assert!(
+            fs::read(folder.path().join("t.parquet")).is_ok_and(|file| file.ends_with(b"PAR1"))
+        );
+    }
+    // What is not a table says so.
+    let emit = ["emit", "t.dgd", "--stage", "rust", "-o", "t.parquet"];
+    dgd_in(folder.path(), &emit).refused(2, &["the result of this command is not a table"]);
+    let fit = ["fit", "t.dgd", "--data", "d.csv", "-o", "fitted.json"];
+    dgd_in(folder.path(), &fit).refused(2, &["this command writes a folder"]);
     run(&["track", "t.dgd", "--data", "d.csv", "-o", "t.json"]);
     let document = json("t.json");
     assert_eq!(document["rows"].as_array().map(Vec::len), Some(4));

@@ -17,11 +17,10 @@ use serde_json::json;
 
 use crate::args::{Start, TrackArgs};
 use crate::console::Console;
-use crate::data::write;
 use crate::failure::CommandError;
 use crate::figure;
 use crate::load::Compilation;
-use crate::result::TableFormat;
+use crate::result::{TableFormat, save_rows};
 use crate::run::{executable, options, with_method};
 use report::Report;
 use rows::{LeftOut, Rows};
@@ -178,7 +177,7 @@ impl Output<'_> {
     ) -> Result<(), CommandError> {
         let mut failed = None;
         let format = self.tracking.console.table_format(path)?;
-        let written = write::save(path, |out| {
+        let written = save_rows(path, format, |out| {
             self.write(settings, filter, row, rows, (out, format)).map_err(|error| {
                 failed = Some(error);
                 io::Error::other("tracking ended")
@@ -204,7 +203,7 @@ impl Output<'_> {
     ) -> Result<(), CommandError> {
         let Tracking { console, problem, .. } = self.tracking;
         let head = match format {
-            TableFormat::Csv => self.report.header(out),
+            TableFormat::Csv | TableFormat::Parquet => self.report.header(out),
             TableFormat::JsonLines => {
                 writeln!(out, "{}", json!({ "settings": settings.json(problem) }))
             }
@@ -224,7 +223,7 @@ impl Output<'_> {
             }
             if !gone {
                 let line = match format {
-                    TableFormat::Csv => self.report.line(&row, out),
+                    TableFormat::Csv | TableFormat::Parquet => self.report.line(&row, out),
                     TableFormat::JsonLines => writeln!(out, "{}", self.report.json(&row)),
                     TableFormat::Json => {
                         let comma = if self.tally.rows == 0 { "" } else { "," };
@@ -249,7 +248,7 @@ impl Output<'_> {
         self.tally.missing = filter.missing_inputs().to_vec();
         self.tally.left_out = rows.n_left_out;
         let ended = match format {
-            TableFormat::Csv => Ok(()),
+            TableFormat::Csv | TableFormat::Parquet => Ok(()),
             TableFormat::JsonLines => {
                 rows.take_left_out().iter().try_for_each(|LeftOut { line, reason }| {
                     writeln!(out, "{}", json!({ "left_out": { "line": line, "reason": reason } }))

@@ -1,6 +1,6 @@
-//! Parquet files, as the CSV text they stand for.
+//! Parquet files by the `parquet` crate, which knows all of the format.
 //!
-//! From there on both formats are read by one reader; a diagnostic shows the row as it would stand
+//! They become CSV text. From there on both formats are read by one reader; a diagnostic shows the row as it would stand
 //! in a CSV file. Columns that hold no single numbers, times or texts (lists, binary data) become
 //! text, so that they are refused only if a model asks for them.
 
@@ -17,7 +17,7 @@ use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData, RowGroupMeta
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
 
-use super::write::{push_number, quoted};
+use super::super::write::{push_number, quoted};
 
 /// The CSV text of a Parquet file.
 pub(super) fn to_csv(file: Vec<u8>) -> Result<String> {
@@ -236,7 +236,9 @@ mod tests {
     use parquet::file::writer::SerializedFileWriter;
     use parquet::schema::types::Type;
 
-    use super::super::read_from;
+    use super::super::super::read_from;
+    use super::super::super::write::{Written, save_parquet, write_table};
+    use super::super::plain;
     use super::*;
 
     /// Three rows of a stamp, a number that may be missing, and a text.
@@ -312,5 +314,22 @@ mod tests {
                 let _ = to_csv(damaged);
             }
         }
+    }
+
+    #[test]
+    fn the_library_reads_what_dgd_writes() {
+        let unit = dgd_runtime::Unit { symbol: "lpm".into(), factor: 1.0 / 60_000.0, offset: 0.0 };
+        let time: Vec<f64> = (0..5000).map(|i| f64::from(i) * 0.1).collect();
+        let gap = |i: i32| if i % 3 == 0 { f64::NAN } else { f64::from(i).sin() };
+        let values: Vec<f64> = (0..5000).map(gap).collect();
+        let columns = [Written { name: "q, \"a\"", unit: &unit, values: &values }];
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        let path = folder.path().join("a.parquet");
+        let rows = |out: &mut dyn std::io::Write| write_table(out, Some(&time), &columns);
+        save_parquet(&path, rows).expect("the folder is writable");
+        let file = std::fs::read(path).expect("it was written");
+        let ours = plain::to_csv(&file).expect("a file of ours");
+        assert_eq!(to_csv(file).expect("a Parquet file"), ours);
+        assert_eq!(ours.lines().next(), Some("time [s],\"q, \"\"a\"\" [lpm]\""));
     }
 }
