@@ -15,7 +15,7 @@
 use dgd_runtime::Direction;
 use dgd_runtime::System;
 use dgd_runtime::identify::{Estimate, Recording, outputs_with_sensitivities};
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::fitted::{Data, Fitted};
 use dgd_screen::noise::SensorNoise;
@@ -27,16 +27,16 @@ impl Fitted {
         if data.noise.iter().flatten().all(|noise| noise.colour.is_none()) {
             return;
         }
-        let Some(variances) = self.variances(data) else { return };
+        let Some(covariance) = self.covariance(data) else { return };
         let places = self.fitted_directions();
-        for (place, variance) in places.into_iter().zip(&variances) {
+        for (place, variance) in places.into_iter().zip(&covariance.diagonal()) {
             let std = &mut self.estimates[place].std;
             *std = std.filter(|_| variance.is_finite()).map(|_| variance.sqrt());
         }
     }
 
     /// Positions of the estimates that were fitted and are not at a bound.
-    fn fitted_directions(&self) -> Vec<usize> {
+    pub(crate) fn fitted_directions(&self) -> Vec<usize> {
         let is_moment = |of: &Direction| match of {
             Direction::Parameter(i) => self.moments.contains(i),
             Direction::Start(_) => false,
@@ -45,8 +45,8 @@ impl Fitted {
         (0..self.estimates.len()).filter(|place| is_fitted(&self.estimates[*place])).collect()
     }
 
-    /// Their variances; `None` where the sensitivities cannot be had.
-    fn variances(&self, data: &Data<'_>) -> Option<DVector<f64>> {
+    /// Their covariance; `None` where the sensitivities cannot be had.
+    pub(crate) fn covariance(&self, data: &Data<'_>) -> Option<DMatrix<f64>> {
         let fitted = self.fitted_directions();
         let n = fitted.len();
         let system = &self.structure.system;
@@ -94,12 +94,12 @@ impl Fitted {
             }
         }
         let inverse = inverse(&information, data.options.rtol);
-        Some((&inverse * scores * &inverse).diagonal())
+        Some(&inverse * scores * &inverse)
     }
 }
 
 /// R times some columns over some samples of a recording.
-fn with_covariance(
+pub(crate) fn with_covariance(
     columns: &DMatrix<f64>,
     recording: &Recording,
     samples: &[usize],
@@ -131,7 +131,7 @@ fn with_covariance(
 }
 
 /// N⁻¹ over the combinations of estimates that readings see to this relative tolerance.
-fn inverse(information: &DMatrix<f64>, rtol: f64) -> DMatrix<f64> {
+pub(crate) fn inverse(information: &DMatrix<f64>, rtol: f64) -> DMatrix<f64> {
     let n = information.nrows();
     let size = information.diagonal().map(f64::sqrt);
     let scaled = DMatrix::from_fn(n, n, |i, j| {

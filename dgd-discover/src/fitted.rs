@@ -3,8 +3,8 @@
 use std::sync::OnceLock;
 
 use dgd_runtime::identify::{
-    Estimate, EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Recording, Starts,
-    StoppingRule, counts_from, evaluate, fit, fit_starts,
+    Estimate, EstimateError, Evaluation, Fit, Noise, NoiseCorrelation, OutputErrorProblem,
+    Recording, Starts, StoppingRule, counts_from, evaluate, fit, fit_starts,
 };
 use dgd_runtime::journal::{Kept, kept};
 use dgd_runtime::keep_by_fields;
@@ -133,7 +133,12 @@ impl Fitted {
         let key = data.keeping.key(&("counts from", &self.structure.candidates), |digest| {
             digest.of(&self.p).of(&data.noise).of(&data.options).of(&evaluations)
         });
-        kept(data.keeping.journal, key, || counts_from(&problem))
+        let correlations: Vec<NoiseCorrelation> = data
+            .noise
+            .iter()
+            .map(|noise| noise.as_ref().map_or(NoiseCorrelation::NONE, correlation))
+            .collect();
+        kept(data.keeping.journal, key, || counts_from(&problem, &correlations))
     }
 
     /// Free parameters and start values.
@@ -336,6 +341,13 @@ fn residuals(recordings: &[Recording], observations: &[Observations]) -> Vec<Vec
         recording.measured.iter().enumerate().map(of_output).collect()
     };
     recordings.iter().zip(observations).map(of_recording).collect()
+}
+
+fn correlation(noise: &SensorNoise) -> NoiseCorrelation {
+    noise.colour.map_or(NoiseCorrelation::NONE, |colour| NoiseCorrelation {
+        share: (colour.std / noise.total()).powi(2),
+        memory: colour.memory,
+    })
 }
 
 /// Outputs of the held-out recordings, with start values from their beginnings; `None` where one

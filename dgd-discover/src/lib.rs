@@ -30,6 +30,7 @@ mod discrepancy;
 mod evidence;
 mod exponential;
 mod fitted;
+mod foreseen;
 mod forms;
 mod formula;
 mod found;

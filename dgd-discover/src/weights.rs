@@ -4,7 +4,7 @@
 use dgd_runtime::identify::Recording;
 
 use crate::colour::coloured_noise;
-use crate::fitted::{Fitted, NoFit, chi_square, whitened};
+use crate::fitted::{Data, Fitted, NoFit, chi_square, whitened};
 use crate::screen::{Score, StartPoint};
 use crate::search::{BEAM, EVALUATIONS, HeldOut, Open, Search};
 use crate::structure::Values;
@@ -95,20 +95,41 @@ impl Search<'_> {
             .iter()
             .enumerate()
             .all(|(output, noise)| noise.as_ref().is_none_or(|noise| is_steady(output, noise)));
-        // What a small effect adds in one recording it does not add alike in another.
-        let is_the_same = |held_out: Vec<Vec<Vec<f64>>>| {
-            let sums = chi_square(&held_out, &noise);
-            sums.iter().all(|(sum, n)| *sum <= EXPLAINED_HELD_OUT * *n as f64)
-        };
-        let is_the_same = fitted.held_out_residuals(&self.data).is_none_or(is_the_same);
-        if !all_steady || !is_the_same || !self.leaves_noise(&residuals, &noise) {
+        if !all_steady || !self.leaves_noise(&residuals, &noise) {
             return false;
         }
-        if noise != self.data.noise {
-            self.data.noise = noise;
+        let mut data = Data { noise, ..self.data.clone() };
+        if data.noise != self.data.noise
+            && let Some(base) = self.fitted(&[])
+        {
+            data.counts_from = base.counts_from(&data, EVALUATIONS);
+        }
+        let mut fitted = fitted.clone();
+        if data.counts_from != self.data.counts_from {
+            fitted.hold_out(&data, EVALUATIONS);
+        }
+        if !is_the_same(&fitted, &data) {
+            return false;
+        }
+        self.weigh_with(data);
+        true
+    }
+
+    /// Takes over noise, and where held-out recordings begin to count.
+    fn weigh_with(&mut self, data: Data<'_>) {
+        let Data { noise, counts_from, .. } = data;
+        let is_reweighed = noise != self.data.noise;
+        let is_recounted = counts_from != self.data.counts_from;
+        (self.data.noise, self.data.counts_from) = (noise, counts_from);
+        if is_reweighed {
             self.reweigh();
         }
-        true
+        if is_recounted {
+            let held_out = self.tried.values_mut().flatten();
+            for fitted in held_out.filter(|fitted| fitted.valid.is_some()) {
+                fitted.hold_out(&self.data, EVALUATIONS);
+            }
+        }
     }
 
     /// Weighs the errors of all structures anew, after the noise has changed.
@@ -128,11 +149,10 @@ impl Search<'_> {
     /// A discrepancy that is as short and steady as noise of a sensor may be both. Where an effect explains
     /// it, it is the effect's.
     pub(crate) fn is_coloured_noise(&mut self) -> bool {
-        let before = self.data.noise.clone();
+        let before = self.data.clone();
         let is_noise = self.recolour(&[]) && self.nothing_promises();
-        if !is_noise && self.data.noise != before {
-            self.data.noise = before;
-            self.reweigh();
+        if !is_noise {
+            self.weigh_with(before);
         }
         self.has_effects = !is_noise;
         is_noise
@@ -171,6 +191,20 @@ impl Search<'_> {
         let again = again.iter().map(|chosen| self.continued(chosen)).collect();
         self.refit(again, AGAIN, HeldOut::Now);
     }
+}
+
+/// Whether held-out errors are no larger than the noise of the training recordings, or than what little these recordings
+/// tell of parameters and start values explains. What a small effect adds in one recording it does not add alike
+/// in another.
+fn is_the_same(fitted: &Fitted, data: &Data<'_>) -> bool {
+    let Some(residuals) = fitted.held_out_residuals(data) else { return true };
+    let sums = chi_square(&residuals, &data.noise);
+    if sums.iter().all(|(sum, n)| *sum <= EXPLAINED_HELD_OUT * *n as f64) {
+        return true;
+    }
+    let least = FALSE_ALARM / sums.len() as f64;
+    let chances = fitted.held_out_chances(data, EVALUATIONS);
+    chances.is_some_and(|chances| chances.iter().all(|chance| *chance > least))
 }
 
 /// The noise of each output, from residuals or readings of some recordings; `None` where it is not

@@ -122,6 +122,20 @@ fn an_encoder_that_rounds_lacks_nothing() {
 }
 
 #[test]
+fn a_short_recording_under_coloured_noise_lacks_nothing() {
+    // A hundred memories of the noise, and fifty: start values from the first 3 s are off by a good part of it.
+    let examined = examined("servo.dgd", servo::MODEL);
+    for (memory, seeds) in [(0.5, [1, 2]), (0.5, [21, 22]), (1.0, [19, 20])] {
+        let servo = Servo { memory: Some(memory), ..Servo::default() };
+        let [train, valid] = seeds.map(|seed| servo.record(seed, 50));
+        let discovery = found(&examined, &train, &valid);
+        assert_eq!(discovery.verdict, Verdict::Sufficient, "{memory} s: {}", discovery.reason);
+        let from = discovery.traces[1].counts_from.expect("start values are estimated");
+        assert!(from > 3.0, "{memory} s: {from}");
+    }
+}
+
+#[test]
 fn a_servo_without_dry_friction_has_none() {
     let examined = examined("servo.dgd", servo::MODEL);
     let plain = Servo::default();

@@ -9,9 +9,9 @@ use std::num::NonZeroU32;
 use std::sync::Mutex;
 
 use dgd::identify::{
-    Bound, EstimateError, Fit, Noise, OutputErrorProblem, PointEnd, Prior, Progress, Recording,
-    Stepping, Termination, TrialFailure, Watch, bootstrap, counts_from, evaluate, fit, fit_from,
-    fit_starts, outputs_with_sensitivities, profile, profiles,
+    Bound, EstimateError, Fit, Noise, NoiseCorrelation, OutputErrorProblem, PointEnd, Prior,
+    Progress, Recording, Stepping, Termination, TrialFailure, Watch, bootstrap, counts_from,
+    evaluate, fit, fit_from, fit_starts, outputs_with_sensitivities, profile, profiles,
 };
 use dgd::{
     Column, Inputs, Interpolation, MethodKind, Options, PerSample, Steps, System, find_method,
@@ -568,7 +568,7 @@ fn held_out_recordings_get_their_starts_from_their_beginnings() {
 
 /// When a recording of two rooms of which one is measured begins to count, in samples, of which there is one in so
 /// many seconds; so are the time constants of both rooms.
-fn rooms(spacing: f64, own: f64, hidden: f64) -> f64 {
+fn rooms(spacing: f64, own: f64, hidden: f64, noise: NoiseCorrelation) -> f64 {
     let text = format!(
         "model rooms\nparameter tau [s] = {} fixed\nparameter slow [s] = {} fixed\nstate x [1] = 1\n\
          state hidden [1] = 2\nequation own: tau*der(x) = hidden - x\n\
@@ -588,15 +588,16 @@ fn rooms(spacing: f64, own: f64, hidden: f64) -> f64 {
         x + 0.02 * normal(&mut random)
     });
     let recordings = [Recording::new(times, Inputs::none(), vec![Some(x.collect())])];
-    let noise = vec![Some(Noise::Known(0.02))];
-    let problem = OutputErrorProblem { noise, ..OutputErrorProblem::new(&system, &p, &recordings) };
-    counts_from(&problem)[0] / spacing
+    let known = vec![Some(Noise::Known(0.02))];
+    let problem =
+        OutputErrorProblem { noise: known, ..OutputErrorProblem::new(&system, &p, &recordings) };
+    counts_from(&problem, &[noise])[0] / spacing
 }
 
 #[test]
 fn validation_counts_from_sixty_readings_on_in_all_units_of_time() {
     for spacing in [0.01, 1.0, 360.0] {
-        let from = rooms(spacing, 20.0, 30.0);
+        let from = rooms(spacing, 20.0, 30.0, NoiseCorrelation::NONE);
         assert!((from - 60.0).abs() < 1e-6, "{from} at {spacing} s");
     }
 }
@@ -606,8 +607,19 @@ fn what_readings_show_late_takes_a_longer_beginning() {
     // The hidden room is seen through a ramp of a 300th of it a sample: its variance after n samples is 12·300²/n³ of
     // the noise's, 0.6 after 120 and 0.08 after 240. Later it is felt at nearly its full size.
     for spacing in [0.01, 1.0, 360.0] {
-        let from = rooms(spacing, 300.0, 20_000.0);
+        let from = rooms(spacing, 300.0, 20_000.0, NoiseCorrelation::NONE);
         assert!((from - 240.0).abs() < 1e-6, "{from} at {spacing} s");
+    }
+}
+
+#[test]
+fn correlated_noise_takes_a_longer_beginning() {
+    // Half of it with a memory of five samples: means scatter by 0.5 + 0.5·2·5 times as much as those of white noise,
+    // and the variance of the hidden room is 0.43 of the noise's after 240 samples and 0.05 after 480.
+    for spacing in [0.01, 1.0, 360.0] {
+        let noise = NoiseCorrelation { share: 0.5, memory: 5.0 * spacing };
+        let from = rooms(spacing, 300.0, 20_000.0, noise);
+        assert!((from - 480.0).abs() < 1e-6, "{from} at {spacing} s");
     }
 }
 

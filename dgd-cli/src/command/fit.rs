@@ -9,9 +9,9 @@ use dgd_compiler::source::Sources;
 use dgd_execute::Loaded;
 use dgd_runtime::identify::filter::FilterProblem;
 use dgd_runtime::identify::{
-    Estimate, EstimateError, Evaluation, Fit, Noise, OutputErrorProblem, Prior, Recording,
-    StoppingRule, Termination, TrialFailed, TrialFailure, Watch, counts_from, evaluate, fit_starts,
-    nonlinear, operating_points,
+    Estimate, EstimateError, Evaluation, Fit, Noise, NoiseCorrelation, OutputErrorProblem, Prior,
+    Recording, StoppingRule, Termination, TrialFailed, TrialFailure, Watch, counts_from, evaluate,
+    fit_starts, nonlinear, operating_points,
 };
 use dgd_runtime::journal::{Digest, Keeping};
 use dgd_runtime::linearize::NotLinearised;
@@ -398,7 +398,8 @@ impl Task {
         let mut recordings = held_out.recordings.to_vec();
         // Without a state nothing has to be estimated, and all rows count.
         if !self.compiled.dae.is_static() {
-            for (recording, from) in recordings.iter_mut().zip(counts_from(held_out)) {
+            let white = vec![NoiseCorrelation::NONE; held_out.noise.len()];
+            for (recording, from) in recordings.iter_mut().zip(counts_from(held_out, &white)) {
                 recording.counts_from = from;
             }
         }

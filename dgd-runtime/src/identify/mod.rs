@@ -59,7 +59,7 @@ mod uncertainty;
 mod variables;
 mod weighing;
 
-pub use beginning::counts_from;
+pub use beginning::{NoiseCorrelation, counts_from};
 pub use bootstrap::{Bootstrap, bootstrap};
 pub use error::{EstimateError, TrialFailed, TrialFailure};
 pub use fit::Fit;
