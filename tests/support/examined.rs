@@ -41,6 +41,23 @@ pub(crate) struct Examined {
 }
 
 impl Samples {
+    /// Those of a file, whose columns are in the units that the model declares.
+    pub(crate) fn of_file(path: &Path) -> Samples {
+        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let table = dgd_cli::data::read(path, &mut sources, &mut diagnostics).expect("a table");
+        let times = table.time.clone().expect("a column of times");
+        let columns = table.columns.into_iter().map(|column| (column.name, column.values));
+        Samples { times, columns: columns.collect() }
+    }
+
+    /// The rows before a time.
+    pub(crate) fn until(&self, t: f64) -> Samples {
+        let rows = self.times.partition_point(|time| *time < t);
+        let columns = self.columns.iter();
+        let columns = columns.map(|(name, values)| (name.clone(), values[..rows].to_vec()));
+        Samples { times: self.times[..rows].to_vec(), columns: columns.collect() }
+    }
+
     /// Those of a recording's text, `time [s]` first.
     pub(crate) fn of_csv(csv: &str) -> Samples {
         let mut lines = csv.lines();

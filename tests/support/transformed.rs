@@ -69,17 +69,18 @@ impl Transformed {
     }
 }
 
-/// The same for times that are a minute for each second: rates are so much slower, and parameters that time or a
-/// delay is compared with so much longer.
+/// The same for times that are a minute for each second: derivatives are so much smaller, parameters that time or a
+/// delay is compared with so much longer, and rates that time is multiplied by so much slower.
 fn slower(text: &str) -> String {
     let of_der: Vec<&str> = lags(text).collect();
+    let has_time = text.split(|c: char| !c.is_alphanumeric()).any(|word| word == "time");
     let line = |line: &str| {
         let mut words = line.split_whitespace();
         let is_parameter = words.next() == Some("parameter");
         let name = words.next().unwrap_or_default();
         let factor = if line.contains("[s]") && !of_der.contains(&name) {
             SLOWER
-        } else if line.contains("/h]") {
+        } else if has_time && line.contains("/h]") {
             1.0 / SLOWER
         } else {
             1.0
