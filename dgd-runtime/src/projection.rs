@@ -34,6 +34,8 @@ pub(crate) struct Projection<S: System> {
     kept_s: Vec<f64>,
     /// Whether a matrix is factorised.
     is_factorised: bool,
+    /// How corrections by it shrink, as far as rows of this step have shown.
+    rate: f64,
 }
 
 /// What is the same for all rows of a step.
@@ -45,9 +47,10 @@ pub(crate) struct Rows<'a, S: System> {
     pub(crate) tolerances: Tolerances,
 }
 
-/// Corrections by one matrix.
+/// Corrections of one row by one matrix.
 struct Corrections {
     previous: f64,
+    rate: f64,
     left: usize,
 }
 
@@ -59,15 +62,20 @@ enum Verdict {
 }
 
 impl Corrections {
-    fn new() -> Self {
-        Self { previous: f64::INFINITY, left: MOST_CORRECTIONS }
+    fn new(rate: f64) -> Self {
+        Self { previous: f64::INFINITY, rate, left: MOST_CORRECTIONS }
     }
 
     /// Judges a correction of this size, in units of the tolerance, that has been made.
     fn judge(&mut self, norm: f64) -> Verdict {
         self.left -= 1;
-        // Of the first correction no rate is known.
-        let rate = if self.previous.is_finite() { norm / self.previous } else { SLOW };
+        if self.previous.is_finite() {
+            self.rate = norm / self.previous;
+        } else if norm > 1.0 {
+            // The rate of other rows is trusted where little depends on it.
+            self.rate = SLOW;
+        }
+        let rate = self.rate;
         self.previous = norm;
         if norm <= LEFT || rate * norm <= LEFT * (1.0 - rate) {
             Verdict::Solved
@@ -90,6 +98,7 @@ impl<S: System> Projection<S> {
             kept: S::Vector::zeros(n),
             kept_s: vec![0.0; n * n_s],
             is_factorised: false,
+            rate: SLOW,
         }
     }
 
@@ -101,6 +110,7 @@ impl<S: System> Projection<S> {
         jacobian: &[f64],
     ) {
         self.is_factorised = algebraic.factorise(pattern, jacobian).is_ok();
+        self.rate = SLOW;
     }
 
     /// Begins a row of which nothing is known.
@@ -129,6 +139,7 @@ impl<S: System> Projection<S> {
         // An iteration that finds nothing left has factorised nothing.
         let pattern = &system.signature().jacobian;
         self.is_factorised = solved && algebraic.factorise(pattern, jacobian).is_ok();
+        self.rate = SLOW;
         if !solved {
             y.copy_from_slice(self.kept.as_ref());
         }
@@ -144,7 +155,7 @@ impl<S: System> Projection<S> {
         y: &mut [f64],
     ) -> bool {
         let Rows { system, p, z, sizes, tolerances } = *rows;
-        let mut corrections = Corrections::new();
+        let mut corrections = Corrections::new(self.rate);
         loop {
             let f = self.f.as_mut();
             system.rhs(Point { t, y, u: drive.at(t, y), p, z }, f);
@@ -158,7 +169,10 @@ impl<S: System> Projection<S> {
                 }
             }
             match corrections.judge(norm) {
-                Verdict::Solved => return true,
+                Verdict::Solved => {
+                    self.rate = corrections.rate;
+                    return true;
+                }
                 Verdict::GoOn => {}
                 Verdict::Fails => return false,
             }
@@ -177,27 +191,13 @@ impl<S: System> Projection<S> {
         g: &mut [f64],
     ) {
         let Rows { system, p, z, tolerances, .. } = *rows;
-        let n = y.len().max(1);
-        self.kept_s.copy_from_slice(s);
         let (u, udot) = drive.with_slope(t, y);
         let at = Point { t, y, u, p, z };
-        let mut corrections = Corrections::new();
-        loop {
-            if !self.is_factorised {
-                break;
-            }
-            algebraic.correct_sensitivities(system, at, s, g);
-            let mut norm = 0.0;
-            for (i, (g, (s, size))) in g.iter().zip(s.iter().zip(s_sizes)).enumerate() {
-                if algebraic.mass.as_ref()[i % n] == 0.0 {
-                    norm = larger(norm, g.abs() / tolerances.weight(*s, *size));
-                }
-            }
-            match corrections.judge(norm) {
-                Verdict::Solved => return,
-                Verdict::GoOn => {}
-                Verdict::Fails => break,
-            }
+        self.kept_s.copy_from_slice(s);
+        if self.is_factorised
+            && self.correct_sensitivities(algebraic, system, tolerances, at, (s, s_sizes), g)
+        {
+            return;
         }
         s.copy_from_slice(&self.kept_s);
         // They are linear, and their matrix is that of this very row.
@@ -210,6 +210,40 @@ impl<S: System> Projection<S> {
         if !self.is_factorised || s.iter().any(|s| !s.is_finite()) {
             self.is_factorised = false;
             s.copy_from_slice(&self.kept_s);
+        }
+    }
+
+    /// Corrects by the matrix that is factorised; whether that solves their equations.
+    fn correct_sensitivities(
+        &mut self,
+        algebraic: &mut Algebraic<S>,
+        system: &S,
+        tolerances: Tolerances,
+        at: Point<'_>,
+        (s, s_sizes): (&mut [f64], &[f64]),
+        g: &mut [f64],
+    ) -> bool {
+        let n = at.y.len();
+        let mut corrections = Corrections::new(self.rate);
+        loop {
+            algebraic.correct_sensitivities(system, at, s, g);
+            let mut norm = 0.0;
+            let directions = g.chunks_exact(n).zip(s.chunks_exact(n)).zip(s_sizes.chunks_exact(n));
+            for ((g, s), sizes) in directions {
+                for (i, mass) in algebraic.mass.as_ref().iter().enumerate() {
+                    if *mass == 0.0 {
+                        norm = larger(norm, g[i].abs() / tolerances.weight(s[i], sizes[i]));
+                    }
+                }
+            }
+            match corrections.judge(norm) {
+                Verdict::Solved => {
+                    self.rate = corrections.rate;
+                    return true;
+                }
+                Verdict::GoOn => {}
+                Verdict::Fails => return false,
+            }
         }
     }
 }
