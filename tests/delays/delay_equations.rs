@@ -892,3 +892,57 @@ fn rows_within_a_step_read_what_they_need_of_a_long_history() {
         assert!((w - expected).abs() < 1e-5, "{w} for {expected} at {t} s");
     }
 }
+
+/// A delay that varies reaches the jump of a reset within a step that a corner cuts.
+#[test]
+fn a_mark_in_a_step_that_ends_at_a_corner_is_not_missed() {
+    let text = |corner: &str| {
+        format!(
+            "model m
+             state x = -0.6 history 1
+             state y = 0
+             state c = 0.2
+             equation x: der(x) = ((1.4 + x)/(2.4 + {corner}) - 0.3*x^3)/1 [s]
+             equation c: der(c) = -0.0846/1 [s]
+             equation y: der(y) = delay(x, (1 + 0.1*sin(time/1 [s]))*1 [s])/1 [s]
+             when x rises above 0 {{ reset x = -0.6 }}"
+        )
+    };
+    // The corner itself is nearly never passed: without it the solution is the same.
+    let [plain, cut] = ["x", "min(x, c + 0.2)"].map(|corner| system(&text(corner)));
+    for tolerance in [1e-5, 1e-6, 1e-7, 1e-8] {
+        let options = Options { rtol: tolerance, atol: tolerance, ..Options::default() };
+        let [plain, cut] = [&plain, &cut].map(|system| {
+            let problem = Problem { system, p: &[], inputs: &Inputs::none(), start: &[] };
+            simulate(&problem, &[0.0, 2.377], &options).expect("a solution").y(1)[1]
+        });
+        assert!((plain - cut).abs() < 100.0 * tolerance, "{tolerance}: {plain} {cut}");
+    }
+}
+
+/// At a threshold from the start on, the first step is nearly none; its ends say nothing of a slope.
+#[test]
+fn a_step_between_two_events_at_one_time_has_no_slope_of_its_own() {
+    let system = system(
+        "model m
+         parameter tau = 0.21
+         state x = 0.6388
+         unknown y = 0.6
+         equation y: y = max(x, delay(x, 0.86 [s]))
+         equation x: der(x) = (-0.3736 + y - 0.5*x)/1 [s]
+         state z = 0
+         equation z: der(z) = delay(x, tau*1 [s])/1 [s]
+         output late = delay(x, tau*1 [s])",
+    );
+    let problem = Problem { system: &system, p: &[0.21], inputs: &Inputs::none(), start: &[] };
+    let times: Vec<f64> = (1..=8).map(|k| 0.21 * f64::from(k)).collect();
+    let slopes = |tolerance: f64| {
+        let options = Options { rtol: tolerance, atol: tolerance, ..Options::default() };
+        let solution = simulate_with_sensitivities(&problem, &times, &options).expect("a solution");
+        let observations = observe(&problem, &solution);
+        (0..times.len()).map(|k| observations.dw(k)[0]).collect::<Vec<f64>>()
+    };
+    for (a, b) in slopes(1e-6).iter().zip(slopes(1e-9)) {
+        assert!((a - b).abs() < 1e-4, "{a} {b}");
+    }
+}

@@ -470,6 +470,10 @@ fn a_jump_that_another_condition_mostly_hides_is_an_event() {
     assert_eq!(kinds(row), [AutomatonKind::Switch; 2]);
     let smooth = "if q < 0 then 0 else if q < 1 then q^2*(3 - 2*q) else 1";
     assert_eq!(kinds(smooth), []);
+    // q = p matters only while p is between 1 and 1.47, however often each condition holds by itself; p = 1
+    // never does, as q is above it where it could.
+    let row = "if (1 < q and ((p >= 1.47 or q > p) or 1 > p)) and 1 >= a*q then 1 else a";
+    assert_eq!(kinds(row), [AutomatonKind::Switch; 4]);
 }
 
 #[test]
@@ -620,4 +624,67 @@ fn a_jump_that_the_sign_of_a_temperature_hides_is_located() {
     // y = -t until 1/c, then it rises.
     assert_close(&[value(&system, &solution, "y", 1)], &[1.0], CLOSE);
     assert_close(&slopes(&system, &solution, "y", 1), &[2.0], CLOSE);
+}
+
+#[test]
+fn a_surface_that_an_input_tears_off_is_left() {
+    // x rises to its threshold and slides there, until the threshold jumps below it, and above it again.
+    let system = system(
+        "model m
+         input level [1] hold
+         parameter v = 1
+         state x = 0
+         equation x: der(x) = (if x <= level then v else -1)/1 [s]",
+    );
+    let (at, levels) = ([0.0, 1.0, 1.75, 4.0], [0.5, -1.0, 2.0, 2.0]);
+    let column = Column { name: "level", interpolation: Interpolation::Hold, values: &levels };
+    let inputs = Inputs::recorded(&at, &[column]).expect("inputs");
+    let times = [0.0, 0.75, 1.0, 1.5, 1.75, 2.0];
+    let p = parameters(&system);
+    let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+    let solution = simulate_with_sensitivities(&problem, &times, &options()).expect("a solution");
+    let x: Vec<f64> = (0..times.len()).map(|k| value(&system, &solution, "x", k)).collect();
+    assert_close(&x, &[0.0, 0.5, 0.5, 0.0, -0.25, 0.0], CLOSE);
+    assert_slopes_are_differences(&system, &inputs, &times, 1e-6);
+}
+
+#[test]
+fn a_surface_that_a_reset_tears_off_is_left() {
+    // x slides on y = 0.5 until y is reset to 2 at t = 1.
+    let system = system(
+        "model m
+         state x = 0
+         state y = 0.5
+         state w = 0
+         equation x: der(x) = (if x <= y then 1 else -1)/1 [s]
+         equation y: der(y) = 0 [1/s]
+         equation w: der(w) = 1 [1/s]
+         when w rises above 1 { reset y = 2 }",
+    );
+    let solution = run(&system, &[0.0, 0.75, 2.0, 3.0]);
+    let x: Vec<f64> = (1..4).map(|k| value(&system, &solution, "x", k)).collect();
+    assert_close(&x, &[0.5, 1.5, 2.0], CLOSE);
+}
+
+#[test]
+fn sensitivities_are_right_behind_a_corner_at_usual_tolerances() {
+    // The rate is 1/√(1 + b²) until q reaches 2 b, b = sin(a + 1)/3, and does not depend on a from there on.
+    let system = system(
+        "model m
+         parameter a = 0.7
+         state q = 0
+         state x = 0
+         equation q: der(q) = 1 [1/s]
+         equation x: der(x) = 1/sqrt(1 + max(q/2, sin(a + 1)/3)^2)/1 [s]",
+    );
+    let b = 1.7_f64.sin() / 3.0;
+    let expected = -2.0 * b * b * (1.7_f64.cos() / 3.0) / (1.0 + b * b).powf(1.5);
+    for tolerance in [1e-5, 1e-6, 1e-8] {
+        let options = Options { rtol: tolerance, atol: tolerance, ..Options::default() };
+        let p = parameters(&system);
+        let problem = Problem { system: &system, p: &p, inputs: &Inputs::none(), start: &[] };
+        let solution = simulate_with_sensitivities(&problem, &[0.0, 1.6], &options);
+        let slope = slopes(&system, &solution.expect("a solution"), "x", 1)[0];
+        assert!((slope - expected).abs() < 30.0 * tolerance, "{tolerance}: {slope} {expected}");
+    }
 }

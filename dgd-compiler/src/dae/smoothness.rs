@@ -25,8 +25,13 @@ pub(super) enum Passage {
 }
 
 /// Points tried, and as many of them as are enough where both sides can be evaluated.
-const TRIALS: usize = 64;
+const TRIALS: usize = 128;
 const ENOUGH: usize = 6;
+/// And as many where there are several other conditions, in rows of up to so many nodes.
+const MANY: usize = 64;
+const MOST_NODES: usize = 400;
+/// How far beside the thresholds of other conditions points are drawn, in sizes.
+const BESIDE: f64 = 0.3;
 /// As many are enough although a condition has been met one way only.
 const MOST: usize = 32;
 /// Other conditions that are followed.
@@ -147,22 +152,17 @@ impl Sides<'_> {
     /// The worst passage that is met at random places; none where the sides can be evaluated at none.
     fn compare(&mut self, [above, below]: [ExprId; 2], all: bool) -> Option<Passage> {
         let surface = self.surface;
-        let moves = |s: &Symbol| {
-            matches!(
-                s,
-                Symbol::Unknown(_)
-                    | Symbol::Element(_)
-                    | Symbol::Swept(_)
-                    | Symbol::DelayedUnknown(_)
-                    | Symbol::Input(_)
-                    | Symbol::Time
-            )
-        };
         let candidates: Vec<Symbol> =
             self.graph.symbols(surface).into_iter().filter(moves).collect();
+        let mut thresholds = Vec::new();
         if all {
             self.list_conditions([above, below]);
+            if self.graph.reachable([above, below]).len() <= MOST_NODES {
+                thresholds = self.thresholds();
+            }
         }
+        // Several conditions may hide a jump but for a small part of where they change.
+        let enough = if thresholds.len() > 1 { MANY } else { ENOUGH };
         let mut slopes: Vec<Option<[ExprId; 3]>> = vec![None; candidates.len()];
         let mut worst = None;
         let mut random = Random(SEED);
@@ -170,7 +170,7 @@ impl Sides<'_> {
         let graph = &mut *self.graph;
         for trial in 0..TRIALS {
             let all_met = !all || self.met.values().all(|met| *met == [true; 2]);
-            if compared >= ENOUGH && (all_met || compared >= MOST) || candidates.is_empty() {
+            if compared >= enough && (all_met || compared >= MOST) || candidates.is_empty() {
                 break;
             }
             let k = trial % candidates.len();
@@ -185,6 +185,10 @@ impl Sides<'_> {
             let order = graph.reachable(roots);
             let spread = if trial % 2 == 1 { WIDE } else { 0.0 };
             let mut place = Place::random(graph, self.sizes, &order, (spread, &mut random));
+            if trial % 4 > 1 && !thresholds.is_empty() {
+                let which = (0.5 * (random.next() + 1.0) * thresholds.len() as f64) as usize;
+                place.move_near(graph, &thresholds[which], v, &mut random);
+            }
             let off = place.evaluate(graph, &order, roots);
             let at_surface = graph.reachable([surface, e_v]);
             let found = place.move_to_surface(graph, v, (&at_surface, [surface, e_v]));
@@ -235,6 +239,34 @@ impl Sides<'_> {
         worst
     }
 
+    /// Where conditions other than the surface's own change: e, and ∂e/∂v for each symbol v that moves.
+    fn thresholds(&mut self) -> Vec<Threshold> {
+        let conditions: Vec<ExprId> = self.met.keys().copied().collect();
+        let mut thresholds = Vec::new();
+        for condition in conditions {
+            let graph = &mut *self.graph;
+            let e = match graph.node(condition) {
+                Node::Compare(_, a, b) => graph.subtract(a, b),
+                Node::Call1(_, x) => x,
+                _ => continue,
+            };
+            if e == self.surface {
+                continue;
+            }
+            let symbols: Vec<Symbol> = graph.symbols(e).into_iter().filter(moves).collect();
+            let slopes = symbols.into_iter().filter_map(|v| {
+                let gradient = graph.gradient(e, |symbol| (symbol == v).then_some(0));
+                let (_, slope) = gradient.first()?;
+                Some((v, *slope, graph.reachable([e, *slope])))
+            });
+            let slopes: Vec<_> = slopes.collect();
+            if !slopes.is_empty() {
+                thresholds.push(Threshold { e, slopes });
+            }
+        }
+        thresholds
+    }
+
     /// Lists the conditions of the sides, where they are few.
     fn list_conditions(&mut self, sides: [ExprId; 2]) {
         let graph = &*self.graph;
@@ -245,6 +277,25 @@ impl Sides<'_> {
         });
         self.met = conditions.map(|(id, _)| (id, [false; 2])).take(MOST_CONDITIONS).collect();
     }
+}
+
+/// Whether a symbol may be moved to a surface.
+fn moves(symbol: &Symbol) -> bool {
+    matches!(
+        symbol,
+        Symbol::Unknown(_)
+            | Symbol::Element(_)
+            | Symbol::Swept(_)
+            | Symbol::DelayedUnknown(_)
+            | Symbol::Input(_)
+            | Symbol::Time
+    )
+}
+
+/// Where a condition changes, e = 0: for each symbol v, ∂e/∂v and what both are made of.
+struct Threshold {
+    e: ExprId,
+    slopes: Vec<(Symbol, ExprId, Vec<ExprId>)>,
 }
 
 /// The values of an expression at some random places, the same for expressions of the same symbols.
@@ -439,6 +490,24 @@ impl Place {
         }
         self.values.insert(v, from);
         self.halve_to_surface(graph, v, (order, roots))
+    }
+
+    /// Moves a symbol, another one than `kept` if there is one, to a little beside a threshold.
+    fn move_near(
+        &mut self,
+        graph: &Graph,
+        threshold: &Threshold,
+        kept: Symbol,
+        random: &mut Random,
+    ) {
+        let others = threshold.slopes.iter().filter(|(symbol, ..)| *symbol != kept);
+        let Some((v, slope, order)) = others.last().or(threshold.slopes.first()) else { return };
+        let from = self.values[v];
+        if self.move_to_surface(graph, *v, (order, [threshold.e, *slope])).is_some() {
+            *self.values.entry(*v).or_default() += BESIDE * random.next() * self.size(*v);
+        } else {
+            self.values.insert(*v, from);
+        }
     }
 
     /// Looks for a change of the sign of e along v, ever further away, and halves to it.

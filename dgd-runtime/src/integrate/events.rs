@@ -238,8 +238,14 @@ impl<S: System> Simulation<'_, S> {
             return Ok(());
         }
         loop {
-            self.evaluate_events();
+            let torn_off = self.evaluate_events_at_jump();
             self.take_slack();
+            if let Some(k) = torn_off {
+                self.make_transition(k, solution)?;
+                // It has not come back from sliding: the surface has gone.
+                self.set_slack_beside(k, OF_ROUNDING);
+                continue;
+            }
             let Some(due) = self.due() else {
                 self.arm();
                 return Ok(());
@@ -263,8 +269,21 @@ impl<S: System> Simulation<'_, S> {
         if !self.discrete.slack.contains(&mark) {
             return;
         }
+        self.take_errors(rtol, atol);
+        let Hybrid { slack, e, high, .. } = &mut self.discrete;
+        for ((slack, error), e) in slack.iter_mut().zip(high.iter()).zip(e.iter()) {
+            if *slack == mark {
+                // What has passed a threshold by more than rounding has passed it.
+                let own = if mark == OF_ROUNDING { 0.0 } else { 2.0 * e.abs() };
+                *slack = error.max(own);
+            }
+        }
+    }
+
+    /// What errors of all unknowns within these tolerances make of event functions, in `high`.
+    fn take_errors(&mut self, rtol: f64, atol: f64) {
         let Problem { system, p, .. } = *self.problem;
-        let Hybrid { schedule, slack, e, low, high, .. } = &mut self.discrete;
+        let Hybrid { schedule, e, low, high, .. } = &mut self.discrete;
         let (y, u) = (self.y.as_ref(), self.drive.at(self.t, self.y.as_ref()));
         high.fill(0.0);
         for i in 0..y.len() {
@@ -277,11 +296,46 @@ impl<S: System> Simulation<'_, S> {
                 *error += (moved - e).abs();
             }
         }
-        for ((slack, error), e) in slack.iter_mut().zip(high.iter()).zip(e.iter()) {
-            if *slack == mark {
-                // What has passed a threshold by more than rounding has passed it.
-                let own = if mark == OF_ROUNDING { 0.0 } else { 2.0 * e.abs() };
-                *slack = error.max(own);
+    }
+
+    /// e at (t, y), where inputs or unknowns may just have jumped. The transition of a switch from sliding to the
+    /// side of its surface that the solution is on now, where the jump has torn the two apart.
+    fn evaluate_events_at_jump(&mut self) -> Option<usize> {
+        let discrete = &self.problem.system.signature().discrete;
+        // Of each switch that slides, the event function of its surface before.
+        let transitions = || discrete.transitions().enumerate();
+        let before: Vec<(usize, usize, f64)> = transitions()
+            .filter(|(_, (automaton, transition))| {
+                discrete.automata[*automaton].kind == AutomatonKind::Switch
+                    && transition.trigger == Trigger::Level
+                    && transition.crossing == Crossing::Rises
+                    && transition.from != SLIDING
+                    && self.discrete.is_active(*automaton, SLIDING)
+            })
+            .map(|(k, (automaton, _))| (k, automaton, self.discrete.e[k]))
+            .collect();
+        self.evaluate_events();
+        if before.iter().all(|(k, _, e)| self.discrete.e[*k] == *e) {
+            return None;
+        }
+        self.take_errors(self.tolerances.rtol, self.tolerances.atol);
+        let Hybrid { e, high, .. } = &self.discrete;
+        let (k, automaton, _) =
+            before.into_iter().find(|(k, _, before)| (e[*k] - before).abs() > high[*k])?;
+        let crossing = if e[k] > 0.0 { Crossing::Rises } else { Crossing::Falls };
+        let left = transitions().find(|(_, (of, transition))| {
+            *of == automaton && transition.from == SLIDING && transition.crossing == crossing
+        });
+        left.map(|(k, _)| k)
+    }
+
+    /// Of all transitions of the automaton that the k-th belongs to.
+    fn set_slack_beside(&mut self, k: usize, slack: f64) {
+        let discrete = &self.problem.system.signature().discrete;
+        let of = discrete.transitions().nth(k).map(|(automaton, _)| automaton);
+        for (other, (automaton, _)) in discrete.transitions().enumerate() {
+            if Some(automaton) == of {
+                self.discrete.slack[other] = slack;
             }
         }
     }

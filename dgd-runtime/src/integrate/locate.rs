@@ -15,10 +15,12 @@ use super::{Simulation, Stop, Variables};
 use crate::error::IntegrateError;
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::system::{Crossing, Point, System};
+use crate::system::{AutomatonKind, Crossing, Point, System};
 
 /// The interval is narrowed to this part of the step.
 const NARROW: f64 = 1e-13;
+/// Steps that end at corners need not become shorter than this part of the run, whatever their error.
+const NO_NEARER: f64 = 1e-9;
 /// Halving alone narrows any interval to rounding in as many trials.
 const MOST_TRIALS: usize = 120;
 
@@ -39,10 +41,30 @@ impl<S: System> Simulation<'_, S> {
             solution.statistics.rejected += 1;
             return Ok(());
         };
+        if let Some(error) = self.error_at_corner(cut, times) {
+            controller.reject(cut, error);
+            solution.statistics.rejected += 1;
+            return Ok(());
+        }
         let again = self.end_at_event((h, cut), t_new, times, solution)?;
         // It may happen again as soon as the last time, whatever the error allows.
         controller.h = controller.h.min(again);
         Ok(())
+    }
+
+    /// The error of a step that was cut at a corner, if it is too large: stages at its end see the slopes behind
+    /// the corner, which sensitivities follow. A step nearer to the corner leaves less for the one that ends there.
+    fn error_at_corner(&self, cut: f64, times: &[f64]) -> Option<f64> {
+        let span = times.last()? - times.first()?;
+        if self.directions.is_none() || self.stepper.is_multistep() || cut <= NO_NEARER * span {
+            return None;
+        }
+        let mut transitions = self.problem.system.signature().discrete.transitions();
+        let (automaton, _) = transitions.nth(self.due()?)?;
+        let automata = &self.problem.system.signature().discrete.automata;
+        let error = self.error();
+        (automata[automaton].kind == AutomatonKind::Corner && error > 1.0 && error.is_finite())
+            .then_some(error)
     }
 
     /// Accepts the step that was cut at an event, and makes that; how soon it may happen again.

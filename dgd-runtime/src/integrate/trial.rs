@@ -110,6 +110,9 @@ impl<S: System> Simulation<'_, S> {
     }
 
     fn remember(&mut self, t_new: f64, for_now: bool) {
+        if !for_now && self.remembers_algebraic() {
+            return self.remember_projected(t_new);
+        }
         let Some(history) = &mut self.drive.history else { return };
         self.stepper.prepare_dense(self.y.as_ref(), self.directions.as_mut());
         history.begin_piece(self.t, t_new, for_now);
@@ -124,6 +127,41 @@ impl<S: System> Simulation<'_, S> {
                 _ => None,
             };
             history.set_node(node, self.row.as_ref(), s);
+        }
+        history.end_piece();
+    }
+
+    /// Whether algebraic unknowns are read late, and not within the step: there they are what the step made of
+    /// them.
+    fn remembers_algebraic(&self) -> bool {
+        let mass = self.algebraic.mass.as_ref();
+        let of_others = self.drive.history.as_ref().filter(|history| !history.has_trial());
+        of_others.is_some_and(|history| history.watches(|unknown| mass[unknown] == 0.0))
+    }
+
+    /// The same with rows between the ends on their algebraic equations. The ends are those of the step.
+    fn remember_projected(&mut self, t_new: f64) {
+        self.stepper.prepare_dense(self.y.as_ref(), self.directions.as_mut());
+        self.begin_projection();
+        let h = t_new - self.t;
+        let mut rows = Vec::with_capacity(NODES.len());
+        for theta in NODES {
+            let (mut row, mut row_s) = (self.row.clone(), self.sensitivity_row.clone());
+            self.stepper.interpolate(theta, self.y.as_ref(), row.as_mut());
+            if let (Some(d), Some(row_s)) = (&self.directions, &mut row_s) {
+                self.stepper.interpolate_sensitivities(theta, d, row_s.as_mut());
+            }
+            if theta > 0.0 && theta < 1.0 {
+                let s = row_s.as_mut().map(AsMut::as_mut);
+                self.project(self.t + theta * h, row.as_mut(), s);
+            }
+            rows.push((row, row_s));
+        }
+        // A row between may read the step before: only now is there this one.
+        let Some(history) = &mut self.drive.history else { return };
+        history.begin_piece(self.t, t_new, false);
+        for (node, (row, row_s)) in rows.iter().enumerate() {
+            history.set_node(node, row.as_ref(), row_s.as_ref().map(AsRef::as_ref));
         }
         history.end_piece();
     }

@@ -138,7 +138,10 @@ impl<S: System> Simulation<'_, S> {
         self.discrete.uncut = h;
         let Ok(cut) = self.locate(h, solution) else { return Ok(false) };
         // NaN compares false.
-        if self.error() <= 1.0 {
+        if self.error() <= 1.0 && self.reads_ahead(cut).is_none() {
+            if self.reaches_mark(self.t + cut) {
+                return Ok(true);
+            }
             self.discrete.uncut = f64::INFINITY;
             self.end_at_event((h, cut), t_new, times, solution)?;
             return Ok(true);

@@ -5,6 +5,9 @@ use super::{Before, Begun, History, NODES, ONE_TIME, Read, Tau};
 use crate::problem::Problem;
 use crate::system::{PastLayout, Point, System};
 
+/// A piece shorter than this part of the one beside it has no slope of its own.
+const SHORT: f64 = 1e-8;
+
 impl History {
     /// Writes what is known of delayed unknowns at (t, y) behind the inputs.
     pub(in crate::integrate) fn write<S: System>(
@@ -100,9 +103,9 @@ impl History {
     }
 
     /// Between two marks.
-    fn write_piece(&mut self, lag: usize, alpha: f64, past: &mut Channels<'_>) {
+    fn write_piece(&mut self, index: usize, alpha: f64, past: &mut Channels<'_>) {
         let (n, n_v, n_w) = (self.now.len(), self.layout.n_v, self.watched.len());
-        let lag = &mut self.lags[lag];
+        let lag = &mut self.lags[index];
         let begin = self.marks[lag.mark - 1 - self.first_mark].piece;
         let behind = self.marks.get(lag.mark - self.first_mark).map(|mark| mark.piece);
         let end = behind.unwrap_or(self.first + self.ends.len());
@@ -131,19 +134,38 @@ impl History {
         lag.piece = piece;
 
         let at = piece - self.first;
-        let [t0, t1] = self.ends[at];
-        let per_h = if t1 > t0 { 1.0 / (t1 - t0) } else { 0.0 };
-        let basis = Basis::at((alpha - t0) * per_h);
-        let differences = &self.differences[at * n * NODES.len()..(at + 1) * n * NODES.len()];
-        for &Read { delayed: k, watched, .. } in &lag.reads {
-            let [x, slope, bend] = basis.read(differences, n, watched);
+        let sloped = self.sloped(at);
+        let here = self.piece(at, alpha);
+        let (basis, _, differences) = here;
+        let (rates, per_h, rate_differences) =
+            if sloped == at { here } else { self.piece(sloped, alpha) };
+        for &Read { delayed: k, watched, .. } in &self.lags[index].reads {
+            let x = basis.read(differences, n, watched)[0];
+            let [_, slope, bend] = rates.read(rate_differences, n, watched);
             past.held[k] = 1.0;
             past.set(k, [x, slope * per_h, bend * per_h * per_h]);
             for j in 0..self.n_s {
-                let [x, slope, _] = basis.read(differences, n, (j + 1) * n_w + watched);
-                (past.s[j * n_v + k], past.s_rate[j * n_v + k]) = (x, slope * per_h);
+                let i = (j + 1) * n_w + watched;
+                past.s[j * n_v + k] = basis.read(differences, n, i)[0];
+                past.s_rate[j * n_v + k] = rates.read(rate_differences, n, i)[1] * per_h;
             }
         }
+    }
+
+    /// The basis of a piece at α, one over its length, and its divided differences.
+    fn piece(&self, at: usize, alpha: f64) -> (Basis, f64, &[f64]) {
+        let n = self.now.len() * NODES.len();
+        let [t0, t1] = self.ends[at];
+        let per_h = if t1 > t0 { 1.0 / (t1 - t0) } else { 0.0 };
+        (Basis::at((alpha - t0) * per_h), per_h, &self.differences[at * n..(at + 1) * n])
+    }
+
+    /// The piece whose slope is that of this one: another where this one is so short, between two events
+    /// at nearly one time, that the difference of its ends is rounding.
+    fn sloped(&self, at: usize) -> usize {
+        let length = |at: usize| self.ends.get(at).map_or(0.0, |[t0, t1]| t1 - t0);
+        let beside = [Some(at + 1), at.checked_sub(1)].into_iter().flatten();
+        beside.into_iter().find(|other| length(at) < SHORT * length(*other)).unwrap_or(at)
     }
 }
 

@@ -323,6 +323,11 @@ impl History {
         }
     }
 
+    /// Whether one of the unknowns that are read late is of a kind.
+    pub(super) fn watches(&self, is_one: impl Fn(usize) -> bool) -> bool {
+        self.watched.iter().any(|unknown| is_one(*unknown))
+    }
+
     /// Whether it goes on from a past that was given.
     pub(super) fn is_resumed(&self) -> bool {
         self.begun == Begun::FromAPast
@@ -338,6 +343,11 @@ impl History {
     /// Whether something was read of what the solution has not reached yet, in this trial.
     pub(super) fn has_read_beyond(&self) -> bool {
         self.reads_beyond
+    }
+
+    /// Whether the step tried last reads itself.
+    pub(super) fn has_trial(&self) -> bool {
+        self.is_trial
     }
 
     /// Before a step is tried: what another one left is gone.
