@@ -114,7 +114,7 @@ fn compare(what: &str, derivative: &[f64], found: &[Difference]) -> Option<Findi
     let largest =
         derivative.iter().fold(0.0f64, |m, d| if d.is_finite() { m.max(d.abs()) } else { m });
     for (row, (d, Difference { value, error })) in derivative.iter().zip(found).enumerate() {
-        if !value.is_finite() || *error > 1e-3 * value.abs() + 1e-9 * largest {
+        if !value.is_finite() || *error > 1e-3 * value.abs() + 1e-13 * largest {
             continue;
         }
         let allowed = 10.0 * error + 1e-6 * (d.abs() + value.abs()) + 1e-9 * largest;

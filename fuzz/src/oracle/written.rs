@@ -11,8 +11,11 @@ use super::Finding;
 use crate::prepared::Prepared;
 use crate::truth::{Place, Truth};
 
-/// A comparison that comes so near to its other side may go either way.
+/// A comparison that comes so near to its other side may go either way, as may one within so many tolerances.
 const NEAR: f64 = 1e-6;
+const TOLERANCES: f64 = 30.0;
+/// Sides below this are what rounding leaves of quantities that cancel.
+const ROUNDING: f64 = 1e-9;
 
 /// Size of what is added up on a side of an equation.
 fn terms(truth: &Truth<'_>, expr: &Expr, at: &Place<'_>) -> f64 {
@@ -56,6 +59,7 @@ pub(super) fn judge(
     let signature = prepared.signature();
     let problem = prepared.problem(&prepared.p);
     let Ok(inputs) = problem.inputs_read() else { return };
+    let near = NEAR.max(TOLERANCES * tolerance);
     let n = signature.unknowns.len();
     let mut u = vec![0.0; inputs.len()];
     // Values of both sides, and the rows at which they are known.
@@ -92,7 +96,7 @@ pub(super) fn judge(
                 let place = Place { t, values: &values, margin: Cell::new(f64::INFINITY) };
                 let both = truth.value(left, &place).zip(truth.value(right, &place));
                 if let Some((l, r)) = both
-                    && place.margin.get() > NEAR
+                    && place.margin.get() > near
                 {
                     let size = terms(&truth, left, &place).max(terms(&truth, right, &place));
                     sides[k].push([t, l, r, size]);
@@ -108,7 +112,7 @@ pub(super) fn judge(
                 };
                 let found = observations.w(k)[i];
                 let size = expected.abs().max(*factor);
-                if place.margin.get() > NEAR
+                if place.margin.get() > near
                     && ((found - expected).abs() > 1e-8 * size || found.is_nan())
                 {
                     let detail =
@@ -127,7 +131,7 @@ pub(super) fn judge(
         let mut read = Vec::new();
         derivatives(left, &mut read);
         derivatives(right, &mut read);
-        let size = rows.iter().fold(f64::MIN_POSITIVE, |m, row| m.max(row[3]));
+        let size = rows.iter().fold(ROUNDING, |m, row| m.max(row[3]));
         for [t, left, right, _] in rows {
             let apart = (left - right).abs() / size;
             // Rates are what the functions say; what is algebraic is as near as the tolerance.
