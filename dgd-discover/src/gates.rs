@@ -105,8 +105,8 @@ impl Search<'_> {
         let (count, side) = if before < after { (before, "before") } else { (after, "after") };
         (count < ASIDE).then(|| {
             let name = self.candidates[candidate].application.name();
-            let s = if count == 1 { "" } else { "s" };
-            format!("only {count} reading{s} come {side} the onset of `{name}`")
+            let (s, come) = if count == 1 { ("", "comes") } else { ("s", "come") };
+            format!("only {count} reading{s} {come} {side} the onset of `{name}`")
         })
     }
 

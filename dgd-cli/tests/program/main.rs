@@ -14,6 +14,7 @@ mod failures;
 mod files;
 mod fit_estimators;
 mod fit_quality;
+mod gates;
 mod linearize;
 mod names;
 mod parts;
