@@ -474,6 +474,9 @@ fn a_jump_that_another_condition_mostly_hides_is_an_event() {
     // never does, as q is above it where it could.
     let row = "if (1 < q and ((p >= 1.47 or q > p) or 1 > p)) and 1 >= a*q then 1 else a";
     assert_eq!(kinds(row), [AutomatonKind::Switch; 4]);
+    // Both matter only together, and before a time.
+    let row = "if time < 1.38 [s] and (q - time/1 [s] < p and 1.9 <= 2*p) then 0.01*a else 1";
+    assert_eq!(kinds(row), [AutomatonKind::Switch; 2]);
 }
 
 #[test]

@@ -27,7 +27,8 @@ pub(super) enum Passage {
 /// Points tried, and as many of them as are enough where both sides can be evaluated.
 const TRIALS: usize = 128;
 const ENOUGH: usize = 6;
-/// And as many where there are several other conditions, in rows of up to so many nodes.
+/// And as many where conditions or modes may hide a jump; places near thresholds are tried in rows of up to so
+/// many nodes.
 const MANY: usize = 64;
 const MOST_NODES: usize = 400;
 /// How far beside the thresholds of other conditions points are drawn, in sizes.
@@ -161,8 +162,11 @@ impl Sides<'_> {
                 thresholds = self.thresholds();
             }
         }
-        // Several conditions may hide a jump but for a small part of where they change.
-        let enough = if thresholds.len() > 1 { MANY } else { ENOUGH };
+        // Conditions and modes may hide a jump but for where several of them hold together.
+        let is_mode = |symbol: &Symbol| matches!(symbol, Symbol::Discrete(_));
+        let hides = !thresholds.is_empty()
+            || [above, below].iter().any(|side| self.graph.symbols(*side).iter().any(is_mode));
+        let enough = if hides { MANY } else { ENOUGH };
         let mut slopes: Vec<Option<[ExprId; 3]>> = vec![None; candidates.len()];
         let mut worst = None;
         let mut random = Random(SEED);
