@@ -7,17 +7,12 @@ use dgd_runtime::identify::{
     EstimateError, Evaluation, Fit, Information, OutputErrorProblem, Recording, information,
 };
 use dgd_runtime::{Side, Signature, System, Unit};
-use dgd_screen::{
-    Channel, Motion, OperatingPoint, Record, motion, operating_points, usual_spacing,
-};
+use dgd_screen::{Channel, Motion, OperatingPoint, Record, motion, operating_points, slope_window};
 use serde_json::{Map, Value, json};
 
 use crate::fit_report::Outcome;
 use crate::intervals::Estimated;
 use crate::table::{push_table, significant};
-
-/// Windows in which a sample is at rest or not: so many samples and so many seconds, at least; as `dgd screen`.
-const WINDOW: (f64, f64) = (20.0, 30.0);
 
 /// Samples that belong to no operating point come first among the kinds.
 const TRANSIENT: usize = 0;
@@ -322,7 +317,7 @@ fn motion_of(
     let channel = |values| Channel { name: "", unit: "", values };
     let channels: Vec<Channel<'_>> =
         values.iter().map(|values| channel(values.as_slice())).collect();
-    let window = usual_spacing(&recording.times).map_or(WINDOW.1, |h| (WINDOW.0 * h).max(WINDOW.1));
+    let window = slope_window(&recording.times).unwrap_or(1.0);
     let noise = vec![None; channels.len()];
     motion(&Record { times: &recording.times, channels }, &noise, window, &[])
 }

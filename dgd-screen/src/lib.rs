@@ -38,6 +38,6 @@ pub use operating_points::{OperatingPoint, operating_points};
 pub use pairs::Kin;
 pub use record::{Channel, Record, Stretch, usual_spacing};
 pub use sampling::{Sampling, sampling};
-pub use screen::{RARE, Request, Screening, Summary, kin, screen};
+pub use screen::{RARE, Request, Screening, Summary, kin, screen, slope_window};
 pub use spikes::{Spike, spikes};
 pub use steady::{Motion, Rest, Steady, Transient, motion};

@@ -5,7 +5,7 @@ use crate::finding::{Fault, Finding, Weight};
 use crate::noise::SensorNoise;
 use crate::operating_points::{OperatingPoint, operating_points};
 use crate::pairs::{Kin, compared, odd_findings, pair_findings};
-use crate::record::{Channel, Record, extremes};
+use crate::record::{Channel, Record, extremes, usual_spacing};
 use crate::redundant::{Compared, Comparison, OPPOSED};
 use crate::sampling::{Sampling, sampling};
 use crate::steady::{Motion, motion};
@@ -22,7 +22,7 @@ pub struct Request {
     pub alike: Vec<[usize; 2]>,
     /// Channels that are not compared although their names are alike.
     pub different: Vec<[usize; 2]>,
-    /// Window for slopes, s; chosen by the spacing of the samples without it.
+    /// Window for slopes, s; [`slope_window`] without it.
     pub window: Option<f64>,
     /// Largest slopes of channels at rest, per second.
     pub limits: Vec<(usize, f64)>,
@@ -60,8 +60,14 @@ pub struct Summary {
 
 /// Share of uneven spacings that is worth a remark.
 const UNEVEN: f64 = 0.05;
-/// Windows for slopes are at least so many samples, and so many seconds.
-const WINDOW: (f64, f64) = (20.0, 30.0);
+/// Windows for slopes are so many usual spacings of the samples long.
+const WINDOW: f64 = 30.0;
+
+/// The window for slopes where nobody asks for one, s: 30 usual spacings of the samples. `None` where there are
+/// fewer than two samples.
+pub fn slope_window(times: &[f64]) -> Option<f64> {
+    usual_spacing(times).map(|usual| WINDOW * usual)
+}
 
 /// Compares all channels of one unit with alike names.
 pub fn kin(record: &Record<'_>, request: &Request) -> Vec<Kin> {
@@ -113,8 +119,8 @@ pub fn screen(record: &Record<'_>, request: &Request) -> Screening {
     findings.extend(pair_findings(record.times, &cleaned, &comparisons));
     findings.extend(odd_findings(&comparisons));
 
-    let usual = sampling.usual.unwrap_or(1.0);
-    let window = request.window.unwrap_or((WINDOW.0 * usual).max(WINDOW.1));
+    // Of one sample there is no slope over any window.
+    let window = request.window.or_else(|| slope_window(record.times)).unwrap_or(1.0);
     let noise: Vec<Option<f64>> =
         cleaned.noise.iter().map(|noise| noise.map(|noise| noise.std)).collect();
     let values = record.channels.iter().zip(&cleaned.values);

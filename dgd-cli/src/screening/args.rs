@@ -25,7 +25,7 @@ pub(crate) struct ScreenArgs {
     /// differ in a last letter or figure and that move together]
     #[arg(long, value_name = "NAMES")]
     pub same: Vec<String>,
-    /// Length of the windows over which slopes are taken, s [default: 20 samples, at least 30 s]
+    /// Length of the windows over which slopes are taken, s [default: 30 usual sampling intervals]
     #[arg(long, value_name = "T")]
     pub window: Option<f64>,
     /// Largest slope of a column at rest, per second in its unit, as in `q_ssp=2`; repeatable

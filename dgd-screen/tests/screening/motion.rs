@@ -44,6 +44,24 @@ fn rest_and_motion_are_told_apart() {
 }
 
 #[test]
+fn rest_and_motion_are_the_same_at_any_rate() {
+    let mut normal = Normal::new(1);
+    let values: Vec<f64> = (0..3600).map(|k| flow(k) + 10.0 * normal.next()).collect();
+    let steady = |spacing: f64| -> Vec<[f64; 2]> {
+        let times: Vec<f64> = (0..3600).map(|k| f64::from(k) * spacing).collect();
+        let channels = vec![Channel { name: "q", unit: "lpm", values: &values }];
+        let screening = screen(&Record { times: &times, channels }, &Request::default());
+        let steady = screening.motion.steady.iter();
+        steady.map(|one| [one.stretch.from / spacing, one.stretch.until / spacing]).collect()
+    };
+    let plain = steady(1.0);
+    // Powers of two, so that times are the same numbers but for their exponents.
+    for spacing in [1.0 / 128.0, 512.0] {
+        assert_eq!(steady(spacing), plain, "a reading in {spacing} s");
+    }
+}
+
+#[test]
 fn gaps_and_uneven_spacing_are_counted() {
     let mut times: Vec<f64> = (0..1000).map(f64::from).collect();
     for t in &mut times[500..] {
