@@ -97,7 +97,7 @@ impl Fitted {
         for ((recording, from), start) in data.valid.iter().zip(&data.counts_from).zip(&found) {
             let seen = outputs_with_sensitivities(system, recording, &self.p, start, &data.options)
                 .ok()?;
-            let seen = Seen { recording, seen: &seen, counts_from: *from };
+            let seen = Seen { recording, observations: &seen, counts_from: *from };
             seen.add(data, &covariance, [&starts, &parameters], &mut sums);
         }
         let foreseen = |((output, sums), noise): ((usize, &Sums), &Option<SensorNoise>)| {
@@ -121,7 +121,7 @@ impl Fitted {
 /// A held-out recording with the derivatives of its outputs.
 struct Seen<'a> {
     recording: &'a Recording,
-    seen: &'a Observations,
+    observations: &'a Observations,
     counts_from: f64,
 }
 
@@ -140,7 +140,7 @@ impl Seen<'_> {
     }
 
     fn derivative(&self, k: usize, direction: usize, output: usize) -> f64 {
-        self.seen.dw(k)[direction * self.seen.n_w + output]
+        self.observations.dw(k)[direction * self.observations.n_w + output]
     }
 
     fn jacobian(&self, samples: &[usize], columns: &[usize], output: usize) -> DMatrix<f64> {

@@ -154,7 +154,7 @@ impl Sides<'_> {
     fn compare(&mut self, [above, below]: [ExprId; 2], all: bool) -> Option<Passage> {
         let surface = self.surface;
         let candidates: Vec<Symbol> =
-            self.graph.symbols(surface).into_iter().filter(moves).collect();
+            self.graph.symbols(surface).into_iter().filter(|symbol| moves(*symbol)).collect();
         let mut thresholds = Vec::new();
         if all {
             self.list_conditions([above, below]);
@@ -257,7 +257,8 @@ impl Sides<'_> {
             if e == self.surface {
                 continue;
             }
-            let symbols: Vec<Symbol> = graph.symbols(e).into_iter().filter(moves).collect();
+            let symbols: Vec<Symbol> =
+                graph.symbols(e).into_iter().filter(|symbol| moves(*symbol)).collect();
             let slopes = symbols.into_iter().filter_map(|v| {
                 let gradient = graph.gradient(e, |symbol| (symbol == v).then_some(0));
                 let (_, slope) = gradient.first()?;
@@ -284,7 +285,7 @@ impl Sides<'_> {
 }
 
 /// Whether a symbol may be moved to a surface.
-fn moves(symbol: &Symbol) -> bool {
+fn moves(symbol: Symbol) -> bool {
     matches!(
         symbol,
         Symbol::Unknown(_)
@@ -504,8 +505,8 @@ impl Place {
         kept: Symbol,
         random: &mut Random,
     ) {
-        let others = threshold.slopes.iter().filter(|(symbol, ..)| *symbol != kept);
-        let Some((v, slope, order)) = others.last().or(threshold.slopes.first()) else { return };
+        let other = threshold.slopes.iter().rev().find(|(symbol, ..)| *symbol != kept);
+        let Some((v, slope, order)) = other.or(threshold.slopes.first()) else { return };
         let from = self.values[v];
         if self.move_to_surface(graph, *v, (order, [threshold.e, *slope])).is_some() {
             *self.values.entry(*v).or_default() += BESIDE * random.next() * self.size(*v);
