@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use crate::estimator::RegressionArgs;
 use crate::intervals::IntervalArgs;
 use crate::multi_start::SearchArgs;
+use crate::numbers::{count, factor, finite, positive, whole};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::linearize::LinearAt;
@@ -37,10 +38,10 @@ pub(crate) struct Global {
     #[arg(long, global = true, value_enum, default_value_t = Color::Auto)]
     pub color: Color,
     /// Seed of the random number generator
-    #[arg(long, global = true, value_name = "N", default_value_t = 0)]
+    #[arg(long, global = true, value_name = "N", default_value_t = 0, value_parser = whole::<u64>, allow_negative_numbers = true)]
     pub seed: u64,
     /// Number of threads; does not affect results [default: all cores]
-    #[arg(long, global = true, value_name = "N")]
+    #[arg(long, global = true, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     pub threads: Option<usize>,
     /// File to write the result to; `fit`, `discover` and `screen` write a folder [default: standard output]
     #[arg(long, short, global = true, value_name = "PATH")]
@@ -84,16 +85,16 @@ pub(crate) enum Command {
     Sensitivity(SensitivityArgs),
     /// Linearise a model at an operating point: A, B, C, D, poles and time constants
     Linearize(LinearizeArgs),
-    /// Estimate parameters and start values from recordings
+    /// Estimate parameters and initial values from recordings
     ///
-    /// Ctrl-C stops at the best so far and writes it, with what was left out; the exit code is then 130.
-    /// Pressed again, it ends at once.
+    /// Ctrl-C stops the fit, writes the best estimates so far, and lists what was left out; the exit code is
+    /// then 130. A second Ctrl-C ends it at once.
     Fit(FitArgs),
-    /// Estimate states and parameters row by row, as a recording comes in
+    /// Estimate states and parameters row by row, as the data comes in
     Track(TrackArgs),
     /// Find where a model and recordings disagree, and name the effect that is missing
     ///
-    /// With `-o`, what is finished is kept until the end: a run that Ctrl-C or a kill has ended goes on with
+    /// With `-o`, finished work is kept as it goes: if Ctrl-C or a kill ends the run, continue it with
     /// `--resume`.
     Discover(DiscoverArgs),
     /// Check recordings for faults before anything is fitted to them
@@ -173,7 +174,7 @@ pub(crate) struct SimulateArgs {
     #[arg(long, value_name = "NAME", requires = "plot", conflicts_with = "ensemble")]
     pub over: Option<String>,
     /// Add measurement noise to the outputs, drawn with this seed
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>, allow_negative_numbers = true)]
     pub noise_seed: Option<u64>,
 }
 
@@ -268,7 +269,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "FILE")]
     pub data: Option<PathBuf>,
     /// Time between rows, s [default: the data's rows]
-    #[arg(long, value_name = "DT", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DT", value_parser = positive, allow_hyphen_values = true)]
     pub every: Option<f64>,
     #[command(flatten)]
     pub solve: SolveArgs,
@@ -284,7 +285,7 @@ pub(crate) struct FitArgs {
     /// A recording to fit to; repeatable
     #[arg(long, value_name = "FILE", required = true)]
     pub data: Vec<PathBuf>,
-    /// A recording to test on, which takes no part in the fit; repeatable
+    /// A recording for validation, not used in the fit; repeatable
     #[arg(long, value_name = "FILE")]
     pub valid: Vec<PathBuf>,
     #[command(flatten)]
@@ -295,13 +296,13 @@ pub(crate) struct FitArgs {
     /// Where the weights of the outputs come from
     #[arg(long, value_enum, default_value_t = NoiseFrom::Estimated)]
     pub noise: NoiseFrom,
-    /// Go on from where a run with the same input and `-o` was ended; the result is the same
+    /// Continue an earlier run that was ended, with the same input and `-o`; the result is the same
     #[arg(long)]
     pub resume: bool,
-    /// Most simulations of a search, or evaluations where nothing is simulated [default: 200; regressions
-    /// 2000, models without states 5000]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub evaluations: Option<u32>,
+    /// Maximum number of simulations in a search, or of evaluations where nothing is simulated [default: 200;
+    /// regressions 2000, models without states 5000]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    pub evaluations: Option<usize>,
     #[command(flatten)]
     pub search: SearchArgs,
     #[command(flatten)]
@@ -319,7 +320,7 @@ pub(crate) struct TrackArgs {
     pub model: PathBuf,
     #[command(flatten)]
     pub choices: Choices,
-    /// The recording; `-` reads CSV from standard input and answers every row at once
+    /// The recording; `-` reads CSV from standard input and prints each estimate as soon as its row is there
     #[arg(long, value_name = "FILE|-")]
     pub data: PathBuf,
     /// Estimator
@@ -335,20 +336,20 @@ pub(crate) struct TrackArgs {
     #[arg(long, value_name = "NAME=VALUE")]
     pub process_noise: Vec<String>,
     /// Initial standard deviation of a state or parameter; repeatable [default: states 10 % of their size,
-    /// parameters their prior, or 30 %]
+    /// parameters that of their prior, or 30 %]
     #[arg(long, value_name = "NAME=VALUE")]
     pub start_std: Vec<String>,
-    /// Measurement noise: standard deviation of an output; repeatable [default: what the model declares]
+    /// Measurement noise: standard deviation of an output; repeatable [default: as the model declares]
     #[arg(long, value_name = "NAME=VALUE")]
     pub noise: Vec<String>,
-    /// Forgetting factor from row to row, for `recursive` [default: 0.999]
-    #[arg(long, value_name = "FACTOR")]
+    /// Forgetting factor per row, for `recursive` [default: 0.999]
+    #[arg(long, value_name = "FACTOR", value_parser = factor, allow_hyphen_values = true)]
     pub forgetting: Option<f64>,
-    /// Stop at a row that cannot be read, instead of leaving it out
+    /// Stop at a row that cannot be read, instead of skipping it
     #[arg(long)]
     pub strict: bool,
-    /// Leave out samples that are more than N standard deviations from their prediction
-    #[arg(long, value_name = "N")]
+    /// Ignore samples more than N standard deviations from their prediction
+    #[arg(long, value_name = "N", value_parser = positive, allow_hyphen_values = true)]
     pub gate: Option<f64>,
     #[command(flatten)]
     pub solve: SolveArgs,
@@ -357,11 +358,11 @@ pub(crate) struct TrackArgs {
 /// How estimates are moved and corrected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Tracker {
-    /// Extended Kalman filter: states and parameters, by derivatives
+    /// Extended Kalman filter: states and parameters, from derivatives
     Ekf,
-    /// Unscented Kalman filter: the same by sigma points
+    /// Unscented Kalman filter: states and parameters, from sigma points
     Ukf,
-    /// Recursive prediction error: parameters and start values of the simulated model, with forgetting
+    /// Recursive prediction error: parameters and initial values of the simulated model, with forgetting
     Recursive,
 }
 
@@ -375,15 +376,15 @@ pub(crate) struct DiscoverArgs {
     /// A recording to search in; repeatable
     #[arg(long, value_name = "FILE", required = true)]
     pub data: Vec<PathBuf>,
-    /// A recording to test on, which takes no part in fits; repeatable
+    /// A recording for validation, not used in fits; repeatable
     #[arg(long, value_name = "FILE")]
     pub valid: Vec<PathBuf>,
-    /// A folder of effects besides `effects` beside the model; repeatable
+    /// Another folder of effects, in addition to `effects` beside the model; repeatable
     #[arg(long, value_name = "DIR")]
     pub effects: Vec<PathBuf>,
     #[command(flatten)]
     pub sought: Sought,
-    /// Go on from where a run with the same input and `-o` was ended; the result is the same
+    /// Continue an earlier run that was ended, with the same input and `-o`; the result is the same
     #[arg(long)]
     pub resume: bool,
     #[command(flatten)]
@@ -393,11 +394,11 @@ pub(crate) struct DiscoverArgs {
 /// What is estimated.
 #[derive(Debug, Args)]
 pub(crate) struct Sought {
-    /// Parameters to estimate, and `fixed` states whose start values to estimate too [default: those
+    /// Parameters to estimate, and `fixed` states whose initial values to estimate too [default: those
     /// that are not `fixed`]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub free: Vec<String>,
-    /// Parameters, and states for their start values, to leave alone
+    /// Parameters, and states for their initial values, not to estimate
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub fix: Vec<String>,
 }
@@ -405,9 +406,9 @@ pub(crate) struct Sought {
 /// Where the weights of the outputs come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum NoiseFrom {
-    /// The model file; what is left of an output that declares no noise
+    /// The noise declared in the model; for outputs that declare none, the residuals of the fit
     Declared,
-    /// What is left of each output, fitted again until it stays
+    /// The residuals of each output, refitted until the weights no longer change
     Estimated,
 }
 
@@ -417,15 +418,15 @@ pub(crate) struct SolveArgs {
     /// Source of the initial values
     #[arg(long, value_enum, default_value_t = Start::Model)]
     pub start: Start,
-    /// Call a column of the data by another name, with its unit where the file has none, as in
-    /// `P_RIS=p_r` or 'P_RIS=p_r [barg]'; repeatable
+    /// Rename a column of the data, adding a unit if the file has none, as in `P_RIS=p_r` or
+    /// 'P_RIS=p_r [barg]'; repeatable
     #[arg(long, value_name = "COLUMN=NAME")]
     pub rename: Vec<Rename>,
     /// First time, s since the data's first sample [default: 0]
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", value_parser = finite, allow_hyphen_values = true)]
     pub from: Option<f64>,
     /// Last time, s since the data's first sample [default: the data's last]
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", value_parser = finite, allow_hyphen_values = true)]
     pub until: Option<f64>,
     /// Integration method, see `dgd methods`; `auto` chooses one for the model
     #[arg(long, value_name = "NAME", default_value = AUTOMATIC)]
@@ -433,19 +434,19 @@ pub(crate) struct SolveArgs {
     /// Step size control: `auto`, `adaptive`, `per-sample`, or `per-sample=N`
     ///
     /// `per-sample` takes equal steps between the samples of recorded inputs: as many as the tolerance
-    /// requires, or N. `auto` is `adaptive`, and in fits `per-sample` where model and recordings allow it.
+    /// requires, or N. `auto` means `adaptive`, and in fits `per-sample` where model and recordings allow it.
     #[arg(long, value_name = "STEPS", default_value = AUTOMATIC, value_parser = steps)]
     pub steps: Steps,
     /// Relative tolerance
-    #[arg(long, value_name = "TOL", default_value_t = 1e-6, allow_hyphen_values = true)]
+    #[arg(long, value_name = "TOL", default_value_t = 1e-6, value_parser = positive, allow_hyphen_values = true)]
     pub rtol: f64,
     /// Absolute tolerance, as a fraction of each unknown's nominal size [default: rtol]
-    #[arg(long, value_name = "TOL", allow_hyphen_values = true)]
+    #[arg(long, value_name = "TOL", value_parser = positive, allow_hyphen_values = true)]
     pub atol: Option<f64>,
     /// How the model is evaluated; does not affect results
     #[arg(long, value_enum, default_value_t = Engine::Auto)]
     pub engine: Engine,
-    /// Draw the result; .svg or .png, repeatable
+    /// Plot the result; .svg or .png, repeatable
     #[arg(long, value_name = "FILE")]
     pub plot: Vec<PathBuf>,
 }
@@ -479,10 +480,12 @@ fn steps(text: &str) -> Result<Steps, String> {
         "per-sample" => Ok(Steps::PerSample(PerSample::Automatic)),
         _ => match text.strip_prefix("per-sample=").map(str::parse) {
             Some(Ok(n)) => Ok(Steps::PerSample(PerSample::Exactly(n))),
-            Some(Err(_)) => Err("steps per sample are a whole number from 1 on".to_owned()),
-            None => {
-                Err(format!("there is `{AUTOMATIC}`, `adaptive`, `per-sample`, and `per-sample=N`"))
+            Some(Err(_)) => {
+                Err("the number of steps per sample must be a whole number, 1 or more".to_owned())
             }
+            None => Err(format!(
+                "this must be `{AUTOMATIC}`, `adaptive`, `per-sample` or `per-sample=N`"
+            )),
         },
     }
 }
@@ -493,7 +496,7 @@ pub(crate) fn place(text: &str) -> Result<Place, String> {
         _ if text == "steady" => Ok(Place::Steady),
         _ if text == "mean" => Ok(Place::Mean),
         Ok(t) if t.is_finite() => Ok(Place::Time(t)),
-        _ => Err("there is a time in s, `steady`, and `mean`".to_owned()),
+        _ => Err("this must be a time in s, `steady` or `mean`".to_owned()),
     }
 }
 

@@ -4,16 +4,17 @@ use clap::{Args, ValueEnum};
 
 use crate::args::{Place, place};
 use crate::failure::CommandError;
+use crate::numbers::{not_negative, positive};
 
 /// How parameters are estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Estimator {
-    /// Simulates each recording from its start; start values are estimated, too
+    /// Output error: simulate each recording from its start; initial values are estimated too
     OutputError,
-    /// Simulates the linear model close to an operating point, `--at`, exactly
+    /// Output error of the model linearised at an operating point, `--at`
     #[value(alias = "linearized")]
     Linearised,
-    /// The innovations of an extended Kalman filter; states may stray, and how far is estimated
+    /// Prediction error of an extended Kalman filter; the process noise is estimated too
     PredictionError,
     /// Linear least squares on equations and outputs, without bounds
     LeastSquares,
@@ -21,9 +22,9 @@ pub(crate) enum Estimator {
     Bounded,
     /// Linear parameters by least squares, the others by variable projection around them
     Separable,
-    /// Linear parameters by least squares, the others by Nelder's and Mead's simplex around them
+    /// Linear parameters by least squares, the others by a Nelder–Mead simplex around them
     NelderMead,
-    /// Linear least squares that goes along with the samples and may forget
+    /// Recursive linear least squares, sample by sample, with optional forgetting
     Recursive,
 }
 
@@ -50,39 +51,40 @@ pub(crate) struct RegressionArgs {
     /// How parameters are estimated
     #[arg(long, value_enum, value_name = "NAME", default_value_t = Estimator::OutputError)]
     pub estimator: Estimator,
-    /// Linearised: where each recording's linear model is: where its run is at a time, s since the data's
-    /// first sample; `steady`, at rest with the inputs of the first time; or `mean`, at rest with their
-    /// means [default: mean]
+    /// Linearised: operating point of each recording: a time in s since the data's first sample, `steady`
+    /// (steady state with the inputs of the first time) or `mean` (steady state with the mean inputs)
+    /// [default: mean]
     #[arg(long, value_name = "T|steady|mean", allow_negative_numbers = true, value_parser = place)]
     pub at: Option<Place>,
-    /// Regressions: half of the width of the windows in which slopes of readings are taken, s [default: 5
-    /// samples]
-    #[arg(long, value_name = "SECONDS")]
+    /// Regressions: half the width of the windows over which slopes of the measurements are taken, s
+    /// [default: 5 samples]
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
     pub smoothing: Option<f64>,
-    /// Regressions: only samples at which a state moves no faster, in its unit per second, as in `q=5`;
-    /// repeatable
+    /// Regressions: use only samples at which this state changes no faster, in its unit per second, as in
+    /// `q=5`; repeatable
     #[arg(long, value_name = "STATE=RATE")]
     pub steady: Vec<String>,
-    /// Recursive: time constants of the filter 1/Λ(s), s: `5` is Λ = 5s + 1, `5,5` is (5s + 1)²
-    #[arg(long, value_name = "SECONDS", value_delimiter = ',', default_value = "5")]
+    /// Recursive: time constants of the filter 1/Λ(s), s: `5` gives Λ = 5s + 1, `5,5` gives (5s + 1)²
+    #[arg(long, value_name = "SECONDS", value_delimiter = ',', default_value = "5", value_parser = positive, allow_hyphen_values = true)]
     pub filter: Vec<f64>,
     /// Recursive: forgetting rate β, 1/s
-    #[arg(long, value_name = "RATE", default_value_t = 0.0)]
+    #[arg(long, value_name = "RATE", default_value_t = 0.0, value_parser = not_negative, allow_hyphen_values = true)]
     pub forgetting: f64,
-    /// Recursive: P₀, the variance that each parameter starts with, in squares of its size
-    #[arg(long, value_name = "P0", default_value_t = 10.0)]
+    /// Recursive: P₀, the initial variance of each parameter, relative to its size squared
+    #[arg(long, value_name = "P0", default_value_t = 10.0, value_parser = positive, allow_hyphen_values = true)]
     pub start_variance: f64,
-    /// Recursive: R₀, above which P does not grow, in squares of the parameters' sizes [default: none]
-    #[arg(long, value_name = "R0")]
+    /// Recursive: R₀, the upper limit of the variances in P, relative to the parameters' sizes squared
+    /// [default: none]
+    #[arg(long, value_name = "R0", value_parser = positive, allow_hyphen_values = true)]
     pub most_variance: Option<f64>,
-    /// Recursive: n_s in the normalisation m² = 1 + n_s²
+    /// Recursive: n_s² in the normalisation m² = 1 + n_s²
     #[arg(long, value_enum, value_name = "NAME", default_value_t = Normalise::None)]
     pub normalise: Normalise,
 }
 
 impl RegressionArgs {
     /// Checks that there is a search for which `--evaluations` has a meaning.
-    pub(crate) fn verify_evaluations(&self, most: Option<u32>) -> Result<(), CommandError> {
+    pub(crate) fn verify_evaluations(&self, most: Option<usize>) -> Result<(), CommandError> {
         let searches = !matches!(
             self.estimator,
             Estimator::LeastSquares | Estimator::Bounded | Estimator::Recursive
@@ -107,7 +109,7 @@ impl RegressionArgs {
             (Estimator::Linearised, at) => Ok(Some(at.unwrap_or(Place::Mean))),
             (_, None) => Ok(None),
             (_, Some(_)) => {
-                Err(CommandError::Usage("`--at` goes with `--estimator linearised`".to_owned()))
+                Err(CommandError::Usage("`--at` needs `--estimator linearised`".to_owned()))
             }
         }
     }

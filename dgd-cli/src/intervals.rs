@@ -19,6 +19,7 @@ use crate::estimator::Estimator;
 use crate::failure::CommandError;
 use crate::fit_report::{digits_of, unit_of};
 use crate::left_out::LeftOut;
+use crate::numbers::whole;
 use crate::plot::{Figure, Panel, Series, Style, Text};
 use crate::table::{push_table, significant};
 
@@ -48,14 +49,14 @@ pub(crate) trait Estimated {
 /// Options for intervals.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct IntervalArgs {
-    /// Estimates whose intervals to find by profile likelihood: parameters, start values as `x(0)`, or
-    /// `all` for all parameters
+    /// Find the confidence intervals of these estimates by profile likelihood: parameters, initial values as
+    /// `x(0)`, or `all` for all parameters
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub profile: Vec<String>,
-    /// Refits to so many data sets with resampled residuals, for intervals that know of coloured noise
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    /// Refit to N data sets with resampled residuals, for intervals that account for autocorrelated noise
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<usize>, allow_negative_numbers = true)]
     pub bootstrap: usize,
-    /// Says which samples and outputs determine each parameter
+    /// Report which samples and outputs determine each parameter
     #[arg(long)]
     pub information: bool,
 }
@@ -72,13 +73,14 @@ impl IntervalArgs {
         }
         if !estimator.simulates() && (self.bootstrap > 0 || self.information) {
             return Err(CommandError::Usage(
-                "`--bootstrap` and `--information` go with `--estimator output-error` and `linearised`"
+                "`--bootstrap` and `--information` need `--estimator output-error` or `linearised`"
                     .to_owned(),
             ));
         }
         if !self.profile.is_empty() && !estimator.has_profiles() {
             return Err(CommandError::Usage(
-                "`--profile` does not go with `--estimator recursive`".to_owned(),
+                "`--estimator recursive` has no profiles, so `--profile` cannot be used with it"
+                    .to_owned(),
             ));
         }
         let directions = signature.directions.iter().enumerate();

@@ -1,11 +1,19 @@
-//! Whether there is memory for what a run would keep.
+//! Whether there is enough memory for a run, a fit, a search or an ensemble.
 
 use crate::failure::CommandError;
 
 /// Vectors of all unknowns that a run works with, in round numbers.
 const VECTORS: f64 = 40.0;
 
+/// Memory for one purpose.
+pub(crate) struct Demand {
+    bytes: f64,
+    /// What it is for, and what to do.
+    reason: String,
+}
+
 /// What a run keeps at each of its rows, and works with.
+#[derive(Clone, Copy)]
 pub(crate) struct Needs {
     pub unknowns: usize,
     /// Those that are kept at each row.
@@ -28,24 +36,16 @@ impl Needs {
         8.0 * VECTORS * self.unknowns as f64 * (1.0 + self.directions as f64)
     }
 
-    /// What most of it is for, and what to do.
-    fn reason(&self) -> String {
-        let derivatives = match self.directions {
+    fn derivatives(&self) -> String {
+        match self.directions {
             0 => String::new(),
             1 => " with a derivative each".to_owned(),
             n => format!(" with {n} derivatives each"),
-        };
-        let fewer = if self.directions == 0 { "" } else { ", or for fewer derivatives (`--to`)" };
-        if self.of_work() > self.of_rows() {
-            let what =
-                if self.directions == 0 { "a smaller model" } else { "fewer derivatives (`--to`)" };
-            let n = self.unknowns;
-            return format!("it steps {n} unknowns{derivatives}; ask for {what}");
         }
-        let counted = |count: usize, what: &str| match count {
-            1 => format!("1 {what}"),
-            count => format!("{count} {what}s"),
-        };
+    }
+
+    /// "1000 rows of 3 unknowns and 1 output".
+    fn rows(&self) -> String {
         let values = match (self.kept, self.outputs) {
             (0, outputs) => counted(outputs, "output"),
             (kept, 0) => counted(kept, "unknown"),
@@ -53,32 +53,130 @@ impl Needs {
                 format!("{} and {}", counted(kept, "unknown"), counted(outputs, "output"))
             }
         };
-        format!(
-            "it keeps {} rows of {values}{derivatives}; ask for fewer rows (`--every`, `--from`, \
-             `--until`){fewer}",
-            self.rows
-        )
+        format!("{} of {values}{}", counted(self.rows, "row"), self.derivatives())
+    }
+
+    /// Of a run.
+    pub(crate) fn demands(&self) -> [Demand; 2] {
+        let (fewer, smaller) = match self.directions {
+            0 => ("", "a smaller model"),
+            _ => (", or for fewer derivatives (`--to`)", "fewer derivatives (`--to`)"),
+        };
+        let (rows, derivatives) = (self.rows(), self.derivatives());
+        let unknowns = counted(self.unknowns, "unknown");
+        [
+            Demand {
+                bytes: self.of_rows(),
+                reason: format!(
+                    "it keeps {rows}; ask for fewer rows (`--every`, `--from`, `--until`){fewer}"
+                ),
+            },
+            Demand {
+                bytes: self.of_work(),
+                reason: format!("it steps {unknowns}{derivatives}; ask for {smaller}"),
+            },
+        ]
+    }
+
+    /// Of so many runs side by side, each of a recording, from which `estimates` numbers are found.
+    /// `self.directions` are those of which derivatives are kept at each row.
+    pub(crate) fn demands_of_fit(
+        &self,
+        side_by_side: usize,
+        recordings: usize,
+        estimates: usize,
+    ) -> [Demand; 3] {
+        let runs = side_by_side as f64;
+        let work = Needs { directions: estimates, ..*self };
+        let at_once = match side_by_side {
+            1 => String::new(),
+            n => format!("{n} recordings at a time, each with "),
+        };
+        let threads = if side_by_side > 1 { ", or fewer threads (`--threads`)" } else { "" };
+        let unknowns = counted(self.unknowns, "unknown");
+        let (rows, derivatives) = (self.rows(), work.derivatives());
+        // A square matrix for each output of each recording.
+        let squares = 8.0 * (recordings * self.outputs.max(1)) as f64 * (estimates as f64).powi(2);
+        [
+            Demand {
+                bytes: runs * self.of_rows(),
+                reason: format!(
+                    "it simulates {at_once}{rows}; use shorter recordings (`--from`, `--until`){threads}"
+                ),
+            },
+            Demand {
+                bytes: runs * work.of_work(),
+                reason: format!(
+                    "it steps {at_once}{unknowns}{derivatives}; estimate fewer numbers (`--fix`){threads}"
+                ),
+            },
+            Demand {
+                bytes: squares,
+                reason: format!(
+                    "it finds {} from {}; estimate fewer numbers (`--fix`)",
+                    counted(estimates, "estimate"),
+                    counted(recordings, "recording")
+                ),
+            },
+        ]
+    }
+
+    /// Of an ensemble: `packed` runs at a time that keep all unknowns, and `held` results with so many
+    /// columns.
+    pub(crate) fn demands_of_ensemble(
+        &self,
+        packed: usize,
+        held: usize,
+        columns: usize,
+    ) -> [Demand; 2] {
+        let (rows, columns_text) = (counted(self.rows, "row"), counted(columns, "column"));
+        [
+            Demand {
+                bytes: packed as f64 * (self.of_rows() + self.of_work()),
+                reason: format!(
+                    "it runs {packed} sets at a time, each with {}; ask for fewer rows (`--every`, \
+                     `--from`, `--until`) or fewer threads (`--threads`)",
+                    self.rows()
+                ),
+            },
+            Demand {
+                bytes: 8.0 * held as f64 * self.rows as f64 * columns as f64,
+                reason: format!(
+                    "it keeps {rows} of {columns_text} for {}; ask for fewer rows (`--every`, `--from`, \
+                     `--until`) or fewer sets, or write a table (`-o x.csv`) without `--plot`",
+                    counted(held, "set")
+                ),
+            },
+        ]
     }
 }
 
-/// Refuses what there is no memory for.
-pub(crate) fn verify(needs: &Needs) -> Result<(), CommandError> {
-    within(needs, available())
+fn counted(count: usize, what: &str) -> String {
+    match count {
+        1 => format!("1 {what}"),
+        count => format!("{count} {what}s"),
+    }
 }
 
-fn within(needs: &Needs, available: Option<f64>) -> Result<(), CommandError> {
-    let needed = needs.of_rows() + needs.of_work();
+/// Refuses work that needs more memory than is free; `what` does it.
+pub(crate) fn verify(what: &str, demands: &[Demand]) -> Result<(), CommandError> {
+    within(what, demands, available())
+}
+
+fn within(what: &str, demands: &[Demand], available: Option<f64>) -> Result<(), CommandError> {
+    let needed: f64 = demands.iter().map(|demand| demand.bytes).sum();
     // No machine has more, whatever its system says of itself.
     let available = available.unwrap_or(MOST);
-    if needed <= available {
-        return Ok(());
+    let largest = demands.iter().max_by(|a, b| a.bytes.total_cmp(&b.bytes));
+    match largest {
+        Some(largest) if needed > available => Err(CommandError::Computation(format!(
+            "{what} needs about {} of memory, and {} is free: {}",
+            size(needed),
+            size(available),
+            largest.reason
+        ))),
+        _ => Ok(()),
     }
-    Err(CommandError::Computation(format!(
-        "the run needs about {} of memory, and {} are free: {}",
-        size(needed),
-        size(available),
-        needs.reason()
-    )))
 }
 
 /// Where a system does not say how much memory is free: a terabyte.
@@ -124,8 +222,8 @@ mod tests {
         Needs { unknowns: 1_000_000, kept: 3, outputs: 2, inputs: 1, directions: 0, rows: 1000 }
     }
 
-    fn refusal(needs: &Needs, available: f64) -> String {
-        match within(needs, Some(available)) {
+    fn refusal(what: &str, demands: &[Demand], available: f64) -> String {
+        match within(what, demands, Some(available)) {
             Err(CommandError::Computation(message)) => message,
             other => panic!("{other:?}"),
         }
@@ -134,18 +232,60 @@ mod tests {
     #[test]
     fn a_run_needs_memory_for_what_it_keeps() {
         // Forty vectors, and little beside them.
-        assert!(within(&needs(), Some(0.33e9)).is_ok());
+        assert!(within("the run", &needs().demands(), Some(0.33e9)).is_ok());
         assert_eq!(
-            refusal(&needs(), 0.3e9),
-            "the run needs about 320 MB of memory, and 300 MB are free: it steps 1000000 unknowns; \
+            refusal("the run", &needs().demands(), 0.3e9),
+            "the run needs about 320 MB of memory, and 300 MB is free: it steps 1000000 unknowns; \
              ask for a smaller model"
         );
         let all = Needs { kept: 1_000_000, directions: 4, ..needs() };
         assert_eq!(
-            refusal(&all, 2e9),
-            "the run needs about 82 GB of memory, and 2.0 GB are free: it keeps 1000 rows of \
+            refusal("the run", &all.demands(), 2e9),
+            "the run needs about 82 GB of memory, and 2.0 GB is free: it keeps 1000 rows of \
              1000000 unknowns and 2 outputs with 4 derivatives each; ask for fewer rows \
              (`--every`, `--from`, `--until`), or for fewer derivatives (`--to`)"
+        );
+    }
+
+    #[test]
+    fn a_fit_needs_memory_for_recordings_side_by_side_and_for_its_estimates() {
+        let small = Needs { unknowns: 3, kept: 3, ..needs() };
+        assert!(within("the fit", &small.demands_of_fit(2, 5, 4), Some(1e6)).is_ok());
+        let all = Needs { kept: 1_000_000, ..needs() };
+        assert_eq!(
+            refusal("the fit", &all.demands_of_fit(2, 5, 1), 20e9),
+            "the fit needs about 33 GB of memory, and 20 GB is free: it simulates 2 recordings at a \
+             time, each with 1000 rows of 1000000 unknowns and 2 outputs; use shorter recordings \
+             (`--from`, `--until`), or fewer threads (`--threads`)"
+        );
+        assert_eq!(
+            refusal("the fit", &Needs { rows: 2, ..all }.demands_of_fit(1, 1, 100), 20e9),
+            "the fit needs about 33 GB of memory, and 20 GB is free: it steps 1000000 unknowns with \
+             100 derivatives each; estimate fewer numbers (`--fix`)"
+        );
+        assert_eq!(
+            refusal("the fit", &small.demands_of_fit(1, 1, 100_000), 20e9),
+            "the fit needs about 160 GB of memory, and 20 GB is free: it finds 100000 estimates from \
+             1 recording; estimate fewer numbers (`--fix`)"
+        );
+    }
+
+    #[test]
+    fn an_ensemble_needs_memory_for_the_sets_under_way_and_those_it_holds() {
+        let small = Needs { unknowns: 3, kept: 3, ..needs() };
+        assert!(within("the ensemble", &small.demands_of_ensemble(16, 128, 6), Some(1e8)).is_ok());
+        assert_eq!(
+            refusal("the ensemble", &small.demands_of_ensemble(16, 1_000_000, 6), 1e9),
+            "the ensemble needs about 48 GB of memory, and 1.0 GB is free: it keeps 1000 rows of 6 \
+             columns for 1000000 sets; ask for fewer rows (`--every`, `--from`, `--until`) or fewer \
+             sets, or write a table (`-o x.csv`) without `--plot`"
+        );
+        let all = Needs { kept: 1_000_000, ..needs() };
+        assert_eq!(
+            refusal("the ensemble", &all.demands_of_ensemble(8, 64, 3), 1e9),
+            "the ensemble needs about 131 GB of memory, and 1.0 GB is free: it runs 8 sets at a time, \
+             each with 1000 rows of 1000000 unknowns and 2 outputs; ask for fewer rows (`--every`, \
+             `--from`, `--until`) or fewer threads (`--threads`)"
         );
     }
 

@@ -34,24 +34,25 @@ const STREAM: u128 = 1 << 64;
 /// How a fit of simulations searches.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct SearchArgs {
-    /// What errors are taken by; all but squares bear outliers
+    /// Loss function; all but `squares` are robust to outliers
     #[arg(long, value_enum, value_name = "NAME", default_value_t = LossName::Squares)]
     pub loss: LossName,
-    /// Fits from so many starting points, the model's and others drawn by `--seed`, and gives the best
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    /// Run N fits from different starting points, the model's own and others drawn with `--seed`, and keep
+    /// the best
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000), allow_negative_numbers = true)]
     pub starts: u32,
 }
 
-/// What errors are taken by, in standard deviations.
+/// Loss functions of a residual, in standard deviations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum LossName {
-    /// Their squares: the most exact where noise is normal
+    /// Squared residual: the most precise with Gaussian noise
     Squares,
-    /// Squares up to 1.345, straight lines beyond: outliers pull no harder than that
+    /// Squared up to 1.345 standard deviations, linear beyond: limits the pull of outliers
     Huber,
-    /// A logarithm: outliers pull the less the further they are
+    /// Logarithmic: the further away an outlier, the less it pulls
     Cauchy,
-    /// Constant from 4.685 on: what is further does not count
+    /// Constant beyond 4.685 standard deviations: residuals further away have no influence
     Tukey,
 }
 
@@ -77,7 +78,7 @@ impl SearchArgs {
         {
             if is_given {
                 return Err(CommandError::Usage(format!(
-                    "`{flag}` goes with `--estimator output-error` and `linearised`"
+                    "`{flag}` needs `--estimator output-error` or `linearised`"
                 )));
             }
         }

@@ -148,20 +148,21 @@ impl Run {
         })
     }
 
-    /// Refuses a run that would keep more than there is memory for, with so many unknowns and directions.
+    /// Refuses a run that needs more memory than is free, with so many unknowns kept and so many directions.
     fn verify_memory(&self, kept: usize, n_s: usize) -> Result<(), CommandError> {
         let signature = self.signature();
         let n = signature.unknowns.len();
         let all = outputs_are_late(signature) || matches!(self.options.steps, Steps::PerSample(_));
         let kept = if all { n } else { kept };
-        memory::verify(&memory::Needs {
+        let needs = memory::Needs {
             unknowns: n,
             kept,
             outputs: signature.outputs.len(),
             inputs: signature.inputs.len(),
             directions: n_s,
             rows: self.times.len(),
-        })
+        };
+        memory::verify("the run", &needs.demands())
     }
 
     /// The same with sensitivities.
@@ -182,6 +183,30 @@ impl Run {
         let observations = observe(&self.problem(), &solution);
         Ok(Reached { solution, observations, stopped })
     }
+}
+
+/// Refuses a fit or search that needs more memory than is free, of so many threads.
+pub(crate) fn verify_memory_of_fit(
+    what: &str,
+    signature: &Signature,
+    recordings: &[dgd_runtime::identify::Recording],
+    threads: usize,
+    keeps_derivatives: bool,
+) -> Result<(), CommandError> {
+    let rows = recordings.iter().map(|recording| recording.times.len()).max().unwrap_or(0);
+    let n_s = signature.directions.len();
+    let keeps = keeps_derivatives || outputs_are_late(signature);
+    let n = signature.unknowns.len();
+    let needs = memory::Needs {
+        unknowns: n,
+        kept: n,
+        outputs: signature.outputs.len(),
+        inputs: signature.inputs.len(),
+        directions: if keeps { n_s } else { 0 },
+        rows,
+    };
+    let side_by_side = threads.clamp(1, recordings.len().max(1));
+    memory::verify(what, &needs.demands_of_fit(side_by_side, recordings.len(), n_s))
 }
 
 /// Whether a run keeps all unknowns for outputs that are read late.
@@ -310,14 +335,9 @@ fn times(args: &RunArgs, recording: Option<&Recording>) -> Result<Vec<f64>, Comm
                 .to_owned(),
         ));
     };
-    if !(first.is_finite() && last.is_finite()) {
-        return Err(CommandError::Usage(format!(
-            "the run would go from {first} s to {last} s; both must be finite"
-        )));
-    }
     if first > last {
         return Err(CommandError::Usage(format!(
-            "the run would go from {first} s to {last} s, and time runs forwards"
+            "`--until`: the run would end at {last} s, before it begins at {first} s"
         )));
     }
     let every = match (args.every, sampled) {
@@ -337,11 +357,6 @@ fn times(args: &RunArgs, recording: Option<&Recording>) -> Result<Vec<f64>, Comm
     };
     if first == last {
         return Ok(vec![first]);
-    }
-    if !(every.is_finite() && every > 0.0) {
-        return Err(CommandError::Usage(format!(
-            "`--every {every}` must be a positive time, in s"
-        )));
     }
     let rows = (last - first) / every;
     if rows > MOST_ROWS {

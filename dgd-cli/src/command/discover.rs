@@ -25,7 +25,7 @@ use crate::recording;
 use crate::report::{self, Subject};
 use crate::reservations;
 use crate::resume;
-use crate::run::{executable, options};
+use crate::run::{executable, options, verify_memory_of_fit};
 
 pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), CommandError> {
     figure::verify_formats(&args.solve.plot)?;
@@ -44,7 +44,7 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
     let valid = recordings(args, &args.valid, &compiled, &mut compilation, console)?;
     console.spare(&compilation.sources)?;
     let (held_out, left_out) = HeldOut::of(args, &train, valid);
-    let mut reservations = reserved(args, &compiled, &train)?;
+    let mut reservations = reserved(args, &compiled, &train, console.threads())?;
     reservations.extend(left_out);
 
     let base = BaseModel {
@@ -188,9 +188,12 @@ fn reserved(
     args: &DiscoverArgs,
     compiled: &Compiled,
     train: &[Recording],
+    threads: usize,
 ) -> Result<Vec<String>, CommandError> {
     let system = executable(compiled.program.clone(), &args.solve)?;
     let signature = system.signature();
+    // Candidates only add to it.
+    verify_memory_of_fit("the search", signature, train, threads, true)?;
     let p: Vec<f64> = signature.parameters.iter().map(|p| p.value).collect();
     let mut reservations = reservations::of_recordings(&system, &p, train);
     reservations.extend(reservations::of_few_samples(signature, train));

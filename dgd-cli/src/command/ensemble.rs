@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_runtime::ensemble::{Ensemble, Member, Trajectory, Wanted, reduce};
+use dgd_runtime::ensemble::{Ensemble, Member, Trajectory, Wanted, members_at_a_time, reduce};
 use dgd_runtime::{Statistics, Unit, side};
 use serde_json::{Value, json};
 
@@ -15,6 +15,7 @@ use crate::data::write::{Written, write_header, write_rows};
 use crate::failure::CommandError;
 use crate::figure;
 use crate::load::{Loaded, load};
+use crate::memory::{self, Needs};
 use crate::plot::{Envelope, Figure, Panel, Series, Style, Text};
 use crate::result::{self, TableFormat};
 use crate::run::Run;
@@ -54,6 +55,8 @@ pub(crate) fn run(
     let is_text = !console.is_json();
     let format = console.out().map(|path| console.table_format(path)).transpose()?;
     let is_document = format.map_or(!is_text, TableFormat::is_document);
+    let is_kept = is_document || keeps || console.out().is_none();
+    all.verify_memory(if is_kept { sets.len() } else { 0 })?;
     if let Some((path, format)) = console.out().zip(format).filter(|_| !is_document) {
         result::save_rows(path, format, |out| {
             all.write(out, |values| {
@@ -148,6 +151,26 @@ impl<'a> Runs<'a> {
         let statistics = Statistics::default();
         let shown = shown(run);
         Self { run, sets, threads, shown, statistics, written: 0, failed: Vec::new() }
+    }
+
+    /// Refuses an ensemble that needs more memory than is free, and holds the results of so many sets at the
+    /// end.
+    fn verify_memory(&self, held: usize) -> Result<(), CommandError> {
+        let signature = self.run.signature();
+        let n = signature.unknowns.len();
+        let needs = Needs {
+            unknowns: n,
+            kept: n,
+            outputs: signature.outputs.len(),
+            inputs: signature.inputs.len(),
+            directions: 0,
+            rows: self.run.times.len(),
+        };
+        let block = (BLOCK * self.threads.max(1)).min(self.sets.len());
+        let at_a_time = members_at_a_time(signature) * self.threads.max(1);
+        let packed = at_a_time.min(self.sets.len());
+        let demands = needs.demands_of_ensemble(packed, block + held, self.shown.len());
+        memory::verify("the ensemble", &demands)
     }
 
     /// Runs all sets, and gives `take` the number of each and the values of all that is shown.

@@ -39,9 +39,13 @@ use crate::load::Compilation;
 use crate::multi_start::Minima;
 use crate::plot::Text;
 use crate::recording::{self, Clock};
+use crate::refit::options_of_refit;
 use crate::reservations;
 use crate::resume;
-use crate::run::{executable, options, with_method, with_method_per_sample, with_method_to_begin};
+use crate::run::{
+    executable, options, verify_memory_of_fit, with_method, with_method_per_sample,
+    with_method_to_begin,
+};
 
 /// Most evaluations of a model without states, which cost next to nothing.
 const MOST_EVALUATIONS_OF_ROWS: usize = 5000;
@@ -69,10 +73,20 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
         | Estimator::Recursive => return regress::run(&task, args, console),
     }
     let problem = OutputErrorProblem { loss: args.search.loss.loss(), ..task.problem(console) };
-    let found = args
-        .search
-        .fit(&problem, console.seed())
-        .map_err(|error| task.failed(error, &args.data))?;
+    let fitted = |problem: &OutputErrorProblem<'_, Loaded>| {
+        let found = args.search.fit(problem, console.seed());
+        found.map_err(|error| task.failed(error, &args.data))
+    };
+    let found = fitted(&problem)?;
+    let (problem, found) =
+        match options_of_refit(&problem.options, &args.solve, &found, &task.train, console) {
+            None => (problem, found),
+            Some(options) => {
+                let problem = OutputErrorProblem { options, ..problem };
+                let found = fitted(&problem)?;
+                (problem, found)
+            }
+        };
     let (mut fit, minima) = (found.fit.clone(), Minima::of(found));
     let is_converged = fit.termination.is_converged();
     let train = task.evaluated(&problem, &fit, &args.data)?;
@@ -214,6 +228,11 @@ impl Task {
         };
         let train = experiments(train, &args.data)?;
         let valid = experiments(valid, &args.valid)?;
+        if args.regression.estimator.simulates() {
+            let keeps =
+                args.regression.estimator == Estimator::Linearised || args.intervals.information;
+            verify_memory_of_fit("the fit", signature, &train, console.threads(), keeps)?;
+        }
         let options = match train.first() {
             None => options,
             Some(Recording { inputs, start, times, .. }) => {
@@ -264,7 +283,7 @@ impl Task {
             resume::journal(args.resume, input, console)?
         } else if args.resume {
             return Err(CommandError::Usage(
-                "`--resume` goes with `--estimator output-error`".to_owned(),
+                "`--resume` needs `--estimator output-error`".to_owned(),
             ));
         } else {
             None
@@ -283,7 +302,7 @@ impl Task {
             clock,
             options,
             watch: Attendant::stopping(console),
-            evaluations: args.evaluations.map(|most| most as usize),
+            evaluations: args.evaluations,
             journal,
             digest,
         })

@@ -16,9 +16,16 @@ pub(crate) fn run(args: &LinearizeArgs, console: Console<'_>) -> Result<(), Comm
     {
         if is_given {
             let message =
-                format!("`{flag}` says nothing to `linearize`: `--at` is where the run ends");
+                format!("`linearize` does not take `{flag}`: its run ends where `--at` says");
             return Err(CommandError::Usage(message));
         }
+    }
+    if let Place::Time(t) = args.at
+        && t < args.solve.from.unwrap_or(0.0)
+    {
+        let from = args.solve.from.unwrap_or(0.0);
+        let message = format!("`--at {t}`: the run begins at {from} s, so it never gets there");
+        return Err(CommandError::Usage(message));
     }
     let loaded = load(&args.model, &args.choices, |_| dgd_compiler::pipeline::Directions::None)?;
     let run = Run::prepare(&run_args(args), loaded, console)?;
@@ -29,7 +36,10 @@ pub(crate) fn run(args: &LinearizeArgs, console: Console<'_>) -> Result<(), Comm
         }
         Place::Steady => steady_state(&run.problem(), from, &run.options).map_err(failed)?,
         Place::Mean if args.data.is_none() => {
-            return Err(CommandError::Usage("`--at mean` is of the inputs in `--data`".to_owned()));
+            return Err(CommandError::Usage(
+                "`--at mean` needs the inputs of a recording: give one with `--data FILE`"
+                    .to_owned(),
+            ));
         }
         Place::Mean => {
             let until = run.times.last().map_or(from, |last| *last);

@@ -131,13 +131,6 @@ fn regression_problem<'a>(
     args: &FitArgs,
     console: Console<'_>,
 ) -> Result<RegressionProblem<'a, Loaded>, CommandError> {
-    if let Some(width) = args.regression.smoothing
-        && !(width > 0.0 && width.is_finite())
-    {
-        return Err(CommandError::Usage(format!(
-            "`--smoothing {width}` must be a positive time, in s"
-        )));
-    }
     let defaults = RegressionProblem::new(&task.system, &task.p, &task.train);
     let (mut stopping, mut simplex) = (defaults.stopping, defaults.simplex);
     if let Some(most) = task.evaluations {

@@ -136,9 +136,5 @@ fn wishes(args: &ScreenArgs, tables: &[(PathBuf, Table)]) -> Result<Wishes, Comm
         };
         rest.push((verify("--rest", name)?, rate));
     }
-    if let Some(window) = args.window.filter(|window| !(window.is_finite() && *window > 0.0)) {
-        let message = format!("`--window {window}` must be a positive time, in s");
-        return Err(CommandError::Usage(message));
-    }
     Ok(Wishes { same, window: args.window, rest })
 }

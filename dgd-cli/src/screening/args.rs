@@ -6,35 +6,36 @@ use clap::Args;
 
 use crate::args::Choices;
 use crate::data::Rename;
+use crate::numbers::positive;
 
 /// Arguments of `screen`.
 #[derive(Debug, Args)]
 pub(crate) struct ScreenArgs {
-    /// A model: what it says of the columns is compared with them, too
+    /// A model; the columns are checked against what it says of them too
     pub model: Option<PathBuf>,
     #[command(flatten)]
     pub choices: Choices,
-    /// A recording to look at; repeatable
+    /// A recording to check; repeatable
     #[arg(long, value_name = "FILE", required = true)]
     pub data: Vec<PathBuf>,
-    /// Call a column by another name, with its unit where the file has none, as in `P_RIS=p_r` or
-    /// 'P_RIS=p_r [barg]'; repeatable
+    /// Rename a column, adding a unit if the file has none, as in `P_RIS=p_r` or 'P_RIS=p_r [barg]';
+    /// repeatable
     #[arg(long, value_name = "COLUMN=NAME")]
     pub rename: Vec<Rename>,
-    /// Columns that measure the same, as in `p_main,p_backup`; repeatable [default: those whose names
-    /// differ in a last letter or figure and that move together]
+    /// Columns that measure the same quantity, as in `p_main,p_backup`; repeatable [default: those whose
+    /// names differ only in the last letter or digit and that move together]
     #[arg(long, value_name = "NAMES")]
     pub same: Vec<String>,
     /// Length of the windows over which slopes are taken, s [default: 30 usual sampling intervals]
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", value_parser = positive, allow_hyphen_values = true)]
     pub window: Option<f64>,
-    /// Largest slope of a column at rest, per second in its unit, as in `q_ssp=2`; repeatable
+    /// Largest slope at which a column counts as at rest, in its unit per second, as in `q_ssp=2`; repeatable
     #[arg(long, value_name = "NAME=RATE")]
     pub rest: Vec<String>,
-    /// Fail if a fault was found
+    /// Fail if a fault is found
     #[arg(long)]
     pub check: bool,
-    /// Draw the columns, what was found shaded; .svg or .png, repeatable
+    /// Plot the columns, with findings shaded; .svg or .png, repeatable
     #[arg(long, value_name = "FILE")]
     pub plot: Vec<PathBuf>,
 }

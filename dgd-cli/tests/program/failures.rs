@@ -4,7 +4,7 @@
 
 use std::fs;
 
-use crate::support::{Run, column, dgd, folder_with, killed_and_resumed, path};
+use crate::support::{Run, column, dgd, dgd_in, folder_with, killed_and_resumed, listing, path};
 
 #[cfg(target_os = "linux")]
 use crate::support::{interrupt, started, wait_until_it_minds_ctrl_c};
@@ -222,6 +222,33 @@ fn a_run_that_needs_too_much_memory_says_what_asks_for_it() {
     dgd(&args).refused(3, &["of memory", "10000001 rows of 20000 outputs", "`--every`"]);
 }
 
+/// The same of commands that run a model many times.
+#[test]
+fn a_fit_a_search_and_an_ensemble_that_need_too_much_memory_say_what_asks_for_it() {
+    let model = "model rod
+        size N = 100000
+        parameter tau [s] = 1  in 0.1 .. 10, log
+        state T[1..N] [K] = 290
+        equation first: der(T[1]) = (300 [K] - T[1])/tau
+        for i in 2..N { equation cell[i]: der(T[i]) = (T[i-1] - T[i])/tau }
+        output near [K] = T[1]  noise 0.1 [K]";
+    // A million rows: more than a terabyte.
+    let rows: String = (0..1_000_000).map(|k| format!("{k},{}\n", 290 + k % 2)).collect();
+    let folder = folder_with(&[
+        ("m.dgd", model.as_bytes()),
+        ("d.csv", format!("time [s],near [K]\n{rows}").as_bytes()),
+        ("s.csv", b"tau [s]\n1\n2\n"),
+    ]);
+    let run = |args: &[&str]| dgd_in(folder.path(), args);
+    let what = ["of memory", "1000000 rows of 100000 unknowns and 1 output", "`--until`"];
+    run(&["fit", "m.dgd", "--data", "d.csv"]).refused(3, &[&["the fit needs"][..], &what].concat());
+    run(&["discover", "m.dgd", "--data", "d.csv"])
+        .refused(3, &["the search needs", what[0], "100000 unknowns", what[2]]);
+    run(&["simulate", "m.dgd", "--data", "d.csv", "--ensemble", "s.csv", "-o", "o.csv"])
+        .refused(3, &[&["the ensemble needs", "sets at a time"][..], &what].concat());
+    assert_eq!(listing(&folder), ["d.csv", "m.dgd", "s.csv"]);
+}
+
 /// A rate that starts from nothing, and has no second derivative there.
 const HILL: &str = "
 parameter k = 1.5
@@ -232,7 +259,8 @@ equation f: 1 [s]*der(y) = -y*x^k/(0.4^k + x^k)
 output y
 ";
 
-/// The default method cannot begin, another one can, and that is said; who names a method has it.
+/// Where the default method cannot begin a run but another can, the other is used and a note says so. A named
+/// method is never replaced.
 #[test]
 fn a_method_that_can_begin_is_taken_before_the_run() {
     let (folder, model) = with_model(HILL);
@@ -251,4 +279,24 @@ fn a_method_that_can_begin_is_taken_before_the_run() {
     fs::write(&recording, &simulated.out).expect("a file");
     let fitted = dgd(&["fit", &model, "--data", &recording, "--set", "k=1.3"]).done();
     assert!(fitted.err.contains(said), "{}", fitted.err);
+}
+
+/// A fit that starts where the default method can begin, and ends where it cannot.
+#[test]
+fn a_fit_that_comes_to_where_its_method_cannot_begin_is_run_again_with_another() {
+    let (folder, model) = with_model(HILL);
+    let recording = path(&folder, "r.csv");
+    for k in ["1.5", "1.2"] {
+        let set = format!("k={k}");
+        let args = ["simulate", &model, "--until", "3", "--every", "0.1", "--set", &set];
+        fs::write(&recording, dgd(&args).done().out).expect("a file");
+        let fit = ["fit", &model, "--data", &recording, "--set", "k=2.5", "--format", "json"];
+        let run = dgd(&fit).done();
+        let said = "`rodas5p` cannot begin at t = 0 s";
+        assert!(run.err.contains(said) && run.err.contains("again"), "{}", run.err);
+        let found = run.json()["parameters"]["k"]["value"].as_f64().expect("a number");
+        let apart = (found - k.parse::<f64>().expect("a number")).abs();
+        assert!(apart < 1e-3, "{found}");
+        dgd(&[&fit[..], &["--method", "rodas5p"]].concat()).refused(3, &["cannot be simulated"]);
+    }
 }

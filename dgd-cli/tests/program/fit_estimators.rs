@@ -387,7 +387,7 @@ fn what_has_no_linear_model_is_told_by_name() {
     refused("sum.dgd", &[], 3, &["`e`", "leaves `x` open", "`--at T`"]);
     refused("valve.dgd", &["--at", "somewhere"], 2, &["`steady`, and `mean`"]);
     let args = [&CIRCULATION[..], &["--at", "mean"]].concat();
-    dgd(&args).refused(2, &["`--at` goes with `--estimator linearised`"]);
+    dgd(&args).refused(2, &["`--at` needs `--estimator linearised`"]);
     // In one mode there is nothing to refuse.
     let args = ["fit", "valve.dgd", "--data", "d.csv", "--estimator", "linearised"];
     let found = dgd_in(folder.path(), &[&args[..], &["--until", "39", "--fix", "k"]].concat());

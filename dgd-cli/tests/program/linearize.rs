@@ -154,7 +154,8 @@ fn the_mud_circulation_is_as_worked_out_by_hand() {
         tight,
     );
     assert_eq!(mean["steady"], true);
-    dgd(&["linearize", "models/pendulum_cartesian.dgd", "--at", "mean"]).refused(2, &["`--data`"]);
+    dgd(&["linearize", "models/pendulum_cartesian.dgd", "--at", "mean"])
+        .refused(2, &["`--data FILE`"]);
 }
 
 /// (3.17)–(3.18): the flow follows the level at once.

@@ -17,6 +17,7 @@ mod fit_quality;
 mod gates;
 mod linearize;
 mod names;
+mod options;
 mod parts;
 mod per_sample;
 mod screen;

@@ -2,13 +2,11 @@
 
 use std::fmt::Write as _;
 use std::fs;
-use std::io::Write as _;
-use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use crate::support::{Run, command, dgd_in, folder_with};
+use crate::support::{dgd_in, folder_with, piped};
 
 const TANK: &str = "\
 model tank
@@ -34,24 +32,6 @@ later,300,1.01
 30,300,1.016,4
 35,300,1.02
 ";
-
-fn piped(folder: &std::path::Path, args: &[&str], bytes: &[u8]) -> Run {
-    let mut child = command(folder, args)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the command starts");
-    let mut input = child.stdin.take().expect("a pipe");
-    let bytes = bytes.to_owned();
-    let writer = std::thread::spawn(move || {
-        // The command may end before it has read all.
-        let _ = input.write_all(&bytes);
-    });
-    let output = child.wait_with_output().expect("it ends");
-    writer.join().expect("the writer ends");
-    Run::of(&output)
-}
 
 #[test]
 fn rows_that_cannot_be_read_are_left_out_with_their_lines() {

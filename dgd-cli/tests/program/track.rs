@@ -6,7 +6,7 @@ use std::process::Stdio;
 
 use serde_json::Value;
 
-use crate::support::{Run, column, command, dgd_in, folder_with, listing};
+use crate::support::{column, command, dgd_in, folder_with, listing, piped};
 
 const TANKS: &str = "\
 /// Two tanks, one into the other.
@@ -58,24 +58,6 @@ fn recording(rows: usize) -> String {
         h = [0, 1].map(|i| h[i] + dt / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
     }
     text
-}
-
-fn piped(folder: &std::path::Path, args: &[&str], text: &str) -> Run {
-    let mut child = command(folder, args)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the command starts");
-    let mut input = child.stdin.take().expect("a pipe");
-    let text = text.to_owned();
-    let writer = std::thread::spawn(move || {
-        // The command may end before it has read all.
-        let _ = input.write_all(text.as_bytes());
-    });
-    let output = child.wait_with_output().expect("it ends");
-    writer.join().expect("the writer ends");
-    Run::of(&output)
 }
 
 #[test]
@@ -241,9 +223,9 @@ fn what_makes_no_sense_is_refused_in_the_users_names() {
         1,
         &["`h_1` is in `m`", "bar"],
     );
-    refused(&["t.dgd", "--data", "d.csv", "--noise", "h_1=-1"], 1, &["--noise"]);
+    refused(&["t.dgd", "--data", "d.csv", "--noise", "h_1=-1"], 2, &["--noise"]);
     refused(&["t.dgd", "--data", "none.csv"], 1, &["none.csv"]);
-    refused(&["t.dgd", "--data", "d.csv", "--gate", "0"], 2, &["the gate"]);
+    refused(&["t.dgd", "--data", "d.csv", "--gate", "0"], 2, &["--gate"]);
     let run = piped(folder.path(), &["track", "t.dgd", "--data", "-"], "");
     run.refused(1, &["standard input", "empty"]);
     let run = piped(folder.path(), &["track", "t.dgd", "--data", "-"], "time [s],h_1 [m]\n0,1\n");

@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "not every test binary uses all of it")]
 
 use std::fs;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
@@ -65,6 +66,25 @@ pub(crate) fn dgd_in(folder: &Path, args: &[&str]) -> Run {
 /// Runs in the repository's root.
 pub(crate) fn dgd(args: &[&str]) -> Run {
     dgd_in(&root(), args)
+}
+
+/// Runs a command in a folder with these bytes on its standard input.
+pub(crate) fn piped(folder: &Path, args: &[&str], bytes: impl AsRef<[u8]>) -> Run {
+    let mut child = command(folder, args)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the command starts");
+    let mut input = child.stdin.take().expect("a pipe");
+    let bytes = bytes.as_ref().to_owned();
+    let writer = std::thread::spawn(move || {
+        // The command may end before it has read all.
+        let _ = input.write_all(&bytes);
+    });
+    let output = child.wait_with_output().expect("it ends");
+    writer.join().expect("the writer ends");
+    Run::of(&output)
 }
 
 /// A command under way, whose output is kept for its end.

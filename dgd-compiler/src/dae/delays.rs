@@ -430,11 +430,11 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Reports what is read before it is.
+    /// Reports what reads the future.
     fn refuse_the_future(&mut self, span: Span, diagnostics: &mut Diagnostics) {
         let Some(symbol) = self.early.take() else { return };
         let message =
-            format!("this reads {} before it is: its delay is below zero", self.name(symbol));
+            format!("this reads the future of {}: its delay is negative", self.name(symbol));
         diagnostics.error(
             Diagnostic::new(Code::E215, span, message)
                 .help("only an output can be early, the whole of it by one time"),

@@ -30,7 +30,7 @@ use crate::identify::parallel::in_parallel;
 use crate::problem::{Options, Problem};
 use crate::signal::Inputs;
 use crate::solution::Statistics;
-use crate::system::System;
+use crate::system::{Signature, System};
 use pack::Pack;
 
 /// A model and what its members differ in.
@@ -179,6 +179,11 @@ pub fn simulate<S: System + Clone + Send>(
     reduce(ensemble, times, options, Wanted::Values, threads, |_, outcome| {
         outcome.map(|trajectory| trajectory.to_kept())
     })
+}
+
+/// Members that a thread runs at a time.
+pub fn members_at_a_time(signature: &Signature) -> usize {
+    if lanes::suit(signature) { LANES } else { 1 }
 }
 
 /// [`simulate`], with what `reduce` makes of each member in place of all its values; it is given the

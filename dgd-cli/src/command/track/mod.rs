@@ -15,7 +15,7 @@ use dgd_runtime::identify::filter::{
 use dgd_runtime::{Inputs, Problem, System, start_from_outputs};
 use serde_json::json;
 
-use crate::args::{Start, TrackArgs};
+use crate::args::{SolveArgs, Start, TrackArgs};
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::figure;
@@ -32,6 +32,7 @@ const UNLEARNT: f64 = 0.9;
 pub(crate) fn run(args: &TrackArgs, console: Console<'_>) -> Result<(), CommandError> {
     figure::verify_formats(&args.solve.plot)?;
     let estimator = settings::estimator(args)?;
+    settings::verify_deviations(args)?;
     let mut compilation = Compilation::default();
     let options_of_model = compilation.options(&args.choices)?;
     let (free, fixed) = compilation.sought(&args.sought);
@@ -77,10 +78,13 @@ struct Tracking<'a> {
 impl Tracking<'_> {
     fn run(mut self, mut rows: Rows<'_>) -> Result<(), CommandError> {
         let Some(first) = rows.next()? else {
-            return Err(CommandError::Found(format!(
-                "`{}` has no row to track",
-                self.args.data.display()
-            )));
+            let data = self.args.data.display();
+            let SolveArgs { from, until, .. } = &self.args.solve;
+            return Err(if from.is_some() || until.is_some() {
+                CommandError::Usage(format!("`{data}` has no row between `--from` and `--until`"))
+            } else {
+                CommandError::Found(format!("`{data}` has no row to track"))
+            });
         };
         let sample = Sample { t: first.t, u: &first.u, measured: &first.measured };
         self.set_start(sample, &rows.measured)?;

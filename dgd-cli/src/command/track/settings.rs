@@ -93,6 +93,36 @@ impl Asked {
     }
 }
 
+/// Checks that standard deviations can be some.
+///
+/// # Errors
+///
+/// One of them is negative, or zero where nothing may be certain.
+pub(super) fn verify_deviations(args: &TrackArgs) -> Result<(), CommandError> {
+    let (some, any) = ("above 0", "0 or more");
+    let options = [
+        ("--process-noise", &args.process_noise, any),
+        ("--start-std", &args.start_std, some),
+        ("--noise", &args.noise, some),
+    ];
+    for (flag, texts, what) in options {
+        for text in texts {
+            let value = text.split_once('=').map_or("", |(_, value)| value.trim());
+            // Anything else than a number is told with its place.
+            let Ok(value) = value.split(['[', ' ']).next().unwrap_or_default().parse::<f64>()
+            else {
+                continue;
+            };
+            if !(value.is_finite() && (value > 0.0 || value == 0.0 && what == any)) {
+                return Err(CommandError::Usage(format!(
+                    "`{flag} {text}`: a standard deviation must be a number, {what}"
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Reads `NAME=VALUE`, the value in the declared unit or in one that is given.
 fn given(
     compilation: &mut Compilation,

@@ -1,0 +1,42 @@
+//! Numbers on the command line: what an option takes is checked before anything is read.
+
+use std::str::FromStr;
+
+fn number(text: &str) -> Option<f64> {
+    f64::from_str(text).ok().filter(|value| value.is_finite())
+}
+
+fn accepted(text: &str, is_allowed: impl Fn(f64) -> bool, what: &str) -> Result<f64, String> {
+    number(text).filter(|value| is_allowed(*value)).ok_or_else(|| what.to_owned())
+}
+
+/// A tolerance, a time span, a variance.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    accepted(text, |value| value > 0.0, "this must be a number above 0")
+}
+
+/// A rate that may be zero.
+pub(crate) fn not_negative(text: &str) -> Result<f64, String> {
+    accepted(text, |value| value >= 0.0, "this must be 0 or a number above it")
+}
+
+/// A time on the data's axis.
+pub(crate) fn finite(text: &str) -> Result<f64, String> {
+    accepted(text, |_| true, "this must be a number")
+}
+
+/// A forgetting factor.
+pub(crate) fn factor(text: &str) -> Result<f64, String> {
+    accepted(text, |value| value > 0.0 && value <= 1.0, "this must be a number above 0 and up to 1")
+}
+
+/// A seed, or how many of something there may be.
+pub(crate) fn whole<T: FromStr>(text: &str) -> Result<T, String> {
+    text.parse().map_err(|_| "this must be a whole number, 0 or more".to_owned())
+}
+
+/// How many of something there are to be.
+pub(crate) fn count(text: &str) -> Result<usize, String> {
+    let count = text.parse().ok().filter(|count| *count > 0);
+    count.ok_or_else(|| "this must be a whole number, 1 or more".to_owned())
+}
