@@ -104,7 +104,7 @@ impl<'a> Console<'a> {
         }
     }
 
-    /// Shows a diagnostic that is no error.
+    /// Shows a diagnostic that is not an error.
     pub(crate) fn note(self, diagnostic: &Diagnostic, sources: &Sources) {
         if !self.global.quiet {
             // Drawn with escapes of its own, and none of another.
@@ -195,7 +195,7 @@ pub(crate) fn print_text(text: &str) -> Result<(), CommandError> {
     print(&visible(text))
 }
 
-/// Prints to standard output; a reader that went away is no error.
+/// Prints to standard output; a reader that went away is not an error.
 pub(crate) fn print(text: &str) -> Result<(), CommandError> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {

@@ -65,7 +65,7 @@ pub(crate) fn asked(
 ///
 /// # Errors
 ///
-/// [`Reported`] where a file cannot be read or is no effect; the others have been looked at as well.
+/// [`Reported`] where a file cannot be read or is not an effect; the others have been looked at as well.
 pub fn load_folder(
     folder: &Path,
     sources: &mut Sources,
@@ -208,7 +208,7 @@ fn files(folder: &Path) -> Vec<(String, PathBuf)> {
 }
 
 fn is_effect_file(path: &Path) -> bool {
-    // What is not a regular file is refused when it is read, with the reason; a link to nothing is no file.
+    // What is not a regular file is refused when it is read, with the reason; a dangling link is not a file.
     path.extension().is_some_and(|ending| ending == ENDING) && path.exists() && !path.is_dir()
 }
 

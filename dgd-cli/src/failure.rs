@@ -33,7 +33,7 @@ pub(crate) enum CommandError {
 /// The exit code of what Ctrl-C ended: 128 and the number of the signal, as shells have it.
 pub(crate) const INTERRUPTED: u8 = 130;
 
-/// What a name that nothing bears was probably meant to be, or all that there is.
+/// What an unknown name was probably meant to be, or all names that there are.
 pub(crate) fn meant(name: &str, known: &[&str]) -> String {
     match suggestion(name, known.iter().copied()) {
         Some(near) => format!("did you mean `{near}`?"),

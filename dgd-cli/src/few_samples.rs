@@ -1,4 +1,4 @@
-//! Outputs of which there are too few samples to say how large their noise is.
+//! Outputs with too few samples to estimate their noise.
 //!
 //! What is left of a few samples after a fit is far smaller than their noise, and so are standard
 //! deviations that are made of it. The noise that the model declares is taken instead; where it declares

@@ -1,4 +1,4 @@
-//! How good a fit is, output by output, on recordings that were fitted or held out.
+//! How good a fit is, output by output, on training and validation recordings.
 //!
 //! ```text
 //!   e = measured − simulated      R² = 1 − Σe²/Σ(y − ȳ)²      fit = 100 (1 − ‖e‖/‖y − ȳ‖) %
@@ -97,8 +97,8 @@ impl Quality {
         })
     }
 
-    /// A sentence for each output whose residuals go with an input, and one for those whose residuals
-    /// are coloured.
+    /// A sentence for each output whose residuals correlate with an input, and one for all whose residuals
+    /// are autocorrelated.
     pub(crate) fn push_remarks(&self, text: &mut String, signature: &Signature) {
         let names = || signature.outputs.iter().map(|output| &output.name).zip(&self.outputs);
         // Writing to a string does not fail.
@@ -115,8 +115,8 @@ impl Quality {
             };
             let _ = writeln!(
                 text,
-                "errors of `{name}` go with `{input}`{when} (correlation {:+.2}, limit {:.2}): \
-                 something in how `{input}` acts is missing; `dgd discover` looks for it",
+                "The residuals of `{name}` correlate with `{input}`{when} (correlation {:+.2}, limit {:.2}): \
+                 the model misses something in how `{input}` acts. `dgd discover` looks for it.",
                 test.correlation[test.lag], test.limit
             );
         }
@@ -128,8 +128,7 @@ impl Quality {
         if !coloured.is_empty() {
             let _ = writeln!(
                 text,
-                "errors of {} are no white noise: the standard deviations above, which take them for \
-                 it, are off",
+                "The residuals of {} are autocorrelated, so the standard deviations above are unreliable.",
                 coloured.join(", ")
             );
         }
@@ -141,12 +140,12 @@ impl OutputQuality {
         self.unexplained.map(|unexplained| 100.0 * (1.0 - unexplained.sqrt()))
     }
 
-    /// Whether the residuals are no white noise, with so many outputs tested.
+    /// Whether the residuals are autocorrelated, with so many outputs tested.
     fn is_coloured(&self, tests: usize) -> bool {
         self.whiteness.as_ref().is_some_and(|test| test.p_value * (tests as f64) < RARE)
     }
 
-    /// The input that the residuals go with most, if with any, and the lag, s.
+    /// The input that the residuals correlate with most, if any, and the lag, s.
     fn worst_input(&self, all: &Quality) -> Option<(usize, &CrossCorrelation, f64)> {
         let tests =
             self.inputs.iter().enumerate().filter_map(|(i, test)| Some((i, test.as_ref()?)));

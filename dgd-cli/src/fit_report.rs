@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use dgd_compiler::model::Variant;
 use dgd_runtime::identify::{
-    Bound, Estimate, Evaluation, Fit, Misfit, Recording, Starts, Stepping, Term, Undetermined,
+    Bound, Estimate, Evaluation, Fit, Misfit, Recording, Starts, Stepping, Term, Termination,
+    Undetermined,
 };
 use dgd_runtime::{Direction, PerSampleChoice, Signature, Unit};
 use serde_json::{Map, Value, json};
@@ -45,7 +46,7 @@ pub(crate) struct Outcome<'a> {
     /// Outputs whose noise could not be estimated.
     pub few: &'a FewSamples,
     pub quality: Quality,
-    /// On held-out recordings.
+    /// On validation recordings.
     pub quality_valid: Option<Quality>,
     /// Where the linear models were, if those were fitted.
     pub linearised: Option<Linearised>,
@@ -73,6 +74,20 @@ struct OutputErrors {
     train: Option<f64>,
     valid: Option<f64>,
     noise: Option<f64>,
+}
+
+/// How a search ended.
+pub(crate) fn ended(termination: Termination) -> &'static str {
+    match termination {
+        Termination::Gradient => "converged (the gradient is zero)",
+        Termination::Reduction => "converged (no further reduction)",
+        Termination::Step => "converged (steps became negligible)",
+        Termination::Stalled => "converged (to within rounding)",
+        Termination::Blocked => "not converged (simulations fail nearby)",
+        Termination::Flat => "not converged (the outputs do not respond)",
+        Termination::EvaluationLimit => "not converged (evaluation limit)",
+        Termination::Stopped => "stopped",
+    }
 }
 
 impl Outcome<'_> {
@@ -327,14 +342,14 @@ impl Outcome<'_> {
             minima.push_text(text, self);
         }
         let chi = fit.reduced_chi_square();
-        let chi = chi.map_or_else(String::new, |chi| format!(", {chi:.3} times the noise squared"));
+        let chi = chi.map_or_else(String::new, |chi| format!(", reduced χ² = {chi:.3}"));
         let _ = writeln!(
             text,
-            "{} samples{chi}; {} steps, {} simulations, ended by {}",
+            "{} samples{chi}; {} steps, {} simulations, {}",
             fit.samples,
             fit.iterations,
             fit.evaluations,
-            fit.termination.name()
+            ended(fit.termination)
         );
     }
 }

@@ -17,7 +17,7 @@ use crate::table::{push_table, significant};
 /// Samples that belong to no operating point come first among the kinds.
 const TRANSIENT: usize = 0;
 
-/// A parameter of which a kind of samples says more than this is said to be determined by it.
+/// A kind of samples that holds more than this share of the information on a parameter determines it.
 const MUCH: f64 = 0.1;
 
 /// As long again of one kind, fewer samples than this of it are too few to go by.
@@ -61,7 +61,7 @@ impl Origins {
         Ok(Self { all, shares, counts, points })
     }
 
-    /// The kind of which more would do most.
+    /// The kind of samples of which more would help most.
     fn best_test(&self, found: &Information) -> Option<(usize, f64)> {
         let all = found.again.iter().enumerate().filter(|(kind, _)| self.counts[*kind] >= ENOUGH);
         let all = all.filter_map(|(kind, again)| Some((kind, (*again)?)));

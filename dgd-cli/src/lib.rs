@@ -84,10 +84,23 @@ fn run_once() -> ExitCode {
     }
 }
 
+/// Whether these words ask for JSON, though they may not be a command line.
+fn wants_json(words: impl Iterator<Item = String>) -> bool {
+    let words: Vec<String> = words.collect();
+    words.iter().any(|word| word == "--format=json")
+        || words.windows(2).any(|pair| pair[0] == "--format" && pair[1] == "json")
+}
+
 /// The command line. Wrong usage ends the process here, with 2.
 fn parsed() -> Cli {
     Cli::try_parse().unwrap_or_else(|error| {
         let text = error.to_string();
+        if error.use_stderr() && wants_json(std::env::args()) {
+            let message = text.strip_prefix("error: ").unwrap_or(&text).trim();
+            // Where the reader went away, the exit code still says it.
+            let _ = console::print(&format!("{}\n", serde_json::json!({ "error": message })));
+            std::process::exit(error.exit_code());
+        }
         let shown = visible(&text);
         // What is typed is quoted, and a file's name may be typed by a pattern.
         if error.use_stderr() && shown != text {
@@ -125,7 +138,7 @@ fn perform(command: &Command, console: Console<'_>) -> Result<(), CommandError> 
 pub fn verify_arguments(words: &[String]) -> Result<(), String> {
     let line = std::iter::once("dgd").chain(words.iter().map(String::as_str));
     match Cli::try_parse_from(line) {
-        // `--help` and `--version` are no mistakes.
+        // `--help` and `--version` are not mistakes.
         Err(error) if error.use_stderr() => Err(error.to_string()),
         Ok(_) | Err(_) => Ok(()),
     }

@@ -79,7 +79,7 @@ impl Needs {
     }
 
     /// Of so many runs side by side, each of a recording, from which `estimates` numbers are found.
-    /// `self.directions` are those of which derivatives are kept at each row.
+    /// `self.directions` are those whose derivatives are kept at each row.
     pub(crate) fn demands_of_fit(
         &self,
         side_by_side: usize,

@@ -119,7 +119,7 @@ impl Minima {
         self.all.ends.iter().filter(is_unfinished).count()
     }
 
-    /// Points from which there is no fit, and why not from the first of them.
+    /// Points whose fit failed, and why the first of them failed.
     fn failed(&self) -> (usize, Option<&EstimateError>) {
         let mut errors = self.all.ends.iter().filter_map(|end| match end {
             PointEnd::Failed(error) => Some(error),
@@ -129,7 +129,7 @@ impl Minima {
         (errors.count() + usize::from(first.is_some()), first)
     }
 
-    /// Points whose fits ended in no minimum.
+    /// Points whose fits did not converge.
     fn lost(&self) -> usize {
         let is_lost = |end: &&PointEnd| match end {
             PointEnd::Fitted(fit) => {
@@ -191,7 +191,7 @@ impl Minima {
             let how = match minimum.above {
                 above if above < AS_GOOD => "as good".to_owned(),
                 above if above < THRESHOLD => {
-                    "which the data hardly tells from this one".to_owned()
+                    "which the data hardly distinguish from this one".to_owned()
                 }
                 _ => format!("a deviance of {above} above"),
             };
@@ -207,7 +207,7 @@ impl Minima {
         }
         let lost = self.lost();
         if lost > 0 {
-            let _ = writeln!(text, "{lost} of {all} ended in no minimum");
+            let _ = writeln!(text, "{lost} of {all} did not converge");
         }
     }
 

@@ -8,7 +8,7 @@ use dgd_runtime::{Point, Side, Signature, System, Text};
 
 use crate::table::significant;
 
-/// Rows that are in both make a held-out recording one that was trained on, from this share on.
+/// A validation recording that shares at least this part of its rows with the training counts as trained on.
 const SAME: f64 = 0.5;
 
 /// A sentence for each reason why recordings may not determine a model with these parameters, SI.
@@ -29,7 +29,7 @@ pub(crate) fn of_recordings<S: System>(
     all
 }
 
-/// Whether all inputs, of which there are some, stay where they are in all recordings.
+/// Whether there are inputs, and all stay constant in all recordings.
 fn is_at_rest(signature: &Signature, recordings: &[Recording]) -> bool {
     let mut first: Option<Vec<f64>> = None;
     let mut u = vec![0.0; signature.inputs.len()];
@@ -85,7 +85,7 @@ fn delays_that_are_longer<S: System>(
     late.map(said).collect()
 }
 
-/// Of each held-out recording, the position of the training recording that has most of its rows, if one has:
+/// Of each validation recording, the position of the training recording that has most of its rows, if one has:
 /// the same times with the same values.
 pub(crate) fn trained_on(train: &[Recording], valid: &[Recording]) -> Vec<Option<usize>> {
     let rows: Vec<BTreeSet<Vec<u64>>> = train.iter().map(|one| rows(one).collect()).collect();

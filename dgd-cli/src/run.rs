@@ -364,7 +364,7 @@ fn times(args: &RunArgs, recording: Option<&Recording>) -> Result<Vec<f64>, Comm
             "`--every {every:e}` asks for {rows:.1e} rows; a run has at most {MOST_ROWS:e}"
         )));
     }
-    // A last step shorter than rounding is none.
+    // A last step shorter than rounding is left out.
     let whole = (rows + 1e-9).floor();
     let mut times: Vec<f64> = (0..=whole as u64).map(|k| first + k as f64 * every).collect();
     match times.last_mut() {

@@ -56,7 +56,7 @@ pub(crate) fn read(
     Ok((0..table.len()).map(set).collect())
 }
 
-/// Reports columns that are no parameter and no state.
+/// Reports columns that are neither a parameter nor a state.
 fn verify_names(
     table: &Table,
     known: &[select::Declared<'_>],

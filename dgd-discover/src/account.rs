@@ -140,7 +140,7 @@ pub(crate) fn ranking_of(search: &Search<'_>) -> Vec<Ranked> {
     });
     let failed = search.tried.iter().filter_map(|(chosen, fitted)| {
         let NoFit(reason) = fitted.as_ref().err()?;
-        // That a template does not fit everything is no news.
+        // Everybody knows that a template does not fit everything.
         if chosen.iter().all(|&c| search.candidates[c].is_generic) {
             return None;
         }
@@ -159,7 +159,7 @@ pub(crate) fn ranking_of(search: &Search<'_>) -> Vec<Ranked> {
 /// away has a share of nothing.
 pub(crate) fn screened(search: &Search<'_>, screens: &[Screen]) -> Vec<Screened> {
     let Some((sum, n)) = search.training_error(&[]) else { return Vec::new() };
-    // An excess that is less than the sum of n squares of noise varies by is none.
+    // An excess within the scatter of a sum of n squares of noise does not count.
     let excess = (sum - n as f64).max((2.0 * n as f64).sqrt());
     let mut scores: Vec<Score> =
         screens.iter().flat_map(|screen| &screen.scores).cloned().collect();

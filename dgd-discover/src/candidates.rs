@@ -70,7 +70,7 @@ pub(crate) fn candidates<'a>(
     all
 }
 
-/// Effects of which there is no candidate, and why not.
+/// Effects that cannot be applied anywhere, and why.
 pub(crate) fn unbound(library: &[Effect], model: &Model) -> Vec<(String, String)> {
     let why = |effect: &Effect| {
         if !effect.changes_model() {

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! The Kalman filter's ε/√S are white with a variance of one where e is such noise. σ, c and T are those
-//! of the greatest likelihood, −Σ (ln S + ε²/S)/2; the common factor of σ and c is had in closed form.
+//! of the greatest likelihood, −Σ (ln S + ε²/S)/2; the common factor of σ and c has a closed form.
 //!
 //! A memory is at most 2√(h L), h being the sampling interval and L the length of the longest recording: one of √N of
 //! the N readings is told from what the model lacks by the √N others of its kind that the recording holds, and its

@@ -82,11 +82,11 @@ const SLOPE_LENGTHS: [f64; 3] = [0.2, 0.6, 1.8];
 const SHORTEST_SLOPE: usize = 4;
 /// Thresholds that are compared with every shift.
 const THRESHOLDS: usize = 256;
-/// A condition that tells windows from the rest worse than this is none.
+/// A condition must tell windows from the rest at least this well.
 const BALANCED_ACCURACY: f64 = 0.8;
-/// Windows that begin and end within a recording, and with each of which the condition comes anew.
+/// Windows that begin and end within a recording, each with a new onset of the condition.
 const EPISODES: usize = 2;
-/// Shifts, and how often one may do as well as no shift: a slope over 200 s bears shifts of a minute, which
+/// Shifts, and how often one may do as well as no shift: a slope over 200 s allows shifts of a minute, which
 /// are one in a hundred of a recording of two hours.
 const SHIFTS: usize = 499;
 const SIGNIFICANT: f64 = 0.05;
@@ -107,7 +107,7 @@ fn handicap(of: &KnownKind, kind: &ConditionKind) -> f64 {
     quantity + comparison
 }
 
-/// The condition that windows go together with, where there is one that is no chance.
+/// The condition that coincides with the windows, if one does by more than chance.
 ///
 /// | name | shape | unit |
 /// |---|---|---|
@@ -345,7 +345,7 @@ impl Grid {
                 (xy + x * (y - mean), xx + x * x)
             });
             let slope = moments.0 / (moments.1 * self.width);
-            // What rounding leaves of a constant is no slope.
+            // Rounding makes a constant look as if it had a slope.
             let size = points.iter().fold(0.0, |most: f64, y| most.max(y.abs()));
             if (slope * self.width).abs() <= 1e-12 * size { 0.0 } else { slope }
         };

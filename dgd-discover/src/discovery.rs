@@ -99,7 +99,7 @@ pub struct FoundEffect {
 pub struct Alternative {
     /// Its name.
     pub name: String,
-    /// Its held-out error over that of the named one.
+    /// Its validation error over that of the named one.
     pub valid_ratio: f64,
 }
 
@@ -155,11 +155,11 @@ pub struct Guess {
     /// Its terms, two at most.
     pub terms: Vec<GuessedTerm>,
     /// 1 − Σ w (d − formula)²/Σ w (d − d₀)² of what is missing, d, where the formula was not fitted to
-    /// it: in the held-out recordings, without any in tenths of the training recordings.
+    /// it: in the validation recordings, without any in tenths of the training recordings.
     pub r2_held_out: f64,
-    /// Whether that is of held-out recordings.
+    /// Whether that is of validation recordings.
     pub is_of_recordings: bool,
-    /// Mean square of the base model's errors over the noise, of held-out recordings where there are any.
+    /// Mean square of the base model's errors over the noise, of validation recordings where there are any.
     pub left_before: f64,
     /// The same when the formula is in the model.
     pub left_after: f64,
@@ -168,7 +168,7 @@ pub struct Guess {
 /// A term of a [`Guess`].
 #[derive(Debug, Clone)]
 pub struct GuessedTerm {
-    /// What the coefficient goes with, its operator first: `* q*abs(q)`; empty for a constant.
+    /// What the coefficient multiplies, its operator first: `* q*abs(q)`; empty for a constant.
     pub factor: String,
     /// The coefficient, SI, from a fit of the model with the formula in it.
     pub coefficient: f64,
@@ -191,9 +191,9 @@ pub struct Gap {
     pub train_before: f64,
     /// Corrected model on the same.
     pub train_after: f64,
-    /// Base model on held-out data.
+    /// Base model on validation data.
     pub valid_before: f64,
-    /// Corrected model on held-out data.
+    /// Corrected model on validation data.
     pub valid_after: f64,
     /// What goes together with the windows in which errors of the base model stand out, in all training
     /// recordings.
@@ -207,7 +207,7 @@ pub struct RecordingTrace {
     pub name: String,
     /// Whether it was kept out of the fits.
     pub held_out: bool,
-    /// The time from which its readings count in the errors of held-out data, s; `None` where all do, and of
+    /// The time from which its readings count in the errors of validation data, s; `None` where all do, and of
     /// training recordings.
     pub counts_from: Option<f64>,
     /// Times, s.
@@ -261,7 +261,7 @@ pub struct Ranked {
     pub effects: Vec<String>,
     /// Mean square of the training errors over the noise; 1 is perfect.
     pub train: f64,
-    /// The same of held-out data; `None` where it cannot be simulated.
+    /// The same of validation data; `None` where it cannot be simulated.
     pub valid: Option<f64>,
     /// Bayesian information criterion relative to the base model; negative is better.
     pub bic: f64,

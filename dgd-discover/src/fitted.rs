@@ -54,7 +54,7 @@ pub(crate) struct Fitted {
     pub error: (f64, usize),
     /// Outputs at the samples of each training recording.
     pub train: Vec<Observations>,
-    /// The same for held-out recordings; `None` where they were not or cannot be simulated.
+    /// The same for validation recordings; `None` where they were not or cannot be simulated.
     pub valid: Option<Vec<Observations>>,
     /// Two of its effects of which the second only takes the first back, once that was asked.
     pub cancelling: OnceLock<Option<[usize; 2]>>,
@@ -122,12 +122,12 @@ impl Fitted {
         self.error = whitened_square(data.train, &self.residuals(data), &data.noise);
     }
 
-    /// Simulates the held-out recordings.
+    /// Simulates the validation recordings.
     pub(crate) fn hold_out(&mut self, data: &Data<'_>, evaluations: usize) {
         self.valid = held_out(&self.structure, &self.p, data, evaluations);
     }
 
-    /// Where the held-out recordings begin to count.
+    /// Where the validation recordings begin to count.
     pub(crate) fn counts_from(&self, data: &Data<'_>, evaluations: usize) -> Vec<f64> {
         let problem = problem(&self.structure, &self.p, data.valid, data, evaluations);
         let key = data.keeping.key(&("counts from", &self.structure.candidates), |digest| {
@@ -151,7 +151,7 @@ impl Fitted {
         residuals(data.train, &self.train)
     }
 
-    /// The same of held-out recordings, without the stretch that start values are estimated from.
+    /// The same of validation recordings, without the stretch that start values are estimated from.
     pub(crate) fn held_out_residuals(&self, data: &Data<'_>) -> Option<Vec<Vec<Vec<f64>>>> {
         let mut all = residuals(data.valid, self.valid.as_ref()?);
         for ((recording, from), outputs) in data.valid.iter().zip(&data.counts_from).zip(&mut all) {
@@ -350,7 +350,7 @@ fn correlation(noise: &SensorNoise) -> NoiseCorrelation {
     })
 }
 
-/// Outputs of the held-out recordings, with start values from their beginnings; `None` where one
+/// Outputs of the validation recordings, with start values from their beginnings; `None` where one
 /// cannot be simulated.
 fn held_out(
     structure: &Structure,
@@ -363,7 +363,7 @@ fn held_out(
     Some(evaluate(&problem, p, &starts).ok()?.observations)
 }
 
-/// Start values of the held-out recordings from their beginnings; `None` where one cannot be simulated.
+/// Start values of the validation recordings from their beginnings; `None` where one cannot be simulated.
 pub(crate) fn held_out_starts(
     structure: &Structure,
     p: &[f64],

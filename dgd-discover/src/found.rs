@@ -9,7 +9,7 @@ use crate::fitted::{Data, Fitted};
 use crate::known::Circumstances;
 use crate::search::Search;
 
-/// A structure is an alternative where its held-out error is at most so many times that of the best.
+/// A structure is an alternative where its validation error is at most so many times that of the best.
 const ALTERNATIVE: f64 = 1.05;
 
 /// An effect in the place of another.
@@ -23,7 +23,7 @@ pub(crate) struct InItsPlace {
 }
 
 impl Search<'_> {
-    /// Structures in which another effect stands in the place of one, and that predict held-out data
+    /// Structures in which another effect stands in the place of one, and that predict validation data
     /// nearly as well; the best first.
     pub(crate) fn alternatives(&self, chosen: &[usize], candidate: usize) -> Vec<InItsPlace> {
         let rest: Vec<usize> = chosen.iter().copied().filter(|c| *c != candidate).collect();

@@ -25,7 +25,7 @@ const INCLUDED: f64 = 0.5;
 const ASIDE: usize = 8;
 
 impl Search<'_> {
-    /// Whether the evidence bears out an outcome. What it does not bear out is doubted from then on.
+    /// Whether the evidence supports an outcome. An outcome that it does not support is doubted from then on.
     pub(crate) fn holds(&mut self, outcome: &Outcome) -> bool {
         let (chosen, doubt) = match outcome {
             Outcome::Sufficient => (Vec::new(), self.doubt_of_the_base()),
@@ -251,7 +251,8 @@ output h [m]
 
     #[test]
     fn what_gains_as_much_as_chance_is_doubted() {
-        let doubt = doubt(500.0, &[(&[0], 1.1999)]).expect("a tenth of a unit is no gain");
+        let doubt =
+            doubt(500.0, &[(&[0], 1.1999)]).expect("a gain of a tenth of a unit does not count");
         assert!(doubt.contains("`inflow` may be chance (p = 0."), "{doubt}");
     }
 

@@ -395,7 +395,7 @@ fn text(
     format!("effect guess on {model}\nkind {kind}\n\n{parameters}\n{change}\n")
 }
 
-/// Mean square of the errors over the noise, on held-out recordings where there are any.
+/// Mean square of the errors over the noise, on validation recordings where there are any.
 fn left(fitted: &Fitted, data: &Data<'_>) -> Option<f64> {
     let (sum, n) = if data.valid.is_empty() {
         whitened_square(data.train, &fitted.residuals(data), &data.noise)

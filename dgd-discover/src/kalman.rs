@@ -216,7 +216,7 @@ impl Chain {
         response
     }
 
-    /// ln p(r | q) up to what does not depend on q; minus infinity where it is no number.
+    /// ln p(r | q) up to what does not depend on q; minus infinity where it is not a number.
     pub(crate) fn log_likelihood(&self, intensity: f64) -> f64 {
         self.filter(intensity, &mut None)
     }

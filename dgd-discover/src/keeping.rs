@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use dgd_runtime::identify::{Of, Progress, Watch};
 use dgd_runtime::journal::{Digest, Journal};
 
-/// Where results are kept, and who is told of them.
+/// Where results are kept, and what watches them.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Keeping<'a> {
     pub journal: &'a dyn Journal,

@@ -61,14 +61,15 @@ impl MissingTerms {
         engine: Engine,
         diagnostics: &mut Diagnostics,
     ) -> Result<Self, Reported> {
-        let mut model = model.clone();
+        let base = model;
+        let mut model = base.clone();
         let mut places = Vec::new();
         let (graph, inputs) = (&mut model.graph, &mut model.inputs);
         let modes = model.automata.iter_mut().flat_map(|automaton| &mut automaton.modes);
         let of_modes = modes.flat_map(|mode| &mut mode.equations);
         let mut given: Vec<(Place, ExprId)> = Vec::new();
         for equation in model.equations.iter_mut().chain(of_modes) {
-            let place = place(PlaceKind::Equation, &equation.label, equation.dimension);
+            let place = place(base, PlaceKind::Equation, &equation.label, equation.dimension);
             let earlier = given.iter().find(|(other, _)| *other == place).map(|(_, d)| *d);
             let d = earlier.unwrap_or_else(|| {
                 let d = unknown_input(graph, inputs, &equation.label, equation.dimension);
@@ -82,7 +83,7 @@ impl MissingTerms {
             let Declared { name, unit, .. } = &output.declared;
             let d = unknown_input(graph, inputs, name, unit.dimension);
             output.value = graph.add(output.value, d);
-            places.push(place(PlaceKind::Output, name, unit.dimension));
+            places.push(place(base, PlaceKind::Output, name, unit.dimension));
         }
         let dae = assemble(&model, diagnostics)?;
         Ok(MissingTerms { system: Loaded::with_engine(lower(&dae, &[]), engine), places })
@@ -119,6 +120,6 @@ fn unknown_input(
     graph.symbol(Symbol::Input(position))
 }
 
-fn place(kind: PlaceKind, name: &str, dimension: Dimension) -> Place {
-    Place { kind, name: name.to_owned(), unit: describe(dimension) }
+fn place(base: &Model, kind: PlaceKind, name: &str, dimension: Dimension) -> Place {
+    Place { kind, name: name.to_owned(), unit: base.spelling(dimension) }
 }

@@ -159,7 +159,7 @@ pub(crate) fn reason(
                     why_not(search, best, data)
                 ),
                 None if tried == 0 && search.candidates.is_empty() => {
-                    format!("{words}, and there is no effect to try.")
+                    format!("{words}, and the library has no effect to try.")
                 }
                 None if tried == 0 => format!("{words}, and no effect could be fitted."),
                 None => format!("{words}, and nothing that was tried leaves less."),

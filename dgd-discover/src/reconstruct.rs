@@ -26,7 +26,7 @@ use crate::missing_terms::MissingTerms;
 use crate::unknown_input::{UnknownInput, unknown_input};
 use dgd_screen::noise::SensorNoise;
 
-/// What was recorded, and the model's numbers that go with it.
+/// What was recorded, and the model's numbers for it.
 ///
 /// | name | shape |
 /// |---|---|

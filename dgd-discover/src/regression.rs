@@ -8,7 +8,7 @@
 //!   d ≈ Σ cᵢ φᵢ(names) + Σ bⱼ pⱼ (∂f/∂pⱼ)/(∂f/∂d),     bⱼ ~ N(0, 0.3²)
 //! ```
 //!
-//! is no part of a formula, and was taken from d by the base model's fit. Coefficients are those of least
+//! is not part of a formula, and was taken from d by the base model's fit. Coefficients are those of least
 //! squares, each block weighted by 1/(std² + (d_rms/20)²).
 //!
 //! Formulas of one term, then of two, are ranked by what they leave in tenths of the training
@@ -51,7 +51,7 @@ pub(crate) struct Trace {
 pub(crate) struct Ranked {
     /// Shapes and their coefficients, SI.
     pub terms: Vec<(Shape, f64)>,
-    /// R² of held-out recordings, or where there are none of blocks that were left out.
+    /// R² of validation recordings, or where there are none of blocks that were left out.
     pub r2: f64,
 }
 
@@ -189,7 +189,7 @@ struct Moments {
     /// Of each part of the training recordings, and of all of them.
     parts: Vec<DMatrix<f64>>,
     train: DMatrix<f64>,
-    /// Of the held-out recordings, if there are any.
+    /// Of the validation recordings, if there are any.
     held_out: Option<DMatrix<f64>>,
 }
 
@@ -217,7 +217,7 @@ impl Moments {
         Moments { shapes, n_parameters, parts, train: all, held_out }
     }
 
-    /// Without shapes that go with an earlier one in all training recordings.
+    /// Without shapes that are collinear with an earlier one in all training recordings.
     fn without_twins(self) -> Moments {
         let at = |i: usize| self.n_parameters + 1 + i;
         let alike = |i: usize, j: usize| {
@@ -317,7 +317,7 @@ impl Moments {
         Some(sum / self.around_a_constant(&self.train)?)
     }
 
-    /// Coefficients of all training recordings, and R² in the held-out ones.
+    /// Coefficients of all training recordings, and R² in the validation ones.
     fn held_out(&self, chosen: &[usize]) -> Option<(Vec<f64>, f64)> {
         let columns = self.columns(chosen);
         let beta = self.fit(&self.train, None, &columns)?;
@@ -427,7 +427,7 @@ mod tests {
             value: value.collect(),
             std: vec![size; SAMPLES],
             resolved: 20.0,
-            // The equation has a parameter that goes with the second name.
+            // The equation has a parameter that multiplies the second name.
             parameters: vec![names[1].clone()],
             names,
         }

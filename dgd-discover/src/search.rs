@@ -167,7 +167,7 @@ impl Search<'_> {
         self.finish(&best);
     }
 
-    /// Fits some structures to the end, and simulates held-out recordings with them.
+    /// Fits some structures to the end, and simulates validation recordings with them.
     pub(crate) fn finish(&mut self, structures: &[Vec<usize>]) {
         let mut open = structures.to_vec();
         for _ in 0..MOST_ROUNDS {
@@ -365,7 +365,7 @@ impl Search<'_> {
         self.hold_out(&open);
     }
 
-    /// Simulates held-out recordings with some structures.
+    /// Simulates validation recordings with some structures.
     pub(crate) fn hold_out(&mut self, structures: &[Vec<usize>]) {
         for chosen in structures {
             if let Some(Ok(fitted)) = self.tried.get_mut(chosen)
@@ -524,7 +524,7 @@ pub(crate) enum Open {
     Templates,
 }
 
-/// When held-out recordings are simulated with a structure.
+/// When validation recordings are simulated with a structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum HeldOut {
     /// With its fit.

@@ -1,7 +1,7 @@
 //! What is believed of the structures that were tried.
 //!
 //! Structures are ranked by the Bayesian information criterion; one is named only if it leaves nothing
-//! but the sensors' noise, on held-out recordings too.
+//! but the sensors' noise, on validation recordings too.
 
 use std::collections::BTreeSet;
 
@@ -14,7 +14,7 @@ use dgd_screen::noise::SensorNoise;
 /// it leaves is a few per cent of the sensors' noise, more than rounding and less than any effect.
 pub(crate) const EXPLAINED: f64 = 1.1;
 
-/// The same of held-out data, 1.2 times the noise: there start values are known from a minute only,
+/// The same of validation data, 1.2 times the noise: there start values are known from a minute only,
 /// and parameters no better than the training data tells.
 pub(crate) const EXPLAINED_HELD_OUT: f64 = 1.44;
 
@@ -29,7 +29,7 @@ pub(crate) const FALSE_ALARM: f64 = 1e-4;
 /// leave more than noise …
 const NEARLY_ALL: f64 = 0.02;
 
-/// … if it is at most this share on held-out recordings, where parameters are no better than what is
+/// … if it is at most this share on validation recordings, where parameters are no better than what is
 /// left over lets them be …
 const NEARLY_ALL_HELD_OUT: f64 = 0.1;
 
@@ -161,8 +161,8 @@ impl Search<'_> {
         others.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, other)| other)
     }
 
-    /// Mean squares of the errors over the noise, in training and in held-out recordings; the former
-    /// twice where there are no held-out samples that count.
+    /// Mean squares of the errors over the noise, in training and in validation recordings; the former
+    /// twice where there are no validation samples that count.
     fn squares(&self, chosen: &[usize]) -> Option<[f64; 2]> {
         let trained = self.training_square(chosen)?;
         if self.data.valid.is_empty() {
@@ -174,7 +174,7 @@ impl Search<'_> {
     }
 
     /// A structure of templates that leaves more than noise and yet is the answer as far as it goes:
-    /// it takes most of the discrepancy away, from held-out recordings as well, and every other that
+    /// it takes most of the discrepancy away, from validation recordings as well, and every other that
     /// is no longer takes away clearly less.
     pub(crate) fn partly(&mut self) -> Option<Outcome> {
         self.finish_templates();
@@ -279,7 +279,7 @@ impl Search<'_> {
         Some(self.fitted(chosen)?.error)
     }
 
-    /// The same of the held-out recordings.
+    /// The same of the validation recordings.
     pub(crate) fn held_out_error(&self, chosen: &[usize]) -> Option<(f64, usize)> {
         let residuals = self.fitted(chosen)?.held_out_residuals(&self.data)?;
         Some(whitened_square(self.data.valid, &residuals, &self.data.noise))
@@ -290,7 +290,7 @@ impl Search<'_> {
         mean(&chi_square(&self.fitted(chosen)?.residuals(&self.data), &self.data.noise))
     }
 
-    /// The same of the held-out recordings; `None` where none of their samples counts.
+    /// The same of the validation recordings; `None` where none of their samples counts.
     pub(crate) fn held_out_square(&self, chosen: &[usize]) -> Option<f64> {
         let residuals = self.fitted(chosen)?.held_out_residuals(&self.data)?;
         mean(&chi_square(&residuals, &self.data.noise))
@@ -298,7 +298,7 @@ impl Search<'_> {
 
     /// Whether a structure leaves nothing but noise of the training recordings.
     ///
-    /// Start values of held-out recordings are known from a minute only, so that their errors are
+    /// Start values of validation recordings are known from a minute only, so that their errors are
     /// never quite white; whether they are small is asked by `explains`.
     pub(crate) fn is_noise(&self, chosen: &[usize]) -> bool {
         let Some(fitted) = self.fitted(chosen) else { return false };
@@ -337,7 +337,7 @@ impl Search<'_> {
     }
 
     /// Whether the mean square of each output's errors is at most so many times that of the noise,
-    /// in training and in held-out data.
+    /// in training and in validation data.
     pub(crate) fn leaves_at_most(&self, chosen: &[usize], train: f64, held_out: f64) -> bool {
         let Some(fitted) = self.fitted(chosen) else { return false };
         let all_within = |residuals: &[Vec<Vec<f64>>], limit: f64| {

@@ -28,7 +28,7 @@ pub(crate) struct Score {
     is_within: bool,
     /// Names that the answer leaves open for each effect, on average.
     names: f64,
-    /// Largest held-out error of any output over its sensor's noise.
+    /// Largest validation error of any output over its sensor's noise.
     gap: f64,
     /// Distance of the onset, s, where there is one.
     onset: Option<f64>,
@@ -138,7 +138,7 @@ impl Score {
     }
 }
 
-/// The largest held-out error over the noise of the rig's own sensors.
+/// The largest validation error over the noise of the rig's own sensors.
 fn gap(case: &Case, found: &Discovery) -> f64 {
     let Noise { p_r, p_in, p_out, q_ssp } = case.scenario.noise;
     let rough = case.scenario.roughness;
@@ -224,13 +224,13 @@ pub(crate) fn table(scores: &[Score], hard: bool) -> String {
     line("two effects: both named", both, ">= 0.9", at_least(both, 0.9));
     let gaps: Vec<f64> = hidden.iter().map(|score| score.gap).collect();
     line(
-        "held-out error over the noise, median",
+        "validation error over the noise, median",
         median(gaps),
         "<= 1.10",
         at_most(median(hidden.iter().map(|score| score.gap).collect()), 1.10),
     );
     let small = share(&hidden, &|score| score.gap <= 1.5);
-    line("held-out error at most 1.5 times the noise", small, ">= 0.95", at_least(small, 0.95));
+    line("validation error at most 1.5 times the noise", small, ">= 0.95", at_least(small, 0.95));
     let onsets: Vec<&Score> = scores.iter().filter(|score| score.onset.is_some()).collect();
     let near = share(&onsets, &|score| score.onset.is_some_and(|onset| onset <= ONSET));
     line("onset within 60 s", near, ">= 0.9", at_least(near, 0.9));

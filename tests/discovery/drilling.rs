@@ -65,7 +65,7 @@ pub(crate) fn names(discovery: &Discovery) -> Vec<&str> {
     discovery.effects.iter().map(|effect| effect.name.as_str()).collect()
 }
 
-/// The corrected model predicts held-out data nearly to the noise.
+/// The corrected model predicts validation data nearly to the noise.
 ///
 /// Over 1200 samples the root mean square of noise alone is known to 2 %, its estimate likewise, and
 /// start values are known from a minute only.

@@ -88,7 +88,7 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
     if let (Err(_), Some(journal)) = (&shown, &journal) {
         journal.leave();
         console.remark(
-            "the search is kept: the same command with `--resume` writes its result at once",
+            "the search is kept: the same command with `--resume` writes its result without searching again",
         );
     }
     shown
@@ -112,9 +112,9 @@ fn failed(
 
 fn how_to_go_on(is_kept: bool) -> String {
     if is_kept {
-        "stopped by Ctrl-C; the same command with `--resume` goes on from here".to_owned()
+        "stopped by Ctrl-C; the same command with `--resume` continues from here".to_owned()
     } else {
-        "stopped by Ctrl-C; nothing was kept: with `-o DIR`, `--resume` would go on from here"
+        "stopped by Ctrl-C; nothing was kept: with `-o DIR`, `--resume` could have continued from here"
             .to_owned()
     }
 }
@@ -172,7 +172,7 @@ impl HeldOut {
             if let Some(of) = of {
                 let (path, trained) = (path.display(), args.data[of].display());
                 left_out.push(format!(
-                    "{path} is {trained} again, at least half of it: it is left out, as it tests nothing"
+                    "at least half the rows of {path} are rows of {trained}, so it tests nothing and is left out"
                 ));
             } else {
                 kept.paths.push(path.clone());
@@ -201,7 +201,7 @@ fn reserved(
 }
 
 /// The columns that all recordings have, if the model declares inputs that it does not read: effects may, where
-/// there are such columns. What is wrong with a file is told by who reads it next.
+/// there are such columns. Faults of a file are reported when it is read next.
 fn columns(args: &DiscoverArgs) -> Option<Vec<String>> {
     let mut probe = Compilation::default();
     let options = ModelOptions { columns: Some(Vec::new()), ..probe.options(&args.choices).ok()? };

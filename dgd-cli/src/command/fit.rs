@@ -99,7 +99,7 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
     let valid = match valid {
         // What has been found is kept.
         Err(error) if !is_converged => {
-            left_out.push(format!("held-out recordings were not simulated: {error}"));
+            left_out.push(format!("validation recordings were not simulated: {error}"));
             None
         }
         valid => valid?,
@@ -375,7 +375,7 @@ impl Task {
             .map_err(|error| self.failed(EstimateError::Start(error), paths))
     }
 
-    /// The held-out recordings, simulated with start values from their beginnings.
+    /// The validation recordings, simulated with start values from their beginnings.
     fn tested(
         &self,
         problem: &OutputErrorProblem<'_, Loaded>,
@@ -391,7 +391,7 @@ impl Task {
         self.simulated(&held_out, &args.valid).map(Some)
     }
 
-    /// Held-out recordings, or what is said where Ctrl-C came first: start values that were not fitted to
+    /// Validation recordings, or what is said where Ctrl-C came first: start values that were not fitted to
     /// the end say nothing of the model.
     pub(super) fn tested_unless_stopped<T>(
         &self,
@@ -401,7 +401,7 @@ impl Task {
     ) -> Result<Option<T>, CommandError> {
         let valid = if self.watch.is_stopped() { None } else { tested()? };
         if self.watch.is_stopped() && !args.valid.is_empty() {
-            left_out.push("held-out recordings were not simulated");
+            left_out.push("validation recordings were not simulated");
             return Ok(None);
         }
         Ok(valid)
@@ -430,7 +430,7 @@ impl Task {
         Ok(Tested { paths: paths.to_vec(), recordings, starts, evaluation })
     }
 
-    /// A sentence for each held-out recording that the fit knows.
+    /// A sentence for each validation recording that the fit knows.
     fn repeated(&self, args: &FitArgs) -> Vec<String> {
         let found = reservations::trained_on(&self.train, &self.valid);
         let repeated = args.valid.iter().zip(found).filter_map(|(path, of)| Some((path, of?)));

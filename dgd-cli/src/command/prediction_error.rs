@@ -82,7 +82,7 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
     let valid = match valid {
         // What has been found is kept.
         Err(error) if !is_converged => {
-            left_out.push(format!("held-out recordings were not simulated: {error}"));
+            left_out.push(format!("validation recordings were not simulated: {error}"));
             None
         }
         valid => valid?,

@@ -11,7 +11,7 @@ use dgd_runtime::identify::regression::{
 use dgd_runtime::identify::{EstimateError, OutputErrorProblem, Recording, Watch};
 
 use crate::args::FitArgs;
-use crate::command::fit::Task;
+use crate::command::fit::{Task, flat};
 use crate::console::{Console, print};
 use crate::estimator::{Estimator, Normalise, RegressionArgs};
 use crate::failure::{CommandError, meant};
@@ -56,8 +56,11 @@ pub(super) fn run(task: &Task, args: &FitArgs, console: Console<'_>) -> Result<(
         LeftOut::default()
     } else {
         let most = problem.stopping.evaluations;
-        let words =
-            format!("no minimum was reached in {} evaluations of all rows", fit.evaluations);
+        let words = if fit.is_flat {
+            flat(&fit.estimates)
+        } else {
+            format!("no minimum was reached in {} evaluations of all rows", fit.evaluations)
+        };
         LeftOut::unconverged(words, fit.evaluations >= most)
     };
     let profiled = args.intervals.profiled(&fit.estimates);

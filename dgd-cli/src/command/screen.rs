@@ -78,7 +78,7 @@ fn read(
         let Ok(table) = read_as_it_is(path, &args.rename, sources, diagnostics) else {
             continue;
         };
-        // Rows without a time are no recording.
+        // Rows without a time are not a recording.
         if table.recording(diagnostics).is_ok() {
             tables.push((path.clone(), table));
         }

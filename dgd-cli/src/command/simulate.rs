@@ -78,7 +78,7 @@ fn columns(run: &Run, solution: &Solution, observations: &Observations) -> Vec<N
     columns
 }
 
-/// Whether this is an element of an array, of which there may be many: outputs ask for those to be
+/// Whether this is an element of an array, and there may be many: outputs ask for those to be
 /// shown.
 pub(crate) fn is_element(unknown: &str) -> bool {
     unknown.ends_with(']')

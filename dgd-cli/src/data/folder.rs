@@ -171,7 +171,7 @@ mod tests {
         fs::create_dir(folder.join("b")).expect("the folder is writable");
         let error = write_folder(&folder, &files(&["a", "b"], "2")).expect_err("`b` is a folder");
         assert!(matches!(error, WriteError::IsFolder { .. }));
-        // A name that is no file name fails while the draft is filled.
+        // A name that cannot be a file's fails while the draft is filled.
         let error = write_folder(&folder, &files(&["a", "x/y"], "2")).expect_err("no such folder");
         assert!(matches!(error, WriteError::Failed { .. }));
         assert_eq!(found(&folder), pairs(&[("a", "1"), ("b", "")]));

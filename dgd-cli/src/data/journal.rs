@@ -138,7 +138,7 @@ impl Journal for RunJournal {
 
     fn keep(&self, key: u128, result: &[u8]) {
         let record = record(key, result);
-        // A journal that cannot be written is no reason to end a run.
+        // A journal that cannot be written does not end a run.
         if let Ok(mut place) = self.file.lock()
             && let Some(file) = place.as_mut()
             && file.write_all(&record).is_err()

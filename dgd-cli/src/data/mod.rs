@@ -6,7 +6,7 @@
 //! that start with `#` are comments. A cell that is empty, `NaN` or `NA` is a missing value.
 //!
 //! Reading refuses what makes the whole file doubtful: rows of another length, time that runs
-//! backwards. What is wrong with one column (an unknown unit, a cell that is no number) is told
+//! backwards. What is wrong with one column (an unknown unit, a cell that is not a number) is told
 //! when a model asks for it ([`select`]), because a recording has columns that nobody asks for.
 
 mod clock;
@@ -93,7 +93,7 @@ pub struct Column {
     pub name: String,
     /// Unit of the values; `None` where the header has none, or none that is understood.
     pub unit: Option<Unit>,
-    /// Values in that unit; NaN where there is none.
+    /// Values in that unit; NaN marks a missing one.
     pub values: Vec<f64>,
     /// The header cell.
     pub place: Span,

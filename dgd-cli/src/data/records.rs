@@ -7,7 +7,7 @@
 use std::io::{self, BufRead, Read};
 use std::ops::Range;
 
-/// Bytes of the longest record: what is longer is no table, and may never end.
+/// Bytes of the longest record. Anything longer is not a table, and may never end.
 const LONGEST: usize = 16 << 20;
 
 /// Splits a text into records.
@@ -96,7 +96,7 @@ impl<R: BufRead> Records<R> {
 
 fn too_long(line: usize) -> io::Error {
     io::Error::other(format!(
-        "line {line} begins a row of more than {} MB: it is no table, or a quoted cell is not closed",
+        "line {line} begins a row of more than {} MB: this is not a table, or a quoted cell is not closed",
         LONGEST >> 20
     ))
 }

@@ -84,7 +84,7 @@ pub fn inputs_with(
 }
 
 /// The columns of what may have been measured, in the order of `declared` and in SI; `None` where
-/// there is no column. Missing values are NaN.
+/// there is no column. NaN marks missing values.
 ///
 /// # Errors
 ///

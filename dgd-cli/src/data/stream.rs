@@ -1,7 +1,7 @@
 //! A recording that is still being written: its rows one by one, as they come.
 //!
-//! The header is read as that of a file ([`read`](super::read)), and what the columns are is told by a
-//! [`Table`] without rows. A row ends with its line, so that one that cannot be read hides none behind it.
+//! The header is read as that of a file ([`read`](super::read)), and a
+//! [`Table`] without rows says what the columns are. A row ends with its line, so that one that cannot be read hides none behind it.
 
 use std::fmt;
 use std::io::{self, BufRead, Cursor, Read};
@@ -141,7 +141,7 @@ impl<'a> Stream<'a> {
         self.cells = declared.iter().map(cell).collect();
     }
 
-    /// The next row: its time, s since the first, and what is wanted of it, NaN where there is no value. After a
+    /// The next row: its time, s since the first, and what is wanted of it, NaN for a missing value. After a
     /// row that could not be read it is the one behind that, unless that was the end.
     ///
     /// # Errors

@@ -182,7 +182,7 @@ fn headers_and_rows_that_cannot_be_trusted_are_refused() {
         ("time [s];x [m]\n0;1\n", "E609 1:1 the columns are separated by semicolons"),
         ("x [m],time [s]\n0,1\n", "E609 1:7 the time is not in the first column"),
         ("time [s],time [s]\n0,1\n", "E609 1:10 two columns are called `time`"),
-        ("time [m],x [m]\n0,1\n", "E604 1:1 `time` is in `m`, which is no unit of time"),
+        ("time [m],x [m]\n0,1\n", "E604 1:1 `time` is in `m`, which is not a unit of time"),
         ("time [s,x [m]\n0,1\n", "E609 1:1 malformed column header: a `[` is not closed"),
         ("time [sec],x [m]\n0,1\n", "E305 1:7 there is no unit `sec`"),
         ("\"x [m]\n0\n1\n", "E609 1:1 a quoted cell is not closed"),

@@ -66,7 +66,8 @@ impl Time {
                 Some(unit.factor)
             }
             Some(unit) => {
-                let message = format!("`time` is in `{}`, which is no unit of time", unit.symbol);
+                let message =
+                    format!("`time` is in `{}`, which is not a unit of time", unit.symbol);
                 return Err(diagnostics.error(
                     Diagnostic::new(Code::E604, column.place, message)
                         .help("write `time [s]`, or `time` with ISO 8601 stamps"),
@@ -199,7 +200,7 @@ impl Time {
     }
 }
 
-/// The most rows whose times never decrease, and of which no three have the same.
+/// The most rows whose times never decrease, with no three times equal.
 ///
 /// A single time that is far ahead is left out by itself then, and not all that come after it. Where as
 /// many rows are left out either way, the earlier ones stay: of a clock that is set back, what it shows

@@ -24,7 +24,7 @@ pub struct Written<'a> {
     pub name: &'a str,
     /// The unit it is written in.
     pub unit: &'a Unit,
-    /// Values in SI; NaN where there is none.
+    /// Values in SI; NaN marks a missing one.
     pub values: &'a [f64],
 }
 

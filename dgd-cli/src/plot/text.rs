@@ -250,7 +250,7 @@ fn greek(name: &str) -> Option<&'static str> {
     GREEK.iter().find(|(spelling, _)| *spelling == name).map(|(_, letter)| *letter)
 }
 
-/// Greek letters that are no Latin ones.
+/// Greek letters that look unlike any Latin one.
 static GREEK: &[(&str, &str)] = &[
     ("alpha", "α"),
     ("beta", "β"),

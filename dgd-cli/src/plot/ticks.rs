@@ -278,7 +278,7 @@ mod tests {
             assert!((axis.fraction(value) - 0.5).abs() < 1e-9, "{value}");
             assert!(axis.ticks.len() >= 2, "{value}: {}", show(&axis));
         }
-        // The last digit of a double is no signal.
+        // The last digit of a double is rounding.
         let axis = Axis::new(1.0, 1.0 + f64::EPSILON, 0.05, 4);
         assert_eq!(show(&axis), "0.90 0.95 1.00 1.05 1.10 | ");
     }

@@ -13,7 +13,7 @@ const NONE: &str = "no simple formula of the model’s names fits";
 pub(super) fn words(unexplained: &Unexplained) -> String {
     let Some(guess) = &unexplained.guess else { return NONE.to_owned() };
     let held_out = if guess.is_of_recordings {
-        "on held-out recordings"
+        "on validation recordings"
     } else {
         "on parts of the recordings that it was not fitted to"
     };

@@ -84,7 +84,7 @@ pub(crate) fn result_json(subject: &Subject<'_>) -> String {
     result_json::write(subject)
 }
 
-/// Measured less simulated, before and after, on held-out data if there is any.
+/// Measured less simulated, before and after, on validation data if there is any.
 pub(crate) fn gap_figure(discovery: &Discovery) -> Figure {
     let traces = &discovery.traces;
     let Some(trace) = traces.iter().find(|trace| trace.held_out).or(traces.first()) else {
@@ -95,7 +95,7 @@ pub(crate) fn gap_figure(discovery: &Discovery) -> Figure {
     for panel in &mut panels {
         panel.bands.clear();
     }
-    let role = if trace.held_out { "held-out" } else { "training" };
+    let role = if trace.held_out { "validation" } else { "training" };
     let title = format!("Measured less simulated, {role} recording {}", trace.name);
     Figure { title: Text::plain(&title), ..figures::below_each_other(&panels) }
 }

@@ -211,7 +211,7 @@ fn prose(sentence: &str) -> String {
 fn recordings(subject: &Subject<'_>) -> Vec<[String; 2]> {
     let row = |role: &str, path: &Path| [role.to_owned(), path.display().to_string()];
     let training = subject.training.iter().map(|path| row("training", path));
-    training.chain(subject.held_out.iter().map(|path| row("held out", path))).collect()
+    training.chain(subject.held_out.iter().map(|path| row("validation", path))).collect()
 }
 
 /// The figures in the order in which they are wanted: what has no name comes first.
@@ -254,7 +254,7 @@ fn sections(discovery: &Discovery) -> Vec<Section> {
 }
 
 fn told(trace: &RecordingTrace) -> String {
-    let role = if trace.held_out { "Held-out" } else { "Training" };
+    let role = if trace.held_out { "Validation" } else { "Training" };
     format!("{role} recording {}.", trace.name)
 }
 

@@ -93,7 +93,7 @@ fn fixed(value: f64, decimals: i32) -> String {
         format!("{:.0}", (value / unit).round() * unit)
     };
     match text.strip_prefix('-') {
-        // −0.00 is no number that one reads.
+        // Nobody writes −0.00.
         Some(digits) if digits.bytes().all(|b| matches!(b, b'0' | b'.')) => digits.to_owned(),
         Some(digits) => format!("−{digits}"),
         None => text,

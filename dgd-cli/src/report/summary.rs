@@ -55,7 +55,7 @@ fn write_text(
     if !discovery.gap.is_empty() {
         writeln!(text, "\nsimulation error, root mean square")?;
         let head =
-            ["output", "unit", "noise", "training", "after", "held out", "after", "over noise"];
+            ["output", "unit", "noise", "training", "after", "validation", "after", "over noise"];
         let mut rows = vec![head.map(str::to_owned)];
         rows.extend(discovery.gap.iter().map(gap_row));
         write_table(text, &rows, &[2, 3, 4, 5, 6, 7])?;
@@ -142,7 +142,7 @@ pub(super) fn evidence(effect: &FoundEffect) -> String {
     )
 }
 
-/// Errors in the unit of differences: output, unit, noise, training before and after, held out
+/// Errors in the unit of differences: output, unit, noise, training before and after, validation
 /// before and after, and the last of them over the noise.
 pub(super) fn gap_row(gap: &Gap) -> [String; 8] {
     let unit = of_differences(&gap.unit);

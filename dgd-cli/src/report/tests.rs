@@ -189,7 +189,7 @@ fn discovery() -> Discovery {
     assert_ne!(text, corrected);
     Discovery {
         verdict: Verdict::Effects,
-        reason: "It removes all of the excess error on held-out data; no second effect passes."
+        reason: "It removes all of the excess error on validation data; no second effect passes."
             .to_owned(),
         p_value: Some(0.001),
         left_out: Vec::new(),
@@ -380,7 +380,7 @@ fn what_has_no_name_is_the_first_figure() {
     assert!(!page.contains(">before</text>"), "both models are the same");
     assert!(at("After: the same, since no effect was found.") < at("<svg"));
     let guess = "a guess, not a finding: what is missing looks like \
-                 <code>0.0123 [1/lpm] * q_boost*abs(q_boost)</code>; R² on held-out recordings 0.87";
+                 <code>0.0123 [1/lpm] * q_boost*abs(q_boost)</code>; R² on validation recordings 0.87";
     assert!(at("is above 1250 lpm: 90 % of the windows") < at(guess));
     assert!(page.contains("Nothing confirms that form."));
 

@@ -360,7 +360,7 @@ fn of_diagnostic(kind: &'static str, name: &str, diagnostic: &Diagnostic) -> Not
     }
 }
 
-/// A notice about columns as a whole that is no fault.
+/// A notice about columns as a whole that is not a fault.
 pub(super) fn remark(kind: &'static str, names: &[String], text: String, advice: &str) -> Notice {
     Notice {
         kind,

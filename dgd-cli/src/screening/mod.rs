@@ -166,7 +166,8 @@ fn of_reading(table: &Table) -> Vec<Notice> {
         }
         if let Some(cells) = &column.not_numbers {
             let (text, count) = (&cells.text, cells.count);
-            let text = format!("`{}` has {count} cells that are no number: `{text}`", column.name);
+            let text =
+                format!("`{}` has {count} cells that are not numbers: `{text}`", column.name);
             add("not_a_number", names, text, "empty them, or write decimals with a point");
         }
     }

@@ -97,7 +97,7 @@ impl Of {
         if size > 0.0 && size.is_finite() { size } else { unit.factor.abs() }
     }
 
-    /// What it does over the run: how far it moves, and no less than what is told from its size.
+    /// What it does over the run: how far it moves, and no less than what can be told from its size.
     fn range(self, run: &Run, of: &Trajectory) -> f64 {
         let values = || (0..of.solution.len()).map(|k| self.value(of, k));
         let most = values().fold(f64::NEG_INFINITY, f64::max);

@@ -519,7 +519,7 @@ fn colours_are_used_when_wanted() {
         let output = command.env("NO_COLOR", no_color).output().expect("the command starts");
         Run::of(&output).err.contains('\u{1b}')
     };
-    assert!(!coloured(&[], ""), "standard error is no terminal");
+    assert!(!coloured(&[], ""), "standard error is not a terminal");
     assert!(coloured(&["--color", "always"], ""));
     assert!(coloured(&["--color", "always"], "1"), "an option outweighs the environment");
     assert!(!coloured(&["--color", "never"], ""));

@@ -150,7 +150,7 @@ fn a_fit_that_ctrl_c_stops_writes_the_best_so_far() {
         .collect();
     let [converged, held_out, profile] = left_out.as_slice() else { panic!("{left_out:?}") };
     assert!(converged.starts_with("stopped before it converged"), "{converged}");
-    assert_eq!(*held_out, "held-out recordings were not simulated");
+    assert_eq!(*held_out, "validation recordings were not simulated");
     assert_eq!(*profile, "there is no profile of `c0`");
     assert!(result["outputs"]["p_r"]["rms_train"].is_number(), "{result}");
     assert!(result["outputs"]["p_r"]["rms_valid"].is_null(), "{result}");

@@ -54,7 +54,7 @@ fn recording(seed: u64, of_v: f64) -> String {
 
 #[track_caller]
 fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+    value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
 }
 
 #[test]
@@ -93,7 +93,7 @@ fn quality_is_told_for_fitted_and_held_out_recordings() {
         }
     }
     let text = dgd_in(folder.path(), &args).done().out;
-    assert!(text.contains("fit valid %") && !text.contains("go with"), "{text}");
+    assert!(text.contains("fit valid %") && !text.contains("correlate with"), "{text}");
     assert!(!text.contains("no white noise"), "{text}");
 }
 
@@ -102,10 +102,10 @@ fn errors_that_go_with_an_input_are_said_to() {
     let data = recording(3, 0.2).into_bytes();
     let folder = folder_with(&[("m.dgd", MODEL), ("a.csv", &data)]);
     let text = dgd_in(folder.path(), &["fit", "m.dgd", "--data", "a.csv"]).done().out;
-    assert!(text.contains("errors of `y` go with `v` (correlation +0."), "{text}");
+    assert!(text.contains("residuals of `y` correlate with `v` (correlation +0."), "{text}");
     assert!(text.contains("`dgd discover` looks for it") && !text.contains("`twice` go"), "{text}");
     // What is added to `y` misleads the parameters that `twice` shares, too.
-    assert!(text.contains("errors of `y`") && text.contains("are no white noise"), "{text}");
+    assert!(text.contains("residuals of `y`") && text.contains("are autocorrelated"), "{text}");
 }
 
 #[test]

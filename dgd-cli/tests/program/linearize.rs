@@ -26,7 +26,7 @@ fn json_of(run: Run) -> Value {
 }
 
 fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+    value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
 }
 
 fn matrix(result: &Value, name: &str) -> Vec<Vec<f64>> {

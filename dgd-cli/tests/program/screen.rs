@@ -240,7 +240,7 @@ fn columns_are_compared_in_one_unit() {
         ("bare.csv", bare.as_bytes()),
     ]);
     let run = |args: &[&str]| dgd_in(folder.path(), &[&["screen"], args].concat());
-    // Gauge and absolute are one atmosphere apart, and that is no fault.
+    // Gauge and absolute are one atmosphere apart, which is not a fault.
     let json = run(&["--data", "bars.csv", "--same", "p_A,p_B", "--format", "json"]).done().json();
     assert_eq!(faults(&json), []);
     let pair = &json["recordings"][0]["redundant"][0];

@@ -125,6 +125,42 @@ fn every_estimator_that_searches_keeps_the_best_it_has() {
 }
 
 #[test]
+fn a_simplex_that_ends_on_a_plain_says_so() {
+    let model = "model plain
+        input t_s
+        parameter c = 0.1
+        parameter k = 100 in 1e-8 .. 1e4, log
+        output y = c + exp(-k*t_s)  noise 0.01";
+    let mut data = "t_s,y\n".to_owned();
+    for t in 1..=50_i32 {
+        let error = 0.01 * f64::from((t + 1) * (t + 7)).sin();
+        let _ = writeln!(data, "{t},{}", 0.3 + (-0.1 * f64::from(t)).exp() + error);
+    }
+    let folder = folder_with(&[("m.dgd", model.as_bytes()), ("d.csv", data.as_bytes())]);
+    for estimator in ["nelder-mead", "separable"] {
+        let args = ["fit", "m.dgd", "--data", "d.csv", "--estimator", estimator];
+        let run = dgd_in(folder.path(), &[&args[..], &["--format", "json"]].concat());
+        run.refused(3, &["see nothing of the parameters"]);
+        assert_eq!(run.json()["converged"], false, "{estimator}");
+        let near = dgd_in(folder.path(), &[&args[..], &["--set", "k=1"]].concat()).done();
+        assert!(near.out.contains("k "), "{}", near.out);
+    }
+}
+
+#[test]
+fn of_several_starting_points_those_on_plains_are_not_the_best() {
+    // The model's own start is on a plain, and so is about half of those that are drawn.
+    let folder = decays(&[("= 1e-4", "= 100")]);
+    let found = fit(&folder, &["--starts", "24"]).done().json();
+    assert_eq!(found["converged"], true);
+    assert!(found["multi_start"]["without_minimum"].as_u64() > Some(0), "{found}");
+    for (name, rate) in ["k1", "k2", "k3"].iter().zip(RATES) {
+        let value = found["parameters"][name]["value"].as_f64().expect("a number");
+        assert!((value / rate - 1.0).abs() < 0.1, "{name} = {value}");
+    }
+}
+
+#[test]
 fn what_is_at_a_bound_takes_no_degree_of_freedom_of_the_noise() {
     let folder = decays(&[("k1 [1/s] = 1e-4 in 1e-8 .. 1e4", "k1 [1/s] = 0.1 in 0.01 .. 0.25")]);
     let found = fit(&folder, &[]).done().json();

@@ -85,7 +85,7 @@ fn derivatives_of_the_whole_well_are_not_cried_wolf_over() {
     // What was not asked for is not compared.
     assert_eq!(comparisons.len(), 1, "{comparisons:?}");
     all_agree(&comparisons, 300);
-    // The mass of mud, of which nothing is lost, has derivatives that are zero but for rounding.
+    // The mass of mud is conserved, so its derivatives are zero but for rounding.
     let (_, comparisons) = verified(model, data, &[&["--of", "mud"], &asked[2..]].concat());
     assert_ne!(comparisons[0]["agrees"], false, "{comparisons:?}");
 }

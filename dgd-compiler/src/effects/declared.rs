@@ -6,7 +6,7 @@ use crate::model::Model;
 use crate::source::Span;
 use crate::syntax::ast::{Ast, ItemKind, Name, SlotKind, Unit, UnknownKind};
 use crate::syntax::visit::{self, Namespace};
-use crate::units::{Dimension, describe};
+use crate::units::Dimension;
 
 /// A name that is declared.
 #[derive(Debug, Clone)]
@@ -74,7 +74,7 @@ impl Declarations {
     }
 
     /// Gives equations the unit in which the model's are added up: that of an unknown or an unknown's
-    /// rate, or in SI base units.
+    /// rate, or in SI units as the model spells them.
     pub(super) fn give_units(&mut self, model: &Model) {
         let second = Dimension::of([0, 0, 1, 0, 0, 0, 0]);
         let measured = |dimension: Dimension| {
@@ -88,7 +88,7 @@ impl Declarations {
             let key = (Namespace::Equation, equation.label.clone());
             if let Some(declared) = self.names.get_mut(&key) {
                 let text = measured(equation.dimension);
-                let text = text.unwrap_or_else(|| describe(equation.dimension));
+                let text = text.unwrap_or_else(|| model.spelling(equation.dimension));
                 declared.unit.get_or_insert(Unit { span: declared.span, text });
             }
         }

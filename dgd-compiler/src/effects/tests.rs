@@ -335,6 +335,25 @@ fn templates_bring_names_and_units_of_their_arguments() {
 }
 
 #[test]
+fn a_torque_is_in_the_unit_that_the_model_writes() {
+    for (input, expected) in [("N*m", "N*m"), ("J", "J"), ("kN*m", "J")] {
+        let mut run = Run::new(&format!(
+            "model drive\ninput torque [{input}]\nparameter J [kg*m^2] = 1\nstate w [rad/s] = 0\n\
+             equation motor: J*der(w) = torque\n"
+        ));
+        let asts = [run.model.clone()];
+        let model = run.resolve(&asts).expect("a sound model");
+        assert_eq!(model.spelling(model.equations[0].dimension), expected, "{input}");
+        let effect = "effect friction(e: equation)\nkind plant\nparameter size [unit(e)] = 0\n\
+                      null size = 0\nadd -size to e\n";
+        let applied = run.apply(&[(effect, &["motor"])], Blending::Applied);
+        let applied = applied.expect("it fits");
+        let text = print(&applied.asts[0]);
+        assert!(text.contains(&format!("[{expected}] = 0")), "{text}");
+    }
+}
+
+#[test]
 fn templates_are_bound_by_kind_and_dimension() {
     let mut run = Run::new(TANK);
     let asts = [run.model.clone()];

@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 
 use crate::expr::{ExprId, Graph};
 use crate::source::Span;
-use crate::units::{Dimension, Unit};
+use crate::units::{Dimension, Unit, describe};
 
 pub use crate::syntax::ast::{Bound, Crossing, Name};
 
@@ -329,6 +329,23 @@ impl Variant {
 }
 
 impl Model {
+    /// The coherent SI unit of a dimension, spelt as the model spells it: a torque is in N*m, and not in J,
+    /// where an input, an output, an unknown or a parameter is.
+    pub fn spelling(&self, dimension: Dimension) -> String {
+        let declared = (self.inputs.iter().map(|input| &input.declared))
+            .chain(self.outputs.iter().map(|output| &output.declared))
+            .chain(self.unknowns.iter().map(|unknown| &unknown.declared))
+            .chain(self.parameters.iter().map(|parameter| &parameter.declared));
+        let mut units = declared.map(|declared| &declared.unit);
+        let is_same = |unit: &&Unit| {
+            unit.dimension == dimension
+                && unit.factor == 1.0
+                && unit.offset == 0.0
+                && unit.datum.is_none()
+        };
+        units.find(is_same).map_or_else(|| describe(dimension), |unit| unit.symbol.clone())
+    }
+
     /// All equations: those that always hold, then those of the modes, block by block.
     pub fn all_equations(&self) -> impl Iterator<Item = &Equation> {
         let modes = self.automata.iter().flat_map(|automaton| &automaton.modes);

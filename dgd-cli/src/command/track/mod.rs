@@ -264,7 +264,7 @@ impl Output<'_> {
     }
 }
 
-/// Whether the reader went away, which is no error.
+/// Whether the reader went away, which is not an error.
 fn is_gone(written: io::Result<()>) -> Result<bool, CommandError> {
     match written {
         Ok(()) => Ok(false),

@@ -18,7 +18,7 @@ use crate::data::{self};
 use crate::failure::CommandError;
 use crate::recording::{Clock, Known, Recording};
 
-/// A row, SI; NaN where there is no value.
+/// A row, SI; NaN marks a missing value.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Row {
     pub t: f64,

@@ -108,7 +108,7 @@ pub(super) fn verify_deviations(args: &TrackArgs) -> Result<(), CommandError> {
     for (flag, texts, what) in options {
         for text in texts {
             let value = text.split_once('=').map_or("", |(_, value)| value.trim());
-            // Anything else than a number is told with its place.
+            // Anything but a number is reported with its place.
             let Ok(value) = value.split(['[', ' ']).next().unwrap_or_default().parse::<f64>()
             else {
                 continue;
@@ -215,7 +215,7 @@ pub(super) struct Settings {
 impl Settings {
     /// # Errors
     ///
-    /// An output in use has no noise; there is no start.
+    /// An output in use declares no noise, or the start values are missing.
     pub(super) fn new(
         asked: &Asked,
         compiled: &Compiled,

@@ -104,7 +104,7 @@ impl Encoder {
         self.whole(write);
     }
 
-    /// A struct that is no field of another.
+    /// A struct that is not a field of another.
     pub(super) fn whole(&mut self, write: impl FnOnce(&mut Self)) {
         self.outer.push(self.last);
         self.last = 0;

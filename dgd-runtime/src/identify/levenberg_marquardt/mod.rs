@@ -314,7 +314,7 @@ pub fn minimise_watched<T: AsRef<NormalEquations>, E>(
 
 /// Whether the point lies on a plain: what is not at a bound has no influence, nor what has come to its bound
 /// from elsewhere. What never had any is not meant: that is not determined.
-fn is_flat(
+pub(crate) fn is_flat(
     (normal, part): (&NormalEquations, f64),
     region: Region<'_>,
     x: &[f64],

@@ -71,6 +71,8 @@ pub struct RegressionFit {
     pub is_stopped: bool,
     /// Whether a minimum was reached; values are the best that were met otherwise.
     pub is_converged: bool,
+    /// Whether it ended on a plain, where nothing that enters nonlinearly has influence but perhaps at bounds.
+    pub is_flat: bool,
     uncertainty: Uncertainty,
     /// What changes of the estimates are compared with.
     pub(super) sizes: Vec<f64>,
@@ -108,6 +110,8 @@ pub(crate) struct Found {
     pub evaluations: usize,
     /// Whether the search of what is not linear reached a minimum.
     pub is_converged: bool,
+    /// Whether it ended on a plain.
+    pub is_flat: bool,
 }
 
 /// Sums over the rows of one kind.
@@ -176,6 +180,7 @@ impl Found {
             iterations: 0,
             evaluations: 1,
             is_converged: true,
+            is_flat: false,
         })
     }
 
@@ -200,9 +205,9 @@ impl Found {
             known(prepared, rows, kind).unwrap_or(estimated.max(last.least[kind]))
         });
         let sigma = sigma.collect();
-        let Searched { evaluations, iterations, is_converged, .. } = *searched;
+        let Searched { evaluations, iterations, is_converged, is_flat, .. } = *searched;
         let least = last.least.clone();
-        Ok(Self { p, unbounded, sigma, least, iterations, evaluations, is_converged })
+        Ok(Self { p, unbounded, sigma, least, iterations, evaluations, is_converged, is_flat })
     }
 
     /// Where a fit ended, to go on from with its weights.
@@ -216,6 +221,7 @@ impl Found {
             iterations: 0,
             evaluations: 0,
             is_converged: true,
+            is_flat: false,
         }
     }
 
@@ -305,6 +311,7 @@ pub(crate) fn finish<S: System>(
         evaluations: found.evaluations,
         is_stopped: false,
         is_converged: found.is_converged,
+        is_flat: found.is_flat,
         sizes: prepared.sizes.clone(),
         p: found.p,
         uncertainty,

@@ -18,7 +18,7 @@
 use nalgebra::DVector;
 
 use crate::identify::levenberg_marquardt::{
-    NormalEquations, Region, Termination, minimise_watched,
+    NormalEquations, Region, Termination, is_flat, minimise_watched,
 };
 use crate::identify::nelder_mead::nelder_mead;
 use crate::identify::progress::{Of, Progress};
@@ -80,7 +80,7 @@ pub(crate) fn solve<S: System>(
     };
     let outer = Outer::new(prepared, linear)?;
     let (mut p, mut evaluations) = (last.p.clone(), last.evaluations);
-    let (mut iterations, mut is_converged) = (last.iterations, true);
+    let (mut iterations, mut is_converged, mut is_flat) = (last.iterations, true, false);
     if outer.variables.len() > 0 {
         let z = outer.variables_at(&p);
         let bounds = outer.bounds(bounds);
@@ -92,13 +92,15 @@ pub(crate) fn solve<S: System>(
                 inner.solve(rows, &mut trial).ok()
             });
             evaluations += found.evaluations;
-            is_converged = found.is_converged;
+            is_flat =
+                found.is_converged && outer.is_flat(rows, &inner, &p, (&z, &found.x), &bounds)?;
+            is_converged = found.is_converged && !is_flat;
             found.x
         } else {
             let found = outer.search(rows, &inner, &p, z, &bounds)?;
             evaluations += found.evaluations;
             iterations += found.iterations;
-            is_converged = found.is_converged;
+            (is_converged, is_flat) = (found.is_converged, found.is_flat);
             found.x
         };
         p = outer.parameters(&p, &z);
@@ -106,7 +108,7 @@ pub(crate) fn solve<S: System>(
     let unbounded = inner.unbounded(rows, &p)?;
     inner.solve(rows, &mut p)?;
     let searched =
-        Searched { x: Vec::new(), evaluations: evaluations + 1, iterations, is_converged };
+        Searched { x: Vec::new(), evaluations: evaluations + 1, iterations, is_converged, is_flat };
     Found::new(prepared, rows, last, (p, unbounded), bounds, &searched)
 }
 
@@ -191,12 +193,14 @@ pub(super) struct Searched {
     pub iterations: usize,
     /// Whether it ended in a minimum.
     pub is_converged: bool,
+    /// Whether it ended on a plain.
+    pub is_flat: bool,
 }
 
 impl Searched {
     /// Nothing was to be searched for; so many evaluations were made all the same.
     pub(super) fn of(evaluations: usize) -> Self {
-        Self { x: Vec::new(), evaluations, iterations: 0, is_converged: true }
+        Self { x: Vec::new(), evaluations, iterations: 0, is_converged: true, is_flat: false }
     }
 }
 
@@ -284,8 +288,24 @@ impl<'a, S: System> Outer<'a, S> {
                 continue;
             }
             let is_converged = minimum.termination.is_converged();
-            return Ok(Searched { x: minimum.x, evaluations, iterations, is_converged });
+            let is_flat = minimum.termination == Termination::Flat;
+            return Ok(Searched { x: minimum.x, evaluations, iterations, is_converged, is_flat });
         }
+    }
+
+    /// Whether a search without derivatives went from one point to another that lies on a plain.
+    fn is_flat(
+        &self,
+        rows: &mut Rows<'_, S>,
+        inner: &Inner<'_, S>,
+        p: &[f64],
+        (first, last): (&[f64], &[f64]),
+        bounds: &[(f64, f64)],
+    ) -> Result<bool, RegressionError> {
+        let reach = self.variables.reach();
+        let region = Region { bounds, reach: &reach, leading: reach.len() };
+        let normal = self.project(rows, inner, &mut p.to_vec(), last)?;
+        Ok(is_flat((&normal, self.prepared.problem.stopping.flat), region, last, first))
     }
 
     /// The projected problem at z. Linear parameters are solved for from those of the problem before.
