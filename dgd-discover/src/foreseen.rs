@@ -1,4 +1,4 @@
-//! How large held-out errors are if nothing is missing.
+//! How large validation errors are if nothing is missing.
 //!
 //! ```text
 //!   e_later = v_later − Jₓ δx − Jₚ δp,     δx = F⁻¹ Jₓ'ᵀW (v' − Jₚ' δp)     ' : readings before `counts_from`
@@ -57,7 +57,7 @@ struct Sums {
 }
 
 impl Fitted {
-    /// Probability that held-out errors of each output are so large if nothing is missing; `None` where they
+    /// Probability that validation errors of each output are so large if nothing is missing; `None` where they
     /// cannot be had.
     pub(crate) fn held_out_chances(&self, data: &Data<'_>, evaluations: usize) -> Option<Vec<f64>> {
         let foreseen = self.foreseen(data, evaluations)?;
@@ -118,7 +118,7 @@ impl Fitted {
     }
 }
 
-/// A held-out recording with the derivatives of its outputs.
+/// A validation recording with the derivatives of its outputs.
 struct Seen<'a> {
     recording: &'a Recording,
     observations: &'a Observations,

@@ -115,7 +115,7 @@ impl Search<'_> {
         true
     }
 
-    /// Takes over noise, and where held-out recordings begin to count.
+    /// Takes over noise, and where validation recordings begin to count.
     fn weigh_with(&mut self, data: Data<'_>) {
         let Data { noise, counts_from, .. } = data;
         let is_reweighed = noise != self.data.noise;
@@ -193,7 +193,7 @@ impl Search<'_> {
     }
 }
 
-/// Whether held-out errors are no larger than the noise of the training recordings, or than what little these recordings
+/// Whether validation errors are no larger than the noise of the training recordings, or than what little these recordings
 /// tell of parameters and start values explains. What a small effect adds in one recording it does not add alike
 /// in another.
 fn is_the_same(fitted: &Fitted, data: &Data<'_>) -> bool {

@@ -458,7 +458,10 @@ fn what_recordings_cannot_tell_is_said() {
         .collect();
     let [at_rest, repeated] = words.as_slice() else { panic!("{words:?}") };
     assert!(at_rest.starts_with("no input moves in any recording"), "{at_rest}");
-    assert!(repeated.contains("again.csv is") && repeated.contains("left out"), "{repeated}");
+    assert!(
+        repeated.contains("again.csv are rows of") && repeated.contains("left out"),
+        "{repeated}"
+    );
     assert_eq!(run["recordings"].as_array().expect("a list").len(), 1);
 }
 
@@ -519,7 +522,7 @@ fn ctrl_c_says_how_to_go_on_and_other_input_does_not() {
     wait_until_it_minds_ctrl_c(&mut child);
     interrupt(&child);
     let run = Run::of(&child.wait_with_output().expect("it ends"));
-    run.refused(130, &["the same command with `--resume` goes on"]);
+    run.refused(130, &["the same command with `--resume` continues"]);
     assert_eq!(listing(&parent), [".found.dgd-journal"]);
 
     // Less of the recording is other input.

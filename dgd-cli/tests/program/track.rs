@@ -253,7 +253,7 @@ fn what_makes_no_sense_is_refused_in_the_users_names() {
         (&["t.dgd", "--data", "none.csv"], 1, "diagnostics"),
         (&["t.dgd", "--data", "d.csv", "--rename", "time=t [xx]"], 1, "diagnostics"),
         (&["t.dgd", "--data", "d.csv", "--gate", "0"], 2, "error"),
-        (&["t.dgd", "--data", "d.csv", "--from", "1e9"], 1, "error"),
+        (&["t.dgd", "--data", "d.csv", "--from", "1e9"], 2, "error"),
     ];
     for (args, code, key) in before {
         let run = dgd_in(folder.path(), &[&["track"], args, &["--format", "json"]].concat());
