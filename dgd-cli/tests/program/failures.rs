@@ -2,6 +2,7 @@
 //! their names, the time, exit code 3, and the rows up to there;
 //! and what Ctrl-C leaves.
 
+use std::fmt::Write as _;
 use std::fs;
 
 use crate::support::{Run, column, dgd, dgd_in, folder_with, killed_and_resumed, listing, path};
@@ -233,7 +234,10 @@ fn a_fit_a_search_and_an_ensemble_that_need_too_much_memory_say_what_asks_for_it
         for i in 2..N { equation cell[i]: der(T[i]) = (T[i-1] - T[i])/tau }
         output near [K] = T[1]  noise 0.1 [K]";
     // A million rows: more than a terabyte.
-    let rows: String = (0..1_000_000).map(|k| format!("{k},{}\n", 290 + k % 2)).collect();
+    let mut rows = String::new();
+    for k in 0..1_000_000 {
+        let _ = writeln!(rows, "{k},{}", 290 + k % 2);
+    }
     let folder = folder_with(&[
         ("m.dgd", model.as_bytes()),
         ("d.csv", format!("time [s],near [K]\n{rows}").as_bytes()),

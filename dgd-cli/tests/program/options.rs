@@ -14,6 +14,7 @@ fn numbers_that_make_no_sense_are_wrong_usage_and_the_option_is_named() {
     let no = &[][..];
     let recursive = &["--estimator", "recursive"][..];
     let separable = &["--estimator", "separable"][..];
+    #[allow(clippy::type_complexity, reason = "a table of cases")]
     let cases: [(&str, &[&str], &str, &[&str], &str); 25] = [
         ("simulate", no, "--rtol", &["0", "-1", "NaN", "inf", "x"], above_0),
         ("sensitivity", no, "--atol", &["0", "-1", "nan"], above_0),

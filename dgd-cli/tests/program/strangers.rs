@@ -85,7 +85,7 @@ fn a_stream_without_lines_is_given_up() {
     let mut endless = b"time [s],q [lpm],h [m]\n0,300,1\n5,".to_vec();
     endless.resize(17 << 20, b'3');
     piped(folder.path(), &args, &endless).refused(1, &["line 3", "more than 16 MB"]);
-    piped(folder.path(), &args, &vec![b'#'; 17 << 20]).refused(1, &["no header line"]);
+    piped(folder.path(), &args, vec![b'#'; 17 << 20]).refused(1, &["no header line"]);
 }
 
 #[test]

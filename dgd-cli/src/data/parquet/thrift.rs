@@ -77,13 +77,17 @@ impl Encoder {
     /// A list of integers.
     pub(super) fn integers(&mut self, id: i16, values: &[i32]) {
         self.list(id, I32, values.len());
-        values.iter().for_each(|value| self.i32_element(*value));
+        for value in values {
+            self.i32_element(*value);
+        }
     }
 
     /// A list of texts.
     pub(super) fn texts(&mut self, id: i16, texts: &[&str]) {
         self.list(id, BINARY, texts.len());
-        texts.iter().for_each(|text| self.text_element(text));
+        for text in texts {
+            self.text_element(text);
+        }
     }
 
     /// A list of structs.
@@ -196,7 +200,7 @@ impl<'a> Decoder<'a> {
 
     fn integer(&mut self) -> Option<i64> {
         let value = self.varint()?;
-        Some((value >> 1) as i64 ^ -((value & 1) as i64))
+        Some((value >> 1).cast_signed() ^ -(value & 1).cast_signed())
     }
 
     fn value(&mut self, kind: u8, depth: usize) -> Option<Value<'a>> {

@@ -129,7 +129,7 @@ impl<'a> ParquetWriter<'a> {
                 header.i32(2, size);
                 header.i32(3, size);
                 header.structure(5, |page| {
-                    page.i32(1, rows as i32);
+                    page.i32(1, short(rows));
                     page.i32(2, PLAIN);
                     // Of which values are there, and of lists, which there are not.
                     page.i32(3, RLE);
@@ -156,7 +156,7 @@ impl<'a> ParquetWriter<'a> {
             file.structs(2, &schema, |element, column| match column {
                 None => {
                     element.text(4, "table");
-                    element.i32(5, self.columns.len() as i32);
+                    element.i32(5, short(self.columns.len()));
                 }
                 Some(column) => {
                     element.i32(1, kind(column));
@@ -167,24 +167,24 @@ impl<'a> ParquetWriter<'a> {
                     }
                 }
             });
-            file.i64(3, self.all_rows as i64);
+            file.i64(3, long(self.all_rows));
             file.structs(4, &self.groups, |group, Group { rows, chunks }| {
                 let columns: Vec<_> = self.columns.iter().zip(chunks).collect();
                 group.structs(1, &columns, |chunk, (column, Chunk { offset, size })| {
-                    chunk.i64(2, *offset as i64);
+                    chunk.i64(2, long(*offset));
                     chunk.structure(3, |data| {
                         data.i32(1, kind(column));
                         data.integers(2, &[PLAIN, RLE]);
                         data.texts(3, &[&column.name]);
                         data.i32(4, UNCOMPRESSED);
-                        data.i64(5, *rows as i64);
-                        data.i64(6, *size as i64);
-                        data.i64(7, *size as i64);
-                        data.i64(9, *offset as i64);
+                        data.i64(5, long(*rows));
+                        data.i64(6, long(*size));
+                        data.i64(7, long(*size));
+                        data.i64(9, long(*offset));
                     });
                 });
-                group.i64(2, chunks.iter().map(|chunk| chunk.size as i64).sum());
-                group.i64(3, *rows as i64);
+                group.i64(2, chunks.iter().map(|chunk| long(chunk.size)).sum());
+                group.i64(3, long(*rows));
             });
             file.text(6, concat!("dgd ", env!("CARGO_PKG_VERSION")));
         });
@@ -299,4 +299,14 @@ fn cells(line: &[u8]) -> Vec<Vec<u8>> {
     }
     cells.push(cell);
     cells
+}
+
+/// A count as the format has it; no table is so long that it would not fit.
+fn long(count: usize) -> i64 {
+    i64::try_from(count).unwrap_or(i64::MAX)
+}
+
+/// A count within a page or a file's list of columns.
+fn short(count: usize) -> i32 {
+    i32::try_from(count).unwrap_or(i32::MAX)
 }
