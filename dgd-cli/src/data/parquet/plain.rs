@@ -228,7 +228,8 @@ mod tests {
         // Several groups of rows, and runs of missing values longer than a byte can count.
         let cell = |i: i32| if i / 1000 % 2 == 0 { "NaN".to_owned() } else { i.to_string() };
         let row = |i: i32| format!("{i},{}\n", vec![cell(i); 60].join(","));
-        let head = (0..60).map(|j| format!(",c{j}")).collect::<String>();
+        let names: Vec<String> = (0..60).map(|j| format!(",c{j}")).collect();
+        let head = names.concat();
         let long = format!("time [s]{head}\n{}", (0..50_000).map(row).collect::<String>());
         assert!(read(&written(&long)).as_deref() == Ok(long.as_str()));
         assert_eq!(read(&written("x [m]\n")).as_deref(), Ok("x [m]\n"));
