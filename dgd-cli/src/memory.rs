@@ -260,7 +260,7 @@ mod tests {
         );
         assert_eq!(
             refusal("the fit", &Needs { rows: 2, ..all }.demands_of_fit(1, 1, 100), 20e9),
-            "the fit needs about 33 GB of memory, and 20 GB is free: it steps 1000000 unknowns with \
+            "the fit needs about 32 GB of memory, and 20 GB is free: it steps 1000000 unknowns with \
              100 derivatives each; estimate fewer numbers (`--fix`)"
         );
         assert_eq!(

@@ -23,6 +23,9 @@ const LEFT: f64 = 1e-2;
 /// Corrections that shrink by less than this are left to Newton's method.
 const SLOW: f64 = 0.3;
 const MOST_CORRECTIONS: usize = 6;
+/// Rows of a step lie further from where its matrix was taken than the first of them, and their corrections shrink
+/// as much less.
+const FURTHER: f64 = 16.0;
 
 /// Moves rows of a solution onto the algebraic equations.
 pub(crate) struct Projection<S: System> {
@@ -63,7 +66,12 @@ enum Verdict {
 
 impl Corrections {
     fn new(rate: f64) -> Self {
-        Self { previous: f64::INFINITY, rate, left: MOST_CORRECTIONS }
+        Self { previous: f64::INFINITY, rate: SLOW.min(FURTHER * rate), left: MOST_CORRECTIONS }
+    }
+
+    /// How they shrink, if more than one has been made.
+    fn measured(&self) -> Option<f64> {
+        (self.left + 1 < MOST_CORRECTIONS).then_some(self.rate)
     }
 
     /// Judges a correction of this size, in units of the tolerance, that has been made.
@@ -110,6 +118,11 @@ impl<S: System> Projection<S> {
         jacobian: &[f64],
     ) {
         self.is_factorised = algebraic.factorise(pattern, jacobian).is_ok();
+        self.rate = SLOW;
+    }
+
+    /// Begins a row with the matrix of one that may be far away.
+    pub(crate) fn begin_far_row(&mut self) {
         self.rate = SLOW;
     }
 
@@ -170,7 +183,7 @@ impl<S: System> Projection<S> {
             }
             match corrections.judge(norm) {
                 Verdict::Solved => {
-                    self.rate = corrections.rate;
+                    self.rate = corrections.measured().unwrap_or(self.rate);
                     return true;
                 }
                 Verdict::GoOn => {}
@@ -238,7 +251,7 @@ impl<S: System> Projection<S> {
             }
             match corrections.judge(norm) {
                 Verdict::Solved => {
-                    self.rate = corrections.rate;
+                    self.rate = corrections.measured().unwrap_or(self.rate);
                     return true;
                 }
                 Verdict::GoOn => {}

@@ -100,7 +100,7 @@ fn steps_that_cannot_be_are_refused() {
         let arguments = ["simulate", "model.dgd", "--data", "inputs.csv", "--steps", steps];
         dgd_in(folder.path(), &[&arguments[..], more].concat())
     };
-    run("per-sample=0", &[]).refused(2, &["--steps", "from 1 on"]);
+    run("per-sample=0", &[]).refused(2, &["--steps", "1 or more"]);
     run("often", &[]).refused(2, &["`per-sample=N`"]);
     run("per-sample", &["--method", "bdf"]).refused(3, &["`bdf`", "--steps adaptive"]);
     let tank = "model tank\nstate h [m] = 2\nmodes gate {\n\

@@ -499,7 +499,7 @@ impl<'a, S: System> Pack<'a, S> {
         self.algebraic.enter_modes(self.mass.as_ref());
         let mut segment = inputs.segment_at(from, Side::Right);
         let mut drive = Drive::new(problem, inputs.segment(segment), from, 0, self.tolerances);
-        // Rows are close to each other, so that the matrix of one serves the next.
+        // The matrix of one row mostly serves the next.
         let mut projection = Projection::new(system, 0);
         let (sizes, tolerances) = (self.slope.as_ref(), self.tolerances);
         let of_member = Rows { system, p: problem.p, z: &[], sizes, tolerances };
@@ -513,6 +513,7 @@ impl<'a, S: System> Pack<'a, S> {
             for (y, row) in y.iter_mut().zip(rows.chunks_exact(stride)) {
                 *y = row[k];
             }
+            projection.begin_far_row();
             projection.project(&mut self.algebraic, &of_member, &mut drive, t, y);
             for (y, row) in y.iter().zip(rows.chunks_exact_mut(stride)) {
                 row[k] = *y;
