@@ -612,3 +612,23 @@ fn each_rod_of_a_chain_chooses_its_own_states() {
         assert!(energy.abs() <= CLOSE, "{energy} at {t}");
     }
 }
+
+/// The sign of a parameter stays what it is, so that a constraint with it can be differentiated.
+#[test]
+fn a_sign_that_time_does_not_change_jumps_nowhere() {
+    let system = model(
+        "parameter p = 2
+         state y = 1
+         state x = 1.1
+         unknown f = -1
+         equation y: der(y) = -y/1 [s]
+         equation x: der(x) = f/1 [s]
+         equation rod: x = y + 0.1*sign(p)",
+    );
+    let solution = run(&system, &[0.0, 1.0]);
+    let found = [values(&system, &solution, "x")[1], values(&system, &solution, "f")[1]];
+    let decayed = (-1.0_f64).exp();
+    for (found, expected) in found.iter().zip([decayed + 0.1, -decayed]) {
+        assert!((found - expected).abs() < CLOSE, "{found} {expected}");
+    }
+}

@@ -288,7 +288,9 @@ impl Reduction<'_> {
                 Node::Select(condition, ..) if !is_constant(self.graph, condition) => {
                     return Err(Obstacle::Jump("if"));
                 }
-                Node::Call1(function, _) if function.get().name == "sign" => {
+                Node::Call1(function, x)
+                    if function.get().name == "sign" && !is_constant(self.graph, x) =>
+                {
                     return Err(Obstacle::Jump("sign"));
                 }
                 _ => {}

@@ -186,7 +186,7 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
                     continue;
                 }
                 // At a corner, a row just at the end of a delay say, the derivative of either side is right.
-                let corner = if sides > 0.01 * scale { sides } else { 0.0 };
+                let corner = if sides > 1e-3 * scale { sides } else { 0.0 };
                 let (own, default) = (tight.derivatives(k, j)[i], loose.derivatives(k, j)[i]);
                 if own.is_nan() {
                     flagged += usize::from(corner == 0.0);
