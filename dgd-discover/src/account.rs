@@ -13,6 +13,7 @@ use crate::discovery::{
 use crate::discrepancy::{averaging_lengths, discrepancy_windows};
 use crate::fitted::{Data, Fitted, NoFit, chi_square};
 use crate::known::Circumstances;
+use crate::patience::too_many_steps;
 use crate::reason::{Excess, significant};
 use crate::screen::{Remedy, Score, Screen, Silent, sort};
 use crate::search::{Open, Search};
@@ -217,6 +218,24 @@ pub(crate) fn not_tried(
         let all = search.range(of).filter_map(|c| Some((c, why(c)?)));
         all.map(|(c, why)| (search.candidates[c].application.name(), why)).collect()
     })
+}
+
+/// The model as it is, and candidates fitted alone, that were given up as their simulations take too many steps, with the reason.
+pub(crate) fn given_up(search: &Search<'_>) -> Option<(Vec<String>, String)> {
+    let reason = too_many_steps();
+    let is_given_up = |fit: &Result<Fitted, NoFit>| match fit {
+        Ok(fitted) => fitted.is_cut_short,
+        Err(NoFit(why)) => why.ends_with(&reason),
+    };
+    let given_up = search.tried.iter().filter_map(|(chosen, fit)| match chosen.as_slice() {
+        [one] if is_given_up(fit) => {
+            Some(format!("`{}`", search.candidates[*one].application.name()))
+        }
+        [] if is_given_up(fit) => Some("the model as it is".to_owned()),
+        _ => None,
+    });
+    let given_up: Vec<String> = given_up.collect();
+    (!given_up.is_empty()).then_some((given_up, reason))
 }
 
 /// A discrepancy without a name, by what explains it most.

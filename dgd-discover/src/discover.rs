@@ -18,7 +18,9 @@ use dgd_runtime::identify::{Recording, Watch};
 use dgd_runtime::journal::{Digest, Journal};
 use dgd_runtime::{Options, Steps};
 
-use crate::account::{gap, left_over, not_tried, ranking_of, screened, traces, unexplained};
+use crate::account::{
+    gap, given_up, left_over, not_tried, ranking_of, screened, traces, unexplained,
+};
 use crate::adapted::adapted;
 use crate::candidates::{candidates, generic, unbound};
 use crate::corrected::corrected;
@@ -31,6 +33,7 @@ use crate::keeping::Keeping;
 use crate::known::Circumstances;
 use crate::levels::ranges;
 use crate::missing::{self, missing_inputs};
+use crate::patience::most_steps;
 use crate::reason::reason;
 use crate::screen::StartPoint;
 use crate::search::{Open, Search};
@@ -157,7 +160,7 @@ pub fn discover(
     let is_kept = request.journal.is_of_use();
     let digest = if is_kept { request.digest() } else { Digest::EMPTY };
     let keeping = Keeping { journal: request.journal, watch: request.watch, request: digest };
-    let data = Data {
+    let mut data = Data {
         train,
         valid,
         noise,
@@ -167,6 +170,8 @@ pub fn discover(
         keeping,
     };
     let failed = |NoFit(reason): NoFit| DiscoverError::BaseModel(reason);
+    data.options.max_steps =
+        most_steps(base, &data).map_err(|refused| DiscoverError::BaseModel(refused.0))?;
     let (fitted, data) = fitted_base(base, data, threads, request.seed).map_err(failed)?;
     let templates = adapted(request.templates, &model, train, &ranges(&fitted, &data));
     candidates.extend(generic(&templates, &base.asts));
@@ -233,11 +238,13 @@ pub fn discover(
         }
         (Verdict::Sufficient | Verdict::Effects, _) => Vec::new(),
     };
+    let given_up = given_up(&search);
     let mut ranking = ranking_of(&search);
     ranking.extend(left_out.iter().map(|(name, why)| Ranked::refused(name, why)));
     Ok(Discovery {
         not_tried: unbound(request.templates, &model).into_iter().chain(of_templates).collect(),
         left_out,
+        given_up,
         verdict,
         reason: reason(&search, &outcome, &before, &after, &data),
         p_value,

@@ -18,6 +18,8 @@ pub struct Discovery {
     pub p_value: Option<f64>,
     /// Effects of the library that cannot be tried: their names, and why not.
     pub left_out: Vec<(String, String)>,
+    /// What was fitted alone and given up on the way, and why.
+    pub given_up: Option<(Vec<String>, String)>,
     /// Templates that were not tried: their names, and why not.
     pub not_tried: Vec<(String, String)>,
     /// Effects that the data shows, in the order in which they were found.

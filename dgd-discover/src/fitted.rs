@@ -13,6 +13,7 @@ use dgd_runtime::{Observations, Options, Signature, System};
 use crate::colour::Whitener;
 use crate::keeping::Keeping;
 use crate::moments::{Moments, cross, leap, with_found_starts};
+use crate::patience::{cannot_begin, is_cut_short, too_many_steps};
 use crate::screen::StartPoint;
 use crate::structure::{Structure, Values};
 use dgd_screen::noise::SensorNoise;
@@ -50,6 +51,8 @@ pub(crate) struct Fitted {
     pub moments: Vec<usize>,
     /// Whether the fit ended at a minimum.
     pub is_converged: bool,
+    /// Whether it ended before that as a simulation on its way takes too many steps.
+    pub is_cut_short: bool,
     /// Σ ε² of the training recordings and how many samples, with the noise that was known last.
     pub error: (f64, usize),
     /// Outputs at the samples of each training recording.
@@ -67,6 +70,7 @@ struct Ended {
     estimates: Vec<Estimate>,
     moments: Vec<usize>,
     is_converged: bool,
+    is_cut_short: bool,
 }
 
 /// Why a structure has no numbers.
@@ -94,7 +98,7 @@ impl Fitted {
         let ended = kept(data.keeping.journal, key, || {
             Ended::new(&structure, from, points, data, evaluations)
         })?;
-        let Ended { p, starts, estimates, moments, is_converged } = ended;
+        let Ended { p, starts, estimates, moments, is_converged, is_cut_short } = ended;
         let values = Values::of(&structure.system, &p, &starts);
         let recordings = with_starts(data.train, from, &structure);
         let problem = problem(&structure, &p, &recordings, data, evaluations);
@@ -108,6 +112,7 @@ impl Fitted {
             estimates,
             moments,
             is_converged,
+            is_cut_short,
             error,
             train,
             valid,
@@ -194,7 +199,9 @@ impl Ended {
                 }
                 Ok(_) => {}
                 Err(error) => {
-                    failure.get_or_insert(error.to_string());
+                    let is_too_long = cannot_begin(&error);
+                    let why = if is_too_long { too_many_steps() } else { error.to_string() };
+                    failure.get_or_insert(why);
                 }
             }
         }
@@ -202,13 +209,14 @@ impl Ended {
             return Err(NoFit(format!("cannot be fitted: {}", failure.unwrap_or_default())));
         };
         let estimates = moments.estimates(system, &fit);
-        let is_converged = fit.termination.is_converged();
+        let (is_converged, is_cut_short) = (fit.termination.is_converged(), is_cut_short(&fit));
         let moments = moments.parameters;
-        Ok(Ended { p: fit.p, starts: fit.starts, estimates, moments, is_converged })
+        let (p, starts) = (fit.p, fit.starts);
+        Ok(Ended { p, starts, estimates, moments, is_converged, is_cut_short })
     }
 }
 
-keep_by_fields!(Ended { p, starts, estimates, moments, is_converged });
+keep_by_fields!(Ended { p, starts, estimates, moments, is_converged, is_cut_short });
 
 impl Kept for NoFit {
     fn write(&self, bytes: &mut Vec<u8>) {

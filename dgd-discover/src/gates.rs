@@ -201,6 +201,7 @@ output h [m]
                 estimates: Vec::new(),
                 moments: Vec::new(),
                 is_converged: true,
+                is_cut_short: false,
                 error: (left * SAMPLES as f64, SAMPLES),
                 train: vec![Observations {
                     n_w: 1,

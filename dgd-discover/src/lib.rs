@@ -44,6 +44,7 @@ mod missing;
 mod missing_terms;
 mod moments;
 mod parallel;
+mod patience;
 mod projection;
 mod reason;
 mod reconstruct;

@@ -6,6 +6,7 @@
 use std::collections::BTreeSet;
 
 use crate::fitted::{chi_square, whitened, whitened_square};
+use crate::patience::too_many_steps;
 use crate::search::Search;
 use crate::whiteness::{size, whiteness};
 use dgd_screen::noise::SensorNoise;
@@ -365,7 +366,11 @@ impl Search<'_> {
             }
         }
         if !fitted.is_converged {
-            notes.push("the fit was not finished".to_owned());
+            notes.push(if fitted.is_cut_short {
+                format!("the fit was not finished: {}", too_many_steps())
+            } else {
+                "the fit was not finished".to_owned()
+            });
         }
         notes.extend(self.doubted.get(chosen).cloned());
         if self.explains(chosen)
@@ -497,6 +502,7 @@ output h [m]
                 p: Vec::new(),
                 moments: Vec::new(),
                 is_converged: true,
+                is_cut_short: false,
                 error: (left * SAMPLES as f64, SAMPLES),
                 train: vec![observed],
                 valid: Some(Vec::new()),

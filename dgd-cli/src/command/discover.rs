@@ -83,6 +83,12 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
     let left_out = found.left_out.iter();
     reservations
         .extend(left_out.map(|(name, why)| format!("the effect `{name}` {why}: it is left out")));
+    reservations.extend(
+        found
+            .given_up
+            .iter()
+            .map(|(names, why)| format!("fits of {} were given up where {why}", names.join(", "))),
+    );
     let input = (held_out.paths.as_slice(), reservations.as_slice());
     let shown = show(args, &found, input, (&compiled, &compilation), console);
     if let (Err(_), Some(journal)) = (&shown, &journal) {

@@ -193,6 +193,7 @@ fn discovery() -> Discovery {
             .to_owned(),
         p_value: Some(0.001),
         left_out: Vec::new(),
+        given_up: None,
         not_tried: ["sensor_lag(p_r)", "sensor_lag(q_ssp)"]
             .map(|name| (name.to_owned(), "cannot be applied: `q_tf` is held".to_owned()))
             .to_vec(),
@@ -400,6 +401,7 @@ fn a_discovery_with_nothing_in_it_is_written_too() {
         reason: String::new(),
         p_value: None,
         left_out: Vec::new(),
+        given_up: None,
         not_tried: Vec::new(),
         effects: Vec::new(),
         unexplained: Vec::new(),

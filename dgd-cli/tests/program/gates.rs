@@ -76,6 +76,33 @@ fn the_air_drag_of_a_pendulum_is_found() {
     assert!((drag - 0.05).abs() < 1e-3, "{drag}");
 }
 
+/// Simulates the pendulum with a push beyond what its effect declares.
+fn record_pushed(folder: &TempDir, force: f64, since: f64) -> [String; 2] {
+    let wide = PUSH.replace("in -5 .. 5", "in -5000 .. 5000");
+    let strong =
+        folder_with(&[("pendulum.dgd", PENDULUM.as_bytes()), ("push.dgd", wide.as_bytes())]);
+    let (model, effect) = (path(&strong, "pendulum.dgd"), path(&strong, "push.dgd"));
+    let (force, since) = (format!("force={force}"), format!("since={since}"));
+    [("a.csv", "phi=1", "1"), ("b.csv", "phi=0.6", "2")].map(|(name, start, seed)| {
+        let file = path(folder, name);
+        let args = ["simulate", &model, "--apply", &effect, "--set", &force, "--set", &since];
+        let more = ["--set", start, "--until", "20", "--every", "0.05", "--noise-seed", seed];
+        dgd(&[&args[..], &more, &["-o", &file]].concat()).done();
+        file
+    })
+}
+
+#[test]
+fn a_push_that_spins_the_pendulum_ends_a_search_in_time() {
+    let folder = folder();
+    let result = found(&folder, &record_pushed(&folder, 8.0, 15.0));
+    assert_eq!(result["verdict"], "unexplained", "{}", result["reason"]);
+    assert_eq!(result["effects"], Value::Array(Vec::new()));
+    // Fits come to values at which a simulation takes a million steps, and go no further there.
+    let given_up = result["ranking"].to_string();
+    assert!(given_up.contains("more than 20 times the steps"), "{given_up}");
+}
+
 #[test]
 fn what_one_reading_says_is_given_no_name() {
     let folder = folder();
