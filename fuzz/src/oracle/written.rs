@@ -15,7 +15,7 @@ use crate::truth::{Place, Truth};
 const NEAR: f64 = 1e-6;
 const TOLERANCES: f64 = 30.0;
 /// Sides below this are what rounding leaves of quantities that cancel.
-const ROUNDING: f64 = 1e-9;
+const ROUNDING: f64 = 1e-6;
 
 /// Size of what is added up on a side of an equation.
 fn terms(truth: &Truth<'_>, expr: &Expr, at: &Place<'_>) -> f64 {
