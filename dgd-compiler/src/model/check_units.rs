@@ -74,6 +74,7 @@ pub(super) fn same(
 pub(super) fn product(a: Dim, b: Dim, over: bool, span: Span) -> Result<Dim, Diagnostic> {
     let (a, b) = match (a, b) {
         (Dim::Zero, _) => return Ok(Dim::Zero),
+        (_, Dim::Zero) if !over => return Ok(Dim::Zero),
         (Dim::Of(a), b) => (a, b.dimension()),
     };
     let result = if over { a.over(b) } else { a.times(b) };
@@ -94,6 +95,9 @@ pub(super) fn power(
             "an exponent must be a plain number",
         )
         .here(this_is(exponent.dimension())));
+    }
+    if base == Dim::Zero && value.is_some_and(|value| value > 0.0) {
+        return Ok(Dim::Zero);
     }
     let base = base.dimension();
     if base == Dimension::ONE {
@@ -144,6 +148,9 @@ pub(super) fn call(
             Ok(Dim::ONE)
         }
         UnitRule::Root => {
+            if arguments[0].0 == Dim::Zero {
+                return Ok(Dim::Zero);
+            }
             let half = Exponent::new(1, 2).unwrap_or(Exponent::ZERO);
             let root = arguments[0].0.dimension().power(half);
             root.map(Dim::Of).ok_or_else(|| too_large(span))
