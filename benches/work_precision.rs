@@ -17,13 +17,13 @@ use dgd::{
     simulate_with_sensitivities,
 };
 use dgd_benches::measure;
-use dgd_cli::data::{Table, read};
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Directions, compile};
 use dgd_compiler::program::Program;
 use dgd_compiler::source::{Source, Sources, Span};
 use dgd_compiler::syntax::ast::Name;
+use dgd_data::{Table, read};
 use dgd_execute::{Engine, Interpreted, Loaded};
 
 mod models {
@@ -80,9 +80,10 @@ fn compilation(model: &str) {
         system.compile().expect("native code");
         system
     });
-    let p: Vec<f64> = program.parameters.iter().map(|parameter| parameter.value).collect();
-    let (y, u) = (vec![1.0; program.n()], vec![1.0; program.n_u()]);
-    let z = vec![0.0; program.n_discrete()];
+    let p: Vec<f64> =
+        program.signature.parameters.iter().map(|parameter| parameter.value).collect();
+    let (y, u) = (vec![1.0; program.n()], vec![1.0; program.signature.n_u()]);
+    let z = vec![0.0; program.signature.discrete.len()];
     let first = measure(Duration::from_millis(300), || {
         let (system, mut f) = (system(), vec![0.0; y.len()]);
         system.rhs(Point { t: 0.0, y: &y, u: &u, p: &p, z: &z }, &mut f);

@@ -15,7 +15,8 @@ use std::error::Error;
 use std::fs;
 use std::path::PathBuf;
 
-use dgd_cli::data::write::save;
+use dgd_data::write::save;
+
 use field_rig::{Rig, files::truth_json, schedule::schedules};
 
 fn main() -> Result<(), Box<dyn Error>> {

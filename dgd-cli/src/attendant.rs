@@ -5,7 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use dgd_runtime::identify::{Of, Progress, Watch};
+use dgd_compiler::source::Sources;
+use dgd_identify::{Of, Progress, Watch};
+use dgd_work::{Listener, Remark, Session, WorkError};
 
 use crate::console::Console;
 use crate::interrupt::{self, on_interrupt};
@@ -21,8 +23,19 @@ const WIDTH: usize = 79;
 
 /// Shows how far a computation is, on a terminal, and knows whether it is to stop.
 #[derive(Debug)]
-pub(crate) struct Attendant {
+pub(crate) struct Attendant<'a> {
+    console: Console<'a>,
+    interrupt: Interrupt,
     shared: Arc<Shared>,
+}
+
+/// What Ctrl-C does once the computation has begun.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Interrupt {
+    /// The first one asks it to stop, the second ends the program.
+    Stops,
+    /// It ends the program, which says this, depending on whether finished work is kept.
+    Ends(fn(bool) -> &'static str),
 }
 
 #[derive(Debug)]
@@ -34,47 +47,24 @@ struct Shared {
     line: Option<Mutex<Line>>,
 }
 
-impl Attendant {
-    /// The first Ctrl-C asks the computation to stop, the second ends the program.
-    pub(crate) fn stopping(console: Console<'_>) -> Self {
-        let (attendant, is_quiet) = (Self::new(console), console.is_quiet());
-        let shared = Arc::clone(&attendant.shared);
-        on_interrupt(move || {
-            if shared.is_stopped.swap(true, Ordering::Relaxed) {
-                shared.end("");
-            } else if !is_quiet {
-                shared.say("stopping at the best so far; Ctrl-C once more ends at once\n");
-            }
-        });
-        attendant
-    }
-
-    /// Ctrl-C ends the program, which says this.
-    pub(crate) fn ending(console: Console<'_>, words: String) -> Self {
-        let attendant = Self::new(console);
-        let shared = Arc::clone(&attendant.shared);
-        on_interrupt(move || shared.end(&format!("{words}\n")));
-        attendant
-    }
-
-    fn new(console: Console<'_>) -> Self {
+impl<'a> Attendant<'a> {
+    /// Of a computation that Ctrl-C stops or ends.
+    pub(crate) fn new(console: Console<'a>, interrupt: Interrupt) -> Self {
         let for_a_program = console.is_json() && !io::stdout().is_terminal();
         let is_seen = io::stderr().is_terminal() && !console.is_quiet() && !for_a_program;
         let line = is_seen.then(|| Mutex::new(Line::new(Instant::now())));
         let (is_stopped, is_writing) = (AtomicBool::new(false), Mutex::new(false));
-        Self { shared: Arc::new(Shared { is_stopped, is_writing, line }) }
+        let shared = Arc::new(Shared { is_stopped, is_writing, line });
+        Self { console, interrupt, shared }
     }
 
-    /// The computation is over: takes the line away, and lets nothing end the program while it writes.
-    pub(crate) fn write(&self) {
-        if let Ok(mut is_writing) = self.shared.is_writing.lock() {
-            *is_writing = true;
-        }
-        self.shared.clear();
+    /// Who asks for the work.
+    pub(crate) fn session(&self) -> Session<'_> {
+        Session::new(self).with_seed(self.console.seed()).with_threads(self.console.threads())
     }
 }
 
-impl Watch for Attendant {
+impl Watch for Attendant<'_> {
     fn advanced(&self, progress: Progress) {
         // Who is drawing already will draw again.
         if let Some(line) = &self.shared.line
@@ -90,7 +80,52 @@ impl Watch for Attendant {
     }
 }
 
-impl Drop for Attendant {
+impl Listener for Attendant<'_> {
+    fn remark(&self, remark: Remark<'_>) {
+        Listener::remark(&self.console, remark);
+    }
+
+    fn hears_remarks(&self) -> bool {
+        self.console.hears_remarks()
+    }
+
+    fn has_read(&self, sources: &Sources) -> Result<(), WorkError> {
+        self.console.has_read(sources)
+    }
+
+    /// From now on Ctrl-C does what it is to do.
+    fn begins(&self, is_kept: bool) {
+        if let Some(line) = &self.shared.line
+            && let Ok(mut line) = line.lock()
+        {
+            *line = Line::new(Instant::now());
+        }
+        let (shared, is_quiet) = (Arc::clone(&self.shared), self.console.is_quiet());
+        match self.interrupt {
+            Interrupt::Stops => on_interrupt(move || {
+                if shared.is_stopped.swap(true, Ordering::Relaxed) {
+                    shared.end("");
+                } else if !is_quiet {
+                    shared.say("stopping at the best so far; Ctrl-C once more ends at once\n");
+                }
+            }),
+            Interrupt::Ends(words) => {
+                let words = format!("{}\n", words(is_kept));
+                on_interrupt(move || shared.end(&words));
+            }
+        }
+    }
+
+    /// The computation is over: takes the line away, and lets nothing end the program while it writes.
+    fn ends(&self) {
+        if let Ok(mut is_writing) = self.shared.is_writing.lock() {
+            *is_writing = true;
+        }
+        self.shared.clear();
+    }
+}
+
+impl Drop for Attendant<'_> {
     fn drop(&mut self) {
         self.shared.clear();
     }

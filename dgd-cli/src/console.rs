@@ -5,12 +5,14 @@ use std::path::Path;
 
 use dgd_compiler::diagnostics::{Diagnostic, render, visible};
 use dgd_compiler::source::Sources;
+use dgd_data::files::write_whole;
+use dgd_identify::{Progress, Watch};
+use dgd_work::{Listener, Mistake, Remark, Session, WorkError};
 use serde_json::{Value, json};
 
 use crate::args::{Color, Format, Global};
-use crate::data::write_whole;
 use crate::failure::CommandError;
-use crate::result::TableFormat;
+use crate::table_file::TableFormat;
 use crate::targets::Targets;
 
 /// Standard output and standard error, as the global options want them.
@@ -34,8 +36,13 @@ impl<'a> Console<'a> {
     }
 
     /// Checks that nothing takes the place of a file that was read.
-    pub(crate) fn spare(self, sources: &Sources) -> Result<(), CommandError> {
+    pub(crate) fn spare(self, sources: &Sources) -> Result<(), WorkError> {
         self.targets.map_or(Ok(()), |targets| targets.spare(sources))
+    }
+
+    /// Who asks for work that nobody stops on its way.
+    pub(crate) fn session(&self) -> Session<'_> {
+        Session::new(self).with_seed(self.seed()).with_threads(self.threads())
     }
 
     /// For programs that read line after line.
@@ -51,6 +58,12 @@ impl<'a> Console<'a> {
     pub(crate) fn writes_json(self) -> bool {
         let is_called = |path: &Path| path.extension().is_some_and(|ending| ending == "json");
         self.is_json() || self.out().is_some_and(is_called)
+    }
+
+    /// Whether anybody gets the whole result as JSON.
+    pub(crate) fn needs_json(self) -> bool {
+        let is_document = |path| self.table_format(path).is_ok_and(TableFormat::is_document);
+        self.is_json() || self.out().is_some_and(is_document)
     }
 
     /// What a table is written as to `--out`.
@@ -117,8 +130,10 @@ impl<'a> Console<'a> {
     pub(crate) fn failure(self, error: &CommandError) {
         match error {
             CommandError::Diagnosed { diagnostics, sources } if self.is_json() => {
-                let entries: Vec<Value> =
-                    diagnostics.iter().map(|diagnostic| entry(diagnostic, sources)).collect();
+                let entries: Vec<Value> = diagnostics
+                    .iter()
+                    .map(|diagnostic| json!(Mistake::of(diagnostic, sources)))
+                    .collect();
                 self.print_or_complain(&json!({ "diagnostics": entries }));
             }
             CommandError::Diagnosed { diagnostics, sources } => {
@@ -170,24 +185,30 @@ impl<'a> Console<'a> {
     }
 }
 
-/// A diagnostic for programs.
-pub(crate) fn entry(diagnostic: &Diagnostic, sources: &Sources) -> Value {
-    let entry = render::entry(diagnostic, sources);
-    let places: Vec<Value> = entry
-        .places
-        .iter()
-        .map(|place| {
-            json!({
-                "file": place.file,
-                "line": place.line,
-                "column": place.column,
-                "end_line": place.end_line,
-                "end_column": place.end_column,
-                "text": place.text,
-            })
-        })
-        .collect();
-    json!({ "code": entry.code, "message": entry.message, "places": places, "help": entry.help })
+impl Watch for Console<'_> {
+    fn advanced(&self, _progress: Progress) {}
+
+    fn is_stopped(&self) -> bool {
+        false
+    }
+}
+
+impl Listener for Console<'_> {
+    fn remark(&self, remark: Remark<'_>) {
+        match remark {
+            Remark::Words(words) => (*self).remark(words),
+            Remark::Diagnostic(diagnostic, sources) => (*self).note(diagnostic, sources),
+            other => (*self).remark(&other.to_text()),
+        }
+    }
+
+    fn hears_remarks(&self) -> bool {
+        !self.is_quiet()
+    }
+
+    fn has_read(&self, sources: &Sources) -> Result<(), WorkError> {
+        self.spare(sources)
+    }
 }
 
 /// Prints what people read to standard output, with nothing in it that a terminal would obey.

@@ -39,7 +39,9 @@ pub(crate) fn caught<T>(run: impl FnOnce() -> T) -> Result<T, Crash> {
     let speaks = std::env::var_os("RUST_BACKTRACE").is_some_and(|value| value != "0");
     let before = panic::take_hook();
     panic::set_hook(Box::new(move |info| {
-        first().get_or_insert_with(|| Crash::of(info));
+        if !dgd_data::catches_panics() {
+            first().get_or_insert_with(|| Crash::of(info));
+        }
         if speaks {
             before(info);
         }
@@ -49,12 +51,6 @@ pub(crate) fn caught<T>(run: impl FnOnce() -> T) -> Result<T, Crash> {
     result.map_err(|payload| {
         first().take().unwrap_or_else(|| Crash { place: String::new(), words: words(&*payload) })
     })
-}
-
-/// Forgets a panic that was caught and dealt with.
-#[cfg(feature = "parquet")]
-pub(crate) fn forget() {
-    *first() = None;
 }
 
 fn first() -> std::sync::MutexGuard<'static, Option<Crash>> {

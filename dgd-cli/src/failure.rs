@@ -3,8 +3,9 @@
 use std::fmt;
 use std::process::ExitCode;
 
-use dgd_compiler::diagnostics::{Diagnostic, Diagnostics, suggestion};
+use dgd_compiler::diagnostics::{Diagnostic, Diagnostics};
 use dgd_compiler::source::Sources;
+use dgd_work::{Ended, WorkError};
 
 /// Why a command did not succeed; each kind has its exit code.
 #[derive(Debug)]
@@ -33,14 +34,6 @@ pub(crate) enum CommandError {
 /// The exit code of what Ctrl-C ended: 128 and the number of the signal, as shells have it.
 pub(crate) const INTERRUPTED: u8 = 130;
 
-/// What an unknown name was probably meant to be, or all names that there are.
-pub(crate) fn meant(name: &str, known: &[&str]) -> String {
-    match suggestion(name, known.iter().copied()) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None => format!("there is `{}`", known.join("`, `")),
-    }
-}
-
 impl CommandError {
     /// What was diagnosed so far.
     pub(crate) fn diagnosed(diagnostics: &Diagnostics, sources: Sources) -> Self {
@@ -57,6 +50,18 @@ impl CommandError {
         }
     }
 
+    /// How a command ends whose work ended so.
+    pub(crate) fn of(ended: Ended) -> Result<(), CommandError> {
+        match ended {
+            Ended::Done => Ok(()),
+            Ended::Found(message) => Err(CommandError::Shown(message)),
+            Ended::Interrupted(message) => Err(CommandError::Interrupted(message)),
+            Ended::Stopped(message) => Err(CommandError::Stopped(message)),
+            // Whatever else there will be is no success.
+            other => Err(CommandError::Stopped(format!("{other:?}"))),
+        }
+    }
+
     /// The exit code promised for it.
     pub(crate) fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
@@ -68,8 +73,22 @@ impl CommandError {
     }
 }
 
-impl From<crate::data::WriteError> for CommandError {
-    fn from(error: crate::data::WriteError) -> Self {
+impl From<WorkError> for CommandError {
+    fn from(error: WorkError) -> Self {
+        match error {
+            WorkError::Diagnosed { diagnostics, sources } => {
+                CommandError::Diagnosed { diagnostics, sources }
+            }
+            WorkError::Found(message) => CommandError::Found(message),
+            WorkError::Usage(message) => CommandError::Usage(message),
+            // Whatever else there will be is a failure of the work.
+            other => CommandError::Computation(other.to_string()),
+        }
+    }
+}
+
+impl From<dgd_data::files::WriteError> for CommandError {
+    fn from(error: dgd_data::files::WriteError) -> Self {
         CommandError::Found(error.to_string())
     }
 }

@@ -2,7 +2,8 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use crate::data::draft;
+use dgd_data::files;
+
 use crate::failure::INTERRUPTED;
 
 type Act = Box<dyn FnMut() + Send>;
@@ -28,6 +29,6 @@ pub(crate) fn on_interrupt(act: impl FnMut() + Send + 'static) {
 /// Removes what is half written, and ends the program.
 pub(crate) fn end() -> ! {
     // Held to the end, so that nothing new is begun.
-    let _held = draft::abandon();
+    let _held = files::abandon();
     std::process::exit(INTERRUPTED.into())
 }

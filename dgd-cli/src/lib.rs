@@ -1,4 +1,4 @@
-//! The `dgd` command: arguments, data files, pictures, and the commands themselves.
+//! The `dgd` command: arguments, and the commands themselves.
 
 mod args;
 mod attendant;
@@ -6,47 +6,21 @@ mod command;
 mod command_line;
 mod console;
 mod crash;
-pub mod data;
-pub mod effects;
-mod estimator;
 mod failure;
-mod few_samples;
-mod figure;
-mod fit_quality;
-mod fit_report;
-mod fitted_model;
-mod information;
 mod interrupt;
-mod intervals;
-mod left_out;
-mod linear_report;
-mod linearised;
-mod load;
-mod memory;
-mod multi_start;
 mod numbers;
-pub mod plot;
-mod recording;
-mod refit;
-mod regression_report;
-mod report;
-mod reservations;
-mod result;
-mod resume;
-mod run;
-mod screening;
-mod sets;
-mod table;
+mod picture;
+mod table_file;
+mod tail;
 mod targets;
-mod verify;
 
 use std::process::ExitCode;
 
 use clap::Parser;
+use dgd_compiler::diagnostics::visible;
 
 use args::{Cli, Command};
 use console::Console;
-use dgd_compiler::diagnostics::visible;
 use failure::CommandError;
 use targets::Targets;
 

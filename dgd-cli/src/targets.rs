@@ -4,16 +4,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use dgd_compiler::source::Sources;
+use dgd_data::files::journal::RunJournal;
+use dgd_data::files::{try_folder, try_whole};
+use dgd_work::WorkError;
+use dgd_work::discover;
+use dgd_work::fit;
+use dgd_work::screen;
 
 use crate::args::{Command, Global};
-use crate::data::journal::RunJournal;
-use crate::data::{try_folder, try_whole};
 use crate::failure::CommandError;
-use crate::figure;
-use crate::fitted_model;
-use crate::report;
-use crate::result::{self, TableFormat};
-use crate::screening;
+use crate::picture;
+use crate::table_file::{self, TableFormat};
 
 /// The files that a command may write.
 #[derive(Debug, Default)]
@@ -44,7 +45,7 @@ impl Targets {
     /// reading and that all of it can be written.
     pub(crate) fn verified(command: &Command, global: &Global) -> Result<Targets, CommandError> {
         let (read, plots) = (inputs(command), plots(command));
-        figure::verify_formats(plots)?;
+        picture::verify_formats(plots)?;
         let mut targets = Targets::default();
         let mut add = |path: PathBuf, option: &str| {
             targets.all.push(Target { path, option: option.to_owned() });
@@ -56,7 +57,7 @@ impl Targets {
                 Out::File | Out::Layout => add(path.to_path_buf(), &option),
                 Out::Table => {
                     add(path.to_path_buf(), &option);
-                    add(result::partial_path(path), &option);
+                    add(table_file::partial_path(path), &option);
                 }
                 Out::Folder(names) => {
                     for name in names {
@@ -104,12 +105,12 @@ impl Targets {
     }
 
     /// Checks that none of them is a file that was read since: one that the model imports, or an effect.
-    pub(crate) fn spare(&self, sources: &Sources) -> Result<(), CommandError> {
+    pub(crate) fn spare(&self, sources: &Sources) -> Result<(), WorkError> {
         let read: Vec<PathBuf> = sources.iter().map(|source| PathBuf::from(&source.name)).collect();
         self.spare_all(&read)
     }
 
-    fn spare_all(&self, read: &[PathBuf]) -> Result<(), CommandError> {
+    fn spare_all(&self, read: &[PathBuf]) -> Result<(), WorkError> {
         if self.all.is_empty() {
             return Ok(());
         }
@@ -118,7 +119,7 @@ impl Targets {
         for Target { path, option } in &self.all {
             let Some(target) = identity(path) else { continue };
             if let Some((input, _)) = read.iter().find(|(_, input)| *input == target) {
-                return Err(CommandError::Usage(format!(
+                return Err(WorkError::Usage(format!(
                     "`{option}` would replace `{}`, which this command reads: give another name",
                     input.display()
                 )));
@@ -247,8 +248,8 @@ fn out(command: &Command) -> Out {
         | Command::Sensitivity(_)
         | Command::Linearize(_)
         | Command::Track(_) => Out::Table,
-        Command::Fit(args) => Out::Folder(fitted_model::file_names(&args.model)),
-        Command::Discover(args) => Out::Folder(report::file_names(&args.model)),
-        Command::Screen(_) => Out::Folder(screening::FILES.map(str::to_owned).to_vec()),
+        Command::Fit(args) => Out::Folder(fit::file_names(&args.model)),
+        Command::Discover(args) => Out::Folder(discover::file_names(&args.model)),
+        Command::Screen(_) => Out::Folder(screen::FILES.map(str::to_owned).to_vec()),
     }
 }

@@ -1,118 +1,34 @@
 //! A discovery from beginning to end.
 //!
 //! ```text
-//!   candidates: every way to apply the library          (candidates)
-//!   search: fit, screen, refit, verdict                 (search, screen, fitted)
-//!   what was found: size, onset, when, how sure         (activity, evidence)
-//!   what is left over: the unknown input                (unknown_input)
+//!   prepare   a request            → the base model fitted, the noise, candidates
+//!   search    candidates           → what is believed, and why
+//!   refine    what is believed     → the base model and the corrected one, fitted to the end
+//!   explain   both fits            → what was found and when, what is left over
+//!   report    all of it            → a Discovery
 //! ```
 
 use std::collections::BTreeMap;
-use std::fmt;
 
-use dgd_compiler::diagnostics::{Diagnostics, Reported};
-use dgd_compiler::effects::Effect;
-use dgd_compiler::model::resolve;
-use dgd_compiler::source::Sources;
-use dgd_runtime::identify::{Recording, Watch};
-use dgd_runtime::journal::{Digest, Journal};
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::model::{Model, resolve};
+use dgd_identify::journal::Digest;
 use dgd_runtime::{Options, Steps};
 
-use crate::account::{
-    gap, given_up, left_over, not_tried, ranking_of, screened, traces, unexplained,
-};
-use crate::adapted::adapted;
-use crate::candidates::{candidates, generic, unbound};
-use crate::corrected::corrected;
-use crate::discovery::{Discovery, FoundEffect, Ranked, Unexplained, Verdict};
-use crate::evidence::p_value_of_the_base;
-use crate::fitted::{Data, Fitted, NoFit};
-use crate::found::{Found, parameters};
+use crate::conditions::Circumstances;
+use crate::fit::{Data, Fitted, Keeping, NoFit, StartPoint, most_steps, ranges};
 use crate::guess::Guessing;
-use crate::keeping::Keeping;
-use crate::known::Circumstances;
-use crate::levels::ranges;
-use crate::missing::{self, missing_inputs};
-use crate::patience::most_steps;
-use crate::reason::reason;
-use crate::screen::StartPoint;
-use crate::search::{Open, Search};
-use crate::structure::{BaseModel, Values};
-use crate::verdict::Outcome;
-use crate::weights::noise_of;
-
-/// What a discovery works on.
-#[derive(Debug, Clone, Copy)]
-pub struct Request<'a> {
-    /// The model that may lack something.
-    pub base: &'a BaseModel,
-    /// Effects that it may lack.
-    pub library: &'a [Effect],
-    /// Templates that fit any model ([`templates`](crate::templates)), for what the library does
-    /// not explain.
-    pub templates: &'a [Effect],
-    /// The texts of the model, the library and the templates.
-    pub sources: &'a Sources,
-    /// Recordings to fit to, one at least, with what they are called. Their start values are first
-    /// guesses.
-    pub train: (&'a [Recording], &'a [String]),
-    /// Recordings kept out of the fits, with what they are called.
-    pub valid: (&'a [Recording], &'a [String]),
-    /// How to integrate.
-    pub options: Options,
-    /// Structures refitted at a time; the result does not depend on it.
-    pub threads: usize,
-    /// Seed of resampling.
-    pub seed: u64,
-    /// Keeps fits and screens, so that a run that was ended goes on where it was. The result does not
-    /// depend on it.
-    pub journal: &'a dyn Journal,
-    /// Is told how far it is. A discovery is not stopped by it: half a search has no answer.
-    pub watch: &'a dyn Watch,
-}
-
-impl Request<'_> {
-    /// Digest of all that fits and screens depend on: texts, settings and recordings.
-    pub fn digest(&self) -> Digest {
-        let BaseModel { asts, options, free, fix, engine: _ } = self.base;
-        let texts: Vec<&str> = self.sources.iter().map(|source| &*source.text).collect();
-        Digest::EMPTY
-            .of(&env!("CARGO_PKG_VERSION"))
-            .of(&texts)
-            .of(&(self.library.len(), self.templates.len()))
-            .of(&(asts, options, free, fix))
-            .of(&(self.train.0, self.valid.0))
-            .of(&self.options)
-    }
-}
-
-/// Why there is no discovery.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum DiscoverError {
-    /// The model has mistakes, which were reported.
-    Model(Reported),
-    /// There is no recording to fit to.
-    NoRecording,
-    /// No output of the model was measured often enough to know its noise.
-    NothingMeasured,
-    /// The model cannot be fitted as it is.
-    BaseModel(String),
-}
-
-impl fmt::Display for DiscoverError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Model(_) => f.write_str("the model has mistakes"),
-            Self::NoRecording => f.write_str("there is no recording to fit to"),
-            Self::NothingMeasured => {
-                f.write_str("no output of the model was measured often enough to tell its noise")
-            }
-            Self::BaseModel(reason) => write!(f, "the model cannot be fitted as it is: {reason}"),
-        }
-    }
-}
-
-impl std::error::Error for DiscoverError {}
+use crate::library::{
+    Adapted, Candidate, StructureId, Values, adapted, candidates, generic, unbound,
+};
+use crate::missing_input::{self, MissingInput, missing_inputs};
+use crate::noise::{noise_of, readings};
+use crate::report::{
+    Discovery, Found, FoundEffect, Ranked, Unexplained, corrected, gap, given_up, left_over,
+    not_tried, parameters, ranking_of, reason, screened, traces, unexplained,
+};
+use crate::request::{DiscoverError, Request};
+use crate::search::{Evidence, Open, Outcome, Screen, Search, Verdict, p_value_of_the_base};
 
 /// A tolerance that is fine enough to rank structures: no sensor is good to 1e-4 of what it reads.
 const RANKING_TOLERANCE: f64 = 1e-4;
@@ -130,29 +46,105 @@ pub fn discover(
     request: &Request<'_>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Discovery, DiscoverError> {
-    let Request { base, library, options, threads, .. } = *request;
-    // Structures with events and without are compared, and all are to step alike.
-    let steps = if options.steps == Steps::Automatic { Steps::Adaptive } else { options.steps };
-    let options = Options { steps, ..options };
-    let (train, valid) = (request.train.0, request.valid.0);
+    let prepared = prepare(request, diagnostics)?;
+    let candidates = prepared.candidates();
+    let searched = search(&prepared, &candidates);
+    let refined = refine(&prepared, &searched)?;
+    let explained = explain(&prepared, &searched, &refined);
+    report(&prepared, &searched, refined, explained, diagnostics)
+}
+
+/// What a search begins with.
+struct Prepared<'a> {
+    request: &'a Request<'a>,
+    model: Model,
+    /// Candidates of the library.
+    of_library: Vec<Candidate<'a>>,
+    /// Effects of the library that cannot be tried, and why.
+    left_out: Vec<(String, String)>,
+    /// Templates in the measure of the recordings.
+    templates: Vec<Adapted>,
+    /// The base model.
+    fitted: Fitted,
+    /// The recordings with their noise; tolerances are those that are fine enough to rank structures.
+    data: Data<'a>,
+}
+
+impl Prepared<'_> {
+    /// Those of the library, then templates.
+    fn candidates(&self) -> Vec<Candidate<'_>> {
+        let mut all = self.of_library.clone();
+        all.extend(generic(&self.templates, &self.request.base.asts));
+        all
+    }
+
+    /// How to integrate what is reported. Structures with events and without are compared, and all are to
+    /// step alike.
+    fn options(&self) -> Options {
+        stepping_alike(self.request.options)
+    }
+}
+
+/// What a search ends with.
+struct Searched<'a> {
+    search: Search<'a>,
+    outcome: Outcome,
+    /// Evidence for each effect of the structure that is named.
+    evidence: Vec<Evidence>,
+    /// What candidates promise in the base model: those of the library, then templates where they were tried.
+    screens: Vec<Screen>,
+    /// Probability that the best of the first screen promises as much with nothing hidden.
+    p_value: Option<f64>,
+}
+
+/// The base model and the corrected one, as they are reported.
+struct Refined<'a> {
+    data: Data<'a>,
+    before: Fitted,
+    after: Fitted,
+}
+
+/// What was found, and what is left over.
+struct Explained {
+    circumstances: Circumstances,
+    missing: Vec<MissingInput>,
+    effects: Vec<FoundEffect>,
+    unexplained: Vec<Unexplained>,
+}
+
+/// Fits the base model, and lists what may be missing.
+fn prepare<'a>(
+    request: &'a Request<'a>,
+    diagnostics: &mut Diagnostics,
+) -> Result<Prepared<'a>, DiscoverError> {
+    let Request { base, library, .. } = *request;
+    let train = request.train.0;
     if train.is_empty() {
         return Err(DiscoverError::NoRecording);
     }
     let model = resolve(&base.asts, &base.options, diagnostics).map_err(DiscoverError::Model)?;
     let mut left_out = unbound(library, &model);
-    let mut candidates = candidates(library, &base.asts, &model);
-    candidates.retain(|candidate| {
+    let mut of_library = candidates(library, &base.asts, &model);
+    of_library.retain(|candidate| {
         let refusal = base.refusal(&model, candidate);
         left_out
             .extend(refusal.iter().map(|reason| (candidate.application.name(), reason.clone())));
         refusal.is_none()
     });
-    let of_library = candidates.len();
+    let (fitted, data) = fit_base(request)?;
+    let templates = adapted(request.templates, &model, train, &ranges(&fitted, &data));
+    Ok(Prepared { request, model, of_library, left_out, templates, fitted, data })
+}
+
+/// The base model, fitted, and the recordings with what its fit says of their noise.
+fn fit_base<'a>(request: &'a Request<'a>) -> Result<(Fitted, Data<'a>), DiscoverError> {
+    let (train, valid) = (request.train.0, request.valid.0);
     let noise = noise_of(train, &readings(train));
     if noise.iter().all(Option::is_none) {
         return Err(DiscoverError::NothingMeasured);
     }
-    let ranking = Options {
+    let options = stepping_alike(request.options);
+    let options = Options {
         rtol: options.rtol.max(RANKING_TOLERANCE),
         atol: options.atol.max(RANKING_TOLERANCE),
         ..options
@@ -160,101 +152,141 @@ pub fn discover(
     let is_kept = request.journal.is_of_use();
     let digest = if is_kept { request.digest() } else { Digest::EMPTY };
     let keeping = Keeping { journal: request.journal, watch: request.watch, request: digest };
-    let mut data = Data {
-        train,
-        valid,
-        noise,
-        counts_from: Vec::new(),
-        options: ranking,
-        own_weights: false,
-        keeping,
-    };
-    let failed = |NoFit(reason): NoFit| DiscoverError::BaseModel(reason);
+    let (counts_from, own_weights) = (Vec::new(), false);
+    let mut data = Data { train, valid, noise, counts_from, options, own_weights, keeping };
     data.options.max_steps =
-        most_steps(base, &data).map_err(|refused| DiscoverError::BaseModel(refused.0))?;
-    let (fitted, data) = fitted_base(base, data, threads, request.seed).map_err(failed)?;
-    let templates = adapted(request.templates, &model, train, &ranges(&fitted, &data));
-    candidates.extend(generic(&templates, &base.asts));
-    let tried = BTreeMap::from([(Vec::new(), Ok(fitted))]);
-    let mut search =
-        Search { tried, ..Search::new(base, &candidates, data, threads, request.seed) };
-    let outcome = search.run();
-    let (verdict, chosen) = match &outcome {
-        Outcome::Sufficient => (Verdict::Sufficient, Vec::new()),
-        Outcome::Effects(chosen) => (Verdict::Effects, chosen.clone()),
-        Outcome::Partly(chosen) if search.is_specific(chosen) => (Verdict::Effects, chosen.clone()),
-        Outcome::Partly(chosen) => (Verdict::Unexplained, chosen.clone()),
-        Outcome::Unexplained(_) => (Verdict::Unexplained, Vec::new()),
-    };
+        most_steps(request.base, &data).map_err(|refused| DiscoverError::BaseModel(refused.0))?;
+    let mut search = Search::new(request.base, &[], data, request.threads, request.seed);
+    search.fit_base(&Values::default()).map_err(not_fitted)?;
+    let fitted = search.tried.remove(&StructureId::BASE);
+    let fitted = fitted.unwrap_or_else(|| Err(NoFit("it was never fitted".to_owned())));
+    Ok((fitted.map_err(not_fitted)?, search.data))
+}
 
-    let first = if of_library > 0 { Open::Library } else { Open::Templates };
+/// Looks for what the base model lacks, and for how surely.
+fn search<'a>(prepared: &'a Prepared<'a>, candidates: &'a [Candidate<'a>]) -> Searched<'a> {
+    let Request { base, threads, seed, .. } = *prepared.request;
+    let tried = BTreeMap::from([(StructureId::BASE, Ok(prepared.fitted.clone()))]);
+    let search = Search::new(base, candidates, prepared.data.clone(), threads, seed);
+    let mut search = Search { tried, ..search };
+    let outcome = search.run();
+    let first = if prepared.of_library.is_empty() { Open::Templates } else { Open::Library };
     let mut screens = vec![search.screen_of_the_base(first)];
-    let is_sufficient = verdict == Verdict::Sufficient;
-    let p_value = p_value_of_the_base(&screens[0].trials, request.seed, is_sufficient);
+    let is_sufficient = outcome.verdict() == Verdict::Sufficient;
+    let p_value = p_value_of_the_base(&screens[0].trials, seed, is_sufficient);
     if (first, search.open) == (Open::Library, Open::Templates) {
         screens.push(search.screen_of_the_base(Open::Templates));
     }
-    let [of_library, of_templates] = not_tried(&search, &screens, verdict);
-    left_out.extend(of_library);
-    let evidence = search.evidence(&chosen);
-    let data = Data { options, ..search.data.clone() };
+    let evidence = search.evidence(outcome.structure());
+    Searched { search, outcome, evidence, screens, p_value }
+}
+
+/// Fits the base model and what was found to the end.
+fn refine<'a>(
+    prepared: &'a Prepared<'a>,
+    searched: &Searched<'a>,
+) -> Result<Refined<'a>, DiscoverError> {
+    let Searched { search, outcome, .. } = searched;
+    let data = Data { options: prepared.options(), ..search.data.clone() };
     // What is written is what a fit of it finds, which chooses its steps itself.
-    let of_fit = Data { options: request.options, own_weights: true, ..search.data.clone() };
-    let count = keeping.count("last fits", if chosen.is_empty() { 1 } else { 2 });
-    let of_base = if verdict == Verdict::Sufficient { &of_fit } else { &data };
-    let before = refined(&search, &[], of_base).map_err(failed)?;
+    let options = prepared.request.options;
+    let of_fit = Data { options, own_weights: true, ..search.data.clone() };
+    let named = outcome.structure();
+    let count = data.keeping.count("last fits", if named.is_base() { 1 } else { 2 });
+    let of_base = if *outcome == Outcome::Sufficient { &of_fit } else { &data };
+    let before = to_the_end(search, StructureId::BASE, of_base)?;
     count.more(1);
-    let after = match chosen.as_slice() {
-        [] => before.clone(),
-        chosen => refined(&search, chosen, &of_fit).map_err(failed)?,
-    };
+    let after = if named.is_base() { before.clone() } else { to_the_end(search, named, &of_fit)? };
     count.more(1);
-    let missing = missing_inputs(&model, base.engine, &before, &data);
-    let circumstances = Circumstances::new(&before, &data);
-    let effects = chosen.iter().zip(evidence).map(|(&c, evidence)| {
-        let (search, data, chosen, after) = (&search, &data, &chosen, &after);
-        let circumstances = &circumstances;
-        Found { search, data, chosen, after, circumstances }.effect(c, evidence)
-    });
-    let effects: Vec<FoundEffect> = effects.collect();
-    let unexplained = match (verdict, &outcome) {
-        (Verdict::Unexplained, _) => {
-            let most_likely = missing.first().map(|missing| {
-                let windows = missing::windows(&model, base.engine, &before, &data, missing);
-                let guessing = Guessing {
-                    base,
-                    sources: request.sources,
-                    model: &model,
-                    fitted: &before,
-                    data: &data,
-                };
-                let condition = circumstances.condition(&windows);
-                Unexplained { guess: guessing.guess(missing), ..unexplained(missing, condition) }
-            });
-            most_likely.into_iter().collect()
-        }
-        (Verdict::Effects, Outcome::Partly(_)) => {
-            left_over(&data, &after, &circumstances).into_iter().collect()
-        }
-        (Verdict::Sufficient | Verdict::Effects, _) => Vec::new(),
+    Ok(Refined { data, before, after })
+}
+
+/// A structure that was tried, fitted to the end with the asked tolerance.
+fn to_the_end(
+    search: &Search<'_>,
+    structure: StructureId,
+    data: &Data<'_>,
+) -> Result<Fitted, DiscoverError> {
+    let Some(fitted) = search.fitted(structure) else {
+        return Err(not_fitted(NoFit("it was never fitted".to_owned())));
     };
-    let given_up = given_up(&search);
-    let mut ranking = ranking_of(&search);
+    let structure = fitted.structure.clone();
+    let points = [StartPoint::default()];
+    let fitted = Fitted::new(structure, &fitted.values, &points, data, LAST_EVALUATIONS);
+    let mut fitted = fitted.map_err(not_fitted)?;
+    fitted.know_correlations(data);
+    fitted.hold_out(data, LAST_EVALUATIONS);
+    Ok(fitted)
+}
+
+/// Says what each effect does and when, and what no effect explains.
+fn explain(prepared: &Prepared<'_>, searched: &Searched<'_>, refined: &Refined<'_>) -> Explained {
+    let Prepared { request, model, .. } = prepared;
+    let Searched { search, outcome, evidence, .. } = searched;
+    let Refined { data, before, after } = refined;
+    let missing = missing_inputs(model, request.base.engine, before, data);
+    let circumstances = Circumstances::new(before, data);
+    let structure = outcome.structure();
+    let found = Found { search, data, structure, after, circumstances: &circumstances };
+    let effects = structure.effects().zip(evidence).map(|(c, evidence)| found.effect(c, *evidence));
+    let effects = effects.collect();
+    let unexplained = match outcome {
+        Outcome::Sufficient | Outcome::Effects(_) => None,
+        Outcome::NearlyAll(_) => left_over(data, after, &circumstances, &search.thresholds),
+        Outcome::Most(_) | Outcome::Unexplained => missing
+            .first()
+            .map(|missing| without_a_name(prepared, refined, &circumstances, missing)),
+    };
+    let unexplained = unexplained.into_iter().collect();
+    Explained { circumstances, missing, effects, unexplained }
+}
+
+/// The missing input that explains most, with what it goes together with and a formula that looks like it.
+fn without_a_name(
+    prepared: &Prepared<'_>,
+    refined: &Refined<'_>,
+    circumstances: &Circumstances,
+    missing: &MissingInput,
+) -> Unexplained {
+    let Request { base, sources, .. } = *prepared.request;
+    let (model, fitted, data) = (&prepared.model, &refined.before, &refined.data);
+    let windows = missing_input::windows(model, base.engine, fitted, data, missing);
+    let guessing = Guessing { base, sources, model, fitted, data };
+    let condition = circumstances.condition(&windows);
+    Unexplained { guess: guessing.guess(missing), ..unexplained(missing, condition) }
+}
+
+/// Puts together all that is said.
+fn report(
+    prepared: &Prepared<'_>,
+    searched: &Searched<'_>,
+    refined: Refined<'_>,
+    explained: Explained,
+    diagnostics: &mut Diagnostics,
+) -> Result<Discovery, DiscoverError> {
+    let Prepared { request, model, .. } = prepared;
+    let Searched { search, outcome, screens, .. } = searched;
+    let verdict = outcome.verdict();
+    let Refined { data, before, after } = refined;
+    let Explained { circumstances, missing, effects, unexplained } = explained;
+    let [of_library, of_templates] = not_tried(search, screens, verdict);
+    let left_out: Vec<_> = prepared.left_out.iter().cloned().chain(of_library).collect();
+    let mut ranking = ranking_of(search);
     ranking.extend(left_out.iter().map(|(name, why)| Ranked::refused(name, why)));
     Ok(Discovery {
-        not_tried: unbound(request.templates, &model).into_iter().chain(of_templates).collect(),
+        not_tried: unbound(request.templates, model).into_iter().chain(of_templates).collect(),
         left_out,
-        given_up,
+        given_up: given_up(search),
         verdict,
-        reason: reason(&search, &outcome, &before, &after, &data),
-        p_value,
+        reason: reason(search, *outcome, &before, &after, &data),
+        p_value: searched.p_value,
         effects,
         unexplained,
         gap: gap(&data, &before, &after, &circumstances),
         traces: traces(request, &data, &before, &after),
         missing,
         ranking,
-        screened: screened(&search, &screens),
+        screened: screened(search, screens),
         base_parameters: parameters(&before, &[]),
         corrected_parameters: parameters(&after, &[]),
         corrected: corrected(request.base, request.sources, &after, diagnostics)
@@ -262,39 +294,13 @@ pub fn discover(
     })
 }
 
-/// The base model, fitted, and the data with what its fit has told of the noise.
-fn fitted_base<'a>(
-    base: &'a BaseModel,
-    data: Data<'a>,
-    threads: usize,
-    seed: u64,
-) -> Result<(Fitted, Data<'a>), NoFit> {
-    let mut search = Search::new(base, &[], data, threads, seed);
-    search.fit_base(&Values::default())?;
-    let fitted = search.tried.remove(&Vec::new());
-    let fitted = fitted.unwrap_or_else(|| Err(NoFit("it was never fitted".to_owned())))?;
-    Ok((fitted, search.data))
+/// Steps are adapted where the request leaves them open: structures with events and without are compared, and
+/// all are to step alike.
+fn stepping_alike(options: Options) -> Options {
+    let steps = if options.steps == Steps::Automatic { Steps::Adaptive } else { options.steps };
+    Options { steps, ..options }
 }
 
-/// Readings of each recording and output; NaN where nothing was measured.
-fn readings(recordings: &[Recording]) -> Vec<Vec<Vec<f64>>> {
-    let of_recording = |recording: &Recording| {
-        let missing = || vec![f64::NAN; recording.times.len()];
-        let outputs = recording.measured.iter();
-        outputs.map(|samples| samples.clone().unwrap_or_else(missing)).collect()
-    };
-    recordings.iter().map(of_recording).collect()
-}
-
-/// A structure that was tried, fitted to the end with the asked tolerance.
-fn refined(search: &Search<'_>, chosen: &[usize], data: &Data<'_>) -> Result<Fitted, NoFit> {
-    let Some(fitted) = search.fitted(chosen) else {
-        return Err(NoFit("it was never fitted".to_owned()));
-    };
-    let structure = fitted.structure.clone();
-    let points = [StartPoint::default()];
-    let mut fitted = Fitted::new(structure, &fitted.values, &points, data, LAST_EVALUATIONS)?;
-    fitted.know_correlations(data);
-    fitted.hold_out(data, LAST_EVALUATIONS);
-    Ok(fitted)
+fn not_fitted(NoFit(reason): NoFit) -> DiscoverError {
+    DiscoverError::BaseModel(reason)
 }

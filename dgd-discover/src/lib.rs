@@ -14,69 +14,36 @@
 //! Residuals are measured − simulated, in SI units; a missing sample is not a number. Nothing here
 //! reads files, prints, or knows what a model is about.
 
-mod account;
-mod activity;
-mod adapted;
-mod cancelling;
-mod candidates;
-mod colour;
-mod condition;
-mod corrected;
-mod correlated;
-mod deviations;
+mod conditions;
 mod discover;
-mod discovery;
-mod discrepancy;
-mod evidence;
-mod exponential;
-mod fitted;
-mod foreseen;
-mod forms;
-mod formula;
-mod found;
-mod gates;
+mod fit;
 mod guess;
-mod kalman;
-mod keeping;
-mod known;
-mod levels;
-mod missing;
-mod missing_terms;
-mod moments;
-mod parallel;
-mod patience;
-mod projection;
-mod reason;
-mod reconstruct;
-mod regression;
-mod resampled;
-mod screen;
+mod library;
+mod missing_input;
+mod noise;
+mod report;
+mod request;
 mod search;
-mod structure;
-mod templates;
 #[cfg(test)]
 #[path = "../../tests/support/uniform.rs"]
 mod uniform;
-mod unknown_input;
-mod verdict;
-mod weights;
-mod whiteness;
-mod windows;
 
-pub use condition::{Condition, ConditionKind, condition};
-pub use deviations::{Deviations, LinearizeError};
+pub use conditions::{Condition, ConditionKind, KnownKind, KnownQuantity, condition};
 pub use dgd_screen::noise::{Colour, SensorNoise, quantisation_step, white_noise};
-pub use discover::{DiscoverError, Request, discover};
-pub use discovery::{
-    Alternative, Discovery, Evidence, FoundEffect, Gap, Guess, GuessedTerm, MissingInput,
-    OutputTrace, ParameterValue, Ranked, RecordingTrace, Screened, Unexplained, Verdict,
+pub use discover::discover;
+pub use guess::{Guess, GuessedTerm};
+pub use library::{BaseModel, templates};
+pub use missing_input::{
+    Deviations, LinearizeError, MissingInput, MissingTerms, Place, PlaceKind, ReconstructError,
+    Recording, UnknownInput, reconstruct, unknown_input,
 };
-pub use discrepancy::{averaging_lengths, discrepancy_windows};
-pub use known::{KnownKind, KnownQuantity};
-pub use missing_terms::{MissingTerms, Place, PlaceKind};
-pub use reconstruct::{ReconstructError, Recording, reconstruct};
-pub use structure::BaseModel;
-pub use templates::templates;
-pub use unknown_input::{UnknownInput, unknown_input};
-pub use whiteness::{Check, CheckKind, FEWEST, Whiteness, effective_sample_size, whiteness};
-pub use windows::Window;
+pub use noise::{
+    Check, CheckKind, FEWEST, Whiteness, Window, averaging_lengths, discrepancy_windows,
+    effective_sample_size, whiteness,
+};
+pub use report::{
+    Discovery, FoundEffect, Gap, OutputTrace, ParameterValue, Ranked, RecordingTrace, Screened,
+    Unexplained,
+};
+pub use request::{DiscoverError, Request};
+pub use search::{Alternative, Evidence, Verdict};

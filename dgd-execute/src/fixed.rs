@@ -8,7 +8,7 @@
 use dgd_compiler::program::{FunctionKind, Program};
 use dgd_runtime::integrate::{Wanted, integrate};
 use dgd_runtime::linalg::FixedLu;
-use dgd_runtime::{Failure, Options, Point, Problem, Signature, Solution};
+use dgd_runtime::{Failure, Options, Point, Problem, Solution};
 
 use crate::interpret::Interpreter;
 use crate::loaded::{Loaded, OnDemand};
@@ -27,10 +27,6 @@ impl<const N: usize> Perform for Fixed<'_, N> {
 
     fn program(&self) -> &Program {
         self.0.program()
-    }
-
-    fn signature(&self) -> &Signature {
-        self.0.signature()
     }
 
     fn interpreter(&self) -> &Interpreter {

@@ -7,10 +7,9 @@ use std::sync::Arc;
 
 use dgd_compiler::expr::intrinsics::Definition;
 use dgd_compiler::program::{Argument, Function, FunctionKind, Operation, Program, Series, Taylor};
+use dgd_runtime::Point;
 use dgd_runtime::linalg::AutoLu;
-use dgd_runtime::{Point, Signature};
 
-use crate::describe::signature;
 use crate::system::{Executed, Perform};
 use crate::taylor::{Expansion, expand};
 
@@ -24,7 +23,6 @@ pub type Interpreted = Executed<Interpreter>;
 #[derive(Debug, Clone)]
 pub struct Interpreter {
     program: Arc<Program>,
-    signature: Arc<Signature>,
     /// Values of the function being evaluated.
     registers: RefCell<Vec<f64>>,
     /// Coefficients of one order of the series being computed.
@@ -50,7 +48,6 @@ impl Interpreter {
             .as_ref()
             .map_or(0, |taylor| taylor.unknowns.body.len().max(taylor.sensitivities.body.len()));
         Interpreter {
-            signature: Arc::new(signature(&program)),
             program: Arc::new(program),
             registers: RefCell::new(vec![0.0; longest.max(longest_series)]),
             coefficients: RefCell::new(vec![0.0; longest_series]),
@@ -94,10 +91,6 @@ impl Perform for Interpreter {
 
     fn program(&self) -> &Program {
         &self.program
-    }
-
-    fn signature(&self) -> &Signature {
-        &self.signature
     }
 
     fn interpreter(&self) -> &Interpreter {

@@ -4,7 +4,6 @@
 //! [`Loaded`] is machine code made at run time where that can be had and pays, [`Interpreted`] performs
 //! the program's operations one after another. Both give the bits of generated Rust.
 
-mod describe;
 mod fixed;
 mod interpret;
 mod loaded;

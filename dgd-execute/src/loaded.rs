@@ -9,7 +9,7 @@ use dgd_compiler::program::{Function, Loop};
 use dgd_compiler::program::{FunctionKind, Program};
 use dgd_runtime::integrate::Wanted;
 use dgd_runtime::linalg::AutoLu;
-use dgd_runtime::{Failure, Options, Point, Problem, Signature, Solution};
+use dgd_runtime::{Failure, Options, Point, Problem, Solution};
 
 use crate::fixed;
 use crate::interpret::Interpreter;
@@ -149,10 +149,6 @@ impl Perform for OnDemand {
 
     fn program(&self) -> &Program {
         self.interpreter.program()
-    }
-
-    fn signature(&self) -> &Signature {
-        self.interpreter.signature()
     }
 
     fn interpreter(&self) -> &Interpreter {

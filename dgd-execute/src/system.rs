@@ -27,9 +27,6 @@ pub trait Perform {
     /// What is performed.
     fn program(&self) -> &Program;
 
-    /// The same for solvers.
-    fn signature(&self) -> &Signature;
-
     /// What performs Taylor series: their operations are few for the numbers they combine.
     fn interpreter(&self) -> &Interpreter;
 
@@ -79,7 +76,7 @@ impl<P: Perform> System for Executed<P> {
 
     #[inline]
     fn signature(&self) -> &Signature {
-        self.0.signature()
+        &self.0.program().signature
     }
 
     fn integrate(
@@ -227,7 +224,7 @@ impl<P: Perform> System for Executed<P> {
         if self.0.program().computes(FunctionKind::Mass) {
             self.0.perform(FunctionKind::Mass, at, &[], &[], &mut [mass]);
         } else {
-            self.0.signature().write_mass(mass);
+            self.0.program().signature.write_mass(mass);
         }
     }
 

@@ -24,7 +24,7 @@ pub(crate) fn expand(
     now: &mut [f64],
     expansion: &mut Expansion<'_>,
 ) {
-    let (n, n_s) = (program.n(), program.directions.len());
+    let (n, n_s) = (program.n(), program.signature.directions.len());
     let has_sensitivities = !expansion.s.is_empty();
     now[..fixed.len()].copy_from_slice(fixed);
     keep(series, now, 0, expansion.kept);

@@ -64,7 +64,7 @@ pub(crate) fn expand(input: &Input, folder: &Path) -> TokenStream {
         return failure(input, folder, &text, &sources, &message);
     };
     let name = input.module.as_ref().map(ToString::to_string);
-    let name = name.as_deref().unwrap_or(&compiled.program.name);
+    let name = name.as_deref().unwrap_or(&compiled.program.signature.name);
     let module = codegen::generate(&compiled.program, name, &sources);
     let tracked = track(folder, &sources);
     quote!(#module #tracked)

@@ -11,9 +11,9 @@ use crate::solution::{LateValues, Solution, side};
 use crate::system::{Point, System};
 
 /// The times of a run with late outputs.
-pub(crate) struct LateTimes {
+pub struct LateTimes {
     /// All that are needed, ascending; twice where a left limit is.
-    pub(crate) all: Vec<f64>,
+    pub all: Vec<f64>,
     /// The asked ones, by position in `all`.
     asked: Vec<usize>,
     clocks: Vec<Clock>,
@@ -28,7 +28,7 @@ struct Clock {
 }
 
 /// τ of each delay, at the parameters of a problem.
-pub(crate) fn delays<S: System>(problem: &Problem<'_, S>) -> Vec<f64> {
+pub fn delays<S: System>(problem: &Problem<'_, S>) -> Vec<f64> {
     let mut tau = vec![0.0; problem.system.signature().delays.len()];
     if !tau.is_empty() {
         problem.system.delays(Point { t: 0.0, y: &[], u: &[], p: problem.p, z: &[] }, &mut tau);
@@ -37,7 +37,7 @@ pub(crate) fn delays<S: System>(problem: &Problem<'_, S>) -> Vec<f64> {
 }
 
 /// ∂τ/∂θ, delays × n_s dense by columns.
-pub(crate) fn delay_sensitivities<S: System>(problem: &Problem<'_, S>) -> Vec<f64> {
+pub fn delay_sensitivities<S: System>(problem: &Problem<'_, S>) -> Vec<f64> {
     let signature = problem.system.signature();
     let mut dtau = vec![0.0; signature.delays.len() * signature.directions.len()];
     if !dtau.is_empty() {
@@ -50,7 +50,7 @@ pub(crate) fn delay_sensitivities<S: System>(problem: &Problem<'_, S>) -> Vec<f6
 impl LateTimes {
     /// The times that a run needs so that outputs can be had at all of the asked `times`; `None`
     /// where no output is late. The asked times ascend.
-    pub(crate) fn new<S: System>(
+    pub fn new<S: System>(
         problem: &Problem<'_, S>,
         times: &[f64],
     ) -> Result<Option<LateTimes>, IntegrateError> {
@@ -112,7 +112,7 @@ impl LateTimes {
     }
 
     /// The solution at the asked `times`, from that at all times, or at the first of them.
-    pub(crate) fn split(&self, times: &[f64], all: Solution) -> Solution {
+    pub fn split(&self, times: &[f64], all: Solution) -> Solution {
         let reached = self.asked.iter().take_while(|row| **row < all.len()).count();
         let (y, s, z) = pick(&all, &self.asked[..reached]);
         let past = self.asked[..reached].iter().flat_map(|row| all.past(*row));

@@ -1,6 +1,6 @@
 //! Discrete numbers: modes and conditions on time, and when the latter switch.
 
-use crate::system::{Automaton, AutomatonKind, Point, Signature, System, Transition, Trigger};
+use crate::system::{Automaton, Point, Signature, System, Transition, Trigger};
 
 /// The discrete numbers of a simulation that starts at `t`: every automaton in the mode it starts
 /// in, conditions on time as they are just after `t`.
@@ -48,8 +48,7 @@ pub(crate) fn waiting<S: System>(system: &S, at: Point<'_>, e: &mut [f64]) -> Ve
     system.event_functions(at, e);
     let holds = |(k, (position, transition)): (usize, (usize, &Transition))| {
         let kind = discrete.automata[position].kind;
-        let is_declared = matches!(kind, AutomatonKind::Modes | AutomatonKind::When);
-        (is_declared
+        (kind.is_declared()
             && transition.trigger == Trigger::Edge
             && at.z[position] == transition.from as f64
             && transition.crossing.is_past(e[k]))
@@ -60,19 +59,18 @@ pub(crate) fn waiting<S: System>(system: &S, at: Point<'_>, e: &mut [f64]) -> Ve
 
 /// Puts switches on the side of their surfaces that y is on, and algebraic unknowns with bounds at
 /// those beyond which they would be. `e` is work space for the event functions.
-pub(crate) fn choose_sides<S: System>(
+pub fn choose_sides<S: System>(
     system: &S,
     (t, y, u, p): (f64, &[f64], &[f64], &[f64]),
     e: &mut [f64],
     z: &mut [f64],
 ) {
     let Signature { discrete, unknowns, .. } = system.signature();
-    let chosen = |kind| matches!(kind, AutomatonKind::Switch | AutomatonKind::Saturation);
-    if !discrete.automata.iter().any(|automaton| chosen(automaton.kind)) {
+    if !discrete.automata.iter().any(|automaton| automaton.kind.chooses_side()) {
         return;
     }
     for (z, automaton) in z.iter_mut().zip(discrete.automata.iter()) {
-        if chosen(automaton.kind) {
+        if automaton.kind.chooses_side() {
             *z = automaton.start as f64;
         }
     }
@@ -80,7 +78,7 @@ pub(crate) fn choose_sides<S: System>(
     for (k, (position, transition)) in discrete.transitions().enumerate() {
         let automaton = &discrete.automata[position];
         let algebraic = transition.resets.iter().all(|i| !unknowns.is_differential(*i));
-        if chosen(automaton.kind)
+        if automaton.kind.chooses_side()
             && algebraic
             && transition.from == automaton.start
             && transition.trigger == Trigger::Level
@@ -92,12 +90,12 @@ pub(crate) fn choose_sides<S: System>(
 }
 
 /// Whether each unknown is differential in some combination of modes.
-pub(crate) fn differential_somewhere<S: System>(system: &S) -> Vec<bool> {
+pub fn differential_somewhere<S: System>(system: &S) -> Vec<bool> {
     mass_of_all_modes(system).into_iter().map(|[somewhere, _]| somewhere).collect()
 }
 
 /// Whether each unknown is differential in some combination of modes and algebraic in another.
-pub(crate) fn changes_by_mode<S: System>(system: &S) -> Vec<bool> {
+pub fn changes_by_mode<S: System>(system: &S) -> Vec<bool> {
     let all = mass_of_all_modes(system).into_iter();
     all.map(|[somewhere, everywhere]| somewhere && !everywhere).collect()
 }
@@ -110,8 +108,8 @@ fn mass_of_all_modes<S: System>(system: &S) -> Vec<[bool; 2]> {
     let mut found: Vec<[bool; 2]> = (0..n).map(|i| [unknowns.is_differential(i); 2]).collect();
     // Bounds and switches leave M as it is. The compiler allows so many combinations that all can be tried.
     let automata = &signature.discrete.automata;
-    let decides = |kind| matches!(kind, AutomatonKind::Modes | AutomatonKind::States);
-    let deciding: Vec<usize> = (0..automata.len()).filter(|k| decides(automata[*k].kind)).collect();
+    let decides = |k: &usize| automata[*k].kind.has_masses_by_mode();
+    let deciding: Vec<usize> = (0..automata.len()).filter(decides).collect();
     if deciding.is_empty() {
         return found;
     }

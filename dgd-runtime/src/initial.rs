@@ -118,7 +118,7 @@ pub fn consistent_start<S: System>(
 }
 
 /// Writes the model's start values, with replacements, into `y`.
-pub(crate) fn start_values<S: System>(
+pub fn start_values<S: System>(
     problem: &Problem<'_, S>,
     at: Point<'_>,
     y: &mut [f64],

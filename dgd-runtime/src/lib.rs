@@ -9,30 +9,28 @@
 //!   observe(problem, solution)                           → Observations: w and ∂w/∂θ
 //!   linearize::linearize(problem, point)               → StateSpace: A, B, C, D close to a point
 //!   ensemble::simulate(members, times, options, threads) → w and y of each of many
-//!   identify::fit(problem)                               → Fit: θ, its covariance, what is not determined
 //! ```
 
 // Test problems name the crate as its users do.
 #[cfg(test)]
 extern crate self as dgd_runtime;
 
-pub mod arrays;
 mod blocks;
 pub mod codegen;
 mod delay;
 mod discrete;
 pub mod ensemble;
 mod error;
-pub mod identify;
+#[doc(hidden)]
+pub mod for_identify;
 mod initial;
 pub mod integrate;
-pub mod journal;
 pub mod linalg;
 pub mod linearize;
 pub mod math;
 mod measured_start;
 mod observe;
-mod pattern;
+pub mod parallel;
 mod problem;
 mod projection;
 mod readings;
@@ -41,9 +39,9 @@ mod solution;
 mod state_selection;
 pub mod system;
 pub mod taylor;
-mod unknowns;
 mod width;
 
+pub use dgd_signature as signature;
 pub use discrete::discrete_numbers;
 pub use error::{BadRequest, Evaluation, Failure, InitialError, IntegrateError};
 pub use initial::{ConsistentStart, consistent_start};

@@ -139,7 +139,7 @@ impl Options {
 }
 
 /// Sizes of the unknowns, SI: declared, or the size of the start value, or one of the unit.
-pub(crate) fn unknown_sizes<S: System>(system: &S, start: &[f64], sizes: &mut [f64]) {
+pub fn unknown_sizes<S: System>(system: &S, start: &[f64], sizes: &mut [f64]) {
     let mut first = 0;
     for (count, nominal, unit) in system.signature().unknowns.groups() {
         let members = first..first + count;
@@ -153,7 +153,7 @@ pub(crate) fn unknown_sizes<S: System>(system: &S, start: &[f64], sizes: &mut [f
 
 /// Size of the parameter at `position`, SI: declared, or that of its declared value, or one of the
 /// unit.
-pub(crate) fn parameter_size<S: System>(system: &S, position: usize) -> f64 {
+pub fn parameter_size<S: System>(system: &S, position: usize) -> f64 {
     let parameter = &system.signature().parameters[position];
     size_of(parameter.nominal.unwrap_or(parameter.value), parameter.unit.factor)
 }

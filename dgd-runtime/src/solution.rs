@@ -187,7 +187,7 @@ impl Solution {
     }
 
     /// No values yet, of a run with n_s directions.
-    pub(crate) fn empty(signature: &Signature, n_s: usize) -> Self {
+    pub fn empty(signature: &Signature, n_s: usize) -> Self {
         Self {
             n: signature.unknowns.len(),
             n_s,

@@ -73,11 +73,7 @@ impl Riser {
     }
 
     /// Panels of the level, the booster's flow and, where it has one, the level in its line.
-    fn panels(
-        &self,
-        runs: &[(&str, &Run)],
-        has_level: bool,
-    ) -> Fallible<Vec<dgd_cli::plot::Panel>> {
+    fn panels(&self, runs: &[(&str, &Run)], has_level: bool) -> Fallible<Vec<dgd_plot::Panel>> {
         let t = &self.field.times;
         let mut levels = vec![measured("measured", t, smoothed(&self.level, 2))];
         let mut flows = vec![

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use dgd_cli::data::read;
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::source::Sources;
+use dgd_data::read;
 
 use crate::chapters::Fallible;
 

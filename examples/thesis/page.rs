@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use dgd_cli::plot::{Figure, Panel, Series, Style, Text, render_svg};
+use dgd_plot::{Figure, Panel, Series, Style, Text, render_svg};
 
 use crate::chapters::Fallible;
 

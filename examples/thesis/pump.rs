@@ -73,7 +73,7 @@ fn load(law: &str, free: &[&str]) -> Fallible<Model> {
 }
 
 /// Head over flow at each speed: readings and curves.
-fn characteristics(readings: &Readings, head: impl Fn(f64, f64) -> f64) -> dgd_cli::plot::Figure {
+fn characteristics(readings: &Readings, head: impl Fn(f64, f64) -> f64) -> dgd_plot::Figure {
     let mut series = Vec::new();
     let most = readings.q.iter().fold(0.0, |a: f64, b| a.max(*b));
     let grid: Vec<f64> = (0..=60).map(|k| f64::from(k) / 60.0 * most).collect();

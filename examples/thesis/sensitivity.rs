@@ -1,7 +1,7 @@
 //! Section 3.2: what the riser's level says of each parameter.
 
 use dgd::{Column, Inputs, Interpolation, Options, Problem, System, simulate_with_sensitivities};
-use dgd_cli::plot::{Figure, Panel, Text};
+use dgd_plot::{Figure, Panel, Text};
 
 use crate::chapters::Fallible;
 use crate::model::{Choices, Model};

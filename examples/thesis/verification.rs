@@ -1,11 +1,11 @@
 //! Chapter 4: both states from the pump's speed and the inflows alone; and Fig 3.23.
 
+use dgd_plot::Panel;
+
 use crate::booster::Booster;
 use crate::chapters::Fallible;
 use crate::field::{Field, LPM, mean, smoothed};
 use crate::friction::Polynomial;
-use dgd_cli::plot::Panel;
-
 use crate::model::{Choices, Model, Run};
 use crate::page::{Finding, Section, claim, computed, less, measured, over_time, panel, per};
 use crate::pump::Pump;

@@ -16,7 +16,6 @@ use std::fmt::Write as _;
 use std::fs;
 use std::ops::Range;
 
-use dgd_cli::data::{self, select};
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::effects::{Application, Blending, Effect, apply, bind};
 use dgd_compiler::expr::intrinsics::{INTRINSICS, UnitRule};
@@ -27,6 +26,7 @@ use dgd_compiler::syntax::ast::{Ast, Item, ItemKind};
 use dgd_compiler::syntax::{layout, parse, parse_what_is_sound};
 use dgd_compiler::units::catalogue::{CATALOGUE, PREFIXES, Prefixes, Row};
 use dgd_compiler::units::{Datum, describe};
+use dgd_data::{self as data, select};
 
 use crate::golden::{Goldens, files};
 use crate::support::{name, root};

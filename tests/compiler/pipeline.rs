@@ -173,7 +173,7 @@ fn stages_of_sound_models_are_as_expected() {
             .unwrap_or_else(|| panic!("{}: {}", folder.display(), compilation.rendered()));
         let trees: Vec<String> = compiled.asts.iter().map(print::print).collect();
         let program = &compiled.program;
-        let tokens = codegen::generate(program, &program.name, &compilation.sources);
+        let tokens = codegen::generate(program, &program.signature.name, &compilation.sources);
         let rust = syn::parse2(tokens).expect("generated tokens are items of Rust");
         if let Some(written) = written {
             goldens.compare(&folder.join("written.dgd"), &written);

@@ -368,8 +368,8 @@ fn sizes_are_set_from_outside() {
     let directions = Directions::None;
     let compiled =
         compile(main, &options, &directions, none, &mut sources, &mut diagnostics).expect("sound");
-    let names = compiled.program.unknown_names();
-    assert_eq!((names.len(), names.last().map(String::as_str)), (16, Some("y[7]")));
+    let unknowns = &compiled.program.signature.unknowns;
+    assert_eq!((unknowns.len(), &*unknowns.name(15)), (16, "y[7]"));
     let system = Interpreted::new(compiled.program);
     let mut y0 = vec![0.0; 16];
     let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();

@@ -1,7 +1,6 @@
 //! Every file of `models/effects/`: it is laid out canonically, fits its model in each variant, and
 //! leaves the model as it is where it vanishes.
 
-use dgd_cli::effects::load_folder;
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::effects::{self, Application, Applied, Blending, Effect};
 use dgd_compiler::expr::{ExprId, Symbol};
@@ -10,6 +9,7 @@ use dgd_compiler::pipeline::{Compiled, Directions, compile_asts, load};
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::ast::Ast;
 use dgd_compiler::syntax::layout;
+use dgd_work::model::effects::load_folder;
 
 use crate::support::{name, root};
 

@@ -4,10 +4,10 @@
 //! How the references were made stands in their headers and in `tests/reference/README.md`.
 
 use dgd::{Inputs, Options, Problem, Solution, System, simulate_with_sensitivities};
-use dgd_cli::data::{Table, read, select};
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::Sources;
 use dgd_compiler::units::parse_unit;
+use dgd_data::{Table, read, select};
 
 use crate::generated;
 use crate::support::{interpreted, native, root};

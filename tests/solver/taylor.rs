@@ -158,7 +158,7 @@ fn verify_coefficients(compiled: &Compiled, label: &str, noise: &mut Noise) {
                 Symbol::Parameter(i) => Some(n + i as usize),
                 _ => None,
             });
-            for (j, direction) in program.directions.iter().enumerate() {
+            for (j, direction) in program.signature.directions.iter().enumerate() {
                 // Late inputs depend on parameters through their delays.
                 if !dae.delayed_inputs.is_empty() {
                     break;

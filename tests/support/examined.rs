@@ -4,8 +4,8 @@
 
 use std::path::{Path, PathBuf};
 
+use dgd::identify::journal::Forgetful;
 use dgd::identify::{Recording, Unwatched};
-use dgd::journal::Forgetful;
 use dgd::{Column, Inputs, Options, Problem, Signature, System, start_from_outputs};
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::effects::Effect;
@@ -44,7 +44,7 @@ impl Samples {
     /// Those of a file, whose columns are in the units that the model declares.
     pub(crate) fn of_file(path: &Path) -> Samples {
         let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let table = dgd_cli::data::read(path, &mut sources, &mut diagnostics).expect("a table");
+        let table = dgd_data::read(path, &mut sources, &mut diagnostics).expect("a table");
         let times = table.time.clone().expect("a column of times");
         let columns = table.columns.into_iter().map(|column| (column.name, column.values));
         Samples { times, columns: columns.collect() }

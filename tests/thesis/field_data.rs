@@ -4,14 +4,14 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dgd_cli::data::write::save;
-use dgd_cli::data::{Table, read, read_from, select};
-use dgd_cli::effects::load_folder;
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::effects::{self, Application, Blending};
 use dgd_compiler::model::{Declared, Model, ModelOptions, resolve};
 use dgd_compiler::pipeline::load;
 use dgd_compiler::source::{Source, Sources};
+use dgd_data::write::save;
+use dgd_data::{Table, read, read_from, select};
+use dgd_work::model::effects::load_folder;
 
 use crate::drilling_rig::plant::{A_B, A_R, G, H_IN, H_OUT, H_PR, L_B, LPM, RHO};
 use crate::field_rig::Rig;

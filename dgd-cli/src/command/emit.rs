@@ -5,14 +5,14 @@ use dgd_compiler::dae::text as dae_text;
 use dgd_compiler::model::{latex, markdown, text as model_text};
 use dgd_compiler::pipeline::Directions;
 use dgd_compiler::syntax::print;
+use dgd_work::model::load;
 
 use crate::args::{EmitArgs, Stage};
 use crate::console::Console;
 use crate::failure::CommandError;
-use crate::load::load;
 
 pub(crate) fn run(args: &EmitArgs, console: Console<'_>) -> Result<(), CommandError> {
-    let loaded = load(&args.model, &args.choices, |_| Directions::All)?;
+    let loaded = load(&args.model, &args.choices.request(), |_| Directions::All)?;
     console.spare(&loaded.sources)?;
     let compiled = &loaded.compiled;
     let text = match args.stage {
@@ -24,7 +24,7 @@ pub(crate) fn run(args: &EmitArgs, console: Console<'_>) -> Result<(), CommandEr
         Stage::Dae => dae_text::write(&compiled.dae),
         Stage::Program => compiled.program.to_string(),
         Stage::Rust => {
-            let name = &compiled.program.name;
+            let name = &compiled.program.signature.name;
             let tokens = codegen::generate(&compiled.program, name, &loaded.sources);
             let file = syn::parse2(tokens).map_err(|error| {
                 CommandError::Computation(format!("the generated Rust does not parse: {error}"))

@@ -5,12 +5,12 @@ use std::path::Path;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::{layout, parse};
+use dgd_data::files::write_whole;
+use dgd_work::model::read_model;
 
 use crate::args::FmtArgs;
 use crate::console::Console;
-use crate::data::write_whole;
 use crate::failure::CommandError;
-use crate::load::read_model;
 
 pub(crate) fn run(args: &FmtArgs, console: Console<'_>) -> Result<(), CommandError> {
     if let Some(out) = console.out() {

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use dgd_cli::data::{Table, read};
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::Sources;
+use dgd_data::{Table, read};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")

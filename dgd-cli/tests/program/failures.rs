@@ -4,8 +4,12 @@
 
 use std::fmt::Write as _;
 use std::fs;
+use std::process::Command;
+use std::time::{Duration, SystemTime};
 
-use crate::support::{Run, column, dgd, dgd_in, folder_with, killed_and_resumed, listing, path};
+use crate::support::{
+    Run, column, dgd, dgd_in, folder_with, killed_and_resumed, listing, path, root,
+};
 
 #[cfg(target_os = "linux")]
 use crate::support::{interrupt, started, wait_until_it_minds_ctrl_c};
@@ -182,6 +186,25 @@ fn a_fit_that_is_killed_goes_on_and_ends_with_the_same_bytes() {
     }
     let args = ["fit", "m.dgd", "--data", "d.csv", "--resume"];
     dgd(&args).refused(2, &["`--resume`", "-o DIR"]);
+}
+
+#[test]
+fn a_copy_of_the_program_goes_on_whatever_its_time_stamp() {
+    let folder = folder_with(&[]);
+    let goal = path(&folder, "fitted");
+    let args = ["fit", "models/mud_circulation.dgd", "--data", "examples/data/circulation.csv"];
+    let args = [&args[..], &["-o", &goal, "--evaluations"]].concat();
+    assert_eq!(dgd(&[&args[..], &["3"]].concat()).code, 3, "it ends in no minimum");
+    let copy = folder.path().join("copy-of-dgd");
+    fs::copy(env!("CARGO_BIN_EXE_dgd"), &copy).expect("the folder is writable");
+    let file = fs::File::options().append(true).open(&copy).expect("it is there");
+    file.set_modified(SystemTime::UNIX_EPOCH + Duration::from_secs(1_000_000_000))
+        .expect("the folder is writable");
+    drop(file);
+    let mut resumed = Command::new(&copy);
+    resumed.current_dir(root()).args(&args).args(["100", "--resume"]);
+    let resumed = Run::of(&resumed.output().expect("the copy starts")).done();
+    assert!(resumed.err.contains("going on with"), "{}", resumed.err);
 }
 
 #[cfg(target_os = "linux")]

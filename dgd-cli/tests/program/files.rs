@@ -4,9 +4,9 @@
 use std::fs;
 use std::path::Path;
 
-use dgd_cli::data;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::Sources;
+use dgd_data as data;
 use serde_json::Value;
 use tempfile::TempDir;
 

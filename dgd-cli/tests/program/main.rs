@@ -20,6 +20,7 @@ mod names;
 mod options;
 mod parts;
 mod per_sample;
+mod schema;
 mod screen;
 mod starts;
 mod strangers;

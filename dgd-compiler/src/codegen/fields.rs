@@ -3,68 +3,41 @@
 use proc_macro2::{Ident, Span, TokenStream};
 use quote::quote;
 
+use dgd_signature::Unit;
+
 use super::{doc_attributes, identifier, index, number};
-use crate::model::Declared;
-use crate::program::Program;
-use crate::units::{Unit, describe};
+use crate::program::{Described, Program};
+use crate::units::describe;
 
 /// One field.
 struct Field<'a> {
     name: &'a str,
     unit: &'a Unit,
-    doc: &'a [String],
+    told: &'a Described,
     default: f64,
 }
 
-impl<'a> Field<'a> {
-    fn declared(declared: &'a Declared, default: f64) -> Self {
-        Field { name: &declared.name, unit: &declared.unit, doc: &declared.doc, default }
-    }
-}
-
 pub(super) fn structs(program: &Program) -> TokenStream {
-    let parameters: Vec<Field<'_>> =
-        program.parameters.iter().map(|p| Field::declared(&p.declared, p.value)).collect();
-    let inputs: Vec<Field<'_>> =
-        program.inputs.iter().map(|x| Field::declared(&x.declared, 0.0)).collect();
-    let unknowns: Vec<Field<'_>> = program
-        .unknowns
-        .iter()
-        .map(|x| Field { name: &x.name, unit: &x.unit, doc: &x.doc, default: 0.0 })
-        .collect();
-    let outputs: Vec<Field<'_>> = program
-        .outputs
-        .iter()
-        .map(|x| Field { name: &x.name, unit: &x.unit, doc: &x.doc, default: 0.0 })
-        .collect();
+    let Program { signature, source, .. } = program;
+    let field = |((name, unit, default), told)| Field { name, unit, told, default };
+    let parameters = signature.parameters.iter().map(|p| (&*p.name, &p.unit, p.value));
+    let parameters: Vec<Field<'_>> = parameters.zip(&source.parameters).map(field).collect();
+    let inputs = signature.inputs.iter().map(|x| (&*x.name, &x.unit, 0.0));
+    let inputs: Vec<Field<'_>> = inputs.zip(&source.inputs).map(field).collect();
+    let unknowns = signature.unknowns.single.iter().map(|x| (&*x.name, &x.unit, 0.0));
+    let unknowns: Vec<Field<'_>> = unknowns.zip(&source.unknowns).map(field).collect();
+    let outputs = program.single_outputs().iter().map(|x| (&*x.name, &x.unit, 0.0));
+    let outputs: Vec<Field<'_>> = outputs.zip(&source.outputs).map(field).collect();
     let parameters =
         structure("Parameters", "Parameters p; the default is the model file's.", &parameters);
     let inputs = structure("Inputs", "Inputs u.", &inputs);
-    let unknowns = if program.arrays.is_empty() {
-        structure("Unknowns", "Unknowns y.", &unknowns)
-    } else {
-        let arrays = program.arrays.iter().map(|array| ArrayField {
-            name: &array.name,
-            unit: &array.unit,
-            doc: &array.doc,
-            first: array.first,
-            count: array.count as usize,
-        });
-        structure_with_arrays("Unknowns", "Unknowns y.", &unknowns, &arrays.collect::<Vec<_>>())
-    };
-    let outputs = if program.output_arrays.is_empty() {
-        structure("Outputs", "Outputs w.", &outputs)
-    } else {
-        let arrays = program.output_arrays.iter().map(|array| ArrayField {
-            name: &array.name,
-            unit: &array.unit,
-            doc: &array.doc,
-            first: array.first,
-            count: array.count as usize,
-        });
-        structure_with_arrays("Outputs", "Outputs w.", &outputs, &arrays.collect::<Vec<_>>())
-    };
-    let doc = format!(" The model `{}`.", program.name);
+    let arrays = signature.unknowns.arrays.iter().map(|x| (&*x.name, &x.unit, x.count));
+    let arrays = array_fields(unknowns.len(), arrays.zip(&source.arrays));
+    let unknowns = structure_with_arrays("Unknowns", "Unknowns y.", &unknowns, &arrays);
+    let arrays = program.output_arrays.iter().map(|x| (&*x.name, &x.unit, x.count));
+    let arrays = array_fields(outputs.len(), arrays.zip(&source.output_arrays));
+    let outputs = structure_with_arrays("Outputs", "Outputs w.", &outputs, &arrays);
+    let doc = format!(" The model `{}`.", signature.name);
     quote! {
         #[doc = #doc]
         #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -116,12 +89,23 @@ fn structure(name: &str, about: &str, fields: &[Field<'_>]) -> TokenStream {
 
 /// A field that is an array.
 struct ArrayField<'a> {
-    name: &'a str,
-    unit: &'a Unit,
-    doc: &'a [String],
+    field: Field<'a>,
     /// Position of its first element.
     first: usize,
     count: usize,
+}
+
+/// Arrays one after the other, from a position on.
+fn array_fields<'a>(
+    mut next: usize,
+    arrays: impl Iterator<Item = ((&'a str, &'a Unit, usize), &'a Described)>,
+) -> Vec<ArrayField<'a>> {
+    let field = |((name, unit, count), told)| {
+        let first = next;
+        next += count;
+        ArrayField { field: Field { name, unit, told, default: 0.0 }, first, count }
+    };
+    arrays.map(field).collect()
 }
 
 /// A structure with single fields, then arrays.
@@ -131,17 +115,17 @@ fn structure_with_arrays(
     single: &[Field<'_>],
     all: &[ArrayField<'_>],
 ) -> TokenStream {
+    if all.is_empty() {
+        return structure(name, about, single);
+    }
     let structure = Ident::new(name, Span::call_site());
     let about = format!(" {about} All in SI units.");
     let len = index(single.len() + all.iter().map(|array| array.count).sum::<usize>());
     let names: Vec<Ident> = single.iter().map(|field| identifier(field.name)).collect();
     let docs = single.iter().map(field_doc);
     let positions: Vec<_> = (0..single.len()).map(index).collect();
-    let arrays: Vec<Ident> = all.iter().map(|array| identifier(array.name)).collect();
-    let array_docs = all.iter().map(|array| {
-        let ArrayField { name, unit, doc, .. } = array;
-        field_doc(&Field { name, unit, doc, default: 0.0 })
-    });
+    let arrays: Vec<Ident> = all.iter().map(|array| identifier(array.field.name)).collect();
+    let array_docs = all.iter().map(|array| field_doc(&array.field));
     let counts: Vec<_> = all.iter().map(|array| index(array.count)).collect();
     let begins: Vec<_> = all.iter().map(|array| index(array.first)).collect();
     let ends: Vec<_> = all.iter().map(|array| index(array.first + array.count)).collect();
@@ -183,8 +167,8 @@ fn structure_with_arrays(
 }
 
 fn field_doc(field: &Field<'_>) -> TokenStream {
-    let mut lines = field.doc.to_vec();
-    let si = describe(field.unit.dimension);
+    let mut lines = field.told.doc.clone();
+    let si = describe(field.told.dimension);
     let unit = if field.unit.symbol == si {
         format!("[{si}]")
     } else {

@@ -5,11 +5,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use proc_macro2::{Ident, Span, TokenStream};
 use quote::{format_ident, quote};
 
+use dgd_signature::Signature;
+
 use super::{identifier, index, loops, number};
 use crate::expr::graph::Comparison;
 use crate::expr::intrinsics::Definition;
 use crate::program::{
-    Argument, Function, FunctionKind, Operation, Program, ResultKind, Series, Unknown, ValueId,
+    Argument, Function, FunctionKind, Operation, Program, ResultKind, Row, Series, ValueId,
 };
 use crate::source::Sources;
 
@@ -97,22 +99,23 @@ pub(super) fn method(program: &Program, function: &Function, sources: &Sources) 
 
 /// What stands above the row of an unknown or an element.
 pub(super) fn doc_of_row(program: &Program, row: usize, sources: &Sources) -> String {
-    match program.unknowns.get(row) {
-        Some(unknown) => row_doc(unknown, sources),
+    match program.source.rows.get(row) {
+        Some(own) => row_doc(program, row, *own, sources),
         None => loops::family_doc(program, row, sources),
     }
 }
 
 /// What stands above a row: its equation, where that is, and the left side.
-fn row_doc(unknown: &Unknown, sources: &Sources) -> String {
-    let (line, _) = sources.line_column(unknown.span);
-    let left = match (unknown.by_mode, unknown.differential) {
+fn row_doc(program: &Program, row: usize, own: Row, sources: &Sources) -> String {
+    let (line, _) = sources.line_column(own.span);
+    let unknown = &program.signature.unknowns.single[row];
+    let left = match (own.by_mode, unknown.differential) {
         (true, _) => format!("0 or der({})", unknown.name),
         (false, true) => format!("der({})", unknown.name),
         (false, false) => "0".to_owned(),
     };
-    let file = &sources.get(unknown.span.source).name;
-    format!(" `{}` ({file}:{line}): {left} =", unknown.equation)
+    let file = &sources.get(own.span.source).name;
+    format!(" `{}` ({file}:{line}): {left} =", program.signature.equations.at(row))
 }
 
 fn bind_arrays(program: &Program, function: &Function) -> Vec<TokenStream> {
@@ -132,14 +135,14 @@ pub(super) fn bind_arrays_of<'a>(
         })
         .collect();
     let read = |argument: Argument| arrays.contains(&argument);
-    let n = program.n();
+    let (n, signature) = (program.n(), &program.signature);
     [
         (Argument::Y, quote!(_at.y), n),
-        (Argument::U, quote!(_at.u), program.n_u()),
-        (Argument::P, quote!(_at.p), program.parameters.len()),
-        (Argument::Udot, quote!(_udot), program.n_u()),
-        (Argument::S, quote!(_s), n * program.directions.len()),
-        (Argument::Z, quote!(_at.z), program.n_discrete()),
+        (Argument::U, quote!(_at.u), signature.n_u()),
+        (Argument::P, quote!(_at.p), signature.parameters.len()),
+        (Argument::Udot, quote!(_udot), signature.n_u()),
+        (Argument::S, quote!(_s), n * signature.directions.len()),
+        (Argument::Z, quote!(_at.z), signature.discrete.len()),
     ]
     .into_iter()
     .filter(|(argument, _, _)| read(*argument))
@@ -289,13 +292,14 @@ impl<'a> Body<'a> {
     /// What an input is called, declared, delayed, the slope of a delayed one, or about an unknown that
     /// is read late.
     fn input_name(&self, index: usize) -> Ident {
-        let Program { inputs, delayed_inputs, .. } = self.program;
-        let of = |late: usize| &inputs[delayed_inputs[late].input].declared.name;
-        if let Some(past) = index.checked_sub(self.program.past().first) {
+        let signature = &self.program.signature;
+        let Signature { inputs, delayed_inputs, .. } = signature;
+        let of = |late: usize| &inputs[delayed_inputs[late].input].name;
+        if let Some(past) = index.checked_sub(signature.past().first) {
             return format_ident!("_past_{}", past);
         }
         match index.checked_sub(inputs.len()) {
-            None => identifier(&inputs[index].declared.name),
+            None => identifier(&inputs[index].name),
             Some(late) => match late.checked_sub(delayed_inputs.len()) {
                 None => format_ident!("_{}_late_{}", of(late), late),
                 Some(late) => format_ident!("_{}_late_{}_slope", of(late), late),
@@ -307,10 +311,11 @@ impl<'a> Body<'a> {
     fn load_name(&self, argument: Argument, index: usize) -> Option<Ident> {
         match argument {
             Argument::Y => {
-                self.program.unknowns.get(index).map(|unknown| identifier(&unknown.name))
+                let single = &self.program.signature.unknowns.single;
+                single.get(index).map(|unknown| identifier(&unknown.name))
             }
             Argument::U => Some(self.input_name(index)),
-            Argument::P => Some(identifier(&self.program.parameters[index].declared.name)),
+            Argument::P => Some(identifier(&self.program.signature.parameters[index].name)),
             Argument::Udot | Argument::S | Argument::Z => None,
         }
     }

@@ -4,16 +4,17 @@ use proc_macro2::TokenStream;
 use quote::quote;
 
 use super::index;
-use crate::program::{Program, ResultKind};
+use crate::program::Program;
 
 /// Methods of `System` for ensembles; none for models with discrete numbers, which are not run so.
 pub(super) fn methods(program: &Program) -> TokenStream {
-    if program.n_discrete() > 0 {
+    let signature = &program.signature;
+    if !signature.discrete.is_empty() {
         return TokenStream::new();
     }
-    let (n, n_u, n_p) = (index(program.n()), index(program.n_u()), index(program.parameters.len()));
-    let n_w = index(program.n_w());
-    let places = index(program.n_places(ResultKind::Jacobian));
+    let [n, n_u, n_p] = [program.n(), signature.n_u(), signature.parameters.len()].map(index);
+    let n_w = index(signature.outputs.len());
+    let places = index(signature.jacobian.len());
     let lanes = quote!(::dgd::__runtime::ensemble::lanes);
     quote! {
         #[inline(always)]

@@ -5,9 +5,11 @@ use std::collections::BTreeMap;
 use proc_macro2::{Ident, TokenStream};
 use quote::{format_ident, quote};
 
+use dgd_signature::arrays::{Array, Family};
+
 use super::function::{DEEPEST_PIECE, Piece, doc_of_row, piece_of};
 use super::index;
-use crate::program::{Family, Function, FunctionKind, Loop, Operation, Program, Store, ValueId};
+use crate::program::{Function, FunctionKind, Loop, Operation, Program, Store, ValueId};
 use crate::source::Sources;
 
 /// Writes all results; `pieces` are those of the function's body.
@@ -92,12 +94,27 @@ fn statements(
 
 /// What stands above the rows of elements.
 pub(super) fn family_doc(program: &Program, row: usize, sources: &Sources) -> String {
-    let after = program.families.partition_point(|family| family.first <= row);
-    let Family { equation, span, differential, .. } = &program.families[after - 1];
-    let after = program.arrays.partition_point(|array| array.first <= row);
-    let name = &program.arrays[after - 1].name;
+    let unknowns = &program.signature.unknowns;
+    let mut rows = unknowns.families.iter().zip(&program.source.families);
+    let mut before = unknowns.single.len();
+    let found = rows.find(|(family, _)| {
+        before += family.count;
+        row < before
+    });
+    let Some((Family { equation, differential, .. }, span)) = found else { return String::new() };
+    let name = array_of(&unknowns.arrays, row - unknowns.single.len());
     let (line, _) = sources.line_column(*span);
     let file = &sources.get(span.source).name;
     let left = if *differential { format!("der({name})") } else { "0".to_owned() };
     format!(" `{equation}` ({file}:{line}): {left} =")
+}
+
+/// The name of the array that has an element, counted over all of them.
+fn array_of(arrays: &[Array], element: usize) -> &str {
+    let mut before = 0;
+    let found = arrays.iter().find(|array| {
+        before += array.count;
+        element < before
+    });
+    found.map_or("", |array| &array.name)
 }

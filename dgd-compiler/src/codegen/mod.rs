@@ -14,6 +14,8 @@ mod taylor;
 use proc_macro2::{Ident, Span, TokenStream};
 use quote::quote;
 
+use dgd_signature::Features;
+
 use crate::program::Program;
 use crate::source::Sources;
 
@@ -25,7 +27,7 @@ const MOST_SENSITIVITIES_ON_STACK: usize = 512;
 /// The module of a program under this name. `sources` are those that it was compiled from.
 pub fn generate(program: &Program, module: &str, sources: &Sources) -> TokenStream {
     let module = identifier(module);
-    let doc = doc_attributes(&program.doc);
+    let doc = doc_attributes(&program.source.doc);
     let structs = fields::structs(program);
     let signature = signature::signature(program);
     let system = system_impl(program, sources);
@@ -49,7 +51,7 @@ pub fn generate(program: &Program, module: &str, sources: &Sources) -> TokenStre
 
 fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
     let n = program.n();
-    let n_s = program.directions.len();
+    let n_s = program.signature.directions.len();
     let on_stack = n <= MOST_UNKNOWNS_ON_STACK && n * n_s <= MOST_SENSITIVITIES_ON_STACK;
     let storage = |len: usize| {
         if on_stack {
@@ -59,12 +61,11 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
             quote!(::dgd::__runtime::codegen::HeapNumbers)
         }
     };
-    let nonzeros = |kind| program.n_places(kind);
     let vector = storage(n);
     let sensitivity = storage(n * n_s);
-    let inputs = storage(program.n_u());
-    let jacobian = storage(nonzeros(crate::program::ResultKind::Jacobian));
-    let dgdy = storage(nonzeros(crate::program::ResultKind::Dgdy));
+    let inputs = storage(program.signature.n_u());
+    let jacobian = storage(program.signature.jacobian.len());
+    let dgdy = storage(program.signature.sensitivity_jacobian.len());
     let factorisation = if on_stack {
         let n = index(n);
         quote!(::dgd::__runtime::linalg::FixedLu<#n>)
@@ -92,7 +93,7 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
             #features
 
             #[inline]
-            fn signature(&self) -> &::dgd::__runtime::Signature {
+            fn signature(&self) -> &::dgd::__runtime::signature::Signature {
                 &SIGNATURE
             }
 
@@ -105,13 +106,10 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
 
 /// What a solver of this model need not look for.
 fn features(program: &Program) -> TokenStream {
-    let events = program.n_discrete() > 0;
-    let past = !program.delayed_inputs.is_empty() || !program.delayed_unknowns.is_empty();
-    let algebraic = program.unknowns.iter().any(|row| row.by_mode || !row.differential)
-        || program.families.iter().any(|family| !family.differential);
+    let Features { events, past, algebraic } = program.features;
     quote! {
-        const FEATURES: ::dgd::__runtime::system::Features =
-            ::dgd::__runtime::system::Features {
+        const FEATURES: ::dgd::__runtime::signature::Features =
+            ::dgd::__runtime::signature::Features {
                 events: #events,
                 past: #past,
                 algebraic: #algebraic,

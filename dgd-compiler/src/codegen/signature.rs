@@ -1,145 +1,66 @@
-//! The static description of a generated model.
+//! The signature of a generated model as a constant.
+//!
+//! Every item is the literal of the value of the same name in `dgd-signature`.
 
-use proc_macro2::{Literal, TokenStream};
+use std::fmt::Debug;
+
+use dgd_signature::arrays::{Array, Family, OutputArray, Run};
+use dgd_signature::{
+    Automaton, DelayedInput, DelayedUnknown, DifferentiatedInput, Direction, Discrete, Input,
+    Output, Parameter, Pattern, Signature, Transition, Unit, Unknown,
+};
+use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::quote;
 
 use super::{index, number};
-use crate::program::{
-    AutomatonKind, Crossing, Direction, Interpolation, Program, RUNS, ResultKind, Transition,
-    Trigger,
-};
-use crate::units::Unit;
+use crate::program::{Program, RUNS};
 
 pub(super) fn signature(program: &Program) -> TokenStream {
-    let name = &program.name;
-    let unknowns = program.unknowns.iter().map(|unknown| {
-        let name = &unknown.name;
-        let unit = unit(&unknown.unit);
-        let nominal = optional(unknown.nominal);
-        let differential = unknown.differential;
-        quote! {
-            ::dgd::__runtime::system::Unknown {
-                name: Text::Borrowed(#name),
-                unit: #unit,
-                nominal: #nominal,
-                differential: #differential,
-            }
-        }
-    });
-    let equations = program.unknowns.iter().map(|unknown| {
-        let label = &unknown.equation;
-        quote!(Text::Borrowed(#label))
-    });
-    let parameters = program.parameters.iter().map(|parameter| {
-        let name = &parameter.declared.name;
-        let unit = unit(&parameter.declared.unit);
-        let [value, lower, upper] = [parameter.value, parameter.lower, parameter.upper].map(number);
-        let nominal = optional(parameter.nominal);
-        let (log, fixed) = (parameter.log, parameter.fixed);
-        quote! {
-            ::dgd::__runtime::system::Parameter {
-                name: Text::Borrowed(#name),
-                unit: #unit,
-                value: #value,
-                lower: #lower,
-                upper: #upper,
-                nominal: #nominal,
-                log: #log,
-                fixed: #fixed,
-            }
-        }
-    });
-    let inputs = program.inputs.iter().map(|input| {
-        let name = &input.declared.name;
-        let unit = unit(&input.declared.unit);
-        let interpolation = match input.interpolation {
-            Interpolation::Hold => quote!(::dgd::__runtime::system::Interpolation::Hold),
-            Interpolation::Linear => quote!(::dgd::__runtime::system::Interpolation::Linear),
-        };
-        quote! {
-            ::dgd::__runtime::system::Input {
-                name: Text::Borrowed(#name),
-                unit: #unit,
-                interpolation: #interpolation,
-            }
-        }
-    });
-    let outputs = program.outputs.iter().map(|output| {
-        let name = &output.name;
-        let unit = unit(&output.unit);
-        let noise = optional(output.noise);
-        let delay = match output.delay {
-            None => quote!(::core::option::Option::None),
-            Some(delay) => {
-                let delay = index(delay);
-                quote!(::core::option::Option::Some(#delay))
-            }
-        };
-        quote! {
-            ::dgd::__runtime::system::Output {
-                name: Text::Borrowed(#name),
-                unit: #unit,
-                noise: #noise,
-                delay: #delay,
-            }
-        }
-    });
-    let delays = program.delays.iter().map(|text| quote!(Text::Borrowed(#text)));
-    let varying_delays = program.varying_delays.iter().map(|text| quote!(Text::Borrowed(#text)));
-    let delayed_inputs = program.delayed_inputs.iter().map(|delayed| {
-        let (input, delay) = (index(delayed.input), index(delayed.delay));
-        quote!(::dgd::__runtime::system::DelayedInput { input: #input, delay: #delay })
-    });
-    let delayed_unknowns = program.delayed_unknowns.iter().map(|delayed| {
-        let (unknown, delay) = (index(delayed.unknown), index(delayed.delay));
-        let (varies, has_history) = (delayed.varies, delayed.has_history);
-        quote! {
-            ::dgd::__runtime::system::DelayedUnknown {
-                unknown: #unknown,
-                delay: #delay,
-                varies: #varies,
-                has_history: #has_history,
-            }
-        }
-    });
-    let directions = program.directions.iter().map(|direction| match *direction {
-        Direction::Parameter(i) => {
-            let i = index(i);
-            quote!(::dgd::__runtime::system::Direction::Parameter(#i))
-        }
-        Direction::Start(i) => {
-            let i = index(i);
-            quote!(::dgd::__runtime::system::Direction::Start(#i))
-        }
-    });
-    let pattern = |kind| pattern(program, kind);
-    let jacobian = pattern(ResultKind::Jacobian);
-    let dgdy = pattern(ResultKind::Dgdy);
-    let parameter_jacobian = pattern(ResultKind::ParameterJacobian);
-    let input_jacobian = pattern(ResultKind::InputJacobian);
-    let output_jacobians = [ResultKind::Dwdy, ResultKind::Dwdu, ResultKind::Dwdp].map(pattern);
-    let discrete = discrete(program);
-    let differentiated = program.differentiated_inputs.iter().map(|differentiated| {
-        let (input, equation) = (index(differentiated.input), &differentiated.equation);
-        quote! {
-            ::dgd::__runtime::system::DifferentiatedInput {
-                input: #input,
-                equation: Text::Borrowed(#equation),
-            }
-        }
-    });
+    let Signature {
+        name,
+        unknowns,
+        equations,
+        parameters,
+        inputs,
+        delays,
+        varying_delays,
+        delayed_inputs,
+        delayed_unknowns,
+        differentiated_inputs,
+        outputs: _,
+        directions,
+        jacobian,
+        sensitivity_jacobian,
+        parameter_jacobian,
+        input_jacobian,
+        output_jacobians,
+        discrete: modes,
+    } = &program.signature;
+    let equations = &equations.single;
+    let unknowns = unknowns.single.iter().map(unknown);
+    let parameters = parameters.iter().map(parameter);
+    let inputs = inputs.iter().map(input);
+    let outputs = program.single_outputs().iter().map(output);
+    let delayed_inputs = delayed_inputs.iter().map(delayed_input);
+    let delayed_unknowns = delayed_unknowns.iter().map(delayed_unknown);
+    let differentiated_inputs = differentiated_inputs.iter().map(differentiated_input);
+    let directions = directions.iter().map(|of| direction(*of));
+    let [jacobian, dgdy, parameter_jacobian, input_jacobian] =
+        [jacobian, sensitivity_jacobian, parameter_jacobian, input_jacobian].map(pattern);
+    let output_jacobians = output_jacobians.iter().map(pattern);
+    let discrete = discrete(modes);
     let signature = quote! {
-        ::dgd::__runtime::Signature {
+        Signature {
             name: Text::Borrowed(#name),
-            unknowns: ::dgd::__runtime::arrays::Unknowns::single(&[#(#unknowns),*]),
-            equations: ::dgd::__runtime::arrays::Labels::single(&[#(#equations),*]),
+            unknowns: Unknowns::single(&[#(#unknowns),*]),
+            equations: Labels::single(&[#(Text::Borrowed(#equations)),*]),
             parameters: List::Borrowed(&[#(#parameters),*]),
             inputs: List::Borrowed(&[#(#inputs),*]),
-            delays: List::Borrowed(&[#(#delays),*]),
-            varying_delays: List::Borrowed(&[#(#varying_delays),*]),
+            delays: List::Borrowed(&[#(Text::Borrowed(#delays)),*]),
+            varying_delays: List::Borrowed(&[#(Text::Borrowed(#varying_delays)),*]),
             delayed_inputs: List::Borrowed(&[#(#delayed_inputs),*]),
             delayed_unknowns: List::Borrowed(&[#(#delayed_unknowns),*]),
-            differentiated_inputs: List::Borrowed(&[#(#differentiated),*]),
+            differentiated_inputs: List::Borrowed(&[#(#differentiated_inputs),*]),
             outputs: List::Borrowed(&[#(#outputs),*]),
             directions: List::Borrowed(&[#(#directions),*]),
             jacobian: #jacobian,
@@ -150,32 +71,127 @@ pub(super) fn signature(program: &Program) -> TokenStream {
             discrete: #discrete,
         }
     };
-    let (of, value) = if program.arrays.is_empty() {
-        (quote!(::dgd::__runtime::Signature), signature)
+    let (of, value) = if program.signature.unknowns.arrays.is_empty() {
+        (quote!(::dgd::__runtime::signature::Signature), signature)
     } else {
         let added = arrays(program);
         (
-            quote!(::dgd::__runtime::codegen::Lazy<::dgd::__runtime::Signature>),
-            quote!(::dgd::__runtime::codegen::Lazy::new(|| {
-                ::dgd::__runtime::arrays::with_arrays(#signature, &#added)
-            })),
+            quote!(::dgd::__runtime::codegen::Lazy<::dgd::__runtime::signature::Signature>),
+            quote!(::dgd::__runtime::codegen::Lazy::new(|| with_arrays(#signature, &#added))),
         )
     };
+    // In a block, as `Inputs` and `Unknowns` are types of the module, too.
     quote! {
-        use ::dgd::__runtime::system::{List, Text};
+        static SIGNATURE: #of = {
+            #[allow(unused_imports)]
+            use ::dgd::__runtime::signature::{arrays::*, *};
+            #value
+        };
+    }
+}
 
-        static SIGNATURE: #of = #value;
+fn unknown(of: &Unknown) -> TokenStream {
+    let Unknown { name, unit: declared, nominal, differential } = of;
+    let (unit, nominal) = (unit(declared), optional(*nominal));
+    quote! {
+        Unknown {
+            name: Text::Borrowed(#name),
+            unit: #unit,
+            nominal: #nominal,
+            differential: #differential,
+        }
+    }
+}
+
+fn parameter(of: &Parameter) -> TokenStream {
+    let Parameter { name, unit: declared, value, lower, upper, nominal, log, fixed } = of;
+    let (unit, nominal) = (unit(declared), optional(*nominal));
+    let [value, lower, upper] = [*value, *lower, *upper].map(number);
+    quote! {
+        Parameter {
+            name: Text::Borrowed(#name),
+            unit: #unit,
+            value: #value,
+            lower: #lower,
+            upper: #upper,
+            nominal: #nominal,
+            log: #log,
+            fixed: #fixed,
+        }
+    }
+}
+
+fn input(of: &Input) -> TokenStream {
+    let Input { name, unit: declared, interpolation } = of;
+    let (unit, interpolation) = (unit(declared), variant(interpolation));
+    quote! {
+        Input {
+            name: Text::Borrowed(#name),
+            unit: #unit,
+            interpolation: Interpolation::#interpolation,
+        }
+    }
+}
+
+fn output(of: &Output) -> TokenStream {
+    let Output { name, unit: declared, noise, delay } = of;
+    let (unit, noise) = (unit(declared), optional(*noise));
+    let delay = option(delay.map(index));
+    quote! {
+        Output {
+            name: Text::Borrowed(#name),
+            unit: #unit,
+            noise: #noise,
+            delay: #delay,
+        }
+    }
+}
+
+fn delayed_input(of: &DelayedInput) -> TokenStream {
+    let [input, delay] = [of.input, of.delay].map(index);
+    quote!(DelayedInput { input: #input, delay: #delay })
+}
+
+fn delayed_unknown(of: &DelayedUnknown) -> TokenStream {
+    let DelayedUnknown { unknown, delay, varies, has_history } = *of;
+    let [unknown, delay] = [unknown, delay].map(index);
+    quote! {
+        DelayedUnknown {
+            unknown: #unknown,
+            delay: #delay,
+            varies: #varies,
+            has_history: #has_history,
+        }
+    }
+}
+
+fn differentiated_input(of: &DifferentiatedInput) -> TokenStream {
+    let (input, equation) = (index(of.input), &of.equation);
+    quote!(DifferentiatedInput { input: #input, equation: Text::Borrowed(#equation) })
+}
+
+fn direction(of: Direction) -> TokenStream {
+    match of {
+        Direction::Parameter(i) => {
+            let i = index(i);
+            quote!(Direction::Parameter(#i))
+        }
+        Direction::Start(i) => {
+            let i = index(i);
+            quote!(Direction::Start(#i))
+        }
     }
 }
 
 /// What arrays add to the description.
 fn arrays(program: &Program) -> TokenStream {
-    let arrays = program.arrays.iter().map(|array| {
-        let (name, lower) = (&array.name, Literal::i64_unsuffixed(array.lower));
-        let (count, unit) = (index(array.count as usize), unit(&array.unit));
-        let nominal = optional(array.nominal);
+    let unknowns = &program.signature.unknowns;
+    let arrays = unknowns.arrays.iter().map(|array| {
+        let Array { name, lower, count, unit: declared, nominal } = array;
+        let (lower, count) = (Literal::i64_unsuffixed(*lower), index(*count));
+        let (unit, nominal) = (unit(declared), optional(*nominal));
         quote! {
-            ::dgd::__runtime::arrays::Array {
+            Array {
                 name: Text::Borrowed(#name),
                 lower: #lower,
                 count: #count,
@@ -184,18 +200,11 @@ fn arrays(program: &Program) -> TokenStream {
             }
         }
     });
-    let families = program.families.iter().map(|family| {
-        let (count, differential) = (index(family.count as usize), family.differential);
-        let equation = &family.equation;
-        let lower = match family.lower {
-            None => quote!(::core::option::Option::None),
-            Some(lower) => {
-                let lower = Literal::i64_unsuffixed(lower);
-                quote!(::core::option::Option::Some(#lower))
-            }
-        };
+    let families = unknowns.families.iter().map(|family| {
+        let Family { count, differential, equation, lower } = family;
+        let (count, lower) = (index(*count), option(lower.map(Literal::i64_unsuffixed)));
         quote! {
-            ::dgd::__runtime::arrays::Family {
+            Family {
                 count: #count,
                 differential: #differential,
                 equation: Text::Borrowed(#equation),
@@ -204,11 +213,11 @@ fn arrays(program: &Program) -> TokenStream {
         }
     });
     let outputs = program.output_arrays.iter().map(|array| {
-        let (name, lower) = (&array.name, Literal::i64_unsuffixed(array.lower));
-        let (count, unit, noise) =
-            (index(array.count as usize), unit(&array.unit), optional(array.noise));
+        let OutputArray { name, lower, count, unit: declared, noise } = array;
+        let (lower, count) = (Literal::i64_unsuffixed(*lower), index(*count));
+        let (unit, noise) = (unit(declared), optional(*noise));
         quote! {
-            ::dgd::__runtime::arrays::OutputArray {
+            OutputArray {
                 name: Text::Borrowed(#name),
                 lower: #lower,
                 count: #count,
@@ -218,11 +227,12 @@ fn arrays(program: &Program) -> TokenStream {
         }
     });
     let runs = RUNS.map(|kind| {
-        let runs = program.runs.get(&kind).into_iter().flatten().map(|run| {
-            let (row, column) = (index(run.row), index(run.column));
-            let (diagonal, count) = (run.diagonal, index(run.count as usize));
+        let runs = program.pattern(kind).into_iter().flat_map(|pattern| pattern.runs.iter());
+        let runs = runs.map(|run| {
+            let Run { row, column, diagonal, count } = *run;
+            let [row, column, count] = [row, column, count].map(index);
             quote! {
-                ::dgd::__runtime::arrays::Run {
+                Run {
                     row: #row,
                     column: #column,
                     diagonal: #diagonal,
@@ -233,7 +243,7 @@ fn arrays(program: &Program) -> TokenStream {
         quote!(List::Borrowed(&[#(#runs),*]))
     });
     quote! {
-        ::dgd::__runtime::arrays::Arrays {
+        Arrays {
             arrays: List::Borrowed(&[#(#arrays),*]),
             families: List::Borrowed(&[#(#families),*]),
             outputs: List::Borrowed(&[#(#outputs),*]),
@@ -242,26 +252,18 @@ fn arrays(program: &Program) -> TokenStream {
     }
 }
 
-fn discrete(program: &Program) -> TokenStream {
-    if program.n_discrete() == 0 {
-        return quote!(::dgd::__runtime::system::Discrete::NONE);
+fn discrete(of: &Discrete) -> TokenStream {
+    if of.is_empty() {
+        return quote!(Discrete::NONE);
     }
-    let automata = program.automata.iter().map(|automaton| {
-        let (name, modes, start) = (&automaton.name, &automaton.modes, index(automaton.start));
-        let transitions = automaton.transitions.iter().map(transition);
-        let kind = match automaton.kind {
-            AutomatonKind::Modes => quote!(::dgd::__runtime::system::AutomatonKind::Modes),
-            AutomatonKind::When => quote!(::dgd::__runtime::system::AutomatonKind::When),
-            AutomatonKind::Saturation => {
-                quote!(::dgd::__runtime::system::AutomatonKind::Saturation)
-            }
-            AutomatonKind::States => quote!(::dgd::__runtime::system::AutomatonKind::States),
-            AutomatonKind::Switch => quote!(::dgd::__runtime::system::AutomatonKind::Switch),
-            AutomatonKind::Corner => quote!(::dgd::__runtime::system::AutomatonKind::Corner),
-        };
+    let automata = of.automata.iter().map(|automaton| {
+        let Automaton { kind, name, modes, start, transitions } = automaton;
+        let (kind, start) = (variant(kind), index(*start));
+        let modes = modes.iter();
+        let transitions = transitions.iter().map(transition);
         quote! {
-            ::dgd::__runtime::system::Automaton {
-                kind: #kind,
+            Automaton {
+                kind: AutomatonKind::#kind,
                 name: Text::Borrowed(#name),
                 modes: List::Borrowed(&[#(Text::Borrowed(#modes)),*]),
                 start: #start,
@@ -269,11 +271,10 @@ fn discrete(program: &Program) -> TokenStream {
             }
         }
     });
-    let n_time_conditions = index(program.n_time_conditions);
-    let event_jacobian = pattern(program, ResultKind::EventJacobian);
-    let reset_jacobian = pattern(program, ResultKind::ResetJacobian);
+    let n_time_conditions = index(of.n_time_conditions);
+    let [event_jacobian, reset_jacobian] = [&of.event_jacobian, &of.reset_jacobian].map(pattern);
     quote! {
-        ::dgd::__runtime::system::Discrete {
+        Discrete {
             automata: List::Borrowed(&[#(#automata),*]),
             n_time_conditions: #n_time_conditions,
             event_jacobian: #event_jacobian,
@@ -282,53 +283,45 @@ fn discrete(program: &Program) -> TokenStream {
     }
 }
 
-fn transition(transition: &Transition) -> TokenStream {
-    let (from, to) = (index(transition.from), index(transition.to));
-    let crossing = match transition.crossing {
-        Crossing::Rises => quote!(::dgd::__runtime::system::Crossing::Rises),
-        Crossing::Falls => quote!(::dgd::__runtime::system::Crossing::Falls),
-    };
-    let trigger = match transition.trigger {
-        Trigger::Edge => quote!(::dgd::__runtime::system::Trigger::Edge),
-        Trigger::Level => quote!(::dgd::__runtime::system::Trigger::Level),
-        Trigger::Entry => quote!(::dgd::__runtime::system::Trigger::Entry),
-        Trigger::Start => quote!(::dgd::__runtime::system::Trigger::Start),
-    };
-    let resets = transition.resets.iter().map(|unknown| index(*unknown));
+fn transition(of: &Transition) -> TokenStream {
+    let Transition { from, to, crossing, trigger, resets } = of;
+    let [from, to] = [*from, *to].map(index);
+    let (crossing, trigger) = (variant(crossing), variant(trigger));
+    let resets = resets.iter().map(|unknown| index(*unknown));
     quote! {
-        ::dgd::__runtime::system::Transition {
+        Transition {
             from: #from,
             to: #to,
-            crossing: #crossing,
-            trigger: #trigger,
+            crossing: Crossing::#crossing,
+            trigger: Trigger::#trigger,
             resets: List::Borrowed(&[#(#resets),*]),
         }
     }
 }
 
-fn unit(unit: &Unit) -> TokenStream {
-    let symbol = &unit.symbol;
-    let (factor, offset) = (number(unit.factor), number(unit.offset));
-    quote! {
-        ::dgd::__runtime::system::Unit {
-            symbol: Text::Borrowed(#symbol),
-            factor: #factor,
-            offset: #offset,
-        }
-    }
+fn unit(of: &Unit) -> TokenStream {
+    let (symbol, factor, offset) = (&of.symbol, number(of.factor), number(of.offset));
+    quote!(Unit { symbol: Text::Borrowed(#symbol), factor: #factor, offset: #offset })
+}
+
+fn pattern(of: &Pattern) -> TokenStream {
+    let rows = of.rows.iter().map(|row| index(*row));
+    let columns = of.columns.iter().map(|column| index(*column));
+    quote!(Pattern::single(&[#(#rows),*], &[#(#columns),*]))
+}
+
+/// A variant without fields is called what its `Debug` writes.
+fn variant(of: &impl Debug) -> Ident {
+    Ident::new(&format!("{of:?}"), Span::call_site())
 }
 
 fn optional(value: Option<f64>) -> TokenStream {
-    let Some(value) = value else { return quote!(::core::option::Option::None) };
-    let value = number(value);
-    quote!(::core::option::Option::Some(#value))
+    option(value.map(number))
 }
 
-fn pattern(program: &Program, kind: ResultKind) -> TokenStream {
-    let places = program.patterns.get(&kind).map_or(&[][..], Vec::as_slice);
-    let rows = places.iter().map(|(row, _)| index(*row));
-    let columns = places.iter().map(|(_, column)| index(*column));
-    quote! {
-        ::dgd::__runtime::system::Pattern::single(&[#(#rows),*], &[#(#columns),*])
+fn option(value: Option<impl quote::ToTokens>) -> TokenStream {
+    match value {
+        None => quote!(::core::option::Option::None),
+        Some(value) => quote!(::core::option::Option::Some(#value)),
     }
 }

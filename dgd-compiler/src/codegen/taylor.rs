@@ -41,7 +41,7 @@ pub(super) fn methods(program: &Program) -> TokenStream {
             if has_unknowns {
                 functions.extend(method(program, &taylor.unknowns, Name::Taylor));
             }
-            if has_unknowns && !program.directions.is_empty() {
+            if has_unknowns && !program.signature.directions.is_empty() {
                 functions.extend(method(program, &taylor.sensitivities, Name::SensitivityTaylor));
             }
             (quote!(::core::result::Result::Ok(#kept)), functions)
@@ -67,7 +67,7 @@ enum Name {
 
 fn method(program: &Program, series: &Series, name: Name) -> TokenStream {
     let n = index(program.n());
-    let n_s = index(program.directions.len());
+    let n_s = index(program.signature.directions.len());
     let n_kept = index(series.n_kept());
     let with_sensitivities = name == Name::SensitivityTaylor;
     let name = match name {
@@ -234,7 +234,7 @@ impl Code<'_> {
         if !self.with_sensitivities {
             return TokenStream::new();
         }
-        let n_s = index(self.program.directions.len());
+        let n_s = index(self.program.signature.directions.len());
         let rows = (0..self.program.n()).map(|row| {
             let of_row = |entry: &&Entry| entry.row == row;
             let products = self.series.jacobian.iter().filter(of_row).map(&add);

@@ -216,7 +216,10 @@ fn differentiated(equations: &[Equation<'_>], systems: &[Explicit]) -> Vec<Diffe
     let mut all: Vec<DifferentiatedInput> = Vec::new();
     for (&input, &equation) in systems.iter().flat_map(|system| &system.reduced.differentiated) {
         if all.iter().all(|other| other.input != input) {
-            all.push(DifferentiatedInput { input, equation: equations[equation].label.to_owned() });
+            all.push(DifferentiatedInput {
+                input,
+                equation: equations[equation].label.to_owned().into(),
+            });
         }
     }
     all

@@ -15,7 +15,7 @@ use super::{Delay, DelayedInput, DelayedUnknown};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::display::listing;
 use crate::expr::{ExprId, Graph, Node, Symbol};
-use crate::model::{AutomatonKind, Model};
+use crate::model::Model;
 use crate::source::Span;
 
 /// Delays of delays open at most this many expressions.
@@ -86,10 +86,7 @@ pub(super) fn resolve(
         resolver.refuse_the_future(equation.span, diagnostics);
     }
     for (automaton, values) in model.automata.iter().zip(transitions) {
-        let reader = match automaton.kind {
-            AutomatonKind::Modes => format!("a transition of `{}`", automaton.name),
-            AutomatonKind::When => "`when`".to_owned(),
-        };
+        let reader = automaton.reader();
         for (transition, (event, resets)) in automaton.transitions.iter().zip(values) {
             let reset_spans = transition.resets.iter().map(|reset| reset.span);
             let spans = [transition.span].into_iter().chain(reset_spans);

@@ -31,11 +31,12 @@ mod variables;
 use std::collections::BTreeMap;
 
 use crate::expr::{ExprId, Graph, Symbol};
-use crate::model::{Crossing, Declared, Input, Parameter, Variant};
+use crate::model::{Declared, Input, Parameter, Variant};
 use crate::source::Span;
 use crate::units::Unit;
 
 pub use assemble::assemble;
+pub use dgd_signature::{AutomatonKind, Crossing, DelayedInput, DifferentiatedInput, Trigger};
 
 /// What `assemble` promises:
 ///
@@ -95,37 +96,6 @@ pub struct Dae {
     pub time_conditions: Vec<TimeCondition>,
 }
 
-/// What an automaton stands for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum AutomatonKind {
-    /// A `modes` block.
-    Modes,
-    /// A `when`: one mode, and a transition from it to itself.
-    When,
-    /// An unknown with bounds: free, or at one of them.
-    Saturation,
-    /// Which unknowns are states, of those that constraints tie together: the solution is the same
-    /// in all of them.
-    States,
-    /// A switch whose value jumps: below its surface, above it, or sliding along it.
-    Switch,
-    /// A switch whose slope jumps: steps end at its surface, and nothing else happens there.
-    Corner,
-}
-
-/// When a transition acts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Trigger {
-    /// Once its condition becomes true.
-    Edge,
-    /// Whenever its condition is true.
-    Level,
-    /// If its condition is true at once in the mode that the solution enters at a surface.
-    Entry,
-    /// If its condition is true at the start of a run; it leaves no mode.
-    Start,
-}
-
 /// A `modes` block, or what else changes at events: the equations are in the rows, what is left are
 /// its transitions.
 #[derive(Debug, Clone)]
@@ -177,15 +147,6 @@ pub struct Delay {
     pub text: String,
 }
 
-/// An input u(t − τ).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct DelayedInput {
-    /// Which of the declared inputs.
-    pub input: usize,
-    /// Which delay.
-    pub delay: usize,
-}
-
 /// An unknown x(t − τ).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DelayedUnknown {
@@ -195,15 +156,6 @@ pub struct DelayedUnknown {
     pub delay: usize,
     /// Whether its delay varies.
     pub varies: bool,
-}
-
-/// An input that an equation is differentiated through.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct DifferentiatedInput {
-    /// Which of the declared inputs.
-    pub input: usize,
-    /// Label of the equation.
-    pub equation: String,
 }
 
 /// An output w(t) = E(t − τ).
@@ -338,13 +290,10 @@ impl Dae {
     pub fn is_static(&self) -> bool {
         let moves = self.unknowns.iter().any(|unknown| unknown.differential)
             || self.families.iter().any(|family| self.graph.value(family.mass) != Some(0.0));
-        let remembers = |automaton: &Automaton| {
-            matches!(automaton.kind, AutomatonKind::Modes | AutomatonKind::When)
-        };
         let late = self.delays.len() + self.varying_delays.len();
         !moves
             && late == 0
-            && !self.automata.iter().any(remembers)
+            && !self.automata.iter().any(|automaton| automaton.kind.is_declared())
             && !self.graph.has_symbol(Symbol::Time)
     }
 

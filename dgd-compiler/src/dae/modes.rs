@@ -3,7 +3,7 @@
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::graph::Comparison;
 use crate::expr::{ExprId, Graph, Symbol};
-use crate::model::{AutomatonKind, Model};
+use crate::model::{Model, Origin};
 
 /// Every combination is matched by itself: their number must stay within bounds.
 const MOST_COMBINATIONS: usize = 1024;
@@ -116,7 +116,7 @@ pub(super) fn in_modes(model: &Model, modes: &[usize]) -> String {
         .automata
         .iter()
         .zip(modes)
-        .filter(|(automaton, _)| automaton.kind == AutomatonKind::Modes)
+        .filter(|(automaton, _)| automaton.origin == Origin::Modes)
         .map(|(automaton, mode)| {
             format!("mode `{}` of `{}`", automaton.modes[*mode].name, automaton.name)
         })

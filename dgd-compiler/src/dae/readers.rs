@@ -42,10 +42,7 @@ pub(super) fn automaton_of<F: Fn(Symbol) -> Option<ExprId>>(
 ) -> Automaton {
     let transitions = automaton.transitions.iter().zip(values).map(|(transition, values)| {
         let (event, resets) = values;
-        let what = || match automaton.kind {
-            model::AutomatonKind::Modes => format!("a transition of `{}`", automaton.name),
-            model::AutomatonKind::When => "`when`".to_owned(),
-        };
+        let what = || automaton.reader();
         let event = reader.open(event, transition.span, &what);
         let resets =
             transition.resets.iter().zip(resets).map(|(reset, value)| {
@@ -61,9 +58,9 @@ pub(super) fn automaton_of<F: Fn(Symbol) -> Option<ExprId>>(
         }
     });
     let transitions = transitions.collect();
-    let kind = match automaton.kind {
-        model::AutomatonKind::Modes => AutomatonKind::Modes,
-        model::AutomatonKind::When => AutomatonKind::When,
+    let kind = match automaton.origin {
+        model::Origin::Modes => AutomatonKind::Modes,
+        model::Origin::When => AutomatonKind::When,
     };
     Automaton {
         kind,

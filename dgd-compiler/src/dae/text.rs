@@ -2,10 +2,9 @@
 
 use std::fmt::Write;
 
-use super::{AutomatonKind, Dae, Trigger};
+use super::{Dae, Trigger};
 use crate::expr::display::listing;
 use crate::expr::{ExprId, Symbol};
-use crate::model::Crossing;
 
 /// Writes a system out: named and shared expressions first, then rows, start values and outputs.
 pub fn write(dae: &Dae) -> String {
@@ -71,20 +70,15 @@ pub fn write(dae: &Dae) -> String {
         let _ = writeln!(text, "  {name} = {after} from time {at} on");
     }
     for automaton in &dae.automata {
-        let is_when = matches!(automaton.kind, AutomatonKind::When | AutomatonKind::Corner);
-        match automaton.kind {
-            AutomatonKind::When => drop(writeln!(text, "  when {}", automaton.name)),
-            AutomatonKind::Corner => drop(writeln!(text, "  {}", automaton.name)),
-            AutomatonKind::Modes
-            | AutomatonKind::Saturation
-            | AutomatonKind::Switch
-            | AutomatonKind::States => {}
-        }
+        let shows_modes = automaton.kind.shows_modes();
         let (name, modes) = (&automaton.name, automaton.modes.join(", "));
         let start = &automaton.modes[automaton.start];
-        if !is_when {
-            let _ = writeln!(text, "  modes {name} = {modes}; starts in {start}");
-        }
+        let _ = if shows_modes {
+            writeln!(text, "  modes {name} = {modes}; starts in {start}")
+        } else {
+            let when = if automaton.kind.is_declared() { "when " } else { "" };
+            writeln!(text, "  {when}{name}")
+        };
         for transition in &automaton.transitions {
             let to = &automaton.modes[transition.to];
             if transition.trigger == Trigger::Start {
@@ -92,11 +86,8 @@ pub fn write(dae: &Dae) -> String {
                 continue;
             }
             let from = &automaton.modes[transition.from];
-            let crossing = match transition.crossing {
-                Crossing::Rises => "rises above",
-                Crossing::Falls => "falls below",
-            };
-            let change = if is_when { String::new() } else { format!("{from} -> {to} when ") };
+            let crossing = transition.crossing.words();
+            let change = if shows_modes { format!("{from} -> {to} when ") } else { String::new() };
             let _ = writeln!(text, "    {change}{} {crossing} 0", next());
             for (unknown, _) in &transition.resets {
                 let _ = writeln!(text, "      reset {} = {}", dae.unknowns[*unknown].name, next());

@@ -23,7 +23,8 @@ use crate::expr::{ExprId, Graph};
 use crate::source::Span;
 use crate::units::{Dimension, Unit, describe};
 
-pub use crate::syntax::ast::{Bound, Crossing, Name};
+pub use crate::syntax::ast::{Bound, Name};
+pub use dgd_signature::{Crossing, Interpolation};
 
 pub use crate::parts::InnerModel;
 pub use resolve::{ModelOptions, Setting, resolve};
@@ -115,15 +116,6 @@ pub struct Parameter {
     pub nominal: Option<f64>,
     /// Mean and standard deviation of a normal prior, SI.
     pub prior: Option<(f64, f64)>,
-}
-
-/// How an input goes on between samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Interpolation {
-    /// It holds.
-    Hold,
-    /// A straight line.
-    Linear,
 }
 
 /// An `input`.
@@ -231,7 +223,7 @@ pub struct Equation {
 
 /// Where an automaton comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum AutomatonKind {
+pub enum Origin {
     /// A `modes` block.
     Modes,
     /// A `when`: one mode without equations, and a transition from it to itself.
@@ -242,7 +234,7 @@ pub enum AutomatonKind {
 #[derive(Debug, Clone)]
 pub struct Automaton {
     /// Where it comes from.
-    pub kind: AutomatonKind,
+    pub origin: Origin,
     /// Its name; of a `when` its condition as written.
     pub name: String,
     /// Doc comment.
@@ -253,6 +245,16 @@ pub struct Automaton {
     pub start: usize,
     /// Which mode follows which, and when; then the conditions of modes to start in.
     pub transitions: Vec<Transition>,
+}
+
+impl Automaton {
+    /// How messages call what reads an expression of its transitions.
+    pub fn reader(&self) -> String {
+        match self.origin {
+            Origin::Modes => format!("a transition of `{}`", self.name),
+            Origin::When => "`when`".to_owned(),
+        }
+    }
 }
 
 /// A mode of an [`Automaton`].

@@ -7,7 +7,7 @@ use super::check_units;
 use super::define::Definition;
 use super::expression::Lowering;
 use super::resolve::{Reading, Resolver};
-use super::{Automaton, AutomatonKind, Mode, Reset, Saturation, Transition};
+use super::{Automaton, Mode, Origin, Reset, Saturation, Transition};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::expr::{ExprId, Node, Symbol};
 use crate::syntax::ast::{self, Bound, Choice, Crossing, Expr, Item, ItemKind, Name};
@@ -38,7 +38,7 @@ impl<'a> Resolver<'a> {
             .map(|(mode, condition)| self.start_mode(mode, condition, (name, &names), diagnostics))
             .collect();
         Ok(Automaton {
-            kind: AutomatonKind::Modes,
+            origin: Origin::Modes,
             name: name.text.clone(),
             doc: item.doc.clone(),
             modes: modes.into_iter().collect::<Result<_, _>>()?,
@@ -155,7 +155,7 @@ impl<'a> Resolver<'a> {
             resets: resets?,
         };
         Ok(Automaton {
-            kind: AutomatonKind::When,
+            origin: Origin::When,
             name: print_condition(reaction),
             doc: item.doc.clone(),
             modes: vec![Mode { name: String::new(), doc: Vec::new(), equations: Vec::new() }],

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{AutomatonKind, Bound, Crossing, Declared, Equation, Interpolation, Model};
+use super::{Bound, Declared, Equation, Interpolation, Model, Origin};
 use crate::expr::display::{listing, number};
 use crate::expr::{Node, Symbol};
 use crate::units::describe;
@@ -113,7 +113,7 @@ pub fn write(model: &Model) -> String {
         let _ = writeln!(text, "  saturate {name} {sign} {bound}");
     }
     for automaton in &model.automata {
-        let is_when = automaton.kind == AutomatonKind::When;
+        let is_when = automaton.origin == Origin::When;
         if !is_when {
             let start = &automaton.modes[automaton.start].name;
             let _ = writeln!(text, "  modes {}, starts in {start}", automaton.name);
@@ -138,10 +138,7 @@ pub fn write(model: &Model) -> String {
                 let _ = writeln!(text, "    starts in {to} if {condition}");
                 continue;
             };
-            let crosses = match transition.crossing {
-                Crossing::Rises => "rises above",
-                Crossing::Falls => "falls below",
-            };
+            let crosses = transition.crossing.words();
             let ((longer_left, left), (longer_right, right)) =
                 (show(transition.left), show(transition.right));
             for (name, value) in longer_left.into_iter().chain(longer_right) {

@@ -3,8 +3,10 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
+use dgd_signature::PastLayout;
+
 use super::lower::operation;
-use super::{Function, FunctionKind, Loop, Operation, PastLayout, Store, ValueId};
+use super::{Function, FunctionKind, Loop, Operation, Store, ValueId};
 use crate::dae::Dae;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 

@@ -2,14 +2,14 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
+use dgd_signature::arrays::Run;
+use dgd_signature::{Direction, PastLayout, Pattern};
+
 use super::functions::{Argument, FUNCTIONS, ResultKind};
 use super::loops::{Number, schedule};
-use super::past::{PastLayout, opened};
+use super::past::{begin, opened};
 use super::taylor::{Place, taylor};
-use super::{
-    Array, Automaton, DelayedUnknown, Direction, Family, Operation, Output, OutputArray, Pattern,
-    Program, Run, Transition, Unknown, ValueId,
-};
+use super::{Operation, Program, ValueId, describe};
 use crate::dae::{self, Dae};
 use crate::expr::{ExprId, Graph, Node, Past, Symbol};
 
@@ -42,112 +42,12 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
         .collect();
     let taylor = taylor(&mut derivation);
     Program {
-        name: dae.name.clone(),
-        doc: dae.doc.clone(),
-        unknowns: dae
-            .unknowns
-            .iter()
-            .map(|unknown| Unknown {
-                name: unknown.name.clone(),
-                unit: unknown.unit.clone(),
-                doc: unknown.doc.clone(),
-                nominal: unknown.nominal,
-                differential: unknown.differential,
-                by_mode: dae.graph.value(unknown.mass).is_none(),
-                equation: unknown.equation.clone(),
-                span: unknown.span,
-            })
-            .collect(),
-        arrays: dae.arrays.iter().map(array).collect(),
-        families: dae.families.iter().map(family).collect(),
-        parameters: dae.parameters.clone(),
-        inputs: dae.inputs.clone(),
-        delays: dae.delays.iter().map(|delay| delay.text.clone()).collect(),
-        varying_delays: dae.varying_delays.iter().map(|delay| delay.text.clone()).collect(),
-        delayed_inputs: dae.delayed_inputs.clone(),
-        delayed_unknowns: dae
-            .delayed_unknowns
-            .iter()
-            .map(|&dae::DelayedUnknown { unknown, delay, varies }| DelayedUnknown {
-                unknown,
-                delay,
-                varies,
-                has_history: dae.unknowns[unknown].history.is_some(),
-            })
-            .collect(),
-        differentiated_inputs: dae.differentiated_inputs.clone(),
-        outputs: dae
-            .outputs
-            .iter()
-            .map(|output| Output {
-                name: output.declared.name.clone(),
-                unit: output.declared.unit.clone(),
-                doc: output.declared.doc.clone(),
-                noise: output.noise,
-                delay: output.delay,
-            })
-            .collect(),
-        output_arrays: output_arrays(dae),
-        directions: directions.to_vec(),
-        automata: dae.automata.iter().map(automaton).collect(),
-        n_time_conditions: dae.time_conditions.len(),
-        patterns: derivation.patterns,
-        runs: derivation.runs,
+        signature: describe::signature(dae, directions, &derivation.patterns),
+        output_arrays: describe::output_arrays(dae),
+        features: describe::features(dae),
+        source: describe::source(dae),
         functions,
         taylor,
-    }
-}
-
-fn array(array: &dae::Array) -> Array {
-    Array {
-        name: array.name.clone(),
-        unit: array.unit.clone(),
-        doc: array.doc.clone(),
-        nominal: array.nominal,
-        lower: array.lower,
-        first: array.first,
-        count: array.count,
-    }
-}
-
-fn output_arrays(dae: &Dae) -> Vec<OutputArray> {
-    let array = |(array, first): (&dae::OutputArray, usize)| OutputArray {
-        name: array.declared.name.clone(),
-        unit: array.declared.unit.clone(),
-        doc: array.declared.doc.clone(),
-        noise: array.noise,
-        lower: array.lower,
-        first,
-        count: array.count,
-    };
-    dae.output_arrays.iter().zip(dae.first_of_output_arrays()).map(array).collect()
-}
-
-fn family(family: &dae::Family) -> Family {
-    Family {
-        first: family.first,
-        count: family.count,
-        differential: family.differential,
-        equation: family.equation.clone(),
-        lower: family.lower,
-        span: family.span,
-    }
-}
-
-fn automaton(automaton: &dae::Automaton) -> Automaton {
-    let transition = |transition: &dae::Transition| Transition {
-        from: transition.from,
-        to: transition.to,
-        crossing: transition.crossing,
-        trigger: transition.trigger,
-        resets: transition.resets.iter().map(|(unknown, _)| *unknown).collect(),
-    };
-    Automaton {
-        name: automaton.name.clone(),
-        kind: automaton.kind,
-        modes: automaton.modes.clone(),
-        start: automaton.start,
-        transitions: automaton.transitions.iter().map(transition).collect(),
     }
 }
 
@@ -165,8 +65,6 @@ pub(super) struct Derivation<'a> {
     results: BTreeMap<ResultKind, Vec<ExprId>>,
     /// Where those that are given by their non-zeros have them.
     patterns: BTreeMap<ResultKind, Pattern>,
-    /// Those of families, behind them.
-    runs: BTreeMap<ResultKind, Vec<Run>>,
 }
 
 /// Where an expression of a list belongs: a single row, or the first of a family with its length.
@@ -190,7 +88,6 @@ impl<'a> Derivation<'a> {
             w,
             results: BTreeMap::new(),
             patterns: BTreeMap::new(),
-            runs: BTreeMap::new(),
         }
     }
 
@@ -224,8 +121,9 @@ impl<'a> Derivation<'a> {
         let f = self.f();
         let values = self.result(ResultKind::Jacobian);
         let values = self.by_reciprocals(&values);
-        let places = self.patterns.get(&ResultKind::Jacobian).into_iter().flatten();
-        let jacobian = places.zip(values).map(|(&(row, column), value)| (row, column, value));
+        let places =
+            self.patterns.get(&ResultKind::Jacobian).into_iter().flat_map(Pattern::positions);
+        let jacobian = places.zip(values).map(|((row, column), value)| (row, column, value));
         let jacobian = jacobian.collect();
         let mut directions = Vec::new();
         for (row, f) in f.iter().enumerate() {
@@ -261,14 +159,15 @@ impl<'a> Derivation<'a> {
         let values = self.result(result);
         let values = self.by_reciprocals(&values);
         let single = |(place, value)| Number { value, place, rows: None };
-        if let Some(runs) = self.runs.get(&result) {
+        if let Some(Pattern { runs, .. }) = self.patterns.get(&result) {
             let n_single = values.len() - runs.len();
             let mut numbers: Vec<Number> =
                 values[..n_single].iter().copied().enumerate().map(single).collect();
             let mut place = n_single;
-            for (value, run) in values[n_single..].iter().zip(runs) {
-                numbers.push(Number { value: *value, place, rows: Some(run.count) });
-                place += run.count as usize;
+            for (value, run) in values[n_single..].iter().zip(runs.iter()) {
+                let rows = u32::try_from(run.count).unwrap_or(u32::MAX);
+                numbers.push(Number { value: *value, place, rows: Some(rows) });
+                place += run.count;
             }
             return numbers;
         }
@@ -493,7 +392,7 @@ impl<'a> Derivation<'a> {
         let past = self.past;
         move |symbol| match symbol {
             Symbol::Past(Past::Present, _) => None,
-            Symbol::Past(kind, k) => Some(past.begin(kind) + k as usize),
+            Symbol::Past(kind, k) => Some(begin(past, kind) + k as usize),
             _ => input(symbol),
         }
     }
@@ -515,14 +414,14 @@ impl<'a> Derivation<'a> {
                     continue;
                 };
                 let (column, diagonal) = (column & !MOVING, column & MOVING != 0);
-                runs.push(Run { row: *row, column, diagonal, count });
+                runs.push(Run { row: *row, column, diagonal, count: count as usize });
                 of_runs.push(value);
             }
         }
         matrix.sort_unstable_by_key(|(row, column, _)| (*column, *row));
-        let pattern = matrix.iter().map(|(row, column, _)| (*row, *column)).collect();
-        self.patterns.insert(kind, pattern);
-        self.runs.insert(kind, runs);
+        let places: Vec<(usize, usize)> =
+            matrix.iter().map(|(row, column, _)| (*row, *column)).collect();
+        self.patterns.insert(kind, Pattern { runs: runs.into(), ..Pattern::of(&places) });
         matrix.into_iter().map(|(_, _, value)| value).chain(of_runs).collect()
     }
 
@@ -788,7 +687,9 @@ pub(super) fn operation(
                 let unknown = dae.delayed_unknowns[k as usize].unknown;
                 Operation::Load(Argument::Y, position(unknown))
             }
-            Symbol::Past(past, k) => Operation::Load(Argument::U, position(layout.begin(past)) + k),
+            Symbol::Past(past, k) => {
+                Operation::Load(Argument::U, position(begin(layout, past)) + k)
+            }
             Symbol::Swept(i) => Operation::LoadSwept(Argument::Y, i),
             Symbol::SweptSensitivity(i) => Operation::LoadSwept(Argument::S, i),
             Symbol::Counter => Operation::Counter,

@@ -1,5 +1,6 @@
 //! Functions in single assignment over f64, ready to run or to be written as code.
 
+mod describe;
 mod functions;
 mod loops;
 mod lower;
@@ -7,18 +8,17 @@ mod past;
 mod taylor;
 mod text;
 
-use std::collections::BTreeMap;
+use dgd_signature::arrays::OutputArray;
+use dgd_signature::{Features, Pattern, Signature};
 
 use crate::expr::graph::Comparison;
 use crate::expr::intrinsics::IntrinsicId;
 use crate::source::Span;
-use crate::units::Unit;
+use crate::units::Dimension;
 
-pub use crate::dae::{AutomatonKind, DelayedInput, DifferentiatedInput, Trigger};
-pub use crate::model::{Crossing, Input, Interpolation, Parameter};
+pub use dgd_signature::Direction;
 pub use functions::{Argument, FUNCTIONS, FunctionKind, FunctionSpec, RUNS, ResultKind};
 pub use lower::lower;
-pub use past::PastLayout;
 pub use taylor::{Entry, Factor, NoTaylor, Recurrence, Series, Taylor, Term};
 
 /// What `lower` promises:
@@ -29,209 +29,59 @@ pub use taylor::{Entry, Factor, NoTaylor, Recurrence, Series, Taylor, Term};
 ///   precision, without contraction, gives the same bits as any other.
 #[derive(Debug, Clone)]
 pub struct Program {
-    /// The model's name.
-    pub name: String,
-    /// The model's doc comment.
-    pub doc: Vec<String>,
-    /// Unknowns y.
-    pub unknowns: Vec<Unknown>,
-    /// Arrays of unknowns, which follow in y.
-    pub arrays: Vec<Array>,
-    /// Rows of the elements, ascending.
-    pub families: Vec<Family>,
-    /// Parameters p.
-    pub parameters: Vec<Parameter>,
-    /// Declared inputs; u has them first, then the delayed ones, then the slopes of the delayed ones,
-    /// then what is known of delayed unknowns ([`Program::past`]).
-    pub inputs: Vec<Input>,
-    /// Distinct delays τ, as formulas write them.
-    pub delays: Vec<String>,
-    /// Distinct delays that vary, as formulas write them.
-    pub varying_delays: Vec<String>,
-    /// Declared inputs that arrive late.
-    pub delayed_inputs: Vec<DelayedInput>,
-    /// Unknowns that are read late.
-    pub delayed_unknowns: Vec<DelayedUnknown>,
-    /// Inputs that equations are differentiated through: they must not jump.
-    pub differentiated_inputs: Vec<DifferentiatedInput>,
-    /// Outputs w.
-    pub outputs: Vec<Output>,
-    /// Outputs for each element of an array, which follow in w.
+    /// Names, sizes, units, defaults and sparsity, as solvers see them.
+    pub signature: Signature,
+    /// Outputs for each element of an array, which are the last of the signature's.
     pub output_arrays: Vec<OutputArray>,
-    /// Directions θ of the sensitivities.
-    pub directions: Vec<Direction>,
-    /// `modes` blocks. Event functions and resets stand transition by transition.
-    pub automata: Vec<Automaton>,
-    /// Number of conditions on time.
-    pub n_time_conditions: usize,
-    /// Where the matrices that are given by their non-zeros have them.
-    pub patterns: BTreeMap<ResultKind, Pattern>,
-    /// Places of the same matrices that follow those of `patterns`, a run for each expression of a
-    /// family.
-    pub runs: BTreeMap<ResultKind, Vec<Run>>,
+    /// What the model never has, so that a solver need not look for it.
+    pub features: Features,
+    /// What its text says besides.
+    pub source: ProgramSource,
     /// One function for each row of [`FUNCTIONS`], in its order.
     pub functions: Vec<Function>,
     /// Taylor series of the solutions, or why there are none.
     pub taylor: Result<Taylor, NoTaylor>,
 }
 
-/// A `modes` block, or what else changes at events.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Automaton {
-    /// What it stands for.
-    pub kind: AutomatonKind,
-    /// Its name.
-    pub name: String,
-    /// Names of its modes.
-    pub modes: Vec<String>,
-    /// The mode it starts in.
-    pub start: usize,
-    /// Which mode follows which.
-    pub transitions: Vec<Transition>,
-}
-
-/// A transition between modes.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Transition {
-    /// Position of the mode that it leaves.
-    pub from: usize,
-    /// Position of the mode that it enters.
-    pub to: usize,
-    /// In which direction its event function passes zero.
-    pub crossing: Crossing,
-    /// When it acts.
-    pub trigger: Trigger,
-    /// Positions of the unknowns that it resets.
-    pub resets: Vec<usize>,
-}
-
-/// Something that sensitivities are taken to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Direction {
-    /// The parameter at this position.
-    Parameter(usize),
-    /// The start value of the unknown at this position.
-    Start(usize),
-}
-
-/// An unknown x(t − τ).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct DelayedUnknown {
-    /// Which of the unknowns.
-    pub unknown: usize,
-    /// Which delay, or which of those that vary.
-    pub delay: usize,
-    /// Whether its delay varies.
-    pub varies: bool,
-    /// Whether the model says what it was before the start; otherwise that is what it starts with.
-    pub has_history: bool,
-}
-
-/// An array of unknowns.
+/// What a model's text says of itself and no solver needs, in the order of the signature's lists.
 #[derive(Debug, Clone)]
-pub struct Array {
-    /// Its name.
-    pub name: String,
-    /// Unit of its elements.
-    pub unit: Unit,
+pub struct ProgramSource {
+    /// The model's doc comment.
+    pub doc: Vec<String>,
+    /// Unknowns that are no elements.
+    pub unknowns: Vec<Described>,
+    /// Their rows.
+    pub rows: Vec<Row>,
+    /// Arrays of unknowns.
+    pub arrays: Vec<Described>,
+    /// Where the equation of each family of rows stands.
+    pub families: Vec<Span>,
+    /// Parameters.
+    pub parameters: Vec<Described>,
+    /// Inputs.
+    pub inputs: Vec<Described>,
+    /// Outputs that are no elements.
+    pub outputs: Vec<Described>,
+    /// Outputs for each element of an array.
+    pub output_arrays: Vec<Described>,
+}
+
+/// A declared quantity.
+#[derive(Debug, Clone)]
+pub struct Described {
     /// Doc comment.
     pub doc: Vec<String>,
-    /// Size for tolerances, SI.
-    pub nominal: Option<f64>,
-    /// Index of its first element.
-    pub lower: i64,
-    /// Position of its first element in y.
-    pub first: usize,
-    /// Number of elements.
-    pub count: u32,
+    /// What it measures.
+    pub dimension: Dimension,
 }
 
-/// Rows of consecutive elements from one equation.
-#[derive(Debug, Clone)]
-pub struct Family {
-    /// Position of the first row.
-    pub first: usize,
-    /// Number of rows.
-    pub count: u32,
-    /// ẏ = f, or 0 = f.
-    pub differential: bool,
-    /// Label of the equation.
-    pub equation: String,
-    /// First index of the equation's loop; none for an equation of its own.
-    pub lower: Option<i64>,
-    /// Where the equation stands.
-    pub span: Span,
-}
-
-/// Places (row + k, column + k) or (row + k, column) for k from 0 to `count` − 1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Run {
-    /// Row of the first place.
-    pub row: usize,
-    /// Column of the first place.
-    pub column: usize,
-    /// Whether the column moves with the row.
-    pub diagonal: bool,
-    /// Number of places.
-    pub count: u32,
-}
-
-/// Places that can be non-zero: (row, column), columns ascending, rows ascending within a column.
-pub type Pattern = Vec<(usize, usize)>;
-
-/// An unknown and its row.
-#[derive(Debug, Clone)]
-pub struct Unknown {
-    /// Its name.
-    pub name: String,
-    /// Its unit.
-    pub unit: Unit,
-    /// Doc comment.
-    pub doc: Vec<String>,
-    /// Size for tolerances, SI.
-    pub nominal: Option<f64>,
-    /// ẏ = f, or 0 = f, in the modes it starts in.
-    pub differential: bool,
-    /// Whether other modes have it otherwise.
+/// The row of an unknown.
+#[derive(Debug, Clone, Copy)]
+pub struct Row {
+    /// Whether some modes have it as ẏ = f and others as 0 = f.
     pub by_mode: bool,
-    /// Label of its equation.
-    pub equation: String,
     /// Where the equation stands.
     pub span: Span,
-}
-
-/// An output.
-#[derive(Debug, Clone)]
-pub struct Output {
-    /// Its name.
-    pub name: String,
-    /// Its unit.
-    pub unit: Unit,
-    /// Doc comment.
-    pub doc: Vec<String>,
-    /// Standard deviation of the sensor's white error, SI.
-    pub noise: Option<f64>,
-    /// Which delay it is read late by; none is zero.
-    pub delay: Option<usize>,
-}
-
-/// Outputs for each element of an array.
-#[derive(Debug, Clone)]
-pub struct OutputArray {
-    /// Their common name.
-    pub name: String,
-    /// Unit of each.
-    pub unit: Unit,
-    /// Doc comment.
-    pub doc: Vec<String>,
-    /// Standard deviation of the sensors' white error, SI.
-    pub noise: Option<f64>,
-    /// Index of the first.
-    pub lower: i64,
-    /// Position of the first in w.
-    pub first: usize,
-    /// Number of outputs.
-    pub count: u32,
 }
 
 /// A function of the program.
@@ -363,52 +213,32 @@ impl Operation {
 impl Program {
     /// Length of y.
     pub fn n(&self) -> usize {
-        let elements = self.arrays.iter().map(|array| array.count as usize);
-        self.unknowns.len() + elements.sum::<usize>()
+        self.signature.unknowns.len()
     }
 
-    /// Length of w.
-    pub fn n_w(&self) -> usize {
-        let of_arrays = self.output_arrays.iter().map(|array| array.count as usize);
-        self.outputs.len() + of_arrays.sum::<usize>()
+    /// Outputs that are no elements of arrays.
+    pub fn single_outputs(&self) -> &[dgd_signature::Output] {
+        let elements = self.output_arrays.iter().map(|array| array.count);
+        let single = self.signature.outputs.len() - elements.sum::<usize>();
+        &self.signature.outputs[..single]
     }
 
-    /// What the unknowns are called, elements of arrays included.
-    pub fn unknown_names(&self) -> Vec<String> {
-        let elements = self.arrays.iter().flat_map(|a| elements(&a.name, a.lower, a.count));
-        self.unknowns.iter().map(|unknown| unknown.name.clone()).chain(elements).collect()
-    }
-
-    /// What the outputs are called, those of arrays included.
-    pub fn output_names(&self) -> Vec<String> {
-        let elements = self.output_arrays.iter().flat_map(|a| elements(&a.name, a.lower, a.count));
-        self.outputs.iter().map(|output| output.name.clone()).chain(elements).collect()
-    }
-
-    /// Number of places of a matrix that is given by its non-zeros.
-    pub fn n_places(&self, kind: ResultKind) -> usize {
-        let runs = self.runs.get(&kind).into_iter().flatten().map(|run| run.count as usize);
-        self.patterns.get(&kind).map_or(0, Vec::len) + runs.sum::<usize>()
-    }
-
-    /// Length of u.
-    pub fn n_u(&self) -> usize {
-        let past = self.past();
-        past.first + past.len()
-    }
-
-    /// Where u has what is known of delayed unknowns.
-    pub fn past(&self) -> PastLayout {
-        PastLayout {
-            first: self.inputs.len() + 2 * self.delayed_inputs.len(),
-            n_v: self.delayed_unknowns.len(),
-            n_s: self.directions.len(),
+    /// Where a matrix that is given by its non-zeros has them; `None` for other results.
+    pub fn pattern(&self, kind: ResultKind) -> Option<&Pattern> {
+        let signature = &self.signature;
+        let [dwdy, dwdu, dwdp] = &signature.output_jacobians;
+        match kind {
+            ResultKind::Jacobian => Some(&signature.jacobian),
+            ResultKind::Dgdy => Some(&signature.sensitivity_jacobian),
+            ResultKind::ParameterJacobian => Some(&signature.parameter_jacobian),
+            ResultKind::InputJacobian => Some(&signature.input_jacobian),
+            ResultKind::Dwdy => Some(dwdy),
+            ResultKind::Dwdu => Some(dwdu),
+            ResultKind::Dwdp => Some(dwdp),
+            ResultKind::EventJacobian => Some(&signature.discrete.event_jacobian),
+            ResultKind::ResetJacobian => Some(&signature.discrete.reset_jacobian),
+            _ => None,
         }
-    }
-
-    /// Number of discrete numbers z.
-    pub fn n_discrete(&self) -> usize {
-        self.automata.len() + self.n_time_conditions
     }
 
     /// Whether it has functions of a kind: without modes, conditions on time or delays, those about
@@ -419,16 +249,18 @@ impl Program {
             | FunctionKind::EventFunctions
             | FunctionKind::EventSensitivities
             | FunctionKind::Resets
-            | FunctionKind::ResetSensitivities => !self.automata.is_empty(),
+            | FunctionKind::ResetSensitivities => !self.signature.discrete.automata.is_empty(),
             FunctionKind::ConditionTimes | FunctionKind::ConditionTimeSensitivities => {
-                self.n_time_conditions > 0
+                self.signature.discrete.n_time_conditions > 0
             }
-            FunctionKind::Delays | FunctionKind::DelaySensitivities => !self.delays.is_empty(),
+            FunctionKind::Delays | FunctionKind::DelaySensitivities => {
+                !self.signature.delays.is_empty()
+            }
             FunctionKind::VaryingDelays | FunctionKind::VaryingDelaySensitivities => {
-                !self.varying_delays.is_empty()
+                !self.signature.varying_delays.is_empty()
             }
             FunctionKind::Histories | FunctionKind::HistorySensitivities => {
-                self.delayed_unknowns.iter().any(|delayed| delayed.has_history)
+                self.signature.delayed_unknowns.iter().any(|delayed| delayed.has_history)
             }
             FunctionKind::Rhs
             | FunctionKind::Linearize
@@ -445,24 +277,9 @@ impl Program {
         }
     }
 
-    /// Every place of a matrix that is given by its non-zeros, in the order of its numbers.
-    pub fn places(&self, kind: ResultKind) -> impl Iterator<Item = (usize, usize)> + '_ {
-        let single = self.patterns.get(&kind).into_iter().flatten().copied();
-        let runs = self.runs.get(&kind).into_iter().flatten();
-        single.chain(runs.flat_map(|run| {
-            let column = move |k| if run.diagonal { run.column + k } else { run.column };
-            (0..run.count as usize).map(move |k| (run.row + k, column(k)))
-        }))
-    }
-
     /// The function of a kind.
     pub fn function(&self, kind: FunctionKind) -> &Function {
         // Kinds, table and list have one order.
         &self.functions[kind as usize]
     }
-}
-
-/// `p[1]`, `p[2]` and so on.
-fn elements(name: &str, lower: i64, count: u32) -> impl Iterator<Item = String> + '_ {
-    (0..count).map(move |i| format!("{name}[{}]", lower + i64::from(i)))
 }

@@ -15,47 +15,26 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
+use dgd_signature::PastLayout;
+
 use super::lower::Derivation;
 use crate::dae::Dae;
 use crate::expr::graph::Comparison;
 use crate::expr::{ExprId, Past, Symbol};
 
-/// Where u has what is known of delayed unknowns.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct PastLayout {
-    /// Inputs before it.
-    pub first: usize,
-    /// Delayed unknowns.
-    pub n_v: usize,
-    /// Directions.
-    pub n_s: usize,
-}
-
-impl PastLayout {
-    /// Position in u of the first number of a kind; there is one for each delayed unknown, or, of
-    /// sensitivities, for each direction and delayed unknown. `Present` is none of them.
-    pub fn begin(self, past: Past) -> usize {
-        let before = match past {
-            Past::Held => 0,
-            Past::Value => 1,
-            Past::Rate => 2,
-            Past::Curvature => 3,
-            Past::Sensitivity => 4,
-            Past::SensitivityRate => 4 + self.n_s,
-            Past::Present => 4 + 2 * self.n_s,
-        };
-        self.first + before * self.n_v
-    }
-
-    /// Number of all of them.
-    pub fn len(self) -> usize {
-        (4 + 2 * self.n_s) * self.n_v
-    }
-
-    /// Whether nothing is read late.
-    pub fn is_empty(self) -> bool {
-        self.n_v == 0
-    }
+/// Position in u of the first number of a kind; there is one for each delayed unknown, or, of
+/// sensitivities, for each direction and delayed unknown. `Present` is none of them.
+pub(super) fn begin(layout: PastLayout, past: Past) -> usize {
+    let numbers = match past {
+        Past::Held => layout.held(),
+        Past::Value => layout.values(),
+        Past::Rate => layout.rates(),
+        Past::Curvature => layout.curvatures(),
+        Past::Sensitivity => layout.sensitivities(),
+        Past::SensitivityRate => layout.sensitivity_rates(),
+        Past::Present => return layout.first + layout.len(),
+    };
+    numbers.start
 }
 
 /// The system with its delayed unknowns opened.

@@ -29,12 +29,13 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
+use dgd_signature::{Interpolation, PastLayout};
+
 use super::lower::{Derivation, operation};
 use super::{Operation, ValueId};
 use crate::dae::Dae;
 use crate::expr::intrinsics::{Definition, IntrinsicId};
 use crate::expr::{ExprId, Graph, Node, Symbol};
-use crate::model::Interpolation;
 
 /// Taylor series of a model's solutions.
 #[derive(Debug, Clone)]
@@ -521,7 +522,7 @@ impl<'a> Builder<'a> {
             self.parts.insert(id, parts);
         }
         let values = &self.values;
-        let past = super::PastLayout { first: 0, n_v: 0, n_s: 0 };
+        let past = PastLayout { first: 0, n_v: 0, n_s: 0 };
         let operation = operation(node, self.dae, past, |operand| values[&operand]);
         let value = self.push(operation);
         self.values.insert(id, value);

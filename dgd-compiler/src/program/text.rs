@@ -2,111 +2,57 @@
 
 use std::fmt;
 
+use dgd_signature::arrays::{Array, Family, OutputArray, Run};
+use dgd_signature::{Direction, Discrete, Signature, Transition, Trigger, Unknowns};
+
 use super::{
-    Argument, Array, Direction, Entry, Factor, Family, Function, Loop, NoTaylor, Operation,
-    OutputArray, Program, Recurrence, ResultKind, Run, Series, Store, Taylor, Transition, Trigger,
-    ValueId,
+    Argument, Entry, Factor, Function, Loop, NoTaylor, Operation, Program, RUNS, Recurrence,
+    ResultKind, Series, Store, Taylor, ValueId,
 };
-use crate::expr::Past;
 use crate::expr::display::number;
-use crate::model::Declared;
 
 impl fmt::Display for Program {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "program {}", self.name)?;
-        for (i, unknown) in self.unknowns.iter().enumerate() {
-            let row = match (unknown.by_mode, unknown.differential) {
-                (true, _) => "0 or der(y)",
-                (false, true) => "der(y)",
-                (false, false) => "0",
-            };
-            let (name, unit) = (&unknown.name, &unknown.unit.symbol);
-            writeln!(f, "  y[{i}] = {name} [{unit}]: {row} = f[{i}] by `{}`", unknown.equation)?;
-        }
-        for array in &self.arrays {
-            let Array { name, unit, lower, first, count, .. } = array;
-            let (end, upper) = (first + *count as usize - 1, lower + i64::from(*count) - 1);
-            writeln!(f, "  y[{first}..{end}] = {name}[{lower}..{upper}] [{}]", unit.symbol)?;
-        }
-        for family in &self.families {
-            let Family { first, count, differential, equation, .. } = family;
-            let end = first + *count as usize - 1;
-            let row = if *differential { "der(y)" } else { "0" };
-            writeln!(f, "  y[{first}..{end}]: {row} = f[{first}..{end}] by `{equation}`")?;
-        }
+        let signature = &self.signature;
+        writeln!(f, "program {}", signature.name)?;
+        write_unknowns(self, f)?;
         let lists: [(&str, Vec<(&str, &str)>); 3] = [
-            ("u", self.inputs.iter().map(|x| head(&x.declared)).collect()),
-            ("p", self.parameters.iter().map(|x| head(&x.declared)).collect()),
-            ("w", self.outputs.iter().map(|x| (&*x.name, &*x.unit.symbol)).collect()),
+            ("u", signature.inputs.iter().map(|x| (&*x.name, &*x.unit.symbol)).collect()),
+            ("p", signature.parameters.iter().map(|x| (&*x.name, &*x.unit.symbol)).collect()),
+            ("w", self.single_outputs().iter().map(|x| (&*x.name, &*x.unit.symbol)).collect()),
         ];
         for (array, list) in lists {
             for (i, (name, unit)) in list.iter().enumerate() {
                 writeln!(f, "  {array}[{i}] = {name} [{unit}]")?;
             }
         }
-        for array in &self.output_arrays {
-            let OutputArray { name, unit, lower, first, count, .. } = array;
-            let (end, upper) = (first + *count as usize - 1, lower + i64::from(*count) - 1);
+        let mut first = self.single_outputs().len();
+        for OutputArray { name, unit, lower, count, .. } in &self.output_arrays {
+            let (end, upper) =
+                (first + count - 1, lower.saturating_add_unsigned(*count as u64) - 1);
             writeln!(f, "  w[{first}..{end}] = {name}[{lower}..{upper}] [{}]", unit.symbol)?;
+            first += count;
         }
-        for (i, delayed) in self.delayed_inputs.iter().enumerate() {
-            let (name, tau) =
-                (&self.inputs[delayed.input].declared.name, &self.delays[delayed.delay]);
-            let value = self.inputs.len() + i;
-            let slope = value + self.delayed_inputs.len();
-            writeln!(f, "  u[{value}] = delay({name}, {tau}), u[{slope}] its slope")?;
-        }
-        for (k, delayed) in self.delayed_unknowns.iter().enumerate() {
-            let name = &self.unknowns[delayed.unknown].name;
-            let list = if delayed.varies { &self.varying_delays } else { &self.delays };
-            let tau = &list[delayed.delay];
-            let [held, value] = [Past::Held, Past::Value].map(|past| self.past().begin(past) + k);
-            writeln!(f, "  u[{value}] = delay({name}, {tau}) where u[{held}] is 1")?;
-        }
-        for (i, tau) in self.delays.iter().enumerate() {
-            writeln!(f, "  tau[{i}] = {tau}")?;
-        }
-        for (i, output) in self.outputs.iter().enumerate() {
-            if let Some(delay) = output.delay {
-                writeln!(f, "  w[{i}] is read at t - tau[{delay}]")?;
-            }
-        }
-        for (j, direction) in self.directions.iter().enumerate() {
+        write_late(signature, f)?;
+        for (j, direction) in signature.directions.iter().enumerate() {
             match *direction {
                 Direction::Parameter(i) => {
-                    writeln!(f, "  theta[{j}] = {}", self.parameters[i].declared.name)?;
+                    writeln!(f, "  theta[{j}] = {}", signature.parameters[i].name)?;
                 }
                 Direction::Start(i) => {
-                    writeln!(f, "  theta[{j}] = {}(0)", self.unknowns[i].name)?;
+                    writeln!(f, "  theta[{j}] = {}(0)", signature.unknowns.single[i].name)?;
                 }
             }
         }
-        for (k, automaton) in self.automata.iter().enumerate() {
-            let (name, modes) = (&automaton.name, automaton.modes.join(", "));
-            writeln!(f, "  z[{k}] = {name}: {modes}; starts in {}", automaton.start)?;
-            for transition in &automaton.transitions {
-                let Transition { from, to, crossing, trigger, resets } = transition;
-                if *trigger == Trigger::Start {
-                    writeln!(f, "    starts in {to}, {crossing:?}")?;
-                    continue;
-                }
-                let acts = match trigger {
-                    Trigger::Edge => "",
-                    Trigger::Level => ", at any time",
-                    Trigger::Entry => ", on entry",
-                    Trigger::Start => ", at the start",
-                };
-                writeln!(f, "    {from} -> {to}, {crossing:?}{acts}, resets {resets:?}")?;
-            }
-        }
-        for k in self.automata.len()..self.n_discrete() {
-            writeln!(f, "  z[{k}] switches at a time")?;
-        }
-        let shown = |kind: &ResultKind| !self.automata.is_empty() || !kind.is_of_modes();
-        for (kind, pattern) in self.patterns.iter().filter(|(kind, _)| shown(kind)) {
-            let mut places: Vec<String> =
-                pattern.iter().map(|(r, c)| format!("({r},{c})")).collect();
-            for Run { row, column, diagonal, count } in self.runs.get(kind).into_iter().flatten() {
+        write_discrete(&signature.discrete, f)?;
+        let shown =
+            |kind: &ResultKind| !signature.discrete.automata.is_empty() || !kind.is_of_modes();
+        let of_events = [ResultKind::EventJacobian, ResultKind::ResetJacobian];
+        for kind in RUNS.into_iter().chain(of_events).filter(shown) {
+            let Some(pattern) = self.pattern(kind) else { continue };
+            let single = pattern.rows.iter().zip(pattern.columns.iter());
+            let mut places: Vec<String> = single.map(|(r, c)| format!("({r},{c})")).collect();
+            for Run { row, column, diagonal, count } in pattern.runs.iter() {
                 let moves = if *diagonal { "+k" } else { "" };
                 places.push(format!("({row}+k,{column}{moves}) for k < {count}"));
             }
@@ -126,6 +72,89 @@ impl fmt::Display for Program {
             Err(NoTaylor::Arrays) => writeln!(f, "\nno Taylor series: unknowns are arrays"),
         }
     }
+}
+
+/// Unknowns and the rows that determine them.
+fn write_unknowns(program: &Program, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let Unknowns { single, arrays, families } = &program.signature.unknowns;
+    for (i, (unknown, own)) in single.iter().zip(&program.source.rows).enumerate() {
+        let row = match (own.by_mode, unknown.differential) {
+            (true, _) => "0 or der(y)",
+            (false, true) => "der(y)",
+            (false, false) => "0",
+        };
+        let (name, unit) = (&unknown.name, &unknown.unit.symbol);
+        let equation = program.signature.equations.at(i);
+        writeln!(f, "  y[{i}] = {name} [{unit}]: {row} = f[{i}] by `{equation}`")?;
+    }
+    let mut first = single.len();
+    for Array { name, unit, lower, count, .. } in arrays.iter() {
+        let (end, upper) = (first + count - 1, lower.saturating_add_unsigned(*count as u64) - 1);
+        writeln!(f, "  y[{first}..{end}] = {name}[{lower}..{upper}] [{}]", unit.symbol)?;
+        first += count;
+    }
+    let mut first = single.len();
+    for Family { count, differential, equation, .. } in families.iter() {
+        let end = first + count - 1;
+        let row = if *differential { "der(y)" } else { "0" };
+        writeln!(f, "  y[{first}..{end}]: {row} = f[{first}..{end}] by `{equation}`")?;
+        first += count;
+    }
+    Ok(())
+}
+
+/// What is read late.
+fn write_late(signature: &Signature, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let Signature { inputs, delays, delayed_inputs, .. } = signature;
+    for (i, delayed) in delayed_inputs.iter().enumerate() {
+        let (name, tau) = (&inputs[delayed.input].name, &delays[delayed.delay]);
+        let value = inputs.len() + i;
+        let slope = value + delayed_inputs.len();
+        writeln!(f, "  u[{value}] = delay({name}, {tau}), u[{slope}] its slope")?;
+    }
+    for (k, delayed) in signature.delayed_unknowns.iter().enumerate() {
+        let name = &signature.unknowns.single[delayed.unknown].name;
+        let list = if delayed.varies { &signature.varying_delays } else { delays };
+        let tau = &list[delayed.delay];
+        let past = signature.past();
+        let [held, value] = [past.held(), past.values()].map(|numbers| numbers.start + k);
+        writeln!(f, "  u[{value}] = delay({name}, {tau}) where u[{held}] is 1")?;
+    }
+    for (i, tau) in delays.iter().enumerate() {
+        writeln!(f, "  tau[{i}] = {tau}")?;
+    }
+    for (i, output) in signature.outputs.iter().enumerate() {
+        if let Some(delay) = output.delay {
+            writeln!(f, "  w[{i}] is read at t - tau[{delay}]")?;
+        }
+    }
+    Ok(())
+}
+
+/// Automata, their transitions, and conditions on time.
+fn write_discrete(discrete: &Discrete, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    for (k, automaton) in discrete.automata.iter().enumerate() {
+        let (name, modes) = (&automaton.name, automaton.modes.join(", "));
+        writeln!(f, "  z[{k}] = {name}: {modes}; starts in {}", automaton.start)?;
+        for transition in automaton.transitions.iter() {
+            let Transition { from, to, crossing, trigger, resets } = transition;
+            if *trigger == Trigger::Start {
+                writeln!(f, "    starts in {to}, {crossing:?}")?;
+                continue;
+            }
+            let acts = match trigger {
+                Trigger::Edge => "",
+                Trigger::Level => ", at any time",
+                Trigger::Entry => ", on entry",
+                Trigger::Start => ", at the start",
+            };
+            writeln!(f, "    {from} -> {to}, {crossing:?}{acts}, resets {resets:?}")?;
+        }
+    }
+    for k in discrete.automata.len()..discrete.len() {
+        writeln!(f, "  z[{k}] switches at a time")?;
+    }
+    Ok(())
 }
 
 /// Values at the beginning, then the coefficient of order k of those that move.
@@ -187,11 +216,6 @@ impl Series {
             Recurrence::Select(c, a, b) => format!("if {c} then {} else {}", part(a), part(b)),
         }
     }
-}
-
-/// Name and unit.
-fn head(declared: &Declared) -> (&str, &str) {
-    (&declared.name, &declared.unit.symbol)
 }
 
 impl fmt::Display for Function {

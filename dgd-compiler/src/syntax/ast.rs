@@ -5,6 +5,8 @@
 
 use crate::source::{SourceId, Span};
 
+pub use dgd_signature::Crossing;
+
 /// One parsed file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ast {
@@ -462,25 +464,6 @@ pub struct Transition {
     pub right: Expr,
     /// New values that go with it.
     pub resets: Vec<Reset>,
-}
-
-/// In which direction a threshold is passed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Crossing {
-    /// `rises above`
-    Rises,
-    /// `falls below`
-    Falls,
-}
-
-impl Crossing {
-    /// As the language writes it.
-    pub fn words(self) -> &'static str {
-        match self {
-            Crossing::Rises => "rises above",
-            Crossing::Falls => "falls below",
-        }
-    }
 }
 
 /// `reset x = e`

@@ -8,8 +8,8 @@ use dgd_discover::{
     BaseModel, Discovery, Guess, Request, Verdict, discover, templates as known_templates,
 };
 use dgd_execute::{Engine, Loaded};
-use dgd_runtime::identify::{Recording, Unwatched};
-use dgd_runtime::journal::Forgetful;
+use dgd_identify::journal::Forgetful;
+use dgd_identify::{Recording, Unwatched};
 use dgd_runtime::{Column, Inputs, Options, Problem, System, observe, simulate};
 
 use crate::support::{Normal, model_text};

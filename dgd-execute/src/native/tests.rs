@@ -125,11 +125,11 @@ impl At {
         let n = program.n();
         let lengths = [
             n,
-            program.n_u(),
-            program.parameters.len(),
-            program.n_discrete(),
-            program.n_u(),
-            n * program.directions.len(),
+            program.signature.n_u(),
+            program.signature.parameters.len(),
+            program.signature.discrete.len(),
+            program.signature.n_u(),
+            n * program.signature.directions.len(),
         ];
         let mut number = || 2.0 * noise.next();
         let arrays = lengths.map(|len| (0..len).map(|_| number()).collect());

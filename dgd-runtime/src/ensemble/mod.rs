@@ -26,7 +26,7 @@ mod times;
 pub use lanes::{LANES, LanePoint, LaneStorage, Lanes};
 
 use crate::error::Failure;
-use crate::identify::parallel::in_parallel;
+use crate::parallel::{in_parallel, threads_for};
 use crate::problem::{Options, Problem};
 use crate::signal::Inputs;
 use crate::solution::Statistics;
@@ -201,7 +201,7 @@ pub fn reduce<S: System + Clone + Send, T: Send>(
     reduce: impl Fn(usize, Result<Trajectory<'_>, Failure>) -> T + Sync,
 ) -> Vec<T> {
     let count = ensemble.members.len();
-    let threads = threads.clamp(1, count.div_ceil(LANES).max(1));
+    let threads = threads_for(threads, count.div_ceil(LANES));
     // Whole packs, so that no thread has lanes left over.
     let share = count.div_ceil(threads).next_multiple_of(LANES);
     let parts = in_parallel(ensemble.system, threads, threads, |system, part| {

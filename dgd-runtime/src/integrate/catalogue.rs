@@ -44,7 +44,7 @@ pub enum MethodKind {
 
 impl MethodKind {
     /// Order of the solution that error estimates belong to, at the start.
-    pub(crate) fn estimate_order(self, rtol: f64) -> u32 {
+    pub fn estimate_order(self, rtol: f64) -> u32 {
         match self {
             Self::Rosenbrock(tableau) => tableau.estimate_order,
             Self::Explicit(tableau) | Self::Esdirk(tableau) => tableau.estimate_order,

@@ -17,7 +17,7 @@ use crate::error::IntegrateError;
 use crate::problem::Problem;
 use crate::solution::{Event, Solution};
 use crate::state_selection::selecting;
-use crate::system::{AutomatonKind, Crossing, Point, System, Trigger};
+use crate::system::{Crossing, Point, System, Trigger};
 
 /// Transitions within this part of the simulated time happen at one time.
 const ONE_TIME: f64 = 1e-9;
@@ -94,7 +94,7 @@ impl Hybrid {
             slack: vec![0.0; n_e],
             located: None,
             uncut: f64::INFINITY,
-            only_corners: discrete.automata.iter().all(|a| a.kind == AutomatonKind::Corner),
+            only_corners: discrete.automata.iter().all(|a| a.kind.only_ends_steps()),
             armed: discrete.transitions().map(|(_, t)| t.trigger == Trigger::Level).collect(),
             e: vec![0.0; n_e],
             low: vec![0.0; n_e],
@@ -306,7 +306,7 @@ impl<S: System> Simulation<'_, S> {
         let transitions = || discrete.transitions().enumerate();
         let before: Vec<(usize, usize, f64)> = transitions()
             .filter(|(_, (automaton, transition))| {
-                discrete.automata[*automaton].kind == AutomatonKind::Switch
+                discrete.automata[*automaton].kind.has_surface()
                     && transition.trigger == Trigger::Level
                     && transition.crossing == Crossing::Rises
                     && transition.from != SLIDING
@@ -417,7 +417,7 @@ impl<S: System> Simulation<'_, S> {
         choose_sides(system, place, &mut self.discrete.e, &mut self.discrete.schedule.z);
         let discrete = &system.signature().discrete;
         for (slack, (automaton, _)) in self.discrete.slack.iter_mut().zip(discrete.transitions()) {
-            if discrete.automata[automaton].kind == AutomatonKind::Switch {
+            if discrete.automata[automaton].kind.has_surface() {
                 *slack = OF_ROUNDING;
             }
         }
@@ -434,23 +434,23 @@ impl<S: System> Simulation<'_, S> {
             unreachable!("there are as many event functions as transitions")
         };
         let automaton = &discrete.automata[position];
-        if automaton.kind == AutomatonKind::Corner {
+        if automaton.kind.only_ends_steps() {
             // Slopes have changed, values have not.
             self.discrete.pass_corner(k, self.t);
             return self.make_consistent(solution);
         }
         self.verify_end(k, &automaton.name)?;
-        let is_switch = automaton.kind == AutomatonKind::Switch;
+        let has_surface = automaton.kind.has_surface();
         // A side that does not lead onto the surface was left by rounding, and one that the solution has
         // slid along has let it go.
-        let may_slide = is_switch && self.discrete.located == Some(k) && {
+        let may_slide = has_surface && self.discrete.located == Some(k) && {
             self.evaluate_events();
             self.entry(position).is_some()
         };
 
         self.reset(k, solution);
         self.discrete.schedule.z[position] = transition.to as f64;
-        let slack = match (is_switch, transition.from == SLIDING) {
+        let slack = match (has_surface, transition.from == SLIDING) {
             (true, true) => OF_TOLERANCE,
             (true, false) => OF_ROUNDING,
             (false, _) => 0.0,
@@ -468,7 +468,7 @@ impl<S: System> Simulation<'_, S> {
             from: automaton.modes[transition.from].clone(),
             to: automaton.modes[transition.to].clone(),
         });
-        if is_switch && self.discrete.located.take() == Some(k) && may_slide {
+        if has_surface && self.discrete.located.take() == Some(k) && may_slide {
             self.slide(position, solution)?;
         }
         Ok(())

@@ -30,7 +30,7 @@ use crate::error::IntegrateError;
 use crate::linalg::{Factorisation, Singular};
 use crate::problem::Problem;
 use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
-use crate::system::{AutomatonKind, Point, Signature, System};
+use crate::system::{Point, Signature, System};
 
 /// Work space of an instant; matrices by columns, one for each direction.
 pub(super) struct Instant {
@@ -165,11 +165,8 @@ impl<S: System> Simulation<'_, S> {
     pub(super) fn is_continuous(&self, k: usize) -> bool {
         let discrete = &self.problem.system.signature().discrete;
         discrete.transitions().nth(k).is_some_and(|(automaton, transition)| {
-            match discrete.automata[automaton].kind {
-                AutomatonKind::Corner | AutomatonKind::States => true,
-                AutomatonKind::Switch => transition.from == SLIDING,
-                AutomatonKind::Modes | AutomatonKind::When | AutomatonKind::Saturation => false,
-            }
+            let kind = discrete.automata[automaton].kind;
+            kind.keeps_slopes() || (kind.has_surface() && transition.from == SLIDING)
         })
     }
 

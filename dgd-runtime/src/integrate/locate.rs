@@ -15,7 +15,7 @@ use super::{Simulation, Stop, Variables};
 use crate::error::IntegrateError;
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::system::{AutomatonKind, Crossing, Point, System};
+use crate::system::{Crossing, Point, System};
 
 /// The interval is narrowed to this part of the step.
 const NARROW: f64 = 1e-13;
@@ -63,7 +63,7 @@ impl<S: System> Simulation<'_, S> {
         let (automaton, _) = transitions.nth(self.due()?)?;
         let automata = &self.problem.system.signature().discrete.automata;
         let error = self.error();
-        (automata[automaton].kind == AutomatonKind::Corner && error > 1.0 && error.is_finite())
+        (automata[automaton].kind.only_ends_steps() && error > 1.0 && error.is_finite())
             .then_some(error)
     }
 

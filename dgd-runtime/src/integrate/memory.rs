@@ -6,7 +6,7 @@
 
 use super::Simulation;
 use crate::problem::Problem;
-use crate::system::{AutomatonKind, Discrete, Point, System};
+use crate::system::{Discrete, Point, System};
 
 /// What a run that has ended remembers beside its unknowns.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,19 +24,13 @@ impl Memory {
     }
 }
 
-/// Whether the mode of an automaton is not seen from the values at one time.
-fn remembers(kind: AutomatonKind) -> bool {
-    match kind {
-        AutomatonKind::Modes | AutomatonKind::When | AutomatonKind::Saturation => true,
-        AutomatonKind::States | AutomatonKind::Switch | AutomatonKind::Corner => false,
-    }
-}
-
 /// Unknowns that are at their bounds in the modes `z`, by their positions.
-pub(crate) fn held_by_bounds(discrete: &Discrete, z: &[f64]) -> Vec<usize> {
-    let held = discrete.automata.iter().zip(z).filter(|(automaton, z)| {
-        automaton.kind == AutomatonKind::Saturation && **z != automaton.start as f64
-    });
+pub fn held_by_bounds(discrete: &Discrete, z: &[f64]) -> Vec<usize> {
+    let held = discrete
+        .automata
+        .iter()
+        .zip(z)
+        .filter(|(automaton, z)| automaton.kind.is_bound() && **z != automaton.start as f64);
     let mut bounded: Vec<usize> = held
         .flat_map(|(automaton, _)| automaton.transitions.iter().flat_map(|of| of.resets.iter()))
         .copied()
@@ -70,12 +64,12 @@ impl<S: System> Simulation<'_, S> {
         let discrete = &system.signature().discrete;
         let hybrid = &mut self.discrete;
         for (k, automaton) in discrete.automata.iter().enumerate() {
-            if remembers(automaton.kind) {
+            if automaton.kind.is_remembered() {
                 hybrid.schedule.z[k] = memory.z[k];
             }
         }
         for (k, (automaton, _)) in discrete.transitions().enumerate() {
-            if remembers(discrete.automata[automaton].kind) {
+            if discrete.automata[automaton].kind.is_remembered() {
                 hybrid.armed[k] = memory.armed[k];
             }
         }
@@ -91,9 +85,7 @@ impl<S: System> Simulation<'_, S> {
         let signature = self.problem.system.signature();
         for (k, automaton) in signature.discrete.automata.iter().enumerate() {
             let mut resets = automaton.transitions.iter().flat_map(|of| of.resets.iter());
-            if automaton.kind == AutomatonKind::Saturation
-                && resets.any(|i| signature.unknowns.is_differential(*i))
-            {
+            if automaton.kind.is_bound() && resets.any(|i| signature.unknowns.is_differential(*i)) {
                 self.discrete.schedule.z[k] = memory.z[k];
             }
         }

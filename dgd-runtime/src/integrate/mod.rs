@@ -69,10 +69,9 @@ use catalogue::{Method, MethodKind};
 use controller::Controller;
 use drive::Drive;
 use events::Hybrid;
-pub(crate) use history::{Hat, NODES, Past, Seed};
+pub use history::{Hat, NODES, Past, Seed};
 use locked::Steps;
-pub use memory::Memory;
-pub(crate) use memory::held_by_bounds;
+pub use memory::{Memory, held_by_bounds};
 use moving_jump::MovingJumps;
 use singular_point::Weak;
 use stepper::{At, Base, Directions, Failed, Stepper, Trial};
@@ -205,7 +204,7 @@ pub struct Before<'a> {
     /// What the run before remembers; `None` for the first one.
     pub memory: Option<&'a Memory>,
     /// What unknowns that are read late were.
-    pub(crate) past: Option<&'a Past>,
+    pub past: Option<&'a Past>,
 }
 
 impl<'a> Wanted<'a> {
@@ -370,15 +369,12 @@ fn verify<S: System>(
 }
 
 /// Whether options and times make sense.
-pub(crate) fn verify_request(times: &[f64], options: &Options) -> Result<(), BadRequest> {
+pub fn verify_request(times: &[f64], options: &Options) -> Result<(), BadRequest> {
     options.verify().and_then(|()| verify_times(times))
 }
 
 /// Whether the inputs reach as far as the times, and are smooth where they must be.
-pub(crate) fn verify_inputs<S: System>(
-    problem: &Problem<'_, S>,
-    times: &[f64],
-) -> Result<(), InputError> {
+pub fn verify_inputs<S: System>(problem: &Problem<'_, S>, times: &[f64]) -> Result<(), InputError> {
     match (times.first(), times.last()) {
         (Some(&from), Some(&until)) => {
             let covered = problem.inputs.cover(from, until);

@@ -16,7 +16,7 @@ use super::{Simulation, Stop, Variables};
 use crate::error::IntegrateError;
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::system::{AutomatonKind, Crossing, Point, System};
+use crate::system::{Crossing, Point, System};
 
 /// Intervals between samples.
 const INTERVALS: usize = 4;
@@ -77,7 +77,7 @@ impl<S: System> Simulation<'_, S> {
             let hybrid = &self.discrete;
             if hybrid.is_event(automaton) && hybrid.is_active(automaton, transition.from) {
                 let kind = system.signature().discrete.automata[automaton].kind;
-                let found = if kind == AutomatonKind::Corner {
+                let found = if kind.only_ends_steps() {
                     self.corner_at_end(k, transition.crossing, t_new, h)
                 } else if self.discrete.armed[k] {
                     self.first_past(k, transition.crossing, h)
@@ -127,7 +127,7 @@ impl<S: System> Simulation<'_, S> {
         self.evaluate_at_end(h);
         let discrete = &self.problem.system.signature().discrete;
         let passes = discrete.transitions().enumerate().any(|(k, (automaton, transition))| {
-            discrete.automata[automaton].kind == AutomatonKind::Corner
+            discrete.automata[automaton].kind.only_ends_steps()
                 && self.discrete.armed[k]
                 && transition.crossing.is_past(self.discrete.e[k])
                 && !self.discrete.flutters(k, t_new, CALM * h)

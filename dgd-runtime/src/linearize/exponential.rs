@@ -25,7 +25,7 @@ const TERMS: u32 = 16;
 
 /// Φ, Γ₀ and Γ₁ of one length of time.
 #[derive(Debug, Clone)]
-pub(crate) struct Response {
+pub struct Response {
     pub phi: DMatrix<f64>,
     pub gamma_0: DMatrix<f64>,
     pub gamma_1: DMatrix<f64>,
@@ -33,13 +33,13 @@ pub(crate) struct Response {
 
 /// A response, and its derivatives in some directions of A.
 #[derive(Debug, Clone)]
-pub(crate) struct Differentiated {
+pub struct Differentiated {
     pub value: Response,
     pub slopes: Vec<Response>,
 }
 
 /// Responses of one system by length of time, each computed once.
-pub(crate) struct Responses<'a> {
+pub struct Responses<'a> {
     a: &'a DMatrix<f64>,
     directions: Vec<&'a DMatrix<f64>>,
     /// The norm of A with states in units of their sizes, 1/s.
@@ -49,11 +49,7 @@ pub(crate) struct Responses<'a> {
 
 impl<'a> Responses<'a> {
     /// Of ẋ = A x + …, states having these sizes.
-    pub(crate) fn new(
-        a: &'a DMatrix<f64>,
-        directions: Vec<&'a DMatrix<f64>>,
-        sizes: &[f64],
-    ) -> Self {
+    pub fn new(a: &'a DMatrix<f64>, directions: Vec<&'a DMatrix<f64>>, sizes: &[f64]) -> Self {
         let column = |j: usize| -> f64 {
             (0..a.nrows()).map(|i| (a[(i, j)] * sizes[j] / sizes[i]).abs()).sum()
         };
@@ -62,7 +58,7 @@ impl<'a> Responses<'a> {
     }
 
     /// Those of a time h, give or take the rounding of the times that it lies between.
-    pub(crate) fn of(&mut self, h: f64, rounding: f64) -> &Differentiated {
+    pub fn of(&mut self, h: f64, rounding: f64) -> &Differentiated {
         let known = self.known.iter().position(|(known, _)| (known - h).abs() <= rounding);
         if known.is_none() {
             let computed = self.computed(h);

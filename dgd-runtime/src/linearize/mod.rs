@@ -48,8 +48,8 @@ pub use point::OperatingPoint;
 pub use poles::{Pole, Poles, Stability};
 pub use steady::steady_state;
 
-pub(crate) use exponential::Responses;
-pub(crate) use parametric::{Matrices, Parametric};
+pub use exponential::Responses;
+pub use parametric::{Matrices, Parametric};
 
 /// Most unknowns of a linear model, whose matrices are dense.
 const MOST_UNKNOWNS: usize = 4000;
@@ -293,7 +293,7 @@ impl Columns {
         let mut late = Vec::new();
         for (k, delayed) in signature.delayed_unknowns.iter().enumerate() {
             // What is read now, for want of a delay, is in the Jacobian.
-            if at.u[past.first + k] == 0.0 {
+            if at.u[past.held().start + k] == 0.0 {
                 continue;
             }
             let tau = if delayed.varies {
@@ -303,14 +303,14 @@ impl Columns {
             } else {
                 tau[delayed.delay]
             };
-            if is_read(past.first + 2 * past.n_v + k) {
+            if is_read(past.rates().start + k) {
                 let unknown = signature.unknowns.name(delayed.unknown).to_string();
                 return Err(LinearizeError::LateSlope { unknown });
             }
-            if is_read(past.first + past.n_v + k) {
-                places[past.first + past.n_v + k] = Some(channels.len() + late.len());
+            if is_read(past.values().start + k) {
+                places[past.values().start + k] = Some(channels.len() + late.len());
                 late.push(LateUnknown { unknown: delayed.unknown, tau });
-                v.push(at.u[past.first + past.n_v + k]);
+                v.push(at.u[past.values().start + k]);
             }
         }
         Ok(Self { channels, late, u, v, places })

@@ -68,10 +68,14 @@ impl LinearAt {
 
 /// The linear model's numbers, or their derivatives to one of θ.
 #[derive(Debug, Clone)]
-pub(crate) struct Matrices {
+pub struct Matrices {
+    /// A.
     pub a: DMatrix<f64>,
+    /// B.
     pub b: DMatrix<f64>,
+    /// C.
     pub c: DMatrix<f64>,
+    /// D.
     pub d: DMatrix<f64>,
     /// r.
     pub rates: DVector<f64>,
@@ -84,11 +88,12 @@ pub(crate) struct Matrices {
 }
 
 /// A linear model close to a point that moves with θ.
-pub(crate) struct Parametric {
+pub struct Parametric {
     /// Positions of the states among the unknowns.
     pub states: Vec<usize>,
     /// Sizes of the states.
     pub sizes: Vec<f64>,
+    /// The model itself.
     pub model: Matrices,
     /// By direction; `None` for one that the model does not depend on. Empty where none were asked for.
     pub slopes: Vec<Option<Matrices>>,
@@ -96,7 +101,7 @@ pub(crate) struct Parametric {
 
 impl Parametric {
     /// The linear model of a run over these times, with its derivatives if they are wanted.
-    pub(crate) fn new<S: System>(
+    pub fn new<S: System>(
         problem: &Problem<'_, S>,
         (at, times): (&LinearAt, &[f64]),
         options: &Options,

@@ -19,7 +19,7 @@ use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, unknown_sizes};
 use crate::signal::{Inputs, Side};
 use crate::state_selection::select_states;
-use crate::system::{AutomatonKind, Point, Storage, System};
+use crate::system::{Point, Storage, System};
 
 /// The run that is to come to rest goes on to 10^k seconds, for k up to this.
 const LONGEST: i32 = 9;
@@ -210,10 +210,7 @@ impl<'a, S: System> Search<'a, S> {
         system.event_functions(self.point(y, z), e);
         let mut transitions = discrete.transitions().zip(e.iter());
         !transitions.any(|((automaton, transition), e)| {
-            let decides = match discrete.automata[automaton].kind {
-                AutomatonKind::Modes | AutomatonKind::Saturation | AutomatonKind::Switch => true,
-                AutomatonKind::When | AutomatonKind::States | AutomatonKind::Corner => false,
-            };
+            let decides = discrete.automata[automaton].kind.has_equations_by_mode();
             decides && z[automaton] == transition.from as f64 && transition.crossing.is_past(*e)
         })
     }
@@ -230,8 +227,8 @@ impl<'a, S: System> Search<'a, S> {
         }
         for (k, delayed) in signature.delayed_unknowns.iter().enumerate() {
             let tau = if delayed.varies { varying[delayed.delay] } else { tau[delayed.delay] };
-            u[past.first + k] = f64::from(u8::from(tau != 0.0));
-            u[past.first + past.n_v + k] = y[delayed.unknown];
+            u[past.held().start + k] = f64::from(u8::from(tau != 0.0));
+            u[past.values().start + k] = y[delayed.unknown];
         }
         OperatingPoint { t: self.t, y, u, z }
     }

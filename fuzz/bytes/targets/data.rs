@@ -1,7 +1,7 @@
 //! Any bytes as a recording: it is read or refused.
 #![no_main]
 
-use dgd_cli::data;
+use dgd_data as data;
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::source::Sources;
 

@@ -3,8 +3,8 @@
 
 use std::fs;
 
-use dgd_cli::data::journal::{Opening, RunJournal};
-use dgd_runtime::journal::Digest;
+use dgd_data::files::journal::{Opening, RunJournal};
+use dgd_identify::journal::Digest;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let path = std::env::temp_dir().join(format!("dgd-fuzz-{}.journal", std::process::id()));

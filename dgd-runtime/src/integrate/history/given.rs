@@ -9,7 +9,7 @@ use super::{Begun, History, Mark, NODES, ONE_TIME};
 
 /// What unknowns were until now.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Past {
+pub struct Past {
     /// Positions of the unknowns, ascending.
     watched: Vec<usize>,
     /// Where it begins; before that it is the first value, or what the model says.
@@ -36,7 +36,7 @@ struct Kink {
 /// How the past of an unknown changes with what it was at one time: a straight line to the times before and
 /// after at which it is known apart.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Hat {
+pub struct Hat {
     /// Where it is zero on the left; `None` where it is 1 all the time before.
     pub left: Option<f64>,
     /// Where it is 1.
@@ -47,14 +47,18 @@ pub(crate) struct Hat {
 
 /// The change of one unknown, by its position among those that are watched, in one direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Seed {
+pub struct Seed {
+    /// The direction.
     pub direction: usize,
+    /// The unknown.
     pub unknown: usize,
+    /// The change over time.
     pub hat: Hat,
 }
 
 impl Hat {
-    pub(crate) fn at(self, t: f64) -> f64 {
+    /// The change at a time, as a part of that at the top.
+    pub fn at(self, t: f64) -> f64 {
         let part = |zero: Option<f64>| match zero {
             Some(zero) => ((t - zero) / (self.top - zero)).max(0.0),
             None => 1.0,
@@ -71,7 +75,7 @@ impl Hat {
 
 impl Past {
     /// Nothing but the values of the unknowns at the positions `watched` at the time `from`.
-    pub(crate) fn new(watched: Vec<usize>, from: f64, y: &[f64]) -> Self {
+    pub fn new(watched: Vec<usize>, from: f64, y: &[f64]) -> Self {
         let origin = watched.iter().map(|i| y[*i]).collect();
         let (ends, differences, seeds) = (Vec::new(), Vec::new(), Vec::new());
         Self {
@@ -85,22 +89,23 @@ impl Past {
         }
     }
 
-    pub(crate) fn watched(&self) -> &[usize] {
+    /// Positions of the unknowns, ascending.
+    pub fn watched(&self) -> &[usize] {
         &self.watched
     }
 
     /// Since when it is known.
-    pub(crate) fn from(&self) -> f64 {
+    pub fn from(&self) -> f64 {
         self.from
     }
 
     /// Until when it is known.
-    pub(crate) fn until(&self) -> f64 {
+    pub fn until(&self) -> f64 {
         self.ends.last().map_or(self.from, |ends| ends[1])
     }
 
     /// Goes on from t₀ to t₁ with the values of all unknowns at each of [`NODES`].
-    pub(crate) fn push<'y>(&mut self, [t0, t1]: [f64; 2], y: impl Fn(usize) -> &'y [f64]) {
+    pub fn push<'y>(&mut self, [t0, t1]: [f64; 2], y: impl Fn(usize) -> &'y [f64]) {
         let (n, at) = (self.watched.len(), self.differences.len());
         for node in 0..NODES.len() {
             let y = y(node);
@@ -111,17 +116,17 @@ impl Past {
     }
 
     /// Times at which it is not smooth.
-    pub(crate) fn marks(&self) -> impl Iterator<Item = f64> {
+    pub fn marks(&self) -> impl Iterator<Item = f64> {
         self.marks.iter().map(|kink| kink.t)
     }
 
     /// What comes next does not go on smoothly: its derivative of this order jumps.
-    pub(crate) fn mark(&mut self, level: u32) {
+    pub fn mark(&mut self, level: u32) {
         self.marks.push(Kink { t: self.until(), piece: self.ends.len(), level });
     }
 
     /// Adds a change of one of the unknowns, `change` of time, that is a straight line within each piece.
-    pub(crate) fn add(&mut self, unknown: usize, change: impl Fn(f64) -> f64) {
+    pub fn add(&mut self, unknown: usize, change: impl Fn(f64) -> f64) {
         let n = self.watched.len();
         self.origin[unknown] += change(self.from);
         let pieces = self.differences.chunks_exact_mut(n * NODES.len());
@@ -133,7 +138,7 @@ impl Past {
     }
 
     /// One of the unknowns, and its rate, at a time; at rest before it begins.
-    pub(crate) fn value(&self, unknown: usize, t: f64) -> (f64, f64) {
+    pub fn value(&self, unknown: usize, t: f64) -> (f64, f64) {
         let Some(last) = self.ends.len().checked_sub(1) else { return (self.origin[unknown], 0.0) };
         if t < self.from {
             return (self.origin[unknown], 0.0);
@@ -148,7 +153,7 @@ impl Past {
     }
 
     /// Forgets what was before a time at which it was marked.
-    pub(crate) fn forget_before(&mut self, t: f64) {
+    pub fn forget_before(&mut self, t: f64) {
         let Some(first) = self.marks.iter().position(|kink| kink.t == t) else { return };
         let piece = self.marks[first].piece;
         if piece == 0 {
@@ -166,7 +171,8 @@ impl Past {
     }
 
     /// The same past, with sensitivities.
-    pub(crate) fn seeded(&self, seeds: Vec<Seed>) -> Self {
+    #[must_use]
+    pub fn seeded(&self, seeds: Vec<Seed>) -> Self {
         Self { seeds, ..self.clone() }
     }
 }

@@ -26,8 +26,8 @@ use crate::problem::Problem;
 use crate::system::{PastLayout, Point, System};
 use polynomial::divide;
 
-pub(crate) use given::{Hat, Past, Seed};
-pub(crate) use polynomial::NODES;
+pub use given::{Hat, Past, Seed};
+pub use polynomial::NODES;
 
 /// Marks up to this level are followed up.
 const MOST_LEVEL: u32 = 6;

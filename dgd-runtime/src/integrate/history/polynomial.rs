@@ -11,7 +11,7 @@
 
 /// Nodes of a step: the ends, then points between them that are denser there, in the order of Leja,
 /// so that divided differences stay small. Degrees up to 6 are reproduced.
-pub(crate) const NODES: [f64; 7] = [0.0, 1.0, 0.5, 0.9375, 0.0625, 0.75, 0.25];
+pub const NODES: [f64; 7] = [0.0, 1.0, 0.5, 0.9375, 0.0625, 0.75, 0.25];
 
 /// Turns the values at the nodes, node by node, `n` numbers each, into divided differences.
 pub(super) fn divide(values: &mut [f64], n: usize) {

@@ -46,16 +46,16 @@ fn cost(method: &Method) -> u32 {
 
 /// Errors of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Measured {
+pub struct Measured {
     /// Square of the largest local error, in units of the tolerance.
-    pub(crate) largest: f64,
+    pub largest: f64,
     /// The largest share of a step in what is stable.
-    pub(crate) stiffness: f64,
+    pub stiffness: f64,
 }
 
 impl Measured {
     /// What n steps per sample should have been, if they were not enough.
-    pub(crate) fn wants_more_than(self, n: u32, exponent: u32) -> Option<u32> {
+    pub fn wants_more_than(self, n: u32, exponent: u32) -> Option<u32> {
         let share = larger(self.largest.powf(0.5 / f64::from(exponent)), self.stiffness);
         if share <= 1.0 {
             return None;
@@ -170,7 +170,7 @@ pub(super) fn head(times: &[f64]) -> usize {
 }
 
 /// How many steps per sample the beginning of a run needs for the unknowns to have the tolerance.
-pub(crate) fn per_sample_of_head<S: System>(
+pub fn per_sample_of_head<S: System>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
@@ -204,7 +204,7 @@ fn per_sample_within<S: System>(
 }
 
 /// The unknowns' errors in a run with so many steps per sample.
-pub(crate) fn measure<S: System>(
+pub fn measure<S: System>(
     problem: &Problem<'_, S>,
     times: &[f64],
     per_sample: u32,
@@ -272,7 +272,7 @@ impl<S: System, C: Carried<S>> Task<S, C> for MeasuredRun<'_, S, C> {
 }
 
 /// Whether inputs change in most sample intervals of a recording.
-pub(crate) fn inputs_change_by_sample<S: System>(problem: &Problem<'_, S>, times: &[f64]) -> bool {
+pub fn inputs_change_by_sample<S: System>(problem: &Problem<'_, S>, times: &[f64]) -> bool {
     match (times.first(), times.last()) {
         (Some(from), Some(until)) if from < until => {
             2 * segments(problem.inputs, *from, *until) >= times.len()

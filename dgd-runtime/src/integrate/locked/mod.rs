@@ -46,14 +46,15 @@ use crate::solution::Solution;
 use crate::system::System;
 use carried::{Carried, Unknowns, WithSensitivities};
 use choice::head;
-pub use choice::{PerSampleChoice, choose_per_sample};
-pub(crate) use choice::{inputs_change_by_sample, measure, per_sample_of_head};
+pub use choice::{
+    PerSampleChoice, choose_per_sample, inputs_change_by_sample, measure, per_sample_of_head,
+};
 use count::Count;
 pub use error::PerSampleError;
 use error::verify;
 use fixed_step::FixedStep;
 use grid::{Grid, sample_interval};
-pub(crate) use sweep::Sink;
+pub use sweep::Sink;
 use sweep::{Course, Gauge, sweep};
 use taylor::Taylor;
 use tsit5::Tsit5;
@@ -132,14 +133,14 @@ fn whole_run<S: System, C: Carried<S>>(
 }
 
 /// Whether [`stream`] can run with these options.
-pub(crate) fn can_stream<S: System>(problem: &Problem<'_, S>, options: &Options) -> bool {
+pub fn can_stream<S: System>(problem: &Problem<'_, S>, options: &Options) -> bool {
     let is_fixed = matches!(options.steps, Steps::PerSample(PerSample::Exactly(_)));
     is_fixed && is_swept(options.method.kind) && verify(problem, options.method).is_ok()
 }
 
 /// Runs with sensitivities and with so many steps per sample, and keeps nothing: every asked time goes
 /// to the sink as it is reached.
-pub(crate) fn stream<S: System>(
+pub fn stream<S: System>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,

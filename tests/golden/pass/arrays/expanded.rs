@@ -133,17 +133,19 @@ pub mod cells {
             }
         }
     }
-    use ::dgd::__runtime::system::{List, Text};
-    static SIGNATURE: ::dgd::__runtime::codegen::Lazy<::dgd::__runtime::Signature> = ::dgd::__runtime::codegen::Lazy::new(||
-    {
-        ::dgd::__runtime::arrays::with_arrays(
-            ::dgd::__runtime::Signature {
+    static SIGNATURE: ::dgd::__runtime::codegen::Lazy<
+        ::dgd::__runtime::signature::Signature,
+    > = {
+        #[allow(unused_imports)]
+        use ::dgd::__runtime::signature::{arrays::*, *};
+        ::dgd::__runtime::codegen::Lazy::new(|| with_arrays(
+            Signature {
                 name: Text::Borrowed("cells"),
-                unknowns: ::dgd::__runtime::arrays::Unknowns::single(
+                unknowns: Unknowns::single(
                     &[
-                        ::dgd::__runtime::system::Unknown {
+                        Unknown {
                             name: Text::Borrowed("held"),
-                            unit: ::dgd::__runtime::system::Unit {
+                            unit: Unit {
                                 symbol: Text::Borrowed("1"),
                                 factor: 1.0,
                                 offset: 0.0,
@@ -153,14 +155,12 @@ pub mod cells {
                         },
                     ],
                 ),
-                equations: ::dgd::__runtime::arrays::Labels::single(
-                    &[Text::Borrowed("memory")],
-                ),
+                equations: Labels::single(&[Text::Borrowed("memory")]),
                 parameters: List::Borrowed(
                     &[
-                        ::dgd::__runtime::system::Parameter {
+                        Parameter {
                             name: Text::Borrowed("k"),
-                            unit: ::dgd::__runtime::system::Unit {
+                            unit: Unit {
                                 symbol: Text::Borrowed("1/s"),
                                 factor: 1.0,
                                 offset: 0.0,
@@ -176,14 +176,14 @@ pub mod cells {
                 ),
                 inputs: List::Borrowed(
                     &[
-                        ::dgd::__runtime::system::Input {
+                        Input {
                             name: Text::Borrowed("feed"),
-                            unit: ::dgd::__runtime::system::Unit {
+                            unit: Unit {
                                 symbol: Text::Borrowed("1"),
                                 factor: 1.0,
                                 offset: 0.0,
                             },
-                            interpolation: ::dgd::__runtime::system::Interpolation::Linear,
+                            interpolation: Interpolation::Linear,
                         },
                     ],
                 ),
@@ -194,9 +194,9 @@ pub mod cells {
                 differentiated_inputs: List::Borrowed(&[]),
                 outputs: List::Borrowed(
                     &[
-                        ::dgd::__runtime::system::Output {
+                        Output {
                             name: Text::Borrowed("last"),
-                            unit: ::dgd::__runtime::system::Unit {
+                            unit: Unit {
                                 symbol: Text::Borrowed("1"),
                                 factor: 1.0,
                                 offset: 0.0,
@@ -206,48 +206,40 @@ pub mod cells {
                         },
                     ],
                 ),
-                directions: List::Borrowed(
-                    &[::dgd::__runtime::system::Direction::Parameter(0)],
-                ),
-                jacobian: ::dgd::__runtime::system::Pattern::single(
+                directions: List::Borrowed(&[Direction::Parameter(0)]),
+                jacobian: Pattern::single(
                     &[0, 44, 44, 41, 44, 0],
                     &[0, 0, 3, 41, 44, 81],
                 ),
-                sensitivity_jacobian: ::dgd::__runtime::system::Pattern::single(
-                    &[0, 44, 0],
-                    &[0, 3, 81],
-                ),
-                parameter_jacobian: ::dgd::__runtime::system::Pattern::single(
-                    &[0],
-                    &[0],
-                ),
-                input_jacobian: ::dgd::__runtime::system::Pattern::single(&[41], &[0]),
+                sensitivity_jacobian: Pattern::single(&[0, 44, 0], &[0, 3, 81]),
+                parameter_jacobian: Pattern::single(&[0], &[0]),
+                input_jacobian: Pattern::single(&[41], &[0]),
                 output_jacobians: [
-                    ::dgd::__runtime::system::Pattern::single(&[0], &[40]),
-                    ::dgd::__runtime::system::Pattern::single(&[], &[]),
-                    ::dgd::__runtime::system::Pattern::single(&[], &[]),
+                    Pattern::single(&[0], &[40]),
+                    Pattern::single(&[], &[]),
+                    Pattern::single(&[], &[]),
                 ],
-                discrete: ::dgd::__runtime::system::Discrete::NONE,
+                discrete: Discrete::NONE,
             },
-            &::dgd::__runtime::arrays::Arrays {
+            &Arrays {
                 arrays: List::Borrowed(
                     &[
-                        ::dgd::__runtime::arrays::Array {
+                        Array {
                             name: Text::Borrowed("x"),
                             lower: 1,
                             count: 40,
-                            unit: ::dgd::__runtime::system::Unit {
+                            unit: Unit {
                                 symbol: Text::Borrowed("1"),
                                 factor: 1.0,
                                 offset: 0.0,
                             },
                             nominal: ::core::option::Option::None,
                         },
-                        ::dgd::__runtime::arrays::Array {
+                        Array {
                             name: Text::Borrowed("y"),
                             lower: 0,
                             count: 41,
-                            unit: ::dgd::__runtime::system::Unit {
+                            unit: Unit {
                                 symbol: Text::Borrowed("1"),
                                 factor: 1.0,
                                 offset: 0.0,
@@ -258,31 +250,31 @@ pub mod cells {
                 ),
                 families: List::Borrowed(
                     &[
-                        ::dgd::__runtime::arrays::Family {
+                        Family {
                             count: 40,
                             differential: true,
                             equation: Text::Borrowed("cell"),
                             lower: ::core::option::Option::Some(1),
                         },
-                        ::dgd::__runtime::arrays::Family {
+                        Family {
                             count: 1,
                             differential: false,
                             equation: Text::Borrowed("left"),
                             lower: ::core::option::Option::None,
                         },
-                        ::dgd::__runtime::arrays::Family {
+                        Family {
                             count: 2,
                             differential: false,
                             equation: Text::Borrowed("share"),
                             lower: ::core::option::Option::Some(1),
                         },
-                        ::dgd::__runtime::arrays::Family {
+                        Family {
                             count: 1,
                             differential: false,
                             equation: Text::Borrowed("share"),
                             lower: ::core::option::Option::Some(3),
                         },
-                        ::dgd::__runtime::arrays::Family {
+                        Family {
                             count: 37,
                             differential: false,
                             equation: Text::Borrowed("share"),
@@ -292,11 +284,11 @@ pub mod cells {
                 ),
                 outputs: List::Borrowed(
                     &[
-                        ::dgd::__runtime::arrays::OutputArray {
+                        OutputArray {
                             name: Text::Borrowed("x"),
                             lower: 1,
                             count: 40,
-                            unit: ::dgd::__runtime::system::Unit {
+                            unit: Unit {
                                 symbol: Text::Borrowed("1"),
                                 factor: 1.0,
                                 offset: 0.0,
@@ -308,61 +300,61 @@ pub mod cells {
                 runs: [
                     List::Borrowed(
                         &[
-                            ::dgd::__runtime::arrays::Run {
+                            Run {
                                 row: 1,
                                 column: 41,
                                 diagonal: true,
                                 count: 40,
                             },
-                            ::dgd::__runtime::arrays::Run {
+                            Run {
                                 row: 1,
                                 column: 42,
                                 diagonal: true,
                                 count: 40,
                             },
-                            ::dgd::__runtime::arrays::Run {
+                            Run {
                                 row: 42,
                                 column: 0,
                                 diagonal: false,
                                 count: 2,
                             },
-                            ::dgd::__runtime::arrays::Run {
+                            Run {
                                 row: 42,
                                 column: 3,
                                 diagonal: false,
                                 count: 2,
                             },
-                            ::dgd::__runtime::arrays::Run {
+                            Run {
                                 row: 42,
                                 column: 1,
                                 diagonal: true,
                                 count: 2,
                             },
-                            ::dgd::__runtime::arrays::Run {
+                            Run {
                                 row: 42,
                                 column: 42,
                                 diagonal: true,
                                 count: 2,
                             },
-                            ::dgd::__runtime::arrays::Run {
+                            Run {
                                 row: 45,
                                 column: 0,
                                 diagonal: false,
                                 count: 37,
                             },
-                            ::dgd::__runtime::arrays::Run {
+                            Run {
                                 row: 45,
                                 column: 3,
                                 diagonal: false,
                                 count: 37,
                             },
-                            ::dgd::__runtime::arrays::Run {
+                            Run {
                                 row: 45,
                                 column: 4,
                                 diagonal: true,
                                 count: 37,
                             },
-                            ::dgd::__runtime::arrays::Run {
+                            Run {
                                 row: 45,
                                 column: 45,
                                 diagonal: true,
@@ -372,37 +364,37 @@ pub mod cells {
                     ),
                     List::Borrowed(
                         &[
-                            ::dgd::__runtime::arrays::Run {
+                            Run {
                                 row: 1,
                                 column: 41,
                                 diagonal: true,
                                 count: 40,
                             },
-                            ::dgd::__runtime::arrays::Run {
+                            Run {
                                 row: 1,
                                 column: 42,
                                 diagonal: true,
                                 count: 40,
                             },
-                            ::dgd::__runtime::arrays::Run {
+                            Run {
                                 row: 42,
                                 column: 3,
                                 diagonal: false,
                                 count: 2,
                             },
-                            ::dgd::__runtime::arrays::Run {
+                            Run {
                                 row: 42,
                                 column: 1,
                                 diagonal: true,
                                 count: 2,
                             },
-                            ::dgd::__runtime::arrays::Run {
+                            Run {
                                 row: 45,
                                 column: 3,
                                 diagonal: false,
                                 count: 37,
                             },
-                            ::dgd::__runtime::arrays::Run {
+                            Run {
                                 row: 45,
                                 column: 4,
                                 diagonal: true,
@@ -412,7 +404,7 @@ pub mod cells {
                     ),
                     List::Borrowed(
                         &[
-                            ::dgd::__runtime::arrays::Run {
+                            Run {
                                 row: 1,
                                 column: 0,
                                 diagonal: false,
@@ -423,7 +415,7 @@ pub mod cells {
                     List::Borrowed(&[]),
                     List::Borrowed(
                         &[
-                            ::dgd::__runtime::arrays::Run {
+                            Run {
                                 row: 1,
                                 column: 1,
                                 diagonal: true,
@@ -435,8 +427,8 @@ pub mod cells {
                     List::Borrowed(&[]),
                 ],
             },
-        )
-    });
+        ))
+    };
     #[automatically_derived]
     impl ::dgd::__runtime::System for Model {
         type Vector = ::dgd::__runtime::codegen::HeapNumbers;
@@ -445,13 +437,13 @@ pub mod cells {
         type Jacobian = ::dgd::__runtime::codegen::HeapNumbers;
         type SensitivityJacobian = ::dgd::__runtime::codegen::HeapNumbers;
         type Factorisation = ::dgd::__runtime::linalg::AutoLu;
-        const FEATURES: ::dgd::__runtime::system::Features = ::dgd::__runtime::system::Features {
+        const FEATURES: ::dgd::__runtime::signature::Features = ::dgd::__runtime::signature::Features {
             events: false,
             past: false,
             algebraic: true,
         };
         #[inline]
-        fn signature(&self) -> &::dgd::__runtime::Signature {
+        fn signature(&self) -> &::dgd::__runtime::signature::Signature {
             &SIGNATURE
         }
         #[inline]

@@ -121,159 +121,157 @@ pub mod vessel {
             Outputs { p, flow }
         }
     }
-    use ::dgd::__runtime::system::{List, Text};
-    static SIGNATURE: ::dgd::__runtime::Signature = ::dgd::__runtime::Signature {
-        name: Text::Borrowed("vessel"),
-        unknowns: ::dgd::__runtime::arrays::Unknowns::single(
-            &[
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("p"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("barg"),
-                        factor: 100000.0,
-                        offset: 0.0,
+    static SIGNATURE: ::dgd::__runtime::signature::Signature = {
+        #[allow(unused_imports)]
+        use ::dgd::__runtime::signature::{arrays::*, *};
+        Signature {
+            name: Text::Borrowed("vessel"),
+            unknowns: Unknowns::single(
+                &[
+                    Unknown {
+                        name: Text::Borrowed("p"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("barg"),
+                            factor: 100000.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::None,
+                        differential: true,
                     },
-                    nominal: ::core::option::Option::None,
-                    differential: true,
-                },
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("w"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("kg/s"),
-                        factor: 1.0,
-                        offset: 0.0,
+                    Unknown {
+                        name: Text::Borrowed("w"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("kg/s"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::Some(0.1),
+                        differential: false,
                     },
-                    nominal: ::core::option::Option::Some(0.1),
-                    differential: false,
-                },
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("s"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("1"),
-                        factor: 1.0,
-                        offset: 0.0,
+                    Unknown {
+                        name: Text::Borrowed("s"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("1"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::None,
+                        differential: true,
                     },
-                    nominal: ::core::option::Option::None,
-                    differential: true,
-                },
+                ],
+            ),
+            equations: Labels::single(
+                &[
+                    Text::Borrowed("mass"),
+                    Text::Borrowed("outflow"),
+                    Text::Borrowed("stem"),
+                ],
+            ),
+            parameters: List::Borrowed(
+                &[
+                    Parameter {
+                        name: Text::Borrowed("R"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("bar*s/kg"),
+                            factor: 100000.0,
+                            offset: 0.0,
+                        },
+                        value: 1200000.0,
+                        lower: 100.0,
+                        upper: 100000000.0,
+                        nominal: ::core::option::Option::None,
+                        log: true,
+                        fixed: false,
+                    },
+                    Parameter {
+                        name: Text::Borrowed("tau"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("s"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        value: 5.0,
+                        lower: 0.1,
+                        upper: f64::INFINITY,
+                        nominal: ::core::option::Option::None,
+                        log: false,
+                        fixed: false,
+                    },
+                    Parameter {
+                        name: Text::Borrowed("k"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("kg/m^3/bar"),
+                            factor: 1e-5,
+                            offset: 0.0,
+                        },
+                        value: 1.2e-5,
+                        lower: -f64::INFINITY,
+                        upper: f64::INFINITY,
+                        nominal: ::core::option::Option::None,
+                        log: false,
+                        fixed: true,
+                    },
+                ],
+            ),
+            inputs: List::Borrowed(
+                &[
+                    Input {
+                        name: Text::Borrowed("opening"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("%"),
+                            factor: 0.01,
+                            offset: 0.0,
+                        },
+                        interpolation: Interpolation::Hold,
+                    },
+                ],
+            ),
+            delays: List::Borrowed(&[]),
+            varying_delays: List::Borrowed(&[]),
+            delayed_inputs: List::Borrowed(&[]),
+            delayed_unknowns: List::Borrowed(&[]),
+            differentiated_inputs: List::Borrowed(&[]),
+            outputs: List::Borrowed(
+                &[
+                    Output {
+                        name: Text::Borrowed("p"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("barg"),
+                            factor: 100000.0,
+                            offset: 0.0,
+                        },
+                        noise: ::core::option::Option::None,
+                        delay: ::core::option::Option::None,
+                    },
+                    Output {
+                        name: Text::Borrowed("flow"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("kg/min"),
+                            factor: 0.016666666666666666,
+                            offset: 0.0,
+                        },
+                        noise: ::core::option::Option::Some(0.0016666666666666668),
+                        delay: ::core::option::Option::None,
+                    },
+                ],
+            ),
+            directions: List::Borrowed(
+                &[Direction::Parameter(0), Direction::Parameter(1)],
+            ),
+            jacobian: Pattern::single(&[1, 0, 1, 1, 2], &[0, 1, 1, 2, 2]),
+            sensitivity_jacobian: Pattern::single(
+                &[1, 4, 1, 4, 1, 4, 5],
+                &[0, 0, 1, 1, 2, 2, 2],
+            ),
+            parameter_jacobian: Pattern::single(&[1, 2, 0], &[0, 1, 2]),
+            input_jacobian: Pattern::single(&[2], &[0]),
+            output_jacobians: [
+                Pattern::single(&[0, 1], &[0, 1]),
+                Pattern::single(&[], &[]),
+                Pattern::single(&[], &[]),
             ],
-        ),
-        equations: ::dgd::__runtime::arrays::Labels::single(
-            &[Text::Borrowed("mass"), Text::Borrowed("outflow"), Text::Borrowed("stem")],
-        ),
-        parameters: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Parameter {
-                    name: Text::Borrowed("R"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("bar*s/kg"),
-                        factor: 100000.0,
-                        offset: 0.0,
-                    },
-                    value: 1200000.0,
-                    lower: 100.0,
-                    upper: 100000000.0,
-                    nominal: ::core::option::Option::None,
-                    log: true,
-                    fixed: false,
-                },
-                ::dgd::__runtime::system::Parameter {
-                    name: Text::Borrowed("tau"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("s"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    value: 5.0,
-                    lower: 0.1,
-                    upper: f64::INFINITY,
-                    nominal: ::core::option::Option::None,
-                    log: false,
-                    fixed: false,
-                },
-                ::dgd::__runtime::system::Parameter {
-                    name: Text::Borrowed("k"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("kg/m^3/bar"),
-                        factor: 1e-5,
-                        offset: 0.0,
-                    },
-                    value: 1.2e-5,
-                    lower: -f64::INFINITY,
-                    upper: f64::INFINITY,
-                    nominal: ::core::option::Option::None,
-                    log: false,
-                    fixed: true,
-                },
-            ],
-        ),
-        inputs: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Input {
-                    name: Text::Borrowed("opening"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("%"),
-                        factor: 0.01,
-                        offset: 0.0,
-                    },
-                    interpolation: ::dgd::__runtime::system::Interpolation::Hold,
-                },
-            ],
-        ),
-        delays: List::Borrowed(&[]),
-        varying_delays: List::Borrowed(&[]),
-        delayed_inputs: List::Borrowed(&[]),
-        delayed_unknowns: List::Borrowed(&[]),
-        differentiated_inputs: List::Borrowed(&[]),
-        outputs: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Output {
-                    name: Text::Borrowed("p"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("barg"),
-                        factor: 100000.0,
-                        offset: 0.0,
-                    },
-                    noise: ::core::option::Option::None,
-                    delay: ::core::option::Option::None,
-                },
-                ::dgd::__runtime::system::Output {
-                    name: Text::Borrowed("flow"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("kg/min"),
-                        factor: 0.016666666666666666,
-                        offset: 0.0,
-                    },
-                    noise: ::core::option::Option::Some(0.0016666666666666668),
-                    delay: ::core::option::Option::None,
-                },
-            ],
-        ),
-        directions: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Direction::Parameter(0),
-                ::dgd::__runtime::system::Direction::Parameter(1),
-            ],
-        ),
-        jacobian: ::dgd::__runtime::system::Pattern::single(
-            &[1, 0, 1, 1, 2],
-            &[0, 1, 1, 2, 2],
-        ),
-        sensitivity_jacobian: ::dgd::__runtime::system::Pattern::single(
-            &[1, 4, 1, 4, 1, 4, 5],
-            &[0, 0, 1, 1, 2, 2, 2],
-        ),
-        parameter_jacobian: ::dgd::__runtime::system::Pattern::single(
-            &[1, 2, 0],
-            &[0, 1, 2],
-        ),
-        input_jacobian: ::dgd::__runtime::system::Pattern::single(&[2], &[0]),
-        output_jacobians: [
-            ::dgd::__runtime::system::Pattern::single(&[0, 1], &[0, 1]),
-            ::dgd::__runtime::system::Pattern::single(&[], &[]),
-            ::dgd::__runtime::system::Pattern::single(&[], &[]),
-        ],
-        discrete: ::dgd::__runtime::system::Discrete::NONE,
+            discrete: Discrete::NONE,
+        }
     };
     #[automatically_derived]
     impl ::dgd::__runtime::System for Model {
@@ -283,13 +281,13 @@ pub mod vessel {
         type Jacobian = [f64; 5];
         type SensitivityJacobian = [f64; 7];
         type Factorisation = ::dgd::__runtime::linalg::FixedLu<3>;
-        const FEATURES: ::dgd::__runtime::system::Features = ::dgd::__runtime::system::Features {
+        const FEATURES: ::dgd::__runtime::signature::Features = ::dgd::__runtime::signature::Features {
             events: false,
             past: false,
             algebraic: true,
         };
         #[inline]
-        fn signature(&self) -> &::dgd::__runtime::Signature {
+        fn signature(&self) -> &::dgd::__runtime::signature::Signature {
             &SIGNATURE
         }
         #[inline]

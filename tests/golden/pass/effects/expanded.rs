@@ -137,175 +137,173 @@ pub mod filled_tank {
             Outputs { level, out }
         }
     }
-    use ::dgd::__runtime::system::{List, Text};
-    static SIGNATURE: ::dgd::__runtime::Signature = ::dgd::__runtime::Signature {
-        name: Text::Borrowed("filled_tank"),
-        unknowns: ::dgd::__runtime::arrays::Unknowns::single(
-            &[
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("h"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m"),
-                        factor: 1.0,
-                        offset: 0.0,
+    static SIGNATURE: ::dgd::__runtime::signature::Signature = {
+        #[allow(unused_imports)]
+        use ::dgd::__runtime::signature::{arrays::*, *};
+        Signature {
+            name: Text::Borrowed("filled_tank"),
+            unknowns: Unknowns::single(
+                &[
+                    Unknown {
+                        name: Text::Borrowed("h"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::None,
+                        differential: true,
                     },
-                    nominal: ::core::option::Option::None,
-                    differential: true,
-                },
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("v"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m^3"),
-                        factor: 1.0,
-                        offset: 0.0,
+                    Unknown {
+                        name: Text::Borrowed("v"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m^3"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::None,
+                        differential: true,
                     },
-                    nominal: ::core::option::Option::None,
-                    differential: true,
-                },
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("q_pump"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m^3/h"),
-                        factor: 0.0002777777777777778,
-                        offset: 0.0,
+                    Unknown {
+                        name: Text::Borrowed("q_pump"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m^3/h"),
+                            factor: 0.0002777777777777778,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::None,
+                        differential: true,
                     },
-                    nominal: ::core::option::Option::None,
-                    differential: true,
-                },
+                ],
+            ),
+            equations: Labels::single(
+                &[
+                    Text::Borrowed("level"),
+                    Text::Borrowed("total"),
+                    Text::Borrowed("drive"),
+                ],
+            ),
+            parameters: List::Borrowed(
+                &[
+                    Parameter {
+                        name: Text::Borrowed("k"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m^(5/2)/s"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        value: 0.1,
+                        lower: 0.0,
+                        upper: 1.0,
+                        nominal: ::core::option::Option::None,
+                        log: false,
+                        fixed: false,
+                    },
+                    Parameter {
+                        name: Text::Borrowed("tau"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("s"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        value: 5.0,
+                        lower: 0.1,
+                        upper: 100.0,
+                        nominal: ::core::option::Option::None,
+                        log: true,
+                        fixed: false,
+                    },
+                    Parameter {
+                        name: Text::Borrowed("offset_level"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("cm"),
+                            factor: 0.01,
+                            offset: 0.0,
+                        },
+                        value: 0.0,
+                        lower: -0.1,
+                        upper: 0.1,
+                        nominal: ::core::option::Option::None,
+                        log: false,
+                        fixed: false,
+                    },
+                    Parameter {
+                        name: Text::Borrowed("gain"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("1"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        value: 1.0,
+                        lower: 0.5,
+                        upper: 2.0,
+                        nominal: ::core::option::Option::None,
+                        log: false,
+                        fixed: false,
+                    },
+                ],
+            ),
+            inputs: List::Borrowed(
+                &[
+                    Input {
+                        name: Text::Borrowed("q_in"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m^3/h"),
+                            factor: 0.0002777777777777778,
+                            offset: 0.0,
+                        },
+                        interpolation: Interpolation::Linear,
+                    },
+                ],
+            ),
+            delays: List::Borrowed(&[]),
+            varying_delays: List::Borrowed(&[]),
+            delayed_inputs: List::Borrowed(&[]),
+            delayed_unknowns: List::Borrowed(&[]),
+            differentiated_inputs: List::Borrowed(&[]),
+            outputs: List::Borrowed(
+                &[
+                    Output {
+                        name: Text::Borrowed("level"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("cm"),
+                            factor: 0.01,
+                            offset: 0.0,
+                        },
+                        noise: ::core::option::Option::Some(0.01),
+                        delay: ::core::option::Option::None,
+                    },
+                    Output {
+                        name: Text::Borrowed("out"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m^3/h"),
+                            factor: 0.0002777777777777778,
+                            offset: 0.0,
+                        },
+                        noise: ::core::option::Option::None,
+                        delay: ::core::option::Option::None,
+                    },
+                ],
+            ),
+            directions: List::Borrowed(
+                &[
+                    Direction::Parameter(0),
+                    Direction::Parameter(1),
+                    Direction::Parameter(2),
+                    Direction::Parameter(3),
+                ],
+            ),
+            jacobian: Pattern::single(&[0, 0, 1, 2], &[0, 2, 2, 2]),
+            sensitivity_jacobian: Pattern::single(&[0, 3, 6, 9, 5], &[0, 0, 0, 0, 2]),
+            parameter_jacobian: Pattern::single(&[0, 2, 2], &[0, 1, 3]),
+            input_jacobian: Pattern::single(&[2], &[0]),
+            output_jacobians: [
+                Pattern::single(&[0, 1], &[0, 0]),
+                Pattern::single(&[], &[]),
+                Pattern::single(&[1, 0], &[0, 2]),
             ],
-        ),
-        equations: ::dgd::__runtime::arrays::Labels::single(
-            &[Text::Borrowed("level"), Text::Borrowed("total"), Text::Borrowed("drive")],
-        ),
-        parameters: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Parameter {
-                    name: Text::Borrowed("k"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m^(5/2)/s"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    value: 0.1,
-                    lower: 0.0,
-                    upper: 1.0,
-                    nominal: ::core::option::Option::None,
-                    log: false,
-                    fixed: false,
-                },
-                ::dgd::__runtime::system::Parameter {
-                    name: Text::Borrowed("tau"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("s"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    value: 5.0,
-                    lower: 0.1,
-                    upper: 100.0,
-                    nominal: ::core::option::Option::None,
-                    log: true,
-                    fixed: false,
-                },
-                ::dgd::__runtime::system::Parameter {
-                    name: Text::Borrowed("offset_level"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("cm"),
-                        factor: 0.01,
-                        offset: 0.0,
-                    },
-                    value: 0.0,
-                    lower: -0.1,
-                    upper: 0.1,
-                    nominal: ::core::option::Option::None,
-                    log: false,
-                    fixed: false,
-                },
-                ::dgd::__runtime::system::Parameter {
-                    name: Text::Borrowed("gain"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("1"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    value: 1.0,
-                    lower: 0.5,
-                    upper: 2.0,
-                    nominal: ::core::option::Option::None,
-                    log: false,
-                    fixed: false,
-                },
-            ],
-        ),
-        inputs: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Input {
-                    name: Text::Borrowed("q_in"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m^3/h"),
-                        factor: 0.0002777777777777778,
-                        offset: 0.0,
-                    },
-                    interpolation: ::dgd::__runtime::system::Interpolation::Linear,
-                },
-            ],
-        ),
-        delays: List::Borrowed(&[]),
-        varying_delays: List::Borrowed(&[]),
-        delayed_inputs: List::Borrowed(&[]),
-        delayed_unknowns: List::Borrowed(&[]),
-        differentiated_inputs: List::Borrowed(&[]),
-        outputs: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Output {
-                    name: Text::Borrowed("level"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("cm"),
-                        factor: 0.01,
-                        offset: 0.0,
-                    },
-                    noise: ::core::option::Option::Some(0.01),
-                    delay: ::core::option::Option::None,
-                },
-                ::dgd::__runtime::system::Output {
-                    name: Text::Borrowed("out"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m^3/h"),
-                        factor: 0.0002777777777777778,
-                        offset: 0.0,
-                    },
-                    noise: ::core::option::Option::None,
-                    delay: ::core::option::Option::None,
-                },
-            ],
-        ),
-        directions: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Direction::Parameter(0),
-                ::dgd::__runtime::system::Direction::Parameter(1),
-                ::dgd::__runtime::system::Direction::Parameter(2),
-                ::dgd::__runtime::system::Direction::Parameter(3),
-            ],
-        ),
-        jacobian: ::dgd::__runtime::system::Pattern::single(
-            &[0, 0, 1, 2],
-            &[0, 2, 2, 2],
-        ),
-        sensitivity_jacobian: ::dgd::__runtime::system::Pattern::single(
-            &[0, 3, 6, 9, 5],
-            &[0, 0, 0, 0, 2],
-        ),
-        parameter_jacobian: ::dgd::__runtime::system::Pattern::single(
-            &[0, 2, 2],
-            &[0, 1, 3],
-        ),
-        input_jacobian: ::dgd::__runtime::system::Pattern::single(&[2], &[0]),
-        output_jacobians: [
-            ::dgd::__runtime::system::Pattern::single(&[0, 1], &[0, 0]),
-            ::dgd::__runtime::system::Pattern::single(&[], &[]),
-            ::dgd::__runtime::system::Pattern::single(&[1, 0], &[0, 2]),
-        ],
-        discrete: ::dgd::__runtime::system::Discrete::NONE,
+            discrete: Discrete::NONE,
+        }
     };
     #[automatically_derived]
     impl ::dgd::__runtime::System for Model {
@@ -315,13 +313,13 @@ pub mod filled_tank {
         type Jacobian = [f64; 4];
         type SensitivityJacobian = [f64; 5];
         type Factorisation = ::dgd::__runtime::linalg::FixedLu<3>;
-        const FEATURES: ::dgd::__runtime::system::Features = ::dgd::__runtime::system::Features {
+        const FEATURES: ::dgd::__runtime::signature::Features = ::dgd::__runtime::signature::Features {
             events: false,
             past: false,
             algebraic: false,
         };
         #[inline]
-        fn signature(&self) -> &::dgd::__runtime::Signature {
+        fn signature(&self) -> &::dgd::__runtime::signature::Signature {
             &SIGNATURE
         }
         #[inline]

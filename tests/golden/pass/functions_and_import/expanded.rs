@@ -123,238 +123,238 @@ pub mod basins {
             Outputs { flow, gap }
         }
     }
-    use ::dgd::__runtime::system::{List, Text};
-    static SIGNATURE: ::dgd::__runtime::Signature = ::dgd::__runtime::Signature {
-        name: Text::Borrowed("basins"),
-        unknowns: ::dgd::__runtime::arrays::Unknowns::single(
-            &[
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("h_1"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    nominal: ::core::option::Option::None,
-                    differential: true,
-                },
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("h_2"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    nominal: ::core::option::Option::None,
-                    differential: true,
-                },
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("v"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m/s"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    nominal: ::core::option::Option::Some(1.0),
-                    differential: true,
-                },
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("share(1)"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("1"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    nominal: ::core::option::Option::Some(1.0),
-                    differential: false,
-                },
-            ],
-        ),
-        equations: ::dgd::__runtime::arrays::Labels::single(
-            &[
-                Text::Borrowed("upper"),
-                Text::Borrowed("lower"),
-                Text::Borrowed("pipe"),
-                Text::Borrowed("switch 40000*abs(v) - 2300 at 0"),
-            ],
-        ),
-        parameters: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Parameter {
-                    name: Text::Borrowed("A_1"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m^2"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    value: 1.5,
-                    lower: 0.1,
-                    upper: 10.0,
-                    nominal: ::core::option::Option::None,
-                    log: false,
-                    fixed: false,
-                },
-                ::dgd::__runtime::system::Parameter {
-                    name: Text::Borrowed("A_2"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m^2"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    value: 3.0,
-                    lower: 0.1,
-                    upper: 10.0,
-                    nominal: ::core::option::Option::None,
-                    log: false,
-                    fixed: false,
-                },
-            ],
-        ),
-        inputs: List::Borrowed(&[]),
-        delays: List::Borrowed(&[]),
-        varying_delays: List::Borrowed(&[]),
-        delayed_inputs: List::Borrowed(&[]),
-        delayed_unknowns: List::Borrowed(&[]),
-        differentiated_inputs: List::Borrowed(&[]),
-        outputs: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Output {
-                    name: Text::Borrowed("flow"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("l/min"),
-                        factor: 1.6666666666666667e-5,
-                        offset: 0.0,
-                    },
-                    noise: ::core::option::Option::None,
-                    delay: ::core::option::Option::None,
-                },
-                ::dgd::__runtime::system::Output {
-                    name: Text::Borrowed("gap"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("cm"),
-                        factor: 0.01,
-                        offset: 0.0,
-                    },
-                    noise: ::core::option::Option::None,
-                    delay: ::core::option::Option::None,
-                },
-            ],
-        ),
-        directions: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Direction::Parameter(0),
-                ::dgd::__runtime::system::Direction::Parameter(1),
-            ],
-        ),
-        jacobian: ::dgd::__runtime::system::Pattern::single(
-            &[2, 3, 2, 3, 0, 1, 2, 3, 2, 3],
-            &[0, 0, 1, 1, 2, 2, 2, 2, 3, 3],
-        ),
-        sensitivity_jacobian: ::dgd::__runtime::system::Pattern::single(
-            &[0, 2, 3, 5, 6, 7, 2, 3, 6, 7],
-            &[2, 2, 2, 2, 2, 2, 3, 3, 3, 3],
-        ),
-        parameter_jacobian: ::dgd::__runtime::system::Pattern::single(&[0, 1], &[0, 1]),
-        input_jacobian: ::dgd::__runtime::system::Pattern::single(&[], &[]),
-        output_jacobians: [
-            ::dgd::__runtime::system::Pattern::single(&[1, 1, 0], &[0, 1, 2]),
-            ::dgd::__runtime::system::Pattern::single(&[], &[]),
-            ::dgd::__runtime::system::Pattern::single(&[], &[]),
-        ],
-        discrete: ::dgd::__runtime::system::Discrete {
-            automata: List::Borrowed(
+    static SIGNATURE: ::dgd::__runtime::signature::Signature = {
+        #[allow(unused_imports)]
+        use ::dgd::__runtime::signature::{arrays::*, *};
+        Signature {
+            name: Text::Borrowed("basins"),
+            unknowns: Unknowns::single(
                 &[
-                    ::dgd::__runtime::system::Automaton {
-                        kind: ::dgd::__runtime::system::AutomatonKind::Switch,
-                        name: Text::Borrowed("switch 40000*abs(v) - 2300 at 0"),
-                        modes: List::Borrowed(
-                            &[
-                                Text::Borrowed("below"),
-                                Text::Borrowed("above"),
-                                Text::Borrowed("sliding"),
-                            ],
-                        ),
-                        start: 0,
-                        transitions: List::Borrowed(
-                            &[
-                                ::dgd::__runtime::system::Transition {
-                                    from: 0,
-                                    to: 1,
-                                    crossing: ::dgd::__runtime::system::Crossing::Rises,
-                                    trigger: ::dgd::__runtime::system::Trigger::Level,
-                                    resets: List::Borrowed(&[]),
-                                },
-                                ::dgd::__runtime::system::Transition {
-                                    from: 1,
-                                    to: 0,
-                                    crossing: ::dgd::__runtime::system::Crossing::Falls,
-                                    trigger: ::dgd::__runtime::system::Trigger::Level,
-                                    resets: List::Borrowed(&[]),
-                                },
-                                ::dgd::__runtime::system::Transition {
-                                    from: 1,
-                                    to: 2,
-                                    crossing: ::dgd::__runtime::system::Crossing::Falls,
-                                    trigger: ::dgd::__runtime::system::Trigger::Entry,
-                                    resets: List::Borrowed(&[]),
-                                },
-                                ::dgd::__runtime::system::Transition {
-                                    from: 0,
-                                    to: 2,
-                                    crossing: ::dgd::__runtime::system::Crossing::Rises,
-                                    trigger: ::dgd::__runtime::system::Trigger::Entry,
-                                    resets: List::Borrowed(&[]),
-                                },
-                                ::dgd::__runtime::system::Transition {
-                                    from: 2,
-                                    to: 1,
-                                    crossing: ::dgd::__runtime::system::Crossing::Rises,
-                                    trigger: ::dgd::__runtime::system::Trigger::Level,
-                                    resets: List::Borrowed(&[]),
-                                },
-                                ::dgd::__runtime::system::Transition {
-                                    from: 2,
-                                    to: 0,
-                                    crossing: ::dgd::__runtime::system::Crossing::Falls,
-                                    trigger: ::dgd::__runtime::system::Trigger::Level,
-                                    resets: List::Borrowed(&[]),
-                                },
-                            ],
-                        ),
+                    Unknown {
+                        name: Text::Borrowed("h_1"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::None,
+                        differential: true,
                     },
-                    ::dgd::__runtime::system::Automaton {
-                        kind: ::dgd::__runtime::system::AutomatonKind::Corner,
-                        name: Text::Borrowed("switch 40000*abs(v) - 1 at 0"),
-                        modes: List::Borrowed(&[Text::Borrowed("")]),
-                        start: 0,
-                        transitions: List::Borrowed(
-                            &[
-                                ::dgd::__runtime::system::Transition {
-                                    from: 0,
-                                    to: 0,
-                                    crossing: ::dgd::__runtime::system::Crossing::Rises,
-                                    trigger: ::dgd::__runtime::system::Trigger::Edge,
-                                    resets: List::Borrowed(&[]),
-                                },
-                                ::dgd::__runtime::system::Transition {
-                                    from: 0,
-                                    to: 0,
-                                    crossing: ::dgd::__runtime::system::Crossing::Falls,
-                                    trigger: ::dgd::__runtime::system::Trigger::Edge,
-                                    resets: List::Borrowed(&[]),
-                                },
-                            ],
-                        ),
+                    Unknown {
+                        name: Text::Borrowed("h_2"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::None,
+                        differential: true,
+                    },
+                    Unknown {
+                        name: Text::Borrowed("v"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m/s"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::Some(1.0),
+                        differential: true,
+                    },
+                    Unknown {
+                        name: Text::Borrowed("share(1)"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("1"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::Some(1.0),
+                        differential: false,
                     },
                 ],
             ),
-            n_time_conditions: 0,
-            event_jacobian: ::dgd::__runtime::system::Pattern::single(
-                &[2, 3, 2, 3, 0, 1, 2, 3, 6, 7, 2, 3, 4, 5],
-                &[0, 0, 1, 1, 2, 2, 2, 2, 2, 2, 3, 3, 3, 3],
+            equations: Labels::single(
+                &[
+                    Text::Borrowed("upper"),
+                    Text::Borrowed("lower"),
+                    Text::Borrowed("pipe"),
+                    Text::Borrowed("switch 40000*abs(v) - 2300 at 0"),
+                ],
             ),
-            reset_jacobian: ::dgd::__runtime::system::Pattern::single(&[], &[]),
-        },
+            parameters: List::Borrowed(
+                &[
+                    Parameter {
+                        name: Text::Borrowed("A_1"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m^2"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        value: 1.5,
+                        lower: 0.1,
+                        upper: 10.0,
+                        nominal: ::core::option::Option::None,
+                        log: false,
+                        fixed: false,
+                    },
+                    Parameter {
+                        name: Text::Borrowed("A_2"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m^2"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        value: 3.0,
+                        lower: 0.1,
+                        upper: 10.0,
+                        nominal: ::core::option::Option::None,
+                        log: false,
+                        fixed: false,
+                    },
+                ],
+            ),
+            inputs: List::Borrowed(&[]),
+            delays: List::Borrowed(&[]),
+            varying_delays: List::Borrowed(&[]),
+            delayed_inputs: List::Borrowed(&[]),
+            delayed_unknowns: List::Borrowed(&[]),
+            differentiated_inputs: List::Borrowed(&[]),
+            outputs: List::Borrowed(
+                &[
+                    Output {
+                        name: Text::Borrowed("flow"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("l/min"),
+                            factor: 1.6666666666666667e-5,
+                            offset: 0.0,
+                        },
+                        noise: ::core::option::Option::None,
+                        delay: ::core::option::Option::None,
+                    },
+                    Output {
+                        name: Text::Borrowed("gap"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("cm"),
+                            factor: 0.01,
+                            offset: 0.0,
+                        },
+                        noise: ::core::option::Option::None,
+                        delay: ::core::option::Option::None,
+                    },
+                ],
+            ),
+            directions: List::Borrowed(
+                &[Direction::Parameter(0), Direction::Parameter(1)],
+            ),
+            jacobian: Pattern::single(
+                &[2, 3, 2, 3, 0, 1, 2, 3, 2, 3],
+                &[0, 0, 1, 1, 2, 2, 2, 2, 3, 3],
+            ),
+            sensitivity_jacobian: Pattern::single(
+                &[0, 2, 3, 5, 6, 7, 2, 3, 6, 7],
+                &[2, 2, 2, 2, 2, 2, 3, 3, 3, 3],
+            ),
+            parameter_jacobian: Pattern::single(&[0, 1], &[0, 1]),
+            input_jacobian: Pattern::single(&[], &[]),
+            output_jacobians: [
+                Pattern::single(&[1, 1, 0], &[0, 1, 2]),
+                Pattern::single(&[], &[]),
+                Pattern::single(&[], &[]),
+            ],
+            discrete: Discrete {
+                automata: List::Borrowed(
+                    &[
+                        Automaton {
+                            kind: AutomatonKind::Switch,
+                            name: Text::Borrowed("switch 40000*abs(v) - 2300 at 0"),
+                            modes: List::Borrowed(
+                                &[
+                                    Text::Borrowed("below"),
+                                    Text::Borrowed("above"),
+                                    Text::Borrowed("sliding"),
+                                ],
+                            ),
+                            start: 0,
+                            transitions: List::Borrowed(
+                                &[
+                                    Transition {
+                                        from: 0,
+                                        to: 1,
+                                        crossing: Crossing::Rises,
+                                        trigger: Trigger::Level,
+                                        resets: List::Borrowed(&[]),
+                                    },
+                                    Transition {
+                                        from: 1,
+                                        to: 0,
+                                        crossing: Crossing::Falls,
+                                        trigger: Trigger::Level,
+                                        resets: List::Borrowed(&[]),
+                                    },
+                                    Transition {
+                                        from: 1,
+                                        to: 2,
+                                        crossing: Crossing::Falls,
+                                        trigger: Trigger::Entry,
+                                        resets: List::Borrowed(&[]),
+                                    },
+                                    Transition {
+                                        from: 0,
+                                        to: 2,
+                                        crossing: Crossing::Rises,
+                                        trigger: Trigger::Entry,
+                                        resets: List::Borrowed(&[]),
+                                    },
+                                    Transition {
+                                        from: 2,
+                                        to: 1,
+                                        crossing: Crossing::Rises,
+                                        trigger: Trigger::Level,
+                                        resets: List::Borrowed(&[]),
+                                    },
+                                    Transition {
+                                        from: 2,
+                                        to: 0,
+                                        crossing: Crossing::Falls,
+                                        trigger: Trigger::Level,
+                                        resets: List::Borrowed(&[]),
+                                    },
+                                ],
+                            ),
+                        },
+                        Automaton {
+                            kind: AutomatonKind::Corner,
+                            name: Text::Borrowed("switch 40000*abs(v) - 1 at 0"),
+                            modes: List::Borrowed(&[Text::Borrowed("")]),
+                            start: 0,
+                            transitions: List::Borrowed(
+                                &[
+                                    Transition {
+                                        from: 0,
+                                        to: 0,
+                                        crossing: Crossing::Rises,
+                                        trigger: Trigger::Edge,
+                                        resets: List::Borrowed(&[]),
+                                    },
+                                    Transition {
+                                        from: 0,
+                                        to: 0,
+                                        crossing: Crossing::Falls,
+                                        trigger: Trigger::Edge,
+                                        resets: List::Borrowed(&[]),
+                                    },
+                                ],
+                            ),
+                        },
+                    ],
+                ),
+                n_time_conditions: 0,
+                event_jacobian: Pattern::single(
+                    &[2, 3, 2, 3, 0, 1, 2, 3, 6, 7, 2, 3, 4, 5],
+                    &[0, 0, 1, 1, 2, 2, 2, 2, 2, 2, 3, 3, 3, 3],
+                ),
+                reset_jacobian: Pattern::single(&[], &[]),
+            },
+        }
     };
     #[automatically_derived]
     impl ::dgd::__runtime::System for Model {
@@ -364,13 +364,13 @@ pub mod basins {
         type Jacobian = [f64; 10];
         type SensitivityJacobian = [f64; 10];
         type Factorisation = ::dgd::__runtime::linalg::FixedLu<4>;
-        const FEATURES: ::dgd::__runtime::system::Features = ::dgd::__runtime::system::Features {
+        const FEATURES: ::dgd::__runtime::signature::Features = ::dgd::__runtime::signature::Features {
             events: true,
             past: false,
             algebraic: true,
         };
         #[inline]
-        fn signature(&self) -> &::dgd::__runtime::Signature {
+        fn signature(&self) -> &::dgd::__runtime::signature::Signature {
             &SIGNATURE
         }
         #[inline]

@@ -152,203 +152,203 @@ pub mod bead {
             Outputs { x, force, velocity }
         }
     }
-    use ::dgd::__runtime::system::{List, Text};
-    static SIGNATURE: ::dgd::__runtime::Signature = ::dgd::__runtime::Signature {
-        name: Text::Borrowed("bead"),
-        unknowns: ::dgd::__runtime::arrays::Unknowns::single(
-            &[
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("x"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    nominal: ::core::option::Option::None,
-                    differential: true,
-                },
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("y"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    nominal: ::core::option::Option::None,
-                    differential: false,
-                },
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("v_x"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m/s"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    nominal: ::core::option::Option::None,
-                    differential: true,
-                },
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("v_y"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m/s"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    nominal: ::core::option::Option::None,
-                    differential: false,
-                },
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("push"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("1/s^2"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    nominal: ::core::option::Option::None,
-                    differential: false,
-                },
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("u_1"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("V"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    nominal: ::core::option::Option::None,
-                    differential: false,
-                },
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("u_2"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("V"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    nominal: ::core::option::Option::None,
-                    differential: false,
-                },
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("u_1 - u_2"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("V"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    nominal: ::core::option::Option::None,
-                    differential: true,
-                },
-            ],
-        ),
-        equations: ::dgd::__runtime::arrays::Labels::single(
-            &[
-                Text::Borrowed("right / ring"),
-                Text::Borrowed("ring / up"),
-                Text::Borrowed("der(ring) / force_x"),
-                Text::Borrowed("der(ring) / force_y"),
-                Text::Borrowed("der(der(ring))"),
-                Text::Borrowed("bead"),
-                Text::Borrowed("probe"),
-                Text::Borrowed("bead"),
-            ],
-        ),
-        parameters: List::Borrowed(&[]),
-        inputs: List::Borrowed(&[]),
-        delays: List::Borrowed(&[]),
-        varying_delays: List::Borrowed(&[]),
-        delayed_inputs: List::Borrowed(&[]),
-        delayed_unknowns: List::Borrowed(&[]),
-        differentiated_inputs: List::Borrowed(&[]),
-        outputs: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Output {
-                    name: Text::Borrowed("x"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    noise: ::core::option::Option::None,
-                    delay: ::core::option::Option::None,
-                },
-                ::dgd::__runtime::system::Output {
-                    name: Text::Borrowed("force"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("N/kg"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    noise: ::core::option::Option::None,
-                    delay: ::core::option::Option::None,
-                },
-                ::dgd::__runtime::system::Output {
-                    name: Text::Borrowed("velocity"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m/s"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    noise: ::core::option::Option::None,
-                    delay: ::core::option::Option::None,
-                },
-            ],
-        ),
-        directions: List::Borrowed(&[]),
-        jacobian: ::dgd::__runtime::system::Pattern::single(
-            &[
-                0, 1, 2, 3, 4, 0, 1, 2, 3, 4, 0, 2, 3, 4, 1, 2, 3, 4, 2, 3, 4, 5, 6, 7,
-                5, 6, 5,
-            ],
-            &[
-                0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 5, 5, 5,
-                6, 6, 7,
-            ],
-        ),
-        sensitivity_jacobian: ::dgd::__runtime::system::Pattern::single(&[], &[]),
-        parameter_jacobian: ::dgd::__runtime::system::Pattern::single(&[], &[]),
-        input_jacobian: ::dgd::__runtime::system::Pattern::single(&[], &[]),
-        output_jacobians: [
-            ::dgd::__runtime::system::Pattern::single(&[0, 2, 1], &[0, 3, 4]),
-            ::dgd::__runtime::system::Pattern::single(&[], &[]),
-            ::dgd::__runtime::system::Pattern::single(&[], &[]),
-        ],
-        discrete: ::dgd::__runtime::system::Discrete {
-            automata: List::Borrowed(
+    static SIGNATURE: ::dgd::__runtime::signature::Signature = {
+        #[allow(unused_imports)]
+        use ::dgd::__runtime::signature::{arrays::*, *};
+        Signature {
+            name: Text::Borrowed("bead"),
+            unknowns: Unknowns::single(
                 &[
-                    ::dgd::__runtime::system::Automaton {
-                        kind: ::dgd::__runtime::system::AutomatonKind::States,
-                        name: Text::Borrowed("states of ring"),
-                        modes: List::Borrowed(
-                            &[Text::Borrowed("x, v_x"), Text::Borrowed("y, v_y")],
-                        ),
-                        start: 0,
-                        transitions: List::Borrowed(
-                            &[
-                                ::dgd::__runtime::system::Transition {
-                                    from: 0,
-                                    to: 1,
-                                    crossing: ::dgd::__runtime::system::Crossing::Rises,
-                                    trigger: ::dgd::__runtime::system::Trigger::Level,
-                                    resets: List::Borrowed(&[]),
-                                },
-                                ::dgd::__runtime::system::Transition {
-                                    from: 1,
-                                    to: 0,
-                                    crossing: ::dgd::__runtime::system::Crossing::Rises,
-                                    trigger: ::dgd::__runtime::system::Trigger::Level,
-                                    resets: List::Borrowed(&[]),
-                                },
-                            ],
-                        ),
+                    Unknown {
+                        name: Text::Borrowed("x"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::None,
+                        differential: true,
+                    },
+                    Unknown {
+                        name: Text::Borrowed("y"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::None,
+                        differential: false,
+                    },
+                    Unknown {
+                        name: Text::Borrowed("v_x"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m/s"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::None,
+                        differential: true,
+                    },
+                    Unknown {
+                        name: Text::Borrowed("v_y"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m/s"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::None,
+                        differential: false,
+                    },
+                    Unknown {
+                        name: Text::Borrowed("push"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("1/s^2"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::None,
+                        differential: false,
+                    },
+                    Unknown {
+                        name: Text::Borrowed("u_1"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("V"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::None,
+                        differential: false,
+                    },
+                    Unknown {
+                        name: Text::Borrowed("u_2"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("V"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::None,
+                        differential: false,
+                    },
+                    Unknown {
+                        name: Text::Borrowed("u_1 - u_2"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("V"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::None,
+                        differential: true,
                     },
                 ],
             ),
-            n_time_conditions: 0,
-            event_jacobian: ::dgd::__runtime::system::Pattern::single(
-                &[0, 1, 0, 1],
-                &[0, 0, 1, 1],
+            equations: Labels::single(
+                &[
+                    Text::Borrowed("right / ring"),
+                    Text::Borrowed("ring / up"),
+                    Text::Borrowed("der(ring) / force_x"),
+                    Text::Borrowed("der(ring) / force_y"),
+                    Text::Borrowed("der(der(ring))"),
+                    Text::Borrowed("bead"),
+                    Text::Borrowed("probe"),
+                    Text::Borrowed("bead"),
+                ],
             ),
-            reset_jacobian: ::dgd::__runtime::system::Pattern::single(&[], &[]),
-        },
+            parameters: List::Borrowed(&[]),
+            inputs: List::Borrowed(&[]),
+            delays: List::Borrowed(&[]),
+            varying_delays: List::Borrowed(&[]),
+            delayed_inputs: List::Borrowed(&[]),
+            delayed_unknowns: List::Borrowed(&[]),
+            differentiated_inputs: List::Borrowed(&[]),
+            outputs: List::Borrowed(
+                &[
+                    Output {
+                        name: Text::Borrowed("x"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        noise: ::core::option::Option::None,
+                        delay: ::core::option::Option::None,
+                    },
+                    Output {
+                        name: Text::Borrowed("force"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("N/kg"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        noise: ::core::option::Option::None,
+                        delay: ::core::option::Option::None,
+                    },
+                    Output {
+                        name: Text::Borrowed("velocity"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m/s"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        noise: ::core::option::Option::None,
+                        delay: ::core::option::Option::None,
+                    },
+                ],
+            ),
+            directions: List::Borrowed(&[]),
+            jacobian: Pattern::single(
+                &[
+                    0, 1, 2, 3, 4, 0, 1, 2, 3, 4, 0, 2, 3, 4, 1, 2, 3, 4, 2, 3, 4, 5, 6,
+                    7, 5, 6, 5,
+                ],
+                &[
+                    0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 5, 5,
+                    5, 6, 6, 7,
+                ],
+            ),
+            sensitivity_jacobian: Pattern::single(&[], &[]),
+            parameter_jacobian: Pattern::single(&[], &[]),
+            input_jacobian: Pattern::single(&[], &[]),
+            output_jacobians: [
+                Pattern::single(&[0, 2, 1], &[0, 3, 4]),
+                Pattern::single(&[], &[]),
+                Pattern::single(&[], &[]),
+            ],
+            discrete: Discrete {
+                automata: List::Borrowed(
+                    &[
+                        Automaton {
+                            kind: AutomatonKind::States,
+                            name: Text::Borrowed("states of ring"),
+                            modes: List::Borrowed(
+                                &[Text::Borrowed("x, v_x"), Text::Borrowed("y, v_y")],
+                            ),
+                            start: 0,
+                            transitions: List::Borrowed(
+                                &[
+                                    Transition {
+                                        from: 0,
+                                        to: 1,
+                                        crossing: Crossing::Rises,
+                                        trigger: Trigger::Level,
+                                        resets: List::Borrowed(&[]),
+                                    },
+                                    Transition {
+                                        from: 1,
+                                        to: 0,
+                                        crossing: Crossing::Rises,
+                                        trigger: Trigger::Level,
+                                        resets: List::Borrowed(&[]),
+                                    },
+                                ],
+                            ),
+                        },
+                    ],
+                ),
+                n_time_conditions: 0,
+                event_jacobian: Pattern::single(&[0, 1, 0, 1], &[0, 0, 1, 1]),
+                reset_jacobian: Pattern::single(&[], &[]),
+            },
+        }
     };
     #[automatically_derived]
     impl ::dgd::__runtime::System for Model {
@@ -358,13 +358,13 @@ pub mod bead {
         type Jacobian = [f64; 27];
         type SensitivityJacobian = [f64; 0];
         type Factorisation = ::dgd::__runtime::linalg::FixedLu<8>;
-        const FEATURES: ::dgd::__runtime::system::Features = ::dgd::__runtime::system::Features {
+        const FEATURES: ::dgd::__runtime::signature::Features = ::dgd::__runtime::signature::Features {
             events: true,
             past: false,
             algebraic: true,
         };
         #[inline]
-        fn signature(&self) -> &::dgd::__runtime::Signature {
+        fn signature(&self) -> &::dgd::__runtime::signature::Signature {
             &SIGNATURE
         }
         #[inline]

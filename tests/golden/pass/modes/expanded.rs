@@ -117,165 +117,168 @@ pub mod tank {
             Outputs { h }
         }
     }
-    use ::dgd::__runtime::system::{List, Text};
-    static SIGNATURE: ::dgd::__runtime::Signature = ::dgd::__runtime::Signature {
-        name: Text::Borrowed("tank"),
-        unknowns: ::dgd::__runtime::arrays::Unknowns::single(
-            &[
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("h"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    nominal: ::core::option::Option::None,
-                    differential: true,
-                },
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("q"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m^3/s"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    nominal: ::core::option::Option::None,
-                    differential: false,
-                },
-            ],
-        ),
-        equations: ::dgd::__runtime::arrays::Labels::single(
-            &[Text::Borrowed("level"), Text::Borrowed("spill")],
-        ),
-        parameters: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Parameter {
-                    name: Text::Borrowed("crest"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    value: 2.0,
-                    lower: -f64::INFINITY,
-                    upper: f64::INFINITY,
-                    nominal: ::core::option::Option::None,
-                    log: false,
-                    fixed: false,
-                },
-                ::dgd::__runtime::system::Parameter {
-                    name: Text::Borrowed("t_open"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("s"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    value: 60.0,
-                    lower: -f64::INFINITY,
-                    upper: f64::INFINITY,
-                    nominal: ::core::option::Option::None,
-                    log: false,
-                    fixed: false,
-                },
-                ::dgd::__runtime::system::Parameter {
-                    name: Text::Borrowed("part"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("1"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    value: 0.1,
-                    lower: -f64::INFINITY,
-                    upper: f64::INFINITY,
-                    nominal: ::core::option::Option::None,
-                    log: false,
-                    fixed: false,
-                },
-            ],
-        ),
-        inputs: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Input {
-                    name: Text::Borrowed("q_in"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m^3/s"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    interpolation: ::dgd::__runtime::system::Interpolation::Hold,
-                },
-            ],
-        ),
-        delays: List::Borrowed(&[]),
-        varying_delays: List::Borrowed(&[]),
-        delayed_inputs: List::Borrowed(&[]),
-        delayed_unknowns: List::Borrowed(&[]),
-        differentiated_inputs: List::Borrowed(&[]),
-        outputs: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Output {
-                    name: Text::Borrowed("h"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("cm"),
-                        factor: 0.01,
-                        offset: 0.0,
-                    },
-                    noise: ::core::option::Option::None,
-                    delay: ::core::option::Option::None,
-                },
-            ],
-        ),
-        directions: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Direction::Parameter(0),
-                ::dgd::__runtime::system::Direction::Parameter(1),
-                ::dgd::__runtime::system::Direction::Parameter(2),
-            ],
-        ),
-        jacobian: ::dgd::__runtime::system::Pattern::single(&[0, 1], &[0, 1]),
-        sensitivity_jacobian: ::dgd::__runtime::system::Pattern::single(&[], &[]),
-        parameter_jacobian: ::dgd::__runtime::system::Pattern::single(&[0], &[0]),
-        input_jacobian: ::dgd::__runtime::system::Pattern::single(&[0, 1], &[0, 0]),
-        output_jacobians: [
-            ::dgd::__runtime::system::Pattern::single(&[0], &[0]),
-            ::dgd::__runtime::system::Pattern::single(&[], &[]),
-            ::dgd::__runtime::system::Pattern::single(&[], &[]),
-        ],
-        discrete: ::dgd::__runtime::system::Discrete {
-            automata: List::Borrowed(
+    static SIGNATURE: ::dgd::__runtime::signature::Signature = {
+        #[allow(unused_imports)]
+        use ::dgd::__runtime::signature::{arrays::*, *};
+        Signature {
+            name: Text::Borrowed("tank"),
+            unknowns: Unknowns::single(
                 &[
-                    ::dgd::__runtime::system::Automaton {
-                        kind: ::dgd::__runtime::system::AutomatonKind::Modes,
-                        name: Text::Borrowed("tank"),
-                        modes: List::Borrowed(
-                            &[Text::Borrowed("filling"), Text::Borrowed("full")],
-                        ),
-                        start: 0,
-                        transitions: List::Borrowed(
-                            &[
-                                ::dgd::__runtime::system::Transition {
-                                    from: 0,
-                                    to: 1,
-                                    crossing: ::dgd::__runtime::system::Crossing::Rises,
-                                    trigger: ::dgd::__runtime::system::Trigger::Edge,
-                                    resets: List::Borrowed(&[]),
-                                },
-                                ::dgd::__runtime::system::Transition {
-                                    from: 1,
-                                    to: 0,
-                                    crossing: ::dgd::__runtime::system::Crossing::Falls,
-                                    trigger: ::dgd::__runtime::system::Trigger::Edge,
-                                    resets: List::Borrowed(&[0]),
-                                },
-                            ],
-                        ),
+                    Unknown {
+                        name: Text::Borrowed("h"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::None,
+                        differential: true,
+                    },
+                    Unknown {
+                        name: Text::Borrowed("q"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m^3/s"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::None,
+                        differential: false,
                     },
                 ],
             ),
-            n_time_conditions: 1,
-            event_jacobian: ::dgd::__runtime::system::Pattern::single(&[0, 1], &[0, 1]),
-            reset_jacobian: ::dgd::__runtime::system::Pattern::single(&[0], &[0]),
-        },
+            equations: Labels::single(
+                &[Text::Borrowed("level"), Text::Borrowed("spill")],
+            ),
+            parameters: List::Borrowed(
+                &[
+                    Parameter {
+                        name: Text::Borrowed("crest"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        value: 2.0,
+                        lower: -f64::INFINITY,
+                        upper: f64::INFINITY,
+                        nominal: ::core::option::Option::None,
+                        log: false,
+                        fixed: false,
+                    },
+                    Parameter {
+                        name: Text::Borrowed("t_open"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("s"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        value: 60.0,
+                        lower: -f64::INFINITY,
+                        upper: f64::INFINITY,
+                        nominal: ::core::option::Option::None,
+                        log: false,
+                        fixed: false,
+                    },
+                    Parameter {
+                        name: Text::Borrowed("part"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("1"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        value: 0.1,
+                        lower: -f64::INFINITY,
+                        upper: f64::INFINITY,
+                        nominal: ::core::option::Option::None,
+                        log: false,
+                        fixed: false,
+                    },
+                ],
+            ),
+            inputs: List::Borrowed(
+                &[
+                    Input {
+                        name: Text::Borrowed("q_in"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m^3/s"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        interpolation: Interpolation::Hold,
+                    },
+                ],
+            ),
+            delays: List::Borrowed(&[]),
+            varying_delays: List::Borrowed(&[]),
+            delayed_inputs: List::Borrowed(&[]),
+            delayed_unknowns: List::Borrowed(&[]),
+            differentiated_inputs: List::Borrowed(&[]),
+            outputs: List::Borrowed(
+                &[
+                    Output {
+                        name: Text::Borrowed("h"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("cm"),
+                            factor: 0.01,
+                            offset: 0.0,
+                        },
+                        noise: ::core::option::Option::None,
+                        delay: ::core::option::Option::None,
+                    },
+                ],
+            ),
+            directions: List::Borrowed(
+                &[
+                    Direction::Parameter(0),
+                    Direction::Parameter(1),
+                    Direction::Parameter(2),
+                ],
+            ),
+            jacobian: Pattern::single(&[0, 1], &[0, 1]),
+            sensitivity_jacobian: Pattern::single(&[], &[]),
+            parameter_jacobian: Pattern::single(&[0], &[0]),
+            input_jacobian: Pattern::single(&[0, 1], &[0, 0]),
+            output_jacobians: [
+                Pattern::single(&[0], &[0]),
+                Pattern::single(&[], &[]),
+                Pattern::single(&[], &[]),
+            ],
+            discrete: Discrete {
+                automata: List::Borrowed(
+                    &[
+                        Automaton {
+                            kind: AutomatonKind::Modes,
+                            name: Text::Borrowed("tank"),
+                            modes: List::Borrowed(
+                                &[Text::Borrowed("filling"), Text::Borrowed("full")],
+                            ),
+                            start: 0,
+                            transitions: List::Borrowed(
+                                &[
+                                    Transition {
+                                        from: 0,
+                                        to: 1,
+                                        crossing: Crossing::Rises,
+                                        trigger: Trigger::Edge,
+                                        resets: List::Borrowed(&[]),
+                                    },
+                                    Transition {
+                                        from: 1,
+                                        to: 0,
+                                        crossing: Crossing::Falls,
+                                        trigger: Trigger::Edge,
+                                        resets: List::Borrowed(&[0]),
+                                    },
+                                ],
+                            ),
+                        },
+                    ],
+                ),
+                n_time_conditions: 1,
+                event_jacobian: Pattern::single(&[0, 1], &[0, 1]),
+                reset_jacobian: Pattern::single(&[0], &[0]),
+            },
+        }
     };
     #[automatically_derived]
     impl ::dgd::__runtime::System for Model {
@@ -285,13 +288,13 @@ pub mod tank {
         type Jacobian = [f64; 2];
         type SensitivityJacobian = [f64; 0];
         type Factorisation = ::dgd::__runtime::linalg::FixedLu<2>;
-        const FEATURES: ::dgd::__runtime::system::Features = ::dgd::__runtime::system::Features {
+        const FEATURES: ::dgd::__runtime::signature::Features = ::dgd::__runtime::signature::Features {
             events: true,
             past: false,
             algebraic: true,
         };
         #[inline]
-        fn signature(&self) -> &::dgd::__runtime::Signature {
+        fn signature(&self) -> &::dgd::__runtime::signature::Signature {
             &SIGNATURE
         }
         #[inline]

@@ -119,129 +119,126 @@ pub mod spring {
             Outputs { x, energy }
         }
     }
-    use ::dgd::__runtime::system::{List, Text};
-    static SIGNATURE: ::dgd::__runtime::Signature = ::dgd::__runtime::Signature {
-        name: Text::Borrowed("spring"),
-        unknowns: ::dgd::__runtime::arrays::Unknowns::single(
-            &[
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("x"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("mm"),
-                        factor: 0.001,
-                        offset: 0.0,
+    static SIGNATURE: ::dgd::__runtime::signature::Signature = {
+        #[allow(unused_imports)]
+        use ::dgd::__runtime::signature::{arrays::*, *};
+        Signature {
+            name: Text::Borrowed("spring"),
+            unknowns: Unknowns::single(
+                &[
+                    Unknown {
+                        name: Text::Borrowed("x"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("mm"),
+                            factor: 0.001,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::None,
+                        differential: true,
                     },
-                    nominal: ::core::option::Option::None,
-                    differential: true,
-                },
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("v"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m/s"),
-                        factor: 1.0,
-                        offset: 0.0,
+                    Unknown {
+                        name: Text::Borrowed("v"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m/s"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::Some(1.0),
+                        differential: true,
                     },
-                    nominal: ::core::option::Option::Some(1.0),
-                    differential: true,
-                },
+                ],
+            ),
+            equations: Labels::single(
+                &[Text::Borrowed("motion"), Text::Borrowed("newton")],
+            ),
+            parameters: List::Borrowed(
+                &[
+                    Parameter {
+                        name: Text::Borrowed("k"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("N/m"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        value: 8.0,
+                        lower: 1.0,
+                        upper: 1000.0,
+                        nominal: ::core::option::Option::None,
+                        log: true,
+                        fixed: false,
+                    },
+                    Parameter {
+                        name: Text::Borrowed("d"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("N*s/m"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        value: 0.5,
+                        lower: 0.0,
+                        upper: f64::INFINITY,
+                        nominal: ::core::option::Option::None,
+                        log: false,
+                        fixed: true,
+                    },
+                ],
+            ),
+            inputs: List::Borrowed(
+                &[
+                    Input {
+                        name: Text::Borrowed("force"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("N"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        interpolation: Interpolation::Linear,
+                    },
+                ],
+            ),
+            delays: List::Borrowed(&[]),
+            varying_delays: List::Borrowed(&[]),
+            delayed_inputs: List::Borrowed(&[]),
+            delayed_unknowns: List::Borrowed(&[]),
+            differentiated_inputs: List::Borrowed(&[]),
+            outputs: List::Borrowed(
+                &[
+                    Output {
+                        name: Text::Borrowed("x"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("cm"),
+                            factor: 0.01,
+                            offset: 0.0,
+                        },
+                        noise: ::core::option::Option::Some(0.0001),
+                        delay: ::core::option::Option::None,
+                    },
+                    Output {
+                        name: Text::Borrowed("energy"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("J"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        noise: ::core::option::Option::None,
+                        delay: ::core::option::Option::None,
+                    },
+                ],
+            ),
+            directions: List::Borrowed(
+                &[Direction::Parameter(0), Direction::Parameter(1)],
+            ),
+            jacobian: Pattern::single(&[1, 0, 1], &[0, 1, 1]),
+            sensitivity_jacobian: Pattern::single(&[1, 3], &[0, 1]),
+            parameter_jacobian: Pattern::single(&[1, 1], &[0, 1]),
+            input_jacobian: Pattern::single(&[1], &[0]),
+            output_jacobians: [
+                Pattern::single(&[0, 1, 1], &[0, 0, 1]),
+                Pattern::single(&[], &[]),
+                Pattern::single(&[1], &[0]),
             ],
-        ),
-        equations: ::dgd::__runtime::arrays::Labels::single(
-            &[Text::Borrowed("motion"), Text::Borrowed("newton")],
-        ),
-        parameters: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Parameter {
-                    name: Text::Borrowed("k"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("N/m"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    value: 8.0,
-                    lower: 1.0,
-                    upper: 1000.0,
-                    nominal: ::core::option::Option::None,
-                    log: true,
-                    fixed: false,
-                },
-                ::dgd::__runtime::system::Parameter {
-                    name: Text::Borrowed("d"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("N*s/m"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    value: 0.5,
-                    lower: 0.0,
-                    upper: f64::INFINITY,
-                    nominal: ::core::option::Option::None,
-                    log: false,
-                    fixed: true,
-                },
-            ],
-        ),
-        inputs: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Input {
-                    name: Text::Borrowed("force"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("N"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    interpolation: ::dgd::__runtime::system::Interpolation::Linear,
-                },
-            ],
-        ),
-        delays: List::Borrowed(&[]),
-        varying_delays: List::Borrowed(&[]),
-        delayed_inputs: List::Borrowed(&[]),
-        delayed_unknowns: List::Borrowed(&[]),
-        differentiated_inputs: List::Borrowed(&[]),
-        outputs: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Output {
-                    name: Text::Borrowed("x"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("cm"),
-                        factor: 0.01,
-                        offset: 0.0,
-                    },
-                    noise: ::core::option::Option::Some(0.0001),
-                    delay: ::core::option::Option::None,
-                },
-                ::dgd::__runtime::system::Output {
-                    name: Text::Borrowed("energy"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("J"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    noise: ::core::option::Option::None,
-                    delay: ::core::option::Option::None,
-                },
-            ],
-        ),
-        directions: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Direction::Parameter(0),
-                ::dgd::__runtime::system::Direction::Parameter(1),
-            ],
-        ),
-        jacobian: ::dgd::__runtime::system::Pattern::single(&[1, 0, 1], &[0, 1, 1]),
-        sensitivity_jacobian: ::dgd::__runtime::system::Pattern::single(
-            &[1, 3],
-            &[0, 1],
-        ),
-        parameter_jacobian: ::dgd::__runtime::system::Pattern::single(&[1, 1], &[0, 1]),
-        input_jacobian: ::dgd::__runtime::system::Pattern::single(&[1], &[0]),
-        output_jacobians: [
-            ::dgd::__runtime::system::Pattern::single(&[0, 1, 1], &[0, 0, 1]),
-            ::dgd::__runtime::system::Pattern::single(&[], &[]),
-            ::dgd::__runtime::system::Pattern::single(&[1], &[0]),
-        ],
-        discrete: ::dgd::__runtime::system::Discrete::NONE,
+            discrete: Discrete::NONE,
+        }
     };
     #[automatically_derived]
     impl ::dgd::__runtime::System for Model {
@@ -251,13 +248,13 @@ pub mod spring {
         type Jacobian = [f64; 3];
         type SensitivityJacobian = [f64; 2];
         type Factorisation = ::dgd::__runtime::linalg::FixedLu<2>;
-        const FEATURES: ::dgd::__runtime::system::Features = ::dgd::__runtime::system::Features {
+        const FEATURES: ::dgd::__runtime::signature::Features = ::dgd::__runtime::signature::Features {
             events: false,
             past: false,
             algebraic: false,
         };
         #[inline]
-        fn signature(&self) -> &::dgd::__runtime::Signature {
+        fn signature(&self) -> &::dgd::__runtime::signature::Signature {
             &SIGNATURE
         }
         #[inline]

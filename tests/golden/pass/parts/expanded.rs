@@ -119,127 +119,124 @@ pub mod cascade {
             Outputs { upper_h, run_off }
         }
     }
-    use ::dgd::__runtime::system::{List, Text};
-    static SIGNATURE: ::dgd::__runtime::Signature = ::dgd::__runtime::Signature {
-        name: Text::Borrowed("cascade"),
-        unknowns: ::dgd::__runtime::arrays::Unknowns::single(
-            &[
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("upper.h"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m"),
-                        factor: 1.0,
-                        offset: 0.0,
+    static SIGNATURE: ::dgd::__runtime::signature::Signature = {
+        #[allow(unused_imports)]
+        use ::dgd::__runtime::signature::{arrays::*, *};
+        Signature {
+            name: Text::Borrowed("cascade"),
+            unknowns: Unknowns::single(
+                &[
+                    Unknown {
+                        name: Text::Borrowed("upper.h"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::None,
+                        differential: true,
                     },
-                    nominal: ::core::option::Option::None,
-                    differential: true,
-                },
-                ::dgd::__runtime::system::Unknown {
-                    name: Text::Borrowed("lower.h"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m"),
-                        factor: 1.0,
-                        offset: 0.0,
+                    Unknown {
+                        name: Text::Borrowed("lower.h"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        nominal: ::core::option::Option::None,
+                        differential: true,
                     },
-                    nominal: ::core::option::Option::None,
-                    differential: true,
-                },
+                ],
+            ),
+            equations: Labels::single(
+                &[Text::Borrowed("upper.level"), Text::Borrowed("lower.level")],
+            ),
+            parameters: List::Borrowed(
+                &[
+                    Parameter {
+                        name: Text::Borrowed("k"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m^(5/2)/s"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        value: 0.1,
+                        lower: 0.0,
+                        upper: 1.0,
+                        nominal: ::core::option::Option::None,
+                        log: false,
+                        fixed: false,
+                    },
+                    Parameter {
+                        name: Text::Borrowed("clog"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("1"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        value: 0.1,
+                        lower: 0.0,
+                        upper: 1.0,
+                        nominal: ::core::option::Option::None,
+                        log: false,
+                        fixed: false,
+                    },
+                ],
+            ),
+            inputs: List::Borrowed(
+                &[
+                    Input {
+                        name: Text::Borrowed("rain"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m^3/s"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        interpolation: Interpolation::Linear,
+                    },
+                ],
+            ),
+            delays: List::Borrowed(&[]),
+            varying_delays: List::Borrowed(&[]),
+            delayed_inputs: List::Borrowed(&[]),
+            delayed_unknowns: List::Borrowed(&[]),
+            differentiated_inputs: List::Borrowed(&[]),
+            outputs: List::Borrowed(
+                &[
+                    Output {
+                        name: Text::Borrowed("upper.h"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("cm"),
+                            factor: 0.01,
+                            offset: 0.0,
+                        },
+                        noise: ::core::option::Option::None,
+                        delay: ::core::option::Option::None,
+                    },
+                    Output {
+                        name: Text::Borrowed("run_off"),
+                        unit: Unit {
+                            symbol: Text::Borrowed("m^3/s"),
+                            factor: 1.0,
+                            offset: 0.0,
+                        },
+                        noise: ::core::option::Option::None,
+                        delay: ::core::option::Option::None,
+                    },
+                ],
+            ),
+            directions: List::Borrowed(&[Direction::Parameter(0)]),
+            jacobian: Pattern::single(&[0, 1, 1], &[0, 0, 1]),
+            sensitivity_jacobian: Pattern::single(&[0, 1, 1], &[0, 0, 1]),
+            parameter_jacobian: Pattern::single(&[0, 1, 1], &[0, 0, 1]),
+            input_jacobian: Pattern::single(&[0], &[0]),
+            output_jacobians: [
+                Pattern::single(&[0, 1], &[0, 1]),
+                Pattern::single(&[], &[]),
+                Pattern::single(&[1], &[0]),
             ],
-        ),
-        equations: ::dgd::__runtime::arrays::Labels::single(
-            &[Text::Borrowed("upper.level"), Text::Borrowed("lower.level")],
-        ),
-        parameters: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Parameter {
-                    name: Text::Borrowed("k"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m^(5/2)/s"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    value: 0.1,
-                    lower: 0.0,
-                    upper: 1.0,
-                    nominal: ::core::option::Option::None,
-                    log: false,
-                    fixed: false,
-                },
-                ::dgd::__runtime::system::Parameter {
-                    name: Text::Borrowed("clog"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("1"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    value: 0.1,
-                    lower: 0.0,
-                    upper: 1.0,
-                    nominal: ::core::option::Option::None,
-                    log: false,
-                    fixed: false,
-                },
-            ],
-        ),
-        inputs: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Input {
-                    name: Text::Borrowed("rain"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m^3/s"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    interpolation: ::dgd::__runtime::system::Interpolation::Linear,
-                },
-            ],
-        ),
-        delays: List::Borrowed(&[]),
-        varying_delays: List::Borrowed(&[]),
-        delayed_inputs: List::Borrowed(&[]),
-        delayed_unknowns: List::Borrowed(&[]),
-        differentiated_inputs: List::Borrowed(&[]),
-        outputs: List::Borrowed(
-            &[
-                ::dgd::__runtime::system::Output {
-                    name: Text::Borrowed("upper.h"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("cm"),
-                        factor: 0.01,
-                        offset: 0.0,
-                    },
-                    noise: ::core::option::Option::None,
-                    delay: ::core::option::Option::None,
-                },
-                ::dgd::__runtime::system::Output {
-                    name: Text::Borrowed("run_off"),
-                    unit: ::dgd::__runtime::system::Unit {
-                        symbol: Text::Borrowed("m^3/s"),
-                        factor: 1.0,
-                        offset: 0.0,
-                    },
-                    noise: ::core::option::Option::None,
-                    delay: ::core::option::Option::None,
-                },
-            ],
-        ),
-        directions: List::Borrowed(&[::dgd::__runtime::system::Direction::Parameter(0)]),
-        jacobian: ::dgd::__runtime::system::Pattern::single(&[0, 1, 1], &[0, 0, 1]),
-        sensitivity_jacobian: ::dgd::__runtime::system::Pattern::single(
-            &[0, 1, 1],
-            &[0, 0, 1],
-        ),
-        parameter_jacobian: ::dgd::__runtime::system::Pattern::single(
-            &[0, 1, 1],
-            &[0, 0, 1],
-        ),
-        input_jacobian: ::dgd::__runtime::system::Pattern::single(&[0], &[0]),
-        output_jacobians: [
-            ::dgd::__runtime::system::Pattern::single(&[0, 1], &[0, 1]),
-            ::dgd::__runtime::system::Pattern::single(&[], &[]),
-            ::dgd::__runtime::system::Pattern::single(&[1], &[0]),
-        ],
-        discrete: ::dgd::__runtime::system::Discrete::NONE,
+            discrete: Discrete::NONE,
+        }
     };
     #[automatically_derived]
     impl ::dgd::__runtime::System for Model {
@@ -249,13 +246,13 @@ pub mod cascade {
         type Jacobian = [f64; 3];
         type SensitivityJacobian = [f64; 3];
         type Factorisation = ::dgd::__runtime::linalg::FixedLu<2>;
-        const FEATURES: ::dgd::__runtime::system::Features = ::dgd::__runtime::system::Features {
+        const FEATURES: ::dgd::__runtime::signature::Features = ::dgd::__runtime::signature::Features {
             events: false,
             past: false,
             algebraic: false,
         };
         #[inline]
-        fn signature(&self) -> &::dgd::__runtime::Signature {
+        fn signature(&self) -> &::dgd::__runtime::signature::Signature {
             &SIGNATURE
         }
         #[inline]

@@ -1,0 +1,192 @@
+//! Options of `fit`.
+
+use std::path::Path;
+
+use clap::{Args, ValueEnum};
+use dgd_identify::Loss;
+use dgd_work::{FitRequest, Keep, Place};
+
+use super::{FitArgs, NoiseFrom, place};
+use crate::numbers::{not_negative, positive, whole};
+
+/// How parameters are estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Estimator {
+    /// Output error: simulate each recording from its start; initial values are estimated too
+    OutputError,
+    /// Output error of the model linearised at an operating point, `--at`
+    #[value(alias = "linearized")]
+    Linearised,
+    /// Prediction error of an extended Kalman filter; the process noise is estimated too
+    PredictionError,
+    /// Linear least squares on equations and outputs, without bounds
+    LeastSquares,
+    /// Linear least squares on equations and outputs, within the parameters' bounds
+    Bounded,
+    /// Linear parameters by least squares, the others by variable projection around them
+    Separable,
+    /// Linear parameters by least squares, the others by a Nelder–Mead simplex around them
+    NelderMead,
+    /// Recursive linear least squares, sample by sample, with optional forgetting
+    Recursive,
+}
+
+/// Which estimator, and options of single ones.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct RegressionArgs {
+    /// How parameters are estimated
+    #[arg(long, value_enum, value_name = "NAME", default_value_t = Estimator::OutputError)]
+    pub estimator: Estimator,
+    /// Linearised: operating point of each recording: a time in s since the data's first sample, `steady`
+    /// (steady state with the inputs of the first time) or `mean` (steady state with the mean inputs)
+    /// [default: mean]
+    #[arg(long, value_name = "T|steady|mean", allow_negative_numbers = true, value_parser = place)]
+    pub at: Option<Place>,
+    /// Regressions: half the width of the windows over which slopes of the measurements are taken, s
+    /// [default: 5 samples]
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
+    pub smoothing: Option<f64>,
+    /// Regressions: use only samples at which this state changes no faster, in its unit per second, as in
+    /// `q=5`; repeatable
+    #[arg(long, value_name = "STATE=RATE")]
+    pub steady: Vec<String>,
+    /// Recursive: time constants of the filter 1/Λ(s), s: `5` gives Λ = 5s + 1, `5,5` gives (5s + 1)²
+    #[arg(long, value_name = "SECONDS", value_delimiter = ',', default_value = "5", value_parser = positive, allow_hyphen_values = true)]
+    pub filter: Vec<f64>,
+    /// Recursive: forgetting rate β, 1/s
+    #[arg(long, value_name = "RATE", default_value_t = 0.0, value_parser = not_negative, allow_hyphen_values = true)]
+    pub forgetting: f64,
+    /// Recursive: P₀, the initial variance of each parameter, relative to its size squared
+    #[arg(long, value_name = "P0", default_value_t = 10.0, value_parser = positive, allow_hyphen_values = true)]
+    pub start_variance: f64,
+    /// Recursive: R₀, the upper limit of the variances in P, relative to the parameters' sizes squared
+    /// [default: none]
+    #[arg(long, value_name = "R0", value_parser = positive, allow_hyphen_values = true)]
+    pub most_variance: Option<f64>,
+    /// Recursive: n_s² in the normalisation m² = 1 + n_s²
+    #[arg(long, value_enum, value_name = "NAME", default_value_t = Normalise::None)]
+    pub normalise: Normalise,
+}
+
+/// What n_s² is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Normalise {
+    /// Zero: m is 1
+    None,
+    /// φᵀφ
+    Regressors,
+    /// φᵀPφ
+    Covariance,
+}
+
+/// How a fit of simulations searches.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct SearchArgs {
+    /// Loss function; all but `squares` are robust to outliers
+    #[arg(long, value_enum, value_name = "NAME", default_value_t = LossName::Squares)]
+    pub loss: LossName,
+    /// Run N fits from different starting points, the model's own and others drawn with `--seed`, and keep
+    /// the best
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000), allow_negative_numbers = true)]
+    pub starts: u32,
+}
+
+/// Loss functions of a residual, in standard deviations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum LossName {
+    /// Squared residual: the most precise with Gaussian noise
+    Squares,
+    /// Squared up to 1.345 standard deviations, linear beyond: limits the pull of outliers
+    Huber,
+    /// Logarithmic: the further away an outlier, the less it pulls
+    Cauchy,
+    /// Constant beyond 4.685 standard deviations: residuals further away have no influence
+    Tukey,
+}
+
+/// Options for intervals.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct IntervalArgs {
+    /// Find the confidence intervals of these estimates by profile likelihood: parameters, initial values as
+    /// `x(0)`, or `all` for all parameters
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub profile: Vec<String>,
+    /// Refit to N data sets with resampled residuals, for intervals that account for autocorrelated noise
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<usize>, allow_negative_numbers = true)]
+    pub bootstrap: usize,
+    /// Report which samples and outputs determine each parameter
+    #[arg(long)]
+    pub information: bool,
+}
+
+impl Estimator {
+    fn request(self) -> dgd_work::Estimator {
+        use dgd_work::Estimator as Work;
+        match self {
+            Estimator::OutputError => Work::OutputError,
+            Estimator::Linearised => Work::Linearised,
+            Estimator::PredictionError => Work::PredictionError,
+            Estimator::LeastSquares => Work::LeastSquares,
+            Estimator::Bounded => Work::Bounded,
+            Estimator::Separable => Work::Separable,
+            Estimator::NelderMead => Work::NelderMead,
+            Estimator::Recursive => Work::Recursive,
+        }
+    }
+}
+
+impl Normalise {
+    fn request(self) -> dgd_work::Normalise {
+        match self {
+            Normalise::None => dgd_work::Normalise::None,
+            Normalise::Regressors => dgd_work::Normalise::Regressors,
+            Normalise::Covariance => dgd_work::Normalise::Covariance,
+        }
+    }
+}
+
+impl LossName {
+    fn request(self) -> Loss {
+        match self {
+            Self::Squares => Loss::Squares,
+            Self::Huber => Loss::Huber,
+            Self::Cauchy => Loss::Cauchy,
+            Self::Tukey => Loss::Tukey,
+        }
+    }
+}
+
+impl FitArgs {
+    /// For those who do the work; what is finished is kept beside `out`.
+    pub(crate) fn request(&self, out: Option<&Path>) -> FitRequest {
+        let mut request = FitRequest::new(&self.model, self.data.clone());
+        request.choices = self.choices.request();
+        request.valid.clone_from(&self.valid);
+        request.sought = self.sought.request();
+        request.outputs.clone_from(&self.outputs);
+        request.noise = match self.noise {
+            NoiseFrom::Declared => dgd_work::NoiseFrom::Declared,
+            NoiseFrom::Estimated => dgd_work::NoiseFrom::Estimated,
+        };
+        request.keep = Keep::new(out.map(Path::to_owned), self.resume);
+        request.evaluations = self.evaluations;
+        request.search.loss = self.search.loss.request();
+        request.search.starts = self.search.starts;
+        request.intervals.profile.clone_from(&self.intervals.profile);
+        request.intervals.bootstrap = self.intervals.bootstrap;
+        request.intervals.information = self.intervals.information;
+        let (options, args) = (&mut request.regression, &self.regression);
+        options.estimator = args.estimator.request();
+        options.at = args.at;
+        options.smoothing = args.smoothing;
+        options.steady.clone_from(&args.steady);
+        options.filter.clone_from(&args.filter);
+        options.forgetting = args.forgetting;
+        options.start_variance = args.start_variance;
+        options.most_variance = args.most_variance;
+        options.normalise = args.normalise.request();
+        request.solve = self.solve.request();
+        request.figures = !self.solve.plot.is_empty();
+        request
+    }
+}

@@ -1,0 +1,127 @@
+//! What is typed, as requests to those who do the work.
+
+use std::path::Path;
+
+use dgd_work::{
+    DiscoverRequest, Keep, RunRequest, SensitivityRequest, SimulateRequest, Solve, TrackRequest,
+};
+
+use super::{
+    Choices, DiscoverArgs, RunArgs, SensitivityArgs, SimulateArgs, SolveArgs, Sought, Start,
+    TrackArgs, Tracker,
+};
+use crate::command_line::command_line;
+
+impl Choices {
+    /// For those who do the work.
+    pub(crate) fn request(&self) -> dgd_work::Choices {
+        dgd_work::Choices::new(self.variant.clone(), self.set.clone(), self.apply.clone())
+    }
+}
+
+impl Sought {
+    /// For those who do the work.
+    pub(crate) fn request(&self) -> dgd_work::Sought {
+        dgd_work::Sought::new(self.free.clone(), self.fix.clone())
+    }
+}
+
+impl From<Start> for dgd_work::Start {
+    fn from(start: Start) -> Self {
+        match start {
+            Start::Model => dgd_work::Start::Model,
+            Start::Measured => dgd_work::Start::Measured,
+        }
+    }
+}
+
+impl SolveArgs {
+    /// For those who do the work.
+    pub(crate) fn request(&self) -> Solve {
+        let mut solve = Solve::default();
+        solve.start = self.start.into();
+        solve.rename.clone_from(&self.rename);
+        solve.from = self.from;
+        solve.until = self.until;
+        solve.method.clone_from(&self.method);
+        solve.steps = self.steps;
+        solve.rtol = self.rtol;
+        solve.atol = self.atol;
+        solve.engine = self.engine.into();
+        solve
+    }
+}
+
+impl RunArgs {
+    /// For those who do the work.
+    pub(crate) fn request(&self) -> RunRequest {
+        let mut run = RunRequest::new(&self.model);
+        run.choices = self.choices.request();
+        run.data.clone_from(&self.data);
+        run.every = self.every;
+        run.solve = self.solve.request();
+        run
+    }
+}
+
+impl SimulateArgs {
+    /// For those who do the work.
+    pub(crate) fn request(&self) -> SimulateRequest {
+        let mut request = SimulateRequest::new(self.run.request());
+        request.ensemble.clone_from(&self.ensemble);
+        request.over.clone_from(&self.over);
+        request.noise_seed = self.noise_seed;
+        request
+    }
+}
+
+impl SensitivityArgs {
+    /// For those who do the work.
+    pub(crate) fn request(&self) -> SensitivityRequest {
+        let mut request = SensitivityRequest::new(self.run.request());
+        request.of.clone_from(&self.of);
+        request.to.clone_from(&self.to);
+        request.scaled = self.scaled;
+        request.verify_sensitivities = self.verify_sensitivities;
+        request
+    }
+}
+
+impl DiscoverArgs {
+    /// For those who do the work; what is finished is kept beside `out`.
+    pub(crate) fn request(&self, out: Option<&Path>) -> DiscoverRequest {
+        let mut request = DiscoverRequest::new(&self.model, self.data.clone());
+        request.choices = self.choices.request();
+        request.valid.clone_from(&self.valid);
+        request.effects.clone_from(&self.effects);
+        request.sought = self.sought.request();
+        request.keep = Keep::new(out.map(Path::to_owned), self.resume);
+        request.solve = self.solve.request();
+        request.command = command_line();
+        request
+    }
+}
+
+impl TrackArgs {
+    /// For those who do the work.
+    pub(crate) fn request(&self) -> TrackRequest {
+        let mut request = TrackRequest::new(&self.model, &self.data);
+        request.choices = self.choices.request();
+        request.estimator = match self.estimator {
+            Tracker::Ekf => dgd_work::Tracker::Ekf,
+            Tracker::Ukf => dgd_work::Tracker::Ukf,
+            Tracker::Recursive => dgd_work::Tracker::Recursive,
+        };
+        request.sought = self.sought.request();
+        request.outputs.clone_from(&self.outputs);
+        request.process_noise.clone_from(&self.process_noise);
+        request.start_std.clone_from(&self.start_std);
+        request.noise.clone_from(&self.noise);
+        request.forgetting = self.forgetting;
+        request.strict = self.strict;
+        request.gate = self.gate;
+        request.solve = self.solve.request();
+        request.keeps_rows = !self.solve.plot.is_empty();
+        request
+    }
+}

@@ -1,0 +1,89 @@
+//! `dgd track`: states and parameters row by row, one line out for each line in.
+
+use std::io::{self, Read, Write};
+use std::path::Path;
+
+use dgd_work::{Ended, LineFormat, Tracked, track};
+use serde_json::json;
+
+use crate::args::TrackArgs;
+use crate::console::Console;
+use crate::failure::CommandError;
+use crate::picture;
+use crate::table_file::{TableFormat, save_rows};
+use crate::tail::{Saved, Shown, finish};
+
+pub(crate) fn run(args: &TrackArgs, console: Console<'_>) -> Result<(), CommandError> {
+    picture::verify_formats(&args.solve.plot)?;
+    let (tracked, ended) = match console.out() {
+        None => print(args, console)?,
+        Some(path) => save(args, path, console)?,
+    };
+    for words in &tracked.remarks {
+        console.remark(words);
+    }
+    let plots = args.solve.plot.iter();
+    let figures = plots.map(|path| (path.clone(), tracked.figure())).collect();
+    finish(Shown { saved: Saved::Nothing, figures, ..Shown::new(Ended::Done) }, console)?;
+    ended
+}
+
+/// What was tracked, and how the command ends.
+type Ending = (Tracked, Result<(), CommandError>);
+
+/// Standard input, where that is what is tracked.
+fn input(args: &TrackArgs) -> Option<Box<dyn Read>> {
+    (args.data == Path::new("-")).then(|| Box::new(io::stdin()) as Box<dyn Read>)
+}
+
+/// Tracks to standard output; what ends it is the last line of what programs read there.
+fn print(args: &TrackArgs, console: Console<'_>) -> Result<Ending, CommandError> {
+    let mut out = io::stdout().lock();
+    let format = if console.is_json() { LineFormat::Lines } else { LineFormat::Csv };
+    let session = console.session();
+    let mut tracked = track(&args.request(), input(args), session, &mut out, format)?;
+    let Some(error) = tracked.stopped.take().map(CommandError::from) else {
+        return Ok((tracked, Ok(())));
+    };
+    if !console.is_json() {
+        return Ok((tracked, Err(error)));
+    }
+    let line = writeln!(out, "{}", json!({ "error": error.to_string() }));
+    match line.and_then(|()| out.flush()) {
+        Err(failed) if failed.kind() != io::ErrorKind::BrokenPipe => {
+            Err(CommandError::Found(format!("cannot write a row: {failed}")))
+        }
+        _ => Ok((tracked, Err(error.written()))),
+    }
+}
+
+/// Tracks into a file that appears whole or not at all.
+fn save(args: &TrackArgs, path: &Path, console: Console<'_>) -> Result<Ending, CommandError> {
+    let format = console.table_format(path)?;
+    let lines = match format {
+        TableFormat::Csv | TableFormat::Parquet => LineFormat::Csv,
+        TableFormat::Json => LineFormat::Document,
+        TableFormat::JsonLines => LineFormat::Lines,
+    };
+    let mut found = None;
+    let written = save_rows(path, format, |out| {
+        let tracked = track(&args.request(), input(args), console.session(), out, lines);
+        let is_whole = tracked.as_ref().is_ok_and(|tracked| tracked.stopped.is_none());
+        found = Some(tracked);
+        if is_whole { Ok(()) } else { Err(io::Error::other("tracking ended")) }
+    });
+    let Some(tracked) = found else {
+        // It was not begun: there is no place to write to.
+        let error = written.err().map_or_else(String::new, |error| error.to_string());
+        return Err(CommandError::Found(error));
+    };
+    let mut tracked = tracked?;
+    if let Some(error) = tracked.stopped.take() {
+        return Ok((tracked, Err(error.into())));
+    }
+    let ended = written.map_err(CommandError::from);
+    if ended.is_ok() {
+        console.remark(&format!("wrote {} ({} rows)", path.display(), tracked.count));
+    }
+    Ok((tracked, ended))
+}

@@ -1,0 +1,159 @@
+//! The end of every command: its result is saved, drawn and printed, and the command ends as the work did.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use dgd_data::files::{Files, write_folder};
+use dgd_plot::Figure;
+use dgd_work::Ended;
+use serde_json::Value;
+
+use crate::console::{Console, print, print_text};
+use crate::failure::CommandError;
+use crate::picture;
+use crate::table_file::{TableFormat, partial_path, save_json, save_rows};
+
+/// What a command has to show.
+pub(crate) struct Shown<'a> {
+    /// The result for programs, where there is one.
+    pub json: Option<Value>,
+    /// What goes to `-o`.
+    pub saved: Saved<'a>,
+    /// Pictures, by file.
+    pub figures: Vec<(PathBuf, Figure)>,
+    /// What people read on standard output.
+    pub printed: Printed,
+    /// A remark about the result.
+    pub closing: Option<String>,
+    /// How the work ended.
+    pub ended: Ended,
+}
+
+/// What goes to `-o`.
+pub(crate) enum Saved<'a> {
+    /// What is printed otherwise.
+    Printed,
+    /// A table.
+    Table(Table<'a>),
+    /// Files in a folder.
+    Folder {
+        /// The files.
+        files: Files,
+        /// Whether a remark tells where they are.
+        is_told: bool,
+    },
+    /// Nothing, or it is there already.
+    Nothing,
+}
+
+/// A table that can be written.
+pub(crate) struct Table<'a> {
+    /// Writes it as CSV.
+    pub write: &'a dyn Fn(&mut dyn Write) -> io::Result<()>,
+    /// What programs are told where the file has the table.
+    pub details: Value,
+    /// Number of its rows, where that is told.
+    pub rows: Option<usize>,
+    /// Whether it has the rows that a run reached before it stopped.
+    ///
+    /// A file of the name asked for is that of a whole run, so these go into one beside it: `run.csv` into
+    /// `run.partial.csv`.
+    pub is_partial: bool,
+}
+
+/// What people read on standard output.
+pub(crate) enum Printed {
+    /// A text.
+    Text(String),
+    /// The table.
+    Table,
+    /// Nothing: pictures or files say it all.
+    Nothing,
+}
+
+impl Shown<'_> {
+    /// Of work that ended so; what else there is to show is added.
+    pub(crate) fn new(ended: Ended) -> Self {
+        Shown {
+            json: None,
+            saved: Saved::Printed,
+            figures: Vec::new(),
+            printed: Printed::Nothing,
+            closing: None,
+            ended,
+        }
+    }
+}
+
+/// Saves, draws and prints a result.
+pub(crate) fn finish(shown: Shown<'_>, console: Console<'_>) -> Result<(), CommandError> {
+    let Shown { json, saved, figures, printed, closing, ended } = shown;
+    let is_document = save(&saved, json.as_ref(), &printed, console)?;
+    for (path, figure) in &figures {
+        picture::save(figure, path, console)?;
+    }
+    match (&saved, &json) {
+        // The file has it.
+        (Saved::Printed, _) => {}
+        (_, Some(_)) if is_document => {}
+        (Saved::Table(table), Some(_)) if console.is_json() && console.out().is_some() => {
+            print(&format!("{:#}\n", table.details))?;
+        }
+        (_, Some(json)) if console.is_json() => print(&format!("{json:#}\n"))?,
+        (Saved::Table(_), _) if console.out().is_some() => {}
+        (Saved::Table(table), _) if matches!(printed, Printed::Table) => {
+            let mut text = Vec::new();
+            (table.write)(&mut text).map_err(|error| CommandError::Found(error.to_string()))?;
+            print(&String::from_utf8_lossy(&text))?;
+        }
+        _ => {
+            if let Printed::Text(text) = &printed {
+                print_text(text)?;
+            }
+        }
+    }
+    if let Some(words) = closing {
+        console.remark(&words);
+    }
+    CommandError::of(ended)
+}
+
+/// Writes what goes to `-o`; whether that is a document, which has all there is to say to programs.
+fn save(
+    saved: &Saved<'_>,
+    json: Option<&Value>,
+    printed: &Printed,
+    console: Console<'_>,
+) -> Result<bool, CommandError> {
+    match (saved, console.out()) {
+        (Saved::Printed, _) => {
+            match (json, printed) {
+                (Some(json), _) if console.writes_json() => console.json(json)?,
+                (_, Printed::Text(text)) => console.result(text)?,
+                (_, Printed::Table | Printed::Nothing) => {}
+            }
+            Ok(false)
+        }
+        (Saved::Table(table), Some(path)) => {
+            let partial = partial_path(path);
+            let path = if table.is_partial { &partial } else { path };
+            let format = console.table_format(path)?;
+            match (format, json) {
+                (TableFormat::Json, Some(json)) => save_json(path, json, true)?,
+                (TableFormat::JsonLines, Some(json)) => save_json(path, json, false)?,
+                _ => save_rows(path, format, |out| (table.write)(out))?,
+            }
+            let rows = table.rows.map_or_else(String::new, |rows| format!(" ({rows} rows)"));
+            console.remark(&format!("wrote {}{rows}", path.display()));
+            Ok(format.is_document())
+        }
+        (Saved::Folder { files, is_told }, Some(folder)) => {
+            write_folder(folder, files)?;
+            if *is_told {
+                console.remark(&format!("wrote {}", folder.display()));
+            }
+            Ok(false)
+        }
+        (Saved::Table(_) | Saved::Folder { .. }, None) | (Saved::Nothing, _) => Ok(false),
+    }
+}

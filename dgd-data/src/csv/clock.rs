@@ -1,0 +1,151 @@
+//! The time column: numbers in a unit of time, or ISO 8601 stamps.
+
+use jiff::Timestamp;
+use jiff::civil::DateTime;
+use jiff::tz::Offset;
+
+use crate::cell::number;
+
+/// Turns the cells of a time column into seconds since the first.
+#[derive(Debug)]
+pub(crate) enum Clock {
+    /// Numbers; `factor` is what the unit has in seconds.
+    Counted { factor: f64, first: f64 },
+    /// Stamps with `Z` or an offset from it.
+    Zoned { first: Timestamp },
+    /// Stamps without one. They are differences of one clock, which is taken not to be set between
+    /// summer and winter.
+    Local { first: Timestamp },
+}
+
+/// What is wrong with the cell of a time column.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum TimeFault {
+    /// There is nothing in it.
+    Missing,
+    /// It is neither a number nor a stamp.
+    NotATime,
+    /// It is a number, but the header has no unit.
+    NoUnit,
+    /// It is a number in a column of stamps, or a stamp in one of numbers.
+    NotLikeTheFirst,
+    /// One of this stamp and the first one has a zone, the other none.
+    OneZone,
+}
+
+impl TimeFault {
+    /// In words, for the cell that holds `text`.
+    pub(crate) fn message(&self, text: &str) -> String {
+        match self {
+            TimeFault::Missing => "this row has no time".to_owned(),
+            TimeFault::NotATime => {
+                format!("`{text}` is neither a number nor an ISO 8601 stamp")
+            }
+            TimeFault::NoUnit => format!("`{text}` has no unit of time"),
+            TimeFault::NotLikeTheFirst => {
+                format!("`{text}` is not of the kind that the time column starts with")
+            }
+            TimeFault::OneZone => {
+                "of this stamp and the first, one has a zone and the other has none".to_owned()
+            }
+        }
+    }
+
+    /// What would be right.
+    pub(crate) fn help(&self) -> Option<&'static str> {
+        match self {
+            TimeFault::Missing => None,
+            TimeFault::NotATime => Some("a stamp looks like `2026-11-21T10:57:00Z`"),
+            TimeFault::NoUnit => Some("write `time [s]` in the header"),
+            TimeFault::NotLikeTheFirst => Some("write all of them as numbers, or all as stamps"),
+            TimeFault::OneZone => Some("write `Z` or an offset behind all stamps, or behind none"),
+        }
+    }
+}
+
+/// A cell that may be a time.
+enum Cell {
+    Missing,
+    Number(f64),
+    Zoned(Timestamp),
+    Local(Timestamp),
+}
+
+impl Cell {
+    fn parse(cell: &[u8]) -> Result<Cell, TimeFault> {
+        match number(cell) {
+            Some(value) if value.is_nan() => return Ok(Cell::Missing),
+            Some(value) => return Ok(Cell::Number(value)),
+            None => {}
+        }
+        let text = str::from_utf8(cell).map_err(|_| TimeFault::NotATime)?;
+        if let Ok(stamp) = text.parse::<Timestamp>() {
+            return Ok(Cell::Zoned(stamp));
+        }
+        let local: DateTime = text.parse().map_err(|_| TimeFault::NotATime)?;
+        Offset::UTC.to_timestamp(local).map(Cell::Local).map_err(|_| TimeFault::NotATime)
+    }
+}
+
+impl Clock {
+    /// A clock that starts at this cell; `factor` is that of the header's unit, if it has one.
+    pub(crate) fn start(cell: &[u8], factor: Option<f64>) -> Result<Clock, TimeFault> {
+        match Cell::parse(cell)? {
+            Cell::Missing => Err(TimeFault::Missing),
+            Cell::Number(first) => {
+                let factor = factor.ok_or(TimeFault::NoUnit)?;
+                Ok(Clock::Counted { factor, first })
+            }
+            Cell::Zoned(first) => Ok(Clock::Zoned { first }),
+            Cell::Local(first) => Ok(Clock::Local { first }),
+        }
+    }
+
+    /// Seconds from the first time to the one in this cell.
+    pub(crate) fn seconds(&self, cell: &[u8]) -> Result<f64, TimeFault> {
+        match (self, Cell::parse(cell)?) {
+            (_, Cell::Missing) => Err(TimeFault::Missing),
+            (Clock::Counted { factor, first }, Cell::Number(time)) => {
+                let seconds = (time - first) * factor;
+                if seconds.is_finite() { Ok(seconds) } else { Err(TimeFault::NotATime) }
+            }
+            (Clock::Zoned { first }, Cell::Zoned(stamp))
+            | (Clock::Local { first }, Cell::Local(stamp)) => {
+                Ok((stamp.as_nanosecond() - first.as_nanosecond()) as f64 / 1e9)
+            }
+            (Clock::Zoned { .. }, Cell::Local(_)) | (Clock::Local { .. }, Cell::Zoned(_)) => {
+                Err(TimeFault::OneZone)
+            }
+            (Clock::Counted { .. }, Cell::Zoned(_) | Cell::Local(_))
+            | (Clock::Zoned { .. } | Clock::Local { .. }, Cell::Number(_)) => {
+                Err(TimeFault::NotLikeTheFirst)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stamps_of_several_spellings_are_seconds_apart() {
+        let clock = Clock::start(b"2026-11-21T10:00:00Z", None).expect("a stamp");
+        assert_eq!(clock.seconds(b"2026-11-21 10:00:01.25Z"), Ok(1.25));
+        assert_eq!(clock.seconds(b"2026-11-21T12:00:00+01:00"), Ok(3600.0));
+        assert_eq!(clock.seconds(b"2026-11-21T10:00:00"), Err(TimeFault::OneZone));
+        assert_eq!(clock.seconds(b"7"), Err(TimeFault::NotLikeTheFirst));
+        assert_eq!(clock.seconds(b""), Err(TimeFault::Missing));
+        assert_eq!(clock.seconds(b"21.11.2026 10:57"), Err(TimeFault::NotATime));
+        let clock = Clock::start(b"2026-02-28", None).expect("a date");
+        assert_eq!(clock.seconds(b"2026-03-01T00:00:00,5"), Ok(86_400.5));
+    }
+
+    #[test]
+    fn numbers_need_a_unit() {
+        assert_eq!(Clock::start(b"0", None).err(), Some(TimeFault::NoUnit));
+        let clock = Clock::start(b"0.5", Some(60.0)).expect("a number");
+        assert_eq!(clock.seconds(b"2"), Ok(90.0));
+        assert_eq!(clock.seconds(b"2026-11-21"), Err(TimeFault::NotLikeTheFirst));
+    }
+}

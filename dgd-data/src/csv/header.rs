@@ -1,0 +1,235 @@
+//! The header line: `name [unit]` in every cell.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use dgd_compiler::source::{Sources, Span};
+use dgd_compiler::syntax::ast;
+use dgd_compiler::units::{Unit, read_unit};
+
+use crate::csv::kept::Kept;
+use crate::csv::records::Record;
+use crate::table::Column;
+
+/// The header line of a file.
+pub(crate) struct Header {
+    /// Where it lies in the text.
+    pub(crate) place: Range<usize>,
+    pub(crate) cells: Vec<Cell>,
+    open_quote: bool,
+}
+
+/// A cell of a header line.
+pub(crate) struct Cell {
+    /// As the file has it.
+    pub(crate) text: String,
+    /// Where it lies in the text.
+    pub(crate) place: Range<usize>,
+    /// What the column is called instead.
+    pub(crate) renamed: Option<Renamed>,
+}
+
+/// What a column is called instead of what its header says.
+pub(crate) struct Renamed {
+    pub(crate) name: String,
+    /// Replaces that of the file, if there is one.
+    pub(crate) unit: Option<Unit>,
+}
+
+impl Header {
+    pub(crate) fn of(record: &Record<'_>) -> Header {
+        let cells = (0..record.len()).map(|cell| Cell {
+            text: record.text(cell),
+            place: record.place(cell),
+            renamed: None,
+        });
+        Header {
+            place: record.place_from(0),
+            cells: cells.collect(),
+            open_quote: record.open_quote,
+        }
+    }
+
+    /// The columns, without values.
+    pub(crate) fn columns(&self, kept: Kept, sources: &Sources) -> Vec<Column> {
+        let mut columns: Vec<Column> = Vec::with_capacity(self.cells.len());
+        for cell in &self.cells {
+            let place = kept.span(&cell.place);
+            let parsed = parse(&cell.text);
+            let new = cell.renamed.as_ref();
+            let (mut unit, mut fault) = (new.and_then(|new| new.unit.clone()), None);
+            if unit.is_none() {
+                fault = parsed.fault.map(|fault| {
+                    Diagnostic::new(Code::E609, place, format!("malformed column header: {fault}"))
+                        .help("a column is headed `name [unit]`")
+                });
+                match parsed.unit.map(|unit| unit_at(unit, place, sources)).transpose() {
+                    Ok(read) => unit = read,
+                    Err(diagnostic) => fault = Some(*diagnostic),
+                }
+            }
+            columns.push(Column {
+                name: new.map_or(parsed.name, |new| &new.name).to_owned(),
+                unit,
+                values: Vec::new(),
+                place,
+                fault,
+                missing: None,
+                not_numbers: None,
+            });
+        }
+        let mut first_of: BTreeMap<&str, usize> = BTreeMap::new();
+        let mut twice = Vec::new();
+        for (at, column) in columns.iter().enumerate() {
+            let first = *first_of.entry(&column.name).or_insert(at);
+            if first != at {
+                let message = format!("two columns are called `{}`", column.name);
+                let diagnostic = Diagnostic::new(Code::E609, column.place, message)
+                    .label(columns[first].place, "the first of them");
+                twice.push((first, diagnostic));
+            }
+        }
+        // The first is the one that is found by its name.
+        for (first, diagnostic) in twice {
+            columns[first].fault.get_or_insert(diagnostic);
+        }
+        columns
+    }
+
+    /// Reports what makes the whole file doubtful.
+    pub(crate) fn verify(
+        &self,
+        columns: &[Column],
+        kept: Kept,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), Reported> {
+        let Cell { text: first, place: first_place, .. } = &self.cells[0];
+        if self.open_quote {
+            let place = self.cells.last().map_or(&self.place, |cell| &cell.place);
+            let message = "a quoted cell is not closed";
+            return Err(diagnostics.error(Diagnostic::new(Code::E609, kept.span(place), message)));
+        }
+        let separator = [(';', "semicolons"), ('\t', "tabs")]
+            .into_iter()
+            .find(|(separator, _)| self.cells.len() == 1 && first.contains(*separator));
+        if let Some((_, name)) = separator {
+            let message = format!("the columns are separated by {name}");
+            let place = kept.span(first_place);
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E609, place, message)
+                    .help("separate them by commas, and write decimals with a point"),
+            ));
+        }
+        let time = columns.iter().position(|column| column.name == "time");
+        match time {
+            None | Some(0) => Ok(()),
+            Some(at) => {
+                let message = "the time is not in the first column";
+                Err(diagnostics.error(
+                    Diagnostic::new(Code::E609, columns[at].place, message)
+                        .help("move `time` to the front"),
+                ))
+            }
+        }
+    }
+}
+
+/// A header cell, taken apart.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Parsed<'a> {
+    /// The name; of a malformed cell what stands where the name should.
+    pub(crate) name: &'a str,
+    /// The text between the brackets.
+    pub(crate) unit: Option<&'a str>,
+    /// What is malformed.
+    pub(crate) fault: Option<&'static str>,
+}
+
+/// The unit at the end of the text of this place.
+pub(crate) fn unit_at(text: &str, place: Span, sources: &Sources) -> Result<Unit, Box<Diagnostic>> {
+    // The last bracket opens the unit, which is not to be found in the name.
+    let bracket = sources.text(place).rfind('[').unwrap_or_default() as u32;
+    let span = Span { start: place.start + bracket, ..place };
+    read_unit(&ast::Unit { span, text: text.to_owned() }, sources)
+}
+
+/// Takes a header cell apart.
+///
+/// As in a model, brackets directly on a name that hold numbers only are an index, `p[1]`, and
+/// belong to the name.
+pub(crate) fn parse(cell: &str) -> Parsed<'_> {
+    let cell = cell.trim();
+    let plain = |name| Parsed { name, unit: None, fault: None };
+    let broken = |name, fault| Parsed { name, unit: None, fault: Some(fault) };
+    if cell.is_empty() {
+        return broken(cell, "this column has no name");
+    }
+    let (open, close) = (cell.matches('[').count(), cell.matches(']').count());
+    if open != close {
+        let fault = if open > close { "a `[` is not closed" } else { "a `]` was not opened" };
+        let name = cell.split(['[', ']']).next().unwrap_or(cell).trim_end();
+        return broken(name, fault);
+    }
+    let Some((name, inside)) = cell.strip_suffix(']').and_then(|rest| rest.rsplit_once('[')) else {
+        return match cell.split_once(" [") {
+            Some((name, _)) => broken(name.trim_end(), "text after the unit"),
+            None => plain(cell),
+        };
+    };
+    let is_number = |text: &str| {
+        let text = text.trim();
+        !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit())
+    };
+    if !name.is_empty() && !name.ends_with(char::is_whitespace) && inside.split(',').all(is_number)
+    {
+        return plain(cell);
+    }
+    match (name.trim_end(), inside.trim()) {
+        (name @ "", _) => broken(name, "this column has no name"),
+        (name, "") => broken(name, "the brackets are empty"),
+        (name, unit) if unit.contains(']') => broken(name, "brackets inside brackets"),
+        (name, unit) => Parsed { name, unit: Some(unit), fault: None },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_and_its_unit() {
+        for (cell, name, unit) in [
+            ("q_boost [lpm]", "q_boost", Some("lpm")),
+            ("q[lpm]", "q", Some("lpm")),
+            ("  T  [ degC ]", "T", Some("degC")),
+            ("ratio [1]", "ratio", Some("1")),
+            ("ratio", "ratio", None),
+            ("p[1] [bar]", "p[1]", Some("bar")),
+            ("p[12]", "p[12]", None),
+            ("p[1, 2]", "p[1, 2]", None),
+            ("d(h_r)/d(c0) [m/m]", "d(h_r)/d(c0)", Some("m/m")),
+            ("d(p[3])/d(c0)", "d(p[3])/d(c0)", None),
+            ("bit depth (m)", "bit depth (m)", None),
+        ] {
+            assert_eq!(parse(cell), Parsed { name, unit, fault: None }, "{cell}");
+        }
+    }
+
+    #[test]
+    fn malformed_cells_keep_a_name_to_be_found_by() {
+        for (cell, name) in [
+            ("", ""),
+            ("[lpm]", ""),
+            ("q []", "q"),
+            ("q [lpm", "q"),
+            ("q lpm]", "q lpm"),
+            ("q [lpm] raw", "q"),
+            ("q [l]pm]]x[", "q"),
+        ] {
+            let header = parse(cell);
+            assert_eq!((header.name, header.unit), (name, None), "{cell}");
+            assert!(header.fault.is_some(), "{cell}");
+        }
+    }
+}

@@ -1,0 +1,234 @@
+//! The time column: seconds since the first sample, in order.
+
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use dgd_compiler::source::Span;
+use dgd_compiler::units::Dimension;
+
+use crate::csv::clock::{Clock, TimeFault};
+use crate::csv::kept::Kept;
+use crate::csv::records::Record;
+use crate::table::{Cells, Column, Disorder, Order, Place};
+
+/// The time column, while rows come in.
+pub(crate) struct Time {
+    header: Span,
+    order: Order,
+    /// Seconds in the header's unit, if it has one.
+    factor: Option<f64>,
+    clock: Option<Clock>,
+    seconds: Vec<f64>,
+    last: Option<Last>,
+    /// The first of each kind of mistake, and how many there are.
+    unreadable: Option<(Cells, TimeFault)>,
+    backwards: Option<(Cells, Before)>,
+    crowded: Option<(Cells, Place)>,
+}
+
+/// What the time column says.
+pub(crate) struct Timed {
+    /// Seconds since the first sample.
+    pub(crate) seconds: Vec<f64>,
+    /// The rows that have these times, where some are left out.
+    pub(crate) rows: Option<Vec<usize>>,
+    pub(crate) disorder: Disorder,
+}
+
+/// The row before one whose time is earlier.
+struct Before {
+    row: usize,
+    place: Place,
+    text: String,
+}
+
+/// The last row that had a time.
+struct Last {
+    seconds: f64,
+    place: Place,
+    text: Vec<u8>,
+    /// The first of the rows with this time, and how many there are.
+    same_from: Place,
+    same: usize,
+}
+
+impl Time {
+    /// The time column under this header.
+    pub(crate) fn of(
+        column: Column,
+        order: Order,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Time, Reported> {
+        if let Some(fault) = column.fault {
+            return Err(diagnostics.error(fault));
+        }
+        let factor = match column.unit {
+            None => None,
+            Some(unit) if unit.dimension == Dimension::of([0, 0, 1, 0, 0, 0, 0]) => {
+                Some(unit.factor)
+            }
+            Some(unit) => {
+                let message =
+                    format!("`time` is in `{}`, which is not a unit of time", unit.symbol);
+                return Err(diagnostics.error(
+                    Diagnostic::new(Code::E604, column.place, message)
+                        .help("write `time [s]`, or `time` with ISO 8601 stamps"),
+                ));
+            }
+        };
+        Ok(Time {
+            header: column.place,
+            order,
+            factor,
+            clock: None,
+            seconds: Vec::new(),
+            last: None,
+            unreadable: None,
+            backwards: None,
+            crowded: None,
+        })
+    }
+
+    /// Seconds in the header's unit, if it has one.
+    pub(crate) fn factor(&self) -> Option<f64> {
+        self.factor
+    }
+
+    /// Takes in the time of a row.
+    pub(crate) fn take(&mut self, record: &Record<'_>, kept: Kept) {
+        let cell = record.cell(0);
+        let place = kept.place(&record.place(0), record.line, self.header);
+        let read = match &self.clock {
+            Some(clock) => clock.seconds(cell),
+            None => Clock::start(cell, self.factor).map(|clock| {
+                self.clock = Some(clock);
+                0.0
+            }),
+        };
+        let seconds = match read {
+            Ok(seconds) => seconds,
+            Err(fault) => {
+                match &mut self.unreadable {
+                    Some((cells, _)) => cells.count += 1,
+                    None => self.unreadable = Some((Cells::one(place, record.text(0)), fault)),
+                }
+                return;
+            }
+        };
+        let Some(last) = &mut self.last else {
+            let text = cell.to_owned();
+            self.last = Some(Last { seconds, place, text, same_from: place, same: 1 });
+            self.seconds.push(seconds);
+            return;
+        };
+        if seconds == last.seconds {
+            last.same += 1;
+        } else {
+            last.same = 1;
+            last.same_from = place;
+        }
+        if last.same > 2 {
+            match &mut self.crowded {
+                Some((cells, _)) => cells.count += 1,
+                None => self.crowded = Some((Cells::one(place, record.text(0)), last.same_from)),
+            }
+        }
+        if seconds < last.seconds {
+            if let Some((cells, _)) = &mut self.backwards {
+                cells.count += 1;
+            } else {
+                let text = String::from_utf8_lossy(&last.text).into_owned();
+                let before = Before { row: self.seconds.len() - 1, place: last.place, text };
+                self.backwards = Some((Cells::one(place, record.text(0)), before));
+            }
+        }
+        self.seconds.push(seconds);
+        last.seconds = seconds;
+        last.place = place;
+        last.text.clear();
+        last.text.extend_from_slice(cell);
+    }
+
+    /// All times, unless they make the whole file doubtful.
+    pub(crate) fn finish(self, diagnostics: &mut Diagnostics) -> Result<Timed, Reported> {
+        let mut reported = Ok(());
+        if let Some((cells, fault)) = self.unreadable {
+            let diagnostic = cells.diagnostic(Code::E607, fault.message(&cells.text));
+            reported = Err(diagnostics.error(match fault.help() {
+                Some(help) => diagnostic.help(help),
+                None => diagnostic,
+            }));
+        }
+        let is_out_of_order = self.backwards.is_some() || self.crowded.is_some();
+        let rows = (self.order == Order::Recorded && is_out_of_order)
+            .then(|| rows_in_order(&self.seconds));
+        let left_out = rows.as_ref().map_or(0, |rows| self.seconds.len() - rows.len());
+        let mut disorder = Disorder { left_out, ..Disorder::default() };
+        if let Some((cells, before)) = self.backwards {
+            let Before { row, place, text } = before;
+            if let Some(rows) = &rows {
+                let has_its_time = |kept: &usize| self.seconds[*kept] == self.seconds[row];
+                let ahead = if rows.iter().any(has_its_time) { "" } else { ", which is ahead" };
+                disorder.backwards = Some(format!("`{}` comes after `{text}`{ahead}", cells.text));
+            } else {
+                let message = format!("time runs backwards: `{}` comes after `{text}`", cells.text);
+                let diagnostic = cells.diagnostic(Code::E605, message);
+                reported =
+                    Err(diagnostics
+                        .error(diagnostic.label(place.span, place.text("the row before"))));
+            }
+        }
+        if let Some((cells, first)) = self.crowded {
+            if self.order == Order::Recorded {
+                disorder.crowded = Some(cells.text);
+            } else {
+                let message = format!("more than two rows have the time `{}`", cells.text);
+                let diagnostic = cells.diagnostic(Code::E606, message);
+                reported = Err(diagnostics.error(
+                    diagnostic
+                        .label(first.span, first.text("the first of them"))
+                        .help("two rows with one time are the left and right values of a jump"),
+                ));
+            }
+        }
+        reported?;
+        let mut seconds = self.seconds;
+        if let Some(rows) = &rows {
+            // The first row may be left out, too.
+            let first = rows.first().map_or(0.0, |row| seconds[*row]);
+            seconds = rows.iter().map(|row| seconds[*row] - first).collect();
+        }
+        Ok(Timed { seconds, rows, disorder })
+    }
+}
+
+/// The most rows whose times never decrease, with no three times equal.
+///
+/// A single time that is far ahead is left out by itself then, and not all that come after it. Where as
+/// many rows are left out either way, the earlier ones stay: of a clock that is set back, what it shows
+/// for the second time goes.
+///
+/// Source: Fredman, On computing the length of longest increasing subsequences, Discrete Math. 11
+/// (1975) 29–35.
+fn rows_in_order(seconds: &[f64]) -> Vec<usize> {
+    // From the end: the row with the latest time that begins a run of each length, and the row behind
+    // each in its run.
+    let mut beginnings: Vec<usize> = Vec::new();
+    let mut behind: Vec<Option<usize>> = vec![None; seconds.len()];
+    for (row, time) in seconds.iter().enumerate().rev() {
+        let length = beginnings.partition_point(|first| seconds[*first] >= *time);
+        behind[row] = length.checked_sub(1).map(|shorter| beginnings[shorter]);
+        if length == beginnings.len() {
+            beginnings.push(row);
+        } else {
+            beginnings[length] = row;
+        }
+    }
+    let rows = std::iter::successors(beginnings.last().copied(), |row| behind[*row]);
+    let mut kept: Vec<usize> = Vec::with_capacity(beginnings.len());
+    for row in rows {
+        let third = kept.len().checked_sub(2).map(|at| seconds[kept[at]]);
+        if third != Some(seconds[row]) {
+            kept.push(row);
+        }
+    }
+    kept
+}

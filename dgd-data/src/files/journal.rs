@@ -1,0 +1,296 @@
+//! What a long run has computed, in a file, so that it can go on after it was ended.
+//!
+//! ```text
+//!   "dgd journal 1\n"  owner: 16 bytes                         whose journal it is
+//!   { length: 8  key: 16  result: length  check: 16 } …       check: digest of the three before it
+//! ```
+//!
+//! Records are added one at a time. A run that was killed leaves the last one torn, which its check shows; it is
+//! cut off before anything is added. Numbers are little-endian.
+
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::fs::{self, File, TryLockError};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use dgd_identify::journal::{Digest, Journal};
+
+const HEADER: &[u8] = b"dgd journal 1\n";
+
+/// The journal of one run. It is removed when dropped, unless it is left for another: a run that ends needs
+/// it no more.
+#[derive(Debug)]
+pub struct RunJournal {
+    path: PathBuf,
+    /// None once something could not be written: what came after it would be lost.
+    file: Mutex<Option<File>>,
+    found: BTreeMap<u128, Vec<u8>>,
+    is_left: AtomicBool,
+}
+
+/// What was there when a journal was opened.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Before {
+    /// No journal, or it was not asked for.
+    Nothing,
+    /// So many results of a run like this one.
+    Results(usize),
+    /// The journal of a run with other input, or of another program; it is replaced.
+    Other,
+}
+
+/// Why there is no journal.
+#[derive(Debug)]
+pub enum JournalError {
+    /// Another run keeps its results there at present.
+    InUse,
+    /// The system refused.
+    Failed(io::Error),
+}
+
+/// What becomes of a journal that is there already.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Opening {
+    /// It is gone on from.
+    Resume,
+    /// It is replaced.
+    Anew,
+}
+
+impl RunJournal {
+    /// The journal of results that go to `out`: a hidden file beside it.
+    pub fn path(out: &Path) -> PathBuf {
+        let place = fs::canonicalize(out).unwrap_or_else(|_| out.to_owned());
+        let mut name = OsString::from(".");
+        name.push(place.file_name().unwrap_or_default());
+        name.push(".dgd-journal");
+        place.with_file_name(name)
+    }
+
+    /// Opens the journal of the run that `owner` tells apart from all others.
+    ///
+    /// # Errors
+    ///
+    /// [`JournalError`]: another run is using it, or the system refused.
+    pub fn open(
+        path: PathBuf,
+        owner: Digest,
+        opening: Opening,
+    ) -> Result<(RunJournal, Before), JournalError> {
+        let failed = JournalError::Failed;
+        // What is not a journal is not ours to replace.
+        if let Ok(there) = fs::symlink_metadata(&path) {
+            let is_journal = || -> io::Result<bool> {
+                let mut begin = Vec::new();
+                File::open(&path)?.take(HEADER.len() as u64).read_to_end(&mut begin)?;
+                let name = &HEADER[..HEADER.len() - 2];
+                Ok(begin.starts_with(name) || HEADER.starts_with(&begin))
+            };
+            if !there.is_file() || !is_journal().map_err(failed)? {
+                return Err(failed(io::Error::other("there is another file of this name")));
+            }
+        }
+        let mut options = File::options();
+        options.read(true).write(true).create(true).truncate(false);
+        let mut file = options.open(&path).map_err(failed)?;
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => return Err(JournalError::InUse),
+            // Where files cannot be locked, there is nothing to be told.
+            Ok(()) | Err(TryLockError::Error(_)) => {}
+        }
+        let header = [HEADER, &owner.value().to_le_bytes()].concat();
+        let mut bytes = Vec::new();
+        if opening == Opening::Resume {
+            file.read_to_end(&mut bytes).map_err(failed)?;
+        }
+        let (found, length, before) = match bytes.strip_prefix(header.as_slice()) {
+            Some(records) => {
+                let (found, length) = read(records);
+                let count = found.len();
+                (found, header.len() + length, Before::Results(count))
+            }
+            // The beginning of a header is what a run leaves that was killed at once.
+            None if header.starts_with(&bytes) => (BTreeMap::new(), 0, Before::Nothing),
+            None => (BTreeMap::new(), 0, Before::Other),
+        };
+        file.set_len(length as u64).map_err(failed)?;
+        file.seek(SeekFrom::End(0)).map_err(failed)?;
+        if length == 0 {
+            file.write_all(&header).map_err(failed)?;
+        }
+        let (file, is_left) = (Mutex::new(Some(file)), AtomicBool::new(false));
+        Ok((RunJournal { path, file, found, is_left }, before))
+    }
+
+    /// Leaves it for the run that goes on.
+    pub fn leave(&self) {
+        self.is_left.store(true, Ordering::Relaxed);
+    }
+}
+
+impl Journal for RunJournal {
+    fn find(&self, key: u128) -> Option<Vec<u8>> {
+        self.found.get(&key).cloned()
+    }
+
+    fn keep(&self, key: u128, result: &[u8]) {
+        let record = record(key, result);
+        // A journal that cannot be written does not end a run.
+        if let Ok(mut place) = self.file.lock()
+            && let Some(file) = place.as_mut()
+            && file.write_all(&record).is_err()
+        {
+            *place = None;
+        }
+    }
+}
+
+impl Drop for RunJournal {
+    fn drop(&mut self) {
+        // What was computed before a panic is not lost.
+        if !self.is_left.load(Ordering::Relaxed) && !std::thread::panicking() {
+            // One that cannot be removed is a hidden left-over, which the next run replaces.
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+fn record(key: u128, result: &[u8]) -> Vec<u8> {
+    let mut record = Vec::with_capacity(result.len() + 40);
+    record.extend((result.len() as u64).to_le_bytes());
+    record.extend(key.to_le_bytes());
+    record.extend(result);
+    let check = Digest::EMPTY.bytes(&record).value();
+    record.extend(check.to_le_bytes());
+    record
+}
+
+/// The records that are whole, up to the first that is not, and their length.
+fn read(bytes: &[u8]) -> (BTreeMap<u128, Vec<u8>>, usize) {
+    let (mut found, mut rest) = (BTreeMap::new(), bytes);
+    while let Some((key, result, behind)) = first(rest) {
+        found.insert(key, result.to_vec());
+        rest = behind;
+    }
+    (found, bytes.len() - rest.len())
+}
+
+/// Key and result of the first record, and what is behind it; `None` where it is torn.
+fn first(bytes: &[u8]) -> Option<(u128, &[u8], &[u8])> {
+    let (length, rest) = bytes.split_first_chunk()?;
+    let (key, rest) = rest.split_first_chunk()?;
+    let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
+    let (result, rest) = rest.split_at_checked(length)?;
+    let (check, rest) = rest.split_first_chunk()?;
+    let checked = &bytes[..bytes.len() - rest.len() - check.len()];
+    let is_whole = Digest::EMPTY.bytes(checked).value() == u128::from_le_bytes(*check);
+    is_whole.then_some((u128::from_le_bytes(*key), result, rest))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const OWNER: Digest = Digest::EMPTY;
+
+    fn open(path: &Path, owner: Digest, opening: Opening) -> (RunJournal, Before) {
+        RunJournal::open(path.to_owned(), owner, opening).expect("the folder is writable")
+    }
+
+    /// Leaves the file, as a run that is killed does.
+    #[allow(clippy::needless_pass_by_value, reason = "it is gone")]
+    fn kill(journal: RunJournal) {
+        journal.leave();
+    }
+
+    #[test]
+    fn a_journal_that_is_torn_anywhere_gives_the_records_before() {
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        let path = RunJournal::path(&folder.path().join("found"));
+        let (journal, before) = open(&path, OWNER, Opening::Resume);
+        assert_eq!(before, Before::Nothing);
+        let results: [&[u8]; 3] = [b"one", b"", &[7; 300]];
+        let mut ends = vec![fs::metadata(&path).expect("it is there").len() as usize];
+        for (key, result) in results.iter().enumerate() {
+            journal.keep(key as u128, result);
+            ends.push(fs::metadata(&path).expect("it is there").len() as usize);
+        }
+        kill(journal);
+        let whole = fs::read(&path).expect("it was left");
+        assert_eq!(whole.len(), ends[3]);
+        for length in 0..=whole.len() {
+            fs::write(&path, &whole[..length]).expect("the folder is writable");
+            let (journal, before) = open(&path, OWNER, Opening::Resume);
+            let count = ends[1..].iter().filter(|end| **end <= length).count();
+            let expected = if length < ends[0] { Before::Nothing } else { Before::Results(count) };
+            assert_eq!(before, expected, "of {length} bytes");
+            for (key, result) in results.iter().enumerate() {
+                let found = journal.find(key as u128);
+                assert_eq!(found.as_deref(), (key < count).then_some(*result));
+            }
+            // What is added now is found behind what was whole.
+            journal.keep(9, b"new");
+            kill(journal);
+            let (journal, before) = open(&path, OWNER, Opening::Resume);
+            assert_eq!(before, Before::Results(count + 1), "of {length} bytes");
+            assert_eq!(journal.find(9).as_deref(), Some(b"new".as_slice()));
+            drop(journal);
+            assert!(!path.exists(), "a run that ends needs it no more");
+        }
+    }
+
+    #[test]
+    fn a_byte_that_has_changed_ends_what_is_believed() {
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        let path = folder.path().join("journal");
+        let (journal, _) = open(&path, OWNER, Opening::Anew);
+        journal.keep(1, b"one");
+        journal.keep(2, b"two");
+        kill(journal);
+        let mut bytes = fs::read(&path).expect("it was left");
+        let place = bytes.len() - 17;
+        bytes[place] ^= 1;
+        fs::write(&path, &bytes).expect("the folder is writable");
+        let (journal, before) = open(&path, OWNER, Opening::Resume);
+        assert_eq!((before, journal.find(2)), (Before::Results(1), None));
+    }
+
+    #[test]
+    fn another_file_of_its_name_is_kept() {
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        let path = folder.path().join("journal");
+        fs::write(&path, b"precious").expect("the folder is writable");
+        for opening in [Opening::Anew, Opening::Resume] {
+            let refused = RunJournal::open(path.clone(), OWNER, opening);
+            assert!(matches!(refused, Err(JournalError::Failed(_))), "{refused:?}");
+        }
+        assert_eq!(fs::read(&path).expect("it is there"), b"precious");
+        // That of another version is one.
+        fs::write(&path, b"dgd journal 9\n").expect("the folder is writable");
+        assert_eq!(open(&path, OWNER, Opening::Resume).1, Before::Other);
+    }
+
+    #[test]
+    fn the_journal_of_another_run_is_not_used() {
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        let path = folder.path().join("journal");
+        let (journal, _) = open(&path, OWNER, Opening::Anew);
+        journal.keep(1, b"one");
+        let in_use = RunJournal::open(path.clone(), OWNER, Opening::Resume);
+        assert!(matches!(in_use, Err(JournalError::InUse)), "{in_use:?}");
+        kill(journal);
+        let (journal, before) = open(&path, OWNER.of(&"other"), Opening::Resume);
+        assert_eq!((before, journal.find(1)), (Before::Other, None));
+        kill(journal);
+        // It was replaced; and without being asked for, none is looked at.
+        let (journal, before) = open(&path, OWNER, Opening::Resume);
+        assert_eq!(before, Before::Other);
+        journal.keep(1, b"one");
+        kill(journal);
+        let (journal, before) = open(&path, OWNER, Opening::Anew);
+        assert_eq!((before, journal.find(1)), (Before::Nothing, None));
+    }
+}

@@ -1,0 +1,346 @@
+//! Parquet files by the `parquet` crate, which knows all of the format.
+//!
+//! They become CSV text. From there on both formats are read by one reader; a diagnostic shows the row as it would stand
+//! in a CSV file. Columns that hold no single numbers, times or texts (lists, binary data) become
+//! text, so that they are refused only if a model asks for them.
+
+use std::cell::Cell;
+use std::panic::catch_unwind;
+
+use bytes::Bytes;
+use jiff::Timestamp;
+use jiff::tz::Offset;
+use parquet::basic::{ConvertedType, LogicalType, TimeUnit, TimestampType};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::DataType;
+use parquet::errors::{ParquetError, Result};
+use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData, RowGroupMetaData};
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::schema::types::ColumnDescriptor;
+
+use crate::cell::{push_number, quoted};
+
+thread_local! {
+    /// Whether this thread is in the library.
+    static CATCHES: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Whether a panic of this thread is caught here.
+pub(super) fn catches_panics() -> bool {
+    CATCHES.get()
+}
+
+/// The CSV text of a Parquet file.
+pub(super) fn to_csv(file: Vec<u8>) -> Result<String> {
+    // The library panics on some files that are damaged where `verify` does not look. Nothing of
+    // its state outlives the call.
+    CATCHES.set(true);
+    let text = catch_unwind(|| text_of(file)).unwrap_or_else(|_| Err(damaged()));
+    CATCHES.set(false);
+    text
+}
+
+fn damaged() -> ParquetError {
+    ParquetError::General("the file is damaged".to_owned())
+}
+
+/// Checks that all columns lie within the file.
+fn verify(metadata: &ParquetMetaData, length: usize) -> Result<()> {
+    let within = |column: &ColumnChunkMetaData| {
+        let start = column.dictionary_page_offset().unwrap_or(column.data_page_offset());
+        let end = u64::try_from(start)
+            .ok()
+            .zip(u64::try_from(column.compressed_size()).ok())
+            .and_then(|(start, size)| start.checked_add(size));
+        end.is_some_and(|end| end <= length as u64)
+    };
+    let all = metadata.row_groups().iter().flat_map(RowGroupMetaData::columns).all(within);
+    if all { Ok(()) } else { Err(damaged()) }
+}
+
+fn text_of(file: Vec<u8>) -> Result<String> {
+    let length = file.len();
+    let file = SerializedFileReader::new(Bytes::from(file))?;
+    verify(file.metadata(), length)?;
+    let schema = file.metadata().file_metadata().schema_descr_ptr();
+    let names: Vec<_> = schema.columns().iter().map(|column| quoted(column.name())).collect();
+    let mut text = names.join(",");
+    text.push('\n');
+    for group in 0..file.num_row_groups() {
+        let group = file.get_row_group(group)?;
+        let n_rows = usize::try_from(group.metadata().num_rows())
+            .map_err(|_| ParquetError::General("a negative number of rows".to_owned()))?;
+        let columns = schema
+            .columns()
+            .iter()
+            .enumerate()
+            .map(|(at, column)| cells(group.get_column_reader(at)?, column, n_rows))
+            .collect::<Result<Vec<_>>>()?;
+        if !columns.iter().any(|column| matches!(column, Cells::Numbers(_) | Cells::Texts(_))) {
+            return Err(ParquetError::General("no column holds numbers".to_owned()));
+        }
+        for row in 0..n_rows {
+            for (at, column) in columns.iter().enumerate() {
+                if at > 0 {
+                    text.push(',');
+                }
+                match column {
+                    Cells::Numbers(values) => match values[row] {
+                        Some(value) => push_number(&mut text, value),
+                        // A line that is empty would be no row.
+                        None => text.push_str("NaN"),
+                    },
+                    Cells::Texts(texts) => text.push_str(&quoted(&texts[row])),
+                    Cells::Other(what) => text.push_str(what),
+                }
+            }
+            text.push('\n');
+        }
+    }
+    Ok(text)
+}
+
+/// A column of a row group.
+enum Cells {
+    Numbers(Vec<Option<f64>>),
+    Texts(Vec<String>),
+    /// What stands in every row in place of something else.
+    Other(&'static str),
+}
+
+fn cells(reader: ColumnReader, column: &ColumnDescriptor, n_rows: usize) -> Result<Cells> {
+    if column.max_rep_level() > 0 {
+        return Ok(Cells::Other("a list"));
+    }
+    let logical = logical_type(column);
+    Ok(match reader {
+        ColumnReader::BoolColumnReader(reader) => {
+            numbers(values(reader, column, n_rows)?, |value| f64::from(u8::from(value)))
+        }
+        ColumnReader::Int32ColumnReader(reader) => {
+            let values = values(reader, column, n_rows)?;
+            match &logical {
+                Some(LogicalType::Date) => {
+                    const DAY: i128 = 86_400_000_000_000;
+                    texts(values, |days| stamp(i128::from(days) * DAY, false))
+                }
+                _ => numbers(values, |value| {
+                    integer(value.into(), logical.as_ref(), u32::MAX.into())
+                }),
+            }
+        }
+        ColumnReader::Int64ColumnReader(reader) => {
+            let values = values(reader, column, n_rows)?;
+            match &logical {
+                Some(LogicalType::Timestamp(TimestampType { unit, is_adjusted_to_u_t_c })) => {
+                    let nanoseconds = match unit {
+                        TimeUnit::MILLIS => 1_000_000,
+                        TimeUnit::MICROS => 1_000,
+                        TimeUnit::NANOS => 1,
+                    };
+                    texts(values, |time| {
+                        stamp(i128::from(time) * nanoseconds, *is_adjusted_to_u_t_c)
+                    })
+                }
+                _ => numbers(values, |value| integer(value, logical.as_ref(), u64::MAX)),
+            }
+        }
+        ColumnReader::Int96ColumnReader(reader) => {
+            texts(values(reader, column, n_rows)?, |time| stamp(time.to_nanos().into(), false))
+        }
+        ColumnReader::FloatColumnReader(reader) => {
+            numbers(values(reader, column, n_rows)?, f64::from)
+        }
+        ColumnReader::DoubleColumnReader(reader) => {
+            numbers(values(reader, column, n_rows)?, |value| value)
+        }
+        ColumnReader::ByteArrayColumnReader(reader) => {
+            texts(values(reader, column, n_rows)?, |value| {
+                String::from_utf8_lossy(value.data()).into_owned()
+            })
+        }
+        ColumnReader::FixedLenByteArrayColumnReader(_) => Cells::Other("binary data"),
+    })
+}
+
+/// What a column means; older files say it in another way.
+fn logical_type(column: &ColumnDescriptor) -> Option<LogicalType> {
+    column.logical_type_ref().cloned().or_else(|| match column.converted_type() {
+        ConvertedType::DATE => Some(LogicalType::Date),
+        ConvertedType::TIMESTAMP_MILLIS => Some(LogicalType::timestamp(true, TimeUnit::MILLIS)),
+        ConvertedType::TIMESTAMP_MICROS => Some(LogicalType::timestamp(true, TimeUnit::MICROS)),
+        ConvertedType::UINT_32 => Some(LogicalType::integer(32, false)),
+        ConvertedType::UINT_64 => Some(LogicalType::integer(64, false)),
+        ConvertedType::DECIMAL => {
+            Some(LogicalType::decimal(column.type_scale(), column.type_precision()))
+        }
+        _ => None,
+    })
+}
+
+/// The values of a column without lists; `None` where there is none.
+fn values<T: DataType>(
+    mut reader: ColumnReaderImpl<T>,
+    column: &ColumnDescriptor,
+    n_rows: usize,
+) -> Result<Vec<Option<T::T>>> {
+    let (mut values, mut levels) = (Vec::new(), Vec::new());
+    let mut read = 0;
+    while read < n_rows {
+        match reader.read_records(n_rows - read, Some(&mut levels), None, &mut values)? {
+            (0, ..) => {
+                return Err(ParquetError::EOF("a column ends early".to_owned()));
+            }
+            (records, ..) => read += records,
+        }
+    }
+    // A value is there where everything on the way to it is.
+    let mut values = values.into_iter();
+    let there = column.max_def_level();
+    let optional: Vec<_> = if there == 0 {
+        values.map(Some).collect()
+    } else {
+        levels.iter().map(|&level| if level == there { values.next() } else { None }).collect()
+    };
+    if optional.len() == n_rows {
+        Ok(optional)
+    } else {
+        Err(ParquetError::General("columns of different lengths".to_owned()))
+    }
+}
+
+fn numbers<T>(values: Vec<Option<T>>, number: impl Fn(T) -> f64) -> Cells {
+    Cells::Numbers(values.into_iter().map(|value| value.map(&number)).collect())
+}
+
+fn texts<T>(values: Vec<Option<T>>, text: impl Fn(T) -> String) -> Cells {
+    Cells::Texts(values.into_iter().map(|value| value.map(&text).unwrap_or_default()).collect())
+}
+
+/// An integer as its column means it: signed or not, or a number of decimals. `mask` is the largest
+/// unsigned integer of its size.
+fn integer(value: i64, logical: Option<&LogicalType>, mask: u64) -> f64 {
+    match logical {
+        Some(LogicalType::Integer(kind)) if !kind.is_signed => (value as u64 & mask) as f64,
+        Some(LogicalType::Decimal(decimal)) => value as f64 / 10_f64.powi(decimal.scale),
+        _ => value as f64,
+    }
+}
+
+/// An ISO 8601 stamp of nanoseconds since 1970.
+fn stamp(nanoseconds: i128, utc: bool) -> String {
+    match Timestamp::from_nanosecond(nanoseconds) {
+        Ok(stamp) if utc => stamp.to_string(),
+        Ok(stamp) => Offset::UTC.to_datetime(stamp).to_string(),
+        Err(_) => format!("{nanoseconds} ns since 1970"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use dgd_compiler::diagnostics::Diagnostics;
+    use dgd_compiler::source::Sources;
+    use parquet::basic::{Repetition, Type as Physical};
+    use parquet::data_type::{ByteArrayType, DoubleType, Int64Type};
+    use parquet::file::writer::SerializedFileWriter;
+    use parquet::schema::types::Type;
+
+    use super::*;
+    use crate::parquet::plain;
+    use crate::read_from;
+    use crate::write::{Written, save_parquet, write_table};
+
+    /// Three rows of a stamp, a number that may be missing, and a text.
+    fn file() -> Result<Vec<u8>> {
+        let field = |name, physical, repetition, logical| {
+            let field = Type::primitive_type_builder(name, physical);
+            field.with_repetition(repetition).with_logical_type(logical).build().map(Arc::new)
+        };
+        let stamps = Some(LogicalType::timestamp(true, TimeUnit::NANOS));
+        let fields = vec![
+            field("time", Physical::INT64, Repetition::REQUIRED, stamps)?,
+            field("x [lpm]", Physical::DOUBLE, Repetition::OPTIONAL, None)?,
+            field("note", Physical::BYTE_ARRAY, Repetition::REQUIRED, Some(LogicalType::String))?,
+        ];
+        let schema = Arc::new(Type::group_type_builder("table").with_fields(fields).build()?);
+        let mut bytes = Vec::new();
+        let mut file = SerializedFileWriter::new(&mut bytes, schema, Arc::default())?;
+        let mut group = file.next_row_group()?;
+        while let Some(mut column) = group.next_column()? {
+            match column.untyped() {
+                parquet::column::writer::ColumnWriter::Int64ColumnWriter(_) => {
+                    let times = [1_000_000_000, 1_500_000_000, 3_000_000_000];
+                    column.typed::<Int64Type>().write_batch(&times, None, None)?;
+                }
+                parquet::column::writer::ColumnWriter::DoubleColumnWriter(_) => {
+                    let column = column.typed::<DoubleType>();
+                    column.write_batch(&[0.1, 1583.7], Some(&[1, 0, 1]), None)?;
+                }
+                _ => {
+                    let texts = ["a,b".into(), "".into(), "c".into()];
+                    column.typed::<ByteArrayType>().write_batch(&texts, None, None)?;
+                }
+            }
+            column.close()?;
+        }
+        group.close()?;
+        file.close()?;
+        Ok(bytes)
+    }
+
+    #[test]
+    fn a_parquet_file_is_read_as_the_csv_it_stands_for() {
+        let file = file().expect("to memory");
+        assert_eq!(
+            to_csv(file.clone()).expect("a file just written"),
+            "time,x [lpm],note\n\
+             1970-01-01T00:00:01Z,0.1,\"a,b\"\n\
+             1970-01-01T00:00:01.5Z,NaN,\n\
+             1970-01-01T00:00:03Z,1583.7,c\n"
+        );
+        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let table = read_from("a.parquet", file.as_slice(), &mut sources, &mut diagnostics)
+            .expect("a recording");
+        assert_eq!(table.time.as_deref(), Some([0.0, 0.5, 2.0].as_slice()));
+        assert_eq!(table.columns[0].values[2], 1583.7);
+    }
+
+    #[test]
+    fn a_file_cut_short_is_refused() {
+        let file = file().expect("to memory");
+        for length in [4, 8, 12, file.len() / 2, file.len() - 1] {
+            assert!(to_csv(file[..length].to_vec()).is_err());
+        }
+    }
+
+    #[test]
+    fn a_damaged_file_does_not_make_it_panic() {
+        let file = file().expect("to memory");
+        for at in 4..file.len() {
+            for flip in [0x01, 0x80, 0xff] {
+                let mut damaged = file.clone();
+                damaged[at] ^= flip;
+                let _ = to_csv(damaged);
+            }
+        }
+    }
+
+    #[test]
+    fn the_library_reads_what_dgd_writes() {
+        let unit = dgd_runtime::Unit { symbol: "lpm".into(), factor: 1.0 / 60_000.0, offset: 0.0 };
+        let time: Vec<f64> = (0..5000).map(|i| f64::from(i) * 0.1).collect();
+        let gap = |i: i32| if i % 3 == 0 { f64::NAN } else { f64::from(i).sin() };
+        let values: Vec<f64> = (0..5000).map(gap).collect();
+        let columns = [Written { name: "q, \"a\"", unit: &unit, values: &values }];
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        let path = folder.path().join("a.parquet");
+        let rows = |out: &mut dyn std::io::Write| write_table(out, Some(&time), &columns);
+        save_parquet(&path, rows).expect("the folder is writable");
+        let file = std::fs::read(path).expect("it was written");
+        let ours = plain::to_csv(&file).expect("a file of ours");
+        assert_eq!(to_csv(file).expect("a Parquet file"), ours);
+        assert_eq!(ours.lines().next(), Some("time [s],\"q, \"\"a\"\" [lpm]\""));
+    }
+}

@@ -1,0 +1,274 @@
+//! Reads Parquet as dgd writes it: columns of doubles and texts, plain and not compressed.
+
+use super::thrift::{Value, decode};
+use super::{MAGIC, Unread};
+use crate::cell::{push_number, quoted};
+use crate::parquet::write::{BYTE_ARRAY, DATA_PAGE, DOUBLE, OPTIONAL, PLAIN, RLE, UNCOMPRESSED};
+
+/// The CSV text of a file.
+pub(super) fn to_csv(file: &[u8]) -> Result<String, Unread> {
+    let description = description(file).ok_or_else(damaged)?;
+    let columns = columns(&description)?;
+    let names: Vec<_> = columns.iter().map(|column| quoted(column.name)).collect();
+    let mut text = names.join(",");
+    text.push('\n');
+    // A row takes a byte at least, but for rows that hold nothing.
+    let mut room = file.len();
+    for group in description.list(4).ok_or_else(damaged)? {
+        let n_rows = group.integer(3).and_then(|n| usize::try_from(n).ok()).ok_or_else(damaged)?;
+        room = room.checked_sub(n_rows).ok_or_else(damaged)?;
+        let chunks = group.list(1).filter(|chunks| chunks.len() == columns.len());
+        let cells = chunks
+            .ok_or_else(damaged)?
+            .iter()
+            .zip(&columns)
+            .map(|(chunk, column)| cells(file, chunk, column, n_rows))
+            .collect::<Result<Vec<_>, Unread>>()?;
+        for row in 0..n_rows {
+            for (at, cells) in cells.iter().enumerate() {
+                if at > 0 {
+                    text.push(',');
+                }
+                match cells[row] {
+                    // A line that is empty would be no row.
+                    None => text.push_str("NaN"),
+                    Some(Cell::Number(value)) => push_number(&mut text, value),
+                    Some(Cell::Text(cell)) => text.push_str(&quoted(cell)),
+                }
+            }
+            text.push('\n');
+        }
+    }
+    Ok(text)
+}
+
+fn damaged() -> Unread {
+    "the file is damaged".to_owned().into()
+}
+
+fn another_kind() -> Unread {
+    Unread {
+        why: "it is a Parquet file of a kind that this build does not read".to_owned(),
+        help: Some("write it as `.csv`, or build dgd with `--features parquet`"),
+    }
+}
+
+/// What stands at the end of the file.
+fn description(file: &[u8]) -> Option<Value<'_>> {
+    let inner = file.strip_prefix(MAGIC)?.strip_suffix(MAGIC)?;
+    let (inner, length) = inner.split_last_chunk::<4>()?;
+    let length = usize::try_from(u32::from_le_bytes(*length)).ok()?;
+    let (value, rest) = decode(&inner[inner.len().checked_sub(length)?..])?;
+    rest.is_empty().then_some(value)
+}
+
+struct Column<'a> {
+    name: &'a str,
+    kind: i64,
+    is_optional: bool,
+}
+
+fn columns<'a>(description: &Value<'a>) -> Result<Vec<Column<'a>>, Unread> {
+    let schema = description.list(2).ok_or_else(damaged)?;
+    let fields = schema.get(1..).filter(|fields| !fields.is_empty()).ok_or_else(damaged)?;
+    let column = |field: &Value<'a>| {
+        // A group of fields, a list, and what a number may mean besides itself.
+        let is_group = field.integer(5).is_some_and(|n| n > 0);
+        let kind = field.integer(1);
+        let means_more = kind == Some(DOUBLE.into()) && field.field(6).is_some();
+        let repetition = field.integer(3).unwrap_or_default();
+        let is_known = kind.is_some_and(|kind| [DOUBLE, BYTE_ARRAY].map(i64::from).contains(&kind));
+        match kind {
+            Some(kind)
+                if is_known && !is_group && !means_more && repetition <= i64::from(OPTIONAL) =>
+            {
+                let name = field.text(4).ok_or_else(damaged)?;
+                Ok(Column { name, kind, is_optional: repetition == i64::from(OPTIONAL) })
+            }
+            _ => Err(another_kind()),
+        }
+    };
+    fields.iter().map(column).collect()
+}
+
+#[derive(Clone, Copy)]
+enum Cell<'a> {
+    Number(f64),
+    Text(&'a str),
+}
+
+/// The cells of a column of a row group.
+fn cells<'a>(
+    file: &'a [u8],
+    chunk: &Value<'a>,
+    column: &Column<'a>,
+    n_rows: usize,
+) -> Result<Vec<Option<Cell<'a>>>, Unread> {
+    let data = chunk.field(3).ok_or_else(damaged)?;
+    if data.integer(4) != Some(UNCOMPRESSED.into()) || data.field(11).is_some() {
+        return Err(another_kind());
+    }
+    let start = data.integer(9).and_then(|at| usize::try_from(at).ok());
+    let mut rest = start.and_then(|at| file.get(at..)).ok_or_else(damaged)?;
+    // Each row has a bit in the file, but for runs of a single page.
+    let mut cells = Vec::with_capacity(n_rows.min(file.len()));
+    while cells.len() < n_rows {
+        let (header, behind) = decode(rest).ok_or_else(damaged)?;
+        let page = header.field(5).ok_or_else(another_kind)?;
+        let is_plain = header.integer(1) == Some(DATA_PAGE.into())
+            && page.integer(2) == Some(PLAIN.into())
+            && (!column.is_optional || page.integer(3) == Some(RLE.into()));
+        if !is_plain {
+            return Err(another_kind());
+        }
+        let size = header.integer(3).and_then(|size| usize::try_from(size).ok());
+        let (bytes, behind) =
+            size.and_then(|size| behind.split_at_checked(size)).ok_or_else(damaged)?;
+        let count = page.integer(1).and_then(|count| usize::try_from(count).ok());
+        let count = count.filter(|n| (1..=n_rows - cells.len()).contains(n)).ok_or_else(damaged)?;
+        page_cells(bytes, column, count, &mut cells)?;
+        rest = behind;
+    }
+    Ok(cells)
+}
+
+fn page_cells<'a>(
+    mut bytes: &'a [u8],
+    column: &Column<'_>,
+    count: usize,
+    cells: &mut Vec<Option<Cell<'a>>>,
+) -> Result<(), Unread> {
+    let mut runs = vec![(true, count)];
+    if column.is_optional {
+        let (length, rest) = bytes.split_first_chunk::<4>().ok_or_else(damaged)?;
+        let length = u32::from_le_bytes(*length) as usize;
+        let (levels, rest) = rest.split_at_checked(length).ok_or_else(damaged)?;
+        (runs, bytes) = (runs_of(levels)?, rest);
+    }
+    let mut left = count;
+    for (there, n) in runs {
+        let n = n.min(left);
+        left -= n;
+        for _ in 0..n {
+            let cell = there.then(|| cell(&mut bytes, column.kind).ok_or_else(damaged));
+            cells.push(cell.transpose()?);
+        }
+    }
+    if left == 0 { Ok(()) } else { Err(damaged()) }
+}
+
+/// Runs of values that are there or missing.
+fn runs_of(mut levels: &[u8]) -> Result<Vec<(bool, usize)>, Unread> {
+    let mut runs = Vec::new();
+    while !levels.is_empty() {
+        let (mut header, mut shift) = (0_usize, 0);
+        loop {
+            let (byte, rest) = levels.split_first().ok_or_else(damaged)?;
+            levels = rest;
+            header |= usize::from(byte & 0x7f) << shift;
+            shift += 7;
+            match byte {
+                0..0x80 => break,
+                _ if shift > 28 => return Err(damaged()),
+                _ => {}
+            }
+        }
+        // Bits instead of runs; another writer may choose those.
+        if header & 1 == 1 {
+            let (bits, rest) = levels.split_at_checked(header >> 1).ok_or_else(damaged)?;
+            levels = rest;
+            let bit = |at: usize| bits[at / 8] >> (at % 8) & 1 == 1;
+            runs.extend((0..8 * bits.len()).map(|at| (bit(at), 1)));
+        } else {
+            let (there, rest) = levels.split_first().ok_or_else(damaged)?;
+            levels = rest;
+            runs.push((*there == 1, header >> 1));
+        }
+    }
+    Ok(runs)
+}
+
+fn cell<'a>(bytes: &mut &'a [u8], kind: i64) -> Option<Cell<'a>> {
+    if kind == i64::from(DOUBLE) {
+        let (number, rest) = bytes.split_first_chunk::<8>()?;
+        *bytes = rest;
+        return Some(Cell::Number(f64::from_le_bytes(*number)));
+    }
+    let (length, rest) = bytes.split_first_chunk::<4>()?;
+    let (text, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+    *bytes = rest;
+    str::from_utf8(text).ok().map(Cell::Text)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use super::*;
+    use crate::parquet::ParquetWriter;
+
+    fn written(csv: &str) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut writer = ParquetWriter::new(&mut bytes);
+        writer.write_all(csv.as_bytes()).expect("to memory");
+        writer.finish().expect("to memory");
+        bytes
+    }
+
+    fn read(file: &[u8]) -> Result<String, String> {
+        to_csv(file).map_err(|unread| unread.why)
+    }
+
+    const TABLE: &str = "time [s],\"q, \"\"a\"\" [lpm]\",unit\n\
+                         0,0.1,1\n1e-300,NaN,1/s\n2,NaN,\"a,b\"\n3,-inf,\n4,-0,x\n";
+
+    #[test]
+    fn a_table_is_read_as_it_was_written() {
+        assert_eq!(read(&written(TABLE)).as_deref(), Ok(TABLE));
+        // Several groups of rows, and runs of missing values longer than a byte can count.
+        let cell = |i: i32| if i / 1000 % 2 == 0 { "NaN".to_owned() } else { i.to_string() };
+        let row = |i: i32| format!("{i},{}\n", vec![cell(i); 60].join(","));
+        let names: Vec<String> = (0..60).map(|j| format!(",c{j}")).collect();
+        let head = names.concat();
+        let long = format!("time [s]{head}\n{}", (0..50_000).map(row).collect::<String>());
+        assert!(read(&written(&long)).as_deref() == Ok(long.as_str()));
+        assert_eq!(read(&written("x [m]\n")).as_deref(), Ok("x [m]\n"));
+    }
+
+    #[test]
+    fn a_text_among_numbers_of_an_earlier_group_is_not_dropped() {
+        let mut out = Vec::new();
+        let mut writer = ParquetWriter::new(&mut out);
+        let text = format!("x\n{}a\n", "1\n".repeat(1 << 21));
+        writer.write_all(text.as_bytes()).expect("to memory");
+        let error = writer.finish().expect_err("a column is of one kind").to_string();
+        assert_eq!(error, "column `x` holds numbers, and then a text");
+    }
+
+    #[test]
+    fn a_damaged_file_is_refused_or_read_and_never_makes_it_panic() {
+        let file = written(TABLE);
+        for length in 0..file.len() {
+            assert!(read(&file[..length]).is_err(), "{length}");
+        }
+        for at in 0..file.len() {
+            for flip in [0x01, 0x10, 0x80, 0xff] {
+                let mut damaged = file.clone();
+                damaged[at] ^= flip;
+                let _ = read(&damaged);
+            }
+        }
+    }
+
+    #[test]
+    fn what_only_the_library_reads_is_said_to_be_so() {
+        // The codec of the first column: field 4 behind the list of its name.
+        let file = written("x [m]\n1\n");
+        let at = file.windows(6).rposition(|bytes| bytes[..5] == *b"x [m]" && bytes[5] == 0x15);
+        let mut compressed = file;
+        compressed[at.expect("a path and a codec") + 6] = 2;
+        let unread = to_csv(&compressed).expect_err("compressed by Snappy");
+        assert_eq!(unread.why, "it is a Parquet file of a kind that this build does not read");
+        assert!(unread.help.is_some_and(|help| help.contains("--features parquet")));
+    }
+}

@@ -1,0 +1,259 @@
+//! From a file to its text, its header and its rows.
+
+use std::cell::Cell;
+use std::io::{self, BufRead, BufReader, Cursor, Read};
+use std::path::Path;
+
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use dgd_compiler::source::{Source, Sources, Span};
+use dgd_identify::journal::Digest;
+
+use crate::csv::header::Header;
+use crate::csv::kept::Kept;
+use crate::csv::records::Records;
+use crate::csv::rename::Rename;
+use crate::csv::rows::Rows;
+use crate::encoding::{NotText, not_text};
+use crate::parquet::{MAGIC, Unread};
+use crate::table::{Order, Table};
+
+/// Bytes of a text that are kept, so that a diagnostic can show the line it is about. Of a longer
+/// one only the lines down to the header are, and the diagnostic says the number of the line.
+const KEPT: usize = 1 << 22;
+
+/// How a file is read.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Reading<'a> {
+    /// Bytes of a text that are kept for diagnostics.
+    pub(crate) kept: usize,
+    pub(crate) order: Order,
+    pub(crate) renames: &'a [Rename],
+}
+
+/// Reads a data file: CSV, also compressed with gzip, or Parquet.
+pub fn read(
+    path: &Path,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Table, Reported> {
+    read_renamed(path, &[], sources, diagnostics)
+}
+
+/// Reads a data file, with other names for some of its columns.
+pub fn read_renamed(
+    path: &Path,
+    renames: &[Rename],
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Table, Reported> {
+    let reading = Reading { kept: KEPT, order: Order::Required, renames };
+    open(path, reading, sources, diagnostics)
+}
+
+/// Reads a data file whose times may be out of order: rows that do not run forwards are left out
+/// and told in [`Table::disorder`].
+pub fn read_as_it_is(
+    path: &Path,
+    renames: &[Rename],
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Table, Reported> {
+    let reading = Reading { kept: KEPT, order: Order::Recorded, renames };
+    open(path, reading, sources, diagnostics)
+}
+
+fn open(
+    path: &Path,
+    reading: Reading<'_>,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Table, Reported> {
+    let name = path.display().to_string();
+    match crate::open::open(path) {
+        Ok(file) => read_with(reading, &name, file, sources, diagnostics),
+        Err(why) => Err(diagnostics.error(unreadable(&name, "", sources, &why))),
+    }
+}
+
+/// Reads a data file from anywhere; `name` is what diagnostics call it.
+pub fn read_from(
+    name: &str,
+    input: impl Read,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Table, Reported> {
+    let reading = Reading { kept: KEPT, order: Order::Required, renames: &[] };
+    read_with(reading, name, input, sources, diagnostics)
+}
+
+pub(crate) fn read_with(
+    reading: Reading<'_>,
+    name: &str,
+    input: impl Read,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Table, Reported> {
+    let digest = Cell::new(Digest::EMPTY);
+    let input = Digested { input, digest: &digest };
+    let mut table = read_text(reading, name, input, sources, diagnostics)?;
+    table.digest = Some(digest.get().value());
+    Ok(table)
+}
+
+/// Takes the digest of bytes as they are read.
+struct Digested<'a, R> {
+    input: R,
+    digest: &'a Cell<Digest>,
+}
+
+impl<R: Read> Read for Digested<'_, R> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let n = self.input.read(bytes)?;
+        self.digest.set(self.digest.get().bytes(&bytes[..n]));
+        Ok(n)
+    }
+}
+
+fn read_text(
+    reading: Reading<'_>,
+    name: &str,
+    input: impl Read,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Table, Reported> {
+    let Reading { kept: limit, order, renames } = reading;
+    let mut head = Vec::new();
+    let opened = decompressed(input).and_then(|mut input| {
+        (&mut input).take(limit as u64).read_to_end(&mut head)?;
+        if head.starts_with(MAGIC) {
+            // Only its end tells a Parquet file from a text that begins with the same letters.
+            input.read_to_end(&mut head)?;
+        }
+        Ok(input)
+    });
+    let mut rest = match opened {
+        Ok(rest) => rest,
+        Err(error) => {
+            return Err(diagnostics.error(unreadable(name, "", sources, &error.to_string())));
+        }
+    };
+    if head.starts_with(MAGIC) {
+        if head.ends_with(MAGIC) {
+            return read_parquet(reading, name, head, sources, diagnostics);
+        }
+        rest = Box::new(Cursor::new(head.split_off(limit.min(head.len()))));
+    }
+    let whole = head.len() < limit;
+    let head = head.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&head);
+    let text = match utf8(head, whole) {
+        Ok(text) => text,
+        Err((valid, why)) => {
+            let diagnostic = unreadable(name, valid, sources, why.message).help(why.help);
+            return Err(diagnostics.error(diagnostic));
+        }
+    };
+
+    // Down to the header line.
+    let (mut start, mut lines) = (0, 0);
+    for line in text.split_inclusive('\n') {
+        if !(line.trim().is_empty() || line.starts_with('#')) {
+            break;
+        }
+        start += line.len();
+        lines += 1;
+    }
+    let mut records = Records::new(Cursor::new(&head[start..]).chain(rest), start, lines);
+    let mut header = match records.next() {
+        Ok(Some(record)) if record.end() <= text.len() => Header::of(&record),
+        Ok(_) => {
+            let why = if text.trim().is_empty() { "it is empty" } else { "it has no header line" };
+            return Err(diagnostics.error(unreadable(name, &text[..start], sources, why)));
+        }
+        Err(error) => {
+            return Err(diagnostics.error(unreadable(name, "", sources, &error.to_string())));
+        }
+    };
+    let shown = if whole { text } else { &text[..header.place.end] };
+    let source = sources.add(Source { name: name.to_owned(), text: shown.to_owned() });
+
+    let kept = Kept { source, whole };
+    header.rename(renames, kept, sources, diagnostics)?;
+    let mut rows = Rows::below(&header, order, kept, sources, diagnostics)?;
+    loop {
+        match records.next() {
+            Ok(Some(record)) => rows.take(&record),
+            Ok(None) => return rows.finish(diagnostics),
+            Err(error) => {
+                let message = format!("`{name}` breaks off after {} rows: {error}", rows.len());
+                let place = rows.header();
+                return Err(diagnostics.error(Diagnostic::new(Code::E601, place, message)));
+            }
+        }
+    }
+}
+
+/// The bytes of a file, decompressed if they are a gzip stream.
+pub(crate) fn decompressed<'a>(mut input: impl Read + 'a) -> io::Result<Box<dyn BufRead + 'a>> {
+    let mut magic = Vec::new();
+    (&mut input).take(2).read_to_end(&mut magic)?;
+    let gzip = magic == [0x1f, 0x8b];
+    let input = Cursor::new(magic).chain(input);
+    Ok(if gzip {
+        Box::new(BufReader::new(flate2::read::MultiGzDecoder::new(BufReader::new(input))))
+    } else {
+        Box::new(BufReader::new(input))
+    })
+}
+
+fn read_parquet(
+    reading: Reading<'_>,
+    name: &str,
+    file: Vec<u8>,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Table, Reported> {
+    match crate::parquet::to_csv(file) {
+        Ok(text) => read_text(reading, name, text.as_bytes(), sources, diagnostics),
+        Err(Unread { why, help }) => {
+            let diagnostic = unreadable(name, "", sources, &why);
+            Err(diagnostics.error(match help {
+                Some(help) => diagnostic.help(help),
+                None => diagnostic,
+            }))
+        }
+    }
+}
+
+/// The bytes as text; of the head of a longer text, without a character cut in two. Otherwise the
+/// text before what is none.
+fn utf8(head: &[u8], whole: bool) -> Result<&str, (&str, NotText)> {
+    // A torn Parquet file gets its own message below.
+    if let Some(why) = not_text(head).filter(|_| !head.starts_with(MAGIC)) {
+        return Err(("", why));
+    }
+    str::from_utf8(head).or_else(|error| {
+        let valid = str::from_utf8(&head[..error.valid_up_to()]).unwrap_or_default();
+        if !whole && error.error_len().is_none() {
+            return Ok(valid);
+        }
+        let why = if head.starts_with(MAGIC) {
+            NotText { message: "it is a Parquet file without its end", help: "copy it again" }
+        } else {
+            NotText { message: "this is not UTF-8 text", help: "save it as UTF-8" }
+        };
+        Err((valid, why))
+    })
+}
+
+/// A file that cannot be opened.
+pub fn cannot_read(name: &str, sources: &mut Sources, why: &str) -> Diagnostic {
+    unreadable(name, "", sources, why)
+}
+
+/// A file that is not the text of a table; what could be read of it ends where the trouble is.
+pub(crate) fn unreadable(name: &str, text: &str, sources: &mut Sources, why: &str) -> Diagnostic {
+    let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
+    let source = sources.add(Source { name: name.to_owned(), text: text.to_owned() });
+    let span = Span { source, start: end, end };
+    Diagnostic::new(Code::E601, span, format!("cannot read `{name}`: {why}"))
+}

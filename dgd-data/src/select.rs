@@ -1,0 +1,213 @@
+//! The columns a model asks for, in SI units.
+//!
+//! A column is converted from the unit in its header to SI. Where header and model both name the
+//! zero of a pressure scale and name different ones, the standard atmosphere comes in.
+
+use std::borrow::Cow;
+use std::collections::HashSet;
+
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use dgd_compiler::source::Span;
+use dgd_compiler::units::{Dimension, Unit, convert};
+
+use crate::table::{Column, SHOWN, Table};
+
+/// An input, output or state as the model declares it.
+#[derive(Debug, Clone, Copy)]
+pub struct Declared<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Its unit.
+    pub unit: &'a Unit,
+    /// Where it is declared, if that can be shown.
+    pub place: Option<Span>,
+}
+
+/// The columns of a model's inputs, in the order of `declared` and in SI.
+///
+/// # Errors
+///
+/// An input has no column (E603), or one with missing values (E608), or one that cannot be read as
+/// declared (E604, E607, E609).
+pub fn inputs(
+    table: &Table,
+    declared: &[Declared<'_>],
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<Vec<f64>>, Reported> {
+    inputs_with(table, declared, Gaps::Refused, diagnostics)
+}
+
+/// What becomes of an input that has no value in some row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Gaps {
+    /// It is a mistake.
+    Refused,
+    /// It is NaN there.
+    Kept,
+}
+
+/// [`inputs`], which may have gaps.
+///
+/// # Errors
+///
+/// As [`inputs`].
+pub fn inputs_with(
+    table: &Table,
+    declared: &[Declared<'_>],
+    gaps: Gaps,
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<Vec<f64>>, Reported> {
+    let mut all = Vec::with_capacity(declared.len());
+    let mut reported = Ok(());
+    for input in declared {
+        let Some(column) = table.column(input.name) else {
+            reported = Err(diagnostics.error(no_column(table, input)));
+            continue;
+        };
+        match converted(column, input) {
+            Ok(values) => all.push(values),
+            Err(diagnostic) => reported = Err(diagnostics.error(diagnostic)),
+        }
+        if gaps == Gaps::Refused
+            && let Some(missing) = &column.missing
+        {
+            let nowhere = missing.count == table.len();
+            let place = if nowhere { "in any row" } else { "here" };
+            let message = format!("the input `{}` has no value {place}", input.name);
+            let diagnostic = missing
+                .diagnostic(Code::E608, message)
+                .help("an input is needed at every time: fill the gap, or cut the recording");
+            reported = Err(diagnostics.error(diagnostic));
+        }
+    }
+    reported.map(|()| all)
+}
+
+/// The columns of what may have been measured, in the order of `declared` and in SI; `None` where
+/// there is no column. NaN marks missing values.
+///
+/// # Errors
+///
+/// A column cannot be read as declared (E604, E607, E609).
+pub fn measured(
+    table: &Table,
+    declared: &[Declared<'_>],
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<Option<Vec<f64>>>, Reported> {
+    let mut all = Vec::with_capacity(declared.len());
+    let mut reported = Ok(());
+    for output in declared {
+        match table.column(output.name).map(|column| converted(column, output)).transpose() {
+            Ok(values) => all.push(values),
+            Err(diagnostic) => reported = Err(diagnostics.error(diagnostic)),
+        }
+    }
+    reported.map(|()| all)
+}
+
+/// The columns whose names are not among `known`, in the order of the file.
+pub fn unknown<'t>(table: &'t Table, known: &[&str]) -> Vec<&'t Column> {
+    let known: HashSet<&str> = known.iter().copied().collect();
+    table.columns.iter().filter(|column| !known.contains(column.name.as_str())).collect()
+}
+
+/// Names of columns that are told one by one; of more there is the number.
+const NAMED: usize = 8;
+
+/// What there is to say about the columns that are not among `known`: that they are not used.
+pub fn unknown_note(table: &Table, known: &[&str]) -> Option<Diagnostic> {
+    let unknown = unknown(table, known);
+    let (first, others) = unknown.split_first()?;
+    let named = if unknown.len() > NAMED + 1 { NAMED } else { unknown.len() };
+    let names: Vec<_> =
+        unknown.iter().take(named).map(|column| format!("`{}`", shortened(&column.name))).collect();
+    let names = names.join(", ");
+    let message = match unknown.len() - named {
+        0 if others.is_empty() => {
+            format!("the model does not know the column {names}, which is not used")
+        }
+        0 => format!("the model does not know the columns {names}, which are not used"),
+        more => {
+            format!(
+                "the model does not know the columns {names} and {more} more, which are not used"
+            )
+        }
+    };
+    let mut note = Diagnostic::new(Code::E611, first.place, message);
+    for column in &others[..named - 1] {
+        note = note.label(column.place, "");
+    }
+    // Meant can only be what has no column yet.
+    let there: HashSet<&str> = table.columns.iter().map(|column| column.name.as_str()).collect();
+    let absent: Vec<&str> = known.iter().copied().filter(|name| !there.contains(name)).collect();
+    let meant = unknown
+        .iter()
+        .find_map(|column| Some((column, suggestion(&column.name, absent.iter().copied())?)));
+    Some(match meant {
+        Some((column, name)) => note.help(format!("is `{}` meant to be `{name}`?", column.name)),
+        None => note,
+    })
+}
+
+/// A name as far as it can be read at a glance.
+fn shortened(name: &str) -> Cow<'_, str> {
+    match name.char_indices().nth(SHOWN) {
+        Some((end, _)) => Cow::Owned(format!("{}…", &name[..end])),
+        None => Cow::Borrowed(name),
+    }
+}
+
+fn no_column(table: &Table, input: &Declared<'_>) -> Diagnostic {
+    let message = format!("there is no column for the input `{}`", input.name);
+    let mut diagnostic = Diagnostic::new(Code::E603, table.header, message);
+    if let Some(place) = input.place {
+        diagnostic = diagnostic.label(place, "declared here");
+    }
+    let names = table.columns.iter().map(|column| column.name.as_str());
+    diagnostic.help(match suggestion(input.name, names) {
+        Some(name) => format!("is the column `{name}` meant to be `{}`?", input.name),
+        None => format!("add a column `{} [{}]`", input.name, input.unit.symbol),
+    })
+}
+
+/// The values of a column in SI, as the model counts them.
+pub fn converted(column: &Column, declared: &Declared<'_>) -> Result<Vec<f64>, Diagnostic> {
+    if let Some(fault) = &column.fault {
+        return Err(fault.clone());
+    }
+    let unit = match &column.unit {
+        Some(unit) if unit.dimension == declared.unit.dimension => Some(unit),
+        Some(unit) => {
+            let message = format!(
+                "the column `{}` is in `{}`, which does not convert to `{}`",
+                column.name, unit.symbol, declared.unit.symbol
+            );
+            let mut diagnostic = Diagnostic::new(Code::E604, column.place, message);
+            if let Some(place) = declared.place {
+                let text = format!("declared in `{}`", declared.unit.symbol);
+                diagnostic = diagnostic.label(place, text);
+            }
+            return Err(diagnostic);
+        }
+        // A plain number can only be meant as such: 53 might be per cent or a factor.
+        None if declared.unit.dimension == Dimension::ONE && declared.unit.factor == 1.0 => None,
+        None => {
+            let message = format!("the column `{}` has no unit", column.name);
+            return Err(Diagnostic::new(Code::E609, column.place, message)
+                .help(format!("write `{} [{}]`", column.name, declared.unit.symbol)));
+        }
+    };
+    if let Some(cells) = &column.not_numbers {
+        let diagnostic = cells.diagnostic(Code::E607, format!("`{}` is not a number", cells.text));
+        let decimal_comma = cells.text.contains(',');
+        return Err(
+            diagnostic.maybe_help(decimal_comma.then(|| "write decimals with a point".to_owned()))
+        );
+    }
+    let Some(unit) = unit else {
+        return Ok(column.values.clone());
+    };
+    // What the model counts in: SI, from the zero of the declared unit.
+    let si = Unit { factor: 1.0, offset: 0.0, ..declared.unit.clone() };
+    Ok(column.values.iter().map(|&value| convert(value, unit, &si)).collect())
+}

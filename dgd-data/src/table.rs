@@ -1,0 +1,170 @@
+//! A data file as it was read: columns of numbers, and what its cells say that are no numbers.
+
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use dgd_compiler::source::{SourceId, Span};
+use dgd_compiler::units::Unit;
+
+/// A data file.
+///
+/// Every column has [`Table::len`] values. Times never decrease, and no three in a row are equal.
+#[derive(Debug, Clone)]
+pub struct Table {
+    /// The file, as far as it is kept for diagnostics: all of it, or the head of a long one.
+    pub source: SourceId,
+    /// Digest of the bytes of the file, compressed as they are; none of one that is read row by row.
+    pub digest: Option<u128>,
+    /// Its header line.
+    pub header: Span,
+    /// Seconds since the first sample, where the file has a time column. Two equal ones are the
+    /// left and right side of a jump.
+    pub time: Option<Vec<f64>>,
+    /// What is wrong with the order of times, where the file was read as it is.
+    pub disorder: Disorder,
+    /// The columns besides time, in the order of the file.
+    pub columns: Vec<Column>,
+    pub(crate) n_rows: usize,
+}
+
+/// Times that do not run forwards, in a file that was read as it is.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Disorder {
+    /// The first time that comes after a later one, in words, and whether that one is left out.
+    pub backwards: Option<String>,
+    /// The first time that more than two rows have.
+    pub crowded: Option<String>,
+    /// Rows that are left out because of either.
+    pub left_out: usize,
+}
+
+/// What becomes of rows whose time does not run forwards. As few are left out as it takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Order {
+    /// The file is refused.
+    Required,
+    /// They are left out and counted.
+    Recorded,
+}
+
+/// A column of a [`Table`].
+#[derive(Debug, Clone)]
+pub struct Column {
+    /// Name, without the unit.
+    pub name: String,
+    /// Unit of the values; `None` where the header has none, or none that is understood.
+    pub unit: Option<Unit>,
+    /// Values in that unit; NaN marks a missing one.
+    pub values: Vec<f64>,
+    /// The header cell.
+    pub place: Span,
+    /// What is wrong with the header cell.
+    pub fault: Option<Diagnostic>,
+    /// Cells of the file that hold no value, if any.
+    pub missing: Option<Cells>,
+    /// Cells of the file that hold something else than a number, if any; their values are NaN.
+    pub not_numbers: Option<Cells>,
+}
+
+/// The first of some cells, and their number.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cells {
+    /// Where the first is.
+    pub first: Place,
+    /// What it says.
+    pub text: String,
+    /// How many there are.
+    pub count: usize,
+}
+
+/// A place in a data file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    /// What can be pointed at: the place itself, or the header of its column.
+    pub span: Span,
+    /// The line, from 1, where the text there is not kept.
+    pub line: Option<usize>,
+}
+
+/// Characters of a cell that are quoted in a message.
+pub(crate) const SHOWN: usize = 40;
+
+impl Table {
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.n_rows
+    }
+
+    /// Whether there are no rows; a table that was read has some.
+    pub fn is_empty(&self) -> bool {
+        self.n_rows == 0
+    }
+
+    /// The column of this name.
+    pub fn column(&self, name: &str) -> Option<&Column> {
+        self.columns.iter().find(|column| column.name == name)
+    }
+
+    /// Seconds since the first sample, where a recording is needed.
+    pub fn recording(&self, diagnostics: &mut Diagnostics) -> Result<&[f64], Reported> {
+        self.time.as_deref().ok_or_else(|| {
+            let span = self.columns.first().map_or(self.header, |column| column.place);
+            diagnostics.error(
+                Diagnostic::new(Code::E602, span, "the file has no time column")
+                    .here("the first column")
+                    .help("its first column should be `time [s]`, or `time` with ISO 8601 stamps"),
+            )
+        })
+    }
+}
+
+impl Cells {
+    /// One cell. What it says is cut where it is long.
+    pub(crate) fn one(first: Place, text: String) -> Cells {
+        let text = match text.char_indices().nth(SHOWN) {
+            Some((end, _)) => format!("{}…", &text[..end]),
+            None => text,
+        };
+        Cells { first, text, count: 1 }
+    }
+
+    /// Counts a cell; only the first is looked at.
+    pub(crate) fn count(cells: &mut Option<Cells>, cell: impl FnOnce() -> (Place, String)) {
+        if let Some(cells) = cells {
+            cells.count += 1;
+        } else {
+            let (first, text) = cell();
+            *cells = Some(Cells::one(first, text));
+        }
+    }
+
+    /// A diagnostic at the first cell.
+    pub(crate) fn diagnostic(&self, code: Code, message: String) -> Diagnostic {
+        let others = match self.count - 1 {
+            0 => String::new(),
+            1 => "and one more row".to_owned(),
+            n => format!("and {n} more rows"),
+        };
+        let diagnostic = self.first.diagnostic(code, message);
+        let text = [diagnostic.labels[0].text.as_str(), &others]
+            .into_iter()
+            .filter(|part| !part.is_empty())
+            .collect::<Vec<_>>()
+            .join(", ");
+        diagnostic.here(text)
+    }
+}
+
+impl Place {
+    /// A diagnostic at this place.
+    pub(crate) fn diagnostic(self, code: Code, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::new(code, self.span, message).here(self.text(""))
+    }
+
+    /// A text for a label here.
+    pub(crate) fn text(self, text: &str) -> String {
+        match self.line {
+            Some(line) if text.is_empty() => format!("line {line}"),
+            Some(line) => format!("line {line}: {text}"),
+            None => text.to_owned(),
+        }
+    }
+}

@@ -1,0 +1,292 @@
+//! Tables to CSV, and from there to Parquet, in the units a model declares.
+//!
+//! Numbers have the fewest digits that read back to the same number. A value crosses from SI to
+//! its unit by a division, and back by a multiplication; each rounds. So of the numbers about the
+//! quotient one is written that reads back to the same SI value, if there is one. Where there is
+//! none (neighbours are further apart in the unit than in SI), the SI value that is read back is
+//! off by one unit in the last place of the value or, where that is larger, of the unit's offset.
+
+use std::fmt::Write as _;
+use std::io::{self, Write};
+use std::path::Path;
+
+use dgd_runtime::Unit;
+use flate2::Compression;
+use flate2::write::GzEncoder;
+
+use crate::cell::{push_number, quoted};
+use crate::files::{WriteError, write_whole};
+use crate::parquet::ParquetWriter;
+
+/// A column to write.
+#[derive(Debug, Clone, Copy)]
+pub struct Written<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// The unit it is written in.
+    pub unit: &'a Unit,
+    /// Values in SI; NaN marks a missing one.
+    pub values: &'a [f64],
+}
+
+/// Writes a table: the time, if it has one, in seconds, then the columns.
+///
+/// # Panics
+///
+/// If the columns have different lengths.
+pub fn write_table(
+    out: &mut (impl Write + ?Sized),
+    time: Option<&[f64]>,
+    columns: &[Written<'_>],
+) -> io::Result<()> {
+    let seconds = Unit { symbol: "s".into(), factor: 1.0, offset: 0.0 };
+    let time = time.map(|values| Written { name: "time", unit: &seconds, values });
+    let columns: Vec<_> = time.into_iter().chain(columns.iter().copied()).collect();
+    let n_rows = columns.first().map_or(0, |column| column.values.len());
+    assert!(
+        columns.iter().all(|column| column.values.len() == n_rows),
+        "columns of one table have one length"
+    );
+
+    write_header(out, &columns)?;
+    write_rows(out, &columns)
+}
+
+/// Writes the header line of these columns.
+pub fn write_header(out: &mut (impl Write + ?Sized), columns: &[Written<'_>]) -> io::Result<()> {
+    let headers: Vec<_> = columns
+        .iter()
+        .map(|column| quoted(&format!("{} [{}]", column.name, column.unit.symbol)))
+        .collect();
+    writeln!(out, "{}", headers.join(","))
+}
+
+/// Writes the rows of these columns.
+///
+/// # Panics
+///
+/// If a column is shorter than the first.
+pub fn write_rows(out: &mut (impl Write + ?Sized), columns: &[Written<'_>]) -> io::Result<()> {
+    let n_rows = columns.first().map_or(0, |column| column.values.len());
+    let mut line = String::new();
+    for row in 0..n_rows {
+        line.clear();
+        for (i, column) in columns.iter().enumerate() {
+            if i > 0 {
+                line.push(',');
+            }
+            let value = column.values[row];
+            if !value.is_nan() {
+                push_in_unit(&mut line, value, column.unit);
+            }
+        }
+        // An empty line would be no row.
+        if line.is_empty() {
+            line.push_str("NaN");
+        }
+        line.push('\n');
+        out.write_all(line.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// Writes a table to a file that appears whole or not at all; compressed if its name ends in `.gz`.
+///
+/// # Panics
+///
+/// If the columns have different lengths.
+pub fn save_table(
+    path: &Path,
+    time: Option<&[f64]>,
+    columns: &[Written<'_>],
+) -> Result<(), WriteError> {
+    save(path, |out| write_table(out, time, columns))
+}
+
+/// Writes a file that appears whole or not at all; compressed if its name ends in `.gz`.
+pub fn save(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), WriteError> {
+    write_whole(path, |out| {
+        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz")) {
+            // The header of the stream holds neither name nor time: equal tables, equal files.
+            let mut compressed = GzEncoder::new(out, Compression::default());
+            write(&mut compressed)?;
+            compressed.finish()?;
+            Ok(())
+        } else {
+            write(out)
+        }
+    })
+}
+
+/// Writes a Parquet file that appears whole or not at all; `write_csv` writes the table as CSV.
+pub fn save_parquet(
+    path: &Path,
+    write_csv: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), WriteError> {
+    save(path, |out| {
+        let mut table = ParquetWriter::new(out);
+        write_csv(&mut table)?;
+        table.finish()
+    })
+}
+
+/// Appends an SI value in a unit.
+fn push_in_unit(line: &mut String, si: f64, unit: &Unit) {
+    if unit.factor == 1.0 && unit.offset == 0.0 {
+        push_number(line, si);
+        return;
+    }
+    let quotient = unit.from_si(si);
+    let reads_back = |value: &f64| value * unit.factor + unit.offset == si;
+    // 1583.7 and not 1583.7000000000003, where both are read as the same SI value.
+    let value = [15, 16]
+        .into_iter()
+        .map(|digits| rounded(quotient, digits, line))
+        .find(reads_back)
+        .or_else(|| {
+            let around = [quotient, quotient.next_down(), quotient.next_up()];
+            around.into_iter().find(reads_back)
+        })
+        .unwrap_or(quotient);
+    push_number(line, value);
+}
+
+/// The number rounded to so many decimal digits; `space` is left as it was.
+fn rounded(value: f64, digits: usize, space: &mut String) -> f64 {
+    let start = space.len();
+    // Writing to a string does not fail.
+    let _ = write!(space, "{value:.*e}", digits - 1);
+    let rounded = space[start..].parse().unwrap_or(value);
+    space.truncate(start);
+    rounded
+}
+
+#[cfg(test)]
+mod tests {
+    use dgd_compiler::diagnostics::Diagnostics;
+    use dgd_compiler::source::Sources;
+    use dgd_compiler::units::parse_unit;
+
+    use super::*;
+    use crate::select::{Declared, inputs};
+    use crate::{Table, read};
+
+    /// A unit as the compiler knows it, and as a compiled model does.
+    fn units(symbol: &str) -> (dgd_compiler::units::Unit, Unit) {
+        let unit = parse_unit(symbol).expect("a unit of the catalogue");
+        let symbol = symbol.to_owned().into();
+        let compiled = Unit { symbol, factor: unit.factor, offset: unit.offset };
+        (unit, compiled)
+    }
+
+    fn in_unit(si: f64, unit: &Unit) -> String {
+        let mut text = String::new();
+        push_in_unit(&mut text, si, unit);
+        text
+    }
+
+    #[test]
+    fn numbers_are_short_and_read_back() {
+        for (value, text) in [
+            (0.1, "0.1"),
+            (-0.0, "-0"),
+            (1e-5, "0.00001"),
+            (2.5e-7, "2.5e-7"),
+            (1e16, "1e16"),
+            (123_456_789.25, "123456789.25"),
+            (f64::MAX, "1.7976931348623157e308"),
+            (5e-324, "5e-324"),
+        ] {
+            let mut written = String::new();
+            push_number(&mut written, value);
+            assert_eq!(written, text);
+            assert_eq!(text.parse(), Ok(value));
+        }
+    }
+
+    #[test]
+    fn what_was_read_is_written_as_it_was() {
+        for (symbol, texts) in [
+            ("lpm", ["1583.7", "0.1", "82.985"]),
+            ("bara", ["27.578", "0.003", "101.33"]),
+            ("%", ["53.069", "7", "0.07"]),
+            ("degC", ["20", "-273.1", "36.6"]),
+            ("degF", ["68.1", "0", "-40"]),
+        ] {
+            let (_, unit) = units(symbol);
+            for text in texts {
+                let value: f64 = text.parse().expect("a number");
+                assert_eq!(in_unit(value * unit.factor + unit.offset, &unit), text, "{symbol}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_table_is_read_as_it_was_written() {
+        // A pseudo-random walk through many magnitudes (Knuth's 64-bit congruence).
+        let mut state = 7_u64;
+        let mut next = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let symbols = ["m^3/s", "lpm", "bara", "psig", "degC", "%", "1", "kg/m^4"];
+        let units: Vec<_> = symbols.iter().map(|symbol| units(symbol)).collect();
+        let n = 500;
+        let time: Vec<f64> = (0..n).map(|i| f64::from(i / 2) * 0.1).collect();
+        let values: Vec<Vec<f64>> = symbols
+            .iter()
+            .map(|_| {
+                (0..n).map(|_| (next() - 0.3) * 10_f64.powi((next() * 12.0) as i32 - 6)).collect()
+            })
+            .collect();
+        let names: Vec<_> = (1..=symbols.len()).map(|i| format!("p[{i},\"a\"]")).collect();
+        let columns: Vec<_> = values
+            .iter()
+            .zip(&units)
+            .zip(&names)
+            .map(|((values, (_, unit)), name)| Written { name, unit, values })
+            .collect();
+
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        for file in ["a.csv", "a.csv.gz", "a.parquet"] {
+            let path = folder.path().join(file);
+            let rows = |out: &mut dyn Write| write_table(out, Some(&time), &columns);
+            let saved =
+                if file == "a.parquet" { save_parquet(&path, rows) } else { save(&path, rows) };
+            saved.expect("the folder is writable");
+            let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+            let table: Table = read(&path, &mut sources, &mut diagnostics).expect("a table");
+            assert_eq!(table.time.as_ref(), Some(&time));
+            let declared: Vec<_> = units
+                .iter()
+                .zip(&names)
+                .map(|((unit, _), name)| Declared { name, unit, place: None })
+                .collect();
+            let read = inputs(&table, &declared, &mut diagnostics).expect("all are there");
+            for ((read, values), (unit, _)) in read.iter().zip(&values).zip(&units) {
+                for (read, value) in read.iter().zip(values) {
+                    let ulp = f64::EPSILON * value.abs().max(unit.offset);
+                    assert!((read - value).abs() <= ulp, "{}: {value:e} {read:e}", unit.symbol);
+                }
+            }
+            let exact = |at: usize| read[at] == values[at];
+            assert!(exact(0) && exact(6) && exact(7), "SI values are kept to the last bit");
+        }
+    }
+
+    #[test]
+    fn missing_values_are_empty_cells() {
+        let (_, unit) = units("m");
+        let values = [1.0, f64::NAN];
+        let column = Written { name: "h", unit: &unit, values: &values };
+        let mut out = Vec::new();
+        write_table(&mut out, Some(&[0.0, 1.0]), &[column, column]).expect("to memory");
+        assert_eq!(String::from_utf8_lossy(&out), "time [s],h [m],h [m]\n0,1,1\n1,,\n");
+        out.clear();
+        write_table(&mut out, None, &[column]).expect("to memory");
+        assert_eq!(String::from_utf8_lossy(&out), "h [m]\n1\nNaN\n");
+    }
+}

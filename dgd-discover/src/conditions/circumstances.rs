@@ -1,0 +1,111 @@
+//! What was known while recordings were made: inputs, readings, and what the fitted model says of the rest.
+
+use dgd_identify::Recording;
+use dgd_runtime::{Problem, Side, Solution, System, Unit, simulate};
+
+use super::condition::{Condition, condition};
+use super::known::{KnownKind, KnownQuantity};
+use crate::fit::{Data, Fitted};
+
+/// Unknowns that are looked at: a model with more has grids, whose elements nobody names.
+const MOST_UNKNOWNS: usize = 40;
+
+/// What was known while recordings were made.
+#[derive(Debug, Clone)]
+pub(crate) struct Circumstances {
+    times: Vec<Vec<f64>>,
+    known: Vec<KnownQuantity>,
+}
+
+impl Circumstances {
+    /// Those of all training recordings.
+    pub(crate) fn new(fitted: &Fitted, data: &Data<'_>) -> Circumstances {
+        let times = data.train.iter().map(|recording| recording.times.clone()).collect();
+        Circumstances { times, known: known_quantities(fitted, data) }
+    }
+
+    /// What windows of each recording go together with.
+    pub(crate) fn condition(&self, windows: &[Vec<[f64; 2]>]) -> Option<Condition> {
+        condition(&self.times, windows, &self.known)
+    }
+}
+
+/// Inputs, measured outputs, and unknowns and modes of the fitted model in all training recordings.
+///
+/// An unknown with the name of an output that was measured is left out, and so are unknowns of
+/// recordings that cannot be simulated.
+fn known_quantities(fitted: &Fitted, data: &Data<'_>) -> Vec<KnownQuantity> {
+    let system = &fitted.structure.system;
+    let signature = system.signature();
+    let mut all: Vec<KnownQuantity> = Vec::new();
+    let empty = || vec![Vec::new(); data.train.len()];
+    for input in signature.inputs.iter() {
+        let (name, unit) = (input.name.to_string(), input.unit.clone());
+        all.push(KnownQuantity { name, kind: KnownKind::Input, unit, values: empty() });
+    }
+    let n_inputs = all.len();
+    let outputs: Vec<usize> =
+        (0..signature.outputs.len()).filter(|i| data.noise[*i].is_some()).collect();
+    for &i in &outputs {
+        let output = &signature.outputs[i];
+        let measured = |recording: &Recording| {
+            let missing = || vec![f64::NAN; recording.times.len()];
+            recording.measured[i].clone().unwrap_or_else(missing)
+        };
+        all.push(KnownQuantity {
+            name: output.name.to_string(),
+            kind: KnownKind::Output,
+            unit: output.unit.clone(),
+            values: data.train.iter().map(measured).collect(),
+        });
+    }
+    let n_measured = all.len();
+    let unknowns: Vec<usize> = (signature.unknowns.iter().enumerate())
+        .filter(|(_, unknown)| all.iter().all(|other| other.name != unknown.name))
+        .map(|(i, _)| i)
+        .take(MOST_UNKNOWNS)
+        .collect();
+    for &i in &unknowns {
+        let (name, unit) = (signature.unknowns.name(i).to_string(), signature.unknowns.unit(i));
+        let unit = unit.clone();
+        all.push(KnownQuantity { name, kind: KnownKind::Unknown, unit, values: empty() });
+    }
+    let n_unknown = all.len();
+    let automata: Vec<usize> = (signature.discrete.automata.iter().enumerate())
+        .filter(|(_, automaton)| automaton.modes.len() > 1)
+        .map(|(i, _)| i)
+        .collect();
+    for &i in &automata {
+        let automaton = &signature.discrete.automata[i];
+        let modes = automaton.modes.iter().map(ToString::to_string).collect();
+        all.push(KnownQuantity {
+            name: automaton.name.to_string(),
+            kind: KnownKind::Mode(modes),
+            unit: Unit { symbol: "1".into(), factor: 1.0, offset: 0.0 },
+            values: empty(),
+        });
+    }
+    for (r, recording) in data.train.iter().enumerate() {
+        let mut u = vec![0.0; recording.inputs.len()];
+        for &t in &recording.times {
+            recording.inputs.value(t, Side::Right, &mut u);
+            for (quantity, u) in all[..n_inputs].iter_mut().zip(&u) {
+                quantity.values[r].push(*u);
+            }
+        }
+        let start = fitted.values.starts(system, r);
+        let problem = Problem { system, p: &fitted.p, inputs: &recording.inputs, start: &start };
+        let run = simulate(&problem, &recording.times, &data.options).ok();
+        let values = |of: &dyn Fn(&Solution, usize) -> f64| -> Vec<f64> {
+            let value = |k| run.as_ref().map_or(f64::NAN, |run| of(run, k));
+            (0..recording.times.len()).map(value).collect()
+        };
+        for (quantity, &i) in all[n_measured..n_unknown].iter_mut().zip(&unknowns) {
+            quantity.values[r] = values(&|run, k| run.y(k)[i]);
+        }
+        for (quantity, &i) in all[n_unknown..].iter_mut().zip(&automata) {
+            quantity.values[r] = values(&|run, k| run.z(k)[i]);
+        }
+    }
+    all
+}

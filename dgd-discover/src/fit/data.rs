@@ -1,0 +1,27 @@
+//! What structures are compared with.
+
+use dgd_identify::Recording;
+use dgd_runtime::Options;
+use dgd_screen::noise::SensorNoise;
+
+use super::keeping::Keeping;
+
+/// Recordings, as all structures see them.
+#[derive(Debug, Clone)]
+pub(crate) struct Data<'a> {
+    /// Recordings to fit to.
+    pub train: &'a [Recording],
+    /// Recordings that take no part in fits, but for their start values.
+    pub valid: &'a [Recording],
+    /// Standard deviation of each output's white noise; `None` where it is not measured.
+    pub noise: Vec<Option<SensorNoise>>,
+    /// Where each of `valid` begins to count, s: start values are estimated from what is before.
+    pub counts_from: Vec<f64>,
+    /// How to integrate.
+    pub options: Options,
+    /// Whether fits end with weights of what they leave, as those of `dgd fit` do, so that it finds a
+    /// corrected model's numbers again.
+    pub own_weights: bool,
+    /// What was computed before, and who looks on.
+    pub keeping: Keeping<'a>,
+}

@@ -1,0 +1,370 @@
+//! Structures with estimated parameters, and how far they are from the data.
+
+use std::sync::OnceLock;
+
+use dgd_identify::journal::{Kept, kept};
+use dgd_identify::keep_by_fields;
+use dgd_identify::{
+    Estimate, EstimateError, Evaluation, Fit, Noise, NoiseCorrelation, OutputErrorProblem,
+    Recording, Starts, StoppingRule, counts_from, evaluate, fit, fit_starts,
+};
+use dgd_runtime::{Observations, Signature, System};
+
+use super::data::Data;
+use super::moments::{Moments, cross, leap, with_found_starts};
+use super::patience::{cannot_begin, is_cut_short, too_many_steps};
+use super::residuals::whitened_square;
+use super::start_point::StartPoint;
+use crate::library::{Structure, Values};
+use dgd_screen::noise::SensorNoise;
+
+/// A structure with what it says of the data.
+#[derive(Debug, Clone)]
+pub(crate) struct Fitted {
+    pub structure: Structure,
+    /// Parameters and start values.
+    pub values: Values,
+    /// All parameters, SI.
+    pub p: Vec<f64>,
+    pub estimates: Vec<Estimate>,
+    /// Positions of the parameters among these that were moved from sample to sample, not fitted.
+    pub moments: Vec<usize>,
+    /// Whether the fit ended at a minimum.
+    pub is_converged: bool,
+    /// Whether it ended before that as a simulation on its way takes too many steps.
+    pub is_cut_short: bool,
+    /// Σ ε² of the training recordings and how many samples, with the noise that was known last.
+    pub error: (f64, usize),
+    /// Outputs at the samples of each training recording.
+    pub train: Vec<Observations>,
+    /// The same for validation recordings; `None` where they were not or cannot be simulated.
+    pub valid: Option<Vec<Observations>>,
+    /// Two of its effects of which the second only takes the first back, once that was asked.
+    pub cancelling: OnceLock<Option<[usize; 2]>>,
+}
+
+/// Where a fit of a structure ended: all that takes long to find.
+struct Ended {
+    p: Vec<f64>,
+    starts: Vec<Starts>,
+    estimates: Vec<Estimate>,
+    moments: Vec<usize>,
+    is_converged: bool,
+    is_cut_short: bool,
+}
+
+/// Why a structure has no numbers.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct NoFit(pub String);
+
+impl Fitted {
+    /// Fits a structure from several points, the first of equals being the best.
+    pub(crate) fn new(
+        structure: Structure,
+        from: &Values,
+        points: &[StartPoint],
+        data: &Data<'_>,
+        evaluations: usize,
+    ) -> Result<Fitted, NoFit> {
+        let key = data.keeping.key(&("fit", &structure.id), |digest| {
+            digest
+                .of(from)
+                .of(&points)
+                .of(&data.noise)
+                .of(&data.options)
+                .of(&evaluations)
+                .of(&data.own_weights)
+        });
+        let ended = kept(data.keeping.journal, key, || {
+            Ended::new(&structure, from, points, data, evaluations)
+        })?;
+        let Ended { p, starts, estimates, moments, is_converged, is_cut_short } = ended;
+        let values = Values::of(&structure.system, &p, &starts);
+        let recordings = with_starts(data.train, from, &structure);
+        let problem = problem(&structure, &p, &recordings, data, evaluations);
+        let Evaluation { observations: train, .. } =
+            evaluate(&problem, &p, &starts).map_err(|error| NoFit(error.to_string()))?;
+        let (error, valid, cancelling) = ((0.0, 0), None, OnceLock::new());
+        let mut fitted = Fitted {
+            structure,
+            values,
+            p,
+            estimates,
+            moments,
+            is_converged,
+            is_cut_short,
+            error,
+            train,
+            valid,
+            cancelling,
+        };
+        fitted.weigh(data);
+        Ok(fitted)
+    }
+
+    /// Weighs the errors with the noise as it is known now.
+    pub(crate) fn weigh(&mut self, data: &Data<'_>) {
+        self.error = whitened_square(data.train, &self.residuals(data), &data.noise);
+    }
+
+    /// Simulates the validation recordings.
+    pub(crate) fn hold_out(&mut self, data: &Data<'_>, evaluations: usize) {
+        self.valid = held_out(&self.structure, &self.p, data, evaluations);
+    }
+
+    /// Where the validation recordings begin to count.
+    pub(crate) fn counts_from(&self, data: &Data<'_>, evaluations: usize) -> Vec<f64> {
+        let problem = problem(&self.structure, &self.p, data.valid, data, evaluations);
+        let key = data.keeping.key(&("counts from", &self.structure.id), |digest| {
+            digest.of(&self.p).of(&data.noise).of(&data.options).of(&evaluations)
+        });
+        let correlations: Vec<NoiseCorrelation> = data
+            .noise
+            .iter()
+            .map(|noise| noise.as_ref().map_or(NoiseCorrelation::NONE, correlation))
+            .collect();
+        kept(data.keeping.journal, key, || counts_from(&problem, &correlations))
+    }
+
+    /// Free parameters and start values.
+    pub(crate) fn free(&self) -> usize {
+        self.estimates.len()
+    }
+
+    /// Measured less simulated, for each recording and output; NaN where nothing was measured.
+    pub(crate) fn residuals(&self, data: &Data<'_>) -> Vec<Vec<Vec<f64>>> {
+        residuals(data.train, &self.train)
+    }
+
+    /// The same of validation recordings, without the stretch that start values are estimated from.
+    pub(crate) fn held_out_residuals(&self, data: &Data<'_>) -> Option<Vec<Vec<Vec<f64>>>> {
+        let mut all = residuals(data.valid, self.valid.as_ref()?);
+        for ((recording, from), outputs) in data.valid.iter().zip(&data.counts_from).zip(&mut all) {
+            let skipped = recording.times.partition_point(|t| t < from);
+            for values in outputs {
+                values[..skipped].fill(f64::NAN);
+            }
+        }
+        Some(all)
+    }
+}
+
+impl Ended {
+    /// Fits a structure from several points, the first of equals being the best.
+    fn new(
+        structure: &Structure,
+        from: &Values,
+        points: &[StartPoint],
+        data: &Data<'_>,
+        evaluations: usize,
+    ) -> Result<Ended, NoFit> {
+        let system = &structure.system;
+        let signature = system.signature();
+        let recordings = with_starts(data.train, from, structure);
+        let mut best: Option<(Fit, Moments)> = None;
+        let mut failure = None;
+        for point in points {
+            let at = |values: &[(String, f64)]| {
+                let mut all = from.clone();
+                all.p.extend(values.iter().cloned());
+                let mut p = all.parameters(system);
+                clip(&mut p, signature);
+                p
+            };
+            let (suggested, nothing) = (at(&point.values), at(&point.at_nothing));
+            let problem = problem(structure, &suggested, &recordings, data, evaluations);
+            match fitted(&problem, &nothing, structure, data.own_weights) {
+                Ok(found) if best.as_ref().is_none_or(|(best, _)| found.0.cost < best.cost) => {
+                    best = Some(found);
+                }
+                Ok(_) => {}
+                Err(error) => {
+                    let is_too_long = cannot_begin(&error);
+                    let why = if is_too_long { too_many_steps() } else { error.to_string() };
+                    failure.get_or_insert(why);
+                }
+            }
+        }
+        let Some((fit, moments)) = best else {
+            return Err(NoFit(format!("cannot be fitted: {}", failure.unwrap_or_default())));
+        };
+        let estimates = moments.estimates(system, &fit);
+        let (is_converged, is_cut_short) = (fit.termination.is_converged(), is_cut_short(&fit));
+        let moments = moments.parameters;
+        let (p, starts) = (fit.p, fit.starts);
+        Ok(Ended { p, starts, estimates, moments, is_converged, is_cut_short })
+    }
+}
+
+keep_by_fields!(Ended { p, starts, estimates, moments, is_converged, is_cut_short });
+
+impl Kept for NoFit {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        self.0.write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        Some(Self(Kept::read(bytes)?))
+    }
+}
+
+/// How often moments are moved and the rest is fitted again.
+const MOST_ROUNDS: usize = 4;
+
+/// Mean square over that of the noise up to which an onset that was found is looked for elsewhere: what is
+/// further off lacks something else.
+const NEAR: f64 = 10.0;
+
+fn is_near(problem: &OutputErrorProblem<'_, dgd_execute::Loaded>, cost: f64) -> bool {
+    let measured = problem.recordings.iter().flat_map(|recording| recording.measured.iter());
+    let samples = measured.flatten().flatten().filter(|value| value.is_finite()).count();
+    cost < NEAR * samples as f64
+}
+
+/// A fit from the better of two points, and the moments at which readings jump, which were moved sample by
+/// sample.
+fn fitted(
+    problem: &OutputErrorProblem<'_, dgd_execute::Loaded>,
+    other: &[f64],
+    structure: &Structure,
+    own_weights: bool,
+) -> Result<(Fit, Moments), EstimateError> {
+    let mut p = problem.p.to_vec();
+    let starts: Vec<Starts> = problem.recordings.iter().map(|r| r.start.clone()).collect();
+    let moments = Moments::jumping(problem, &structure.onsets, &mut p, &starts);
+    if other != problem.p {
+        let mut other = other.to_vec();
+        for &moment in &moments.parameters {
+            other[moment] = p[moment];
+        }
+        let cost = |p: &[f64]| evaluate(problem, p, &starts).map_or(f64::INFINITY, |e| e.cost);
+        if cost(&other) < cost(&p) {
+            p = other;
+        }
+    }
+    let free = moments.held(problem);
+    let held = |p: &[f64], recordings: &[Recording]| {
+        fit(&OutputErrorProblem { p, recordings, free: free.clone(), ..problem.clone() })
+    };
+    let mut best = held(&p, problem.recordings)?;
+    for _ in 0..MOST_ROUNDS {
+        let mut p = best.p.clone();
+        // What is not fitted yet says nothing about the moment.
+        let mut is_moved = false;
+        if best.termination.is_converged() {
+            let starts = &best.starts;
+            is_moved = moments.settle(problem, &mut p, starts).map_err(EstimateError::Start)?;
+            is_moved |=
+                cross(problem, &structure.delays, &mut p, starts).map_err(EstimateError::Start)?;
+        }
+        if !is_moved && is_near(problem, best.cost) {
+            let starts = &best.starts;
+            is_moved = best.termination.is_converged()
+                && leap(problem, &structure.onsets, &moments, &mut p, starts)
+                    .map_err(EstimateError::Start)?;
+        }
+        if !is_moved {
+            break;
+        }
+        let recordings = with_found_starts(problem.recordings, &best.starts);
+        best = held(&p, &recordings)?;
+    }
+    if own_weights && best.termination.is_converged() {
+        let recordings = with_found_starts(problem.recordings, &best.starts);
+        let estimated = |noise: &Option<Noise>| noise.map(|_| Noise::Estimated);
+        let noise = problem.noise.iter().map(estimated).collect();
+        let recordings = recordings.as_slice();
+        best = fit(&OutputErrorProblem { p: &best.p, recordings, noise, free, ..problem.clone() })?;
+    }
+    Ok((best, moments))
+}
+
+fn residuals(recordings: &[Recording], observations: &[Observations]) -> Vec<Vec<Vec<f64>>> {
+    let of_recording = |(recording, observations): (&Recording, &Observations)| {
+        let of_output = |(output, measured): (usize, &Option<Vec<f64>>)| match measured {
+            None => vec![f64::NAN; recording.times.len()],
+            Some(measured) => {
+                let samples = measured.iter().enumerate();
+                samples.map(|(k, measured)| measured - observations.w(k)[output]).collect()
+            }
+        };
+        recording.measured.iter().enumerate().map(of_output).collect()
+    };
+    recordings.iter().zip(observations).map(of_recording).collect()
+}
+
+fn correlation(noise: &SensorNoise) -> NoiseCorrelation {
+    noise.colour.map_or(NoiseCorrelation::NONE, |colour| NoiseCorrelation {
+        share: (colour.std / noise.total()).powi(2),
+        memory: colour.memory,
+    })
+}
+
+/// Outputs of the validation recordings, with start values from their beginnings; `None` where one
+/// cannot be simulated.
+fn held_out(
+    structure: &Structure,
+    p: &[f64],
+    data: &Data<'_>,
+    evaluations: usize,
+) -> Option<Vec<Observations>> {
+    let starts = held_out_starts(structure, p, data, evaluations)?;
+    let problem = problem(structure, p, data.valid, data, evaluations);
+    Some(evaluate(&problem, p, &starts).ok()?.observations)
+}
+
+/// Start values of the validation recordings from their beginnings; `None` where one cannot be simulated.
+pub(crate) fn held_out_starts(
+    structure: &Structure,
+    p: &[f64],
+    data: &Data<'_>,
+    evaluations: usize,
+) -> Option<Vec<Starts>> {
+    let problem = problem(structure, p, data.valid, data, evaluations);
+    let key = data.keeping.key(&("held out", &structure.id), |digest| {
+        let with = digest.of(&p).of(&data.noise).of(&data.options).of(&evaluations);
+        with.of(&data.counts_from)
+    });
+    kept(data.keeping.journal, key, || fit_starts(&problem, &data.counts_from).ok())
+}
+
+fn problem<'a>(
+    structure: &'a Structure,
+    p: &'a [f64],
+    recordings: &'a [Recording],
+    data: &Data<'_>,
+    evaluations: usize,
+) -> OutputErrorProblem<'a, dgd_execute::Loaded> {
+    let known = |noise: &Option<SensorNoise>| noise.map(|noise| Noise::Known(noise.total()));
+    let noise = data.noise.iter().map(known).collect();
+    let stopping = StoppingRule { evaluations, ..StoppingRule::default() };
+    let options = data.options;
+    let problem = OutputErrorProblem::new(&structure.system, p, recordings);
+    OutputErrorProblem { noise, stopping, options, threads: 1, ..problem }
+}
+
+/// The recordings with start values as first guesses.
+pub(crate) fn with_starts(
+    recordings: &[Recording],
+    values: &Values,
+    structure: &Structure,
+) -> Vec<Recording> {
+    let recordings = recordings.iter().enumerate();
+    recordings
+        .map(|(r, recording)| {
+            let mut recording = recording.clone();
+            for (unknown, value) in values.starts(&structure.system, r) {
+                recording.start.retain(|(other, _)| *other != unknown);
+                recording.start.push((unknown, value));
+            }
+            recording
+        })
+        .collect()
+}
+
+/// Puts parameters within their bounds.
+fn clip(p: &mut [f64], signature: &Signature) {
+    for (value, parameter) in p.iter_mut().zip(signature.parameters.iter()) {
+        *value = value.clamp(parameter.lower, parameter.upper);
+    }
+}

@@ -1,0 +1,25 @@
+//! Structures with numbers: a structure, recordings and where to begin in, estimates and residuals out.
+//!
+//! [`Data`] are the recordings with their noise, [`Fitted`] is a structure that was fitted to them. What took
+//! long is kept ([`Keeping`]), and what takes too long is given up ([`most_steps`]).
+
+mod correlated;
+mod data;
+mod fitted;
+mod foreseen;
+mod keeping;
+mod moments;
+mod parallel;
+mod patience;
+mod ranges;
+mod residuals;
+mod start_point;
+
+pub(crate) use data::Data;
+pub(crate) use fitted::{Fitted, NoFit, held_out_starts};
+pub(crate) use keeping::Keeping;
+pub(crate) use parallel::in_parallel;
+pub(crate) use patience::{most_steps, too_many_steps};
+pub(crate) use ranges::ranges;
+pub(crate) use residuals::{chi_square, mean, whitened, whitened_square};
+pub(crate) use start_point::StartPoint;

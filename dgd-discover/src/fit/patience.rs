@@ -1,0 +1,57 @@
+//! How many steps a simulation of a search may take.
+//!
+//! A fit that strays to values at which nothing can be recognised any more, a spin of thousands of turns or
+//! an exponent without end, would spend the time of the whole search there.
+
+use dgd_identify::{EstimateError, Fit, TrialFailed, TrialFailure};
+use dgd_runtime::{IntegrateError, Problem, simulate_with_sensitivities};
+
+use super::data::Data;
+use crate::library::{BaseModel, Refused, StructureId, Values};
+
+/// A simulation may take so many times the steps of the model with its own values, or so many times its samples
+/// where these are more. A period takes two samples at least to be seen; it then has forty steps.
+const TIMES: f64 = 20.0;
+
+/// The most steps that a simulation of a recording may take. Those of the model as it is written are counted: its
+/// fit may have followed errors that the model knows nothing of.
+pub(crate) fn most_steps(base: &BaseModel, data: &Data<'_>) -> Result<usize, Refused> {
+    let system = &base.structure(&[], StructureId::BASE)?.system;
+    let p = &Values::default().parameters(system);
+    let mut per_sample = 1.0_f64;
+    for recording in data.train {
+        let problem = Problem { system, p, inputs: &recording.inputs, start: &recording.start };
+        let run = simulate_with_sensitivities(&problem, &recording.times, &data.options);
+        // One that fails has taken its steps, too.
+        let solution = run.unwrap_or_else(|failure| *failure.partial);
+        let tried = solution.statistics.steps + solution.statistics.rejected;
+        per_sample = per_sample.max(tried as f64 / recording.times.len().max(1) as f64);
+    }
+    let samples = data.train.iter().chain(data.valid).map(|recording| recording.times.len());
+    let most = TIMES * per_sample * samples.max().unwrap_or(0) as f64;
+    Ok(data.options.max_steps.min(most.ceil() as usize))
+}
+
+/// Why a fit was given up where its simulations take too many steps.
+pub(crate) fn too_many_steps() -> String {
+    format!("a simulation takes more than {TIMES} times the steps of the model with its own values")
+}
+
+/// Whether a fit failed because its first simulation takes too many steps.
+pub(crate) fn cannot_begin(error: &EstimateError) -> bool {
+    matches!(error, EstimateError::Start(failed) if is_too_long(failed))
+}
+
+/// Whether a fit ended before a minimum because a simulation on its way takes too many steps.
+pub(crate) fn is_cut_short(fit: &Fit) -> bool {
+    !fit.termination.is_converged() && fit.last_failure.as_ref().is_some_and(is_too_long)
+}
+
+fn is_too_long(failed: &TrialFailed) -> bool {
+    matches!(
+        failed.reason,
+        TrialFailure::Simulation(
+            IntegrateError::TooManySteps { .. } | IntegrateError::TooStiff { .. }
+        )
+    )
+}

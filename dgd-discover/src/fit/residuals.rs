@@ -1,0 +1,50 @@
+//! What errors add up to, in units of the noise.
+
+use dgd_identify::Recording;
+use dgd_screen::noise::SensorNoise;
+
+use crate::noise::Whitener;
+
+/// Σ ε² and the number of samples behind it, ε being what is left of errors, in units of the noise,
+/// when the noise's correlation is taken out.
+pub(crate) fn whitened_square(
+    recordings: &[Recording],
+    residuals: &[Vec<Vec<f64>>],
+    noise: &[Option<SensorNoise>],
+) -> (f64, usize) {
+    let all = recordings.iter().zip(residuals).flat_map(|(recording, outputs)| {
+        outputs
+            .iter()
+            .zip(noise)
+            .filter_map(|(errors, noise)| Some(whitened(recording, errors, noise.as_ref()?)))
+    });
+    let finite = all.flatten().filter(|e| e.is_finite());
+    finite.fold((0.0, 0), |(sum, n), e| (sum + e * e, n + 1))
+}
+
+/// Errors of one output of a recording in units of its noise, without the noise's correlation; NaN
+/// where nothing was measured.
+pub(crate) fn whitened(recording: &Recording, errors: &[f64], noise: &SensorNoise) -> Vec<f64> {
+    let whitener = Whitener::new(&recording.times, |k| errors[k].is_finite(), noise);
+    whitener.apply(errors.iter().copied())
+}
+
+/// Σ (e/σ)² and the number of samples behind it, for each output.
+pub(crate) fn chi_square(
+    residuals: &[Vec<Vec<f64>>],
+    noise: &[Option<SensorNoise>],
+) -> Vec<(f64, usize)> {
+    let of_output = |(output, noise): (usize, &Option<SensorNoise>)| {
+        let Some(noise) = noise else { return (0.0, 0) };
+        let finite =
+            residuals.iter().flat_map(|outputs| &outputs[output]).filter(|e| e.is_finite());
+        finite.fold((0.0, 0), |(sum, n), e| (sum + (e / noise.total()).powi(2), n + 1))
+    };
+    noise.iter().enumerate().map(of_output).collect()
+}
+
+/// The mean over all outputs; `None` of nothing.
+pub(crate) fn mean(by_output: &[(f64, usize)]) -> Option<f64> {
+    let (sum, n) = by_output.iter().fold((0.0, 0), |(sum, n), (s, m)| (sum + s, n + m));
+    (n > 0).then(|| sum / n as f64)
+}

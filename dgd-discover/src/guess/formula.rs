@@ -1,0 +1,199 @@
+//! A formula of a model's names, as the language has it.
+
+use std::fmt::Write;
+
+use dgd_compiler::model::Model;
+use dgd_compiler::units::{Dimension, Exponent, Unit, describe, parse_unit};
+
+use super::forms::{FORMS, Form};
+
+/// A name of the model that a formula may have.
+#[derive(Debug, Clone)]
+pub(crate) struct Factor {
+    pub name: String,
+    /// The unit of its differences.
+    pub unit: Unit,
+}
+
+/// What stands behind a coefficient: forms of at most two names, none for a constant.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Shape {
+    /// Position of the name, and of its form in the table.
+    pub factors: Vec<(usize, usize)>,
+}
+
+impl Shape {
+    pub(crate) fn forms(&self) -> impl Iterator<Item = (usize, &'static Form)> {
+        self.factors.iter().map(|(name, form)| (*name, &FORMS[*form]))
+    }
+
+    pub(crate) fn complexity(&self) -> u32 {
+        self.forms().map(|(_, form)| form.complexity).sum()
+    }
+
+    /// Its value at values of all names.
+    pub(crate) fn value(&self, at: impl Fn(usize) -> f64) -> f64 {
+        self.forms().map(|(name, form)| (form.value)(at(name))).product()
+    }
+
+    /// Behind a coefficient: ` * q_ssp*abs(q_ssp)`, nothing for a constant.
+    pub(crate) fn text(&self, names: &[Factor]) -> String {
+        let factors = self.forms().map(|(name, form)| form.text.replace("{}", &names[name].name));
+        let all: String = factors.collect();
+        match all.split_at_checked(1) {
+            Some((operator, rest)) => format!(" {operator} {rest}"),
+            None => all,
+        }
+    }
+
+    /// What it measures; `None` where that is out of range.
+    pub(crate) fn dimension(&self, names: &[Factor]) -> Option<Dimension> {
+        self.forms().try_fold(Dimension::ONE, |all, (name, form)| {
+            let (numerator, denominator) = form.power;
+            let power = Exponent::new(numerator, denominator)?;
+            all.times(names[name].unit.dimension.power(power)?)
+        })
+    }
+
+    /// What a coefficient of it has to measure for the whole to measure `whole`.
+    pub(crate) fn coefficient(&self, names: &[Factor], whole: Dimension) -> Option<Dimension> {
+        whole.over(self.dimension(names)?)
+    }
+
+    /// A unit for that: a parameter's, or one of those that the names are declared in.
+    pub(crate) fn unit(&self, names: &[Factor], whole: &Unit, model: &Model) -> Option<Unit> {
+        let dimension = self.coefficient(names, whole.dimension)?;
+        if dimension == Dimension::ONE {
+            return Some(Unit::one());
+        }
+        let of_parameter = model.parameters.iter().map(|p| p.declared.unit.of_differences());
+        let composed = || parse_unit(&self.composed(names, whole)).ok();
+        let all = of_parameter.chain(std::iter::once_with(composed).flatten());
+        let mut fitting = all.filter(|unit| unit.dimension == dimension && unit.offset == 0.0);
+        fitting.next().or_else(|| parse_unit(&describe(dimension)).ok())
+    }
+
+    /// The unit of the whole over those of the factors, `bar/(lpm)^2`.
+    fn composed(&self, names: &[Factor], whole: &Unit) -> String {
+        let (mut above, mut below) = (vec![in_product(&whole.symbol)], Vec::new());
+        for (name, form) in self.forms() {
+            let unit = &names[name].unit;
+            if unit.dimension == Dimension::ONE && unit.factor == 1.0 {
+                continue;
+            }
+            let (n, d) = form.power;
+            let power = match (n.abs(), d) {
+                (1, 1) => String::new(),
+                (n, 1) => format!("^{n}"),
+                (n, d) => format!("^({n}/{d})"),
+            };
+            let list = if n > 0 { &mut below } else { &mut above };
+            list.push(format!("{}{power}", in_product(&unit.symbol)));
+        }
+        if above.len() > 1 {
+            above.retain(|symbol| symbol != "1");
+        }
+        match below.as_slice() {
+            [] => above.join("*"),
+            [one] => format!("{}/{one}", above.join("*")),
+            several => format!("{}/({})", above.join("*"), several.join("*")),
+        }
+    }
+}
+
+/// A unit as one factor among others.
+fn in_product(symbol: &str) -> String {
+    if symbol.contains(['*', '/', '^']) { format!("({symbol})") } else { symbol.to_owned() }
+}
+
+/// The unit that an equation is best read in: that of the first quantity which measures the same.
+pub(crate) fn familiar(dimension: Dimension, model: &Model) -> Unit {
+    let declared = (model.inputs.iter().map(|input| &input.declared))
+        .chain(model.outputs.iter().map(|output| &output.declared))
+        .chain(model.unknowns.iter().map(|unknown| &unknown.declared))
+        .chain(model.parameters.iter().map(|parameter| &parameter.declared));
+    let mut units = declared.map(|declared| declared.unit.of_differences());
+    let fits = |unit: &Unit| unit.dimension == dimension && unit.offset == 0.0;
+    let named = units.find(fits).or_else(|| parse_unit(&describe(dimension)).ok());
+    named.unwrap_or_else(|| Unit { symbol: describe(dimension), dimension, ..Unit::one() })
+}
+
+/// Digits of a coefficient.
+const DIGITS: usize = 4;
+
+/// Coefficients, SI, each with its unit and its shape, as one expression.
+pub(crate) fn formula(terms: &[(f64, &Unit, &Shape)], names: &[Factor]) -> String {
+    let mut text = String::new();
+    for (i, (coefficient, unit, shape)) in terms.iter().enumerate() {
+        let value = coefficient / unit.factor;
+        let sign = match (i, value < 0.0) {
+            (0, false) => "",
+            (0, true) => "-",
+            (_, false) => " + ",
+            (_, true) => " - ",
+        };
+        let unit = if unit.symbol == "1" { String::new() } else { format!(" [{}]", unit.symbol) };
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{sign}{}{unit}{}", literal(value.abs()), shape.text(names));
+    }
+    text
+}
+
+/// A number as one writes it, with a few digits.
+pub(crate) fn literal(value: f64) -> String {
+    let rounded: f64 = format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value);
+    if rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) {
+        format!("{rounded}")
+    } else {
+        format!("{rounded:e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names() -> Vec<Factor> {
+        [("q", "lpm"), ("h", "m"), ("w", "m/s")]
+            .map(|(name, unit)| Factor {
+                name: name.to_owned(),
+                unit: parse_unit(unit).expect("a unit"),
+            })
+            .to_vec()
+    }
+
+    #[test]
+    fn coefficients_have_the_unit_that_balances() {
+        let names = names();
+        let bar = parse_unit("bar").expect("a unit");
+        let model = Model::default();
+        for (factors, expected, text) in [
+            (vec![(0, 2)], "bar/lpm^2", " * q*abs(q)"),
+            (vec![(0, 0), (1, 4)], "bar*m/lpm", " * q/h"),
+            (vec![(2, 3)], "bar/(m/s)^(1/2)", " * sqrt(w)"),
+            (vec![(1, 4)], "bar*m", " / h"),
+            (vec![], "bar", ""),
+        ] {
+            let shape = Shape { factors };
+            assert_eq!(shape.text(&names), text);
+            let unit = shape.unit(&names, &bar, &model).expect("a unit");
+            if expected.contains("bar*m/") {
+                assert!(["bar*m/lpm"].contains(&unit.symbol.as_str()), "{}", unit.symbol);
+            } else {
+                assert_eq!(unit.symbol, expected);
+            }
+            let whole = shape.dimension(&names).and_then(|d| d.times(unit.dimension));
+            assert_eq!(whole, Some(bar.dimension), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_formula_reads_as_the_language_has_it() {
+        let names = names();
+        let per = parse_unit("m/lpm").expect("a unit");
+        let metre = parse_unit("m").expect("a unit");
+        let (flow, one) = (Shape { factors: vec![(0, 0)] }, Shape { factors: Vec::new() });
+        let terms = [(-0.012_345_6 * per.factor, &per, &flow), (3e-7, &metre, &one)];
+        assert_eq!(formula(&terms, &names), "-0.01235 [m/lpm] * q + 3e-7 [m]");
+    }
+}

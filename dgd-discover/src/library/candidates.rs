@@ -1,0 +1,194 @@
+//! Every way in which the effects of a library can be applied to a model.
+
+use dgd_compiler::effects::{Application, Effect, Reach, bind};
+use dgd_compiler::model::Model;
+use dgd_compiler::syntax::ast::Ast;
+use dgd_compiler::syntax::ast::{ClauseKind, EffectKind, Expr, ExprKind, ItemKind, Name, Target};
+use dgd_compiler::syntax::visit::{self, Part};
+
+use super::adapted::Adapted;
+
+/// An effect with the arguments it could have.
+#[derive(Debug, Clone)]
+pub(crate) struct Candidate<'a> {
+    /// What would be applied.
+    pub application: Application<'a>,
+    /// Parameters of the effect file that time is compared with: they say when something begins.
+    pub onsets: Vec<String>,
+    /// Parameters of the effect file by which something is delayed.
+    pub delays: Vec<String>,
+    /// Whether it is a template that fits any model.
+    pub is_generic: bool,
+    /// What it replaces and hides in the model.
+    pub reach: Reach,
+}
+
+impl Candidate<'_> {
+    /// What a discovery names: the family, or a template with what it is applied to.
+    pub(crate) fn name(&self) -> String {
+        if self.is_generic {
+            return self.application.name();
+        }
+        self.application.effect.name.text.clone()
+    }
+
+    /// Whether one of two hides the other, so that they cannot be screened together.
+    pub(crate) fn excludes(&self, other: &Candidate<'_>) -> bool {
+        self.reach.excludes(&other.reach)
+    }
+
+    /// `plant`, `sensor` or `input`.
+    pub(crate) fn kind(&self) -> &'static str {
+        match self.application.effect.kind {
+            EffectKind::Plant => "plant",
+            EffectKind::Sensor => "sensor",
+            EffectKind::Input => "input",
+        }
+    }
+}
+
+/// All candidates, in the order of the library and of the model's items. What only adds to a model
+/// explains nothing of it.
+pub(crate) fn candidates<'a>(
+    library: &'a [Effect],
+    asts: &[Ast],
+    model: &Model,
+) -> Vec<Candidate<'a>> {
+    let mut all = Vec::new();
+    for effect in library.iter().filter(|effect| effect.changes_model()) {
+        let (onsets, delays) = moments(effect);
+        for arguments in bind(effect, model) {
+            let span = effect.name.span;
+            let arguments = arguments.into_iter().map(|text| Name { text, span }).collect();
+            let application = Application { effect, arguments, span };
+            let (onsets, delays) = (onsets.clone(), delays.clone());
+            // What cannot be applied is refused, and screened with nobody.
+            let reach = Reach::of(asts, &application).unwrap_or_default();
+            all.push(Candidate { application, onsets, delays, is_generic: false, reach });
+        }
+    }
+    all
+}
+
+/// Effects that cannot be applied anywhere, and why.
+pub(crate) fn unbound(library: &[Effect], model: &Model) -> Vec<(String, String)> {
+    let why = |effect: &Effect| {
+        if !effect.changes_model() {
+            return Some("only adds to the model and changes nothing in it".to_owned());
+        }
+        bind(effect, model).is_empty().then(|| match &effect.target {
+            Target::Model(name) => format!("is for the model `{}`", name.text),
+            Target::Template(_) => {
+                "finds nothing in the model that it could be applied to".to_owned()
+            }
+        })
+    };
+    library.iter().filter_map(|effect| Some((effect.full_name(), why(effect)?))).collect()
+}
+
+/// Candidates of templates that fit any model.
+pub(crate) fn generic<'a>(templates: &'a [Adapted], asts: &[Ast]) -> Vec<Candidate<'a>> {
+    let mut all = Vec::new();
+    for Adapted { effect, arguments } in templates {
+        if !effect.changes_model() {
+            continue;
+        }
+        let (onsets, delays) = moments(effect);
+        let span = effect.name.span;
+        let arguments = arguments.iter().map(|text| Name { text: text.clone(), span }).collect();
+        let application = Application { effect, arguments, span };
+        let reach = Reach::of(asts, &application).unwrap_or_default();
+        all.push(Candidate { application, onsets, delays, is_generic: true, reach });
+    }
+    all
+}
+
+/// Parameters of an effect that time is compared with, and those by which something is delayed.
+fn moments(effect: &Effect) -> (Vec<String>, Vec<String>) {
+    let mut expressions: Vec<Expr> = Vec::new();
+    for clause in effect.ast.effect.iter().flat_map(|header| &header.clauses) {
+        match &clause.kind {
+            ClauseKind::Replace { by, .. } | ClauseKind::ReplaceOutput { by, .. } => {
+                expressions.push(by.clone());
+            }
+            ClauseKind::Add { value, .. } => expressions.push(value.clone()),
+            ClauseKind::Kind(_) | ClauseKind::Form(_) | ClauseKind::Null { .. } => {}
+        }
+    }
+    let mut parameters: Vec<String> = Vec::new();
+    for item in &effect.ast.items {
+        if let ItemKind::Parameter { name, .. } = &item.kind {
+            parameters.push(name.text.clone());
+        }
+        visit::parts_mut(&mut item.clone(), &mut |part| {
+            if let Part::Expr(_, expr) = part {
+                expressions.push(expr.clone());
+            }
+        });
+    }
+    let (mut compared, mut delays) = (Vec::new(), Vec::new());
+    for expr in &expressions {
+        collect_compared(expr, &mut compared);
+        collect_delays(expr, &mut delays);
+    }
+    let those = |among: &[String]| -> Vec<String> {
+        parameters.iter().filter(|name| among.contains(name)).cloned().collect()
+    };
+    (those(&compared), those(&delays))
+}
+
+/// Names that stand alone as the second argument of `delay`.
+fn collect_delays(expr: &Expr, names: &mut Vec<String>) {
+    if let ExprKind::Call { function, arguments } = &expr.kind
+        && let ("delay", [_, Expr { kind: ExprKind::Name(name), .. }]) =
+            (function.text.as_str(), arguments.as_slice())
+    {
+        names.push(name.clone());
+    }
+    for operand in visit::operands(expr) {
+        collect_delays(operand, names);
+    }
+}
+
+/// Names that stand alone on the other side of a comparison with `time`.
+fn collect_compared(expr: &Expr, names: &mut Vec<String>) {
+    if let ExprKind::Compare(_, left, right) = &expr.kind {
+        match (&left.kind, &right.kind) {
+            (ExprKind::Name(time), ExprKind::Name(name))
+            | (ExprKind::Name(name), ExprKind::Name(time))
+                if time == "time" =>
+            {
+                names.push(name.clone());
+            }
+            _ => {}
+        }
+    }
+    for operand in visit::operands(expr) {
+        collect_compared(operand, names);
+    }
+}
+
+impl Candidate<'_> {
+    /// What it changes: an equation, an output, or a name of the model.
+    pub(crate) fn target(&self) -> String {
+        let effect = self.application.effect;
+        let changed =
+            effect.ast.effect.iter().flat_map(|header| &header.clauses).find_map(|clause| {
+                match &clause.kind {
+                    ClauseKind::Replace { equation: Some(equation), .. }
+                    | ClauseKind::Add { equation, .. } => Some(&equation.text),
+                    ClauseKind::Replace { name, .. } => Some(&name.text),
+                    ClauseKind::ReplaceOutput { output, .. } => Some(&output.text),
+                    ClauseKind::Kind(_) | ClauseKind::Form(_) | ClauseKind::Null { .. } => None,
+                }
+            });
+        let Some(name) = changed else { return String::new() };
+        let slots = match &effect.target {
+            Target::Template(slots) => slots.as_slice(),
+            Target::Model(_) => &[],
+        };
+        let slot = slots.iter().position(|slot| slot.name.text == *name);
+        let argument = slot.and_then(|slot| self.application.arguments.get(slot));
+        argument.map_or_else(|| name.clone(), |argument| argument.text.clone())
+    }
+}

@@ -1,0 +1,19 @@
+//! What may be missing: effects and templates in, candidates and compiled structures out.
+//!
+//! A [`Candidate`] is an effect of the library, or one of the [`templates()`] that fit any model, with its
+//! arguments. A [`Structure`] is the [`BaseModel`] with some of them in it, compiled.
+
+mod adapted;
+mod candidates;
+mod levels;
+mod structure;
+mod structure_id;
+mod templates;
+
+pub(crate) use adapted::{Adapted, adapted};
+pub(crate) use candidates::{Candidate, candidates, generic, unbound};
+pub(crate) use levels::{Ranges, range_of};
+pub use structure::BaseModel;
+pub(crate) use structure::{Refused, Structure, Values};
+pub(crate) use structure_id::{MOST_EFFECTS, StructureId};
+pub use templates::templates;

@@ -1,0 +1,216 @@
+//! A model with some candidates spliced in, compiled and given numbers.
+
+use std::collections::BTreeMap;
+
+use dgd_compiler::dae::{Dae, assemble};
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::effects::{Application, Applied, Blending, Brought, apply};
+use dgd_compiler::model::{Model, ModelOptions, resolve};
+use dgd_compiler::program::{Direction, lower};
+use dgd_compiler::syntax::ast::Ast;
+use dgd_execute::{Engine, Loaded};
+use dgd_identify::Starts;
+use dgd_runtime::System;
+
+use super::candidates::Candidate;
+use super::structure_id::StructureId;
+
+/// The model that is examined.
+#[derive(Debug, Clone)]
+pub struct BaseModel {
+    /// Its tree, then those of its libraries.
+    pub asts: Vec<Ast>,
+    /// Variants and settings.
+    pub options: ModelOptions,
+    /// Parameters of the model to estimate, all that are not `fixed` where none is named; and states
+    /// whose start values to estimate although they are `fixed`.
+    pub free: Vec<String>,
+    /// Parameters and start values not to estimate.
+    pub fix: Vec<String>,
+    /// How structures are run; the result does not depend on it.
+    pub engine: Engine,
+}
+
+/// Values that are carried from one structure to the next, by name, SI.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Values {
+    /// Parameters.
+    pub p: BTreeMap<String, f64>,
+    /// Start values of each recording.
+    pub starts: Vec<BTreeMap<String, f64>>,
+}
+
+/// A structure ready to be simulated and fitted.
+#[derive(Debug, Clone)]
+pub(crate) struct Structure {
+    /// Which candidates it has.
+    pub id: StructureId,
+    /// Its trees.
+    pub asts: Vec<Ast>,
+    /// What each candidate brought, in the order of their positions.
+    pub brought: Vec<Brought>,
+    /// Parameters that say when something begins, by position.
+    pub onsets: Vec<usize>,
+    /// Parameters by which something is delayed, by position.
+    pub delays: Vec<usize>,
+    /// The compiled model; its directions are free parameters, then free start values.
+    pub system: Loaded,
+}
+
+/// Why a structure cannot be had: what its first mistake is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Refused(pub String);
+
+impl BaseModel {
+    /// The model with candidates applied, ready to be fitted.
+    pub(crate) fn structure(
+        &self,
+        all: &[Candidate<'_>],
+        id: StructureId,
+    ) -> Result<Structure, Refused> {
+        let Applied { asts, brought } = self.apply(all, id)?;
+        let dae = self.assemble(&asts)?;
+        let directions = self.free_directions(&dae, &brought);
+        let free_ones = |of: for<'b> fn(&'b Candidate<'_>) -> &'b [String]| -> Vec<usize> {
+            let brought = id.effects().zip(&brought).flat_map(|(c, brought)| {
+                let names = brought.names.iter().filter(move |(own, _)| of(&all[c]).contains(own));
+                names.filter_map(|(_, name)| parameter(&dae, name))
+            });
+            brought.filter(|i| directions.contains(&Direction::Parameter(*i))).collect()
+        };
+        let (onsets, delays) = (free_ones(|c| &c.onsets), free_ones(|c| &c.delays));
+        let system = Loaded::with_engine(lower(&dae, &directions), self.engine);
+        Ok(Structure { id, asts, brought, onsets, delays, system })
+    }
+
+    /// The model with candidates applied and all others in it at nothing, in one of the ways to be so,
+    /// with sensitivities to what switches each of the others on; and what the others brought.
+    pub(crate) fn screening(
+        &self,
+        all: &[Candidate<'_>],
+        structure: StructureId,
+        others: &[usize],
+        at_nothing: Blending,
+    ) -> Result<(Loaded, Vec<Brought>), Refused> {
+        let base = self.apply(all, structure)?;
+        let others: Vec<Application<'_>> =
+            others.iter().map(|&c| all[c].application.clone()).collect();
+        let mut diagnostics = Diagnostics::default();
+        let Applied { asts, brought } = apply(&base.asts, &others, at_nothing, &mut diagnostics)
+            .map_err(|_| Refused::by(&diagnostics))?;
+        let dae = self.assemble(&asts)?;
+        let directions: Vec<Direction> = brought
+            .iter()
+            .flat_map(|brought| brought.null.iter().chain(&brought.blend))
+            .filter_map(|name| parameter(&dae, name).map(Direction::Parameter))
+            .collect();
+        Ok((Loaded::with_engine(lower(&dae, &directions), self.engine), brought))
+    }
+
+    /// Why a candidate cannot be tried on recordings of this model, if it cannot.
+    pub(crate) fn refusal(&self, model: &Model, candidate: &Candidate<'_>) -> Option<String> {
+        let resolved =
+            self.apply(std::slice::from_ref(candidate), StructureId::one(0)).and_then(|applied| {
+                let mut diagnostics = Diagnostics::default();
+                resolve(&applied.asts, &self.options, &mut diagnostics)
+                    .map_err(|_| Refused::by(&diagnostics))
+            });
+        let with_it = match resolved {
+            Ok(with_it) => with_it,
+            Err(Refused(reason)) => return Some(format!("cannot be applied: {reason}")),
+        };
+        let is_known = |name: &String| model.inputs.iter().any(|own| own.declared.name == *name);
+        let names = with_it.inputs.iter().map(|input| &input.declared.name);
+        let unknown: Vec<String> =
+            names.filter(|name| !is_known(name)).map(|name| format!("`{name}`")).collect();
+        (!unknown.is_empty()).then(|| {
+            format!("reads {}, of which the recordings have no column", unknown.join(" and "))
+        })
+    }
+
+    fn apply(&self, all: &[Candidate<'_>], structure: StructureId) -> Result<Applied, Refused> {
+        let applications: Vec<Application<'_>> =
+            structure.effects().map(|c| all[c].application.clone()).collect();
+        let mut diagnostics = Diagnostics::default();
+        apply(&self.asts, &applications, Blending::Applied, &mut diagnostics)
+            .map_err(|_| Refused::by(&diagnostics))
+    }
+
+    fn assemble(&self, asts: &[Ast]) -> Result<Dae, Refused> {
+        let mut diagnostics = Diagnostics::default();
+        resolve(asts, &self.options, &mut diagnostics)
+            .and_then(|model| assemble(&model, &mut diagnostics))
+            .map_err(|_| Refused::by(&diagnostics))
+    }
+
+    /// Parameters and start values that are estimated: of the model those that were asked for, of the
+    /// effects those that they do not fix.
+    fn free_directions(&self, dae: &Dae, brought: &[Brought]) -> Vec<Direction> {
+        let named = |list: &[String], name: &str| list.iter().any(|listed| listed == name);
+        let is_brought = |name: &str| brought.iter().any(|b| named(&b.parameters, name));
+        let asked = |name: &String| parameter(dae, name).is_some_and(|_| !is_brought(name));
+        let some_asked = self.free.iter().any(asked);
+        let parameters = dae.parameters.iter().enumerate().filter(|(_, parameter)| {
+            let name = &parameter.declared.name;
+            if some_asked && !is_brought(name) { named(&self.free, name) } else { !parameter.fixed }
+        });
+        let parameters = parameters
+            .filter(|(_, parameter)| !named(&self.fix, &parameter.declared.name))
+            .map(|(i, _)| Direction::Parameter(i));
+        let states = dae.unknowns.iter().enumerate().filter(|(_, state)| {
+            let is_free = !state.fixed || named(&self.free, &state.name);
+            state.differential && is_free && !named(&self.fix, &state.name)
+        });
+        parameters.chain(states.map(|(i, _)| Direction::Start(i))).collect()
+    }
+}
+
+impl Structure {
+    /// What one of its candidates brought.
+    pub(crate) fn brought_by(&self, candidate: usize) -> Option<&Brought> {
+        let place = self.id.effects().position(|effect| effect == candidate)?;
+        self.brought.get(place)
+    }
+}
+
+impl Refused {
+    fn by(diagnostics: &Diagnostics) -> Refused {
+        let first = diagnostics.sorted().first().map(|diagnostic| diagnostic.message.clone());
+        Refused(first.unwrap_or_default())
+    }
+}
+
+fn parameter(dae: &Dae, name: &str) -> Option<usize> {
+    dae.parameters.iter().position(|parameter| parameter.declared.name == name)
+}
+
+impl Values {
+    /// All parameters of a system: the model's values, but these where they are known.
+    pub(crate) fn parameters(&self, system: &Loaded) -> Vec<f64> {
+        let parameters = system.signature().parameters.iter();
+        parameters
+            .map(|parameter| self.p.get(&*parameter.name).copied().unwrap_or(parameter.value))
+            .collect()
+    }
+
+    /// Start values of a recording, by position of the unknown.
+    pub(crate) fn starts(&self, system: &Loaded, recording: usize) -> Starts {
+        let Some(known) = self.starts.get(recording) else { return Starts::new() };
+        let unknowns = system.signature().unknowns.iter().enumerate();
+        unknowns
+            .filter_map(|(i, unknown)| known.get(&*unknown.name).map(|value| (i, *value)))
+            .collect()
+    }
+
+    /// These values by the names of a system.
+    pub(crate) fn of(system: &Loaded, p: &[f64], starts: &[Starts]) -> Values {
+        let signature = system.signature();
+        let parameters = signature.parameters.iter();
+        let p = parameters.zip(p).map(|(parameter, v)| (parameter.name.to_string(), *v)).collect();
+        let named = |starts: &Starts| {
+            let starts = starts.iter();
+            starts.map(|(i, v)| (signature.unknowns.name(*i).to_string(), *v)).collect()
+        };
+        Values { p, starts: starts.iter().map(named).collect() }
+    }
+}

@@ -1,0 +1,22 @@
+//! What each equation and each sensor would have needed: a model, a recording and its residuals in, an input
+//! d(t) for each place out.
+//!
+//! [`MissingTerms`] is the model with an unknown input everywhere, [`Deviations`] its linearisation along a
+//! trajectory, [`unknown_input()`] the estimate for one place by a smoother, [`reconstruct()`] the same again
+//! around the trajectory that has it. [`missing_inputs`] does it for all places.
+
+mod deviations;
+mod exponential;
+mod kalman;
+mod missing;
+mod missing_terms;
+mod reconstruct;
+mod unknown_input;
+
+pub use deviations::{Deviations, LinearizeError};
+pub use missing::MissingInput;
+pub(crate) use missing::{Simulated, missing_inputs, place_of, simulated, windows};
+pub use missing_terms::{MissingTerms, Place, PlaceKind};
+pub(crate) use reconstruct::inputs_with;
+pub use reconstruct::{ReconstructError, Recording, reconstruct};
+pub use unknown_input::{UnknownInput, unknown_input};

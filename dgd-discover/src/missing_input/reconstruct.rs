@@ -1,0 +1,162 @@
+//! The missing flow where it is large: linearised around the trajectory that has it.
+//!
+//! A leak that empties a tank takes the model far from its simulation without one, and what is
+//! linear there says little about where the plant really went. So the estimate is put into the model,
+//! simulated, and made again around that trajectory, as in an iterated extended Kalman smoother:
+//!
+//! ```text
+//!   y̅ = simulation with d̅;   r = measured − w(y̅) + (response of the linearised model to d̅)
+//! ```
+//!
+//! d is again a random walk from zero, so that nothing of its prior is used twice.
+//!
+//! Source: Bell, The iterated Kalman smoother as a Gauss–Newton method, SIAM J. Optim. 4 (1994)
+//! 626–636.
+
+use std::fmt;
+
+use dgd_runtime::{
+    Column, InputError, Inputs, IntegrateError, Interpolation, Options, Problem, Side, observe,
+    simulate,
+};
+
+use super::deviations::{Deviations, LinearizeError};
+use super::kalman::Chain;
+use super::missing_terms::MissingTerms;
+use super::unknown_input::{UnknownInput, unknown_input};
+use dgd_screen::noise::SensorNoise;
+
+/// What was recorded, and the model's numbers for it.
+///
+/// | name | shape |
+/// |---|---|
+/// | `p` | all parameters |
+/// | `start` | start values that replace the model's, by position of the unknown |
+/// | `times` | samples, as for a simulation |
+/// | `measured` | n_w per sample; not finite where not measured |
+/// | `noise` | n_w; `None` where an output takes no part |
+#[derive(Debug, Clone, Copy)]
+pub struct Recording<'a> {
+    /// Parameters, SI.
+    pub p: &'a [f64],
+    /// The model's own inputs.
+    pub inputs: &'a Inputs,
+    /// Start values, SI.
+    pub start: &'a [(usize, f64)],
+    /// Times of the samples, s.
+    pub times: &'a [f64],
+    /// Measured outputs, SI.
+    pub measured: &'a [f64],
+    /// Noise of each sensor, SI.
+    pub noise: &'a [Option<SensorNoise>],
+}
+
+/// The model cannot follow an estimate.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ReconstructError {
+    /// The estimate makes no input.
+    Inputs(InputError),
+    /// The model has no solution with the estimate in it: keep the estimate that there is.
+    Integrate(Box<IntegrateError>),
+    /// The solution has no derivatives.
+    Linearize(LinearizeError),
+}
+
+impl fmt::Display for ReconstructError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Inputs(error) => error.fmt(f),
+            Self::Integrate(error) => error.fmt(f),
+            Self::Linearize(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for ReconstructError {}
+
+/// Makes the estimate of the unknown input at a place again, around the trajectory with `earlier` in
+/// it. Once is enough for most; call again with the result where it still moves.
+///
+/// [`UnknownInput::gain`] compares with no input in the new linearisation, so that only gains of one
+/// linearisation should be ranked; `None` where no measured output sees the place.
+///
+/// # Errors
+///
+/// [`ReconstructError`].
+///
+/// # Panics
+///
+/// When the recording or the estimate are those of another model.
+pub fn reconstruct(
+    model: &MissingTerms,
+    recording: &Recording<'_>,
+    place: usize,
+    earlier: &UnknownInput,
+    options: &Options,
+) -> Result<Option<UnknownInput>, ReconstructError> {
+    let Recording { p, start, times, measured, noise, .. } = *recording;
+    assert!(place < model.places().len(), "a place of the model");
+    assert_eq!(earlier.estimate.len(), times.len(), "an estimate for each sample");
+    let inputs = inputs_with(model, recording, place, &earlier.estimate)
+        .map_err(ReconstructError::Inputs)?;
+    let problem = Problem { system: model.system(), p, inputs: &inputs, start };
+    let trajectory = simulate(&problem, times, options)
+        .map_err(|failure| ReconstructError::Integrate(Box::new(failure.error)))?;
+    let simulated = observe(&problem, &trajectory).w;
+    assert_eq!(measured.len(), simulated.len(), "measurements of all samples");
+    let deviations =
+        Deviations::along(model, p, &inputs, &trajectory).map_err(ReconstructError::Linearize)?;
+
+    let mut residuals: Vec<f64> = measured.iter().zip(&simulated).map(|(m, s)| m - s).collect();
+    let chain = Chain::new(&deviations, place, &residuals, noise);
+    for (measurement, response) in chain.measurements.iter().zip(chain.response(&earlier.estimate))
+    {
+        residuals[measurement.sample * deviations.n_outputs + measurement.output] += response;
+    }
+    Ok(unknown_input(&deviations, place, &residuals, noise))
+}
+
+/// The model's inputs, with d at one place and zero at all others.
+///
+/// Between jumps and kinks every input is a straight line: samples of both sides of each, and of each
+/// step of d, describe it exactly.
+pub(crate) fn inputs_with(
+    model: &MissingTerms,
+    recording: &Recording<'_>,
+    place: usize,
+    d: &[f64],
+) -> Result<Inputs, InputError> {
+    let Recording { inputs, times, .. } = *recording;
+    let (from, until) = (times[0], times[times.len() - 1]);
+    let mut grid = times.to_vec();
+    grid.extend_from_slice(inputs.breakpoints(from, until));
+    grid.sort_unstable_by(f64::total_cmp);
+    grid.dedup();
+
+    let own = inputs.len();
+    let mut samples = Vec::with_capacity(2 * grid.len());
+    let mut columns = vec![Vec::with_capacity(2 * grid.len()); own + model.places().len()];
+    let mut u = vec![0.0; own];
+    for &t in &grid {
+        let sides: &[Side] = if t == from { &[Side::Right] } else { &[Side::Left, Side::Right] };
+        for &side in sides {
+            inputs.value(t, side, &mut u);
+            let begun = match side {
+                Side::Left => times.partition_point(|sample| *sample < t),
+                Side::Right => times.partition_point(|sample| *sample <= t),
+            };
+            samples.push(t);
+            for (column, u) in columns.iter_mut().zip(&u) {
+                column.push(*u);
+            }
+            for (i, column) in columns[own..].iter_mut().enumerate() {
+                column.push(if i == place { d[begun.saturating_sub(1)] } else { 0.0 });
+            }
+        }
+    }
+    let columns: Vec<Column<'_>> = columns
+        .iter()
+        .map(|values| Column { name: "input", interpolation: Interpolation::Linear, values })
+        .collect();
+    Inputs::recorded(&samples, &columns)
+}

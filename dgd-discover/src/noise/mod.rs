@@ -1,0 +1,18 @@
+//! Whether something is missing: residuals and the noise of sensors in, tests and windows out.
+//!
+//! [`noise_of`] has the noise of each output from recordings, [`coloured_noise`] its correlation, which a
+//! [`Whitener`] takes out. [`whiteness()`] says whether there is more than noise, [`discrepancy_windows`] when.
+
+mod colour;
+mod discrepancy;
+mod recorded;
+mod whiteness;
+mod windows;
+
+pub(crate) use colour::{Whitener, coloured_noise};
+pub use discrepancy::{averaging_lengths, discrepancy_windows};
+pub(crate) use recorded::{noise_of, readings};
+pub use whiteness::{Check, CheckKind, FEWEST, Whiteness, effective_sample_size, whiteness};
+pub(crate) use whiteness::{size, steadiness};
+pub use windows::Window;
+pub(crate) use windows::gather;

@@ -1,0 +1,286 @@
+//! What a search leaves to be reported: errors, curves, ranking, and what was not tried.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use dgd_identify::Recording;
+use dgd_runtime::{Observations, Output, System, Unit};
+
+use super::discovery::{Gap, OutputTrace, Ranked, RecordingTrace, Screened, Unexplained};
+use super::reason::{Excess, significant};
+use crate::conditions::{Circumstances, Condition};
+use crate::fit::{Data, Fitted, NoFit, chi_square, too_many_steps};
+use crate::library::StructureId;
+use crate::missing_input::MissingInput;
+use crate::noise::{averaging_lengths, discrepancy_windows};
+use crate::request::Request;
+use crate::search::{Open, Remedy, Score, Screen, Search, Silent, Thresholds, Verdict, best_first};
+use dgd_screen::noise::SensorNoise;
+
+/// Errors of each output before and after.
+pub(crate) fn gap(
+    data: &Data<'_>,
+    before: &Fitted,
+    after: &Fitted,
+    circumstances: &Circumstances,
+) -> Vec<Gap> {
+    let signature = before.structure.system.signature();
+    let rms = |residuals: Option<Vec<Vec<Vec<f64>>>>| {
+        let sums = residuals.map(|residuals| chi_square(&residuals, &data.noise));
+        move |output: usize, noise: f64| match &sums {
+            Some(sums) if sums[output].1 > 0 => {
+                noise * (sums[output].0 / sums[output].1 as f64).sqrt()
+            }
+            _ => f64::NAN,
+        }
+    };
+    let errors = before.residuals(data);
+    let train_before = rms(Some(errors.clone()));
+    let train_after = rms(Some(after.residuals(data)));
+    let valid_before = rms(before.held_out_residuals(data));
+    let valid_after = rms(after.held_out_residuals(data));
+    let outputs = signature.outputs.iter().enumerate().zip(&data.noise);
+    let of_output = |((i, output), noise): ((usize, &Output), &Option<_>)| {
+        let noise: &SensorNoise = noise.as_ref()?;
+        Some(Gap {
+            output: output.name.to_string(),
+            unit: output.unit.clone(),
+            noise: noise.total(),
+            train_before: train_before(i, noise.total()),
+            train_after: train_after(i, noise.total()),
+            valid_before: valid_before(i, noise.total()),
+            valid_after: valid_after(i, noise.total()),
+            condition: circumstances.condition(&standing_out(data, &errors, i)),
+        })
+    };
+    outputs.filter_map(of_output).collect()
+}
+
+/// Where errors of an output stand out from its noise, in each training recording.
+fn standing_out(data: &Data<'_>, errors: &[Vec<Vec<f64>>], output: usize) -> Vec<Vec<[f64; 2]>> {
+    let of_recording = |(recording, errors): (&Recording, &Vec<Vec<f64>>)| {
+        let Some(noise) = &data.noise[output] else { return Vec::new() };
+        let (times, errors) = (&recording.times, &errors[output]);
+        let lengths = averaging_lengths(times, errors);
+        let windows = discrepancy_windows(times, errors, noise, &lengths);
+        windows.iter().map(|window| [window.from, window.until]).collect()
+    };
+    data.train.iter().zip(errors).map(of_recording).collect()
+}
+
+/// Measured and simulated outputs of all recordings.
+pub(crate) fn traces(
+    request: &Request<'_>,
+    data: &Data<'_>,
+    before: &Fitted,
+    after: &Fitted,
+) -> Vec<RecordingTrace> {
+    let outputs: Vec<(String, Unit)> = before
+        .structure
+        .system
+        .signature()
+        .outputs
+        .iter()
+        .map(|output| (output.name.to_string(), output.unit.clone()))
+        .collect();
+    let trace = |recording: &Recording,
+                 name: &str,
+                 counts_from: Option<f64>,
+                 before: Option<&Observations>,
+                 after: Option<&Observations>| {
+        let of_output = |(i, noise): (usize, &Option<SensorNoise>)| {
+            let noise = noise.as_ref()?;
+            let measured = recording.measured[i].clone()?;
+            let simulated = |observations: Option<&Observations>| {
+                let value = |k: usize| observations.map_or(f64::NAN, |all| all.w(k)[i]);
+                (0..recording.times.len()).map(value).collect::<Vec<f64>>()
+            };
+            let (before, after) = (simulated(before), simulated(after));
+            let residuals: Vec<f64> = measured.iter().zip(&before).map(|(m, w)| m - w).collect();
+            let lengths = averaging_lengths(&recording.times, &residuals);
+            let windows = discrepancy_windows(&recording.times, &residuals, noise, &lengths);
+            let (name, unit) = outputs[i].clone();
+            let noise = noise.total();
+            Some(OutputTrace { name, unit, noise, measured, before, after, windows })
+        };
+        RecordingTrace {
+            name: name.to_owned(),
+            held_out: counts_from.is_some(),
+            counts_from: counts_from.filter(|from| from.is_finite()),
+            times: recording.times.clone(),
+            outputs: data.noise.iter().enumerate().filter_map(of_output).collect(),
+        }
+    };
+    let training =
+        request.train.0.iter().zip(request.train.1).enumerate().map(|(r, (one, name))| {
+            trace(one, name, None, before.train.get(r), after.train.get(r))
+        });
+    let held_out =
+        request.valid.0.iter().zip(request.valid.1).enumerate().map(|(r, (one, name))| {
+            let of = |fitted: &'_ Fitted| fitted.valid.as_ref().and_then(|all| all.get(r).cloned());
+            let from = data.counts_from.get(r).copied().unwrap_or(f64::NEG_INFINITY);
+            trace(one, name, Some(from), of(before).as_ref(), of(after).as_ref())
+        });
+    training.chain(held_out).collect()
+}
+
+/// All structures that were tried, the best first, then those that could not be.
+pub(crate) fn ranking_of(search: &Search<'_>) -> Vec<Ranked> {
+    let base = search.bic(StructureId::BASE).unwrap_or_default();
+    let names = |of: StructureId| of.effects().map(|c| search.called(c)).collect();
+    let fitted = search.ranked().into_iter().map(|structure| Ranked {
+        effects: names(structure),
+        train: search.training_square(structure).unwrap_or(f64::NAN),
+        valid: search.held_out_square(structure),
+        bic: search.bic(structure).unwrap_or(f64::NAN) - base,
+        note: search.note(structure),
+    });
+    let failed = search.tried.iter().filter_map(|(structure, fitted)| {
+        let NoFit(reason) = fitted.as_ref().err()?;
+        // Everybody knows that a template does not fit everything.
+        if structure.effects().all(|c| search.candidates[c].is_generic) {
+            return None;
+        }
+        Some(Ranked {
+            effects: names(*structure),
+            train: f64::NAN,
+            valid: None,
+            bic: f64::NAN,
+            note: reason.clone(),
+        })
+    });
+    fitted.chain(failed).collect()
+}
+
+/// What each candidate alone promised in some screens of the base model. A candidate that takes nothing
+/// away has a share of nothing.
+pub(crate) fn screened(search: &Search<'_>, screens: &[Screen]) -> Vec<Screened> {
+    let Some((sum, n)) = search.training_error(StructureId::BASE) else { return Vec::new() };
+    // An excess within the scatter of a sum of n squares of noise does not count.
+    let excess = (sum - n as f64).max((2.0 * n as f64).sqrt());
+    let mut scores: Vec<Score> =
+        screens.iter().flat_map(|screen| &screen.scores).cloned().collect();
+    scores.retain(|score| !search.doubled.contains_key(&score.candidate));
+    best_first(&mut scores);
+    let promised = scores.iter().map(|score| (score.candidate, score.gain / excess));
+    let silent = screens.iter().flat_map(|screen| &screen.silent);
+    let nothing = silent.filter(|silent| silent.remedy == Remedy::ScoreIsZero);
+    let nothing = nothing.map(|silent| (silent.candidate, 0.0));
+    let shown =
+        |(candidate, share): (usize, f64)| Screened { name: search.called(candidate), share };
+    promised.chain(nothing).map(shown).collect()
+}
+
+/// Candidates that are neither in the ranking nor screened, with the reason: those of the library, then
+/// templates.
+pub(crate) fn not_tried(
+    search: &Search<'_>,
+    screens: &[Screen],
+    verdict: Verdict,
+) -> [Vec<(String, String)>; 2] {
+    let silent: BTreeMap<usize, &Silent> =
+        screens.iter().flat_map(|screen| &screen.silent).map(|s| (s.candidate, s)).collect();
+    let scored: BTreeSet<usize> =
+        screens.iter().flat_map(|screen| &screen.scores).map(|s| s.candidate).collect();
+    let fitted: BTreeSet<usize> =
+        search.tried.iter().filter(|(_, fit)| fit.is_ok()).flat_map(|(s, _)| s.effects()).collect();
+    let why = |c: usize| -> Option<String> {
+        if fitted.contains(&c) {
+            return None;
+        }
+        if let Some(known) = search.doubled.get(&c) {
+            return Some(format!("does what `{}` does", search.called(*known)));
+        }
+        if let Some(Err(NoFit(reason))) = search.tried.get(&StructureId::one(c)) {
+            // Those of the library are in the ranking with it.
+            return search.candidates[c].is_generic.then(|| reason.clone());
+        }
+        match silent.get(&c) {
+            Some(Silent { remedy: Remedy::ScoreIsZero, .. }) => None,
+            _ if scored.contains(&c) => None,
+            Some(silent) => Some(silent.why.clone()),
+            None if verdict == Verdict::Sufficient => {
+                Some("not needed: the model explains the recordings".to_owned())
+            }
+            None => Some("not needed: the library explains the recordings".to_owned()),
+        }
+    };
+    [Open::Library, Open::Templates].map(|of| {
+        let all = search.range(of).filter_map(|c| Some((c, why(c)?)));
+        all.map(|(c, why)| (search.called(c), why)).collect()
+    })
+}
+
+/// The model as it is, and candidates fitted alone, that were given up as their simulations take too many steps, with the reason.
+pub(crate) fn given_up(search: &Search<'_>) -> Option<(Vec<String>, String)> {
+    let reason = too_many_steps();
+    let is_given_up = |fit: &Result<Fitted, NoFit>| match fit {
+        Ok(fitted) => fitted.is_cut_short,
+        Err(NoFit(why)) => why.ends_with(&reason),
+    };
+    let given_up = search.tried.iter().filter(|(_, fit)| is_given_up(fit)).filter_map(
+        |(structure, _)| match (structure.len(), structure.effects().next()) {
+            (0, _) => Some("the model as it is".to_owned()),
+            (1, Some(one)) => Some(format!("`{}`", search.called(one))),
+            _ => None,
+        },
+    );
+    let given_up: Vec<String> = given_up.collect();
+    (!given_up.is_empty()).then_some((given_up, reason))
+}
+
+/// A discrepancy without a name, by what explains it most.
+pub(crate) fn unexplained(missing: &MissingInput, condition: Option<Condition>) -> Unexplained {
+    let largest = missing.value.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+    Unexplained {
+        target: missing.equation.clone(),
+        windows: missing.windows.iter().map(|window| [window.from, window.until]).collect(),
+        condition,
+        description: format!(
+            "Of all places, an unmodelled term in `{}` explains the discrepancy best; it would reach {} {}",
+            missing.equation,
+            significant(largest),
+            missing.unit
+        ),
+        trace: missing.clone(),
+        guess: None,
+    }
+}
+
+/// What effects leave over that take nearly all of the discrepancy away: the residuals of the output
+/// that stands out most, in the first training recording. `None` where none stands out.
+pub(crate) fn left_over(
+    data: &Data<'_>,
+    after: &Fitted,
+    circumstances: &Circumstances,
+    thresholds: &Thresholds,
+) -> Option<Unexplained> {
+    let (residuals, recording) = (after.residuals(data), data.train.first()?);
+    let excess = Excess::of(after, data, thresholds)?;
+    let worst = excess.output;
+    let output = &after.structure.system.signature().outputs[worst];
+    let (noise, errors) = (data.noise[worst]?, residuals.first()?[worst].clone());
+    let std = noise.total();
+    let condition = circumstances.condition(&standing_out(data, &residuals, worst));
+    let lengths = averaging_lengths(&recording.times, &errors);
+    let windows = discrepancy_windows(&recording.times, &errors, &noise, &lengths);
+    Some(Unexplained {
+        target: output.name.to_string(),
+        windows: windows.iter().map(|window| [window.from, window.until]).collect(),
+        condition,
+        description: format!(
+            "The residuals of `{}` {} their noise variance; something smaller is missing as well",
+            output.name,
+            excess.words()
+        ),
+        trace: MissingInput {
+            equation: format!("sensor {}", output.name),
+            unit: output.unit.symbol.to_string(),
+            times: recording.times.clone(),
+            value: errors.iter().map(|e| e / output.unit.factor).collect(),
+            std: vec![std / output.unit.factor; errors.len()],
+            windows,
+            gain: 0.0,
+        },
+        guess: None,
+    })
+}

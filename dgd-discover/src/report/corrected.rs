@@ -1,0 +1,74 @@
+//! The corrected model as a text.
+
+use dgd_compiler::diagnostics::{Diagnostics, Reported};
+use dgd_compiler::effects::write;
+use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::syntax::ast::ItemKind;
+use dgd_compiler::syntax::edit::{NewValue, with_values};
+use dgd_compiler::syntax::{layout, parse, visit};
+use dgd_runtime::System;
+
+use crate::fit::Fitted;
+use crate::library::BaseModel;
+
+/// Digits of a parameter: what they leave out is far below what any data tells.
+const DIGITS: usize = 9;
+
+/// The base model's text with the effects of a fitted structure in it, and its parameters.
+pub(crate) fn corrected(
+    base: &BaseModel,
+    sources: &Sources,
+    fitted: &Fitted,
+    diagnostics: &mut Diagnostics,
+) -> Result<String, Reported> {
+    let structure = &fitted.structure;
+    let text = if structure.id.is_base() {
+        sources.get(base.asts[0].source).text.clone()
+    } else {
+        write(&base.asts[0], &structure.asts[0], &structure.brought, sources)
+    };
+    let mut all = sources.clone();
+    let name = sources.get(base.asts[0].source).name.clone();
+    let id = all.add(Source { name, text: text.clone() });
+    let ast = parse(id, &all, diagnostics)?;
+    let mut declared: Vec<(String, Span)> = Vec::new();
+    visit::items(&ast.items, &mut |item| {
+        if let ItemKind::Parameter { name, .. } = &item.kind {
+            declared.push((name.text.clone(), name.span));
+        }
+    });
+    let parameters = structure.system.signature().parameters.iter();
+    let estimated =
+        |name: &str| fitted.estimates.iter().any(|e| e.recording.is_none() && e.name == name);
+    let values: Vec<NewValue> = parameters
+        .zip(&fitted.p)
+        .filter(|(parameter, _)| estimated(&parameter.name))
+        .flat_map(|(parameter, value)| {
+            let unit = &parameter.unit;
+            let text = number(unit.from_si(*value));
+            let places = declared.iter().filter(|(name, _)| *name == *parameter.name);
+            let places: Vec<Span> = places.map(|(_, span)| *span).collect();
+            // What a part declares has no place in this text.
+            let places = if places.is_empty() { vec![Span::default()] } else { places };
+            let called = parameter.name.to_string();
+            places.into_iter().map(move |name| NewValue {
+                name,
+                called: called.clone(),
+                text: text.clone(),
+            })
+        })
+        .collect();
+    let valued = with_values(&ast, &text, &values, |_| None);
+    // Numbers of other lengths shift columns.
+    Ok(layout::like(id, &all, valued))
+}
+
+/// A number to so many digits, as a person would write it.
+fn number(value: f64) -> String {
+    let rounded: f64 = format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value);
+    if rounded != 0.0 && !(1e-3..1e6).contains(&rounded.abs()) {
+        format!("{rounded:e}")
+    } else {
+        format!("{rounded}")
+    }
+}

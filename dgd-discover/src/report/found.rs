@@ -1,0 +1,100 @@
+//! What is said of an effect that the data shows.
+
+use dgd_identify::Estimate;
+use dgd_runtime::System;
+
+use super::discovery::{FoundEffect, ParameterValue};
+use crate::conditions::Circumstances;
+use crate::fit::{Data, Fitted};
+use crate::library::StructureId;
+use crate::search::{self, Evidence, Search};
+
+/// What is known about the effects of the structure that is believed.
+pub(crate) struct Found<'a> {
+    pub search: &'a Search<'a>,
+    pub data: &'a Data<'a>,
+    pub structure: StructureId,
+    pub after: &'a Fitted,
+    pub circumstances: &'a Circumstances,
+}
+
+impl Found<'_> {
+    /// All about one effect of the structure.
+    pub(crate) fn effect(&self, candidate: usize, evidence: Evidence) -> FoundEffect {
+        let Found { search, data, structure, after, circumstances } = *self;
+        let described = &search.candidates[candidate];
+        let effect = described.application.effect;
+        let brought = after.structure.brought_by(candidate);
+        let own: Vec<String> = brought.map(|b| b.parameters.clone()).unwrap_or_default();
+        let onset = brought.and_then(|brought| {
+            let is_onset = |own: &&(String, String)| described.onsets.contains(&own.0);
+            let (_, name) = brought.names.iter().find(is_onset)?;
+            after.values.p.get(name).copied()
+        });
+        let rest = structure.without(candidate);
+        let mut windows = match search.base.structure(search.candidates, rest) {
+            Ok(without) => search::windows(
+                &after.structure,
+                &without,
+                &after.values,
+                data.train,
+                &data.options,
+            ),
+            Err(_) => vec![Vec::new(); data.train.len()],
+        };
+        let condition = circumstances.condition(&windows);
+        let alternatives = search.alternatives(structure, candidate);
+        let told_apart_by = alternatives.first().map(|other| self.told_apart_by(other.structure));
+        FoundEffect {
+            name: described.name(),
+            kind: described.kind(),
+            form: effect.form.as_ref().map(|form| form.text.clone()),
+            doc: effect.doc.clone(),
+            target: described.target(),
+            alternatives: alternatives.into_iter().map(|other| other.alternative).collect(),
+            told_apart_by,
+            onset,
+            windows: windows.swap_remove(0),
+            condition,
+            parameters: parameters(after, &own),
+            evidence,
+        }
+    }
+
+    /// The unknown on which two structures that fit alike disagree most, in units of its size.
+    fn told_apart_by(&self, other: StructureId) -> String {
+        let own = self.search.fitted(self.structure);
+        let largest = own.zip(self.search.fitted(other)).and_then(|(a, b)| {
+            let recording = &self.data.train[0];
+            search::largest_disagreement(a, b, recording, &self.data.options)
+        });
+        match largest {
+            Some((name, difference, unit)) => {
+                let difference = difference / unit.factor.abs();
+                let symbol = &unit.symbol;
+                format!(
+                    "a measurement of `{name}`: the two differ by up to {difference:.2e} {symbol}"
+                )
+            }
+            None => "a test with other inputs, perhaps; this recording cannot tell them apart"
+                .to_owned(),
+        }
+    }
+}
+
+/// Estimated parameters of a fit by name; all that were estimated where no names are given.
+pub(crate) fn parameters(fitted: &Fitted, names: &[String]) -> Vec<ParameterValue> {
+    let signature = fitted.structure.system.signature();
+    let wanted = |name: &str| names.is_empty() || names.iter().any(|other| other == name);
+    let estimates = fitted.estimates.iter().filter(|estimate| estimate.recording.is_none());
+    let value = |estimate: &Estimate| {
+        let parameter = signature.parameters.iter().find(|p| p.name == estimate.name)?;
+        Some(ParameterValue {
+            name: estimate.name.clone(),
+            unit: parameter.unit.clone(),
+            value: estimate.value,
+            std: estimate.std,
+        })
+    };
+    estimates.filter(|estimate| wanted(&estimate.name)).filter_map(value).collect()
+}

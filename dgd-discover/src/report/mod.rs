@@ -1,0 +1,21 @@
+//! What a discovery says: a search that has ended and the fits that are reported in, a [`Discovery`] out.
+//!
+//! [`Found`] is all that is said of an effect, [`reason()`] the sentence that gives the verdict's reason,
+//! [`corrected()`] the model's new text; the account has all that is said besides.
+
+mod account;
+mod corrected;
+mod discovery;
+mod found;
+mod reason;
+
+pub(crate) use account::{
+    gap, given_up, left_over, not_tried, ranking_of, screened, traces, unexplained,
+};
+pub(crate) use corrected::corrected;
+pub use discovery::{
+    Discovery, FoundEffect, Gap, OutputTrace, ParameterValue, Ranked, RecordingTrace, Screened,
+    Unexplained,
+};
+pub(crate) use found::{Found, parameters};
+pub(crate) use reason::reason;

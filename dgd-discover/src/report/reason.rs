@@ -1,0 +1,307 @@
+//! Why the verdict is what it is: sentences made of the numbers that they stand beside.
+
+use std::fmt::Write as _;
+
+use dgd_runtime::System;
+
+use crate::fit::{Data, Fitted, chi_square, mean};
+use crate::library::StructureId;
+use crate::search::{Outcome, Search, Thresholds};
+
+/// Mean squares of residuals over the noise's variance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Left {
+    training: f64,
+    /// `None` without validation data, or where that cannot be simulated.
+    validation: Option<f64>,
+}
+
+impl Left {
+    fn of(fitted: &Fitted, data: &Data<'_>) -> Left {
+        let square = |residuals: &[Vec<Vec<f64>>]| mean(&chi_square(residuals, &data.noise));
+        Left {
+            training: square(&fitted.residuals(data)).unwrap_or(f64::NAN),
+            validation: fitted.held_out_residuals(data).and_then(|residuals| square(&residuals)),
+        }
+    }
+
+    fn of_tried(search: &Search<'_>, structure: StructureId) -> Left {
+        Left {
+            training: search.training_square(structure).unwrap_or(f64::NAN),
+            validation: search.held_out_square(structure),
+        }
+    }
+
+    /// `1.02 times the noise variance (validation data: 1.05 times)`
+    fn words(self) -> String {
+        let mut words = format!("{} times the noise variance", ratio(self.training));
+        if let Some(validation) = self.validation {
+            let _ = write!(words, " (validation data: {} times)", ratio(validation));
+        }
+        words
+    }
+
+    /// Whether it is no more than what passes for noise.
+    fn is_small(self, thresholds: &Thresholds) -> bool {
+        self.training <= thresholds.explained
+            && self.validation.is_none_or(|v| v <= thresholds.explained_held_out)
+    }
+}
+
+/// An output whose residuals are more than its noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Excess {
+    /// Its position.
+    pub output: usize,
+    /// Mean square of its residuals over the noise's variance.
+    square: f64,
+    /// What would pass for noise.
+    limit: f64,
+    in_validation: bool,
+}
+
+impl Excess {
+    /// The output that is furthest above what passes for noise.
+    pub(crate) fn of(fitted: &Fitted, data: &Data<'_>, thresholds: &Thresholds) -> Option<Excess> {
+        let above = |residuals: Vec<Vec<Vec<f64>>>, limit: f64, in_validation: bool| {
+            let squares = chi_square(&residuals, &data.noise).into_iter().enumerate();
+            let squares = squares.filter(|(_, (_, n))| *n > 0);
+            let of_output = move |(output, (sum, n)): (usize, (f64, usize))| Excess {
+                output,
+                square: sum / n as f64,
+                limit,
+                in_validation,
+            };
+            squares.map(of_output).collect::<Vec<Excess>>()
+        };
+        let training = above(fitted.residuals(data), thresholds.explained, false);
+        let validation =
+            (!data.valid.is_empty()).then(|| fitted.held_out_residuals(data)).flatten();
+        let validation = validation.map(|all| above(all, thresholds.explained_held_out, true));
+        let all = training.into_iter().chain(validation.into_iter().flatten());
+        all.filter(|one| one.square > one.limit)
+            .max_by(|a, b| (a.square / a.limit).total_cmp(&(b.square / b.limit)))
+    }
+
+    /// `have 1.19 times`, of training data or of validation data.
+    pub(crate) fn words(&self) -> String {
+        let of = if self.in_validation { "in validation data " } else { "" };
+        format!("still have {of}{} times", ratio(self.square))
+    }
+}
+
+/// Why the verdict is what it is; `before` and `after` are the base model and the one that is named, as
+/// they are reported.
+pub(crate) fn reason(
+    search: &Search<'_>,
+    outcome: Outcome,
+    before: &Fitted,
+    after: &Fitted,
+    data: &Data<'_>,
+) -> String {
+    let names = |of: StructureId| {
+        let names = of.effects().map(|c| format!("`{}`", search.called(c)));
+        match names.collect::<Vec<String>>().as_slice() {
+            [one, other] => format!("{one} and {other}"),
+            [first @ .., last] if !first.is_empty() => format!("{}, and {last}", first.join(", ")),
+            few => few.concat(),
+        }
+    };
+    let thresholds = &search.thresholds;
+    let base = Left::of(before, data);
+    match outcome {
+        Outcome::Sufficient => {
+            let samples = search.training_error(StructureId::BASE).map_or(0, |(_, n)| n);
+            sufficient(base, base.is_small(thresholds), search.is_noise(StructureId::BASE), samples)
+        }
+        Outcome::Effects(_) => format!("{}.", falls(base, Left::of(after, data))),
+        Outcome::NearlyAll(structure) | Outcome::Most(structure) => {
+            let mut words = format!("{}.", falls(base, Left::of(after, data)));
+            if Excess::of(after, data, thresholds).is_some() {
+                words += " That is more than noise, so that something smaller is missing as well.";
+            }
+            if let Some(rival) = search.without_one_of(structure).filter(|rival| !rival.is_base()) {
+                let _ = write!(
+                    words,
+                    " The closest that lacks {}, {}, leaves {}.",
+                    if structure.len() == 1 { "this effect" } else { "one of these effects" },
+                    names(rival),
+                    Left::of_tried(search, rival).words(),
+                );
+            }
+            words
+        }
+        Outcome::Unexplained => {
+            let base = Left::of_tried(search, StructureId::BASE);
+            if let Some((doubted, why)) = search.doubts() {
+                let words = format!("The mean square of the residuals is {}", base.words());
+                return match doubted {
+                    StructureId::BASE => format!(
+                        "{words}. That is little, but {why}, and no effect can be named for it."
+                    ),
+                    doubted => format!(
+                        "{words}. With {} it is {}, but {why}.",
+                        names(doubted),
+                        Left::of_tried(search, doubted).words()
+                    ),
+                };
+            }
+            let ranked = search.ranked();
+            let is_less = |one: &StructureId| {
+                !one.is_base() && Left::of_tried(search, *one).training < base.training
+            };
+            let tried = ranked.iter().filter(|one| !one.is_base()).count();
+            let words = format!("The mean square of the residuals is {}", base.words());
+            match ranked.iter().copied().find(is_less) {
+                Some(best) => format!(
+                    "{words}. The best of what was tried, {}, leaves {}{}.",
+                    names(best),
+                    Left::of_tried(search, best).words(),
+                    why_not(search, best, data)
+                ),
+                None if tried == 0 && search.candidates.is_empty() => {
+                    format!("{words}, and the library has no effect to try.")
+                }
+                None if tried == 0 => format!("{words}, and no effect could be fitted."),
+                None => format!("{words}, and nothing that was tried leaves less."),
+            }
+        }
+    }
+}
+
+/// Why the best of what was tried is not named.
+fn why_not(search: &Search<'_>, best: StructureId, data: &Data<'_>) -> String {
+    let Some(fitted) = search.fitted(best) else { return String::new() };
+    if let Some(excess) = Excess::of(fitted, data, &search.thresholds) {
+        let output = &fitted.structure.system.signature().outputs[excess.output].name;
+        return format!(
+            ", which is too much to name it: the residuals of `{output}` {}, and at most {} pass for noise",
+            excess.words(),
+            ratio(excess.limit)
+        );
+    }
+    if !data.valid.is_empty() && Left::of_tried(search, best).validation.is_none() {
+        return ", but with it the validation data cannot be simulated".to_owned();
+    }
+    if let Some([a, b]) = search.cancelling(best) {
+        let [a, b] = [a, b].map(|c| search.called(c));
+        return format!(
+            ", but `{b}` largely cancels `{a}`: together they describe something that comes and goes, and \
+             the data cannot identify either"
+        );
+    }
+    if !search.is_sound(best) {
+        return format!(
+            ", but {}: an effect is named only at a size that its file allows",
+            search.note(best)
+        );
+    }
+    ", but it is not clearly better than what else was tried".to_owned()
+}
+
+fn falls(from: Left, to: Left) -> String {
+    let word = if to.training < from.training { "falls" } else { "goes" };
+    let mut words = format!(
+        "The mean square of the residuals {word} from {} to {} times the noise variance",
+        ratio(from.training),
+        ratio(to.training)
+    );
+    if let (Some(from), Some(to)) = (from.validation, to.validation) {
+        let _ = write!(words, " (validation data: from {} to {})", ratio(from), ratio(to));
+    }
+    words
+}
+
+/// What is said of a model that needs no effect, by whether its residuals are as small as noise and whether
+/// tests tell them from it.
+fn sufficient(left: Left, is_small: bool, is_noise: bool, samples: usize) -> String {
+    let words = left.words();
+    match (is_noise, is_small) {
+        (true, true) => {
+            format!("The residuals cannot be told from sensor noise: their mean square is {words}.")
+        }
+        (true, false) => format!(
+            "The mean square of the residuals is {words}, which {samples} samples cannot tell from noise."
+        ),
+        (false, true) => format!(
+            "The mean square of the residuals is {words}. They are not quite white, but no effect is worth \
+             its place."
+        ),
+        (false, false) => format!(
+            "The mean square of the residuals is {words}. That is more than noise, but no effect is worth its \
+             place."
+        ),
+    }
+}
+
+/// A ratio of squares, to three digits or two decimals.
+fn ratio(value: f64) -> String {
+    match value {
+        _ if value.is_nan() => "an unknown number of".to_owned(),
+        _ if value < 9.995 => format!("{value:.2}"),
+        _ if value < 99.95 => format!("{value:.1}"),
+        _ if value < 1e6 => format!("{value:.0}"),
+        _ => format!("{value:.1e}"),
+    }
+}
+
+/// A number to three digits.
+pub(crate) fn significant(value: f64) -> String {
+    let magnitude = value.abs().log10().floor();
+    if value == 0.0 || !(-3.0..6.0).contains(&magnitude) {
+        return if value == 0.0 { "0".to_owned() } else { format!("{value:.2e}") };
+    }
+    let decimals = (2.0 - magnitude).max(0.0) as usize;
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn left(training: f64, validation: f64) -> Left {
+        Left { training, validation: Some(validation) }
+    }
+
+    #[test]
+    fn a_model_is_said_to_leave_noise_only_where_it_does() {
+        let thresholds = Thresholds::default();
+        let said =
+            |left: Left, is_noise| sufficient(left, left.is_small(&thresholds), is_noise, 20);
+        let noise = "cannot be told from sensor noise";
+        assert!(said(left(1.0, 1.02), true).contains(noise));
+        for (left, is_noise) in
+            [(left(2.66, 1.0), true), (left(1.0, 2.66), true), (left(1.0, 1.0), false)]
+        {
+            let words = said(left, is_noise);
+            assert!(!words.contains(noise), "{words}");
+            assert!(words.contains(&left.words()), "{words}");
+        }
+        assert!(said(left(2.66, 1.0), true).contains("20 samples cannot tell"));
+        assert!(said(left(2.66, 1.0), false).contains("more than noise"));
+    }
+
+    #[test]
+    fn a_change_has_its_own_numbers_and_direction() {
+        assert_eq!(
+            falls(left(23.8, 206.0), left(1.12, 48.0)),
+            "The mean square of the residuals falls from 23.8 to 1.12 times the noise variance (validation data: \
+             from 206 to 48.0)"
+        );
+        let alone = |training| Left { training, validation: None };
+        let words = falls(alone(1.0), alone(1.1));
+        assert!(words.contains("goes from 1.00 to 1.10 times the noise variance"), "{words}");
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        let shown = [935.4, 3.957, 0.0123, 94_123.0, 52.0, 0.0, 9.4e7, 2e-5].map(significant);
+        assert_eq!(shown, ["935", "3.96", "0.0123", "94123", "52", "0", "9.40e7", "2.00e-5"]);
+        assert_eq!([0.999, 9.996, 99.96, 206.4].map(ratio), ["1.00", "10.0", "100", "206"]);
+    }
+}

@@ -1,0 +1,229 @@
+//! When an effect is at work: where it changes what equations or outputs say.
+//!
+//! Along the trajectory of the structure that has the effect, the rows of the structure with and
+//! without it are compared,
+//!
+//! ```text
+//!   d(t) = f_with(t, y) − f_without(t, y)
+//! ```
+//!
+//! and where no row differs, the effect being a sensor's, so are the outputs.
+
+use dgd_execute::Loaded;
+use dgd_identify::Recording;
+use dgd_runtime::{
+    Options, Point, Problem, Signature, Solution, System, Unit, discrete_numbers, observe, simulate,
+};
+
+use crate::fit::Fitted;
+use crate::library::{Structure, Values};
+
+/// An effect is at work where it is more than this share of its largest.
+pub(crate) const AT_WORK: f64 = 0.05;
+
+/// And changes what it changes by more than this share of that.
+const ROUNDING: f64 = 1e-9;
+
+/// Stretches of time in which an effect is at work in each recording, s.
+pub(crate) fn windows(
+    with: &Structure,
+    without: &Structure,
+    values: &Values,
+    recordings: &[Recording],
+    options: &Options,
+) -> Vec<Vec<[f64; 2]>> {
+    let changes = changes(with, without, values, recordings, options);
+    let samples = recordings.iter().map(|recording| recording.times.len()).sum();
+    let mut activity = vec![0.0_f64; samples];
+    for Change { by, .. } in &changes {
+        let largest = by.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
+        for (activity, d) in activity.iter_mut().zip(by) {
+            *activity = activity.max(d.abs() / largest);
+        }
+    }
+    let mut rest = activity.as_slice();
+    let of_recording = |recording: &Recording| {
+        let (own, others) = rest.split_at(recording.times.len());
+        rest = others;
+        stretches(&recording.times, own)
+    };
+    recordings.iter().map(of_recording).collect()
+}
+
+/// Where an effect changes something. An output may have the name of an unknown, and what a sensor
+/// reads is not what the equation of its unknown says.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Changed {
+    /// The equation of an unknown.
+    Equation(String),
+    /// What an output reads.
+    Reading(String),
+}
+
+/// What an effect changes.
+#[derive(Debug, Clone)]
+pub(crate) struct Change {
+    /// Where.
+    pub what: Changed,
+    /// d at each sample of all recordings.
+    pub by: Vec<f64>,
+}
+
+/// All rows that an effect changes along the trajectories of the structure that has it, or all outputs
+/// where it changes no row in any recording. What differs by rounding only does not count.
+pub(crate) fn changes(
+    with: &Structure,
+    without: &Structure,
+    values: &Values,
+    recordings: &[Recording],
+    options: &Options,
+) -> Vec<Change> {
+    let runs = |system: &Loaded| -> Option<Vec<(Solution, Vec<f64>)>> {
+        let recordings = recordings.iter().enumerate();
+        recordings.map(|(r, recording)| run(system, values, (r, recording), options)).collect()
+    };
+    let Some(own) = runs(&with.system) else { return Vec::new() };
+    let of = |names: Vec<Changed>, a: &[f64], b: &[f64]| -> Vec<Change> {
+        let n = names.len();
+        let change = |(i, what): (usize, Changed)| {
+            let own = a.iter().skip(i).step_by(n).zip(b.iter().skip(i).step_by(n));
+            let by: Vec<f64> = own.map(|(a, b)| a - b).collect();
+            let largest = |values: &mut dyn Iterator<Item = f64>| {
+                values.fold(0.0, |most: f64, value| most.max(value.abs()))
+            };
+            let size = largest(&mut a.iter().skip(i).step_by(n).copied());
+            (largest(&mut by.iter().copied()) > ROUNDING * size).then_some(Change { what, by })
+        };
+        names.into_iter().enumerate().filter_map(change).collect()
+    };
+    let in_rows = recordings.iter().enumerate().zip(&own);
+    let in_rows: Option<Vec<(Vec<f64>, Vec<f64>)>> = in_rows
+        .map(|(recording, (solution, _))| rows(with, without, values, recording, solution))
+        .collect();
+    if let Some(in_rows) = in_rows {
+        let (a, b): (Vec<Vec<f64>>, Vec<Vec<f64>>) = in_rows.into_iter().unzip();
+        let unknowns = without.system.signature().unknowns.iter();
+        let names = unknowns.map(|unknown| Changed::Equation(unknown.name.to_string())).collect();
+        let changed = of(names, &a.concat(), &b.concat());
+        if !changed.is_empty() {
+            return changed;
+        }
+    }
+    let Some(others) = runs(&without.system) else { return Vec::new() };
+    let outputs = |runs: Vec<(Solution, Vec<f64>)>| -> Vec<f64> {
+        runs.into_iter().flat_map(|(_, outputs)| outputs).collect()
+    };
+    let names = with.system.signature().outputs.iter();
+    let names = names.map(|output| Changed::Reading(output.name.to_string()));
+    of(names.collect(), &outputs(own), &outputs(others))
+}
+
+/// A run of one of the recordings, which stands at a position among them, and its outputs.
+fn run(
+    system: &Loaded,
+    values: &Values,
+    (position, recording): (usize, &Recording),
+    options: &Options,
+) -> Option<(Solution, Vec<f64>)> {
+    let (p, start) = (values.parameters(system), values.starts(system, position));
+    let problem = Problem { system, p: &p, inputs: &recording.inputs, start: &start };
+    let solution = simulate(&problem, &recording.times, options).ok()?;
+    let w = observe(&problem, &solution).w;
+    Some((solution, w))
+}
+
+/// What the rows of the second structure say in both along a trajectory of the first.
+fn rows(
+    with: &Structure,
+    without: &Structure,
+    values: &Values,
+    (position, recording): (usize, &Recording),
+    solution: &Solution,
+) -> Option<(Vec<f64>, Vec<f64>)> {
+    let (a, b) = (&with.system, &without.system);
+    let (sa, sb) = (a.signature(), b.signature());
+    // Position in the one of each unknown of the other.
+    let place = |name: &str| sa.unknowns.iter().position(|unknown| unknown.name == name);
+    let places = sb.unknowns.iter().map(|u| place(&u.name)).collect::<Option<Vec<_>>>()?;
+    let (pa, pb) = (values.parameters(a), values.parameters(b));
+    let (mut fa, mut fb) = (vec![0.0; sa.unknowns.len()], vec![0.0; sb.unknowns.len()]);
+    let start = values.starts(a, position);
+    let inputs_of = |system: &Loaded, p: &[f64]| {
+        let problem = Problem { system, p, inputs: &recording.inputs, start: &start };
+        problem.inputs_read().ok().map(std::borrow::Cow::into_owned)
+    };
+    let (ia, ib) = (inputs_of(a, &pa)?, inputs_of(b, &pb)?);
+    let (mut ua, mut ub) = (vec![0.0; ia.len()], vec![0.0; ib.len()]);
+    let (mut with_effect, mut without_effect) = (Vec::new(), Vec::new());
+    for (k, &t) in solution.times.iter().enumerate() {
+        ia.value(t, solution.side(k), &mut ua);
+        ib.value(t, solution.side(k), &mut ub);
+        let y = solution.y(k);
+        let common: Vec<f64> = places.iter().map(|place| y[*place]).collect();
+        let za = solution.z(k);
+        let zb = discrete(b, &pb, t, sa, za);
+        a.rhs(Point { t, y, u: &ua, p: &pa, z: za }, &mut fa);
+        b.rhs(Point { t, y: &common, u: &ub, p: &pb, z: &zb }, &mut fb);
+        with_effect.extend(places.iter().map(|place| fa[*place]));
+        without_effect.extend_from_slice(&fb);
+    }
+    Some((with_effect, without_effect))
+}
+
+/// The discrete numbers of one system where another, which has its automata too, has `known`.
+fn discrete(system: &Loaded, p: &[f64], t: f64, other: &Signature, known: &[f64]) -> Vec<f64> {
+    let automata = &system.signature().discrete.automata;
+    let mut z = discrete_numbers(system, p, t);
+    for (z, automaton) in z.iter_mut().zip(automata.iter()) {
+        let mut others = other.discrete.automata.iter().zip(known);
+        if let Some((_, mode)) = others.find(|(other, _)| other.name == automaton.name) {
+            *z = *mode;
+        }
+    }
+    z
+}
+
+/// Stretches of neighbouring samples at which something is at work.
+fn stretches(times: &[f64], activity: &[f64]) -> Vec<[f64; 2]> {
+    let mut all: Vec<[f64; 2]> = Vec::new();
+    let mut is_open = false;
+    for (t, value) in times.iter().zip(activity) {
+        let at_work = *value > AT_WORK;
+        match all.last_mut() {
+            Some(last) if at_work && is_open => last[1] = *t,
+            _ if at_work => all.push([*t, *t]),
+            _ => {}
+        }
+        is_open = at_work;
+    }
+    all
+}
+
+/// The unknown on which two fitted structures disagree most in the first recording, in units of its size:
+/// its name, the largest difference in SI and its unit. `None` where they agree on all to a
+/// hundredth.
+pub(crate) fn largest_disagreement(
+    a: &Fitted,
+    b: &Fitted,
+    recording: &Recording,
+    options: &Options,
+) -> Option<(String, f64, Unit)> {
+    let (sa, sb) = (&a.structure.system, &b.structure.system);
+    let (ya, _) = run(sa, &a.values, (0, recording), options)?;
+    let (yb, _) = run(sb, &b.values, (0, recording), options)?;
+    let mut worst: Option<(f64, (String, f64, Unit))> = None;
+    for (i, unknown) in sa.signature().unknowns.iter().enumerate() {
+        let other = sb.signature().unknowns.iter().position(|other| other.name == unknown.name);
+        let Some(j) = other else { continue };
+        let (mut size, mut difference) = (0.0_f64, 0.0_f64);
+        for k in 0..ya.len().min(yb.len()) {
+            size = size.max(ya.y(k)[i].abs());
+            difference = difference.max((ya.y(k)[i] - yb.y(k)[j]).abs());
+        }
+        let share = difference / size;
+        if share > 0.01 && worst.as_ref().is_none_or(|(most, _)| share > *most) {
+            worst = Some((share, (unknown.name.to_string(), difference, unknown.unit.clone())));
+        }
+    }
+    worst.map(|(_, found)| found)
+}

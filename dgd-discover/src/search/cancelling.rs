@@ -1,0 +1,130 @@
+//! Effects that take each other back.
+//!
+//! A loss from one moment on and an inflow of the same size from a later one are together what comes
+//! and goes, whatever that is: a good description of it, and two wrong names. Along the trajectory of
+//! the structure with both,
+//!
+//! ```text
+//!   d_a(t) = f(t, y) − f_without_a(t, y),   d_b likewise,   d(t) = f(t, y) − f_without_both(t, y)
+//! ```
+//!
+//! and b takes a back where both change the same rows and, while b is at work, d is small beside d_b.
+//! Two effects that have nothing to do with each other are equal and opposite by accident only: at one
+//! place they are one unknown input. The reading of a sensor and the equation of what it reads are two
+//! places, whatever both are called: an offset in the one is a slope in the other. Where a changes other rows, too, b may well follow from it: what runs
+//! over into a tank runs over there.
+
+use super::activity::{AT_WORK, Change, changes};
+use super::tried::Search;
+use crate::fit::Fitted;
+use crate::library::StructureId;
+
+impl Search<'_> {
+    /// Two effects of a structure of which one does nothing but take back what the other does, in all
+    /// training recordings together.
+    pub(crate) fn cancelling(&self, structure: StructureId) -> Option<[usize; 2]> {
+        let fitted = self.fitted(structure)?;
+        *fitted.cancelling.get_or_init(|| self.taken_back(fitted))
+    }
+
+    fn taken_back(&self, fitted: &Fitted) -> Option<[usize; 2]> {
+        let structure = fitted.structure.id;
+        let chosen: Vec<usize> = structure.effects().collect();
+        if chosen.len() < 2 {
+            return None;
+        }
+        let by = |some: &[usize]| {
+            let rest = structure.effects().filter(|c| !some.contains(c)).collect();
+            let without = self.base.structure(self.candidates, rest).ok()?;
+            let (values, train) = (&fitted.values, self.data.train);
+            Some(changes(&fitted.structure, &without, values, train, &self.data.options))
+        };
+        let alone: Vec<Option<Vec<Change>>> = chosen.iter().map(|c| by(&[*c])).collect();
+        let pairs = (0..chosen.len()).flat_map(|i| (i + 1..chosen.len()).map(move |j| (i, j)));
+        let taken_back = |(i, j): (usize, usize)| {
+            let (Some(by_a), Some(by_b)) = (&alone[i], &alone[j]) else { return None };
+            if !are_at_one_place(by_a, by_b) {
+                return None;
+            }
+            let [a, b] = [chosen[i], chosen[j]];
+            let by_both = by(&[a, b])?;
+            let share = self.thresholds.taken_back;
+            if is_taken_back(by_b, &by_both, share) {
+                return Some([a, b]);
+            }
+            is_taken_back(by_a, &by_both, share).then_some([b, a])
+        };
+        pairs.into_iter().find_map(taken_back)
+    }
+}
+
+/// Whether two effects change the same rows.
+fn are_at_one_place(by_one: &[Change], by_other: &[Change]) -> bool {
+    !by_one.is_empty() && by_one.iter().map(|c| &c.what).eq(by_other.iter().map(|c| &c.what))
+}
+
+/// Whether an effect is taken back by another at the same place, from what it changes and what both
+/// change: less than a share of it is left while it is at work.
+fn is_taken_back(by_one: &[Change], by_both: &[Change], share: f64) -> bool {
+    by_one.iter().all(|change| {
+        let largest = change.by.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
+        let Some(both) = by_both.iter().find(|both| both.what == change.what) else { return false };
+        let (mut own, mut left) = (0.0, 0.0);
+        for (k, d) in change.by.iter().enumerate().filter(|(_, d)| d.abs() > AT_WORK * largest) {
+            own += d * d;
+            left += both.by[k] * both.by[k];
+        }
+        left < share * share * own
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::activity::Changed;
+    use super::super::thresholds::Thresholds;
+    use super::*;
+
+    fn change(what: &str, f: impl Fn(f64) -> f64) -> Change {
+        Change {
+            what: Changed::Equation(what.to_owned()),
+            by: (0..100).map(|k| f(f64::from(k))).collect(),
+        }
+    }
+
+    fn step(since: f64, size: f64) -> impl Fn(f64) -> f64 {
+        move |t| if t > since { size } else { 0.0 }
+    }
+
+    /// Whether the second of two changes of a level takes the first back.
+    fn takes_back(first: impl Fn(f64) -> f64, second: impl Fn(f64) -> f64) -> bool {
+        let both = change("level", |t| first(t) + second(t));
+        let (first, second) = ([change("level", first)], [change("level", second)]);
+        are_at_one_place(&first, &second)
+            && is_taken_back(&second, &[both], Thresholds::default().taken_back)
+    }
+
+    #[test]
+    fn steps_cancel_where_they_are_equal_and_opposite() {
+        assert!(takes_back(step(20.0, -1.0), step(60.0, 0.9)));
+        assert!(!takes_back(step(20.0, -1.0), step(60.0, 0.5)));
+        assert!(!takes_back(step(20.0, -1.0), step(60.0, -0.9)));
+        // The first is alone for half of its time.
+        assert!(!takes_back(step(60.0, 0.9), step(20.0, -1.0)));
+    }
+
+    #[test]
+    fn what_acts_elsewhere_too_is_not_taken_back() {
+        let (out, into) = (step(20.0, -1.0), step(20.0, 1.0));
+        let overflow = [change("upper", &out), change("lower", &into)];
+        let second = [change("lower", &out)];
+        assert!(!are_at_one_place(&overflow, &second));
+    }
+
+    #[test]
+    fn a_sensor_does_not_take_back_what_an_equation_does() {
+        let heat = change("T", step(20.0, -1.0));
+        let probe =
+            Change { what: Changed::Reading("T".to_owned()), ..change("T", step(20.0, 1.0)) };
+        assert!(!are_at_one_place(&[heat], &[probe]));
+    }
+}

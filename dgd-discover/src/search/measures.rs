@@ -1,0 +1,185 @@
+//! How far the structures that were tried are from the recordings.
+
+use std::collections::BTreeSet;
+
+use dgd_screen::noise::SensorNoise;
+
+use super::ranking::{Asked, HeldOutMisfit, Misfit, Question, Ranking, Standing};
+use super::tried::Search;
+use crate::fit::{Fitted, chi_square, mean, too_many_steps, whitened, whitened_square};
+use crate::library::StructureId;
+use crate::noise::{size, whiteness};
+
+impl Search<'_> {
+    /// All that a verdict is decided by, as it stands now.
+    pub(crate) fn ranking(&self, question: Question) -> Ranking<'_> {
+        let standing = |structure: StructureId| {
+            let fitted = self.fitted(structure)?;
+            let specific = structure.effects().filter(|&c| !self.candidates[c].is_generic);
+            Some(Standing {
+                structure,
+                names: specific.map(|c| self.candidates[c].name()).collect(),
+                criterion: self.bic(structure)?,
+                error: fitted.error,
+                misfit: Asked::new(Box::new(|| self.misfit(fitted))),
+                is_noise: Asked::new(Box::new(move || self.is_noise(structure))),
+                is_sound: self.is_sound(structure),
+                is_doubted: self.doubted.contains_key(&structure),
+                is_cancelling: Asked::new(Box::new(move || self.cancelling(structure).is_some())),
+            })
+        };
+        let standings = self.ranked().into_iter().filter_map(standing).collect();
+        Ranking { standings, question }
+    }
+
+    /// The structures that could be fitted, the best first, by the Bayesian information criterion.
+    pub(crate) fn ranked(&self) -> Vec<StructureId> {
+        let criteria = self.tried.keys().filter_map(|&one| Some((self.bic(one)?, one)));
+        let mut all: Vec<(f64, StructureId)> = criteria.collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        all.into_iter().map(|(_, structure)| structure).collect()
+    }
+
+    /// Σ (e/σ)² + k ln N on the training recordings, with the sum in units of what the best
+    /// structure leaves: where that is more than noise, differences count less.
+    pub(crate) fn bic(&self, structure: StructureId) -> Option<f64> {
+        let fitted = self.fitted(structure)?;
+        let (sum, n) = fitted.error;
+        Some(sum / self.unit() + fitted.free() as f64 * (n as f64).ln())
+    }
+
+    /// The mean of what the best structure leaves, ε², but at least that of noise.
+    pub(crate) fn unit(&self) -> f64 {
+        let errors = self.tried.keys().filter_map(|&structure| self.training_error(structure));
+        let means = errors.map(|(sum, n)| sum / n as f64);
+        means.fold(f64::INFINITY, f64::min).max(1.0)
+    }
+
+    /// Σ ε² of the training recordings, and how many samples; ε is white if the errors are noise.
+    pub(crate) fn training_error(&self, structure: StructureId) -> Option<(f64, usize)> {
+        Some(self.fitted(structure)?.error)
+    }
+
+    /// Mean square of the errors in the training recordings over that of the noise.
+    pub(crate) fn training_square(&self, structure: StructureId) -> Option<f64> {
+        mean(&chi_square(&self.fitted(structure)?.residuals(&self.data), &self.data.noise))
+    }
+
+    /// The same of the validation recordings; `None` where none of their samples counts.
+    pub(crate) fn held_out_square(&self, structure: StructureId) -> Option<f64> {
+        let residuals = self.fitted(structure)?.held_out_residuals(&self.data)?;
+        mean(&chi_square(&residuals, &self.data.noise))
+    }
+
+    /// What a structure leaves of each output.
+    fn misfit(&self, fitted: &Fitted) -> Misfit {
+        let (data, noise) = (&self.data, &self.data.noise);
+        let held_out = match fitted.held_out_residuals(data) {
+            _ if data.valid.is_empty() => HeldOutMisfit::NoRecording,
+            None => HeldOutMisfit::NoSimulation,
+            Some(residuals) => HeldOutMisfit::Left {
+                by_output: chi_square(&residuals, noise),
+                error: whitened_square(data.valid, &residuals, noise),
+            },
+        };
+        Misfit { trained: chi_square(&fitted.residuals(data), noise), held_out }
+    }
+
+    /// Whether a structure leaves so little that nothing need be missing.
+    pub(crate) fn explains(&self, structure: StructureId) -> bool {
+        let (training, held_out) = (self.thresholds.explained, self.thresholds.explained_held_out);
+        let fitted = self.fitted(structure);
+        fitted.is_some_and(|fitted| self.misfit(fitted).is_at_most(training, held_out))
+    }
+
+    /// Whether so much of the discrepancy is taken away that what is left may be one effect more.
+    pub(crate) fn is_promising(&self, structure: StructureId) -> bool {
+        let excess = |of: StructureId| self.training_error(of).map(|(sum, n)| sum - n as f64);
+        match (excess(structure), excess(StructureId::BASE)) {
+            (Some(left), Some(all)) => left < self.thresholds.promising * all,
+            _ => false,
+        }
+    }
+
+    /// Whether a structure leaves nothing but noise of the training recordings.
+    ///
+    /// Start values of validation recordings are known from a minute only, so that their errors are
+    /// never quite white; whether they are small is asked by `explains`.
+    pub(crate) fn is_noise(&self, structure: StructureId) -> bool {
+        let Some(fitted) = self.fitted(structure) else { return false };
+        self.leaves_noise(&fitted.residuals(&self.data), &self.data.noise)
+    }
+
+    /// Whether errors in the training recordings cannot be told from a noise.
+    pub(crate) fn leaves_noise(
+        &self,
+        residuals: &[Vec<Vec<f64>>],
+        noise: &[Option<SensorNoise>],
+    ) -> bool {
+        let measured = noise.iter().flatten().count() * residuals.len();
+        let least = self.thresholds.false_alarm / measured.max(1) as f64;
+        // What is left of outputs in recordings that are too short for tests of their own.
+        let mut short: Vec<Vec<f64>> = vec![Vec::new(); noise.len()];
+        for (recording, outputs) in self.data.train.iter().zip(residuals) {
+            for ((residuals, noise), short) in outputs.iter().zip(noise).zip(&mut short) {
+                let Some(noise) = noise else { continue };
+                let left = whitened(recording, residuals, noise);
+                match whiteness(&left, &unit_of(noise), 0) {
+                    Some(test) if test.p_value <= least => return false,
+                    Some(_) => {}
+                    None => short.extend(left),
+                }
+            }
+        }
+        let all = short.iter().zip(noise).filter_map(|(left, noise)| Some((left, (*noise)?)));
+        all.map(|(left, noise)| size(left, &unit_of(&noise)))
+            .all(|test| test.is_none_or(|test| test.p_value > least))
+    }
+
+    /// The structure that comes closest to another, in training and validation data alike, among those
+    /// that lack one of its effects.
+    pub(crate) fn without_one_of(&self, structure: StructureId) -> Option<StructureId> {
+        let names = |of: StructureId| -> BTreeSet<String> {
+            of.effects().map(|c| self.candidates[c].name()).collect()
+        };
+        let squares = |of: StructureId| self.misfit(self.fitted(of)?).squares();
+        let (own, [trained, held_out]) = (names(structure), squares(structure)?);
+        let others = self.ranked().into_iter().filter(|&other| !names(other).is_superset(&own));
+        let distance = |other: StructureId| {
+            let [of_training, of_held_out] = squares(other)?;
+            Some((of_training / trained).max(of_held_out / held_out))
+        };
+        let others = others.filter_map(|other| Some((distance(other)?, other)));
+        others.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, other)| other)
+    }
+
+    /// What there is to say about a structure.
+    pub(crate) fn note(&self, structure: StructureId) -> String {
+        let Some(fitted) = self.fitted(structure) else { return String::new() };
+        let mut notes = Vec::new();
+        for estimate in &fitted.estimates {
+            if estimate.at_bound.is_some() {
+                notes.push(format!("`{}` is at its bound", estimate.name));
+            }
+        }
+        if !fitted.is_converged {
+            notes.push(if fitted.is_cut_short {
+                format!("the fit was not finished: {}", too_many_steps())
+            } else {
+                "the fit was not finished".to_owned()
+            });
+        }
+        notes.extend(self.doubted.get(&structure).cloned());
+        if self.explains(structure)
+            && let Some([a, b]) = self.cancelling(structure)
+        {
+            notes.push(format!("`{}` largely cancels `{}`", self.called(b), self.called(a)));
+        }
+        notes.join("; ")
+    }
+}
+
+/// The noise of whitened errors.
+fn unit_of(noise: &SensorNoise) -> SensorNoise {
+    SensorNoise { std: 1.0, colour: None, ..*noise }
+}

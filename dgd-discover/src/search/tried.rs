@@ -1,0 +1,149 @@
+//! What a search has tried, and what it knows of it.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+use dgd_compiler::effects::Application;
+
+use super::evidence::Weighed;
+use super::screen::Screen;
+use super::thresholds::Thresholds;
+use crate::fit::{Data, Fitted, NoFit};
+use crate::library::{BaseModel, Candidate, StructureId, Values};
+
+/// The search and what it has tried.
+pub(crate) struct Search<'a> {
+    pub base: &'a BaseModel,
+    pub candidates: &'a [Candidate<'a>],
+    pub data: Data<'a>,
+    pub threads: usize,
+    /// What verdicts are decided by.
+    pub thresholds: Thresholds,
+    pub tried: BTreeMap<StructureId, Result<Fitted, NoFit>>,
+    /// Candidates that the search may take.
+    pub open: Open,
+    /// Templates that come to the same as an effect of the library, with that.
+    pub doubled: BTreeMap<usize, usize>,
+    /// Screens of structures by which candidates were screened.
+    pub screens: BTreeMap<(Open, StructureId), Screen>,
+    /// Seed of resampling.
+    pub seed: u64,
+    /// Structures that their own evidence contradicts, and why.
+    pub doubted: BTreeMap<StructureId, String>,
+    /// Evidence for each effect of a structure.
+    pub evidence: BTreeMap<StructureId, Vec<Weighed>>,
+    /// Screens of the base model by which candidates were screened, where no closer look was asked for.
+    pub base_screens: BTreeMap<Open, Screen>,
+    /// Whether candidates explain errors of the base model that could be correlated noise as well.
+    pub has_effects: bool,
+    /// Parts of structures that were fitted from where the whole ended, with the whole.
+    pub settled: BTreeSet<(StructureId, StructureId)>,
+}
+
+/// Which candidates a search may take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Open {
+    /// Those of the library.
+    Library,
+    /// Templates.
+    Templates,
+}
+
+impl<'a> Search<'a> {
+    /// A search that has tried nothing.
+    pub(crate) fn new(
+        base: &'a BaseModel,
+        candidates: &'a [Candidate<'a>],
+        data: Data<'a>,
+        threads: usize,
+        seed: u64,
+    ) -> Self {
+        Search {
+            base,
+            candidates,
+            data,
+            threads,
+            seed,
+            thresholds: Thresholds::default(),
+            tried: BTreeMap::new(),
+            open: Open::Library,
+            doubled: BTreeMap::new(),
+            doubted: BTreeMap::new(),
+            evidence: BTreeMap::new(),
+            base_screens: BTreeMap::new(),
+            has_effects: false,
+            screens: BTreeMap::new(),
+            settled: BTreeSet::new(),
+        }
+    }
+}
+
+impl Search<'_> {
+    /// A structure with its numbers, if it could be fitted.
+    pub(crate) fn fitted(&self, structure: StructureId) -> Option<&Fitted> {
+        self.tried.get(&structure)?.as_ref().ok()
+    }
+
+    /// Parameters and start values of a structure.
+    pub(crate) fn values(&self, structure: StructureId) -> Values {
+        self.fitted(structure).map(|fitted| fitted.values.clone()).unwrap_or_default()
+    }
+
+    /// Positions of candidates.
+    pub(crate) fn range(&self, of: Open) -> Range<usize> {
+        let first = self.candidates.partition_point(|candidate| !candidate.is_generic);
+        match of {
+            Open::Library => 0..first,
+            Open::Templates => first..self.candidates.len(),
+        }
+    }
+
+    /// Whether the search may take a candidate.
+    pub(crate) fn is_open(&self, candidate: usize) -> bool {
+        self.range(self.open).contains(&candidate)
+    }
+
+    /// Whether a structure has an effect of the library.
+    pub(crate) fn is_specific(&self, structure: StructureId) -> bool {
+        structure.effects().any(|c| !self.candidates[c].is_generic)
+    }
+
+    /// What an effect is called, with what it is applied to.
+    pub(crate) fn called(&self, candidate: usize) -> String {
+        self.candidates[candidate].application.name()
+    }
+
+    /// Whether two candidates are different forms of one effect at one place.
+    pub(crate) fn are_forms(&self, one: usize, other: usize) -> bool {
+        let place = |c: usize| {
+            let Application { effect, arguments, .. } = &self.candidates[c].application;
+            (&effect.name.text, arguments.iter().map(|name| &name.text).collect::<Vec<_>>())
+        };
+        one != other && place(one) == place(other)
+    }
+
+    /// Since when an effect of a structure acts, s, where it has an onset.
+    pub(crate) fn onset(&self, structure: StructureId, candidate: usize) -> Option<f64> {
+        let fitted = self.fitted(structure)?;
+        let brought = fitted.structure.brought_by(candidate)?;
+        let onsets = &self.candidates[candidate].onsets;
+        let (_, name) = brought.names.iter().find(|(own, _)| onsets.contains(own))?;
+        fitted.values.p.get(name).copied()
+    }
+
+    /// Whether no parameter of an effect has run into a bound.
+    pub(crate) fn is_sound(&self, structure: StructureId) -> bool {
+        self.fitted(structure).is_some() && self.at_bound(structure).is_empty()
+    }
+
+    /// Effects of a structure that have a parameter at a bound.
+    pub(crate) fn at_bound(&self, structure: StructureId) -> Vec<usize> {
+        let Some(fitted) = self.fitted(structure) else { return Vec::new() };
+        let is_at_bound = |name: &String| {
+            fitted.estimates.iter().any(|e| e.name == *name && e.at_bound.is_some())
+        };
+        let effects = structure.effects().zip(&fitted.structure.brought);
+        let at_bound = effects.filter(|(_, brought)| brought.parameters.iter().any(is_at_bound));
+        at_bound.map(|(effect, _)| effect).collect()
+    }
+}

@@ -1,0 +1,205 @@
+//! The noise that a search weighs errors with: from the sensors' records, then from the errors of the
+//! best structure so far, white or with a correlation.
+
+use super::refits::{BEAM, EVALUATIONS, HeldOut};
+use super::screen::Score;
+use super::thresholds::Thresholds;
+use super::tried::{Open, Search};
+use crate::fit::{Data, Fitted, NoFit, StartPoint, chi_square, whitened};
+use crate::library::{Refused, StructureId, Values};
+use crate::noise::{coloured_noise, noise_of, steadiness};
+use dgd_screen::noise::SensorNoise;
+
+/// Simulations of fits that are made again with other weights.
+const AGAIN: usize = 10;
+
+impl Search<'_> {
+    /// Fits the base model twice if need be: the noise is known better from its residuals.
+    pub(crate) fn fit_base(&mut self, start: &Values) -> Result<(), NoFit> {
+        let refused = |refused: Refused| NoFit(refused.0);
+        let structure = self.base.structure(self.candidates, StructureId::BASE).map_err(refused)?;
+        let keeping = self.data.keeping;
+        let count = keeping.count("fits of the model as it is", 2);
+        let fitted = Fitted::new(
+            structure.clone(),
+            start,
+            &[StartPoint::default()],
+            &self.data,
+            4 * EVALUATIONS,
+        )?;
+        count.more(1);
+        let changed = self.tighten_noise(&fitted);
+        let mut fitted = if changed {
+            let from = fitted.values.clone();
+            Fitted::new(structure, &from, &[StartPoint::default()], &self.data, EVALUATIONS)?
+        } else {
+            fitted
+        };
+        fitted.weigh(&self.data);
+        self.data.counts_from = fitted.counts_from(&self.data, EVALUATIONS);
+        fitted.hold_out(&self.data, EVALUATIONS);
+        count.more(1);
+        self.tried.insert(StructureId::BASE, Ok(fitted));
+        Ok(())
+    }
+
+    /// Takes over the noise that the residuals of a structure show where it is less; says whether
+    /// it changed by what matters to weights.
+    pub(crate) fn tighten_noise(&mut self, fitted: &Fitted) -> bool {
+        let shown = noise_of(self.data.train, &fitted.residuals(&self.data));
+        let mut changed = false;
+        for (noise, shown) in self.data.noise.iter_mut().zip(shown) {
+            let (Some(noise), Some(shown)) = (noise, shown) else { continue };
+            if shown.std < noise.std {
+                changed |= shown.std < 0.95 * noise.std;
+                *noise = SensorNoise { colour: noise.colour, ..shown };
+            }
+        }
+        changed
+    }
+
+    /// Takes over the correlated noise that the errors of a structure show, if that is all they show;
+    /// says whether it is.
+    ///
+    /// What a sensor adds by itself is short, steady and the same in all recordings. Errors of outputs
+    /// that are white stay white.
+    fn recolour(&mut self, structure: StructureId) -> bool {
+        if structure.is_base() && self.has_effects {
+            return false;
+        }
+        self.hold_out(&[structure]);
+        let Some(fitted) = self.fitted(structure) else { return false };
+        let residuals = fitted.residuals(&self.data);
+        let mut noise = self.data.noise.clone();
+        for (output, noise) in noise.iter_mut().enumerate() {
+            let Some(noise) = noise else { continue };
+            let errors: Vec<(&[f64], &[f64])> = self
+                .data
+                .train
+                .iter()
+                .zip(&residuals)
+                .map(|(recording, outputs)| (&*recording.times, &*outputs[output]))
+                .collect();
+            let white = SensorNoise { colour: None, ..*noise };
+            *noise = coloured_noise(&errors, &white).unwrap_or(white);
+        }
+        let is_steady = |output: usize, noise: &SensorNoise| {
+            self.data.train.iter().zip(&residuals).all(|(recording, outputs)| {
+                let left = whitened(recording, &outputs[output], noise);
+                noise.colour.is_none() || steadiness(&left) > self.thresholds.false_alarm
+            })
+        };
+        let all_steady = noise
+            .iter()
+            .enumerate()
+            .all(|(output, noise)| noise.as_ref().is_none_or(|noise| is_steady(output, noise)));
+        if !all_steady || !self.leaves_noise(&residuals, &noise) {
+            return false;
+        }
+        let mut data = Data { noise, ..self.data.clone() };
+        if data.noise != self.data.noise
+            && let Some(base) = self.fitted(StructureId::BASE)
+        {
+            data.counts_from = base.counts_from(&data, EVALUATIONS);
+        }
+        let mut fitted = fitted.clone();
+        if data.counts_from != self.data.counts_from {
+            fitted.hold_out(&data, EVALUATIONS);
+        }
+        if !is_the_same(&fitted, &data, &self.thresholds) {
+            return false;
+        }
+        self.weigh_with(data);
+        true
+    }
+
+    /// Takes over noise, and where validation recordings begin to count.
+    fn weigh_with(&mut self, data: Data<'_>) {
+        let Data { noise, counts_from, .. } = data;
+        let is_reweighed = noise != self.data.noise;
+        let is_recounted = counts_from != self.data.counts_from;
+        (self.data.noise, self.data.counts_from) = (noise, counts_from);
+        if is_reweighed {
+            self.reweigh();
+        }
+        if is_recounted {
+            let held_out = self.tried.values_mut().flatten();
+            for fitted in held_out.filter(|fitted| fitted.valid.is_some()) {
+                fitted.hold_out(&self.data, EVALUATIONS);
+            }
+        }
+    }
+
+    /// Weighs the errors of all structures anew, after the noise has changed.
+    pub(crate) fn reweigh(&mut self) {
+        for fitted in self.tried.values_mut().flatten() {
+            fitted.weigh(&self.data);
+        }
+        self.screens.clear();
+        self.doubted.clear();
+        self.base_screens.clear();
+        self.evidence.clear();
+    }
+
+    /// Takes over the correlated noise that the errors of the base model show, if they show nothing else and
+    /// no candidate promises to be worth its place beside it.
+    ///
+    /// A discrepancy that is as short and steady as noise of a sensor may be both. Where an effect explains
+    /// it, it is the effect's.
+    pub(crate) fn try_coloured_noise(&mut self) {
+        let before = self.data.clone();
+        let is_noise = self.recolour(StructureId::BASE) && self.nothing_promises();
+        if !is_noise {
+            self.weigh_with(before);
+        }
+        self.has_effects = !is_noise;
+    }
+
+    /// Whether no candidate, templates among them, promises to be worth its place in the base model.
+    fn nothing_promises(&mut self) -> bool {
+        let samples = self.training_error(StructureId::BASE).map_or(1, |(_, n)| n) as f64;
+        let mut scores = self.screened_of(Open::Library, StructureId::BASE);
+        scores.extend(self.screened_of(Open::Templates, StructureId::BASE));
+        let costs = |score: &Score| {
+            let point = score.points.first().map_or(1, |point| point.values.len());
+            self.thresholds.least_gain + point as f64 * samples.ln()
+        };
+        scores.iter().all(|score| score.gain < costs(score))
+    }
+
+    /// Where the best structure shows less noise than was known, all weights change: what was fitted
+    /// goes on from where it is.
+    pub(crate) fn sharpen(&mut self) {
+        let Some(best) = self.ranked().first().copied() else { return };
+        let Some(Ok(fitted)) = self.tried.get(&best).cloned() else { return };
+        let is_tightened = self.tighten_noise(&fitted);
+        let before = self.data.noise.clone();
+        let is_recoloured = self.recolour(best) && before != self.data.noise;
+        if !is_tightened && !is_recoloured {
+            return;
+        }
+        self.reweigh();
+        // The base model for comparison, and what may still be the best.
+        let mut again = self.ranked();
+        again.truncate(BEAM);
+        if !again.contains(&StructureId::BASE) {
+            again.push(StructureId::BASE);
+        }
+        let again = again.iter().map(|one| self.continued(*one)).collect();
+        self.refit(again, AGAIN, HeldOut::Now);
+    }
+}
+
+/// Whether the noise of the training recordings explains the validation errors. Larger ones pass where the training
+/// recordings leave parameters and start values uncertain enough to explain them. A small effect would not pass: it
+/// adds different errors in each recording.
+fn is_the_same(fitted: &Fitted, data: &Data<'_>, thresholds: &Thresholds) -> bool {
+    let Some(residuals) = fitted.held_out_residuals(data) else { return true };
+    let sums = chi_square(&residuals, &data.noise);
+    if sums.iter().all(|(sum, n)| *sum <= thresholds.explained_held_out * *n as f64) {
+        return true;
+    }
+    let least = thresholds.false_alarm / sums.len() as f64;
+    let chances = fitted.held_out_chances(data, EVALUATIONS);
+    chances.is_some_and(|chances| chances.iter().all(|chance| *chance > least))
+}

@@ -1,0 +1,95 @@
+//! Samples of the inputs as functions of time over the interval at hand.
+//!
+//! Of the rows that have come in, so many are kept as delayed inputs reach back, and two.
+
+use std::collections::VecDeque;
+
+use dgd_runtime::{Column, InputError, Inputs, Signature};
+
+use super::error::FilterError;
+
+/// A row of inputs.
+#[derive(Debug, Clone)]
+struct Held {
+    t: f64,
+    u: Vec<f64>,
+}
+
+/// Rows of inputs as they come in.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Drive {
+    rows: VecDeque<Held>,
+    /// How many values were missing so far, for each input.
+    pub missing: Vec<usize>,
+}
+
+impl Drive {
+    /// Takes in a row; a missing value is the last one.
+    pub(super) fn push(
+        &mut self,
+        t: f64,
+        u: &[f64],
+        signature: &Signature,
+    ) -> Result<(), FilterError> {
+        let inputs = |error| Err(FilterError::Inputs(error));
+        if !t.is_finite() {
+            return inputs(InputError::TimeNotFinite { sample: self.rows.len() });
+        }
+        if let Some(last) = self.rows.back() {
+            if t < last.t {
+                return inputs(InputError::TimeBackwards { at: t, previous: last.t });
+            }
+            if self.rows.iter().rev().take(2).filter(|row| row.t == t).count() == 2 {
+                return inputs(InputError::TimeRepeated { at: t });
+            }
+        }
+        self.missing.resize(u.len(), 0);
+        let last = self.rows.back().map(|row| row.u.clone());
+        let mut held = u.to_vec();
+        for (i, value) in held.iter_mut().enumerate() {
+            if value.is_finite() {
+                continue;
+            }
+            let Some(last) = &last else {
+                let input = signature.inputs[i].name.to_string();
+                return Err(FilterError::FirstInput { input });
+            };
+            *value = last[i];
+            self.missing[i] += 1;
+        }
+        self.rows.push_back(Held { t, u: held });
+        Ok(())
+    }
+
+    /// Forgets rows that nothing reaches back to: `reach` before the last but one.
+    pub(super) fn forget(&mut self, reach: f64) {
+        let Some(from) = self.rows.iter().rev().nth(1).map(|row| row.t - reach) else { return };
+        while self.rows.len() > 2 && self.rows[1].t < from {
+            self.rows.pop_front();
+        }
+    }
+
+    /// The kept rows as functions of time.
+    pub(super) fn inputs(&self, signature: &Signature) -> Result<Inputs, FilterError> {
+        if let [only] = self.rows.as_slices().0
+            && self.rows.len() == 1
+        {
+            return Ok(Inputs::constant(&only.u));
+        }
+        let times: Vec<f64> = self.rows.iter().map(|row| row.t).collect();
+        let values: Vec<Vec<f64>> = (0..signature.inputs.len())
+            .map(|i| self.rows.iter().map(|row| row.u[i]).collect())
+            .collect();
+        let columns: Vec<Column<'_>> = signature
+            .inputs
+            .iter()
+            .zip(&values)
+            .map(|(input, values)| Column {
+                name: &input.name,
+                interpolation: input.interpolation,
+                values,
+            })
+            .collect();
+        Inputs::recorded(&times, &columns).map_err(FilterError::Inputs)
+    }
+}

@@ -1,0 +1,98 @@
+//! Why a filter cannot begin, or cannot go on.
+
+use std::fmt;
+
+use dgd_runtime::{InputError, IntegrateError};
+
+use crate::error::{EstimateError, TrialFailure};
+
+/// Why there is no filter, or why it ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FilterError {
+    /// The model has no unknown with a derivative and no parameter is free.
+    NothingTracked,
+    /// The model or an output reads what is not followed: with a delay that varies, or ahead.
+    NotFollowed {
+        /// What that is, in the model's names.
+        what: String,
+    },
+    /// The model was compiled without derivatives to the start value of this unknown.
+    NoDirection {
+        /// The unknown.
+        unknown: String,
+    },
+    /// An option is not what it must be.
+    Option(Missing),
+    /// No output in use has a noise.
+    NothingMeasured,
+    /// A free parameter has no logarithm, or something else is wrong with what is free.
+    Free(EstimateError),
+    /// There are no consistent values to begin with.
+    Start(IntegrateError),
+    /// The rows do not make inputs.
+    Inputs(InputError),
+    /// An input has no value in the first row.
+    FirstInput {
+        /// The input.
+        input: String,
+    },
+    /// The model could not be evaluated in many rows on end.
+    Stuck {
+        /// The time of the last of them, s.
+        t: f64,
+        /// How many.
+        rows: usize,
+        /// What happened there.
+        failure: TrialFailure,
+    },
+}
+
+/// An option outside of its range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Missing {
+    /// What it belongs to, as `the noise of output p_r`.
+    pub of: String,
+    /// Its value, SI.
+    pub value: f64,
+    /// What would be right.
+    pub expected: &'static str,
+}
+
+impl fmt::Display for FilterError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NothingTracked => write!(
+                f,
+                "there is nothing to track: the model has no state and no parameter is free"
+            ),
+            Self::NotFollowed { what } => write!(
+                f,
+                "a filter does not follow {what}, which this model needs; the estimator `output-error` of \
+                 `dgd fit` simulates that"
+            ),
+            Self::NoDirection { unknown } => write!(
+                f,
+                "the model was compiled without derivatives to the start value of `{unknown}`"
+            ),
+            Self::Option(Missing { of, value, expected }) => {
+                write!(f, "{of} is {value:e} in SI units and must be {expected}")
+            }
+            Self::NothingMeasured => {
+                write!(f, "no output has a noise: a filter weighs its samples by it")
+            }
+            Self::Free(error) => error.fmt(f),
+            Self::Start(error) => error.fmt(f),
+            Self::Inputs(error) => error.fmt(f),
+            Self::FirstInput { input } => {
+                write!(f, "input `{input}` has no value in the first row")
+            }
+            Self::Stuck { t, rows, failure } => write!(
+                f,
+                "the model could not be evaluated in {rows} rows on end, the last at t = {t} s: \
+                 {failure}"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for FilterError {}

@@ -1,0 +1,386 @@
+//! One row after the other.
+//!
+//! Every row is taken in at once, as it would come from an instrument: the estimate is moved from the last
+//! row to this one, with inputs that hold or go in a straight line as declared, and then corrected by what
+//! was measured, with the inputs of this row. Of two rows with one time the second has the inputs after a
+//! jump; a reading that both have is one reading.
+//!
+//! A row in which the model cannot be evaluated keeps the last states, less certain by what they stray;
+//! many such rows on end are an error.
+
+use dgd_runtime::for_identify::unknown_sizes;
+use dgd_runtime::{Inputs, Problem, System, consistent_start};
+use nalgebra::{DMatrix, DVector};
+
+use super::coordinates::Coordinates;
+use super::drive::Drive;
+use super::error::FilterError;
+use super::interval::{Local, Model, Place};
+use super::prediction::consistent;
+use super::problem::{
+    Estimator, FilterProblem, Sample, Tuning, verify_first_inputs, verify_tuning,
+};
+use super::remembered::Remembered;
+use super::square_root::triangular;
+use super::watch::{Alarm, Watch};
+use crate::error::TrialFailure;
+
+/// Rows on end in which the model may fail.
+const MOST_FAILURES: usize = 10;
+
+/// An estimate and how certain it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tracked {
+    /// Value, SI.
+    pub value: f64,
+    /// Standard deviation, SI; that of a parameter with a logarithm is to first order.
+    pub std: f64,
+}
+
+/// A sample less what was predicted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Innovation {
+    /// Measured less predicted, SI.
+    pub value: f64,
+    /// Its standard deviation as the filter expects it, noise of the sensor included, SI.
+    pub std: f64,
+    /// Whether it was used; a sample beyond the gate is not.
+    pub used: bool,
+}
+
+/// What is known after a row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Time, s.
+    pub t: f64,
+    /// Unknowns that are differential in some mode, in the order of y.
+    pub states: Vec<Tracked>,
+    /// Free parameters, in the order of the directions.
+    pub parameters: Vec<Tracked>,
+    /// For each output, its innovation where it was measured and has a noise.
+    pub innovations: Vec<Option<Innovation>>,
+    /// εᵀ S⁻¹ ε over the samples that were used.
+    pub normalised_square: f64,
+    /// ln det S over them.
+    pub log_det: f64,
+    /// How many there were.
+    pub samples: usize,
+    /// Why the model could not be evaluated in this row.
+    pub failure: Option<TrialFailure>,
+    /// Whether what is to be thought of the innovations changes with this row.
+    pub alarm: Option<Alarm>,
+}
+
+/// A filter under way.
+pub struct Filter<'a, S> {
+    pub(super) model: Model<'a, S>,
+    pub(super) estimator: Estimator,
+    pub(super) gate: Option<f64>,
+    pub(super) coordinates: Coordinates,
+    pub(super) drive: Drive,
+    pub(super) watch: Watch,
+    pub(super) t: f64,
+    /// Unknowns and modes at t.
+    pub(super) place: Place,
+    /// States and parameters, then what is remembered, as changes of the past: zeros between rows.
+    pub(super) variables: Vec<f64>,
+    /// L of their covariance L Lᵀ; for [`Estimator::Recursive`] that of start values and parameters.
+    pub(super) root: DMatrix<f64>,
+    /// ∂(x, θ)/∂(x(0), θ), for [`Estimator::Recursive`].
+    pub(super) carried: Option<DMatrix<f64>>,
+    /// Largest eigenvalue that the parameters' covariance may have, for [`Estimator::Recursive`].
+    pub(super) most: f64,
+    /// Spectral densities of the variables, and the variances that parameters began with.
+    pub(super) densities: Vec<f64>,
+    pub(super) first: Vec<f64>,
+    pub(super) noise: Vec<Option<f64>>,
+    /// What the last row measured.
+    pub(super) last: Vec<f64>,
+    pub(super) failures: usize,
+    /// The model close to the prediction, where that was needed for it.
+    pub(super) ahead: Option<Local>,
+    /// The innovations that were used last.
+    pub(super) innovated: Innovated,
+}
+
+/// Innovations of a row.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Innovated {
+    /// Positions of the outputs.
+    pub outputs: Vec<usize>,
+    /// ε, SI.
+    pub epsilon: Vec<f64>,
+    /// S½, lower triangular.
+    pub root: DMatrix<f64>,
+}
+
+impl<'a, S: System> Filter<'a, S> {
+    /// A filter at its first row, and what is known there.
+    ///
+    /// # Errors
+    ///
+    /// [`FilterError`], all variants but `Stuck`.
+    ///
+    /// # Panics
+    ///
+    /// When lengths are not those of the model's signature.
+    pub fn begin(
+        problem: &FilterProblem<'a, S>,
+        tuning: &Tuning,
+        first: Sample<'_>,
+    ) -> Result<(Self, Row), FilterError> {
+        let signature = problem.system.signature();
+        assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
+        assert_eq!(problem.free.len(), signature.directions.len(), "number of directions");
+        assert_eq!(first.u.len(), signature.inputs.len(), "number of inputs");
+        assert_eq!(first.measured.len(), signature.outputs.len(), "number of outputs");
+        assert_eq!(tuning.noise.len(), signature.outputs.len(), "number of outputs");
+        assert_eq!(tuning.states.len(), problem.states().len(), "number of states");
+        assert_eq!(tuning.parameters.len(), problem.parameters().len(), "number of parameters");
+        let model = Model::new(problem)?;
+        verify_tuning(problem, tuning)?;
+        if tuning.noise.iter().all(Option::is_none) {
+            return Err(FilterError::NothingMeasured);
+        }
+        verify_first_inputs(problem, first)?;
+        let mut drive = Drive::default();
+        drive.push(first.t, first.u, signature)?;
+        let inputs = drive.inputs(signature)?;
+        let mut filter = Self::new(problem, tuning, model, &inputs, first.t)?;
+        filter.drive = drive;
+        filter.last.copy_from_slice(first.measured);
+        let row = filter.corrected(&inputs, first.measured, None)?;
+        Ok((filter, row))
+    }
+
+    /// The same with inputs that are known as functions of time, for recordings.
+    pub(super) fn begin_recorded(
+        problem: &FilterProblem<'a, S>,
+        tuning: &Tuning,
+        inputs: &Inputs,
+        (t, measured): (f64, &[f64]),
+    ) -> Result<(Self, Row), FilterError> {
+        let model = Model::new(problem)?;
+        let mut filter = Self::new(problem, tuning, model, inputs, t)?;
+        let row = filter.corrected(inputs, measured, None)?;
+        Ok((filter, row))
+    }
+
+    /// A filter before its first row.
+    fn new(
+        problem: &FilterProblem<'a, S>,
+        tuning: &Tuning,
+        model: Model<'a, S>,
+        inputs: &Inputs,
+        t: f64,
+    ) -> Result<Self, FilterError> {
+        let started =
+            Problem { system: problem.system, p: problem.p, inputs, start: &problem.start };
+        let y = consistent_start(&started, t, &problem.options).map_err(FilterError::Start)?.y;
+        let (coordinates, variables) = Coordinates::new(problem, &y)?;
+
+        let walks = tuning.states.iter().chain(&tuning.parameters);
+        let scaled = |(k, value): (usize, f64)| value / coordinates.slope(k, variables[k]).abs();
+        let start: Vec<f64> =
+            walks.clone().map(|walk| walk.start).enumerate().map(scaled).collect();
+        let rates = walks.map(|walk| walk.rate).enumerate().map(scaled);
+        let n = coordinates.len();
+        let recursive = matches!(problem.estimator, Estimator::Recursive { .. });
+        let densities = rates.map(|rate| if recursive { 0.0 } else { rate * rate }).collect();
+        let of_parameters = start[coordinates.n_states()..].iter();
+        let largest = of_parameters.fold(0.0, |most: f64, start| most.max(start * start));
+        let most = match problem.estimator {
+            Estimator::Recursive { most_covariance, .. } => most_covariance * largest,
+            Estimator::ExtendedKalman | Estimator::Unscented(_) => f64::INFINITY,
+        };
+        let n_outputs = tuning.noise.len();
+        let mut filter = Self {
+            model,
+            estimator: problem.estimator,
+            gate: problem.gate,
+            coordinates,
+            drive: Drive::default(),
+            watch: Watch::default(),
+            t,
+            place: Place { y, memory: None, past: None },
+            variables,
+            root: DMatrix::from_diagonal(&DVector::from_column_slice(&start)),
+            carried: recursive.then(|| DMatrix::identity(n, n)),
+            most,
+            densities,
+            first: start.iter().map(|start| start * start).collect(),
+            noise: tuning.noise.clone(),
+            last: vec![f64::NAN; n_outputs],
+            failures: 0,
+            ahead: None,
+            innovated: Innovated::default(),
+        };
+        filter.make_consistent(inputs);
+        filter.begin_past(inputs);
+        Ok(filter)
+    }
+
+    /// What is read late begins to be remembered.
+    fn begin_past(&mut self, inputs: &Inputs) {
+        let Self { model, t, place, coordinates, variables, .. } = &mut *self;
+        let watched = model.watched();
+        if watched.is_empty() {
+            return;
+        }
+        let n = coordinates.len();
+        // What fails here fails at the first row, too, which says why.
+        let local = model.local(inputs, *t, place, coordinates, variables);
+        let own = local.map_or_else(|_| DMatrix::zeros(watched.len(), n), |local| local.watched);
+        let mut sizes = vec![0.0; place.y.len()];
+        unknown_sizes(model.system, &place.y, &mut sizes);
+        place.past = Some(Remembered::new(watched, &sizes, *t, &place.y));
+        variables.resize(n + watched.len(), 0.0);
+        self.remember(own);
+    }
+
+    /// Variables of a new node, as its unknowns follow from the variables before.
+    pub(super) fn remember(&mut self, mut from_others: DMatrix<f64>) {
+        let sizes = self.place.past.as_ref().map_or(&[][..], Remembered::sizes);
+        for (mut row, size) in from_others.row_iter_mut().zip(sizes) {
+            row /= *size;
+        }
+        let below = |of: &DMatrix<f64>| {
+            let own = &from_others * of;
+            let mut all = of.clone().resize_vertically(of.nrows() + own.nrows(), 0.0);
+            all.rows_mut(of.nrows(), own.nrows()).copy_from(&own);
+            all
+        };
+        // Recursive estimates have a root of start values and parameters alone.
+        match &mut self.carried {
+            Some(carried) => *carried = below(carried),
+            None => self.root = triangular(&below(&self.root)),
+        }
+    }
+
+    /// States that are algebraic in the modes at the start follow the others, and so does their uncertainty.
+    fn make_consistent(&mut self, inputs: &Inputs) {
+        let signature = self.model.system.signature();
+        let states = &self.coordinates.states;
+        if states.iter().all(|i| signature.unknowns.is_differential(*i))
+            && signature.discrete.automata.is_empty()
+        {
+            return;
+        }
+        // What fails here fails at the first row, too, which says why.
+        let Self { model, t, place, coordinates, variables, .. } = &*self;
+        let Ok(local) = model.local(inputs, *t, place, coordinates, variables) else { return };
+        self.coordinates.read_states(&local.y, &mut self.variables);
+        let n = self.coordinates.len();
+        match &mut self.carried {
+            Some(carried) => *carried = consistent(&local.phi, DMatrix::identity(n, n)),
+            None => self.root = consistent(&local.phi, std::mem::take(&mut self.root)),
+        }
+    }
+
+    /// Takes in a row. After an error about its inputs the filter is as before.
+    ///
+    /// # Errors
+    ///
+    /// [`FilterError::Inputs`] for a row whose time is before the last, or the third with one time;
+    /// [`FilterError::Stuck`].
+    ///
+    /// # Panics
+    ///
+    /// When lengths are not those of the model's signature.
+    pub fn step(&mut self, sample: Sample<'_>) -> Result<Row, FilterError> {
+        let signature = self.model.system.signature();
+        assert_eq!(sample.u.len(), signature.inputs.len(), "number of inputs");
+        assert_eq!(sample.measured.len(), signature.outputs.len(), "number of outputs");
+        self.drive.push(sample.t, sample.u, signature)?;
+        let p = self.coordinates.p(self.model.p, &self.variables);
+        self.drive.forget(self.model.reach(&p));
+        let inputs = self.drive.inputs(signature)?;
+        let mut measured = sample.measured.to_vec();
+        if sample.t == self.t {
+            for (measured, last) in measured.iter_mut().zip(&self.last) {
+                if measured == last {
+                    *measured = f64::NAN;
+                }
+            }
+        }
+        self.last.copy_from_slice(sample.measured);
+        self.advance(&inputs, sample.t, &measured)
+    }
+
+    /// Moves the estimate to a time and corrects it.
+    pub(super) fn advance(
+        &mut self,
+        inputs: &Inputs,
+        until: f64,
+        measured: &[f64],
+    ) -> Result<Row, FilterError> {
+        let from = self.t;
+        self.ahead = None;
+        let mut failure = None;
+        if until > from {
+            let moved = self.predict(inputs, from, until);
+            self.t = until;
+            if let Err(reason) = moved {
+                self.ahead = None;
+                self.stray(until, until - from);
+                failure = Some(reason);
+            }
+        }
+        // What was measured may bring the states back to where the model can be evaluated.
+        self.corrected(inputs, measured, failure)
+    }
+
+    /// Corrects the estimate; `failure` is why it could not be moved before.
+    fn corrected(
+        &mut self,
+        inputs: &Inputs,
+        measured: &[f64],
+        failure: Option<TrialFailure>,
+    ) -> Result<Row, FilterError> {
+        let (row, failure) = match self.correct(inputs, measured) {
+            Ok(row) => (row, failure),
+            Err(reason) => (self.row(vec![None; measured.len()]), failure.or(Some(reason))),
+        };
+        self.failures = if failure.is_some() { self.failures + 1 } else { 0 };
+        match failure {
+            Some(failure) if self.failures >= MOST_FAILURES => {
+                Err(FilterError::Stuck { t: self.t, rows: self.failures, failure })
+            }
+            failure => Ok(Row { failure, ..row }),
+        }
+    }
+
+    /// The innovations that the last row used, for once.
+    pub(super) fn take_innovated(&mut self) -> Innovated {
+        std::mem::take(&mut self.innovated)
+    }
+
+    /// How many values of each input were missing so far and taken to be the last ones.
+    pub fn missing_inputs(&self) -> &[usize] {
+        &self.drive.missing
+    }
+
+    /// The present estimates.
+    pub(super) fn row(&self, innovations: Vec<Option<Innovation>>) -> Row {
+        let root = match &self.carried {
+            Some(carried) => carried * &self.root,
+            None => self.root.clone(),
+        };
+        let tracked = |k: usize| Tracked {
+            value: self.coordinates.value(k, self.variables[k]),
+            std: root.row(k).norm() * self.coordinates.slope(k, self.variables[k]).abs(),
+        };
+        let n_states = self.coordinates.n_states();
+        Row {
+            t: self.t,
+            states: (0..n_states).map(tracked).collect(),
+            parameters: (n_states..self.coordinates.len()).map(tracked).collect(),
+            innovations,
+            normalised_square: 0.0,
+            log_det: 0.0,
+            samples: 0,
+            failure: None,
+            alarm: None,
+        }
+    }
+}

@@ -1,0 +1,441 @@
+//! The model over one interval, and its derivatives at one time.
+//!
+//! A run over one interval begins with all unknowns given, algebraic ones as guesses, in the modes in which
+//! the one before has ended. A run of no length makes them consistent and gives S = ∂y/∂(x, θ) there; with it
+//! the generated functions give
+//!
+//! ```text
+//!   A = ∂ẋ/∂(x, θ) = rows of x of (∂f/∂y S + ∂f/∂θ),    C = dw/d(x, θ) = ∂w/∂y S + ∂w/∂θ
+//! ```
+//!
+//! Derivatives to what was ([`Remembered`]) come from further runs, in which the past has them.
+
+use dgd_runtime::for_identify::{Past, delays, held_by_bounds};
+use dgd_runtime::integrate::{Before, Memory, Wanted};
+use dgd_runtime::{
+    Direction, Inputs, IntegrateError, Options, Point, Problem, Side, Solution, System, observe,
+};
+use nalgebra::DMatrix;
+
+use super::coordinates::Coordinates;
+use super::error::FilterError;
+use super::late_outputs::LateOutputs;
+use super::problem::FilterProblem;
+use super::remembered::Remembered;
+use super::square_root::beside;
+use crate::error::TrialFailure;
+
+/// A model as a filter sees it.
+pub(super) struct Model<'a, S> {
+    pub system: &'a S,
+    pub p: &'a [f64],
+    pub options: Options,
+    /// Whether all unknowns are differential, nothing changes at events, and nothing is read late.
+    is_plain: bool,
+    /// Unknowns that are read late, ascending.
+    watched: Vec<usize>,
+    late: LateOutputs,
+}
+
+/// Where a run begins or has ended.
+#[derive(Debug, Clone)]
+pub(super) struct Place {
+    /// Unknowns: guesses of the algebraic ones.
+    pub y: Vec<f64>,
+    /// Modes, and what else the run before remembers.
+    pub memory: Option<Memory>,
+    /// What was, where that is read.
+    pub past: Option<Remembered>,
+}
+
+impl Place {
+    /// What a run from here goes on from.
+    fn before<'a>(&'a self, past: Option<&'a Past>) -> Before<'a> {
+        let own = || self.past.as_ref().map(Remembered::past);
+        Before { memory: self.memory.as_ref(), past: past.or_else(own) }
+    }
+
+    /// The same place, to which the past has come otherwise.
+    pub(super) fn moved_by(&self, steps: &[f64]) -> Self {
+        let mut place = self.clone();
+        if let Some(past) = &mut place.past {
+            past.correct(steps);
+        }
+        place
+    }
+}
+
+/// Where an interval ended.
+pub(super) struct Moved {
+    pub place: Place,
+    /// ∂x/∂(x, θ, past) in scaled variables: states × all, the past before the interval.
+    pub phi: DMatrix<f64>,
+}
+
+/// Unknowns at one time and their sensitivities.
+enum Consistent {
+    /// Where all are states, they are what they are.
+    AsGiven { y: Vec<f64>, s: Vec<f64> },
+    /// From a run of no length.
+    Run(Box<Solution>),
+}
+
+impl Consistent {
+    /// y, S and z.
+    fn parts(&self) -> (&[f64], &[f64], &[f64]) {
+        match self {
+            Consistent::AsGiven { y, s } => (y, s, &[]),
+            Consistent::Run(run) => (run.y(0), run.s(0), run.z(0)),
+        }
+    }
+}
+
+/// The model close to one time.
+pub(super) struct Local {
+    /// Unknowns, consistent.
+    pub y: Vec<f64>,
+    /// Outputs.
+    pub w: Vec<f64>,
+    /// ∂x/∂(x, θ, past) in scaled variables: states × all. Rows of states that are algebraic here are what
+    /// follows from the others.
+    pub phi: DMatrix<f64>,
+    /// A in scaled variables: states × states and parameters.
+    pub a: DMatrix<f64>,
+    /// C in scaled variables: outputs, SI, × all.
+    pub c: DMatrix<f64>,
+    /// The same for the unknowns that are read late, SI.
+    pub watched: DMatrix<f64>,
+}
+
+/// What the generated functions say of a point, with the directions of a run.
+struct Looked {
+    run: Consistent,
+    /// ∂f/∂θ along the directions.
+    g: Vec<f64>,
+    w: Vec<f64>,
+    dw: Vec<f64>,
+}
+
+impl<'a, S: System> Model<'a, S> {
+    /// # Errors
+    ///
+    /// [`FilterError::NotFollowed`] for a model of whose past too much is read.
+    pub(super) fn new(problem: &FilterProblem<'a, S>) -> Result<Self, FilterError> {
+        let FilterProblem { system, p, options, .. } = *problem;
+        let signature = system.signature();
+        if let Some(delayed) = signature.delayed_unknowns.iter().find(|delayed| delayed.varies) {
+            let name = signature.unknowns.name(delayed.unknown);
+            let what = format!("what `{name}` was, at a delay that varies");
+            return Err(FilterError::NotFollowed { what });
+        }
+        let late = LateOutputs::new(system, p)?;
+        let is_differential = |i: usize| signature.unknowns.is_differential(i);
+        let is_plain = signature.discrete.is_empty()
+            && signature.delayed_unknowns.is_empty()
+            && (0..signature.unknowns.len()).all(is_differential);
+        let delayed = signature.delayed_unknowns.iter().map(|delayed| delayed.unknown);
+        let mut watched: Vec<usize> = delayed.chain(late.unknowns()).collect();
+        watched.sort_unstable();
+        watched.dedup();
+        Ok(Self { system, p, options, is_plain, watched, late })
+    }
+
+    /// Unknowns that are read late, ascending.
+    pub(super) fn watched(&self) -> &[usize] {
+        &self.watched
+    }
+
+    /// How far back anything reads, s.
+    pub(super) fn reach(&self, p: &[f64]) -> f64 {
+        let inputs = Inputs::none();
+        let problem = Problem { system: self.system, p, inputs: &inputs, start: &[] };
+        delays(&problem).into_iter().filter(|tau| tau.is_finite()).fold(0.0, f64::max)
+    }
+
+    /// Moves the unknowns from one time to another, with sensitivities.
+    pub(super) fn move_with_sensitivities(
+        &self,
+        inputs: &Inputs,
+        times: (f64, f64),
+        from: &Place,
+        coordinates: &Coordinates,
+        variables: &[f64],
+    ) -> Result<Moved, TrialFailure> {
+        let (p, start) = self.started(&from.y, coordinates, variables);
+        let problem = Problem { system: self.system, p: &p, inputs, start: &start };
+        let wanted = Wanted::ResumedSensitivities(from.before(None));
+        let mut solution = self.run_over(&problem, from, times, wanted)?;
+        let last = solution.len() - 1;
+        let mut phi = transition(solution.s(last), solution.n, coordinates, variables);
+        if let Some(past) = &from.past {
+            let [s_past] = self.by_past(past, &p, times, [solution.s(last)], |seeded| {
+                let wanted = Wanted::ResumedSensitivities(from.before(Some(seeded)));
+                let run = self.run(&problem, &[times.0, times.1], wanted)?;
+                Ok([run.s(run.len() - 1).to_vec()])
+            })?;
+            phi = beside(&phi, &rows_of_states(&s_past, coordinates));
+        }
+        if phi.iter().all(|value| value.is_finite()) {
+            Ok(Moved { place: ended(from, &mut solution), phi })
+        } else {
+            Err(self.undefined(times.1, &solution))
+        }
+    }
+
+    /// Moves the unknowns from one time to another.
+    pub(super) fn move_states(
+        &self,
+        inputs: &Inputs,
+        times: (f64, f64),
+        from: &Place,
+        coordinates: &Coordinates,
+        variables: &[f64],
+    ) -> Result<Place, TrialFailure> {
+        let (p, start) = self.started(&from.y, coordinates, variables);
+        let problem = Problem { system: self.system, p: &p, inputs, start: &start };
+        let wanted = Wanted::Resumed(from.before(None));
+        let mut solution = self.run_over(&problem, from, times, wanted)?;
+        Ok(ended(from, &mut solution))
+    }
+
+    /// Outputs at one time, for one set of states and parameters.
+    pub(super) fn outputs(
+        &self,
+        inputs: &Inputs,
+        t: f64,
+        at: &Place,
+        coordinates: &Coordinates,
+        variables: &[f64],
+    ) -> Result<Vec<f64>, TrialFailure> {
+        let (p, start) = self.started(&at.y, coordinates, variables);
+        let problem = Problem { system: self.system, p: &p, inputs, start: &start };
+        let solution = self.run(&problem, &[t], Wanted::Resumed(at.before(None)))?;
+        let mut w = observe(&problem, &solution).w;
+        if let Some(past) = &at.past {
+            let here = Point { t, y: solution.y(0), u: &[], p: &p, z: solution.z(0) };
+            self.late.read(&problem, here, past)?.write(&mut w);
+        }
+        Ok(w)
+    }
+
+    /// The model close to one time.
+    pub(super) fn local(
+        &self,
+        inputs: &Inputs,
+        t: f64,
+        at: &Place,
+        coordinates: &Coordinates,
+        variables: &[f64],
+    ) -> Result<Local, TrialFailure> {
+        let (p, start) = self.started(&at.y, coordinates, variables);
+        let problem = Problem { system: self.system, p: &p, inputs, start: &start };
+        let Looked { run, g, mut w, dw } = self.look(&problem, t, at, None)?;
+        let (y, s, z) = run.parts();
+
+        let (n, n_w) = (y.len(), w.len());
+        let slope = |column: usize| coordinates.slope(column, variables[column]);
+        let mut c = DMatrix::from_fn(n_w, coordinates.len(), |row, column| {
+            dw[coordinates.directions[column] * n_w + row] * slope(column)
+        });
+        let mut phi = transition(s, n, coordinates, variables);
+        let mut watched = DMatrix::from_fn(self.watched.len(), coordinates.len(), |row, column| {
+            s[coordinates.directions[column] * n + self.watched[row]] * slope(column)
+        });
+        if let Some(past) = &at.past {
+            let [s_past, c_past] = self.by_past(past, &p, (t, t), [s, &dw], |seeded| {
+                let with = self.look(&problem, t, at, Some(seeded))?;
+                Ok([with.run.parts().1.to_vec(), with.dw])
+            })?;
+            phi = beside(&phi, &rows_of_states(&s_past, coordinates));
+            watched = beside(&watched, &s_past.select_rows(&self.watched));
+            c = beside(&c, &c_past);
+            let here = Point { t, y, u: &[], p: &p, z };
+            let late = self.late.read(&problem, here, past)?;
+            late.write(&mut w);
+            late.differentiate((coordinates, variables), &mut c);
+        }
+        let a = transition(&g, n, coordinates, variables);
+        Ok(Local { y: y.to_vec(), w, phi, a, c, watched })
+    }
+
+    /// What the model says at one time; with a past that has sensitivities in place of the own one.
+    fn look(
+        &self,
+        problem: &Problem<'_, S>,
+        t: f64,
+        at: &Place,
+        past: Option<&Past>,
+    ) -> Result<Looked, TrialFailure> {
+        let run = self.consistent(problem, t, at, past)?;
+        let (y, s, z) = run.parts();
+        let signature = self.system.signature();
+        let mut u = vec![0.0; signature.n_u()];
+        let read = problem.inputs_read();
+        let read = read.map_err(|error| TrialFailure::Simulation(IntegrateError::Inputs(error)))?;
+        read.value(t, Side::Right, &mut u);
+        if let Consistent::Run(run) = &run {
+            let first = u.len() - run.n_past;
+            u[first..].copy_from_slice(run.past(0));
+        }
+        let at = Point { t, y, u: &u, p: problem.p, z };
+        let (mut f, mut g) = (vec![0.0; y.len()], vec![0.0; s.len()]);
+        self.system.sensitivity_rhs(at, s, &mut f, &mut g);
+        let n_w = signature.outputs.len();
+        let (mut w, mut dw) = (vec![0.0; n_w], vec![0.0; n_w * signature.directions.len()]);
+        self.system.output_sensitivities(at, s, &mut w, &mut dw);
+        Ok(Looked { run, g, w, dw })
+    }
+
+    /// What the equations read late: positions among the unknowns that are remembered, and delays.
+    fn delays(&self, p: &[f64]) -> Vec<(usize, f64)> {
+        let signature = self.system.signature();
+        let inputs = Inputs::none();
+        let tau = delays(&Problem { system: self.system, p, inputs: &inputs, start: &[] });
+        let read = signature.delayed_unknowns.iter().filter_map(|delayed| {
+            let unknown = self.watched.iter().position(|i| *i == delayed.unknown)?;
+            Some((unknown, tau[delayed.delay]))
+        });
+        read.collect()
+    }
+
+    /// How what a run gives changes with the variables of the past, SI: rows × past, for each array of it by
+    /// directions. `without` is what it gives with the past as it is, `with` with one whose first directions
+    /// have some of the variables, too.
+    fn by_past<const N: usize>(
+        &self,
+        past: &Remembered,
+        p: &[f64],
+        times: (f64, f64),
+        without: [&[f64]; N],
+        with: impl Fn(&Past) -> Result<[Vec<f64>; N], TrialFailure>,
+    ) -> Result<[DMatrix<f64>; N], TrialFailure> {
+        let directions = self.system.signature().directions.len().max(1);
+        let mut all = without.map(|of| DMatrix::zeros(of.len() / directions, past.len()));
+        for some in self.read_late(past, p, times) {
+            let with = with(&past.seeded(&some))?;
+            for (j, variable) in some.into_iter().enumerate() {
+                let size = past.sizes()[variable % past.sizes().len()];
+                for ((columns, with), without) in all.iter_mut().zip(&with).zip(without) {
+                    let own = j * columns.nrows();
+                    for (row, derivative) in columns.column_mut(variable).iter_mut().enumerate() {
+                        *derivative = (with[own + row] - without[own + row]) * size;
+                    }
+                }
+            }
+        }
+        Ok(all)
+    }
+
+    /// Variables of the past that the equations read between two times, as many at once as there are
+    /// directions.
+    fn read_late(&self, past: &Remembered, p: &[f64], times: (f64, f64)) -> Vec<Vec<usize>> {
+        let variables = past.read_between(&self.delays(p), times);
+        let at_once = self.system.signature().directions.len().max(1);
+        variables.chunks(at_once).map(<[usize]>::to_vec).collect()
+    }
+
+    /// A run over an interval, with all that is to be remembered of it.
+    fn run_over(
+        &self,
+        problem: &Problem<'_, S>,
+        from: &Place,
+        times: (f64, f64),
+        wanted: Wanted<'_>,
+    ) -> Result<Solution, TrialFailure> {
+        let Some(past) = &from.past else {
+            return self.run(problem, &[times.0, times.1], wanted);
+        };
+        let delays = self.delays(problem.p);
+        let run = self.run(problem, &past.asked(&delays, &[], times), wanted)?;
+        if run.events.is_empty() {
+            return Ok(run);
+        }
+        // What jumps at events is known on both sides of them.
+        self.run(problem, &past.asked(&delays, &run.events, times), wanted)
+    }
+
+    /// Unknowns that fulfil the equations, and how they depend on states and parameters.
+    fn consistent(
+        &self,
+        problem: &Problem<'_, S>,
+        t: f64,
+        at: &Place,
+        past: Option<&Past>,
+    ) -> Result<Consistent, TrialFailure> {
+        if !self.is_plain {
+            let wanted = Wanted::ResumedSensitivities(at.before(past));
+            return Ok(Consistent::Run(Box::new(self.run(problem, &[t], wanted)?)));
+        }
+        let directions = &self.system.signature().directions;
+        let n = problem.start.len();
+        let mut s = vec![0.0; n * directions.len()];
+        for (j, direction) in directions.iter().enumerate() {
+            if let Direction::Start(i) = direction {
+                s[j * n + i] = 1.0;
+            }
+        }
+        Ok(Consistent::AsGiven { y: problem.start.iter().map(|(_, y)| *y).collect(), s })
+    }
+
+    fn run(
+        &self,
+        problem: &Problem<'_, S>,
+        times: &[f64],
+        wanted: Wanted<'_>,
+    ) -> Result<Solution, TrialFailure> {
+        S::integrate(problem, times, &self.options, wanted)
+            .map_err(|failure| TrialFailure::Simulation(failure.error))
+    }
+
+    /// States that are held by their bounds: nothing makes them stray.
+    pub(super) fn held(&self, at: &Place, coordinates: &Coordinates) -> Vec<usize> {
+        let Some(memory) = &at.memory else { return Vec::new() };
+        let discrete = &self.system.signature().discrete;
+        let position = |i: &usize| coordinates.states.iter().position(|state| state == i);
+        held_by_bounds(discrete, memory.z()).iter().filter_map(position).collect()
+    }
+
+    /// Parameters, and start values of all unknowns.
+    fn started(
+        &self,
+        y: &[f64],
+        coordinates: &Coordinates,
+        variables: &[f64],
+    ) -> (Vec<f64>, Vec<(usize, f64)>) {
+        let mut y = y.to_vec();
+        coordinates.write_states(variables, &mut y);
+        (coordinates.p(self.p, variables), y.into_iter().enumerate().collect())
+    }
+
+    /// Derivatives do not exist: the first equation to blame, or the model as a whole.
+    fn undefined(&self, t: f64, solution: &Solution) -> TrialFailure {
+        let named = solution.undefined.first().map(|undefined| undefined.equation.clone());
+        let equation = named.unwrap_or_else(|| self.system.signature().name.to_string());
+        TrialFailure::NoSensitivity { equation, t }
+    }
+}
+
+/// Where a run has ended.
+fn ended(from: &Place, run: &mut Solution) -> Place {
+    let mut past = from.past.clone();
+    if let Some(past) = &mut past {
+        past.go_on(run);
+    }
+    Place { y: run.y(run.len() - 1).to_vec(), memory: run.memory.take(), past }
+}
+
+/// Rows of the states of derivatives of all unknowns, SI, in scaled variables.
+fn rows_of_states(by: &DMatrix<f64>, coordinates: &Coordinates) -> DMatrix<f64> {
+    DMatrix::from_fn(coordinates.n_states(), by.ncols(), |row, column| {
+        by[(coordinates.states[row], column)] / coordinates.sizes[row]
+    })
+}
+
+/// Rows of the states of ∂y/∂θ, or of its slopes, in scaled variables: states × all.
+fn transition(s: &[f64], n: usize, coordinates: &Coordinates, variables: &[f64]) -> DMatrix<f64> {
+    DMatrix::from_fn(coordinates.n_states(), coordinates.len(), |row, column| {
+        let slope = coordinates.slope(column, variables[column]);
+        let of = coordinates.directions[column] * n + coordinates.states[row];
+        s[of] * slope / coordinates.sizes[row]
+    })
+}

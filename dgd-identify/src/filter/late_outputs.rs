@@ -1,0 +1,171 @@
+//! Outputs that are read late: what they were, from what is remembered.
+//!
+//! ```text
+//!   w(t) = E(s),  s = t − τ:   ∂w/∂δ_j = ∂E/∂y hat_j(s),   ∂w/∂θ = ∂E/∂θ − ẇ ∂τ/∂θ
+//! ```
+//!
+//! with ẇ along the past. Before the first row all is as in it.
+
+use std::borrow::Cow;
+
+use dgd_runtime::for_identify::{delay_sensitivities, delays};
+use dgd_runtime::{Direction, Inputs, IntegrateError, Point, Problem, Side, System};
+use nalgebra::DMatrix;
+
+use super::coordinates::Coordinates;
+use super::error::FilterError;
+use super::remembered::Remembered;
+use crate::error::TrialFailure;
+
+/// Outputs that are read late, and of which unknowns.
+pub(super) struct LateOutputs {
+    outputs: Vec<LateOutput>,
+}
+
+struct LateOutput {
+    /// Positions of the output and of its delay.
+    output: usize,
+    delay: usize,
+    unknowns: Vec<usize>,
+}
+
+/// What the late outputs were at one time.
+pub(super) struct Readings<'a, S> {
+    problem: &'a Problem<'a, S>,
+    here: Point<'a>,
+    past: &'a Remembered,
+    all: Vec<(&'a LateOutput, Reading)>,
+}
+
+/// What one of them read.
+struct Reading {
+    t: f64,
+    y: Vec<f64>,
+    ydot: Vec<f64>,
+    u: Vec<f64>,
+    udot: Vec<f64>,
+}
+
+impl LateOutputs {
+    /// # Errors
+    ///
+    /// [`FilterError::NotFollowed`] for outputs that read what is yet to come.
+    pub(super) fn new<S: System>(system: &S, p: &[f64]) -> Result<Self, FilterError> {
+        let signature = system.signature();
+        let inputs = Inputs::none();
+        let tau = delays(&Problem { system, p, inputs: &inputs, start: &[] });
+        let [by_y, _, _] = &signature.output_jacobians;
+        let mut outputs = Vec::new();
+        for (i, output) in signature.outputs.iter().enumerate() {
+            let Some(delay) = output.delay else { continue };
+            if tau[delay] < 0.0 {
+                let what = format!("what output `{}` will be", output.name);
+                return Err(FilterError::NotFollowed { what });
+            }
+            let columns = by_y.positions().filter(|(row, _)| *row == i);
+            let unknowns = columns.map(|(_, column)| column).collect();
+            outputs.push(LateOutput { output: i, delay, unknowns });
+        }
+        Ok(Self { outputs })
+    }
+
+    /// Positions of the unknowns that they read.
+    pub(super) fn unknowns(&self) -> impl Iterator<Item = usize> {
+        self.outputs.iter().flat_map(|late| late.unknowns.iter().copied())
+    }
+
+    /// What they were; of the point `here` the inputs are not looked at.
+    pub(super) fn read<'a, S: System>(
+        &'a self,
+        problem: &'a Problem<'a, S>,
+        here: Point<'a>,
+        past: &'a Remembered,
+    ) -> Result<Readings<'a, S>, TrialFailure> {
+        let mut all = Vec::new();
+        if !self.outputs.is_empty() {
+            let (tau, inputs) = (delays(problem), inputs_read(problem)?);
+            let of = |late: &'a LateOutput| (late, reading(&inputs, here, tau[late.delay], past));
+            all.extend(self.outputs.iter().map(of));
+        }
+        Ok(Readings { problem, here, past, all })
+    }
+}
+
+impl<S: System> Readings<'_, S> {
+    /// Replaces what the outputs are by what they were.
+    pub(super) fn write(&self, w: &mut [f64]) {
+        let mut all = vec![0.0; w.len()];
+        for (late, was) in &self.all {
+            self.problem.system.outputs(was.at(self.here), &mut all);
+            w[late.output] = all[late.output];
+        }
+    }
+
+    /// Replaces their rows of C, outputs × all variables.
+    pub(super) fn differentiate(
+        &self,
+        (coordinates, variables): (&Coordinates, &[f64]),
+        c: &mut DMatrix<f64>,
+    ) {
+        let Self { problem, here, past, all } = self;
+        if all.is_empty() {
+            return;
+        }
+        let signature = problem.system.signature();
+        let dtau = delay_sensitivities(problem);
+        let [by_y, by_u, by_p] = &signature.output_jacobians;
+        let of = |len: usize| vec![0.0; len];
+        let (mut dwdy, mut dwdu, mut dwdp) = (of(by_y.len()), of(by_u.len()), of(by_p.len()));
+        let mut dwdt = of(signature.outputs.len());
+        for (late, was) in all {
+            let (row, at) = (late.output, was.at(*here));
+            problem.system.output_jacobians(at, &mut dwdy, &mut dwdu, &mut dwdp, &mut dwdt);
+            c.row_mut(row).fill(0.0);
+            let mut rate = dwdt[row];
+            for ((_, column), slope) in by_y.positions().zip(&dwdy).filter(|(at, _)| at.0 == row) {
+                rate += slope * was.ydot[column];
+                let unknown = past.watched().iter().position(|i| *i == column);
+                for (variable, weight) in unknown.into_iter().flat_map(|k| past.weights(k, was.t)) {
+                    c[(row, coordinates.len() + variable)] += slope * weight;
+                }
+            }
+            for ((_, column), slope) in by_u.positions().zip(&dwdu).filter(|(at, _)| at.0 == row) {
+                rate += slope * was.udot[column];
+            }
+            for (column, direction) in coordinates.directions.iter().enumerate() {
+                let Direction::Parameter(i) = signature.directions[*direction] else { continue };
+                let own = by_p.positions().zip(&dwdp).find(|(at, _)| *at == (row, i));
+                let by_theta = own.map_or(0.0, |(_, slope)| *slope);
+                let moved = rate * dtau[direction * signature.delays.len() + late.delay];
+                c[(row, column)] =
+                    (by_theta - moved) * coordinates.slope(column, variables[column]);
+            }
+        }
+    }
+}
+
+impl Reading {
+    fn at<'a>(&'a self, here: Point<'a>) -> Point<'a> {
+        Point { t: self.t, y: &self.y, u: &self.u, ..here }
+    }
+}
+
+fn inputs_read<'p, S: System>(
+    problem: &'p Problem<'_, S>,
+) -> Result<Cow<'p, Inputs>, TrialFailure> {
+    problem.inputs_read().map_err(|error| TrialFailure::Simulation(IntegrateError::Inputs(error)))
+}
+
+/// What was `tau` before a point; unknowns that are not remembered are as they are there.
+fn reading(inputs: &Inputs, here: Point<'_>, tau: f64, past: &Remembered) -> Reading {
+    let t = here.t - tau.max(0.0);
+    let (mut y, mut ydot) = (here.y.to_vec(), vec![0.0; here.y.len()]);
+    for (k, i) in past.watched().iter().enumerate() {
+        (y[*i], ydot[*i]) = past.value(k, t);
+    }
+    let mut u = vec![0.0; inputs.len()];
+    let known = t.max(past.since());
+    let segment = inputs.segment(inputs.segment_at(known, Side::Right));
+    segment.value(known, &mut u);
+    Reading { t, y, ydot, u, udot: segment.udot.to_vec() }
+}

@@ -1,0 +1,173 @@
+//! From one row to the next: the estimate along the model, and how uncertain it becomes.
+
+use dgd_runtime::{Inputs, System};
+use nalgebra::{DMatrix, DVector};
+
+use super::estimator::Filter;
+use super::interval::Place;
+use super::problem::Estimator;
+use super::remembered::Remembered;
+use super::square_root::{beside, integrated_noise, triangular};
+use super::unscented::Spread;
+use crate::error::TrialFailure;
+
+impl<S: System> Filter<'_, S> {
+    /// Moves the estimate to the next row. After an error it is where it was.
+    pub(super) fn predict(
+        &mut self,
+        inputs: &Inputs,
+        from: f64,
+        until: f64,
+    ) -> Result<(), TrialFailure> {
+        match self.estimator {
+            Estimator::Unscented(spread) => self.predict_points(spread, inputs, from, until),
+            Estimator::ExtendedKalman | Estimator::Recursive { .. } => {
+                let Self { model, coordinates, variables, place, .. } = &*self;
+                let moved = model.move_with_sensitivities(
+                    inputs,
+                    (from, until),
+                    place,
+                    coordinates,
+                    variables,
+                )?;
+                let mut phi = DMatrix::identity(variables.len(), variables.len());
+                phi.view_mut((0, 0), moved.phi.shape()).copy_from(&moved.phi);
+                let mut next = variables.clone();
+                coordinates.read_states(&moved.place.y, &mut next);
+                let moved_with = phi * self.carried.as_ref().unwrap_or(&self.root);
+                self.arrive(moved_with, inputs, (from, until), moved.place, next)
+            }
+        }
+    }
+
+    /// The same by sigma points. Each goes through the modes that it comes to; the next interval begins in
+    /// that of the middle one.
+    fn predict_points(
+        &mut self,
+        spread: Spread,
+        inputs: &Inputs,
+        from: f64,
+        until: f64,
+    ) -> Result<(), TrialFailure> {
+        let Self { model, coordinates, place, .. } = &*self;
+        let mut points = spread.points(&self.variables, &self.root);
+        let n = self.variables.len();
+        let mut middle = None;
+        for mut point in points.column_iter_mut() {
+            let mut variables: Vec<f64> = point.iter().copied().collect();
+            let place = place.moved_by(&variables[coordinates.len()..]);
+            let moved =
+                model.move_states(inputs, (from, until), &place, coordinates, &variables)?;
+            coordinates.read_states(&moved.y, &mut variables);
+            point.copy_from_slice(&variables);
+            middle.get_or_insert(moved);
+        }
+        let (mean, deviations) = spread.moments(&points, n);
+        let next: Vec<f64> = mean.iter().copied().collect();
+        let mut place = middle.unwrap_or_else(|| place.clone());
+        if let Some(past) = &mut place.past {
+            past.end_at(coordinates, &next);
+        }
+        self.arrive(deviations, inputs, (from, until), place, next)
+    }
+
+    /// Takes over where the estimate has come to: `moved` is the root of its covariance without noise, or the
+    /// derivatives that are carried. After an error all is as before.
+    fn arrive(
+        &mut self,
+        moved: DMatrix<f64>,
+        inputs: &Inputs,
+        (from, until): (f64, f64),
+        mut place: Place,
+        mut variables: Vec<f64>,
+    ) -> Result<(), TrialFailure> {
+        let Self { model, coordinates, .. } = &*self;
+        let own = coordinates.len();
+        let mut gone = Vec::new();
+        if let Some(past) = &mut place.past {
+            gone = past.forget(model.reach(&coordinates.p(model.p, &variables)));
+            for position in &mut gone {
+                *position += own;
+            }
+        }
+        let known = variables.len() - gone.len();
+        variables.truncate(own);
+        variables.resize(own + place.past.as_ref().map_or(0, Remembered::len), 0.0);
+
+        let mut densities = self.guarded(until - from);
+        for k in model.held(&place, coordinates) {
+            densities[k] = 0.0;
+        }
+        let strays = self.carried.is_none() && densities.iter().any(|q| *q != 0.0);
+        let mut local = None;
+        if strays || place.past.is_some() {
+            local = Some(model.local(inputs, until, &place, coordinates, &variables)?);
+        }
+        let mut moved = without(moved, &gone);
+        if let (Some(local), true) = (&local, strays) {
+            let Some(noise) = integrated_noise(&local.a, &densities, until - from) else {
+                let equation = model.system.signature().name.to_string();
+                return Err(TrialFailure::NoSensitivity { equation, t: until });
+            };
+            let noise = noise.resize_vertically(known, 0.0);
+            let phi = local.phi.columns(0, known).into_owned();
+            moved = consistent(&phi, beside(&moved, &noise));
+        }
+        match &mut self.carried {
+            Some(carried) => *carried = moved,
+            None => self.root = triangular(&moved),
+        }
+        (self.place, self.variables) = (place, variables);
+        if let (Some(local), true) = (&local, self.place.past.is_some()) {
+            self.remember(local.watched.columns(0, known).into_owned());
+        }
+        self.ahead = local;
+        Ok(())
+    }
+
+    /// Densities of the walks; parameters that are as uncertain as at first do not walk.
+    fn guarded(&self, dt: f64) -> Vec<f64> {
+        let n_states = self.coordinates.n_states();
+        let mut densities = self.densities.clone();
+        for (k, density) in densities.iter_mut().enumerate().skip(n_states) {
+            let variance = self.root.row(k).norm_squared();
+            *density = density.min((self.first[k] - variance).max(0.0) / dt);
+        }
+        densities
+    }
+
+    /// States that could not be moved are less certain.
+    pub(super) fn stray(&mut self, until: f64, dt: f64) {
+        let densities = self.guarded(dt);
+        let noise =
+            DVector::from_iterator(densities.len(), densities.iter().map(|q| (q * dt).sqrt()));
+        let noise = DMatrix::from_diagonal(&noise).resize_vertically(self.root.nrows(), 0.0);
+        self.root = triangular(&beside(&self.root, &noise));
+        if let Some(past) = &mut self.place.past {
+            // The last copy is all that is known of what was since.
+            past.hold(until);
+            let (each, known) = (past.sizes().len(), self.variables.len());
+            self.variables.resize(known + each, 0.0);
+            let sizes = past.sizes().to_vec();
+            self.remember(DMatrix::from_fn(each, known, |row, column| {
+                if column + each == known + row { sizes[row] } else { 0.0 }
+            }));
+        }
+    }
+}
+
+/// A matrix without some of its rows.
+fn without(m: DMatrix<f64>, rows: &[usize]) -> DMatrix<f64> {
+    if rows.is_empty() { m } else { m.remove_rows_at(rows) }
+}
+
+/// The root of the covariance in which states that are algebraic at the time follow the others.
+pub(super) fn consistent(phi: &DMatrix<f64>, root: DMatrix<f64>) -> DMatrix<f64> {
+    let (n_states, n) = phi.shape();
+    if *phi == DMatrix::identity(n_states, n) {
+        return root;
+    }
+    let mut all = DMatrix::identity(n, n);
+    all.rows_mut(0, n_states).copy_from(phi);
+    all * root
+}

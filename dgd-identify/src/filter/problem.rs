@@ -1,0 +1,248 @@
+//! What is tracked, and how uncertain it is.
+
+use dgd_runtime::for_identify::{differential_somewhere, parameter_size, unknown_sizes};
+use dgd_runtime::{Direction, Inputs, Options, Problem, System, consistent_start};
+
+use super::error::{FilterError, Missing};
+use super::unscented::Spread;
+
+/// Part of its size that a state is uncertain by at first.
+const STATE_START: f64 = 0.1;
+/// Part of its size that a free parameter is uncertain by at first.
+const PARAMETER_START: f64 = 0.3;
+/// Part of its size that a state strays by in a minute, beside what the equations say.
+const STATE_WALK: f64 = 1e-3;
+/// Part of its size that a free parameter strays by in an hour.
+const PARAMETER_WALK: f64 = 0.1;
+
+const MINUTE: f64 = 60.0;
+const HOUR: f64 = 3600.0;
+
+/// How estimates are moved and corrected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Estimator {
+    /// Extended Kalman filter: covariances go along the linearised model.
+    ///
+    /// # Source
+    ///
+    /// Jazwinski, Stochastic Processes and Filtering Theory (1970), §8.3; in square-root array form
+    /// Kailath, Sayed, Hassibi, Linear Estimation (2000), §12.3.
+    ExtendedKalman,
+    /// Unscented Kalman filter: the model moves points that have the covariance.
+    ///
+    /// # Source
+    ///
+    /// Julier, Uhlmann, A new extension of the Kalman filter to nonlinear systems (1997); Wan, van der
+    /// Merwe, The unscented Kalman filter for nonlinear estimation (2000).
+    Unscented(Spread),
+    /// Recursive prediction error method on the simulated model: parameters and start values by recursive
+    /// least squares, with the model's sensitivities ψ = ∂ŵ/∂θ as regressors.
+    ///
+    /// The simulation is moved along with the estimates, x ← x + ∂x/∂θ Δθ: to first order, it is where
+    /// the model run with the present estimates would be. States have no noise of their own.
+    ///
+    /// # Source
+    ///
+    /// Ljung, Söderström, Theory and Practice of Recursive Identification (1983), §3.7.
+    Recursive {
+        /// λ in (0, 1]: what a sample weighs when the next one is there. Parameters forget, start values
+        /// do not.
+        forgetting_factor: f64,
+        /// R₀: a step that would bring the largest eigenvalue of the parameters' covariance above it
+        /// leaves the covariance as it is (Haukanes 2015, Table 3.1). In units of the largest at first.
+        most_covariance: f64,
+    },
+}
+
+/// How uncertain a quantity is at first, and how fast it strays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Walk {
+    /// Standard deviation at first, SI.
+    pub start: f64,
+    /// Standard deviation of how far it strays by itself in a second, SI/√s: the root of its spectral
+    /// density.
+    pub rate: f64,
+}
+
+/// Noise and uncertainties.
+///
+/// | field | one for each |
+/// |---|---|
+/// | `states` | unknown that is differential in some mode, in the order of y |
+/// | `parameters` | free parameter, in the order of the model's directions |
+/// | `noise` | output |
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tuning {
+    /// The states.
+    pub states: Vec<Walk>,
+    /// The free parameters. Their walk never brings them beyond their first uncertainty, so that what the
+    /// data says nothing about does not wind up.
+    pub parameters: Vec<Walk>,
+    /// σ of the outputs, SI; `None` for one that is not used.
+    pub noise: Vec<Option<f64>>,
+}
+
+/// What to track.
+#[derive(Debug, Clone)]
+pub struct FilterProblem<'a, S> {
+    /// The model. Its directions are the parameters that can be free and the start values of all
+    /// unknowns that are differential in some mode.
+    pub system: &'a S,
+    /// All parameters, SI: values of those that are not free, first estimates of the others.
+    pub p: &'a [f64],
+    /// Which of the directions are free; only parameters are looked at, since states are always tracked.
+    pub free: Vec<bool>,
+    /// Start values that replace the model's, by position of the unknown, SI.
+    pub start: Vec<(usize, f64)>,
+    /// How estimates are moved and corrected.
+    pub estimator: Estimator,
+    /// Samples whose innovation is more than so many of its standard deviations are left out.
+    pub gate: Option<f64>,
+    /// How to integrate.
+    pub options: Options,
+}
+
+impl<'a, S: System> FilterProblem<'a, S> {
+    /// An extended Kalman filter in which all parameters with a direction are free.
+    pub fn new(system: &'a S, p: &'a [f64]) -> Self {
+        Self {
+            system,
+            p,
+            free: vec![true; system.signature().directions.len()],
+            start: Vec::new(),
+            estimator: Estimator::ExtendedKalman,
+            gate: None,
+            options: Options::default(),
+        }
+    }
+
+    /// Positions of the unknowns that are differential, in some mode.
+    pub fn states(&self) -> Vec<usize> {
+        states_of(self.system)
+    }
+
+    /// Positions of the free parameters, in the order of the directions.
+    pub fn parameters(&self) -> Vec<usize> {
+        let directions = self.system.signature().directions.iter().zip(&self.free);
+        directions
+            .filter_map(|(direction, free)| match direction {
+                Direction::Parameter(i) if *free => Some(*i),
+                Direction::Parameter(_) | Direction::Start(_) => None,
+            })
+            .collect()
+    }
+}
+
+/// Positions of the unknowns that are differential, in some mode.
+pub(super) fn states_of<S: System>(system: &S) -> Vec<usize> {
+    let somewhere = differential_somewhere(system);
+    (0..somewhere.len()).filter(|i| somewhere[*i]).collect()
+}
+
+/// What was read at one time.
+#[derive(Debug, Clone, Copy)]
+pub struct Sample<'a> {
+    /// Time, s.
+    pub t: f64,
+    /// Inputs as declared, SI; NaN for one that was not read, which keeps its last value.
+    pub u: &'a [f64],
+    /// Outputs, SI; NaN for one that was not read.
+    pub measured: &'a [f64],
+}
+
+/// Noise and uncertainties where nobody says: the outputs' declared noise; states uncertain by 10 % of
+/// their size and straying by 0.1 % of it in a minute; parameters uncertain by 30 % and straying by 10 % in
+/// an hour.
+///
+/// # Errors
+///
+/// [`FilterError::Start`]: sizes of states are those of their start values where the model declares no
+/// nominal ones.
+pub fn usual_tuning<S: System>(
+    problem: &FilterProblem<'_, S>,
+    first: Sample<'_>,
+) -> Result<Tuning, FilterError> {
+    let FilterProblem { system, p, start, options, .. } = problem;
+    let signature = system.signature();
+    verify_first_inputs(problem, first)?;
+    let inputs = Inputs::constant(first.u);
+    let started = Problem { system: *system, p, inputs: &inputs, start };
+    let y = consistent_start(&started, first.t, options).map_err(FilterError::Start)?.y;
+    let mut sizes = vec![0.0; y.len()];
+    unknown_sizes(*system, &y, &mut sizes);
+    let states = problem.states();
+    let state = |i: &usize| Walk {
+        start: STATE_START * sizes[*i],
+        rate: STATE_WALK * sizes[*i] / MINUTE.sqrt(),
+    };
+    let parameter = |i: &usize| {
+        // A logarithm has the size 1, and its derivative is the value.
+        let log = signature.parameters[*i].log;
+        let size = if log { p[*i].abs() } else { parameter_size(*system, *i) };
+        Walk { start: PARAMETER_START * size, rate: PARAMETER_WALK * size / HOUR.sqrt() }
+    };
+    Ok(Tuning {
+        states: states.iter().map(state).collect(),
+        parameters: problem.parameters().iter().map(parameter).collect(),
+        noise: signature.outputs.iter().map(|output| output.noise).collect(),
+    })
+}
+
+/// All inputs have a value in the first row.
+pub(super) fn verify_first_inputs<S: System>(
+    problem: &FilterProblem<'_, S>,
+    first: Sample<'_>,
+) -> Result<(), FilterError> {
+    let inputs = &problem.system.signature().inputs;
+    match first.u.iter().position(|u| !u.is_finite()) {
+        Some(i) => Err(FilterError::FirstInput { input: inputs[i].name.to_string() }),
+        None => Ok(()),
+    }
+}
+
+/// Checks numbers that a user may have given.
+pub(super) fn verify_tuning<S: System>(
+    problem: &FilterProblem<'_, S>,
+    tuning: &Tuning,
+) -> Result<(), FilterError> {
+    let signature = problem.system.signature();
+    let wrong =
+        |of: String, value, expected| Err(FilterError::Option(Missing { of, value, expected }));
+    for (output, noise) in signature.outputs.iter().zip(&tuning.noise) {
+        if let Some(sigma) = *noise
+            && !(sigma > 0.0 && sigma.is_finite())
+        {
+            let of = format!("the noise of output `{}`", output.name);
+            return wrong(of, sigma, "a positive number");
+        }
+    }
+    let states = problem.states().into_iter().map(|i| signature.unknowns.name(i));
+    let parameters = problem.parameters().into_iter().map(|i| signature.parameters[i].name.clone());
+    let walks = tuning.states.iter().chain(&tuning.parameters);
+    for (name, walk) in states.chain(parameters).zip(walks) {
+        for (what, value) in [("first uncertainty", walk.start), ("walk", walk.rate)] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return wrong(format!("the {what} of `{name}`"), value, "zero or above");
+            }
+        }
+    }
+    if let Some(gate) = problem.gate
+        && !(gate > 0.0 && gate.is_finite())
+    {
+        return wrong("the gate".to_owned(), gate, "a positive number");
+    }
+    match problem.estimator {
+        Estimator::Recursive { forgetting_factor: factor, .. }
+            if !(factor > 0.0 && factor <= 1.0) =>
+        {
+            wrong("the forgetting factor".to_owned(), factor, "above 0 and at most 1")
+        }
+        Estimator::Recursive { most_covariance: most, .. } if most.is_nan() || most < 1.0 => {
+            wrong("the most covariance".to_owned(), most, "at least 1, in units of the first")
+        }
+        Estimator::Unscented(spread) => {
+            spread.verify(problem.states().len() + problem.parameters().len())
+        }
+        Estimator::ExtendedKalman | Estimator::Recursive { .. } => Ok(()),
+    }
+}

@@ -1,0 +1,364 @@
+//! Results of long computations, kept so that a run that was ended goes on where it was.
+//!
+//! What is kept is a function of what is told apart by its key, to the last bit: whoever looks it up ends
+//! with what computing it again would give.
+//!
+//! ```text
+//!   key = digest of all arguments          Digest, of what `{:?}` prints: numbers to their last bit
+//!   journal has the key?  yes: read it     Kept::read
+//!                         no:  compute it, keep it    Kept::write
+//! ```
+
+use std::convert::Infallible;
+use std::fmt::{self, Write as _};
+
+use dgd_runtime::Direction;
+
+use crate::{Bound, Estimate};
+
+/// Where results are kept.
+pub trait Journal: fmt::Debug + Sync {
+    /// What was kept under this key.
+    fn find(&self, key: u128) -> Option<Vec<u8>>;
+
+    /// Keeps a result. It may be lost; what is found is whole.
+    fn keep(&self, key: u128, result: &[u8]);
+
+    /// Whether anything is ever kept: keys need not be made where nothing is.
+    fn is_of_use(&self) -> bool {
+        true
+    }
+}
+
+/// Keeps nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Forgetful;
+
+impl Journal for Forgetful {
+    fn find(&self, _key: u128) -> Option<Vec<u8>> {
+        None
+    }
+
+    fn keep(&self, _key: u128, _result: &[u8]) {}
+
+    fn is_of_use(&self) -> bool {
+        false
+    }
+}
+
+/// A journal, and what its results are functions of besides what their keys say.
+#[derive(Debug, Clone, Copy)]
+pub struct Keeping<'a> {
+    /// Where they are kept.
+    pub journal: &'a dyn Journal,
+    /// Of all that those who compute do not see themselves, such as the text of a model.
+    pub of: Digest,
+}
+
+impl Keeping<'_> {
+    /// Nothing is kept.
+    pub const NOTHING: Keeping<'static> = Keeping { journal: &Forgetful, of: Digest::EMPTY };
+
+    /// The digest of further arguments after what is known, or none where nothing is kept.
+    pub fn digest(&self, arguments: impl FnOnce(Digest) -> Digest) -> Option<Digest> {
+        self.journal.is_of_use().then(|| arguments(self.of))
+    }
+}
+
+/// The result under a key, or else that of computing it, which then is kept.
+pub fn kept<T: Kept>(journal: &dyn Journal, key: u128, compute: impl FnOnce() -> T) -> T {
+    let computed = kept_success(journal, key, || Ok::<T, Infallible>(compute()));
+    computed.unwrap_or_else(|never| match never {})
+}
+
+/// The same of what may fail: a failure is not kept.
+///
+/// # Errors
+///
+/// That of computing it.
+pub fn kept_success<T: Kept, E>(
+    journal: &dyn Journal,
+    key: u128,
+    compute: impl FnOnce() -> Result<T, E>,
+) -> Result<T, E> {
+    let read = |bytes: Vec<u8>| {
+        let mut rest = bytes.as_slice();
+        T::read(&mut rest).filter(|_| rest.is_empty())
+    };
+    if let Some(found) = journal.find(key).and_then(read) {
+        return Ok(found);
+    }
+    let result = compute()?;
+    let mut bytes = Vec::new();
+    result.write(&mut bytes);
+    journal.keep(key, &bytes);
+    Ok(result)
+}
+
+/// A digest of bytes that is the same on all machines: FNV-1a with 128 bits.
+///
+/// # Source
+///
+/// Fowler, Noll, Vo, Eastlake, The FNV Non-Cryptographic Hash Algorithm, draft-eastlake-fnv.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Digest(u128);
+
+impl Digest {
+    /// That of nothing.
+    pub const EMPTY: Self = Self(0x6c62_272e_07bb_0142_62b8_2175_6295_c58d);
+
+    const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
+
+    /// That of these bytes after those before.
+    #[must_use]
+    pub fn bytes(mut self, bytes: &[u8]) -> Self {
+        for byte in bytes {
+            self.0 = (self.0 ^ u128::from(*byte)).wrapping_mul(Self::PRIME);
+        }
+        self
+    }
+
+    /// That of what `{:?}` prints of a value, which tells all finite numbers apart, and of an end behind it.
+    #[must_use]
+    pub fn of(mut self, value: &dyn fmt::Debug) -> Self {
+        // A digest takes all that is written to it.
+        let _ = write!(self, "{value:?}");
+        self.bytes(&[0])
+    }
+
+    /// The number.
+    pub fn value(self) -> u128 {
+        self.0
+    }
+}
+
+impl fmt::Write for Digest {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        *self = self.bytes(text.as_bytes());
+        Ok(())
+    }
+}
+
+/// What can be kept, to the last bit.
+pub trait Kept: Sized {
+    /// Adds its bytes.
+    fn write(&self, bytes: &mut Vec<u8>);
+
+    /// Takes it from the beginning of the bytes; `None` where they are something else.
+    fn read(bytes: &mut &[u8]) -> Option<Self>;
+}
+
+/// Makes a struct what can be kept, of which all fields can be: `keep_by_fields!(Point { x, y })`.
+#[macro_export]
+macro_rules! keep_by_fields {
+    ($of:ty { $($field:ident),+ }) => {
+        impl $crate::journal::Kept for $of {
+            fn write(&self, bytes: &mut Vec<u8>) {
+                let Self { $($field),+ } = self;
+                $($crate::journal::Kept::write($field, bytes);)+
+            }
+
+            fn read(bytes: &mut &[u8]) -> Option<Self> {
+                Some(Self { $($field: $crate::journal::Kept::read(bytes)?),+ })
+            }
+        }
+    };
+}
+
+impl Kept for u64 {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        bytes.extend(self.to_le_bytes());
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        let (first, rest) = bytes.split_first_chunk()?;
+        *bytes = rest;
+        Some(Self::from_le_bytes(*first))
+    }
+}
+
+impl Kept for usize {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        (*self as u64).write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        usize::try_from(u64::read(bytes)?).ok()
+    }
+}
+
+impl Kept for f64 {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        self.to_bits().write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        Some(Self::from_bits(u64::read(bytes)?))
+    }
+}
+
+impl Kept for bool {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        bytes.push(u8::from(*self));
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        let (first, rest) = bytes.split_first()?;
+        *bytes = rest;
+        match first {
+            0 => Some(false),
+            1 => Some(true),
+            _ => None,
+        }
+    }
+}
+
+impl Kept for String {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        self.len().write(bytes);
+        bytes.extend(self.as_bytes());
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        let length = usize::read(bytes)?;
+        let (text, rest) = bytes.split_at_checked(length)?;
+        *bytes = rest;
+        Some(std::str::from_utf8(text).ok()?.to_owned())
+    }
+}
+
+impl<T: Kept> Kept for Option<T> {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        self.is_some().write(bytes);
+        if let Some(value) = self {
+            value.write(bytes);
+        }
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        Some(if bool::read(bytes)? { Some(T::read(bytes)?) } else { None })
+    }
+}
+
+impl<T: Kept, E: Kept> Kept for Result<T, E> {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        self.is_ok().write(bytes);
+        match self {
+            Ok(value) => value.write(bytes),
+            Err(error) => error.write(bytes),
+        }
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        Some(if bool::read(bytes)? { Ok(T::read(bytes)?) } else { Err(E::read(bytes)?) })
+    }
+}
+
+impl<T: Kept> Kept for Vec<T> {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        self.len().write(bytes);
+        for value in self {
+            value.write(bytes);
+        }
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        let length = usize::read(bytes)?;
+        // No more is reserved than can be there: each takes a byte at least.
+        let mut all = Vec::with_capacity(length.min(bytes.len()));
+        for _ in 0..length {
+            all.push(T::read(bytes)?);
+        }
+        Some(all)
+    }
+}
+
+impl<A: Kept, B: Kept> Kept for (A, B) {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        self.0.write(bytes);
+        self.1.write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        Some((A::read(bytes)?, B::read(bytes)?))
+    }
+}
+
+impl<T: Kept, const N: usize> Kept for [T; N] {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        for value in self {
+            value.write(bytes);
+        }
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        let all: Option<Vec<T>> = (0..N).map(|_| T::read(bytes)).collect();
+        all?.try_into().ok()
+    }
+}
+
+impl Kept for Direction {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        let (is_start, place) = match *self {
+            Self::Parameter(place) => (false, place),
+            Self::Start(place) => (true, place),
+        };
+        (is_start, place).write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        let (is_start, place) = Kept::read(bytes)?;
+        Some(if is_start { Self::Start(place) } else { Self::Parameter(place) })
+    }
+}
+
+impl Kept for Bound {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        (*self == Self::Upper).write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        Some(if bool::read(bytes)? { Self::Upper } else { Self::Lower })
+    }
+}
+
+keep_by_fields!(Estimate { name, of, recording, value, std, at_bound });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_digest_is_that_of_the_standard() {
+        // Its authors' test vectors.
+        assert_eq!(Digest::EMPTY.bytes(b"a").value(), 0xd228_cb69_6f1a_8caf_7891_2b70_4e4a_8964);
+        assert_eq!(
+            Digest::EMPTY.bytes(b"foobar").value(),
+            0x343e_1662_793c_64bf_6f0d_3597_ba44_6f18
+        );
+        // Neighbours of one value do not run into each other.
+        let of = |a: &str, b: &str| Digest::EMPTY.of(&a).of(&b);
+        assert_ne!(of("ab", "c"), of("a", "bc"));
+        let (one, next) = (1.0_f64, 1.0_f64.next_up());
+        assert_ne!(Digest::EMPTY.of(&one), Digest::EMPTY.of(&next));
+    }
+
+    #[test]
+    fn what_is_kept_comes_back_to_the_bit_and_torn_bytes_do_not() {
+        type All = Vec<(Result<Option<f64>, String>, Vec<(usize, bool)>)>;
+        let all: All = vec![
+            (Ok(Some(-0.0)), vec![(0, true), (usize::MAX, false)]),
+            (Ok(None), vec![]),
+            (Err("ϑ".to_owned()), vec![(7, true)]),
+        ];
+        let mut bytes = Vec::new();
+        all.write(&mut bytes);
+        let mut rest = bytes.as_slice();
+        let back = All::read(&mut rest).expect("whole");
+        assert_eq!((&back, rest.len()), (&all, 0));
+        assert!(matches!(back[0].0, Ok(Some(zero)) if zero.is_sign_negative()));
+        for length in 0..bytes.len() {
+            assert_eq!(All::read(&mut &bytes[..length]), None, "of {length} bytes");
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! The standard deviation of each output's noise: the weight of its samples.
+
+use crate::recording::{Recording, Sums};
+
+/// Where the weight of an output comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Noise {
+    /// This standard deviation, SI.
+    Known(f64),
+    /// From the residuals of the fit, which is repeated with the new weights until they stay.
+    Estimated,
+}
+
+/// Fewer samples of an output do not say how large its noise is.
+const LEAST_SAMPLES: usize = 10;
+/// Nor do samples that are, all together, fewer than so many for each estimate.
+const FOR_EACH_ESTIMATE: usize = 2;
+
+/// Whether `samples` of an output, of so many in `all`, are too few to estimate its noise beside so many
+/// other estimates: what is left of them is then far smaller than the noise.
+pub fn too_few_for_noise(samples: usize, all: usize, estimates: usize) -> bool {
+    samples < LEAST_SAMPLES || all < FOR_EACH_ESTIMATE * estimates
+}
+
+/// A first guess of an output's noise from its own scatter, σ² = Σ (wₖ₊₁ − wₖ)² / 2 (n − 1), which
+/// what changes slowly hardly enters.
+///
+/// Rice, Bandwidth choice for nonparametric regression, Ann. Stat. 12 (1984) 1215, (2.5).
+pub(super) fn scatter(recordings: &[Recording], output: usize) -> Option<f64> {
+    let (mut squares, mut differences) = (0.0, 0_u32);
+    for recording in recordings {
+        let samples: Vec<(usize, f64)> = recording.counted(output).collect();
+        for pair in samples.windows(2) {
+            squares += (pair[1].1 - pair[0].1).powi(2);
+            differences += 1;
+        }
+    }
+    (differences > 0).then(|| (squares / (2.0 * f64::from(differences))).sqrt())
+}
+
+/// The least noise worth telling from none: what a simulation to `rtol` may be off by.
+pub(super) fn least(recordings: &[Recording], output: usize, rtol: f64, unit: f64) -> f64 {
+    let samples = || recordings.iter().flat_map(|recording| recording.counted(output));
+    let largest = samples().map(|(_, value)| value.abs()).fold(0.0, f64::max);
+    rtol * if largest > 0.0 { largest } else { unit.abs() }
+}
+
+/// σ = √(Σ e² / n) · √(n_all / (n_all − n_free)): every output gives up degrees of freedom in
+/// proportion to its samples.
+pub(super) fn of_residuals(sums: &[Vec<Sums>], output: usize, spread: f64) -> Option<f64> {
+    let (mut squares, mut samples) = (0.0, 0);
+    for of_recording in sums {
+        squares += of_recording[output].squares;
+        samples += of_recording[output].samples;
+    }
+    (samples > 0).then(|| (squares / samples as f64).sqrt() * spread)
+}

@@ -1,0 +1,319 @@
+//! What a regression found, and how sure it is.
+
+use dgd_runtime::{Direction, System};
+use nalgebra::DMatrix;
+
+use crate::noise::Noise;
+use crate::regression::RegressionMethod;
+use crate::regression::error::RegressionError;
+use crate::regression::least_squares::{UNSEEN, spectrum};
+use crate::regression::prepare::Prepared;
+use crate::regression::rows::{RowOf, Rows, RowsLeftOut};
+use crate::regression::separable::{Searched, triangle};
+use crate::uncertainty::{Estimate, Uncertainty, Undetermined};
+use crate::variables::Bound;
+
+/// Noise below this part of what a row is about is rounding.
+const ROUNDING: f64 = 1e-14;
+
+/// How well an equation or output is fitted at the samples.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RowQuality {
+    /// The equation or output.
+    pub of: RowOf,
+    /// Its name.
+    pub name: String,
+    /// Samples.
+    pub samples: usize,
+    /// Mean of the squared differences of what is predicted and its target, SI.
+    pub mean_squared_error: f64,
+    /// 1 − Σ(predicted − target)²/Σ(target − mean)²; `None` where the target is always the same.
+    pub r_squared: Option<f64>,
+    /// σ of the residuals as the fit weighted them, SI.
+    pub sigma: f64,
+    /// The parameter by which the equation was multiplied to be linear.
+    pub multiplied_by: Option<String>,
+}
+
+/// Estimated parameters, and how well they are known.
+#[derive(Debug, Clone)]
+pub struct RegressionFit {
+    /// How it was solved.
+    pub method: RegressionMethod,
+    /// All parameters, SI.
+    pub p: Vec<f64>,
+    /// The free parameters.
+    pub estimates: Vec<Estimate>,
+    /// Which of them were found by linear least squares.
+    pub linear: Vec<bool>,
+    /// What the linear ones would be without bounds, the others as they are, SI; `None` where no bound
+    /// was reached.
+    pub unbounded: Option<Vec<f64>>,
+    /// Columns of derivatives that can be told apart.
+    pub rank: usize,
+    /// Condition number of the weighted derivatives to all free parameters, columns of length 1.
+    pub condition_number: f64,
+    /// Changes of the estimates that no row sees.
+    pub undetermined: Vec<Undetermined>,
+    /// How well equations and outputs are fitted.
+    pub rows: Vec<RowQuality>,
+    /// Σ (residual/σ)², priors included.
+    pub cost: f64,
+    /// Rows of all equations and outputs.
+    pub samples: usize,
+    /// Samples that have none.
+    pub left_out: RowsLeftOut,
+    /// Accepted steps of the outer search.
+    pub iterations: usize,
+    /// Evaluations of all rows.
+    pub evaluations: usize,
+    /// Whether it was stopped before it converged; values are the best so far.
+    pub is_stopped: bool,
+    /// Whether a minimum was reached; values are the best that were met otherwise.
+    pub is_converged: bool,
+    /// Whether it ended on a plain, where nothing that enters nonlinearly has influence but perhaps at bounds.
+    pub is_flat: bool,
+    uncertainty: Uncertainty,
+    /// What changes of the estimates are compared with.
+    pub(super) sizes: Vec<f64>,
+}
+
+impl RegressionFit {
+    /// Covariance of two estimates, SI; `None` where one of them is at a bound or not determined.
+    pub fn covariance(&self, i: usize, j: usize) -> Option<f64> {
+        Some(self.uncertainty.covariance(i, j)? * self.sizes[i] * self.sizes[j])
+    }
+
+    /// Says no more how sure the estimates are.
+    pub fn forget_uncertainty(&mut self) {
+        self.uncertainty.forget(&mut self.estimates);
+    }
+
+    /// Correlation of the errors of two estimates.
+    pub fn correlation(&self, i: usize, j: usize) -> Option<f64> {
+        let of = |i, j| self.uncertainty.covariance(i, j);
+        Some(of(i, j)? / (of(i, i)? * of(j, j)?).sqrt())
+    }
+}
+
+/// Where a round of a fit ended.
+#[derive(Debug, Clone)]
+pub(crate) struct Found {
+    pub p: Vec<f64>,
+    /// What the linear parameters would be without bounds.
+    pub unbounded: Vec<f64>,
+    /// σ of each kind of rows.
+    pub sigma: Vec<f64>,
+    /// The least σ worth telling from none.
+    least: Vec<f64>,
+    pub iterations: usize,
+    pub evaluations: usize,
+    /// Whether the search of what is not linear reached a minimum.
+    pub is_converged: bool,
+    /// Whether it ended on a plain.
+    pub is_flat: bool,
+}
+
+/// Sums over the rows of one kind.
+#[derive(Debug, Clone, Default)]
+struct Tally {
+    samples: usize,
+    /// Σ residual².
+    residuals: f64,
+    /// Σ (predicted − target)².
+    errors: f64,
+    /// Mean and Σ (target − mean)², by Welford's update.
+    mean: f64,
+    variation: f64,
+    /// Largest of the residual's two terms.
+    largest: f64,
+    /// Σ (difference of neighbours)², for a first guess.
+    differences: f64,
+    last: Option<f64>,
+}
+
+fn tallies<S: System>(rows: &mut Rows<'_, S>, p: &[f64]) -> Result<Vec<Tally>, RegressionError> {
+    let mut tallies = vec![Tally::default(); rows.kinds.len()];
+    rows.visit(p, &mut |row| {
+        let tally = &mut tallies[row.kind];
+        tally.samples += 1;
+        let error = row.predicted - row.target;
+        tally.residuals += row.residual * row.residual;
+        tally.errors += error * error;
+        let off = row.target - tally.mean;
+        tally.mean += off / tally.samples as f64;
+        tally.variation += off * (row.target - tally.mean);
+        let factor = if error == 0.0 { 1.0 } else { row.residual / error };
+        let terms = row.predicted.abs().max(row.target.abs());
+        tally.largest = tally.largest.max((factor * terms).abs());
+        if let Some(last) = tally.last.replace(row.residual) {
+            tally.differences += (row.residual - last).powi(2);
+        }
+    })?;
+    Ok(tallies)
+}
+
+impl Found {
+    /// First guesses: σ from the scatter of the residuals from one sample to the next.
+    pub(crate) fn first<S: System>(
+        prepared: &Prepared<'_, S>,
+        rows: &mut Rows<'_, S>,
+    ) -> Result<Self, RegressionError> {
+        let tallies = tallies(rows, &prepared.p)?;
+        let least = tallies.iter().map(|tally| match ROUNDING * tally.largest {
+            0.0 => f64::MIN_POSITIVE.sqrt(),
+            least => least,
+        });
+        let least: Vec<f64> = least.collect();
+        let sigma = tallies.iter().enumerate().map(|(kind, tally)| {
+            let pairs = tally.samples.saturating_sub(1).max(1) as f64;
+            let scatter = (tally.differences / (2.0 * pairs)).sqrt();
+            known(prepared, rows, kind).unwrap_or(scatter.max(least[kind]))
+        });
+        let sigma = sigma.collect();
+        let p = prepared.p.clone();
+        Ok(Self {
+            unbounded: p.clone(),
+            p,
+            sigma,
+            least,
+            iterations: 0,
+            evaluations: 1,
+            is_converged: true,
+            is_flat: false,
+        })
+    }
+
+    /// Where a round ended, with what its residuals say of σ.
+    pub(crate) fn new<S: System>(
+        prepared: &Prepared<'_, S>,
+        rows: &mut Rows<'_, S>,
+        last: &Self,
+        (p, unbounded): (Vec<f64>, Vec<f64>),
+        bounds: &[(f64, f64)],
+        searched: &Searched,
+    ) -> Result<Self, RegressionError> {
+        let tallies = tallies(rows, &p)?;
+        let samples: usize = tallies.iter().map(|tally| tally.samples).sum();
+        // Every kind gives up degrees of freedom in proportion to its rows; what is at a bound takes none.
+        let is_unheld = |(i, (low, high)): &(&usize, &(f64, f64))| p[**i] > *low && p[**i] < *high;
+        let unheld = prepared.free.iter().zip(bounds).filter(is_unheld).count();
+        let left = samples.saturating_sub(unheld).max(1);
+        let spread = samples as f64 / left as f64;
+        let sigma = tallies.iter().enumerate().map(|(kind, tally)| {
+            let estimated = (tally.residuals / tally.samples.max(1) as f64 * spread).sqrt();
+            known(prepared, rows, kind).unwrap_or(estimated.max(last.least[kind]))
+        });
+        let sigma = sigma.collect();
+        let Searched { evaluations, iterations, is_converged, is_flat, .. } = *searched;
+        let least = last.least.clone();
+        Ok(Self { p, unbounded, sigma, least, iterations, evaluations, is_converged, is_flat })
+    }
+
+    /// Where a fit ended, to go on from with its weights.
+    pub(crate) fn of(fit: &RegressionFit) -> Self {
+        let sigma: Vec<f64> = fit.rows.iter().map(|row| row.sigma).collect();
+        Self {
+            p: fit.p.clone(),
+            unbounded: fit.p.clone(),
+            least: sigma.clone(),
+            sigma,
+            iterations: 0,
+            evaluations: 0,
+            is_converged: true,
+            is_flat: false,
+        }
+    }
+
+    /// Whether another round would change nothing: weights are as they were, to a part.
+    pub(crate) fn is_stable(&self, last: &Self, part: f64) -> bool {
+        let near = |(next, last): (&f64, &f64)| (next / last - 1.0).abs() <= part;
+        self.sigma.iter().zip(&last.sigma).all(near)
+    }
+}
+
+/// σ of a kind of rows, where it is given.
+fn known<S: System>(prepared: &Prepared<'_, S>, rows: &Rows<'_, S>, kind: usize) -> Option<f64> {
+    match rows.kinds[kind].of {
+        RowOf::Equation(_) => None,
+        RowOf::Output(i) => match prepared.problem.noise[i] {
+            Some(Noise::Known(sigma)) => Some(sigma),
+            Some(Noise::Estimated) | None => None,
+        },
+    }
+}
+
+/// The regression that ended there.
+pub(crate) fn finish<S: System>(
+    prepared: &Prepared<'_, S>,
+    rows: &mut Rows<'_, S>,
+    linear: &[bool],
+    found: Found,
+    method: RegressionMethod,
+) -> Result<RegressionFit, RegressionError> {
+    let signature = prepared.problem.system.signature();
+    let free = &prepared.free;
+    let columns: Vec<(usize, f64)> = prepared.sizes.iter().copied().enumerate().collect();
+    let triangle = triangle(prepared, rows, &found.sigma, &found.p, &columns)?;
+    let r: DMatrix<f64> = triangle.r();
+    let bounds: Vec<Option<Bound>> = free
+        .iter()
+        .map(|i| {
+            let parameter = &signature.parameters[*i];
+            match found.p[*i] {
+                _ if method == RegressionMethod::LeastSquares => None,
+                value if value <= parameter.lower => Some(Bound::Lower),
+                value if value >= parameter.upper => Some(Bound::Upper),
+                _ => None,
+            }
+        })
+        .collect();
+    let held: Vec<bool> = bounds.iter().map(Option::is_some).collect();
+    let uncertainty = Uncertainty::of_triangle(&r, &held, UNSEEN);
+    let spectrum = spectrum(&r);
+    let tallies = tallies(rows, &found.p)?;
+    let estimates = free.iter().enumerate().map(|(j, i)| Estimate {
+        name: signature.parameters[*i].name.to_string(),
+        of: Direction::Parameter(*i),
+        recording: None,
+        value: found.p[*i],
+        std: uncertainty.covariance(j, j).map(|variance| variance.sqrt() * prepared.sizes[j]),
+        at_bound: bounds[j],
+    });
+    let qualities =
+        rows.kinds.iter().zip(&tallies).zip(&found.sigma).map(|((kind, tally), sigma)| {
+            RowQuality {
+                of: kind.of,
+                name: kind.name.clone(),
+                samples: tally.samples,
+                mean_squared_error: tally.errors / tally.samples as f64,
+                r_squared: (tally.variation > 0.0).then(|| 1.0 - tally.errors / tally.variation),
+                sigma: *sigma,
+                multiplied_by: kind
+                    .multiplier
+                    .map(|j| signature.parameters[free[j]].name.to_string()),
+            }
+        });
+    let estimates: Vec<Estimate> = estimates.collect();
+    Ok(RegressionFit {
+        method,
+        estimates,
+        linear: linear.to_vec(),
+        unbounded: held.contains(&true).then_some(found.unbounded),
+        rank: spectrum.rank,
+        condition_number: spectrum.condition_number,
+        undetermined: uncertainty.undetermined.clone(),
+        rows: qualities.collect(),
+        cost: triangle.zeta().norm_squared() + triangle.remainder(),
+        samples: tallies.iter().map(|tally| tally.samples).sum(),
+        left_out: rows.left_out(),
+        iterations: found.iterations,
+        evaluations: found.evaluations,
+        is_stopped: false,
+        is_converged: found.is_converged,
+        is_flat: found.is_flat,
+        sizes: prepared.sizes.clone(),
+        p: found.p,
+        uncertainty,
+    })
+}

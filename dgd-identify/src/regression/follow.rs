@@ -1,0 +1,253 @@
+//! Recursive least squares on a model's equations and outputs, along recordings.
+//!
+//! ```text
+//!   a row that is linear in the free parameters p:   v̇ = z₀ + …  as   z = φᵀp
+//!   both sides filtered by 1/Λ(s):   z = s/Λ v + 1/Λ z₀,  φ = 1/Λ φ₀  (and s/Λ where p multiplies ẏ)
+//! ```
+//!
+//! so that no slope of a reading is taken. Between samples z₀, φ₀ and readings are straight lines, and
+//! they jump where held inputs do. After a sample at which a row is not known the filters settle anew.
+//!
+//! θ is p in units of its sizes, and P of their squares. Where there are rows of several equations and
+//! outputs, each is divided by the scatter of its residuals at the start, relative to that of the first.
+
+use dgd_runtime::{Point, System};
+use nalgebra::DMatrix;
+
+use crate::regression::error::RegressionError;
+use crate::regression::filters::LambdaFilter;
+use crate::regression::finish::{Found, RegressionFit, finish};
+use crate::regression::known::Known;
+use crate::regression::prepare::{self, Prepared};
+use crate::regression::recursive::{ContinuousLeastSquares, Forgetting, RegressorSample};
+use crate::regression::rows::{RowOf, Rows};
+use crate::regression::separable::Searched;
+use crate::regression::{RegressionMethod, RegressionProblem, structure};
+
+/// Most steps between two samples.
+const MOST_STEPS: f64 = 1000.0;
+
+/// How to follow.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FollowOptions {
+    /// Time constants τ of Λ(s) = Π (τ s + 1), s.
+    pub time_constants: Vec<f64>,
+    /// P₀, for each parameter in squares of its size.
+    pub start_variance: f64,
+    /// β, R₀ in squares of the parameters' sizes, and n_s.
+    pub forgetting: Forgetting,
+}
+
+/// Estimates over time.
+#[derive(Debug, Clone)]
+pub struct Followed {
+    /// The last estimates, and how well they fit all rows; without standard deviations, as those depend on how the
+    /// filtered errors are correlated.
+    pub fit: RegressionFit,
+    /// P at the end, SI.
+    pub covariance: DMatrix<f64>,
+    /// Recording, from 0, and time of each sample that has been taken in, s.
+    pub times: Vec<(usize, f64)>,
+    /// The estimates then, SI.
+    pub estimates: Vec<Vec<f64>>,
+    /// For how long P has been kept from growing, s.
+    pub frozen: f64,
+}
+
+/// Follows the free parameters along the recordings, one after the other.
+///
+/// # Errors
+///
+/// [`RegressionError`]: as [`regress`](super::regress) by linear least squares;
+/// [`RegressionError::Filter`] for time constants that are not positive.
+pub fn follow<S: System>(
+    problem: &RegressionProblem<'_, S>,
+    options: &FollowOptions,
+) -> Result<Followed, RegressionError> {
+    let Forgetting { rate, limit, .. } = options.forgetting;
+    if !(rate >= 0.0 && rate.is_finite() && limit > 0.0) {
+        return Err(RegressionError::Forgetting);
+    }
+    let prepared = Prepared::new(problem)?;
+    let known = prepared.known()?;
+    let mut rows = prepared.rows(&known)?;
+    let linear = structure::find_linear(problem.system, &mut rows, problem.p);
+    if linear.contains(&false) {
+        return Err(prepare::not_linear(problem, &mut rows, &linear));
+    }
+    let first = Found::first(&prepared, &mut rows)?;
+    let n = prepared.free.len();
+    let theta: Vec<f64> =
+        prepared.free.iter().zip(&prepared.sizes).map(|(i, size)| prepared.p[*i] / size).collect();
+    let p0 = DMatrix::from_diagonal_element(n, n, options.start_variance);
+    let estimator = ContinuousLeastSquares::new(&theta, &p0, options.forgetting);
+    let estimator = estimator.ok_or(RegressionError::StartVariance)?;
+    let channels = rows.kinds.len() * 2 * (n + 1);
+    let filter = LambdaFilter::with_time_constants(&options.time_constants, channels);
+    let filter = filter.ok_or(RegressionError::Filter)?;
+    let weights = first.sigma.iter().map(|sigma| first.sigma[0] / sigma).collect();
+
+    let step = options.time_constants.iter().copied().fold(f64::INFINITY, f64::min);
+    let mut following = Following { prepared: &prepared, weights, filter, estimator, step };
+    let (mut times, mut estimates) = (Vec::new(), Vec::new());
+    for (recording, known) in known.iter().enumerate() {
+        following.along(&mut rows, recording, known, &mut |t, theta| {
+            times.push((recording, t));
+            estimates.push(theta.iter().zip(&prepared.sizes).map(|(z, size)| z * size).collect());
+        });
+    }
+    let Some(last) = estimates.last() else {
+        let rows = rows.kinds.iter().map(|kind| kind.name.clone()).collect();
+        return Err(RegressionError::NeverTogether { rows });
+    };
+    let mut p = prepared.p.clone();
+    for (i, value) in prepared.free.iter().zip(last as &Vec<f64>) {
+        p[*i] = *value;
+    }
+    let bounds = prepared.bounds(RegressionMethod::LeastSquares);
+    let found =
+        Found::new(&prepared, &mut rows, &first, (p.clone(), p), &bounds, &Searched::of(2))?;
+    let mut fit = finish(&prepared, &mut rows, &linear, found, RegressionMethod::LeastSquares)?;
+    fit.forget_uncertainty();
+    let covariance = following.estimator.covariance();
+    let sizes = &prepared.sizes;
+    Ok(Followed {
+        fit,
+        covariance: DMatrix::from_fn(n, n, |i, j| covariance[(i, j)] * sizes[i] * sizes[j]),
+        times,
+        estimates,
+        frozen: following.estimator.frozen(),
+    })
+}
+
+struct Following<'a, S> {
+    prepared: &'a Prepared<'a, S>,
+    weights: Vec<f64>,
+    filter: LambdaFilter,
+    estimator: ContinuousLeastSquares,
+    /// The longest step, s.
+    step: f64,
+}
+
+impl<S: System> Following<'_, S> {
+    fn along(
+        &mut self,
+        rows: &mut Rows<'_, S>,
+        recording: usize,
+        known: &Known,
+        visit: &mut dyn FnMut(f64, &[f64]),
+    ) {
+        let n = self.prepared.free.len();
+        let mut last: Option<(f64, Vec<f64>)> = None;
+        for sample in known.first..known.times.len() {
+            let t = known.times[sample];
+            if known.is_cut(sample) && resets_a_row(rows) {
+                // A value that jumps has no rate.
+                last = None;
+            }
+            let now =
+                self.signals(rows, (recording, sample), known.point(sample, &self.prepared.p));
+            let Some(now) = now else {
+                last = None;
+                continue;
+            };
+            match last.as_ref().filter(|(before, _)| t > *before) {
+                None if last.is_none() => self.filter.settle(&now),
+                // A jump of the inputs: what is read later starts from there.
+                None => {}
+                Some((before, from)) => {
+                    let h = t - before;
+                    let at = known.point_before(sample, &self.prepared.p);
+                    let to = self.signals(rows, (recording, sample), at);
+                    let to = to.unwrap_or_else(|| now.clone());
+                    self.filter.lead(from, &to, h);
+                    let (filter, weights) = (&mut self.filter, &self.weights);
+                    let (mut smoothed, mut rates) = (vec![0.0; to.len()], vec![0.0; to.len()]);
+                    // Steps in which the filtered signals are nearly polynomials.
+                    let steps = (h / self.step).ceil().clamp(1.0, MOST_STEPS);
+                    for _ in 0..steps as usize {
+                        self.estimator.advance(h / steps, &mut |tau| {
+                            filter.after(tau, &mut smoothed, &mut rates);
+                            let block = 2 * (n + 1);
+                            let rows = smoothed.chunks_exact(block).zip(rates.chunks_exact(block));
+                            rows.zip(weights)
+                                .map(|(row, weight)| sample_of(row, n, *weight))
+                                .collect()
+                        });
+                        filter.advance(h / steps);
+                    }
+                }
+            }
+            visit(t, self.estimator.theta());
+            last = Some((t, now));
+        }
+    }
+
+    /// What is filtered, row by row: z₀, φ₀ in sizes, and what enters z and φ by its rate.
+    fn signals(
+        &self,
+        rows: &mut Rows<'_, S>,
+        (recording, sample): (usize, usize),
+        at: Point<'_>,
+    ) -> Option<Vec<f64>> {
+        let Prepared { free, sizes, p, .. } = self.prepared;
+        let n = free.len();
+        let mut signals = vec![0.0; rows.kinds.len() * 2 * (n + 1)];
+        let blocks = signals.chunks_exact_mut(2 * (n + 1)).enumerate();
+        for (kind, block) in blocks {
+            let (plain, by_rate) = block.split_at_mut(n + 1);
+            let of = rows.kinds[kind].of;
+            let moved = match of {
+                // Only what readings give has moved by itself.
+                RowOf::Equation(i) if rows.is_differential(kind, at) => {
+                    if !rows.known[recording].is_given(sample, i) {
+                        return None;
+                    }
+                    at.y[i]
+                }
+                RowOf::Equation(_) | RowOf::Output(_) => 0.0,
+            };
+            let measured = match of {
+                RowOf::Output(i) => rows.recordings[recording].measured[i].as_ref()?[sample],
+                RowOf::Equation(_) => 0.0,
+            };
+            if !rows.kinds[kind].late.is_empty() && !rows.known[recording].has_past(sample) {
+                return None;
+            }
+            let multiplier = rows.kinds[kind].multiplier;
+            let multiplier = multiplier.filter(|_| rows.is_multiplied(kind, at));
+            let (value, slopes) = rows.with_late(recording, at, |rows, at| {
+                let (predicted, by_p) = rows.predict(at);
+                (predicted[kind], by_p[kind * n..(kind + 1) * n].to_vec())
+            });
+            let factor = multiplier.map_or(1.0, |k| p[free[k]]);
+            // g(p) = g(p̂) + Σ gⱼ (pⱼ − p̂ⱼ),  g = f or p_k f
+            let mut constant = factor * value;
+            for (j, i) in free.iter().enumerate() {
+                let own = if multiplier == Some(j) { value } else { 0.0 };
+                let slope = factor * slopes[j] + own;
+                constant -= slope * p[*i];
+                plain[1 + j] = slope * sizes[j];
+            }
+            plain[0] = measured - constant;
+            match multiplier {
+                None => by_rate[0] = moved,
+                Some(k) => by_rate[1 + k] = -moved * sizes[k],
+            }
+        }
+        signals.iter().all(|signal| signal.is_finite()).then_some(signals)
+    }
+}
+
+/// Whether some transition resets an unknown whose equation has rows.
+fn resets_a_row<S: System>(rows: &Rows<'_, S>) -> bool {
+    let discrete = &rows.system().signature().discrete;
+    let mut resets = discrete.transitions().flat_map(|(_, transition)| transition.resets.iter());
+    resets.any(|i| rows.kinds.iter().any(|kind| kind.of == RowOf::Equation(*i)))
+}
+
+/// The row of filtered signals: what is smoothed, and the rates of what enters by its rate.
+fn sample_of((smoothed, rates): (&[f64], &[f64]), n: usize, weight: f64) -> RegressorSample {
+    let entry = |j: usize| weight * (smoothed[j] + rates[n + 1 + j]);
+    RegressorSample { z: entry(0), phi: (1..=n).map(entry).collect() }
+}

@@ -1,0 +1,228 @@
+//! Regressions: parameters from equations and outputs in which everything else is known.
+//!
+//! ```text
+//!   residuals:   f(t, y, u, p) − M ẏ  and  w(t, y, u, p) − measured, at each sample
+//!   y, ẏ:        from the measured outputs that have no parameter to be estimated
+//!   minimise     Σ_rows Σ_samples (residual / σ_row)² + Σ_priors ((p − mean) / std)²
+//! ```
+//!
+//! Nothing is simulated, so that there is one minimum where the parameters enter linearly, and no start
+//! values. What that costs: noise in y and ẏ is in the regressors, too, and an unknown that no sensor
+//! gives cannot be had.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `known`, `slopes` | y and ẏ at each sample |
+//! | `modes` | in which modes the system was there, and what readings do not give but follows |
+//! | `late` | what it was before |
+//! | `rows` | residuals and their derivatives, row by row |
+//! | `structure` | which parameters enter linearly |
+//! | `triangle`, `least_squares` | linear least squares without squaring, free and within bounds |
+//! | `separable` | linear parameters inside, the others outside |
+//! | `finish` | what was found, and how sure it is |
+//! | `profile` | how far an estimate can go while the others make up for it |
+//! | `trace` | what the rows are then, sample by sample |
+//! | `filters`, `recursive`, `follow` | the same while samples come in |
+use dgd_runtime::System;
+
+mod error;
+mod filters;
+mod finish;
+mod follow;
+mod known;
+mod late;
+mod least_squares;
+mod modes;
+mod prepare;
+mod profile;
+mod recursive;
+mod rows;
+mod separable;
+mod slopes;
+mod structure;
+mod trace;
+mod triangle;
+
+use crate::levenberg_marquardt::StoppingRule;
+use crate::nelder_mead::SimplexRule;
+use crate::noise::Noise;
+use crate::output_error::Prior;
+use crate::progress::{Unwatched, Watch};
+use crate::recording::Recording;
+use crate::regression::finish::Found;
+use crate::regression::known::Known;
+use crate::regression::prepare::Prepared;
+
+pub use error::{RegressionError, Unsteady};
+pub use filters::LambdaFilter;
+pub use finish::{RegressionFit, RowQuality};
+pub use follow::{FollowOptions, Followed, follow};
+pub use profile::regression_profiles;
+pub use recursive::{
+    ContinuousLeastSquares, Forgetting, Normalisation, RecursiveLeastSquares, RegressorSample,
+};
+pub use rows::{RowOf, RowsLeftOut};
+pub use trace::{RowTrace, traces};
+
+/// Most rounds of re-estimated noise.
+const MOST_ROUNDS: usize = 12;
+/// Most rounds in which modes and pasts follow from estimates.
+const MOST_MODE_ROUNDS: usize = 30;
+/// Modes of up to this part of the samples may go on changing: readings close to a threshold do so.
+const UNSETTLED: f64 = 0.01;
+/// Noise that changes by less than this part is stable.
+const STABLE: f64 = 0.01;
+
+/// How a regression is solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RegressionMethod {
+    /// Linear least squares without bounds. All parameters must enter linearly.
+    LeastSquares,
+    /// Linear least squares within the parameters' bounds. All parameters must enter linearly.
+    Bounded,
+    /// Variable projection: linear parameters by least squares, for each trial of the others, which
+    /// Levenberg's and Marquardt's method moves; all within their bounds.
+    VariableProjection,
+    /// The same, the others moved by the simplex method of Nelder and Mead.
+    NelderMead,
+}
+
+/// What to fit to what.
+#[derive(Debug, Clone)]
+pub struct RegressionProblem<'a, S> {
+    /// The model.
+    pub system: &'a S,
+    /// All parameters, SI: values of those that are not free, first guesses of the others.
+    pub p: &'a [f64],
+    /// Which of the model's directions are free; start values are not looked at.
+    pub free: Vec<bool>,
+    /// What was recorded.
+    pub recordings: &'a [Recording],
+    /// For each output of the model, its noise; `None` for one that is not to be used at all.
+    pub noise: Vec<Option<Noise>>,
+    /// What is known beforehand.
+    pub priors: Vec<Prior>,
+    /// Half of the width of the windows in which slopes are taken, s; five usual steps where none is
+    /// given.
+    pub half_width: Option<f64>,
+    /// Only samples at which these unknowns move no faster than this count, SI per second.
+    pub steady: Vec<(usize, f64)>,
+    /// When the search of parameters that do not enter linearly stops.
+    pub stopping: StoppingRule,
+    /// The same, of the simplex method.
+    pub simplex: SimplexRule,
+    /// Who looks on, and may stop it.
+    pub watch: &'a dyn Watch,
+}
+
+impl<'a, S: System> RegressionProblem<'a, S> {
+    /// A problem in which all parameters among the directions are free, and all outputs used.
+    pub fn new(system: &'a S, p: &'a [f64], recordings: &'a [Recording]) -> Self {
+        let signature = system.signature();
+        Self {
+            system,
+            p,
+            free: vec![true; signature.directions.len()],
+            recordings,
+            noise: vec![Some(Noise::Estimated); signature.outputs.len()],
+            priors: Vec::new(),
+            half_width: None,
+            steady: Vec::new(),
+            stopping: StoppingRule {
+                gradient: 1e-12,
+                reduction: 1e-18,
+                step: 1e-12,
+                evaluations: 2000,
+                ..StoppingRule::default()
+            },
+            simplex: SimplexRule::default(),
+            watch: &Unwatched,
+        }
+    }
+}
+
+/// Estimates the free parameters. What the watch of the problem stops gives the best so far
+/// ([`RegressionFit::is_stopped`]), and so does a search that ends in no minimum
+/// ([`RegressionFit::is_converged`]).
+///
+/// # Errors
+///
+/// [`RegressionError`]: nothing to estimate or to estimate from, an unknown that no output gives, a
+/// parameter that does not enter as the method needs it.
+///
+/// # Panics
+///
+/// When lengths are not those of the model's signature.
+pub fn regress<S: System>(
+    problem: &RegressionProblem<'_, S>,
+    method: RegressionMethod,
+) -> Result<RegressionFit, RegressionError> {
+    let mut prepared = Prepared::new(problem)?;
+    prepared.clamp(method);
+    let mut known = prepared.known()?;
+    let mut fit = regress_known(&prepared, &known, method)?;
+    let signature = problem.system.signature();
+    if modes::remembered(problem.system).is_none() && signature.delayed_unknowns.is_empty() {
+        return Ok(fit);
+    }
+    // Conditions may have parameters that are estimated, in themselves or in what leads to them, and delays
+    // decide which samples have a past.
+    let mut samples = 0;
+    for _ in 0..MOST_MODE_ROUNDS {
+        prepared.p.clone_from(&fit.p);
+        prepared.clamp(RegressionMethod::Bounded);
+        let next = prepared.known()?;
+        samples = differing(&known, &next);
+        let pasts_differ = known.iter().zip(&next).any(|(known, next)| known.pasts_differ(next));
+        if samples == 0 && !pasts_differ || !fit.is_converged {
+            return Ok(fit);
+        }
+        known = next;
+        fit = regress_known(&prepared, &known, method)?;
+    }
+    let all: usize = known.iter().map(|known| known.times.len()).sum();
+    if samples as f64 <= UNSETTLED * all as f64 {
+        Ok(fit)
+    } else {
+        Err(RegressionError::ModesDoNotSettle { samples })
+    }
+}
+
+/// In how many samples modes differ.
+fn differing(known: &[Known], next: &[Known]) -> usize {
+    known.iter().zip(next).map(|(known, next)| known.modes_differ(next)).sum()
+}
+
+/// The regression on what is known of each sample.
+fn regress_known<S: System>(
+    prepared: &Prepared<'_, S>,
+    known: &[Known],
+    method: RegressionMethod,
+) -> Result<RegressionFit, RegressionError> {
+    let problem = prepared.problem;
+    let mut rows = prepared.rows(known)?;
+    let linear = structure::find_linear(problem.system, &mut rows, &prepared.p);
+    let is_linear = linear.iter().all(|linear| *linear);
+    if !is_linear && matches!(method, RegressionMethod::LeastSquares | RegressionMethod::Bounded) {
+        return Err(prepare::not_linear(problem, &mut rows, &linear));
+    }
+
+    let mut found = Found::first(prepared, &mut rows)?;
+    let mut is_stopped = false;
+    let bounds = prepared.bounds(method);
+    for _ in 0..MOST_ROUNDS {
+        let next = separable::solve(prepared, &mut rows, &linear, &found, (method, &bounds))?;
+        // The weight of rows of one kind, with nothing beside them, changes nothing.
+        let is_one = next.sigma.len() == 1 && problem.priors.is_empty();
+        let is_stable = is_one || next.is_stable(&found, STABLE);
+        found = next;
+        is_stopped = problem.watch.is_stopped();
+        if is_stable || is_stopped || !found.is_converged {
+            break;
+        }
+    }
+    let mut fit = finish::finish(prepared, &mut rows, &linear, found, method)?;
+    fit.is_stopped = is_stopped;
+    fit.is_converged &= !is_stopped;
+    Ok(fit)
+}

@@ -1,0 +1,133 @@
+//! How far an estimate of a regression can go while the others make up for it, as
+//! [`crate::profiles`] says of a simulation.
+//!
+//! Weights are those of the fit all along, and so are the modes of the samples.
+
+use std::cell::{Cell, RefCell};
+
+use dgd_runtime::System;
+
+use crate::along::{Place, Way, one_by_one};
+use crate::profile::{FAR, Profile};
+use crate::regression::error::RegressionError;
+use crate::regression::finish::{Found, RegressionFit};
+use crate::regression::prepare::Prepared;
+use crate::regression::rows::Rows;
+use crate::regression::{RegressionMethod, RegressionProblem, separable, structure};
+
+/// The profiles of some estimates of a regression of this problem, in the order of `estimates`. Where its
+/// watch stops it, those that are complete are given ([`Profile::estimate`] says which they are).
+///
+/// # Errors
+///
+/// As [`regress`](super::regress).
+///
+/// # Panics
+///
+/// When the fit is not one of the problem, or an estimate is not one of the fit.
+pub fn regression_profiles<S: System>(
+    problem: &RegressionProblem<'_, S>,
+    fit: &RegressionFit,
+    estimates: &[usize],
+) -> Result<Vec<Profile>, RegressionError> {
+    let method = match fit.method {
+        RegressionMethod::NelderMead => RegressionMethod::VariableProjection,
+        method => method,
+    };
+    let mut prepared = Prepared::new(problem)?;
+    assert_eq!(prepared.free.len(), fit.estimates.len(), "the fit is that of the problem");
+    // What is linear was found out there.
+    prepared.clamp(method);
+    let guess = std::mem::replace(&mut prepared.p, fit.p.clone());
+    let known = prepared.known()?;
+    let mut rows = prepared.rows(&known)?;
+    structure::find_linear(problem.system, &mut rows, &guess);
+    let least = sum(&prepared, &mut rows, &Found::of(fit).sigma, &fit.p)?;
+    let along = Along { prepared: &prepared, rows: RefCell::new(rows), fit, method, least };
+    Ok(one_by_one(estimates, problem.watch, |j| along.profile(j)))
+}
+
+/// A sum of squares, and of how many rows it is.
+#[derive(Debug, Clone, Copy)]
+struct Sum {
+    rows: usize,
+    cost: f64,
+}
+
+/// Σ_rows (residual/σ)² + Σ_priors ((p − mean) / std)².
+fn sum<S: System>(
+    prepared: &Prepared<'_, S>,
+    rows: &mut Rows<'_, S>,
+    sigma: &[f64],
+    p: &[f64],
+) -> Result<Sum, RegressionError> {
+    let mut sum = Sum { rows: 0, cost: 0.0 };
+    rows.visit(p, &mut |row| {
+        sum.rows += 1;
+        sum.cost += (row.residual / sigma[row.kind]).powi(2);
+    })?;
+    for prior in &prepared.problem.priors {
+        if prepared.free.contains(&prior.parameter) {
+            sum.cost += ((p[prior.parameter] - prior.mean) / prior.std).powi(2);
+        }
+    }
+    Ok(sum)
+}
+
+/// Estimates, along one of which the others are fitted.
+struct Along<'a, S> {
+    prepared: &'a Prepared<'a, S>,
+    rows: RefCell<Rows<'a, S>>,
+    fit: &'a RegressionFit,
+    method: RegressionMethod,
+    least: Sum,
+}
+
+impl<S: System> Along<'_, S> {
+    /// Variables are estimates in parts of their sizes.
+    fn profile(&self, j: usize) -> Profile {
+        let sizes = &self.fit.sizes;
+        let centre = self.fit.estimates.iter().zip(sizes);
+        let centre: Vec<f64> = centre.map(|(estimate, size)| estimate.value / size).collect();
+        let (lower, upper) = self.prepared.bounds(self.method)[j];
+        let evaluations = Cell::new(0);
+        let way = Way {
+            i: j,
+            bounds: (lower / sizes[j], upper / sizes[j]),
+            reach: FAR * centre[j].abs().max(1.0),
+            centre,
+            std: self.fit.estimates[j].std.map(|std| std / sizes[j]),
+            place: &|held, from, _| self.place(j, held, from, &evaluations),
+            is_stopped: &|| self.prepared.problem.watch.is_stopped(),
+        };
+        Profile::along(&way, |i, z| z * sizes[i], sizes, &evaluations)
+    }
+
+    /// The least sum of squares with the estimate held at a value; `None` where no minimum is found, or
+    /// samples have no rows there that have some at the fit.
+    fn place(&self, j: usize, held: f64, from: &Place, evaluations: &Cell<usize>) -> Option<Place> {
+        let Self { prepared, fit, .. } = self;
+        let free = &prepared.free;
+        let mut bounds = prepared.bounds(self.method);
+        let held = held * fit.sizes[j];
+        bounds[j] = (held, held);
+        let mut start = Found::of(fit);
+        for ((i, z), size) in free.iter().zip(&from.z).zip(&fit.sizes) {
+            start.p[*i] = z * size;
+        }
+        start.p[free[j]] = held;
+        let mut rows = self.rows.borrow_mut();
+        let within = (self.method, bounds.as_slice());
+        let found = separable::solve(prepared, &mut rows, &fit.linear, &start, within).ok()?;
+        evaluations.set(evaluations.get() + found.evaluations);
+        if !found.is_converged {
+            return None;
+        }
+        let sum = sum(prepared, &mut rows, &start.sigma, &found.p).ok()?;
+        if sum.rows != self.least.rows {
+            return None;
+        }
+        let z = free.iter().zip(&fit.sizes).map(|(i, size)| found.p[*i] / size);
+        Some(Place { z: z.collect(), deviance: sum.cost - self.least.cost })
+    }
+}

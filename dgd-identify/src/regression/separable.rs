@@ -1,0 +1,335 @@
+//! Linear parameters inside, the others outside.
+//!
+//! ```text
+//!   residuals:  r = Φ(α) c − z(α),  σ-weighted
+//!   inner:      c(α) = argmin ‖r‖,  within the bounds of c
+//!   outer:      minimise ‖r(α, c(α))‖²,  within the bounds of α
+//!
+//!   [Φ_free | ∂r/∂α | −r] = Q [R₁ R₁₂ ζ₁]
+//!                             [    R₂  ζ₂]         J = R₂, of residuals −ζ₂
+//!                             [        ρ ]
+//! ```
+//!
+//! J is what ∂r/∂α leaves outside of the span of Φ: Kaufman's Jacobian of the projected residuals. So
+//! one triangle of the rows is all that a step needs. Linear parameters at a bound are not projected out.
+//!
+//! Golub, Pereyra, SIAM J. Numer. Anal. 10 (1973) 413; Kaufman, BIT 15 (1975) 49.
+
+use dgd_runtime::{Direction, System};
+use nalgebra::DVector;
+
+use crate::levenberg_marquardt::{NormalEquations, Region, Termination, is_flat, minimise_watched};
+use crate::nelder_mead::nelder_mead;
+use crate::progress::{Of, Progress};
+use crate::regression::RegressionMethod;
+use crate::regression::error::RegressionError;
+use crate::regression::finish::Found;
+use crate::regression::least_squares;
+use crate::regression::prepare::Prepared;
+use crate::regression::rows::Rows;
+use crate::regression::triangle::Triangle;
+use crate::variables::{Variable, Variables};
+
+/// A linear parameter that becomes so many times smaller is solved for once more.
+const CANCELLED: f64 = 100.0;
+const MOST_PASSES: usize = 6;
+
+/// The triangle of the weighted rows at p: derivatives to `columns` of the free parameters, each times a
+/// factor, and −r.
+pub(crate) fn triangle<S: System>(
+    prepared: &Prepared<'_, S>,
+    rows: &mut Rows<'_, S>,
+    sigma: &[f64],
+    p: &[f64],
+    columns: &[(usize, f64)],
+) -> Result<Triangle, RegressionError> {
+    let mut triangle = Triangle::new(columns.len());
+    let mut phi = vec![0.0; columns.len()];
+    rows.visit(p, &mut |row| {
+        for (phi, (j, factor)) in phi.iter_mut().zip(columns) {
+            *phi = row.slopes[*j] * factor;
+        }
+        triangle.push(&phi, -row.residual, 1.0 / sigma[row.kind]);
+    })?;
+    for prior in &prepared.problem.priors {
+        let Some(at) = prepared.free.iter().position(|i| *i == prior.parameter) else { continue };
+        for (phi, (j, factor)) in phi.iter_mut().zip(columns) {
+            *phi = if *j == at { *factor } else { 0.0 };
+        }
+        triangle.push(&phi, prior.mean - p[prior.parameter], 1.0 / prior.std);
+    }
+    triangle.reduce();
+    Ok(triangle)
+}
+
+/// Solves with given weights, from where the last round ended, within bounds of the free parameters.
+pub(crate) fn solve<S: System>(
+    prepared: &Prepared<'_, S>,
+    rows: &mut Rows<'_, S>,
+    linear: &[bool],
+    last: &Found,
+    (method, bounds): (RegressionMethod, &[(f64, f64)]),
+) -> Result<Found, RegressionError> {
+    let inner = Inner {
+        prepared,
+        columns: (0..linear.len()).filter(|j| linear[*j]).collect(),
+        sigma: &last.sigma,
+        bounds,
+    };
+    let outer = Outer::new(prepared, linear)?;
+    let (mut p, mut evaluations) = (last.p.clone(), last.evaluations);
+    let (mut iterations, mut is_converged, mut is_flat) = (last.iterations, true, false);
+    if outer.variables.len() > 0 {
+        let z = outer.variables_at(&p);
+        let bounds = outer.bounds(bounds);
+        let z = if method == RegressionMethod::NelderMead {
+            let rule = prepared.problem.simplex;
+            let watch = prepared.problem.watch;
+            let found = nelder_mead(&z, &bounds, &rule, watch, |z| {
+                let mut trial = outer.parameters(&p, z);
+                inner.solve(rows, &mut trial).ok()
+            });
+            evaluations += found.evaluations;
+            is_flat =
+                found.is_converged && outer.is_flat(rows, &inner, &p, (&z, &found.x), &bounds)?;
+            is_converged = found.is_converged && !is_flat;
+            found.x
+        } else {
+            let found = outer.search(rows, &inner, &p, z, &bounds)?;
+            evaluations += found.evaluations;
+            iterations += found.iterations;
+            (is_converged, is_flat) = (found.is_converged, found.is_flat);
+            found.x
+        };
+        p = outer.parameters(&p, &z);
+    }
+    let unbounded = inner.unbounded(rows, &p)?;
+    inner.solve(rows, &mut p)?;
+    let searched =
+        Searched { x: Vec::new(), evaluations: evaluations + 1, iterations, is_converged, is_flat };
+    Found::new(prepared, rows, last, (p, unbounded), bounds, &searched)
+}
+
+/// Least squares in the linear parameters.
+struct Inner<'a, S> {
+    prepared: &'a Prepared<'a, S>,
+    /// Positions of the linear ones among the free parameters.
+    columns: Vec<usize>,
+    sigma: &'a [f64],
+    /// Of the free parameters.
+    bounds: &'a [(f64, f64)],
+}
+
+impl<S: System> Inner<'_, S> {
+    fn triangle(&self, rows: &mut Rows<'_, S>, p: &[f64]) -> Result<Triangle, RegressionError> {
+        let columns: Vec<(usize, f64)> = self.columns.iter().map(|j| (*j, 1.0)).collect();
+        triangle(self.prepared, rows, self.sigma, p, &columns)
+    }
+
+    /// Gives the linear parameters their best values; returns the sum of squares.
+    ///
+    /// From values that are much larger than the best ones it is repeated: the difference has lost digits.
+    fn solve(&self, rows: &mut Rows<'_, S>, p: &mut [f64]) -> Result<f64, RegressionError> {
+        for _ in 1..MOST_PASSES {
+            let before = p.to_vec();
+            let squares = self.correct(rows, p)?;
+            let has_cancelled = |j: &usize| {
+                let i = self.prepared.free[*j];
+                before[i].abs() > CANCELLED * p[i].abs()
+            };
+            if !self.columns.iter().any(has_cancelled) {
+                return Ok(squares);
+            }
+        }
+        self.correct(rows, p)
+    }
+
+    /// One pass of it.
+    fn correct(&self, rows: &mut Rows<'_, S>, p: &mut [f64]) -> Result<f64, RegressionError> {
+        let triangle = self.triangle(rows, p)?;
+        let (r, zeta) = (triangle.r(), triangle.zeta());
+        let parameter = |j: usize| self.prepared.free[self.columns[j]];
+        let bounds = |j: usize| self.bounds[self.columns[j]];
+        let n = self.columns.len();
+        let lower = DVector::from_fn(n, |j, _| bounds(j).0 - p[parameter(j)]);
+        let upper = DVector::from_fn(n, |j, _| bounds(j).1 - p[parameter(j)]);
+        let delta = least_squares::solve_bounded(&r, &zeta, &lower, &upper);
+        for j in 0..n {
+            // A bound is met exactly, in spite of rounding.
+            p[parameter(j)] = if delta[j] <= lower[j] {
+                bounds(j).0
+            } else if delta[j] >= upper[j] {
+                bounds(j).1
+            } else {
+                p[parameter(j)] + delta[j]
+            };
+        }
+        Ok((r * delta - zeta).norm_squared() + triangle.remainder())
+    }
+
+    /// What the linear parameters would be without bounds.
+    fn unbounded(&self, rows: &mut Rows<'_, S>, p: &[f64]) -> Result<Vec<f64>, RegressionError> {
+        let triangle = self.triangle(rows, p)?;
+        let delta = least_squares::solve(&triangle.r(), &triangle.zeta());
+        let mut unbounded = p.to_vec();
+        for (j, delta) in self.columns.iter().zip(delta.iter()) {
+            unbounded[self.prepared.free[*j]] += delta;
+        }
+        Ok(unbounded)
+    }
+
+    fn is_held(&self, j: usize, p: &[f64]) -> bool {
+        let (value, (lower, upper)) = (p[self.prepared.free[j]], self.bounds[j]);
+        value <= lower || value >= upper
+    }
+}
+
+/// Where a search ended.
+pub(super) struct Searched {
+    x: Vec<f64>,
+    pub evaluations: usize,
+    pub iterations: usize,
+    /// Whether it ended in a minimum.
+    pub is_converged: bool,
+    /// Whether it ended on a plain.
+    pub is_flat: bool,
+}
+
+impl Searched {
+    /// Nothing was to be searched for; so many evaluations were made all the same.
+    pub(super) fn of(evaluations: usize) -> Self {
+        Self { x: Vec::new(), evaluations, iterations: 0, is_converged: true, is_flat: false }
+    }
+}
+
+/// The parameters that do not enter linearly.
+struct Outer<'a, S> {
+    prepared: &'a Prepared<'a, S>,
+    variables: Variables,
+    /// Their positions among the free parameters, in the order of the variables.
+    positions: Vec<usize>,
+}
+
+impl<'a, S: System> Outer<'a, S> {
+    fn new(prepared: &'a Prepared<'a, S>, linear: &[bool]) -> Result<Self, RegressionError> {
+        let system = prepared.problem.system;
+        let position = |i: usize| prepared.free.iter().position(|free| *free == i);
+        let is_outer = |direction: &Direction| match direction {
+            Direction::Parameter(i) => position(*i).is_some_and(|j| !linear[j]),
+            Direction::Start(_) => false,
+        };
+        let free: Vec<bool> = system.signature().directions.iter().map(is_outer).collect();
+        let (variables, _) =
+            Variables::new(system, &prepared.p, &[], &free).map_err(RegressionError::Variables)?;
+        let positions = variables
+            .all
+            .iter()
+            .filter_map(|variable| match variable.of {
+                Direction::Parameter(i) => position(i),
+                Direction::Start(_) => None,
+            })
+            .collect();
+        Ok(Self { prepared, variables, positions })
+    }
+
+    fn variables_at(&self, p: &[f64]) -> Vec<f64> {
+        let value = |(variable, j): (&Variable, &usize)| {
+            let (low, high) = variable.bounds();
+            variable.variable(p[self.prepared.free[*j]]).clamp(low, high)
+        };
+        self.variables.all.iter().zip(&self.positions).map(value).collect()
+    }
+
+    /// Bounds of the variables, of which one may be held.
+    fn bounds(&self, bounds: &[(f64, f64)]) -> Vec<(f64, f64)> {
+        let of = |(variable, j): (&Variable, &usize)| match bounds[*j] {
+            (low, high) if low == high => (variable.variable(low), variable.variable(high)),
+            _ => variable.bounds(),
+        };
+        self.variables.all.iter().zip(&self.positions).map(of).collect()
+    }
+
+    fn parameters(&self, p: &[f64], z: &[f64]) -> Vec<f64> {
+        self.variables.parameters(p, z)
+    }
+
+    /// Levenberg's and Marquardt's method on the projected problem. Where no step, however small, helps any
+    /// more, it begins anew: its scales remember the steepest place that it came by.
+    fn search(
+        &self,
+        rows: &mut Rows<'_, S>,
+        inner: &Inner<'_, S>,
+        p: &[f64],
+        mut z: Vec<f64>,
+        bounds: &[(f64, f64)],
+    ) -> Result<Searched, RegressionError> {
+        let mut rule = self.prepared.problem.stopping;
+        let reach = self.variables.reach();
+        let region = Region { bounds, reach: &reach, leading: reach.len() };
+        let mut near = p.to_vec();
+        let mut at = self.project(rows, inner, &mut near, &z)?;
+        let (mut evaluations, mut iterations) = (1, 0);
+        loop {
+            let watch = self.prepared.problem.watch;
+            let mut done = evaluations;
+            let minimum = minimise_watched(z, at, region, &rule, watch, |z| {
+                done += 1;
+                let of = Of::AtMost(self.prepared.problem.stopping.evaluations);
+                watch.advanced(Progress { what: "evaluations", done, of });
+                self.project(rows, inner, &mut near, z)
+            });
+            evaluations += minimum.evaluations;
+            iterations += minimum.iterations;
+            rule.evaluations = rule.evaluations.saturating_sub(minimum.evaluations);
+            if minimum.termination == Termination::Stalled && minimum.iterations > 0 {
+                (z, at) = (minimum.x, minimum.at);
+                continue;
+            }
+            let is_converged = minimum.termination.is_converged();
+            let is_flat = minimum.termination == Termination::Flat;
+            return Ok(Searched { x: minimum.x, evaluations, iterations, is_converged, is_flat });
+        }
+    }
+
+    /// Whether a search without derivatives went from one point to another that lies on a plain.
+    fn is_flat(
+        &self,
+        rows: &mut Rows<'_, S>,
+        inner: &Inner<'_, S>,
+        p: &[f64],
+        (first, last): (&[f64], &[f64]),
+        bounds: &[(f64, f64)],
+    ) -> Result<bool, RegressionError> {
+        let reach = self.variables.reach();
+        let region = Region { bounds, reach: &reach, leading: reach.len() };
+        let normal = self.project(rows, inner, &mut p.to_vec(), last)?;
+        Ok(is_flat((&normal, self.prepared.problem.stopping.flat), region, last, first))
+    }
+
+    /// The projected problem at z. Linear parameters are solved for from those of the problem before.
+    fn project(
+        &self,
+        rows: &mut Rows<'_, S>,
+        inner: &Inner<'_, S>,
+        near: &mut Vec<f64>,
+        z: &[f64],
+    ) -> Result<NormalEquations, RegressionError> {
+        let mut p = self.parameters(near, z);
+        inner.solve(rows, &mut p)?;
+        let unheld = inner.columns.iter().filter(|j| !inner.is_held(**j, &p));
+        let mut columns: Vec<(usize, f64)> = unheld.map(|j| (*j, 1.0)).collect();
+        let projected = columns.len();
+        let slopes = self.variables.all.iter().zip(z).map(|(variable, z)| variable.slope(*z));
+        columns.extend(self.positions.iter().copied().zip(slopes));
+        let triangle = triangle(inner.prepared, rows, inner.sigma, &p, &columns)?;
+        *near = p;
+        let n = self.positions.len();
+        let j = triangle.r().view((projected, projected), (n, n)).into_owned();
+        let zeta = triangle.zeta().rows(projected, n).into_owned();
+        Ok(NormalEquations {
+            cost: zeta.norm_squared() + triangle.remainder(),
+            gradient: -(j.transpose() * zeta),
+            information: j.transpose() * j,
+        })
+    }
+}

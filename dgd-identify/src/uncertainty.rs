@@ -1,0 +1,265 @@
+//! What the data says about the estimates, and what it does not.
+//!
+//! ```text
+//!   covariance of z:  (JᵀJ)⁻¹        residuals weighted by 1/σ; θ: T (JᵀJ)⁻¹ T,  T = diag(∂θ/∂z)
+//!   rank:             D⁻½ JᵀJ D⁻½ = V Λ Vᵀ,  D = diag(JᵀJ)
+//! ```
+//!
+//! σ is either known or estimated from the residuals; in both cases it is the weight, and the
+//! covariance is not scaled again. Residuals are taken as white: where the model is wrong they are
+//! not, and the true uncertainty is larger.
+//!
+//! Columns of V with λ below a cutoff are combinations of variables that no output sees. A variable
+//! at a bound is taken as known.
+
+use dgd_runtime::Direction;
+use nalgebra::{DMatrix, DVector, SVD, SymmetricEigen};
+
+use crate::keep_by_fields;
+use crate::variables::Bound;
+
+/// A variable takes part in a combination from this share of its squares on.
+const TAKES_PART: f64 = 1e-4;
+
+/// Terms of a combination below this part of its largest are rounding.
+const NEGLIGIBLE: f64 = 1e-3;
+
+/// An estimated parameter or start value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// A parameter by its name, a start value as `x(0)`.
+    pub name: String,
+    /// What it is.
+    pub of: Direction,
+    /// The recording that a start value belongs to, from 0.
+    pub recording: Option<usize>,
+    /// Value, SI.
+    pub value: f64,
+    /// Standard deviation, SI; `None` at a bound, and where the data does not determine the value.
+    pub std: Option<f64>,
+    /// The bound that was reached.
+    pub at_bound: Option<Bound>,
+}
+
+/// A part of a combination.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Term {
+    /// Position among the estimates.
+    pub estimate: usize,
+    /// Its change, relative to its size; that of the largest is 1.
+    pub change: f64,
+}
+
+keep_by_fields!(Term { estimate, change });
+
+/// Changes of the estimates that together change no output.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Undetermined {
+    /// What changes, in the order of the estimates.
+    pub terms: Vec<Term>,
+}
+
+/// Two estimates that the data hardly tells apart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Correlated {
+    /// Position among the estimates.
+    pub first: usize,
+    /// Position among the estimates.
+    pub second: usize,
+    /// Correlation of their errors.
+    pub correlation: f64,
+}
+
+/// Covariance of what is determined, and what is not.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Uncertainty {
+    /// For each variable, its place in `covariance`.
+    pub places: Vec<Option<usize>>,
+    /// Of the variables z.
+    pub covariance: DMatrix<f64>,
+    /// Of all z, what is not determined too: the inverse of JᵀJ over the combinations that are seen.
+    pub seen: DMatrix<f64>,
+    pub undetermined: Vec<Undetermined>,
+    /// Of each z, (H⁻¹)ᵢᵢ over its variance: 1 where errors are weighted as they scatter.
+    pub worth: Vec<f64>,
+}
+
+impl Uncertainty {
+    /// H⁻¹ G H⁻¹ for H⁻¹: the scatter of what minimises a sum with the curvature H and a gradient that
+    /// scatters by G.
+    pub(super) fn with_influence(mut self, g: &DMatrix<f64>) -> Self {
+        let sandwich = &self.seen * g * &self.seen;
+        for (i, worth) in self.worth.iter_mut().enumerate() {
+            if sandwich[(i, i)] > 0.0 {
+                *worth = self.seen[(i, i)] / sandwich[(i, i)];
+            }
+        }
+        for (i, row) in self.places.iter().enumerate() {
+            for (j, column) in self.places.iter().enumerate() {
+                if let (Some(row), Some(column)) = (row, column) {
+                    self.covariance[(*row, *column)] = sandwich[(i, j)];
+                }
+            }
+        }
+        self.seen = sandwich;
+        self
+    }
+
+    /// Says no more how sure estimates are.
+    pub(super) fn forget(&mut self, estimates: &mut [Estimate]) {
+        for estimate in estimates {
+            estimate.std = None;
+        }
+        self.places.fill(None);
+    }
+
+    /// `held` variables are taken as known; eigenvalues up to `cutoff` times the largest are zero.
+    pub(super) fn new(information: &DMatrix<f64>, held: &[bool], cutoff: f64) -> Self {
+        let n = held.len();
+        let mut undetermined = Vec::new();
+        let mut seen = Vec::new();
+        for i in (0..n).filter(|i| !held[*i]) {
+            if information[(i, i)] > 0.0 && information[(i, i)].is_finite() {
+                seen.push(i);
+            } else {
+                let terms = vec![Term { estimate: i, change: 1.0 }];
+                undetermined.push(Undetermined { terms });
+            }
+        }
+        let size = DVector::from_fn(seen.len(), |i, _| information[(seen[i], seen[i])].sqrt());
+        let scaled = DMatrix::from_fn(seen.len(), seen.len(), |i, j| {
+            information[(seen[i], seen[j])] / (size[i] * size[j])
+        });
+        let (vectors, values) = eigen(scaled);
+        Self::from_spectrum(n, &seen, &size, (&vectors, &values), cutoff, undetermined)
+    }
+
+    /// From R of the weighted residuals' Jacobian, JᵀJ = RᵀR, whose singular values keep the digits
+    /// that its square has lost. Those up to `cutoff` times the largest are zero.
+    pub(super) fn of_triangle(r: &DMatrix<f64>, held: &[bool], cutoff: f64) -> Self {
+        let n = held.len();
+        let mut undetermined = Vec::new();
+        let mut seen = Vec::new();
+        for i in (0..n).filter(|i| !held[*i]) {
+            if r.column(i).norm() > 0.0 {
+                seen.push(i);
+            } else {
+                let terms = vec![Term { estimate: i, change: 1.0 }];
+                undetermined.push(Undetermined { terms });
+            }
+        }
+        let size = DVector::from_fn(seen.len(), |i, _| r.column(seen[i]).norm());
+        let mut scaled = r.select_columns(&seen);
+        for (j, size) in size.iter().enumerate() {
+            scaled.column_mut(j).unscale_mut(*size);
+        }
+        let (mut vectors, mut values) = (DMatrix::zeros(0, 0), DVector::zeros(0));
+        if !seen.is_empty()
+            && let SVD { v_t: Some(v_t), singular_values, .. } = scaled.svd(false, true)
+        {
+            vectors = v_t.transpose();
+            values = singular_values.map(|value| value * value);
+        }
+        Self::from_spectrum(n, &seen, &size, (&vectors, &values), cutoff * cutoff, undetermined)
+    }
+
+    /// From the eigenvectors and eigenvalues of the scaled information matrix over what is `seen`, and
+    /// what is not.
+    fn from_spectrum(
+        n: usize,
+        seen: &[usize],
+        size: &DVector<f64>,
+        (vectors, values): (&DMatrix<f64>, &DVector<f64>),
+        cutoff: f64,
+        mut undetermined: Vec<Undetermined>,
+    ) -> Self {
+        let largest = values.iter().copied().fold(0.0, f64::max);
+        let (seeing, blind): (Vec<usize>, Vec<usize>) =
+            (0..values.len()).partition(|k| values[*k] > cutoff * largest);
+        // Rows: combinations in units of the variables.
+        let mut combinations =
+            DMatrix::from_fn(blind.len(), seen.len(), |k, i| vectors[(i, blind[k])] / size[i]);
+        make_sparse(&mut combinations);
+        for row in combinations.row_iter() {
+            let largest = row.amax();
+            let sign = row[row.iamax_full().1].signum();
+            let terms = (0..seen.len())
+                .map(|i| Term { estimate: seen[i], change: sign * row[i] / largest })
+                .filter(|term| term.change.abs() > NEGLIGIBLE)
+                .collect();
+            undetermined.push(Undetermined { terms });
+        }
+
+        let share = |i: usize| blind.iter().map(|k| vectors[(i, *k)].powi(2)).sum::<f64>();
+        let determined: Vec<usize> = (0..seen.len()).filter(|i| share(*i) <= TAKES_PART).collect();
+        let mut places = vec![None; n];
+        for (place, i) in determined.iter().enumerate() {
+            places[seen[*i]] = Some(place);
+        }
+        let inverse = |a: usize, b: usize| {
+            let sum: f64 =
+                seeing.iter().map(|k| vectors[(a, *k)] * vectors[(b, *k)] / values[*k]).sum();
+            sum / (size[a] * size[b])
+        };
+        let covariance = DMatrix::from_fn(determined.len(), determined.len(), |a, b| {
+            inverse(determined[a], determined[b])
+        });
+        let mut all = DMatrix::zeros(n, n);
+        for (a, i) in seen.iter().enumerate() {
+            for (b, j) in seen.iter().enumerate() {
+                all[(*i, *j)] = inverse(a, b);
+            }
+        }
+        Self { places, covariance, seen: all, undetermined, worth: vec![1.0; n] }
+    }
+
+    /// Covariance of two variables, where both are determined.
+    pub(super) fn covariance(&self, i: usize, j: usize) -> Option<f64> {
+        Some(self.covariance[(self.places[i]?, self.places[j]?)])
+    }
+}
+
+/// Eigenvectors and eigenvalues; all zero where there are none, so that nothing is determined.
+fn eigen(matrix: DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
+    let n = matrix.nrows();
+    if n > 0
+        && matrix.iter().all(|value| value.is_finite())
+        && let Some(eigen) = SymmetricEigen::try_new(matrix, f64::EPSILON, 1000)
+    {
+        return (eigen.eigenvectors, eigen.eigenvalues);
+    }
+    (DMatrix::identity(n, n), DVector::zeros(n))
+}
+
+/// Gauss–Jordan with full pivoting: a basis of the same space in which each row has a variable for
+/// itself.
+fn make_sparse(rows: &mut DMatrix<f64>) {
+    let mut used = vec![false; rows.ncols()];
+    for k in 0..rows.nrows() {
+        let mut pivot = (k, 0, 0.0);
+        for i in k..rows.nrows() {
+            for j in (0..rows.ncols()).filter(|j| !used[*j]) {
+                let size = rows[(i, j)].abs() / rows.row(i).amax();
+                if size > pivot.2 {
+                    pivot = (i, j, size);
+                }
+            }
+        }
+        let (row, column, size) = pivot;
+        if size == 0.0 {
+            return;
+        }
+        used[column] = true;
+        rows.swap_rows(k, row);
+        let scale = rows[(k, column)];
+        for j in 0..rows.ncols() {
+            rows[(k, j)] /= scale;
+        }
+        for i in (0..rows.nrows()).filter(|i| *i != k) {
+            let factor = rows[(i, column)];
+            for j in 0..rows.ncols() {
+                rows[(i, j)] -= factor * rows[(k, j)];
+            }
+        }
+    }
+}

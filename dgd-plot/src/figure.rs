@@ -1,0 +1,107 @@
+//! What a figure is made of: panels, series, bands and envelopes.
+
+use crate::text::Text;
+
+/// Panels on a grid with a common x axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// Stands above all panels; may be empty.
+    pub title: Text,
+    /// Width in pixels (of an SVG at its natural size; a PNG has twice as many). The height
+    /// follows from the panels.
+    pub width: f64,
+    /// Panels side by side; at least one and at most the number of panels is used.
+    pub columns: usize,
+    /// The panels: left to right, then down.
+    pub panels: Vec<Panel>,
+    /// Label of the common axis, drawn under the lowest panel of each column.
+    pub x_label: Text,
+}
+
+impl Figure {
+    /// Width of a figure that fills the text width of a page.
+    pub const WIDTH: f64 = 800.0;
+
+    /// A figure without a title, of the usual width and grid.
+    pub fn new(x_label: Text, panels: Vec<Panel>) -> Figure {
+        Figure {
+            title: Text::default(),
+            width: Figure::WIDTH,
+            columns: columns_for(panels.len()),
+            panels,
+            x_label,
+        }
+    }
+}
+
+/// One pair of axes.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Panel {
+    /// Stands above the axes; may be empty.
+    pub title: Text,
+    /// Stands left of the axes, upwards; may be empty.
+    pub y_label: Text,
+    /// What is drawn. Two series or more get a legend.
+    pub series: Vec<Series>,
+    /// Shaded windows of x.
+    pub bands: Vec<Band>,
+    /// Shaded between two curves, under the series.
+    pub envelopes: Vec<Envelope>,
+}
+
+/// A named sequence of points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// What the legend says.
+    pub name: Text,
+    /// How the points are drawn. The colour follows from the place in the panel.
+    pub style: Style,
+    /// Abscissas; where `x` and `y` differ in length, the shorter one counts.
+    pub x: Vec<f64>,
+    /// Ordinates; what is not finite is a gap.
+    pub y: Vec<f64>,
+}
+
+/// How the points of a series are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Style {
+    /// Joined by straight lines.
+    Line,
+    /// Joined by thin straight lines, under the other lines: a recorded signal.
+    ThinLine,
+    /// Single points, under the lines.
+    Dots,
+}
+
+/// A shaded window of x; drawn where it meets the axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Band {
+    /// One edge.
+    pub from: f64,
+    /// The other edge.
+    pub to: f64,
+}
+
+/// What lies between two curves: the uncertainty around a line, the noise around zero.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Envelope {
+    /// What the legend says; one without a name is not in it.
+    pub name: Text,
+    /// The series of the panel whose colour it has, lighter; grey without.
+    pub around: Option<usize>,
+    /// Abscissas; of lists that differ in length, the shortest counts.
+    pub x: Vec<f64>,
+    /// One edge; where either edge is not finite there is a gap.
+    pub low: Vec<f64>,
+    /// The other edge.
+    pub high: Vec<f64>,
+}
+
+/// How many columns suit a number of panels: one up to three panels, two up to eight, then three.
+pub fn columns_for(panels: usize) -> usize {
+    match panels {
+        0..=3 => 1,
+        4..=8 => 2,
+        _ => 3,
+    }
+}

@@ -1,0 +1,236 @@
+//! One pair of axes with its curves, its labels and what stands above it.
+
+use super::style::{
+    AXIS, BAND, DESCENT, GRID, HALF_DIGIT, HEADER_GAP, INK, LABEL_GAP, LABEL_SIZE, LINE_HEIGHT,
+    MUTED, POINT_BUDGET, TEXT_GAP, TICK_GAP, TICK_LENGTH, TICK_SIZE, TITLE_SIZE, Y_ROOM,
+    Y_TICK_DISTANCE, range, text,
+};
+use crate::figure::{Envelope, Panel, Series, Style};
+use crate::font::Font;
+use crate::legend::{self, Entry};
+use crate::scene::{Anchor, Direction, Mark, Pen, Point, Rectangle};
+use crate::text::Text;
+use crate::ticks::Axis;
+use crate::wrap::wrap;
+use crate::{curve, envelope};
+
+/// A panel on its way to the page; curves are relative to the upper left corner of the axes.
+pub(super) struct PlacedPanel<'a> {
+    panel: &'a Panel,
+    pub(super) y: Axis,
+    pub(super) label: Vec<Text>,
+    surfaces: Vec<Mark>,
+    curves: Vec<Mark>,
+    pub(super) header: Header,
+    inset: Option<legend::Inset>,
+}
+
+/// The lines above the axes, from top to bottom.
+#[derive(Default)]
+pub(super) struct Header {
+    title: Vec<Text>,
+    legend: Option<legend::Rows>,
+    /// Room between title and legend.
+    between: f64,
+    pub(super) height: f64,
+    /// Free above the axes: the power of ten may need a line of its own.
+    lift: f64,
+}
+
+impl<'a> PlacedPanel<'a> {
+    pub(super) fn new(panel: &'a Panel, font: &Font, height: f64) -> PlacedPanel<'a> {
+        // Values without a place on the x axis are not drawn.
+        let points = panel.series.iter().flat_map(|series| series.x.iter().zip(&series.y));
+        let edges = panel.envelopes.iter().flat_map(|envelope| {
+            let edge = |values| envelope.x.iter().zip(values);
+            edge(&envelope.low).chain(edge(&envelope.high))
+        });
+        let drawn = points.chain(edges).filter(|(x, _)| x.is_finite());
+        let (low, high) = range(drawn.map(|(_, y)| y));
+        PlacedPanel {
+            panel,
+            y: Axis::new(low, high, Y_ROOM, (height / Y_TICK_DISTANCE) as u32),
+            label: wrap(&panel.y_label, font, LABEL_SIZE, height),
+            surfaces: Vec::new(),
+            curves: Vec::new(),
+            header: Header::default(),
+            inset: None,
+        }
+    }
+
+    pub(super) fn draw_curves(&mut self, x: &Axis, size: Point) {
+        // An envelope takes as many points as a line.
+        let drawn = self.panel.series.len() + self.panel.envelopes.len();
+        let budget = POINT_BUDGET / drawn as f64;
+        let columns = (budget / (4.0 * size.0)).clamp(0.1, 2.0);
+        let place = |at: f64, value: f64| {
+            (x.fraction(at) * size.0, (1.0 - self.y.fraction(value)) * size.1)
+        };
+        let curve = |index: usize, series: &Series| {
+            let pen = legend::pen(index, series.style);
+            let points = series.x.iter().zip(&series.y).map(|(&at, &value)| place(at, value));
+            let lines = match series.style {
+                Style::Dots => {
+                    let centres = curve::dots(points, budget as usize);
+                    return vec![dots(centres, pen)];
+                }
+                Style::Line | Style::ThinLine => curve::lines(points, columns),
+            };
+            // A point between two gaps has no line to lie on.
+            let (alone, lines): (Vec<_>, Vec<_>) =
+                lines.into_iter().partition(|line| line.len() == 1);
+            vec![Mark::Lines { lines, pen }, dots(alone.into_iter().flatten().collect(), pen)]
+        };
+        let surface = |shaded: &Envelope| {
+            let edges = shaded.low.iter().zip(&shaded.high);
+            let slices = shaded.x.iter().zip(edges).map(|(&at, (&low, &high))| {
+                // Pixels count downwards.
+                let ((x, top), (_, bottom)) = (place(at, high), place(at, low));
+                envelope::Slice { x, low: top, high: bottom }
+            });
+            let outlines = envelope::outlines(slices, columns);
+            Mark::Surface { outlines, colour: legend::surface(shaded.around) }
+        };
+        let surfaces = self.panel.envelopes.iter().map(surface).collect();
+        // Measured below simulated: both stay visible.
+        let is_below = |series: &Series| matches!(series.style, Style::Dots | Style::ThinLine);
+        let numbered = || self.panel.series.iter().enumerate();
+        let below = numbered().filter(|(_, series)| is_below(series));
+        let above = numbered().filter(|(_, series)| !is_below(series));
+        self.curves = below.chain(above).flat_map(|(index, series)| curve(index, series)).collect();
+        self.surfaces = surfaces;
+    }
+
+    pub(super) fn place_header(&mut self, font: &Font, size: Point, has_legend: bool) {
+        let entries: Vec<Entry> = if has_legend && legend::has_several(self.panel) {
+            legend::entries(self.panel)
+        } else {
+            Vec::new()
+        };
+        if !entries.is_empty() {
+            let drawn = || self.surfaces.iter().chain(&self.curves);
+            self.inset = legend::Inset::find(&entries, font, size, drawn);
+        }
+        let above = !entries.is_empty() && self.inset.is_none();
+        let rows = above.then(|| legend::Rows::new(&entries, font, size.0));
+        let title = wrap(&self.panel.title, font, TITLE_SIZE, size.0);
+
+        // The power of ten stands left above the axes, on the lowest line if there is room.
+        let lowest = match (&rows, title.last()) {
+            (Some(rows), _) => rows.last_width(font),
+            (None, Some(line)) => Some(font.width(line, TITLE_SIZE)),
+            (None, None) => None,
+        };
+        let common = font.width(&self.y.common, TICK_SIZE);
+        let is_beside = lowest.is_some_and(|width| common + TEXT_GAP <= 0.5 * (size.0 - width));
+        let lift = if common > 0.0 && !is_beside { LINE_HEIGHT * TICK_SIZE } else { 0.0 };
+        // Subscripts of the title reach down to the legend.
+        let between = if rows.is_some() && !title.is_empty() { HEADER_GAP } else { 0.0 };
+        let lines = title.len() as f64 * LINE_HEIGHT * TITLE_SIZE
+            + between
+            + rows.as_ref().map_or(0.0, legend::Rows::height);
+        let height = lines + lift + HEADER_GAP;
+        self.header = Header { height, title, legend: rows, between, lift };
+    }
+
+    /// Draws the panel with the upper left corner of its axes at `origin`.
+    pub(super) fn draw(
+        &self,
+        font: &Font,
+        origin: Point,
+        size: Point,
+        tick_width: f64,
+        x: &Axis,
+        marks: &mut Vec<Mark>,
+    ) {
+        let (left, top) = origin;
+        let (right, bottom) = (left + size.0, top + size.1);
+        self.draw_bands(origin, size, x, marks);
+        marks.extend(self.surfaces.iter().map(|surface| surface.shifted(origin)));
+
+        // Whole pixels, so that lines of one pixel are sharp.
+        let x_ticks = x.ticks.iter().map(|tick| (left + tick.fraction * size.0).round());
+        let y_place = |fraction: f64| bottom - fraction * size.1;
+        let y_ticks = self.y.ticks.iter().map(|tick| y_place(tick.fraction).round());
+        if !self.y.ticks.is_empty() {
+            let verticals = x_ticks.clone().map(|x| vec![(x, top), (x, bottom)]);
+            let horizontals = y_ticks.clone().map(|y| vec![(left, y), (right, y)]);
+            marks.push(Mark::Lines { lines: verticals.chain(horizontals).collect(), pen: GRID });
+        }
+
+        marks.extend(self.curves.iter().map(|curve| curve.shifted(origin)));
+
+        let frame = [(left, top), (left, bottom), (right, bottom), (right, top), (left, top)];
+        let below = x_ticks.map(|x| vec![(x, bottom), (x, bottom + TICK_LENGTH)]);
+        let beside = y_ticks.map(|y| vec![(left - TICK_LENGTH, y), (left, y)]);
+        let lines = below.chain(beside).chain([frame.to_vec()]).collect();
+        marks.push(Mark::Lines { lines, pen: AXIS });
+
+        for tick in &self.y.ticks {
+            let base = y_place(tick.fraction) + HALF_DIGIT * TICK_SIZE;
+            let at = (left - TICK_LENGTH - TICK_GAP, base);
+            marks.push(text(tick.label.clone(), at, Anchor::End, TICK_SIZE));
+        }
+        let label_right = left - TICK_LENGTH - TICK_GAP - tick_width - LABEL_GAP;
+        for (i, line) in self.label.iter().rev().enumerate() {
+            let base = label_right - (i as f64 * LINE_HEIGHT + DESCENT) * LABEL_SIZE;
+            marks.push(Mark::Text {
+                text: line.clone(),
+                at: (base, top + 0.5 * size.1),
+                anchor: Anchor::Middle,
+                direction: Direction::Upwards,
+                size: LABEL_SIZE,
+                colour: INK,
+            });
+        }
+        self.draw_header(font, origin, size, marks);
+        if self.y.ticks.is_empty() {
+            marks.push(Mark::Text {
+                text: Text::plain("no finite values"),
+                at: (left + 0.5 * size.0, top + 0.5 * size.1),
+                anchor: Anchor::Middle,
+                direction: Direction::Rightwards,
+                size: LABEL_SIZE,
+                colour: MUTED,
+            });
+        }
+        if let Some(inset) = &self.inset {
+            inset.draw(origin, marks);
+        }
+    }
+
+    fn draw_bands(&self, origin: Point, size: Point, x: &Axis, marks: &mut Vec<Mark>) {
+        for band in &self.panel.bands {
+            let edge = |at: f64| origin.0 + x.fraction(at).clamp(0.0, 1.0) * size.0;
+            let (from, to) = (edge(band.from.min(band.to)), edge(band.from.max(band.to)));
+            if to > from {
+                let rectangle =
+                    Rectangle { left: from, top: origin.1, width: to - from, height: size.1 };
+                marks.push(Mark::Area { rectangle, colour: BAND });
+            }
+        }
+    }
+
+    fn draw_header(&self, font: &Font, origin: Point, size: Point, marks: &mut Vec<Mark>) {
+        let Header { title, legend, between, height: _, lift } = &self.header;
+        let middle = origin.0 + 0.5 * size.0;
+        let mut base = origin.1 - HEADER_GAP - lift;
+        if let Some(rows) = legend {
+            base -= rows.height();
+            rows.draw(font, middle, base, marks);
+        }
+        base -= between;
+        for line in title.iter().rev() {
+            marks.push(text(line.clone(), (middle, base), Anchor::Middle, TITLE_SIZE));
+            base -= LINE_HEIGHT * TITLE_SIZE;
+        }
+        if !self.y.common.is_empty() {
+            let at = (origin.0, origin.1 - HEADER_GAP);
+            marks.push(text(self.y.common.clone(), at, Anchor::Start, TICK_SIZE));
+        }
+    }
+}
+
+fn dots(centres: Vec<Point>, pen: Pen) -> Mark {
+    Mark::Dots { centres, diameter: legend::DOT_DIAMETER, colour: pen.colour }
+}

@@ -1,0 +1,307 @@
+//! Which name belongs to which line, and where there is room to say so.
+
+use crate::figure::{Panel, Style};
+use crate::font::Font;
+use crate::scene::{Anchor, Colour, Direction, Mark, Pen, Point, Rectangle};
+use crate::text::Text;
+use crate::wrap::wrap;
+
+pub(crate) const ROW_HEIGHT: f64 = 16.0;
+const SIZE: f64 = 12.0;
+const TEXT_COLOUR: Colour = Colour(0x22, 0x22, 0x22);
+const PAPER: Colour = Colour(0xff, 0xff, 0xff);
+/// Length of the piece of line in front of a name, and the space behind it.
+const KEY: f64 = 22.0;
+const KEY_GAP: f64 = 6.0;
+/// Between two names in one row.
+const ENTRY_GAP: f64 = 18.0;
+/// Around a legend inside the axes.
+const PADDING: f64 = 6.0;
+const INSET: f64 = 5.0;
+
+/// Okabe and Ito's colours, which people with any of the common colour blindnesses tell apart,
+/// without the yellow that is too light for a line on white.
+///
+/// # Source
+///
+/// M. Okabe, K. Ito, *Color Universal Design* (2008), figure 16.
+static COLOURS: [Colour; 7] = [
+    Colour(0x00, 0x72, 0xb2),
+    Colour(0xd5, 0x5e, 0x00),
+    Colour(0x00, 0x9e, 0x73),
+    Colour(0xcc, 0x79, 0xa7),
+    Colour(0x56, 0xb4, 0xe9),
+    Colour(0xe6, 0x9f, 0x00),
+    Colour(0x00, 0x00, 0x00),
+];
+
+/// What tells lines of the same colour apart.
+static DASHES: [&[f32]; 4] = [&[], &[6.0, 3.0], &[2.0, 2.0], &[8.0, 3.0, 2.0, 3.0]];
+
+pub(crate) const DOT_DIAMETER: f64 = 2.6;
+
+/// How much white a recorded signal has, so that a line in front of its noise stands out.
+const TINT: f64 = 0.35;
+
+/// How much white a shaded surface has, so that grid and lines stand out from it.
+const SURFACE_TINT: f64 = 0.72;
+
+/// Of a surface that belongs to no line.
+const GREY: Colour = Colour(0x88, 0x88, 0x88);
+
+/// Height of the piece of surface in front of a name.
+const SWATCH: f64 = 9.0;
+
+/// How the series at `index` of a panel is drawn.
+pub(crate) fn pen(index: usize, style: Style) -> Pen {
+    let width = match style {
+        Style::Line => 1.6,
+        Style::ThinLine => 0.8,
+        Style::Dots => DOT_DIAMETER,
+    };
+    let dashes = DASHES[index / COLOURS.len() % DASHES.len()];
+    let tint = match style {
+        Style::Line => 0.0,
+        Style::ThinLine | Style::Dots => TINT,
+    };
+    Pen { colour: tinted(COLOURS[index % COLOURS.len()], tint), width, dashes }
+}
+
+/// The colour of a surface around the series at an index, or around none.
+pub(crate) fn surface(around: Option<usize>) -> Colour {
+    tinted(around.map_or(GREY, |index| COLOURS[index % COLOURS.len()]), SURFACE_TINT)
+}
+
+/// A colour with some white in it.
+fn tinted(Colour(red, green, blue): Colour, white: f64) -> Colour {
+    let mixed = |part: u8| (f64::from(part) + white * (255.0 - f64::from(part))).round() as u8;
+    Colour(mixed(red), mixed(green), mixed(blue))
+}
+
+/// One name with the look of what it names.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Entry {
+    name: Text,
+    key: Key,
+}
+
+/// What stands in front of a name.
+#[derive(Debug, Clone, PartialEq)]
+enum Key {
+    Series(Style, Pen),
+    Surface(Colour),
+}
+
+impl Entry {
+    fn width(&self, font: &Font) -> f64 {
+        KEY + KEY_GAP + font.width(&self.name, SIZE)
+    }
+
+    fn draw(&self, left: f64, middle: f64, marks: &mut Vec<Mark>) {
+        let place = |part: f64| (left + part * KEY, middle);
+        marks.push(match self.key {
+            Key::Series(Style::Dots, pen) => Mark::Dots {
+                centres: vec![place(0.2), place(0.5), place(0.8)],
+                diameter: pen.width,
+                colour: pen.colour,
+            },
+            Key::Series(Style::Line | Style::ThinLine, pen) => {
+                Mark::Lines { lines: vec![vec![place(0.0), place(1.0)]], pen }
+            }
+            Key::Surface(colour) => {
+                let top = middle - 0.5 * SWATCH;
+                let rectangle = Rectangle { left, top, width: KEY, height: SWATCH };
+                Mark::Area { rectangle, colour }
+            }
+        });
+        marks.push(Mark::Text {
+            text: self.name.clone(),
+            at: (left + KEY + KEY_GAP, middle + 0.36 * SIZE),
+            anchor: Anchor::Start,
+            direction: Direction::Rightwards,
+            size: SIZE,
+            colour: TEXT_COLOUR,
+        });
+    }
+}
+
+/// The names in a panel: of its series, then of its envelopes.
+pub(crate) fn entries(panel: &Panel) -> Vec<Entry> {
+    let series = panel.series.iter().enumerate().map(|(index, series)| Entry {
+        name: series.name.clone(),
+        key: Key::Series(series.style, pen(index, series.style)),
+    });
+    let envelopes = panel.envelopes.iter().map(|envelope| Entry {
+        name: envelope.name.clone(),
+        key: Key::Surface(surface(envelope.around)),
+    });
+    series.chain(envelopes).filter(|entry| !entry.name.is_empty()).collect()
+}
+
+/// Whether a panel has more than one thing to tell apart.
+pub(crate) fn has_several(panel: &Panel) -> bool {
+    let envelopes = panel.envelopes.iter().filter(|envelope| !envelope.name.is_empty());
+    panel.series.len() + envelopes.count() > 1
+}
+
+/// The one legend that serves all panels: two or more would have the same, and no panel has a
+/// line that is not in it.
+pub(crate) fn common(panels: &[Panel]) -> Option<Vec<Entry>> {
+    let mut several = panels.iter().filter(|panel| has_several(panel)).map(entries);
+    let first = several.next()?;
+    let is_repeated = several.next().is_some_and(|next| next == first);
+    let serves_all = panels.iter().all(|panel| {
+        let own = entries(panel);
+        if has_several(panel) {
+            own == first
+        } else if panel.series.is_empty() && panel.envelopes.is_empty() {
+            true
+        } else {
+            own.first().is_some_and(|entry| first.contains(entry))
+        }
+    });
+    (is_repeated && serves_all && !first.is_empty()).then_some(first)
+}
+
+/// Names in rows that are no wider than the place they are in.
+pub(crate) struct Rows {
+    rows: Vec<Vec<Entry>>,
+}
+
+impl Rows {
+    pub(crate) fn new(entries: &[Entry], font: &Font, width: f64) -> Rows {
+        let mut rows: Vec<Vec<Entry>> = Vec::new();
+        let mut used = f64::INFINITY;
+        for entry in entries.iter().filter_map(|entry| fitted(entry, font, width)) {
+            let needed = ENTRY_GAP + entry.width(font);
+            if used + needed > width {
+                used = needed - ENTRY_GAP;
+                rows.push(vec![entry]);
+            } else if let Some(row) = rows.last_mut() {
+                used += needed;
+                row.push(entry);
+            }
+        }
+        Rows { rows }
+    }
+
+    pub(crate) fn height(&self) -> f64 {
+        ROW_HEIGHT * self.rows.len() as f64
+    }
+
+    /// Width of the lowest row.
+    pub(crate) fn last_width(&self, font: &Font) -> Option<f64> {
+        self.rows.last().map(|row| row_width(row, font))
+    }
+
+    /// Draws the rows around the vertical at `middle`, from `top` on.
+    pub(crate) fn draw(&self, font: &Font, middle: f64, top: f64, marks: &mut Vec<Mark>) {
+        for (i, row) in self.rows.iter().enumerate() {
+            let mut left = middle - 0.5 * row_width(row, font);
+            for entry in row {
+                entry.draw(left, top + (i as f64 + 0.5) * ROW_HEIGHT, marks);
+                left += entry.width(font) + ENTRY_GAP;
+            }
+        }
+    }
+}
+
+fn row_width(row: &[Entry], font: &Font) -> f64 {
+    row.iter().map(|entry| entry.width(font) + ENTRY_GAP).sum::<f64>() - ENTRY_GAP
+}
+
+/// An entry whose name is too long becomes one whose name ends in dots.
+fn fitted(entry: &Entry, font: &Font, width: f64) -> Option<Entry> {
+    let room = width - KEY - KEY_GAP;
+    if font.width(&entry.name, SIZE) <= room {
+        return Some(entry.clone());
+    }
+    let dots = Text::plain("…");
+    let start = wrap(&entry.name, font, SIZE, room - font.width(&dots, SIZE));
+    let name = start.into_iter().next()?.then(dots);
+    Some(Entry { name, ..entry.clone() })
+}
+
+/// Names below each other in a corner of the axes.
+pub(crate) struct Inset {
+    entries: Vec<Entry>,
+    place: Rectangle,
+}
+
+impl Inset {
+    /// Looks for a corner of a rectangle from (0, 0) to `size` that no mark touches.
+    pub(crate) fn find<'a, Marks: Iterator<Item = &'a Mark>>(
+        entries: &[Entry],
+        font: &Font,
+        size: Point,
+        marks: impl Fn() -> Marks,
+    ) -> Option<Inset> {
+        let widths = entries.iter().map(|entry| entry.width(font));
+        let width = widths.fold(0.0, f64::max) + 2.0 * PADDING;
+        let height = entries.len() as f64 * ROW_HEIGHT + PADDING;
+        if width > 0.6 * size.0 || height > 0.6 * size.1 {
+            return None;
+        }
+        let (right, bottom) = (size.0 - width - INSET, size.1 - height - INSET);
+        let corners = [(right, INSET), (right, bottom), (INSET, INSET), (INSET, bottom)];
+        corners
+            .into_iter()
+            .map(|(left, top)| Rectangle { left, top, width, height })
+            .find(|place| !marks().any(|mark| touches(mark, *place)))
+            .map(|place| Inset { entries: entries.to_vec(), place })
+    }
+
+    pub(crate) fn draw(&self, origin: Point, marks: &mut Vec<Mark>) {
+        let left = origin.0 + self.place.left;
+        let top = origin.1 + self.place.top;
+        marks.push(Mark::Area { rectangle: Rectangle { left, top, ..self.place }, colour: PAPER });
+        for (i, entry) in self.entries.iter().enumerate() {
+            let middle = top + 0.5 * PADDING + (i as f64 + 0.5) * ROW_HEIGHT;
+            entry.draw(left + PADDING, middle, marks);
+        }
+    }
+}
+
+fn touches(mark: &Mark, place: Rectangle) -> bool {
+    match mark {
+        Mark::Lines { lines, .. } => {
+            lines.iter().any(|line| line.windows(2).any(|pair| place.meets(pair[0], pair[1])))
+        }
+        Mark::Surface { outlines, .. } => outlines.iter().any(|outline| covers(outline, place)),
+        Mark::Dots { centres, .. } => centres.iter().any(|&centre| place.meets(centre, centre)),
+        Mark::Area { .. } | Mark::Text { .. } => false,
+    }
+}
+
+/// Whether a closed outline crosses a rectangle or goes around it.
+fn covers(outline: &[Point], place: Rectangle) -> bool {
+    let (x, y) = (place.left, place.top);
+    let mut is_inside = false;
+    for (i, &b) in outline.iter().enumerate() {
+        let a = outline[(i + outline.len() - 1) % outline.len()];
+        if place.meets(a, b) {
+            return true;
+        }
+        // A ray to the right from a corner crosses the edges around it an odd number of times.
+        if (a.1 > y) != (b.1 > y) && x < a.0 + (y - a.1) / (b.1 - a.1) * (b.0 - a.0) {
+            is_inside = !is_inside;
+        }
+    }
+    is_inside
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_surface_covers_what_it_crosses_and_what_it_goes_around() {
+        let outline = [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)];
+        let at = |left, top| Rectangle { left, top, width: 2.0, height: 1.0 };
+        assert!(covers(&outline, at(9.0, 5.0)));
+        assert!(covers(&outline, at(4.0, 4.0)));
+        assert!(!covers(&outline, at(11.0, 4.0)));
+        assert!(!covers(&outline, at(-3.0, 4.0)));
+        assert!(!covers(&[], at(0.0, 0.0)));
+    }
+}

@@ -1,0 +1,207 @@
+//! What changes at events only: automata with their modes and transitions, and conditions on time.
+
+use crate::{List, Pattern, Text};
+
+/// Modes, transitions and conditions on time.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Discrete {
+    /// Automata; z begins with their modes.
+    pub automata: List<Automaton>,
+    /// Number of conditions on time n_c, which follow in z.
+    pub n_time_conditions: usize,
+    /// Where ∂e/∂y is not zero: n_e × n.
+    pub event_jacobian: Pattern,
+    /// Where ∂r/∂y is not zero: n_r × n.
+    pub reset_jacobian: Pattern,
+}
+
+/// What an automaton stands for.
+///
+/// Passes ask for what a kind does, by these predicates, and seldom for the kind itself:
+///
+/// | | `Modes` | `When` | `Saturation` | `States` | `Switch` | `Corner` |
+/// |---|---|---|---|---|---|---|
+/// | [`is_declared`](Self::is_declared) | yes | yes | | | | |
+/// | [`is_remembered`](Self::is_remembered) | yes | yes | yes | | | |
+/// | [`has_equations_by_mode`](Self::has_equations_by_mode) | yes | | yes | | yes | |
+/// | [`has_masses_by_mode`](Self::has_masses_by_mode) | yes | | | yes | | |
+/// | [`shows_modes`](Self::shows_modes) | yes | | yes | yes | yes | |
+/// | [`is_bound`](Self::is_bound) | | | yes | | | |
+/// | [`chooses_states`](Self::chooses_states) | | | | yes | | |
+/// | [`has_surface`](Self::has_surface) | | | | | yes | |
+/// | [`chooses_side`](Self::chooses_side) | | | yes | | yes | |
+/// | [`only_ends_steps`](Self::only_ends_steps) | | | | | | yes |
+/// | [`keeps_slopes`](Self::keeps_slopes) | | | | yes | | yes |
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AutomatonKind {
+    /// A `modes` block.
+    Modes,
+    /// A `when`: one mode, and a transition from it to itself.
+    When,
+    /// An unknown with bounds: free, or at one of them.
+    Saturation,
+    /// Which unknowns are states, of those that constraints tie together. The solution is the same
+    /// in all of its modes, and each is left for the one in which the constraints determine the
+    /// others best.
+    States,
+    /// A switch whose value jumps: below its surface (0), above it (1), or sliding along it (2). Its
+    /// first transition leads from below to above.
+    Switch,
+    /// A switch whose slope jumps: steps end at its surface, and nothing else happens there.
+    Corner,
+}
+
+impl AutomatonKind {
+    /// Whether the model's text declares it: a `modes` block or a `when`.
+    pub fn is_declared(self) -> bool {
+        matches!(self, Self::Modes | Self::When)
+    }
+
+    /// Whether its mode cannot be told from the values at one time.
+    pub fn is_remembered(self) -> bool {
+        matches!(self, Self::Modes | Self::When | Self::Saturation)
+    }
+
+    /// Whether other equations hold in another of its modes.
+    pub fn has_equations_by_mode(self) -> bool {
+        matches!(self, Self::Modes | Self::Saturation | Self::Switch)
+    }
+
+    /// Whether an unknown can be differential in one of its modes and algebraic in another.
+    pub fn has_masses_by_mode(self) -> bool {
+        matches!(self, Self::Modes | Self::States)
+    }
+
+    /// Whether a reader is told in which mode it is.
+    pub fn shows_modes(self) -> bool {
+        !matches!(self, Self::When | Self::Corner)
+    }
+
+    /// Whether it holds an unknown at a bound.
+    pub fn is_bound(self) -> bool {
+        self == Self::Saturation
+    }
+
+    /// Whether its modes are choices of states.
+    pub fn chooses_states(self) -> bool {
+        self == Self::States
+    }
+
+    /// Whether a value jumps at its surface, so that a solution may slide along it.
+    pub fn has_surface(self) -> bool {
+        self == Self::Switch
+    }
+
+    /// Whether a run begins on the side of it that the start values are on.
+    pub fn chooses_side(self) -> bool {
+        matches!(self, Self::Switch | Self::Saturation)
+    }
+
+    /// Whether steps end where it switches and nothing else happens there.
+    pub fn only_ends_steps(self) -> bool {
+        self == Self::Corner
+    }
+
+    /// Whether ẏ is the same on both sides of its transitions.
+    pub fn keeps_slopes(self) -> bool {
+        matches!(self, Self::States | Self::Corner)
+    }
+}
+
+/// When a transition acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Trigger {
+    /// Once its condition becomes true: not while it has been true since the mode was entered.
+    Edge,
+    /// Whenever its condition is true.
+    Level,
+    /// If its condition is true at once in the mode that the solution enters at a surface.
+    Entry,
+    /// If its condition is true at the start of a run: the first such is the mode to start in.
+    Start,
+}
+
+/// A `modes` block of the model, or what else changes at events.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Automaton {
+    /// What it stands for.
+    pub kind: AutomatonKind,
+    /// Its name.
+    pub name: Text,
+    /// Names of its modes.
+    pub modes: List<Text>,
+    /// The mode it starts in where no transition at the start says another.
+    pub start: usize,
+    /// Which mode follows which.
+    pub transitions: List<Transition>,
+}
+
+/// A transition between modes, when its event function passes zero.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Transition {
+    /// Position of the mode that it leaves; the number of modes where it leaves none, at the start.
+    pub from: usize,
+    /// Position of the mode that it enters.
+    pub to: usize,
+    /// In which direction its event function passes zero.
+    pub crossing: Crossing,
+    /// When it acts.
+    pub trigger: Trigger,
+    /// Positions of the unknowns that it resets.
+    pub resets: List<usize>,
+}
+
+/// In which direction an event function passes zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Crossing {
+    /// From below.
+    Rises,
+    /// From above.
+    Falls,
+}
+
+impl Crossing {
+    /// As models write it.
+    pub fn words(self) -> &'static str {
+        match self {
+            Crossing::Rises => "rises above",
+            Crossing::Falls => "falls below",
+        }
+    }
+
+    /// Whether this value of the event function lies beyond the threshold.
+    #[inline]
+    pub fn is_past(self, e: f64) -> bool {
+        match self {
+            Crossing::Rises => e > 0.0,
+            Crossing::Falls => e < 0.0,
+        }
+    }
+}
+
+impl Discrete {
+    /// No modes and no conditions on time.
+    pub const NONE: Self = Self {
+        automata: List::Borrowed(&[]),
+        n_time_conditions: 0,
+        event_jacobian: Pattern::EMPTY,
+        reset_jacobian: Pattern::EMPTY,
+    };
+
+    /// Number of discrete numbers n_z.
+    pub fn len(&self) -> usize {
+        self.automata.len() + self.n_time_conditions
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Transitions of all automata, each with its automaton's position, in the order of the event
+    /// functions and resets.
+    pub fn transitions(&self) -> impl Iterator<Item = (usize, &Transition)> {
+        let automata = self.automata.iter().enumerate();
+        automata.flat_map(|(k, automaton)| automaton.transitions.iter().map(move |t| (k, t)))
+    }
+}

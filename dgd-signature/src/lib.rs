@@ -1,0 +1,44 @@
+//! What a compiled model says of itself: the contract between the compiler and the solvers.
+//!
+//! The compiler makes a [`Signature`] and the functions that it describes; a solver reads it. All numbers
+//! are in SI units. Generated models borrow their lists, loaded ones own them ([`List`], [`Text`]).
+//!
+//! | file | holds |
+//! |---|---|
+//! | `signature` | [`Signature`], and what sensitivities are taken to |
+//! | `quantity` | unknowns, parameters, inputs and outputs |
+//! | `unknowns` | names and units of all unknowns and equations, elements of arrays included |
+//! | `arrays` | what arrays add to a description |
+//! | `pattern` | where matrices are not zero |
+//! | `automaton` | what changes at events |
+//! | `past` | what is read late |
+//! | `features` | what models of a type may have |
+//! | `unit` | a declared unit |
+
+pub mod arrays;
+mod automaton;
+mod features;
+mod past;
+mod pattern;
+mod quantity;
+mod signature;
+mod unit;
+mod unknowns;
+
+use std::borrow::Cow;
+
+pub use arrays::Arrays;
+pub use automaton::{Automaton, AutomatonKind, Crossing, Discrete, Transition, Trigger};
+pub use features::Features;
+pub use past::{DelayedInput, DelayedUnknown, PastLayout};
+pub use pattern::Pattern;
+pub use quantity::{Input, Interpolation, Output, Parameter, Unknown};
+pub use signature::{DifferentiatedInput, Direction, Signature};
+pub use unit::Unit;
+pub use unknowns::{Labels, Unknowns};
+
+/// Text that a generated model borrows and a loaded one owns.
+pub type Text = Cow<'static, str>;
+
+/// A list that a generated model borrows and a loaded one owns.
+pub type List<T> = Cow<'static, [T]>;

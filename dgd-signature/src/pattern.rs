@@ -1,0 +1,136 @@
+//! Where the matrices of a model are not zero.
+
+use crate::List;
+use crate::arrays::Run;
+
+/// Where a matrix is not zero, each place once.
+///
+/// Those of single rows stand first, columns ascending, rows ascending within a column; then those
+/// of arrays, run by run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Pattern {
+    /// Row of each single non-zero.
+    pub rows: List<usize>,
+    /// Column of each single non-zero.
+    pub columns: List<usize>,
+    /// Non-zeros in the rows of families.
+    pub runs: List<Run>,
+}
+
+impl Pattern {
+    /// A matrix of zeros.
+    pub const EMPTY: Self = Self::single(&[], &[]);
+
+    /// Single non-zeros.
+    pub const fn single(rows: &'static [usize], columns: &'static [usize]) -> Self {
+        Self {
+            rows: List::Borrowed(rows),
+            columns: List::Borrowed(columns),
+            runs: List::Borrowed(&[]),
+        }
+    }
+
+    /// Single non-zeros at these places (row, column).
+    pub fn of(places: &[(usize, usize)]) -> Self {
+        Self {
+            rows: places.iter().map(|place| place.0).collect(),
+            columns: places.iter().map(|place| place.1).collect(),
+            runs: List::Borrowed(&[]),
+        }
+    }
+
+    /// Number of non-zeros.
+    pub fn len(&self) -> usize {
+        self.rows.len() + self.runs.iter().map(|run| run.count).sum::<usize>()
+    }
+
+    /// Whether the matrix is zero everywhere.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Positions (row, column) in storage order.
+    pub fn positions(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let single = self.rows.iter().copied().zip(self.columns.iter().copied());
+        let of_run = |run: &Run| {
+            let Run { row, column, diagonal, count } = *run;
+            (0..count).map(move |k| (row + k, if diagonal { column + k } else { column }))
+        };
+        single.chain(self.runs.iter().flat_map(of_run))
+    }
+
+    /// Position (row, column) of the k-th non-zero.
+    ///
+    /// # Panics
+    ///
+    /// If there are not so many.
+    pub fn position(&self, k: usize) -> (usize, usize) {
+        let Some(mut rest) = k.checked_sub(self.rows.len()) else {
+            return (self.rows[k], self.columns[k]);
+        };
+        for run in self.runs.iter() {
+            if rest < run.count {
+                let column = if run.diagonal { run.column + rest } else { run.column };
+                return (run.row + rest, column);
+            }
+            rest -= run.count;
+        }
+        panic!("non-zero {k} of {}", self.len())
+    }
+
+    /// Visits rows, columns and values of the non-zeros.
+    // Lengths are constants in generated models, and only once inlined there.
+    #[allow(clippy::inline_always)]
+    #[inline(always)]
+    pub fn for_each(&self, values: &[f64], mut visit: impl FnMut(usize, usize, f64)) {
+        let (single, mut rest) = values.split_at(self.rows.len());
+        for ((row, column), value) in self.rows.iter().zip(self.columns.iter()).zip(single) {
+            visit(*row, *column, *value);
+        }
+        for run in self.runs.iter() {
+            let (values, after) = rest.split_at(run.count);
+            rest = after;
+            if run.diagonal {
+                for (k, value) in values.iter().enumerate() {
+                    visit(run.row + k, run.column + k, *value);
+                }
+            } else {
+                for (k, value) in values.iter().enumerate() {
+                    visit(run.row + k, run.column, *value);
+                }
+            }
+        }
+    }
+
+    /// The same for values that can be changed.
+    // Lengths are constants in generated models, and only once inlined there.
+    #[allow(clippy::inline_always)]
+    #[inline(always)]
+    pub fn for_each_mut(&self, values: &mut [f64], mut visit: impl FnMut(usize, usize, &mut f64)) {
+        let (single, mut rest) = values.split_at_mut(self.rows.len());
+        for ((row, column), value) in self.rows.iter().zip(self.columns.iter()).zip(single) {
+            visit(*row, *column, value);
+        }
+        for run in self.runs.iter() {
+            let (values, after) = rest.split_at_mut(run.count);
+            rest = after;
+            let step = usize::from(run.diagonal);
+            for (k, value) in values.iter_mut().enumerate() {
+                visit(run.row + k, run.column + step * k, value);
+            }
+        }
+    }
+
+    /// Visits rows and columns of the non-zeros.
+    pub fn for_each_place(&self, mut visit: impl FnMut(usize, usize)) {
+        for (row, column) in self.rows.iter().zip(self.columns.iter()) {
+            visit(*row, *column);
+        }
+        for run in self.runs.iter() {
+            let step = usize::from(run.diagonal);
+            for k in 0..run.count {
+                visit(run.row + k, run.column + step * k);
+            }
+        }
+    }
+}

@@ -1,0 +1,439 @@
+//! What is in a model, for programs. Values are in the declared units.
+
+use std::fmt::Write;
+
+use dgd_compiler::dae::Dae;
+use dgd_compiler::model::{Automaton, Declared, Interpolation, Model, Origin};
+use serde::Serialize;
+
+use crate::error::Mistake;
+use crate::output::provenance::Provenance;
+
+/// What is in a model.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+pub struct Description {
+    /// Name of the model.
+    pub model: String,
+    /// What its text says of it.
+    pub doc: String,
+    /// Constants.
+    pub constants: Vec<Constant>,
+    /// Inputs.
+    pub inputs: Vec<Input>,
+    /// Sizes of arrays.
+    pub sizes: Vec<Size>,
+    /// Unknowns that are not elements of arrays.
+    pub states: Vec<State>,
+    /// Arrays of unknowns.
+    pub arrays: Vec<Array>,
+    /// Parameters.
+    pub parameters: Vec<Parameter>,
+    /// Outputs.
+    pub outputs: Vec<Output>,
+    /// Equations.
+    pub equations: Vec<Equation>,
+    /// Variants, with what is chosen.
+    pub variants: Vec<VariantChoices>,
+    /// Blocks of modes.
+    pub modes: Vec<Modes>,
+    /// Models inside it.
+    pub parts: Vec<Part>,
+    /// Conditions on which something is done.
+    pub whens: Vec<When>,
+    /// Mistakes: none, as a model that has some is not described.
+    pub diagnostics: Vec<Mistake>,
+    /// What it was made of.
+    pub provenance: Provenance,
+    /// One line for people.
+    #[serde(skip)]
+    pub summary: String,
+}
+
+/// A constant.
+#[derive(Debug, Clone, Serialize)]
+pub struct Constant {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// What the model's text says of it.
+    pub doc: String,
+    /// Its value.
+    pub value: f64,
+}
+
+/// An input.
+#[derive(Debug, Clone, Serialize)]
+pub struct Input {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// What the model's text says of it.
+    pub doc: String,
+    /// What it is between samples: `hold` or `linear`.
+    pub interpolation: &'static str,
+}
+
+/// The size of arrays.
+#[derive(Debug, Clone, Serialize)]
+pub struct Size {
+    /// Its name.
+    pub name: String,
+    /// How many.
+    pub value: i64,
+}
+
+/// An unknown.
+#[derive(Debug, Clone, Serialize)]
+pub struct State {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// What the model's text says of it.
+    pub doc: String,
+    /// Whether it has an initial value of its own.
+    pub differential: bool,
+    /// Its initial value, where that is a number.
+    pub start: Option<f64>,
+}
+
+/// An array of unknowns.
+#[derive(Debug, Clone, Serialize)]
+pub struct Array {
+    /// Its name.
+    pub name: String,
+    /// Unit of its elements.
+    pub unit: String,
+    /// What the model's text says of it.
+    pub doc: String,
+    /// First and last index.
+    pub range: [i64; 2],
+    /// Initial value of its elements, where that is a number.
+    pub start: Option<f64>,
+}
+
+/// A parameter.
+#[derive(Debug, Clone, Serialize)]
+pub struct Parameter {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// What the model's text says of it.
+    pub doc: String,
+    /// Its value.
+    pub value: f64,
+    /// Lower and upper bound, where there are any.
+    pub bounds: [Option<f64>; 2],
+    /// Whether it is estimated by its logarithm.
+    pub log: bool,
+    /// Whether it is not estimated, unless that is asked for.
+    pub fixed: bool,
+}
+
+/// An output, or an array of them.
+#[derive(Debug, Clone, Serialize)]
+pub struct Output {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// What the model's text says of it.
+    pub doc: String,
+    /// Standard deviation of its noise, where one is declared.
+    pub noise: Option<f64>,
+    /// First and last index of an array.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range: Option<[i64; 2]>,
+}
+
+/// An equation, or a family of them.
+#[derive(Debug, Clone, Serialize)]
+pub struct Equation {
+    /// What it is called.
+    pub label: String,
+    /// What the model's text says of it.
+    pub doc: String,
+    /// First and last index of a family.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range: Option<[i64; 2]>,
+}
+
+/// A variant.
+#[derive(Debug, Clone, Serialize)]
+pub struct VariantChoices {
+    /// Its name.
+    pub name: String,
+    /// What can be chosen.
+    pub choices: Vec<String>,
+    /// What is.
+    pub chosen: String,
+}
+
+/// A block of modes.
+#[derive(Debug, Clone, Serialize)]
+pub struct Modes {
+    /// Its name.
+    pub name: String,
+    /// What the model's text says of it.
+    pub doc: String,
+    /// The mode in which it begins.
+    pub start: String,
+    /// Its modes.
+    pub modes: Vec<Mode>,
+    /// Which mode follows which.
+    pub transitions: Vec<Transition>,
+}
+
+/// A mode.
+#[derive(Debug, Clone, Serialize)]
+pub struct Mode {
+    /// Its name.
+    pub name: String,
+    /// What the model's text says of it.
+    pub doc: String,
+    /// Labels of the equations that hold in it alone.
+    pub equations: Vec<String>,
+}
+
+/// A transition between modes.
+#[derive(Debug, Clone, Serialize)]
+pub struct Transition {
+    /// The mode that is left.
+    pub from: String,
+    /// The mode that is entered.
+    pub to: String,
+}
+
+/// A model inside a model.
+#[derive(Debug, Clone, Serialize)]
+pub struct Part {
+    /// What it is called there.
+    pub name: String,
+    /// The model.
+    pub model: String,
+    /// What the model's text says of it.
+    pub doc: String,
+}
+
+/// A condition on which something is done.
+#[derive(Debug, Clone, Serialize)]
+pub struct When {
+    /// The condition.
+    pub condition: String,
+    /// What the model's text says of it.
+    pub doc: String,
+}
+
+impl Description {
+    /// Of a model that is sound; `path` is what its file is called.
+    pub(crate) fn of(path: &str, model: &Model, dae: &Dae, provenance: Provenance) -> Self {
+        let blocks = model.automata.iter().filter(|a| a.origin == Origin::Modes);
+        let whens = model.automata.iter().filter(|a| a.origin == Origin::When);
+        Description {
+            summary: summary(path, model, dae),
+            model: model.name.clone(),
+            doc: text(&model.doc),
+            constants: constants(model),
+            inputs: inputs(model),
+            sizes: (model.sizes.iter())
+                .map(|(name, value)| Size { name: name.text.clone(), value: *value })
+                .collect(),
+            states: states(dae),
+            arrays: arrays(dae),
+            parameters: parameters(model),
+            outputs: outputs(model, dae),
+            equations: equations(model),
+            variants: (model.variants.iter())
+                .map(|variant| VariantChoices {
+                    name: variant.name.clone(),
+                    choices: variant.choices.clone(),
+                    chosen: variant.choices[variant.chosen].clone(),
+                })
+                .collect(),
+            modes: blocks.map(modes).collect(),
+            parts: (model.parts.iter())
+                .map(|part| Part {
+                    name: part.name.clone(),
+                    model: part.model.clone(),
+                    doc: text(&part.doc),
+                })
+                .collect(),
+            whens: whens
+                .map(|automaton| When {
+                    condition: automaton.name.clone(),
+                    doc: text(&automaton.doc),
+                })
+                .collect(),
+            diagnostics: Vec::new(),
+            provenance,
+        }
+    }
+}
+
+fn text(doc: &[String]) -> String {
+    doc.join("\n")
+}
+
+/// Name, unit and text of what is declared.
+fn head(declared: &Declared) -> (String, String, String) {
+    (declared.name.clone(), declared.unit.symbol.clone(), text(&declared.doc))
+}
+
+/// First and last index of so many.
+fn range(lower: i64, count: u32) -> [i64; 2] {
+    [lower, lower + i64::from(count) - 1]
+}
+
+fn constants(model: &Model) -> Vec<Constant> {
+    let one = |constant: &dgd_compiler::model::Constant| {
+        let (name, unit, doc) = head(&constant.declared);
+        Constant { name, unit, doc, value: constant.declared.unit.from_si(constant.value) }
+    };
+    model.constants.iter().map(one).collect()
+}
+
+fn inputs(model: &Model) -> Vec<Input> {
+    let one = |input: &dgd_compiler::model::Input| {
+        let (name, unit, doc) = head(&input.declared);
+        let interpolation = match input.interpolation {
+            Interpolation::Hold => "hold",
+            Interpolation::Linear => "linear",
+        };
+        Input { name, unit, doc, interpolation }
+    };
+    model.inputs.iter().map(one).collect()
+}
+
+fn states(dae: &Dae) -> Vec<State> {
+    let all = dae.unknowns.iter();
+    all.map(|unknown| State {
+        name: unknown.name.clone(),
+        unit: unknown.unit.symbol.clone(),
+        doc: text(&unknown.doc),
+        differential: unknown.differential,
+        start: dae.graph.value(unknown.start).map(|si| unknown.unit.from_si(si)),
+    })
+    .collect()
+}
+
+fn arrays(dae: &Dae) -> Vec<Array> {
+    let all = dae.arrays.iter();
+    all.map(|array| Array {
+        name: array.name.clone(),
+        unit: array.unit.symbol.clone(),
+        doc: text(&array.doc),
+        range: range(array.lower, array.count),
+        start: dae.graph.value(array.start).map(|si| array.unit.from_si(si)),
+    })
+    .collect()
+}
+
+fn parameters(model: &Model) -> Vec<Parameter> {
+    let all = model.parameters.iter();
+    all.map(|parameter| {
+        let declared = &parameter.declared;
+        let finite = |si: f64| si.is_finite().then(|| declared.unit.from_si(si));
+        let (name, unit, doc) = head(declared);
+        Parameter {
+            name,
+            unit,
+            doc,
+            value: declared.unit.from_si(parameter.value),
+            bounds: [finite(parameter.lower), finite(parameter.upper)],
+            log: parameter.log,
+            fixed: parameter.fixed,
+        }
+    })
+    .collect()
+}
+
+fn outputs(model: &Model, dae: &Dae) -> Vec<Output> {
+    let single = model.outputs.iter().map(|output| {
+        let (name, unit, doc) = head(&output.declared);
+        let noise = output.noise.map(|si| si / output.declared.unit.factor);
+        Output { name, unit, doc, noise, range: None }
+    });
+    let arrays = dae.output_arrays.iter().map(|array| {
+        let (name, unit, doc) = head(&array.declared);
+        let noise = array.noise.map(|si| si / array.declared.unit.factor);
+        Output { name, unit, doc, noise, range: Some(range(array.lower, array.count)) }
+    });
+    single.chain(arrays).collect()
+}
+
+fn equations(model: &Model) -> Vec<Equation> {
+    let single = model.equations.iter().map(|equation| Equation {
+        label: equation.label.clone(),
+        doc: text(&equation.doc),
+        range: None,
+    });
+    let families = model.families.iter().map(|family| Equation {
+        label: family.equation.label.clone(),
+        doc: text(&family.equation.doc),
+        range: Some(range(family.lower, family.count)),
+    });
+    single.chain(families).collect()
+}
+
+fn modes(automaton: &Automaton) -> Modes {
+    let name = |mode: usize| automaton.modes[mode].name.clone();
+    let modes = automaton.modes.iter();
+    let modes = modes.map(|mode| Mode {
+        name: mode.name.clone(),
+        doc: text(&mode.doc),
+        equations: mode.equations.iter().map(|equation| equation.label.clone()).collect(),
+    });
+    let transitions = automaton.transitions.iter().filter_map(|transition| {
+        Some(Transition { from: name(transition.from?), to: name(transition.to) })
+    });
+    Modes {
+        name: automaton.name.clone(),
+        doc: text(&automaton.doc),
+        start: name(automaton.start),
+        modes: modes.collect(),
+        transitions: transitions.collect(),
+    }
+}
+
+/// One line for people: what is in the model.
+fn summary(path: &str, model: &Model, dae: &Dae) -> String {
+    let of_families = dae.families.iter().filter(|family| family.differential);
+    let differential = dae.unknowns.iter().filter(|unknown| unknown.differential).count()
+        + of_families.map(|family| family.count as usize).sum::<usize>();
+    let of_arrays = dae.output_arrays.iter().map(|array| array.count as usize);
+    let counts = [
+        (differential, "state"),
+        (dae.n() - differential, "algebraic unknown"),
+        (model.inputs.len(), "input"),
+        (model.parameters.len(), "parameter"),
+        (model.outputs.len() + of_arrays.sum::<usize>(), "output"),
+    ];
+    let mut text = format!("{path}: model `{}` is sound: ", model.name);
+    let parts: Vec<String> = counts
+        .iter()
+        .filter(|(n, _)| *n > 0)
+        .map(|(n, noun)| format!("{n} {noun}{}", if *n == 1 { "" } else { "s" }))
+        .collect();
+    text.push_str(&parts.join(", "));
+    for part in &model.parts {
+        let _ = write!(text, "; part {}: {}", part.name, part.model);
+    }
+    for variant in &model.variants {
+        let choices: Vec<&str> = variant.choices.iter().map(String::as_str).collect();
+        let _ = write!(text, "; variant {} = {}", variant.name, choices.join(" | "));
+    }
+    for automaton in &model.automata {
+        if automaton.origin == Origin::When {
+            let _ = write!(text, "; when {}", automaton.name);
+            continue;
+        }
+        let modes: Vec<&str> = automaton.modes.iter().map(|mode| mode.name.as_str()).collect();
+        let _ = write!(text, "; modes {} = {}", automaton.name, modes.join(" | "));
+    }
+    text.push('\n');
+    text.trim_end().to_owned()
+}

@@ -1,0 +1,139 @@
+//! Syntax, names, units and structure of a model, in every variant.
+
+mod description;
+
+use std::path::{Path, PathBuf};
+
+use dgd_compiler::dae::assemble;
+use dgd_compiler::diagnostics::{Diagnostics, Reported};
+use dgd_compiler::effects::Effect;
+use dgd_compiler::model::{Variant, resolve};
+use dgd_compiler::pipeline::Directions;
+use serde::{Serialize, Serializer};
+use serde_json::Value;
+
+use crate::error::WorkError;
+use crate::model::Compilation;
+use crate::model::effects::{model_of, parsed};
+use crate::output::provenance::{self, Provenance};
+use crate::request::{CheckRequest, Choices};
+use crate::session::Session;
+
+pub use description::{
+    Array, Constant, Description, Equation, Input, Mode, Modes, Output, Parameter, Part, Size,
+    State, Transition, VariantChoices, When,
+};
+
+/// What was checked and is sound.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub enum Checked {
+    /// An effect for which no model lies where one is expected.
+    Effect {
+        /// Its file.
+        path: PathBuf,
+        /// Its name.
+        name: String,
+    },
+    /// A model, with the effects that were applied to it.
+    Model(Box<Description>),
+}
+
+impl Checked {
+    /// For programs; nothing is told of an effect by itself.
+    pub fn to_json(&self) -> Option<Value> {
+        match self {
+            Checked::Effect { .. } => None,
+            Checked::Model(description) => serde_json::to_value(description).ok(),
+        }
+    }
+
+    /// One line for people.
+    pub fn summary(&self) -> String {
+        match self {
+            Checked::Effect { path, name } => {
+                format!("{}: effect `{name}` is sound by itself", path.display())
+            }
+            Checked::Model(description) => description.summary.clone(),
+        }
+    }
+}
+
+impl Serialize for Checked {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.to_json().serialize(serializer)
+    }
+}
+
+/// Checks a model, or an effect with the model that it is for.
+///
+/// # Errors
+///
+/// [`WorkError::Diagnosed`] where it has mistakes.
+pub fn check(request: &CheckRequest, session: Session<'_>) -> Result<Checked, WorkError> {
+    let Some(effect) = effect(&request.model)? else {
+        return check_model(&request.model, &request.choices, session);
+    };
+    let Some(model) = model_of(&request.model, &effect) else {
+        let (path, name) = (request.model.clone(), effect.full_name());
+        return Ok(Checked::Effect { path, name });
+    };
+    // With the effect as one more that is applied.
+    let mut choices = request.choices.clone();
+    choices.apply.push(request.model.display().to_string());
+    check_model(&model, &choices, session)
+}
+
+/// The effect in a file; nothing where the file holds a model.
+fn effect(path: &Path) -> Result<Option<Effect>, WorkError> {
+    let mut compilation = Compilation::default();
+    let (sources, diagnostics) = (&mut compilation.sources, &mut compilation.diagnostics);
+    let read = match parsed(path, sources, diagnostics)? {
+        Ok(ast) if ast.effect.is_none() => return Ok(None),
+        Ok(ast) => Effect::read(ast, diagnostics),
+        Err(reported) => Err(reported),
+    };
+    match read {
+        Ok(effect) => Ok(Some(effect)),
+        Err(reported) => Err(compilation.fail(reported)),
+    }
+}
+
+/// Checks a model with the effects that are applied to it.
+fn check_model(path: &Path, choices: &Choices, session: Session<'_>) -> Result<Checked, WorkError> {
+    let mut compilation = Compilation::default();
+    let options = compilation.options(choices)?;
+    let compiled = match compilation.compile(path, &choices.apply, &options, &Directions::None)? {
+        Ok((compiled, _)) => compiled,
+        Err(reported) => return Err(compilation.fail(reported)),
+    };
+    let digest = provenance::of_model(&compilation.sources);
+
+    // What was not chosen must be sound too, one choice at a time.
+    for Variant { name, choices, chosen } in &compiled.model.variants {
+        if options.variants.iter().any(|(variant, _)| variant.text == *name) {
+            continue;
+        }
+        for (_, choice) in choices.iter().enumerate().filter(|(i, _)| i != chosen) {
+            let mut other = options.clone();
+            let variant = compilation.name("--variant", name);
+            other.variants.push((variant, compilation.name("--variant", choice)));
+            let mut own = Diagnostics::default();
+            // Mistakes are collected: one choice's say nothing about the next.
+            let _: Result<_, Reported> = resolve(&compiled.asts, &other, &mut own)
+                .and_then(|model| assemble(&model, &mut own));
+            for diagnostic in own.sorted() {
+                compilation.diagnostics.error(diagnostic.clone());
+            }
+        }
+    }
+    if let Err(reported) = compilation.diagnostics.check() {
+        return Err(compilation.fail(reported));
+    }
+
+    session.spare(&compilation.sources)?;
+    let path = path.display().to_string();
+    let provenance = Provenance::new(session, Some(digest), Vec::new());
+    let description = Description::of(&path, &compiled.model, &compiled.dae, provenance);
+    Ok(Checked::Model(Box::new(description)))
+}

@@ -1,0 +1,369 @@
+//! Where a model and recordings disagree, and which known effect is missing.
+
+mod report;
+
+use std::path::{Path, PathBuf};
+
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::effects::Effect;
+use dgd_compiler::model::ModelOptions;
+use dgd_compiler::pipeline::{Compiled, Directions};
+use dgd_compiler::syntax::ast::{Item, ItemKind};
+use dgd_data::files::Files;
+use dgd_data::files::journal::RunJournal;
+use dgd_data::read_renamed;
+use dgd_discover::{BaseModel, DiscoverError, Discovery, Request, templates};
+use dgd_identify::journal::{Forgetful, Journal};
+use dgd_identify::{Recording, Unwatched};
+use dgd_plot::Figure;
+use dgd_runtime::System;
+use serde::{Serialize, Serializer};
+use serde_json::Value;
+
+use crate::error::WorkError;
+use crate::model::Compilation;
+use crate::model::effects::{self, FOLDER, load_folder};
+use crate::output::provenance::{self, DataFile, Provenance};
+use crate::request::{Choices, DiscoverRequest, Start};
+use crate::run::recording;
+use crate::run::{executable, keeping, options, reservations, verify_memory_of_fit};
+use crate::session::Session;
+use report::Subject;
+pub use report::file_names;
+
+/// What was found, and what a report of it needs.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct Discovered {
+    /// What was found.
+    pub discovery: Discovery,
+    /// Why the recordings may not say what they are asked.
+    pub reservations: Vec<String>,
+    /// The file of the base model.
+    pub model: PathBuf,
+    /// Its text, with the effects of the request.
+    pub base: String,
+    /// Recordings that the fits saw.
+    pub training: Vec<PathBuf>,
+    /// Recordings kept out of them.
+    pub held_out: Vec<PathBuf>,
+    /// What it was made of.
+    pub provenance: Provenance,
+    choices: Choices,
+    command: String,
+    journal: Option<RunJournal>,
+}
+
+/// Searches for what a model lacks.
+///
+/// # Errors
+///
+/// [`WorkError`].
+pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Discovered, WorkError> {
+    keeping::verify(&request.keep)?;
+    let integration = options(&request.solve)?;
+    let mut compilation = Compilation::default();
+    let options_of_model =
+        ModelOptions { columns: columns(request), ..compilation.options(&request.choices)? };
+    let compiled = base_model(request, &options_of_model, &mut compilation)?;
+    let of_model = provenance::of_model(&compilation.sources);
+    let library = library(request, &mut compilation, session)?;
+    let Compilation { sources, diagnostics, .. } = &mut compilation;
+    let Ok(templates) = templates(sources, diagnostics) else {
+        return Err(WorkError::diagnosed(diagnostics, sources.clone()));
+    };
+    let (train, mut files) =
+        recordings(request, &request.data, &compiled, &mut compilation, session)?;
+    let (valid, more) = recordings(request, &request.valid, &compiled, &mut compilation, session)?;
+    files.extend(more);
+    let provenance = Provenance::new(session, Some(of_model), files);
+    session.spare(&compilation.sources)?;
+    let (held_out, left_out) = HeldOut::of(request, &train, valid);
+    let mut reservations = reserved(request, &compiled, &train, session.threads)?;
+    reservations.extend(left_out);
+
+    let base = BaseModel {
+        asts: compiled.asts.clone(),
+        options: options_of_model,
+        free: request.sought.free.clone(),
+        fix: request.sought.fix.clone(),
+        engine: request.solve.engine,
+    };
+    let names = recording::names(&[request.data.as_slice(), &held_out.paths].concat());
+    let (train_names, valid_names) = names.split_at(request.data.len());
+    let search = Request {
+        base: &base,
+        library: &library,
+        templates: &templates,
+        sources: &compilation.sources,
+        train: (&train, train_names),
+        valid: (&held_out.recordings, valid_names),
+        options: integration,
+        threads: session.threads,
+        seed: session.seed,
+        journal: &Forgetful,
+        watch: &Unwatched,
+    };
+    let journal = keeping::journal(&request.keep, || search.digest(), session)?;
+    session.listener.begins(journal.is_some());
+    let kept: &dyn Journal = match &journal {
+        Some(journal) => journal,
+        None => &Forgetful,
+    };
+    let search = Request { journal: kept, watch: session.listener, ..search };
+    let mut diagnostics = Diagnostics::default();
+    let found = dgd_discover::discover(&search, &mut diagnostics);
+    session.listener.ends();
+    let found = found.map_err(|error| failed(&error, &diagnostics, &compilation))?;
+    let left_out = found.left_out.iter();
+    reservations
+        .extend(left_out.map(|(name, why)| format!("the effect `{name}` {why}: it is left out")));
+    reservations.extend(
+        found
+            .given_up
+            .iter()
+            .map(|(names, why)| format!("fits of {} were given up where {why}", names.join(", "))),
+    );
+    Ok(Discovered {
+        discovery: found,
+        reservations,
+        model: request.model.clone(),
+        base: compilation.sources.get(compiled.asts[0].source).text.clone(),
+        training: request.data.clone(),
+        held_out: held_out.paths,
+        provenance,
+        choices: request.choices.clone(),
+        command: request.command.clone(),
+        journal,
+    })
+}
+
+impl Discovered {
+    fn subject(&self) -> Subject<'_> {
+        Subject {
+            discovery: &self.discovery,
+            model: &self.model,
+            base: &self.base,
+            choices: &self.choices,
+            training: &self.training,
+            held_out: &self.held_out,
+            reservations: &self.reservations,
+            command: &self.command,
+            provenance: Some(&self.provenance),
+        }
+    }
+
+    /// `result.json`.
+    pub fn to_json(&self) -> Value {
+        report::result_json(&self.subject())
+    }
+
+    /// For people; says where the report is, if it was written.
+    pub fn to_text(&self, folder: Option<&Path>) -> String {
+        report::summary(&self.discovery, &self.reservations, folder)
+    }
+
+    /// The report, the result for programs, the corrected model and how it differs: [`file_names`].
+    ///
+    /// # Errors
+    ///
+    /// The corrected model does not compile, or the page cannot be made.
+    pub fn files(&self) -> Result<Files, WorkError> {
+        report::files(&self.subject())
+    }
+
+    /// Measured less simulated, before and after, on validation data if there is any.
+    pub fn figure(&self) -> Figure {
+        report::gap_figure(&self.discovery)
+    }
+
+    /// Leaves what the search has kept, where there is any: the same request, resumed, has this result without
+    /// searching again. Otherwise it is removed with the result.
+    pub fn leave(&self) -> bool {
+        if let Some(journal) = &self.journal {
+            journal.leave();
+        }
+        self.journal.is_some()
+    }
+}
+
+impl Serialize for Discovered {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.to_json().serialize(serializer)
+    }
+}
+
+fn failed(
+    error: &DiscoverError,
+    diagnostics: &Diagnostics,
+    compilation: &Compilation,
+) -> WorkError {
+    match error {
+        DiscoverError::Model(_) => WorkError::diagnosed(diagnostics, compilation.sources.clone()),
+        DiscoverError::NoRecording | DiscoverError::NothingMeasured => {
+            WorkError::Found(error.to_string())
+        }
+        DiscoverError::BaseModel(_) => WorkError::Computation(error.to_string()),
+    }
+}
+
+/// Recordings that are kept out of the fits.
+#[derive(Default)]
+struct HeldOut {
+    paths: Vec<PathBuf>,
+    recordings: Vec<Recording>,
+}
+
+impl HeldOut {
+    /// Those that are none of the training recordings again, and a sentence for each that is.
+    fn of(
+        request: &DiscoverRequest,
+        train: &[Recording],
+        valid: Vec<Recording>,
+    ) -> (Self, Vec<String>) {
+        let repeated = reservations::trained_on(train, &valid);
+        let (mut kept, mut left_out) = (Self::default(), Vec::new());
+        for ((path, recording), of) in request.valid.iter().zip(valid).zip(repeated) {
+            if let Some(of) = of {
+                let (path, trained) = (path.display(), request.data[of].display());
+                left_out.push(format!(
+                    "at least half the rows of {path} are rows of {trained}, so it tests nothing and is left out"
+                ));
+            } else {
+                kept.paths.push(path.clone());
+                kept.recordings.push(recording);
+            }
+        }
+        (kept, left_out)
+    }
+}
+
+/// Why the training recordings may not say what they are asked.
+fn reserved(
+    request: &DiscoverRequest,
+    compiled: &Compiled,
+    train: &[Recording],
+    threads: usize,
+) -> Result<Vec<String>, WorkError> {
+    let system = executable(compiled.program.clone(), &request.solve)?;
+    let signature = system.signature();
+    // Candidates only add to it.
+    verify_memory_of_fit("the search", signature, train, threads, true)?;
+    let p: Vec<f64> = signature.parameters.iter().map(|p| p.value).collect();
+    let mut reservations = reservations::of_recordings(&system, &p, train);
+    reservations.extend(reservations::of_few_samples(signature, train));
+    Ok(reservations)
+}
+
+/// The columns that all recordings have, if the model declares inputs that it does not read: effects may, where
+/// there are such columns. Faults of a file are reported when it is read next.
+fn columns(request: &DiscoverRequest) -> Option<Vec<String>> {
+    let mut probe = Compilation::default();
+    let options =
+        ModelOptions { columns: Some(Vec::new()), ..probe.options(&request.choices).ok()? };
+    let compiled = base_model(request, &options, &mut probe).ok()?;
+    let is_read = |name: &str| compiled.dae.inputs.iter().any(|i| i.declared.name == name);
+    let is_unread = |item: &Item| match &item.kind {
+        ItemKind::Input { name, .. } => !is_read(&name.text),
+        _ => false,
+    };
+    if !compiled.asts[0].items.iter().any(is_unread) {
+        return None;
+    }
+    let mut common: Option<Vec<String>> = None;
+    for path in request.data.iter().chain(&request.valid) {
+        let Compilation { sources, diagnostics } = &mut probe;
+        let table = read_renamed(path, &request.solve.rename, sources, diagnostics).ok()?;
+        let has = |name: &String| table.column(name).is_some();
+        match &mut common {
+            Some(common) => common.retain(has),
+            None => common = Some(table.columns.iter().map(|c| c.name.clone()).collect()),
+        }
+    }
+    common
+}
+
+/// The model to be examined, with the effects of `--apply` written into its text.
+fn base_model(
+    request: &DiscoverRequest,
+    options: &ModelOptions,
+    compilation: &mut Compilation,
+) -> Result<Compiled, WorkError> {
+    let (free, fixed) = compilation.sought(&request.sought);
+    let directions = Directions::Estimated { free, fixed };
+    match compilation.compile_text(&request.model, &request.choices.apply, options, &directions)? {
+        Ok(compiled) => Ok(compiled),
+        Err(_) => Err(WorkError::diagnosed(&compilation.diagnostics, compilation.sources.clone())),
+    }
+}
+
+/// The effects beside the model, and those of `--effects`. Without any, all that can be told is
+/// whether the model explains the data.
+fn library(
+    request: &DiscoverRequest,
+    compilation: &mut Compilation,
+    session: Session<'_>,
+) -> Result<Vec<Effect>, WorkError> {
+    let beside = effects::folder_of(&request.model);
+    let mut folders: Vec<PathBuf> = Vec::new();
+    if beside.is_dir() {
+        folders.push(beside);
+    }
+    for folder in &request.effects {
+        if !folder.is_dir() {
+            let message = format!("`--effects {}`: there is no such folder", folder.display());
+            return Err(WorkError::Usage(message));
+        }
+        folders.push(folder.clone());
+    }
+    let Compilation { sources, diagnostics } = compilation;
+    let mut library = Vec::new();
+    for folder in &folders {
+        library.extend(load_folder(folder, sources, diagnostics).into_iter().flatten());
+    }
+    if diagnostics.check().is_err() {
+        return Err(WorkError::diagnosed(diagnostics, sources.clone()));
+    }
+    if library.is_empty() && !request.effects.is_empty() {
+        return Err(WorkError::Usage(
+            "there are no effects in the folders of `--effects`: each is a `.dgd` file".to_owned(),
+        ));
+    }
+    if library.is_empty() {
+        session.remark(&format!(
+            "there are no effects of this model to look for, only templates: put files of its own \
+             into a folder `{FOLDER}` beside `{}`, or give one by `--effects DIR`",
+            request.model.display()
+        ));
+    }
+    Ok(library)
+}
+
+/// Recordings as the model sees them, with start values from the first measured outputs where these
+/// determine them.
+fn recordings(
+    request: &DiscoverRequest,
+    paths: &[PathBuf],
+    compiled: &Compiled,
+    compilation: &mut Compilation,
+    session: Session<'_>,
+) -> Result<(Vec<Recording>, Vec<DataFile>), WorkError> {
+    let files = (paths, request.solve.rename.as_slice());
+    let clock = recording::Clock::Time;
+    let read = recording::Recording::read_all(files, &compiled.dae, clock, compilation, session)?;
+    let system = executable(compiled.program.clone(), &request.solve)?;
+    let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();
+    let integration = options(&request.solve)?;
+    let with = |start: Start, read: &recording::Recording, path: &Path| {
+        let mut solve = request.solve.clone();
+        solve.start = start;
+        read.experiment(&system, &p, path, &solve, &integration)
+    };
+    let one = |(read, path): (&recording::Recording, &PathBuf)| {
+        // A guess only: where the outputs do not give one, the model's own start values do.
+        with(Start::Measured, read, path).or_else(|_| with(request.solve.start, read, path))
+    };
+    let files = read.iter().zip(paths).map(|(read, path)| DataFile::new(path, read.digest));
+    let all: Result<Vec<Recording>, WorkError> = read.iter().zip(paths).map(one).collect();
+    Ok((all?, files.collect()))
+}

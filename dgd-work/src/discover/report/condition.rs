@@ -1,0 +1,151 @@
+//! The condition that windows go together with, in words and for programs.
+
+use dgd_discover::{Condition, ConditionKind};
+use dgd_runtime::Unit;
+use serde_json::{Value, json};
+
+use super::result_json::tidy;
+use crate::output::quantity::{of_differences, percent, probability, rounded};
+
+/// Digits of a threshold: it lies anywhere between values inside and outside.
+const DIGITS: i32 = 3;
+
+/// In words: ``while `q` falls by more than 1.9 lpm per second, taken over 40 s: 94 % of the windows, 3 %
+/// of the rest``. Names are between backticks.
+pub(super) fn words(condition: &Condition) -> String {
+    let Condition { quantity, kind, share_inside, share_outside, p_value, shifts, .. } = condition;
+    let holds = match kind {
+        ConditionKind::Above => format!("is above {}", level(condition)),
+        ConditionKind::Below => format!("is below {}", level(condition)),
+        ConditionKind::Rising => format!("rises by more than {}", slope(condition)),
+        ConditionKind::Falling => format!("falls by more than {}", slope(condition)),
+        ConditionKind::Changing => format!("changes by more than {}", slope(condition)),
+        ConditionKind::Mode(mode) => format!("is in the mode `{mode}`"),
+    };
+    format!(
+        "while `{quantity}` {holds}: {} of the windows, {} of the rest ({})",
+        percent(*share_inside),
+        percent(*share_outside),
+        probability(*p_value, *shifts)
+    )
+}
+
+/// For programs; `null` where there is none.
+pub(super) fn value(condition: Option<&Condition>) -> Value {
+    let Some(condition) = condition else { return Value::Null };
+    let (kind, mode) = match &condition.kind {
+        ConditionKind::Above => ("above", None),
+        ConditionKind::Below => ("below", None),
+        ConditionKind::Rising => ("rising", None),
+        ConditionKind::Falling => ("falling", None),
+        ConditionKind::Changing => ("changing", None),
+        ConditionKind::Mode(mode) => ("mode", Some(mode)),
+    };
+    let (threshold, unit) = threshold(condition);
+    json!({
+        "quantity": condition.quantity,
+        "kind": kind,
+        "mode": mode,
+        "threshold": threshold.map(tidy),
+        "unit": unit,
+        "over": condition.over.map(tidy),
+        "share_inside": tidy(condition.share_inside),
+        "share_outside": tidy(condition.share_outside),
+        "p_value": tidy(condition.p_value),
+    })
+}
+
+/// The threshold in the unit of the quantity, or in that of its slope.
+fn threshold(condition: &Condition) -> (Option<f64>, String) {
+    let Condition { kind, threshold, unit, .. } = condition;
+    match kind {
+        ConditionKind::Above | ConditionKind::Below | ConditionKind::Mode(_) => {
+            (threshold.map(|threshold| unit.from_si(threshold)), unit.symbol.to_string())
+        }
+        ConditionKind::Rising | ConditionKind::Falling | ConditionKind::Changing => {
+            let Unit { symbol, factor, .. } = of_differences(unit);
+            (threshold.map(|threshold| threshold / factor), format!("{symbol}/s"))
+        }
+    }
+}
+
+fn level(condition: &Condition) -> String {
+    let (threshold, unit) = threshold(condition);
+    with_unit(&rounded(threshold.unwrap_or(f64::NAN), DIGITS), &unit)
+}
+
+fn slope(condition: &Condition) -> String {
+    let (threshold, _) = threshold(condition);
+    let unit = of_differences(&condition.unit);
+    let each = with_unit(&rounded(threshold.unwrap_or(f64::NAN), DIGITS), &unit.symbol);
+    let over = rounded(condition.over.unwrap_or(f64::NAN), 2);
+    format!("{each} per second, taken over {over} s")
+}
+
+fn with_unit(number: &str, unit: &str) -> String {
+    if unit == "1" { number.to_owned() } else { format!("{number} {unit}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn condition(kind: ConditionKind, threshold: Option<f64>, unit: Unit) -> Condition {
+        Condition {
+            quantity: "x".to_owned(),
+            kind,
+            threshold,
+            unit,
+            over: Some(40.0),
+            share_inside: 0.943,
+            share_outside: 0.031,
+            p_value: 0.002,
+            shifts: 499,
+        }
+    }
+
+    fn unit(symbol: &'static str, factor: f64, offset: f64) -> Unit {
+        Unit { symbol: symbol.into(), factor, offset }
+    }
+
+    #[test]
+    fn levels_and_slopes_are_said_in_their_units() {
+        let end = ": 94 % of the windows, 3 % of the rest (p ≤ 0.0020)";
+        let flow = || unit("lpm", 1.0 / 60_000.0, 0.0);
+        let warm = || unit("°C", 1.0, 273.15);
+        let open = || ConditionKind::Mode("open".to_owned());
+        for (kind, threshold, unit, said, number, symbol) in [
+            (
+                ConditionKind::Falling,
+                Some(1.9 / 60_000.0),
+                flow(),
+                "falls by more than 1.90 lpm per second, taken over 40 s",
+                Some(1.9),
+                "lpm/s",
+            ),
+            (ConditionKind::Above, Some(293.15), warm(), "is above 20.0 °C", Some(20.0), "°C"),
+            (
+                ConditionKind::Rising,
+                Some(0.5),
+                warm(),
+                "rises by more than 0.500 K per second, taken over 40 s",
+                Some(0.5),
+                "K/s",
+            ),
+            (open(), None, self::unit("1", 1.0, 0.0), "is in the mode `open`", None, "1"),
+        ] {
+            let condition = condition(kind, threshold, unit);
+            assert_eq!(words(&condition), format!("while `x` {said}{end}"));
+            let value = value(Some(&condition));
+            assert_eq!(value["unit"], symbol);
+            match number {
+                Some(number) => {
+                    let written = value["threshold"].as_f64().expect("a number");
+                    assert!((written - number).abs() < 1e-9, "{written}");
+                }
+                None => assert!(value["threshold"].is_null() && value["mode"] == "open"),
+            }
+        }
+        assert_eq!(value(None), Value::Null);
+    }
+}

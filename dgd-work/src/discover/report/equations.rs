@@ -1,0 +1,48 @@
+//! The equations of a model's text.
+
+use std::path::Path;
+
+use dgd_compiler::model::formula::{Line, lines};
+use dgd_compiler::model::mathml;
+
+use super::diff::{Changed, merged};
+use crate::error::WorkError;
+use crate::model::Compilation;
+use crate::request::Choices;
+
+/// A line of equations, typeset.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Equation {
+    /// As MathML.
+    pub(super) formula: String,
+    /// The label of an equation; empty for anything else.
+    pub(super) label: String,
+}
+
+/// The equations of two texts of a model, with the variants of the command line, in one list.
+pub(super) fn changed(
+    path: &Path,
+    before: &str,
+    after: &str,
+    choices: &Choices,
+) -> Result<Vec<Changed<Equation>>, WorkError> {
+    let (before, after) = (typeset(path, before, choices)?, typeset(path, after, choices)?);
+    Ok(merged(&before, &after, |equation| format!("{} {}", equation.label, equation.formula)))
+}
+
+fn typeset(path: &Path, text: &str, choices: &Choices) -> Result<Vec<Equation>, WorkError> {
+    let mut compilation = Compilation::default();
+    let options = compilation.options(choices)?;
+    let (asts, model) = match compilation.resolve(path, text.to_owned(), &options) {
+        Ok(resolved) => resolved,
+        Err(reported) => return Err(compilation.fail(reported)),
+    };
+    let equation = |line: &Line| {
+        let label = match line {
+            Line::Equation { label, .. } => label.clone().unwrap_or_default(),
+            Line::Mode(_) | Line::Transition(_) | Line::Bound { .. } => String::new(),
+        };
+        Equation { formula: mathml::write(line), label }
+    };
+    Ok(lines(&asts, &model).iter().map(equation).collect())
+}

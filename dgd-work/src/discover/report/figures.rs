@@ -1,0 +1,139 @@
+//! The figures of a report: one panel for each output or equation, below each other over one time
+//! axis.
+
+use dgd_discover::{Discovery, MissingInput, OutputTrace, RecordingTrace, Window};
+use dgd_plot::{Band, Envelope, Figure, Panel, Series, Style, Text};
+use dgd_runtime::Unit;
+
+use crate::output::quantity::of_differences;
+
+/// Panels that fit on a page; what has more is several figures.
+const PANELS: usize = 4;
+
+/// Standard deviations that a shaded band reaches to either side: 95 % of a normal distribution.
+const REACH: f64 = 2.0;
+
+/// Whether the corrected model is another than the base model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Correction {
+    /// Curves before and after.
+    Made,
+    /// One curve, since both are the same.
+    None,
+}
+
+impl Correction {
+    /// Whether a discovery has corrected the model.
+    pub(super) fn of(discovery: &Discovery) -> Correction {
+        if discovery.effects.is_empty() { Correction::None } else { Correction::Made }
+    }
+}
+
+/// Measured against simulated.
+pub(super) fn fit(trace: &RecordingTrace, correction: Correction) -> Vec<Figure> {
+    let panel = |output: &OutputTrace| {
+        let in_unit = |values: &[f64]| shifted(values, &output.unit);
+        let mut series = match correction {
+            Correction::None => {
+                vec![series("simulated", Style::Line, &trace.times, in_unit(&output.after))]
+            }
+            Correction::Made => vec![
+                series("before", Style::Line, &trace.times, in_unit(&output.before)),
+                series("after", Style::Line, &trace.times, in_unit(&output.after)),
+            ],
+        };
+        let measured = in_unit(&output.measured);
+        series.push(self::series("measured", Style::ThinLine, &trace.times, measured));
+        Panel {
+            title: Text::name(&output.name),
+            y_label: Text::default().with_unit(&output.unit.symbol),
+            series,
+            bands: bands(&output.windows),
+            ..Panel::default()
+        }
+    };
+    pages(&trace.outputs.iter().map(panel).collect::<Vec<_>>())
+}
+
+/// Measured less simulated, over the noise.
+pub(super) fn errors(trace: &RecordingTrace, correction: Correction) -> Vec<Figure> {
+    pages(&error_panels(trace, correction))
+}
+
+/// Measured less simulated, over the noise, one panel for each output.
+pub(super) fn error_panels(trace: &RecordingTrace, correction: Correction) -> Vec<Panel> {
+    let panel = |output: &OutputTrace| {
+        let unit = of_differences(&output.unit);
+        let error = |simulated: &[f64]| -> Vec<f64> {
+            let pairs = output.measured.iter().zip(simulated);
+            pairs.map(|(measured, simulated)| (measured - simulated) / unit.factor).collect()
+        };
+        let thin = |name, simulated| series(name, Style::ThinLine, &trace.times, error(simulated));
+        let series = match correction {
+            Correction::None => vec![thin("measured − simulated", &output.after)],
+            Correction::Made => vec![thin("before", &output.before), thin("after", &output.after)],
+        };
+        let ends: Vec<f64> =
+            trace.times.first().into_iter().chain(trace.times.last()).copied().collect();
+        let reach = vec![REACH * output.noise / unit.factor; ends.len()];
+        let noise = Envelope {
+            name: Text::plain("± 2 standard deviations of the noise"),
+            around: None,
+            x: ends,
+            low: reach.iter().map(|reach| -reach).collect(),
+            high: reach,
+        };
+        Panel {
+            title: Text::name(&output.name),
+            y_label: Text::default().with_unit(&unit.symbol),
+            series,
+            bands: bands(&output.windows),
+            envelopes: vec![noise],
+        }
+    };
+    trace.outputs.iter().map(panel).collect()
+}
+
+/// What each equation would have needed on its right-hand side.
+pub(super) fn missing<'a>(traces: impl IntoIterator<Item = &'a MissingInput>) -> Vec<Figure> {
+    let panel = |trace: &MissingInput| {
+        let edge = |side: f64| -> Vec<f64> {
+            trace.value.iter().zip(&trace.std).map(|(value, std)| value + side * std).collect()
+        };
+        Panel {
+            title: Text::plain(&trace.equation),
+            y_label: Text::default().with_unit(&trace.unit),
+            series: vec![series("missing", Style::Line, &trace.times, trace.value.clone())],
+            bands: bands(&trace.windows),
+            envelopes: vec![Envelope {
+                name: Text::plain("± 2 standard deviations"),
+                around: Some(0),
+                x: trace.times.clone(),
+                low: edge(-REACH),
+                high: edge(REACH),
+            }],
+        }
+    };
+    pages(&traces.into_iter().map(panel).collect::<Vec<_>>())
+}
+
+fn series(name: &str, style: Style, times: &[f64], y: Vec<f64>) -> Series {
+    Series { name: Text::plain(name), style, x: times.to_vec(), y }
+}
+
+fn shifted(values: &[f64], unit: &Unit) -> Vec<f64> {
+    values.iter().map(|value| unit.from_si(*value)).collect()
+}
+
+fn bands(windows: &[Window]) -> Vec<Band> {
+    windows.iter().map(|window| Band { from: window.from, to: window.until }).collect()
+}
+
+fn pages(panels: &[Panel]) -> Vec<Figure> {
+    panels.chunks(PANELS).map(below_each_other).collect()
+}
+
+/// Panels below each other over one time axis.
+pub(super) fn below_each_other(panels: &[Panel]) -> Figure {
+    Figure { columns: 1, ..Figure::new(Text::plain("Time").with_unit("s"), panels.to_vec()) }
+}

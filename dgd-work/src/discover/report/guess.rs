@@ -1,0 +1,51 @@
+//! A formula that looks like what is missing, in words and for programs.
+
+use dgd_discover::{Guess, Unexplained};
+use serde_json::{Value, json};
+
+use super::result_json::tidy;
+use crate::output::quantity::rounded;
+
+/// What is said where no formula fits.
+const NONE: &str = "no simple formula of the model’s names fits";
+
+/// In words, and what it is not. Code is between backticks.
+pub(super) fn words(unexplained: &Unexplained) -> String {
+    let Some(guess) = &unexplained.guess else { return NONE.to_owned() };
+    let held_out = if guess.is_of_recordings {
+        "on validation recordings"
+    } else {
+        "on parts of the recordings that it was not fitted to"
+    };
+    format!(
+        "a guess, not a finding: what is missing looks like `{}`; R² {held_out} {}. With it in the model the \
+         mean square of the errors falls from {} to {} times that of the noise. Nothing confirms that form.",
+        guess.formula,
+        rounded(guess.r2_held_out, 2),
+        rounded(guess.left_before, 2),
+        rounded(guess.left_after, 2),
+    )
+}
+
+/// For programs; `null` where there is none.
+pub(super) fn value(guess: Option<&Guess>) -> Value {
+    let Some(guess) = guess else { return Value::Null };
+    let coefficients: Vec<Value> = (guess.terms.iter())
+        .map(|term| {
+            json!({
+                "value": tidy(term.coefficient / term.unit.factor),
+                "unit": term.unit.symbol,
+                "std": term.std.map(|std| tidy(std / term.unit.factor)),
+                "factor": term.factor,
+            })
+        })
+        .collect();
+    json!({
+        "formula": guess.formula,
+        "coefficients": coefficients,
+        "r2_held_out": tidy(guess.r2_held_out),
+        "held_out": if guess.is_of_recordings { "recordings" } else { "parts" },
+        "left_before": tidy(guess.left_before),
+        "left_after": tidy(guess.left_after),
+    })
+}

@@ -1,0 +1,114 @@
+//! What a discovery writes: a page to read, a result for programs, the corrected model.
+//!
+//! ```text
+//!   Discovery ─┬─ page (figures, equations, diff) ─► report.html
+//!              ├─ result_json ──────────────────────► result.json
+//!              ├─ corrected text, diff ─────────────► MODEL.dgd, MODEL.diff
+//!              └─ trace ────────────────────────────► unexplained.csv
+//! ```
+//!
+//! All files appear together or none does, and equal discoveries give equal files.
+
+mod condition;
+mod diff;
+mod equations;
+mod figures;
+mod guess;
+mod page;
+mod result_json;
+mod summary;
+#[cfg(test)]
+mod tests;
+mod trace;
+mod verdict;
+
+use std::path::{Path, PathBuf};
+
+use dgd_data::files::Files;
+use dgd_discover::Discovery;
+use dgd_plot::{Figure, Text};
+use serde_json::Value;
+
+use crate::error::WorkError;
+use crate::output::provenance::Provenance;
+use crate::request::Choices;
+use figures::Correction;
+pub(crate) use summary::text as summary;
+
+/// Where what no effect explains is written.
+const UNEXPLAINED: &str = "unexplained.csv";
+
+/// What a report is about.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Subject<'a> {
+    /// What was found.
+    pub(crate) discovery: &'a Discovery,
+    /// The file of the base model, as given.
+    pub(crate) model: &'a Path,
+    /// Its text.
+    pub(crate) base: &'a str,
+    /// Variants and settings of the run.
+    pub(crate) choices: &'a Choices,
+    /// Recordings that the fits saw.
+    pub(crate) training: &'a [PathBuf],
+    /// Recordings kept out of them.
+    pub(crate) held_out: &'a [PathBuf],
+    /// Why the recordings may not say what they are asked.
+    pub(crate) reservations: &'a [String],
+    /// The command line that makes the same again.
+    pub(crate) command: &'a str,
+    /// What it was made of, where that is known.
+    pub(crate) provenance: Option<&'a Provenance>,
+}
+
+impl Subject<'_> {
+    /// The model file's name without its ending.
+    fn model_name(&self) -> String {
+        self.model.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
+    }
+}
+
+/// All files that a report about this model may have.
+pub fn file_names(model: &Path) -> Vec<String> {
+    let name = model.file_stem().unwrap_or_default().to_string_lossy();
+    let fixed = ["report.html", "result.json", UNEXPLAINED].map(str::to_owned);
+    [format!("{name}.diff"), format!("{name}.dgd")].into_iter().chain(fixed).collect()
+}
+
+/// The result as programs read it.
+pub(super) fn result_json(subject: &Subject<'_>) -> Value {
+    result_json::value(subject)
+}
+
+/// Measured less simulated, before and after, on validation data if there is any.
+pub(crate) fn gap_figure(discovery: &Discovery) -> Figure {
+    let traces = &discovery.traces;
+    let Some(trace) = traces.iter().find(|trace| trace.held_out).or(traces.first()) else {
+        return figures::below_each_other(&[]);
+    };
+    let mut panels = figures::error_panels(trace, Correction::of(discovery));
+    // Shaded windows need a caption, which a figure that stands alone has not.
+    for panel in &mut panels {
+        panel.bands.clear();
+    }
+    let role = if trace.held_out { "validation" } else { "training" };
+    let title = format!("Measured less simulated, {role} recording {}", trace.name);
+    Figure { title: Text::plain(&title), ..figures::below_each_other(&panels) }
+}
+
+pub(super) fn files(subject: &Subject<'_>) -> Result<Files, WorkError> {
+    let name = subject.model_name();
+    let file = format!("{name}.dgd");
+    let patch = diff::unified(subject.base, &subject.discovery.corrected, &file);
+    let mut files = Files::default();
+    let mut add = |name: &str, content: Vec<u8>| files.written.push((name.to_owned(), content));
+    add("report.html", page::write(subject, &patch)?.into_bytes());
+    add("result.json", result_json::write(subject).into_bytes());
+    add(&format!("{name}.diff"), patch.into_bytes());
+    add(&file, subject.discovery.corrected.clone().into_bytes());
+    match trace::table(&subject.discovery.unexplained)? {
+        Some(table) => add(UNEXPLAINED, table),
+        None => files.removed.push(UNEXPLAINED.to_owned()),
+    }
+    Ok(files)
+}

@@ -1,0 +1,263 @@
+//! `report.html`: one page that needs nothing but a browser.
+
+use std::path::Path;
+
+use askama::Template;
+use dgd_discover::{
+    Condition, Discovery, FoundEffect, ParameterValue, Ranked, RecordingTrace, Verdict,
+};
+use dgd_plot::{Figure, Text, render_svg};
+
+use super::diff::{self, Changed};
+use super::equations::{self, Equation};
+use super::figures::{self, Correction};
+use super::{Subject, UNEXPLAINED, condition, guess, summary, verdict};
+use crate::error::WorkError;
+use crate::output::quantity::{Quantity, percent, rounded, stretches};
+
+/// Candidates of the screen that the page lists.
+const SCREENED: usize = 15;
+
+/// What the template shows; all text in it is escaped there, but for what `safe` marks as markup.
+#[derive(Template)]
+#[template(path = "report.html")]
+struct Page<'a> {
+    model: String,
+    discovery: &'a Discovery,
+    reservations: &'a [String],
+    verdict: &'static str,
+    sentence: String,
+    effects: Vec<Effect<'a>>,
+    left_over: Vec<LeftOver<'a>>,
+    gap: Vec<[String; 8]>,
+    /// Outputs, and when the base model is off there, as markup.
+    off: Vec<[String; 2]>,
+    figures: Vec<Section>,
+    /// The last of each is markup.
+    ranking: Vec<[String; 5]>,
+    screened: Vec<[String; 2]>,
+    unlisted: usize,
+    /// The second of each is markup.
+    not_tried: Vec<[String; 2]>,
+    equations: Vec<Changed<Equation>>,
+    changes: Vec<Changed<&'a str>>,
+    parameters: Vec<Parameter<'a>>,
+    recordings: Vec<[String; 2]>,
+    command: &'a str,
+    trace: &'static str,
+}
+
+struct Effect<'a> {
+    found: &'a FoundEffect,
+    place: String,
+    doc: String,
+    parameters: Vec<Parameter<'a>>,
+    onset: Option<String>,
+    windows: String,
+    /// As markup.
+    condition: Option<String>,
+    alternatives: Vec<[String; 2]>,
+    /// As markup.
+    told_apart_by: Option<String>,
+    evidence: String,
+}
+
+struct LeftOver<'a> {
+    target: &'a str,
+    /// As markup.
+    description: String,
+    windows: String,
+    /// As markup.
+    condition: Option<String>,
+    /// As markup; `None` where something has a name.
+    guess: Option<String>,
+}
+
+/// A parameter before and after the correction; what a model does not have is empty.
+struct Parameter<'a> {
+    name: &'a str,
+    /// As markup.
+    unit: String,
+    before: String,
+    after: String,
+}
+
+/// Figures under one heading.
+struct Section {
+    title: &'static str,
+    caption: String,
+    svgs: Vec<String>,
+}
+
+/// The page's text.
+pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, WorkError> {
+    let discovery = subject.discovery;
+    let page = Page {
+        model: subject.model_name(),
+        discovery,
+        reservations: subject.reservations,
+        verdict: discovery.verdict.word(),
+        sentence: verdict::sentence(discovery),
+        effects: discovery.effects.iter().map(effect).collect(),
+        left_over: discovery
+            .unexplained
+            .iter()
+            .map(|left| LeftOver {
+                target: &left.target,
+                description: prose(&left.description),
+                windows: stretches(left.windows.iter().copied()),
+                condition: left.condition.as_ref().map(told_condition),
+                guess: (discovery.verdict == Verdict::Unexplained)
+                    .then(|| prose(&guess::words(left))),
+            })
+            .collect(),
+        gap: discovery.gap.iter().map(summary::gap_row).collect(),
+        off: (discovery.gap.iter())
+            .filter_map(|gap| Some([gap.output.clone(), told_condition(gap.condition.as_ref()?)]))
+            .collect(),
+        figures: sections(discovery),
+        ranking: discovery.ranking.iter().map(ranking_row).collect(),
+        screened: discovery
+            .screened
+            .iter()
+            .take(SCREENED)
+            .map(|candidate| [candidate.name.clone(), percent(candidate.share)])
+            .collect(),
+        unlisted: discovery.screened.len().saturating_sub(SCREENED),
+        not_tried: summary::not_tried(discovery, usize::MAX)
+            .into_iter()
+            .map(|[names, why]| [names, prose(&why)])
+            .collect(),
+        equations: equations::changed(
+            subject.model,
+            subject.base,
+            &discovery.corrected,
+            subject.choices,
+        )?,
+        changes: diff::lines(patch),
+        parameters: parameters(&discovery.base_parameters, &discovery.corrected_parameters),
+        recordings: recordings(subject),
+        command: subject.command,
+        trace: UNEXPLAINED,
+    };
+    page.render().map_err(|error| WorkError::Found(format!("cannot write the report: {error}")))
+}
+
+/// A condition as markup.
+fn told_condition(condition: &Condition) -> String {
+    prose(&condition::words(condition))
+}
+
+fn effect(found: &FoundEffect) -> Effect<'_> {
+    Effect {
+        found,
+        place: verdict::place(found),
+        doc: found.doc.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" "),
+        parameters: parameters(&[], &found.parameters),
+        onset: found.onset.map(|onset| format!("{onset:.0} s")),
+        windows: stretches(found.windows.iter().copied()),
+        condition: found.condition.as_ref().map(told_condition),
+        alternatives: found
+            .alternatives
+            .iter()
+            .map(|other| [other.name.clone(), rounded(other.valid_ratio, 3)])
+            .collect(),
+        told_apart_by: found.told_apart_by.as_deref().map(prose),
+        evidence: summary::evidence(found),
+    }
+}
+
+fn parameters<'a>(before: &'a [ParameterValue], after: &'a [ParameterValue]) -> Vec<Parameter<'a>> {
+    let shown = |list: &[ParameterValue], name: &str| {
+        let found = list.iter().find(|parameter| parameter.name == name);
+        found.map_or_else(String::new, |parameter| Quantity::of(parameter).to_string())
+    };
+    let gone = before.iter().filter(|old| after.iter().all(|new| new.name != old.name));
+    after
+        .iter()
+        .chain(gone)
+        .map(|parameter| Parameter {
+            name: &parameter.name,
+            unit: match &*parameter.unit.symbol {
+                "1" => String::new(),
+                symbol => Text::unit(symbol).to_html(),
+            },
+            before: shown(before, &parameter.name),
+            after: shown(after, &parameter.name),
+        })
+        .collect()
+}
+
+fn ranking_row(ranked: &Ranked) -> [String; 5] {
+    let effects = match ranked.effects.as_slice() {
+        [] => "base model".to_owned(),
+        effects => effects.join(" + "),
+    };
+    let valid = ranked.valid.map_or_else(|| "–".to_owned(), |valid| rounded(valid, 3));
+    let bic = rounded(ranked.bic, 3);
+    [effects, rounded(ranked.train, 3), valid, bic, prose(&ranked.note)]
+}
+
+/// A sentence as markup: what stands between backticks in it is code.
+fn prose(sentence: &str) -> String {
+    let pieces = sentence.split('`').enumerate();
+    let markup = pieces.map(|(index, piece)| {
+        let piece = Text::plain(piece).to_html();
+        if index % 2 == 1 { format!("<code>{piece}</code>") } else { piece }
+    });
+    markup.collect()
+}
+
+fn recordings(subject: &Subject<'_>) -> Vec<[String; 2]> {
+    let row = |role: &str, path: &Path| [role.to_owned(), path.display().to_string()];
+    let training = subject.training.iter().map(|path| row("training", path));
+    training.chain(subject.held_out.iter().map(|path| row("validation", path))).collect()
+}
+
+/// The figures in the order in which they are wanted: what has no name comes first.
+fn sections(discovery: &Discovery) -> Vec<Section> {
+    let correction = Correction::of(discovery);
+    let held_out = discovery.traces.iter().find(|trace| trace.held_out);
+    let training = discovery.traces.iter().find(|trace| !trace.held_out);
+    let shown = || held_out.into_iter().chain(training);
+    let mut sections = vec![Section {
+        title: "What is missing, without a name",
+        caption: "The term on the right-hand side that no effect explains, with its uncertainty. \
+                  Shaded: where it differs from nothing."
+            .to_owned(),
+        svgs: drawn(&figures::missing(discovery.unexplained.iter().map(|left| &left.trace))),
+    }];
+    for trace in shown() {
+        let caption = format!(
+            "{} Shaded: where the base model’s misfit stands out from the noise.",
+            told(trace)
+        );
+        let svgs = drawn(&figures::fit(trace, correction));
+        sections.push(Section { title: "Measured and simulated", caption, svgs });
+    }
+    for trace in shown() {
+        let caption =
+            format!("{} Measured less simulated. Shaded: as above, and the noise.", told(trace));
+        let svgs = drawn(&figures::errors(trace, correction));
+        sections.push(Section { title: "Simulation errors", caption, svgs });
+    }
+    sections.push(Section {
+        title: "What each equation would have needed",
+        caption: "A term on the right-hand side of the base model’s equations that would let it \
+                  follow the first training recording, with its uncertainty. Shaded: where it \
+                  differs from nothing."
+            .to_owned(),
+        svgs: drawn(&figures::missing(&discovery.missing)),
+    });
+    sections.retain(|section| !section.svgs.is_empty());
+    sections
+}
+
+fn told(trace: &RecordingTrace) -> String {
+    let role = if trace.held_out { "Validation" } else { "Training" };
+    format!("{role} recording {}.", trace.name)
+}
+
+fn drawn(figures: &[Figure]) -> Vec<String> {
+    figures.iter().map(render_svg).collect()
+}

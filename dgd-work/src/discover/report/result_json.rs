@@ -1,0 +1,144 @@
+//! `result.json`: what a discovery says, for programs.
+//!
+//! Numbers are in the units that the model declares. Errors and noise are differences, which have
+//! no zero of their own: those of an output in `bara` are in `bar`, those of one in `°C` in `K`.
+
+use dgd_discover::{Discovery, FoundEffect, Gap, ParameterValue, Ranked, Unexplained};
+use serde_json::{Map, Value, json};
+
+use super::{Subject, UNEXPLAINED, condition, guess};
+use crate::output::quantity::of_differences;
+
+/// The text of the file.
+pub(super) fn write(subject: &Subject<'_>) -> String {
+    format!("{:#}\n", value(subject))
+}
+
+/// What it says.
+pub(super) fn value(subject: &Subject<'_>) -> Value {
+    let Discovery { verdict, reason, p_value, effects, unexplained, gap, .. } = subject.discovery;
+    let Discovery { traces, ranking, screened, .. } = subject.discovery;
+    let not_tried: Vec<Value> = (subject.discovery.not_tried.iter())
+        .map(|(name, why)| json!({ "name": name, "reason": why }))
+        .collect();
+    let recordings: Vec<Value> = traces
+        .iter()
+        .map(|trace| {
+            let (name, held_out, from) = (&trace.name, trace.held_out, trace.counts_from);
+            json!({ "name": name, "held_out": held_out, "counts_from": from })
+        })
+        .collect();
+    let held_out = traces.iter().filter(|trace| trace.held_out);
+    let counts_from: Vec<Option<f64>> = held_out.map(|trace| trace.counts_from).collect();
+    let screened: Vec<Value> = screened
+        .iter()
+        .map(|candidate| json!({ "name": candidate.name, "share": tidy(candidate.share) }))
+        .collect();
+    let mut all = json!({
+        "verdict": verdict.word(),
+        "reason": reason,
+        "p_value": p_value.map(tidy),
+        "reservations": subject.reservations,
+        "model": subject.model_name(),
+        "effects": effects.iter().map(effect).collect::<Vec<_>>(),
+        "unexplained": unexplained.iter().map(left_over).collect::<Vec<_>>(),
+        "gap": named(gap.iter().map(|gap| (&gap.output, errors(gap)))),
+        "parameters": parameters(&subject.discovery.corrected_parameters),
+        "base_parameters": parameters(&subject.discovery.base_parameters),
+        "recordings": recordings,
+        "counts_from": counts_from,
+        "ranking": ranking.iter().map(ranked).collect::<Vec<_>>(),
+        "screened": screened,
+        "not_tried": not_tried,
+    });
+    if let Some(provenance) = subject.provenance {
+        provenance.push_json(&mut all);
+    }
+    all
+}
+
+fn effect(effect: &FoundEffect) -> Value {
+    let alternatives: Vec<Value> = effect
+        .alternatives
+        .iter()
+        .map(|other| json!({ "name": other.name, "valid_ratio": tidy(other.valid_ratio) }))
+        .collect();
+    json!({
+        "name": effect.name,
+        "kind": effect.kind,
+        "form": effect.form,
+        "target": effect.target,
+        "alternatives": alternatives,
+        "told_apart_by": effect.told_apart_by,
+        "onset": effect.onset.map(tidy),
+        "windows": windows(&effect.windows),
+        "condition": condition::value(effect.condition.as_ref()),
+        "parameters": parameters(&effect.parameters),
+        "evidence": {
+            "p_value": tidy(effect.evidence.p_value),
+            "resamples": effect.evidence.resamples,
+            "bic_gain": tidy(effect.evidence.bic_gain),
+            "inclusion": tidy(effect.evidence.inclusion),
+        },
+    })
+}
+
+fn left_over(unexplained: &Unexplained) -> Value {
+    json!({
+        "target": unexplained.target,
+        "windows": windows(&unexplained.windows),
+        "condition": condition::value(unexplained.condition.as_ref()),
+        "trace": UNEXPLAINED,
+        "description": unexplained.description,
+        "guess": guess::value(unexplained.guess.as_ref()),
+    })
+}
+
+fn errors(gap: &Gap) -> Value {
+    let unit = of_differences(&gap.unit);
+    let shown = |error: f64| tidy(error / unit.factor);
+    json!({
+        "unit": unit.symbol,
+        "noise": shown(gap.noise),
+        "train_before": shown(gap.train_before),
+        "train_after": shown(gap.train_after),
+        "valid_before": shown(gap.valid_before),
+        "valid_after": shown(gap.valid_after),
+        "condition": condition::value(gap.condition.as_ref()),
+    })
+}
+
+fn ranked(ranked: &Ranked) -> Value {
+    json!({
+        "effects": ranked.effects,
+        "train": tidy(ranked.train),
+        "valid": ranked.valid.map(tidy),
+        "bic": tidy(ranked.bic),
+        "note": ranked.note,
+    })
+}
+
+fn parameters(parameters: &[ParameterValue]) -> Value {
+    named(parameters.iter().map(|parameter| {
+        let unit = &parameter.unit;
+        let value = json!({
+            "value": tidy(unit.from_si(parameter.value)),
+            "unit": unit.symbol,
+            "std": parameter.std.map(|std| tidy(std / unit.factor)),
+        });
+        (&parameter.name, value)
+    }))
+}
+
+fn windows(windows: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    windows.iter().map(|window| window.map(tidy)).collect()
+}
+
+fn named<'a>(entries: impl Iterator<Item = (&'a String, Value)>) -> Value {
+    Value::Object(entries.map(|(name, value)| (name.clone(), value)).collect::<Map<_, _>>())
+}
+
+/// To twelve digits: without what the conversion of units rounds.
+pub(super) fn tidy(value: f64) -> f64 {
+    format!("{value:.11e}").parse().unwrap_or(value)
+}

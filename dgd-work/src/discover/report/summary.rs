@@ -1,0 +1,183 @@
+//! What a discovery says on a terminal.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use dgd_discover::{Condition, Discovery, FoundEffect, Gap, Verdict};
+
+use super::{condition, guess, verdict};
+use crate::output::quantity::{Quantity, of_differences, percent, probability, rounded, stretches};
+
+/// Templates that are named for each reason not to try them; all are in the report.
+const NAMED: usize = 3;
+
+/// The verdict, the effects, the errors before and after, and where the report is.
+pub(crate) fn text(
+    discovery: &Discovery,
+    reservations: &[String],
+    folder: Option<&Path>,
+) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = write_text(&mut text, discovery, reservations, folder);
+    text
+}
+
+fn write_text(
+    text: &mut String,
+    discovery: &Discovery,
+    reservations: &[String],
+    folder: Option<&Path>,
+) -> std::fmt::Result {
+    writeln!(text, "{}", verdict::sentence(discovery))?;
+    if !discovery.reason.is_empty() {
+        writeln!(text, "{}", discovery.reason)?;
+    }
+    for words in reservations {
+        writeln!(text, "But {words}.")?;
+    }
+    for effect in &discovery.effects {
+        writeln!(text, "\n{}: {}", effect.name, verdict::place(effect))?;
+        write_table(text, &effect_rows(effect), &[])?;
+    }
+    for left in &discovery.unexplained {
+        writeln!(text, "\nwithout a name: {}", left.target)?;
+        let mut rows = vec![["what".to_owned(), left.description.clone()]];
+        if !left.windows.is_empty() {
+            rows.push(["when".to_owned(), stretches(left.windows.iter().copied())]);
+        }
+        rows.extend(left.condition.as_ref().map(goes_with));
+        if discovery.verdict == Verdict::Unexplained {
+            rows.push(["guess".to_owned(), guess::words(left)]);
+        }
+        write_table(text, &rows, &[])?;
+    }
+    if !discovery.gap.is_empty() {
+        writeln!(text, "\nsimulation error, root mean square")?;
+        let head =
+            ["output", "unit", "noise", "training", "after", "validation", "after", "over noise"];
+        let mut rows = vec![head.map(str::to_owned)];
+        rows.extend(discovery.gap.iter().map(gap_row));
+        write_table(text, &rows, &[2, 3, 4, 5, 6, 7])?;
+    }
+    let off = discovery
+        .gap
+        .iter()
+        .filter_map(|gap| Some([gap.output.clone(), condition::words(gap.condition.as_ref()?)]));
+    let off: Vec<[String; 2]> = off.collect();
+    if !off.is_empty() {
+        writeln!(text, "\nwhen the base model is off")?;
+        write_table(text, &off, &[])?;
+    }
+    let not_tried = not_tried(discovery, NAMED);
+    if !not_tried.is_empty() {
+        writeln!(text, "\ntemplates that were not tried")?;
+        write_table(text, &not_tried, &[])?;
+    }
+    if let Some(folder) = folder {
+        writeln!(text, "\nreport: {}", folder.join("report.html").display())?;
+    }
+    Ok(())
+}
+
+/// Templates that were not tried, so many by name for each reason, and the reason.
+pub(super) fn not_tried(discovery: &Discovery, named: usize) -> Vec<[String; 2]> {
+    let mut by_reason: Vec<(&str, Vec<&str>)> = Vec::new();
+    for (name, why) in &discovery.not_tried {
+        match by_reason.iter_mut().find(|(other, _)| other == why) {
+            Some((_, names)) => names.push(name),
+            None => by_reason.push((why, vec![name])),
+        }
+    }
+    let row = |(why, names): &(&str, Vec<&str>)| {
+        let shown = names[..names.len().min(named)].join(", ");
+        let more = names.len().saturating_sub(named);
+        let names = if more > 0 { format!("{shown} and {more} more") } else { shown };
+        [names, (*why).to_owned()]
+    };
+    by_reason.iter().map(row).collect()
+}
+
+fn effect_rows(effect: &FoundEffect) -> Vec<[String; 2]> {
+    let mut rows: Vec<[String; 2]> = effect
+        .parameters
+        .iter()
+        .map(|p| {
+            let unit = if p.unit.symbol == "1" { "" } else { &*p.unit.symbol };
+            [p.name.clone(), format!("{} {unit}", Quantity::of(p))]
+        })
+        .collect();
+    if let Some(onset) = effect.onset {
+        rows.push(["since".to_owned(), format!("{onset:.0} s")]);
+    }
+    if !effect.windows.is_empty() {
+        rows.push(["active".to_owned(), stretches(effect.windows.iter().copied())]);
+    }
+    rows.extend(effect.condition.as_ref().map(goes_with));
+    for other in &effect.alternatives {
+        let ratio = rounded(other.valid_ratio, 3);
+        rows.push(["or".to_owned(), format!("{} (rms residual × {ratio})", other.name)]);
+    }
+    if let Some(test) = &effect.told_apart_by {
+        rows.push(["told apart by".to_owned(), test.clone()]);
+    }
+    rows.push(["evidence".to_owned(), evidence(effect)]);
+    rows
+}
+
+/// The row of what windows go together with.
+fn goes_with(condition: &Condition) -> [String; 2] {
+    ["happens".to_owned(), condition::words(condition)]
+}
+
+/// Why an effect is believed, in a line.
+pub(super) fn evidence(effect: &FoundEffect) -> String {
+    let evidence = &effect.evidence;
+    format!(
+        "{} from {} resamples, BIC falls by {}, in {} of resampled recordings",
+        probability(evidence.p_value, evidence.resamples),
+        evidence.resamples,
+        rounded(evidence.bic_gain, 3),
+        percent(evidence.inclusion)
+    )
+}
+
+/// Errors in the unit of differences: output, unit, noise, training before and after, validation
+/// before and after, and the last of them over the noise.
+pub(super) fn gap_row(gap: &Gap) -> [String; 8] {
+    let unit = of_differences(&gap.unit);
+    let shown = |error: f64| rounded(error / unit.factor, 2);
+    [
+        gap.output.clone(),
+        if unit.symbol == "1" { "–".to_owned() } else { unit.symbol.to_string() },
+        shown(gap.noise),
+        shown(gap.train_before),
+        shown(gap.train_after),
+        shown(gap.valid_before),
+        shown(gap.valid_after),
+        rounded(gap.valid_after / gap.noise, 2),
+    ]
+}
+
+/// Rows with aligned columns, indented; those of `right` end at their right edge.
+fn write_table<const N: usize>(
+    text: &mut String,
+    rows: &[[String; N]],
+    right: &[usize],
+) -> std::fmt::Result {
+    let width = |c: usize| rows.iter().map(|row| row[c].chars().count()).max().unwrap_or(0);
+    let widths: [usize; N] = std::array::from_fn(width);
+    for row in rows {
+        let mut line = String::from(" ");
+        for (c, cell) in row.iter().enumerate() {
+            let room = widths[c];
+            if right.contains(&c) {
+                write!(line, " {cell:>room$} ")?;
+            } else {
+                write!(line, " {cell:<room$} ")?;
+            }
+        }
+        writeln!(text, "{}", line.trim_end())?;
+    }
+    Ok(())
+}

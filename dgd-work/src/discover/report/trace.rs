@@ -1,0 +1,43 @@
+//! `unexplained.csv`: what each equation would have needed where no effect has a name for it.
+
+use dgd_data::write::{Written, write_table};
+use dgd_discover::{MissingInput, Unexplained};
+use dgd_runtime::Unit;
+
+use crate::error::WorkError;
+
+/// A table of time, value and standard deviation for each equation; `None` where nothing is left
+/// unexplained.
+///
+/// All traces are of one recording. A trace without a sample at a time of the first one has no
+/// value there.
+pub(super) fn table(unexplained: &[Unexplained]) -> Result<Option<Vec<u8>>, WorkError> {
+    let Some(first) = unexplained.first() else {
+        return Ok(None);
+    };
+    let mut columns: Vec<(String, Unit, Vec<f64>)> = Vec::new();
+    for Unexplained { trace, .. } in unexplained {
+        let unit = Unit { symbol: trace.unit.clone().into(), factor: 1.0, offset: 0.0 };
+        let times = &first.trace.times;
+        if columns.iter().any(|(name, ..)| *name == trace.equation) {
+            continue;
+        }
+        columns.push((trace.equation.clone(), unit.clone(), at(trace, &trace.value, times)));
+        columns.push((format!("{}_std", trace.equation), unit, at(trace, &trace.std, times)));
+    }
+    let columns: Vec<Written<'_>> =
+        columns.iter().map(|(name, unit, values)| Written { name, unit, values }).collect();
+    let mut text = Vec::new();
+    write_table(&mut text, Some(&first.trace.times), &columns)
+        .map_err(|error| WorkError::Found(error.to_string()))?;
+    Ok(Some(text))
+}
+
+fn at(trace: &MissingInput, values: &[f64], times: &[f64]) -> Vec<f64> {
+    let index = |k: usize, t: f64| match trace.times.get(k) {
+        Some(&same) if same == t => Some(k),
+        _ => trace.times.binary_search_by(|other| other.total_cmp(&t)).ok(),
+    };
+    let value = |k, t| index(k, t).and_then(|k| values.get(k)).copied().unwrap_or(f64::NAN);
+    times.iter().enumerate().map(|(k, &t)| value(k, t)).collect()
+}

@@ -1,0 +1,152 @@
+//! The text of a fitted model: the model's own, with what was estimated and set in its place.
+
+use std::path::{Component, Path, PathBuf};
+
+use dgd_compiler::model::Setting;
+use dgd_compiler::pipeline::Compiled;
+use dgd_compiler::source::{Sources, Span};
+use dgd_compiler::syntax::edit::{NewValue, with_values};
+use dgd_compiler::syntax::layout;
+use dgd_compiler::units::Unit;
+use dgd_data::cell::push_number;
+use dgd_identify::Estimate;
+use dgd_runtime::Direction;
+
+/// Digits of an estimate: what they leave out is far below the tolerance of any simulation.
+const DIGITS: usize = 10;
+
+/// What the fitted model is called within its folder: what the model is called.
+pub(crate) fn file_name(model: &Path) -> String {
+    let name = model.file_name().unwrap_or_default();
+    Path::new(name).with_extension("dgd").to_string_lossy().into_owned()
+}
+
+/// Where the result for programs is written.
+pub(crate) const RESULT: &str = "result.json";
+
+/// Where estimates over time are written.
+pub(crate) const ESTIMATES: &str = "estimates.csv";
+
+/// All files that a fit may write.
+pub fn file_names(model: &Path) -> Vec<String> {
+    vec![file_name(model), RESULT.to_owned(), ESTIMATES.to_owned()]
+}
+
+/// The model file with fitted parameters, with `--set`, and with the start values of the first
+/// recording where the model has constants for them.
+///
+/// A start value that the model computes from inputs or parameters stays a computation. Paths of
+/// imports are changed so that they hold from `folder`.
+pub(crate) fn text(
+    compiled: &Compiled,
+    sources: &Sources,
+    settings: &[Setting],
+    estimates: &[Estimate],
+    model: &Path,
+    folder: &Path,
+) -> String {
+    let ast = &compiled.asts[0];
+    let mut values: Vec<NewValue> = settings
+        .iter()
+        .filter_map(|setting| {
+            let called = setting.name.text.clone();
+            let name = declared(compiled, &called)?;
+            Some(NewValue { name, called, text: sources.text(setting.value.span).to_owned() })
+        })
+        .collect();
+    for estimate in estimates {
+        values.extend(new_value(compiled, estimate));
+    }
+    let text = &sources.get(ast.source).text;
+    let edited = with_values(ast, text, &values, |path| moved(path, model, folder));
+    layout::like(ast.source, sources, edited)
+}
+
+/// Where something that can be set is declared.
+fn declared(compiled: &Compiled, name: &str) -> Option<Span> {
+    let model = &compiled.model;
+    let constants = model.constants.iter().map(|constant| &constant.declared);
+    let parameters = model.parameters.iter().map(|parameter| &parameter.declared);
+    let unknowns = model.unknowns.iter().map(|unknown| &unknown.declared);
+    let arrays = model.arrays.iter().map(|array| &array.unknown.declared);
+    let mut all = constants.chain(parameters).chain(unknowns).chain(arrays);
+    let span = all.find(|declared| declared.name == name).map(|declared| declared.span);
+    let mut sizes = model.sizes.iter().map(|(size, _)| size);
+    span.or_else(|| sizes.find(|size| size.text == name).map(|size| size.span))
+}
+
+fn new_value(compiled: &Compiled, estimate: &Estimate) -> Option<NewValue> {
+    let (name, called, unit) = match estimate.of {
+        Direction::Parameter(i) => {
+            let declared = &compiled.dae.parameters[i].declared;
+            (declared.span, &declared.name, &declared.unit)
+        }
+        Direction::Start(i) => {
+            let unknown = &compiled.dae.unknowns[i];
+            // One that is computed, or of another recording, is not the model's.
+            if estimate.recording != Some(0) || compiled.dae.graph.value(unknown.start).is_none() {
+                return None;
+            }
+            (declared(compiled, &unknown.name)?, &unknown.name, &unknown.unit)
+        }
+    };
+    let text = if estimate.at_bound.is_some() {
+        exact(estimate.value, unit)
+    } else {
+        rounded(estimate.value, unit)
+    };
+    Some(NewValue { name, called: called.clone(), text })
+}
+
+/// A value in its unit, to [`DIGITS`] digits; exactly where those would leave nothing of it.
+fn rounded(si: f64, unit: &Unit) -> String {
+    let value = unit.from_si(si);
+    match format!("{value:.*e}", DIGITS - 1).parse::<f64>() {
+        Ok(rounded) => number(rounded),
+        Err(_) => number(value),
+    }
+}
+
+/// A value in its unit that is read as exactly the same; a bound is not to be overstepped.
+fn exact(si: f64, unit: &Unit) -> String {
+    let value = unit.from_si(si);
+    let rounded = format!("{value:.*e}", DIGITS - 1).parse::<f64>().ok();
+    let around = [Some(value), Some(value.next_down()), Some(value.next_up())];
+    let read_back = |value: &f64| unit.to_si(*value) == si;
+    number(rounded.into_iter().chain(around.into_iter().flatten()).find(read_back).unwrap_or(value))
+}
+
+/// Large numbers with an exponent, as a person would write them.
+fn number(value: f64) -> String {
+    if value.abs() >= 1e6 {
+        return format!("{value:e}");
+    }
+    let mut text = String::new();
+    push_number(&mut text, value);
+    text
+}
+
+/// The path of an import as seen from another folder; `None` where that cannot be told.
+fn moved(path: &str, model: &Path, folder: &Path) -> Option<String> {
+    let library = model.parent()?.join(path).canonicalize().ok()?;
+    // The folder may not be there yet.
+    let folder = match folder.canonicalize() {
+        Ok(folder) => folder,
+        Err(_) => absolute_parent(folder)?.join(folder.file_name()?),
+    };
+    let common = library
+        .components()
+        .zip(folder.components())
+        .take_while(|(library, folder)| library == folder)
+        .count();
+    let up = folder.components().skip(common).map(|_| Component::ParentDir);
+    let path: PathBuf = up.chain(library.components().skip(common)).collect();
+    Some(path.to_str()?.replace(std::path::MAIN_SEPARATOR, "/"))
+}
+
+fn absolute_parent(folder: &Path) -> Option<PathBuf> {
+    match folder.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.canonicalize().ok(),
+        _ => std::env::current_dir().ok(),
+    }
+}

@@ -1,0 +1,195 @@
+//! Fits from several starting points: how many there are, and what is said of the minima.
+
+use std::fmt::Write as _;
+
+use dgd_execute::Loaded;
+use dgd_identify::{
+    EstimateError, Fit, LocalMinimum, Loss, MultiStart, OutputErrorProblem, PointEnd, THRESHOLD,
+    Termination, fit_from, starting_points,
+};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::Rng;
+use serde_json::{Map, Value, json};
+
+use crate::error::WorkError;
+use crate::fit::report::intervals::Estimated;
+use crate::fit::report::left_out::LeftOut;
+use crate::fit::report::outcome::digits_of;
+use crate::output::table::significant;
+use crate::request::{Estimator, SearchRequest};
+
+/// So many estimates are told of another minimum, those that are furthest from the best first.
+const MOST_TOLD: usize = 4;
+
+/// So many other minima are told of in words; `result.json` has all.
+const MOST_MINIMA: usize = 5;
+
+/// A deviance that is higher by less is as good.
+const AS_GOOD: f64 = 0.01;
+
+/// The stream of the seed's numbers that starting points are drawn from; replicates have those from 0.
+const STREAM: u128 = 1 << 64;
+
+impl SearchRequest {
+    /// Checks, before anything is read, that the estimator knows of it.
+    pub(crate) fn verify(self, estimator: Estimator) -> Result<(), WorkError> {
+        if estimator.simulates() {
+            return Ok(());
+        }
+        for (flag, is_given) in
+            [("--loss", self.loss != Loss::Squares), ("--starts", self.starts > 1)]
+        {
+            if is_given {
+                return Err(WorkError::Usage(format!(
+                    "`{flag}` needs `--estimator output-error` or `linearised`"
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// The best fit from all points.
+    pub(crate) fn fit(
+        self,
+        problem: &OutputErrorProblem<'_, Loaded>,
+        seed: u64,
+    ) -> Result<MultiStart, EstimateError> {
+        let mut random = Pcg64::new(u128::from(seed), STREAM);
+        let points = starting_points(problem, self.starts as usize, || random.next_u64());
+        fit_from(problem, &points)
+    }
+}
+
+/// What became of all points.
+pub(crate) struct Minima {
+    all: MultiStart,
+    minima: Vec<LocalMinimum>,
+}
+
+impl Minima {
+    /// `None` where there was one point.
+    pub(crate) fn of(all: MultiStart) -> Option<Self> {
+        (all.ends.len() > 1).then(|| Self { minima: all.minima(), all })
+    }
+
+    /// Points whose fits Ctrl-C has left out, or stopped.
+    fn unfinished(&self) -> usize {
+        let is_unfinished = |end: &&PointEnd| match end {
+            PointEnd::LeftOut => true,
+            PointEnd::Fitted(fit) => fit.termination == Termination::Stopped,
+            PointEnd::Failed(_) => false,
+        };
+        self.all.ends.iter().filter(is_unfinished).count()
+    }
+
+    /// Points whose fit failed, and why the first of them failed.
+    fn failed(&self) -> (usize, Option<&EstimateError>) {
+        let mut errors = self.all.ends.iter().filter_map(|end| match end {
+            PointEnd::Failed(error) => Some(error),
+            PointEnd::Fitted(_) | PointEnd::LeftOut => None,
+        });
+        let first = errors.next();
+        (errors.count() + usize::from(first.is_some()), first)
+    }
+
+    /// Points whose fits did not converge.
+    fn lost(&self) -> usize {
+        let is_lost = |end: &&PointEnd| match end {
+            PointEnd::Fitted(fit) => {
+                !fit.termination.is_converged() && fit.termination != Termination::Stopped
+            }
+            PointEnd::Failed(_) | PointEnd::LeftOut => false,
+        };
+        self.all.ends.iter().filter(is_lost).count()
+    }
+
+    /// Adds what Ctrl-C kept it from.
+    pub(crate) fn push_left_out(&self, left_out: &mut LeftOut) {
+        let (unfinished, all) = (self.unfinished(), self.all.ends.len());
+        if unfinished > 0 {
+            left_out
+                .push(format!("{unfinished} of {all} starting points were not fitted to the end"));
+        }
+    }
+
+    /// `multi_start` of `result.json`.
+    pub(crate) fn to_json(&self, outcome: &dyn Estimated) -> Value {
+        let minimum = |minimum: &LocalMinimum| {
+            let fit = self.all.fit_of(minimum.points[0]);
+            let estimates = fit.map_or(&[][..], |fit| &fit.estimates);
+            let entry = |(i, estimate): (usize, &dgd_identify::Estimate)| {
+                let unit = outcome.unit(i);
+                let value = unit.from_si(estimate.value);
+                (outcome.name(i), json!({ "value": value, "unit": unit.symbol }))
+            };
+            let estimates: Map<String, Value> = estimates.iter().enumerate().map(entry).collect();
+            json!({
+                "points": minimum.points,
+                "deviance_above": minimum.above,
+                "estimates": estimates,
+            })
+        };
+        json!({
+            "points": self.all.ends.len(),
+            "best": self.all.best,
+            "minima": self.minima.iter().map(minimum).collect::<Vec<_>>(),
+            "failed": self.failed().0,
+            "without_minimum": self.lost(),
+            "left_out": self.unfinished(),
+        })
+    }
+
+    /// A line for each minimum, and for what became of the other points.
+    pub(crate) fn push_text(&self, text: &mut String, outcome: &dyn Estimated) {
+        let all = self.all.ends.len();
+        // Writing to a string does not fail.
+        let mut minima = self.minima.iter();
+        if let Some(best) = minima.next() {
+            let led = best.points.len();
+            let _ = writeln!(text, "{led} of {all} starting points led to this minimum");
+        }
+        for minimum in minima.by_ref().take(MOST_MINIMA) {
+            let Some(fit) = self.all.fit_of(minimum.points[0]) else { continue };
+            let above = significant(minimum.above, 3);
+            let how = match minimum.above {
+                above if above < AS_GOOD => "as good".to_owned(),
+                above if above < THRESHOLD => {
+                    "which the data hardly distinguish from this one".to_owned()
+                }
+                _ => format!("a deviance of {above} above"),
+            };
+            let (led, places) = (minimum.points.len(), self.places(fit, outcome));
+            let _ = writeln!(text, "{led} led to another one, {how}: {places}");
+        }
+        let others = minima.len();
+        if others > 0 {
+            let _ = writeln!(text, "the rest led to {others} more, all of them above these");
+        }
+        if let (failed @ 1.., Some(reason)) = self.failed() {
+            let _ = writeln!(text, "{failed} of {all} could not be fitted: {reason}");
+        }
+        let lost = self.lost();
+        if lost > 0 {
+            let _ = writeln!(text, "{lost} of {all} did not converge");
+        }
+    }
+
+    /// The estimates of another minimum that are furthest from the best.
+    fn places(&self, other: &Fit, outcome: &dyn Estimated) -> String {
+        let best = &self.all.fit.estimates;
+        let distance = |i: usize| {
+            let size = best[i].std.unwrap_or(best[i].value.abs()).max(f64::MIN_POSITIVE);
+            (other.estimates[i].value - best[i].value).abs() / size
+        };
+        let mut order: Vec<usize> = (0..best.len()).collect();
+        order.sort_by(|a, b| distance(*b).total_cmp(&distance(*a)));
+        let told = order.into_iter().take(MOST_TOLD).map(|i| {
+            let (unit, estimate) = (outcome.unit(i), &other.estimates[i]);
+            let std = estimate.std.map(|std| std / unit.factor);
+            let value = digits_of(unit.from_si(estimate.value), std);
+            let unit = if unit.symbol == "1" { "" } else { &unit.symbol };
+            format!("`{}` = {value} {unit}", outcome.name(i)).trim_end().to_owned()
+        });
+        told.collect::<Vec<_>>().join(", ")
+    }
+}

@@ -1,0 +1,145 @@
+//! By simulation error: each recording simulated from its start, by the model or a linear one.
+
+use dgd_execute::Loaded;
+use dgd_identify::OutputErrorProblem;
+use dgd_plot::Text;
+use dgd_runtime::System;
+
+use super::multi_start::Minima;
+use super::refit::options_of_refit;
+use super::report::information::Origins;
+use super::report::intervals::Intervals;
+use super::report::left_out::LeftOut;
+use super::report::outcome::{Outcome, name_of};
+use super::report::quality::Quality;
+use super::task::Task;
+use super::{FitFigure, Found};
+use crate::error::WorkError;
+use crate::output::figure::{self, Line, Subject};
+use crate::request::{FitRequest, Place};
+use crate::run::{recording, reservations};
+
+pub(super) fn run(
+    task: &Task<'_>,
+    request: &FitRequest,
+    place: Option<Place>,
+) -> Result<Found, WorkError> {
+    let signature = task.system.signature();
+    let problem = OutputErrorProblem { loss: request.search.loss, ..task.problem() };
+    let fitted = |problem: &OutputErrorProblem<'_, Loaded>| {
+        let found = request.search.fit(problem, task.session.seed);
+        found.map_err(|error| task.failed(error, &request.data))
+    };
+    let found = fitted(&problem)?;
+    let (problem, found) =
+        match options_of_refit(&problem.options, &request.solve, &found, &task.train, task.session)
+        {
+            None => (problem, found),
+            Some(options) => {
+                let problem = OutputErrorProblem { options, ..problem };
+                let found = fitted(&problem)?;
+                (problem, found)
+            }
+        };
+    let (mut fit, minima) = (found.fit.clone(), Minima::of(found));
+    let is_converged = fit.termination.is_converged();
+    let train = task.evaluated(&problem, &fit, &request.data)?;
+    let mut left_out = LeftOut::of(fit.termination, || task.unconverged(&fit, &request.data));
+    if let Some(minima) = &minima {
+        minima.push_left_out(&mut left_out);
+    }
+    let valid =
+        task.tested_unless_stopped(request, &mut left_out, || task.tested(&problem, &fit, request));
+    let valid = match valid {
+        // What has been found is kept.
+        Err(error) if !is_converged => {
+            left_out.push(format!("validation recordings were not simulated: {error}"));
+            None
+        }
+        valid => valid?,
+    };
+    let linearised = place.map(|place| task.linearised(place, &problem, &fit, &train, request));
+    let intervals = Intervals::find(&request.intervals, &problem, &fit, task.session.seed)
+        .map_err(|error| task.failed(error, &request.data))?;
+    let recording_names = recording::names(&request.data);
+    intervals.push_left_out(&mut left_out, |i| name_of(&fit.estimates[i], &recording_names));
+    task.session.listener.ends();
+    let information = request
+        .intervals
+        .information
+        .then(|| Origins::find(&problem, &fit, &train))
+        .transpose()
+        .map_err(|error| task.failed(error, &request.data))?;
+    let mut reservations = reservations::of_recordings(&task.system, &fit.p, &task.train);
+    reservations.extend(task.repeated(request));
+    if task.few.hide_stds() {
+        fit.forget_uncertainty();
+    }
+    let outcome = Outcome {
+        signature,
+        variants: &task.compiled.model.variants,
+        fit: &fit,
+        data: &request.data,
+        recording_names,
+        recordings: &task.train,
+        information,
+        intervals,
+        reservations,
+        minima,
+        few: &task.few,
+        left_out: &left_out,
+        quality: Quality::of(signature, &task.train, &train, &fit),
+        quality_valid: valid
+            .as_ref()
+            .map(|tested| Quality::of(signature, &tested.recordings, &tested.evaluation, &fit)),
+        train,
+        valid,
+        linearised: linearised.transpose()?,
+    };
+    let mut figures = Vec::new();
+    if request.figures {
+        let figure = figure::panels(&subjects(&outcome, task, request));
+        figures.push(FitFigure { of: None, figure });
+        figures.extend(FitFigure::of_profiles(&outcome.intervals, &outcome));
+    }
+    Ok(Found {
+        json: outcome.to_json(),
+        text: outcome.to_text(),
+        figures,
+        estimates: fit.estimates.clone(),
+        more: Vec::new(),
+        left_out,
+    })
+}
+
+/// Each output of each recording, simulated and measured.
+fn subjects(outcome: &Outcome<'_>, task: &Task<'_>, request: &FitRequest) -> Vec<Subject> {
+    let names = recording::names(&[request.data.as_slice(), &request.valid].concat());
+    let train = task.train.iter().zip(&outcome.train.observations);
+    let tested = outcome.valid.iter().flat_map(|tested| &tested.evaluation.observations);
+    let valid = task.valid.iter().zip(tested);
+    let mut subjects = Vec::new();
+    for (file, (recording, observations)) in names.iter().zip(train.chain(valid)) {
+        for (i, output) in outcome.signature.outputs.iter().enumerate() {
+            let Some(measured) = &recording.measured[i] else { continue };
+            let unit = &output.unit;
+            let in_unit = |value: f64| unit.from_si(value);
+            let simulated = (0..recording.times.len()).map(|k| in_unit(observations.w(k)[i]));
+            let line = |name: &str, values: Vec<f64>, measured| Line {
+                name: Text::plain(name),
+                times: recording.times.clone(),
+                values,
+                measured,
+            };
+            subjects.push(Subject {
+                title: Text::name(&output.name).then(Text::plain(&format!(", {file}"))),
+                unit: unit.symbol.to_string(),
+                lines: vec![
+                    line("fitted", simulated.collect(), false),
+                    line("measured", measured.iter().copied().map(in_unit).collect(), true),
+                ],
+            });
+        }
+    }
+    subjects
+}

@@ -1,0 +1,440 @@
+//! By the likelihood of innovations, with process noise.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use dgd_compiler::pipeline::Compiled;
+use dgd_execute::Loaded;
+use dgd_identify::filter::{
+    FilterProblem, Level, LevelEstimate, PredictionError, PredictionErrorProblem, Row,
+    prediction_error, prediction_error_profiles, predictions,
+};
+use dgd_identify::{
+    Bound, Estimate, EstimateError, Evaluation, Noise, OutputErrorProblem, Recording, Starts,
+    StoppingRule, Termination, evaluate,
+};
+use dgd_plot::{Figure, Panel, Text};
+use dgd_runtime::{Direction, Options, Output, Signature, System, Unit};
+use serde_json::{Map, Value, json};
+
+use super::task::{Task, flat};
+use super::{FitFigure, Found};
+use crate::error::WorkError;
+use crate::fit::report::intervals::{Estimated, Intervals};
+use crate::fit::report::left_out::LeftOut;
+use crate::fit::report::outcome::{Tested, bound_name, digits_of, entry, name_of, rms_of, unit_of};
+use crate::output::figure::{self, Line, Subject};
+use crate::output::table::{push_table, significant};
+use crate::request::FitRequest;
+use crate::run::recording;
+
+/// Differences of innovations need at least this tolerance.
+const TIGHT: f64 = 1e-8;
+
+const MINUTE: f64 = 60.0;
+
+pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkError> {
+    let problem = problem(task, request);
+    let mut found =
+        prediction_error(&problem).map_err(|error| task.failed(error, &request.data))?;
+    if task.few.hide_stds() {
+        found.forget_uncertainty();
+    }
+    let found = found;
+    let reason = || match found.termination {
+        Termination::Flat => flat(&found.estimates),
+        _ => format!(
+            "no maximum of the likelihood was reached in {} evaluations ({}){}",
+            found.evaluations,
+            found.termination.name(),
+            task.few.as_reason()
+        ),
+    };
+    let of_simulation =
+        OutputErrorProblem { p: &found.p, free: problem.free.clone(), ..task.problem() };
+    let train = evaluate(&of_simulation, &found.p, &found.starts)
+        .map_err(|error| task.failed(EstimateError::Start(error), &request.data))?;
+    let held_out = OutputErrorProblem {
+        recordings: &task.valid,
+        noise: found
+            .noise
+            .iter()
+            .map(|noise| noise.map(|noise| Noise::Known(noise.value)))
+            .collect(),
+        ..of_simulation
+    };
+    let is_converged = found.termination.is_converged();
+    let mut left_out = LeftOut::of(found.termination, reason);
+    let profiled = request.intervals.profiled(&found.estimates);
+    let profiles = if profiled.is_empty() || !is_converged {
+        Vec::new()
+    } else {
+        let profiles = prediction_error_profiles(&problem, &found, &profiled);
+        profiles.map_err(|error| task.failed(error, &request.data))?
+    };
+    let intervals = Intervals::of_profiles(profiles, profiled);
+    let recording_names = recording::names(&request.data);
+    let name = |i: usize| name_of(&found.estimates[i], &recording_names);
+    intervals.push_left_out(&mut left_out, name);
+    let valid = task.tested_unless_stopped(request, &mut left_out, || {
+        let is_asked = !task.valid.is_empty();
+        is_asked.then(|| task.simulated(&held_out, &request.valid)).transpose()
+    });
+    let valid = match valid {
+        // What has been found is kept.
+        Err(error) if !is_converged => {
+            left_out.push(format!("validation recordings were not simulated: {error}"));
+            None
+        }
+        valid => valid?,
+    };
+    task.session.listener.ends();
+    let outcome = Outcome {
+        task,
+        request,
+        found: &found,
+        recording_names,
+        train,
+        valid,
+        intervals,
+        left_out: &left_out,
+    };
+    let mut figures = Vec::new();
+    if request.figures {
+        figures.push(FitFigure { of: None, figure: outcome.figure(&problem)? });
+        figures.extend(FitFigure::of_profiles(&outcome.intervals, &outcome));
+    }
+    Ok(Found {
+        json: outcome.to_json(),
+        text: outcome.to_text(),
+        figures,
+        estimates: found.estimates.clone(),
+        more: Vec::new(),
+        left_out,
+    })
+}
+
+fn problem<'a>(task: &'a Task<'_>, request: &FitRequest) -> PredictionErrorProblem<'a, Loaded> {
+    let defaults = PredictionErrorProblem::new(&task.system, &task.p, &task.train);
+    let is_free = |direction: &Direction| is_free(&task.compiled, request, direction);
+    let given = task.problem();
+    let level = |noise: &Option<Noise>| {
+        noise.map(|noise| match noise {
+            Noise::Known(sigma) => Level::Known(sigma),
+            Noise::Estimated => Level::Estimated,
+        })
+    };
+    let Options { rtol, atol, .. } = given.options;
+    PredictionErrorProblem {
+        free: task.system.signature().directions.iter().map(is_free).collect(),
+        noise: given.noise.iter().map(level).collect(),
+        options: Options { rtol: rtol.min(TIGHT), atol: atol.min(TIGHT), ..given.options },
+        stopping: StoppingRule {
+            evaluations: task.evaluations.unwrap_or(defaults.stopping.evaluations),
+            ..defaults.stopping
+        },
+        priors: given.priors,
+        threads: given.threads,
+        watch: given.watch,
+        ..defaults
+    }
+}
+
+/// Whether a direction is estimated. All states have one; start values of some are given.
+pub(super) fn is_free(compiled: &Compiled, request: &FitRequest, direction: &Direction) -> bool {
+    let named = |names: &[String], name: &str| names.iter().any(|named| named.trim() == name);
+    match direction {
+        Direction::Parameter(_) => true,
+        Direction::Start(i) => {
+            let unknown = &compiled.dae.unknowns[*i];
+            let (free, fixed) = (
+                named(&request.sought.free, &unknown.name),
+                named(&request.sought.fix, &unknown.name),
+            );
+            // Where it is algebraic at the start, it follows the others.
+            unknown.differential && !fixed && (free || !unknown.fixed)
+        }
+    }
+}
+
+/// What was found, for people and for programs.
+struct Outcome<'a> {
+    task: &'a Task<'a>,
+    request: &'a FitRequest,
+    found: &'a PredictionError,
+    /// What the recordings are called.
+    recording_names: Vec<String>,
+    train: Evaluation,
+    valid: Option<Tested>,
+    intervals: Intervals,
+    left_out: &'a LeftOut,
+}
+
+impl Estimated for Outcome<'_> {
+    fn signature(&self) -> &Signature {
+        self.task.system.signature()
+    }
+
+    fn estimates(&self) -> &[Estimate] {
+        &self.found.estimates
+    }
+
+    fn name(&self, i: usize) -> String {
+        name_of(&self.found.estimates[i], &self.recording_names)
+    }
+}
+
+impl Outcome<'_> {
+    /// Positions of the states.
+    fn states(&self) -> Vec<usize> {
+        FilterProblem::new(&self.task.system, &self.task.p).states()
+    }
+
+    /// What was measured and what was predicted one row ahead, and the innovations within ± 2 of the
+    /// standard deviations that the filter gives them; of recordings fitted to, then of those held out.
+    fn figure(&self, problem: &PredictionErrorProblem<'_, Loaded>) -> Result<Figure, WorkError> {
+        let Self { task, request, found, .. } = self;
+        let (mut subjects, mut panels) = (Vec::new(), Vec::new());
+        let mut draw = |problem: &PredictionErrorProblem<'_, Loaded>,
+                        starts: &[Starts],
+                        paths: &[PathBuf]|
+         -> Result<(), WorkError> {
+            let rows = predictions(problem, found, starts);
+            let rows = rows.map_err(|error| task.failed(error, paths))?;
+            let names = recording::names(paths);
+            for ((rows, recording), name) in rows.iter().zip(problem.recordings).zip(&names) {
+                for (i, output) in self.signature().outputs.iter().enumerate() {
+                    if found.noise[i].is_none() || recording.measured[i].is_none() {
+                        continue;
+                    }
+                    let (subject, panel) = innovations(output, i, recording, rows, name);
+                    subjects.push(subject);
+                    panels.push(panel);
+                }
+            }
+            Ok(())
+        };
+        draw(problem, &found.starts, &request.data)?;
+        if let Some(valid) = &self.valid {
+            let held_out =
+                PredictionErrorProblem { recordings: &valid.recordings, ..problem.clone() };
+            draw(&held_out, &valid.starts, &request.valid)?;
+        }
+        Ok(figure::beside(&subjects, panels, Text::plain("Time").with_unit("s")))
+    }
+
+    fn rms(&self, evaluation: &Evaluation, output: usize) -> Option<f64> {
+        rms_of(evaluation, output, &self.signature().outputs[output].unit)
+    }
+
+    fn to_json(&self) -> Value {
+        let (signature, found, task) = (self.signature(), self.found, self.task);
+        let of_parameter = |estimate: &&Estimate| matches!(estimate.of, Direction::Parameter(_));
+        let parameters: Map<String, Value> = found
+            .estimates
+            .iter()
+            .filter(of_parameter)
+            .map(|estimate| entry(signature, estimate))
+            .collect();
+        let starts: Vec<Value> = (self.request.data.iter().enumerate())
+            .map(|(r, path)| {
+                let own = found.estimates.iter().filter(|estimate| estimate.recording == Some(r));
+                let values: Map<String, Value> =
+                    own.map(|estimate| entry(signature, estimate)).collect();
+                json!({ "data": path.display().to_string(), "values": values })
+            })
+            .collect();
+        let outputs: Map<String, Value> = (signature.outputs.iter().enumerate())
+            .map(|(i, output)| {
+                let noise = found.noise[i].filter(|_| !task.few.hide_noise(&output.name));
+                let noise = noise.map(|level| level_entry(level, &output.unit, 1.0));
+                let entry = json!({
+                    "unit": output.unit.symbol,
+                    "noise": noise,
+                    "rms_train": self.rms(&self.train, i),
+                    "rms_valid": self.valid.as_ref().and_then(|v| self.rms(&v.evaluation, i)),
+                });
+                (output.name.to_string(), entry)
+            })
+            .collect();
+        let process: Map<String, Value> = (self.states().into_iter().zip(&found.rates))
+            .map(|(i, rate)| {
+                let unit = signature.unknowns.unit(i);
+                let entry = level_entry(*rate, unit, MINUTE.sqrt());
+                (signature.unknowns.name(i).to_string(), entry)
+            })
+            .collect();
+        let mut result = json!({
+            "model": signature.name,
+            "estimator": "prediction-error",
+            "parameters": parameters,
+            "outputs": outputs,
+            "starts": starts,
+            "counts_from": self.valid.as_ref().map(Tested::counts_from),
+            "process_noise_in_a_minute": process,
+            "undetermined": self.undetermined(),
+            "few_samples": task.few.to_json(),
+            "samples": found.samples,
+            "deviance": found.deviance,
+            "iterations": found.iterations,
+            "evaluations": found.evaluations,
+            "termination": found.termination.name(),
+            "converged": found.termination.is_converged(),
+            "status": self.left_out.status(),
+            "left_out": self.left_out.all(),
+        });
+        if let Some(result) = result.as_object_mut() {
+            self.intervals.write_json(self, result);
+        }
+        result
+    }
+
+    /// Names of what changes together without a change of the likelihood.
+    fn undetermined(&self) -> Vec<Vec<String>> {
+        let n = self.found.estimates.len();
+        let sought_rates = self
+            .states()
+            .into_iter()
+            .map(|i| format!("process noise of {}", self.signature().unknowns.name(i)));
+        let outputs = self.signature().outputs.iter().zip(&self.task.noise);
+        let sought_noise = outputs
+            .filter(|(_, noise)| **noise == Some(Noise::Estimated))
+            .map(|(output, _)| format!("noise of {}", output.name));
+        let levels: Vec<String> = sought_rates.chain(sought_noise).collect();
+        let name = |i: usize| match i.checked_sub(n) {
+            None => self.name(i),
+            Some(level) => levels[level].clone(),
+        };
+        let combinations = self.found.undetermined.iter();
+        combinations.map(|of| of.terms.iter().map(|term| name(term.estimate)).collect()).collect()
+    }
+
+    fn to_text(&self) -> String {
+        let (signature, found) = (self.signature(), self.found);
+        let mut text = format!(
+            "{}: {} samples, prediction error, {} iterations\n\n",
+            signature.name, found.samples, found.iterations
+        );
+        let cells = |row: [&str; 4]| row.map(str::to_owned);
+        let mut rows = vec![cells(["estimate", "value", "std", "unit"])];
+        for (i, estimate) in found.estimates.iter().enumerate() {
+            let unit = unit_of(signature, estimate);
+            let value = unit.from_si(estimate.value);
+            let std = estimate.std.map(|std| std / unit.factor.abs());
+            let shown = match (std, estimate.at_bound) {
+                (_, Some(reached)) => format!("at its {} bound", bound_name(reached)),
+                (Some(std), None) => significant(std, 2),
+                (None, None) if self.task.few.hide_stds() => "-".to_owned(),
+                (None, None) => "not determined".to_owned(),
+            };
+            rows.push([self.name(i), digits_of(value, std), shown, unit.symbol.to_string()]);
+        }
+        push_table(&mut text, &rows);
+        text.push('\n');
+        let mut rows = vec![cells(["noise", "value", "std", "unit"])];
+        for (i, rate) in self.states().into_iter().zip(&found.rates) {
+            let name = format!("{} strays in a minute", signature.unknowns.name(i));
+            rows.push(level_row(name, *rate, signature.unknowns.unit(i), MINUTE.sqrt()));
+        }
+        for (output, noise) in signature.outputs.iter().zip(&found.noise) {
+            if let Some(noise) = noise
+                && !self.task.few.hide_noise(&output.name)
+            {
+                rows.push(level_row(output.name.to_string(), *noise, &output.unit, 1.0));
+            }
+        }
+        push_table(&mut text, &rows);
+        text.push('\n');
+        let mut rows = vec![cells(["simulated", "rms, train", "rms, valid", "unit"])];
+        for (i, output) in signature.outputs.iter().enumerate() {
+            let number = |value: Option<f64>| value.map_or("-".to_owned(), |v| significant(v, 4));
+            let valid = self.valid.as_ref().and_then(|valid| self.rms(&valid.evaluation, i));
+            let train = self.rms(&self.train, i);
+            let name = output.name.to_string();
+            rows.push([name, number(train), number(valid), output.unit.symbol.to_string()]);
+        }
+        push_table(&mut text, &rows);
+        self.intervals.push_text(&mut text, self);
+        self.left_out.push_text(&mut text);
+        self.task.few.push_text(&mut text);
+        for together in self.undetermined() {
+            // Writing to a string does not fail.
+            let _ =
+                writeln!(text, "the data does not determine {}", together.join(" together with "));
+        }
+        text
+    }
+}
+
+/// An output of one recording: measured and predicted, and its innovations.
+fn innovations(
+    output: &Output,
+    i: usize,
+    recording: &Recording,
+    rows: &[Row],
+    file: &str,
+) -> (Subject, Panel) {
+    let unit = &output.unit;
+    let Unit { symbol, factor, .. } = unit;
+    let samples = recording.measured[i].as_deref().unwrap_or_default();
+    let measured = samples.iter().map(|value| unit.from_si(*value)).collect();
+    // Of two rows with one time, the second has the innovation.
+    let positions = (0..recording.times.len())
+        .filter(|k| recording.times.get(k + 1) != Some(&recording.times[*k]));
+    let of_row = |(k, row): (usize, &Row)| match row.innovations[i] {
+        Some(innovation) => [
+            unit.from_si(samples[k] - innovation.value),
+            innovation.value / factor,
+            innovation.std / factor.abs(),
+        ],
+        None => [f64::NAN; 3],
+    };
+    let all: Vec<[f64; 3]> = positions.zip(rows).map(of_row).collect();
+    let times: Vec<f64> = rows.iter().map(|row| row.t).collect();
+    let column = |of: usize| all.iter().map(|row| row[of]).collect::<Vec<f64>>();
+    let title = |what: &str| {
+        Text::plain(what).then(Text::name(&output.name)).then(Text::plain(&format!(", {file}")))
+    };
+    let subject = Subject {
+        title: title(""),
+        unit: symbol.to_string(),
+        lines: vec![
+            Line {
+                name: Text::plain("one row ahead"),
+                times: times.clone(),
+                values: column(0),
+                measured: false,
+            },
+            Line {
+                name: Text::plain("measured"),
+                times: recording.times.clone(),
+                values: measured,
+                measured: true,
+            },
+        ],
+    };
+    let panel = figure::differences(title("innovation of "), symbol, &times, column(1), &column(2));
+    (subject, panel)
+}
+
+/// A level of noise for programs, `scale` times.
+fn level_entry(level: LevelEstimate, unit: &Unit, scale: f64) -> Value {
+    let value = level.value * scale / unit.factor.abs();
+    json!({
+        "value": value,
+        "unit": unit.symbol,
+        "std": level.log_std.map(|std| std * value),
+        "at_bound": level.at_bound.map(bound_name),
+    })
+}
+
+fn level_row(name: String, level: LevelEstimate, unit: &Unit, scale: f64) -> [String; 4] {
+    let value = level.value * scale / unit.factor.abs();
+    let std = match (level.log_std, level.at_bound) {
+        (Some(std), _) => significant(std * value, 2),
+        (None, Some(Bound::Lower)) => "none is needed".to_owned(),
+        (None, Some(Bound::Upper)) => "at its upper bound".to_owned(),
+        (None, None) => "-".to_owned(),
+    };
+    [name, significant(value, 3), std, unit.symbol.to_string()]
+}

@@ -1,0 +1,224 @@
+//! By the estimators that do not simulate.
+
+use std::path::PathBuf;
+
+use dgd_execute::Loaded;
+use dgd_identify::regression::{
+    FollowOptions, Forgetting, Normalisation, RegressionError, RegressionMethod, RegressionProblem,
+    follow, regress, regression_profiles, traces,
+};
+use dgd_identify::{EstimateError, OutputErrorProblem, Recording};
+use dgd_runtime::System;
+
+use super::task::{Task, flat};
+use super::{FitFigure, Found};
+use crate::error::WorkError;
+use crate::error::meant;
+use crate::fit::fitted_model::ESTIMATES;
+use crate::fit::report::intervals::Intervals;
+use crate::fit::report::left_out::LeftOut;
+use crate::fit::report::outcome::Tested;
+use crate::fit::report::regression::RegressionOutcome;
+use crate::request::{Estimator, FitRequest, Normalise, RegressionRequest};
+use crate::run::recording::Clock;
+
+pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkError> {
+    let problem = regression_problem(task, request)?;
+    let by = |method| regress(&problem, method);
+    let mut followed = None;
+    let fit = match request.regression.estimator {
+        Estimator::LeastSquares => by(RegressionMethod::LeastSquares),
+        Estimator::Bounded => by(RegressionMethod::Bounded),
+        Estimator::NelderMead => by(RegressionMethod::NelderMead),
+        Estimator::Separable
+        | Estimator::OutputError
+        | Estimator::Linearised
+        | Estimator::PredictionError => by(RegressionMethod::VariableProjection),
+        Estimator::Recursive if task.clock == Clock::Rows => Err(RegressionError::NotOverTime),
+        Estimator::Recursive => {
+            follow(&problem, &follow_options(&request.regression)).map(|found| {
+                let fit = found.fit.clone();
+                followed = Some(found);
+                fit
+            })
+        }
+    };
+    let mut fit = fit.map_err(|error| failed(task, request, error))?;
+    if task.few.hide_stds() {
+        fit.forget_uncertainty();
+    }
+    let fit = fit;
+    let simulated =
+        |recordings: &[Recording], paths: &[PathBuf]| simulated(task, &fit.p, recordings, paths);
+    let mut left_out = if fit.is_stopped {
+        LeftOut::stopped()
+    } else if fit.is_converged {
+        LeftOut::default()
+    } else {
+        let most = problem.stopping.evaluations;
+        let words = if fit.is_flat {
+            flat(&fit.estimates)
+        } else {
+            format!("no minimum was reached in {} evaluations of all rows", fit.evaluations)
+        };
+        LeftOut::unconverged(words, fit.evaluations >= most)
+    };
+    let profiled = request.intervals.profiled(&fit.estimates);
+    let profiles = if profiled.is_empty() || !fit.is_converged {
+        Vec::new()
+    } else {
+        let profiles = regression_profiles(&problem, &fit, &profiled);
+        profiles.map_err(|error| failed(task, request, error))?
+    };
+    let intervals = Intervals::of_profiles(profiles, profiled);
+    intervals.push_left_out(&mut left_out, |i| fit.estimates[i].name.clone());
+    // Start values are fitted for it.
+    let mut train = (!task.session.listener.is_stopped())
+        .then(|| simulated(&task.train, &request.data))
+        .flatten();
+    if task.session.listener.is_stopped() {
+        train = None;
+        left_out.push("the recordings were not simulated with what was found");
+    }
+    let valid = task.tested_unless_stopped(request, &mut left_out, || {
+        Ok(simulated(&task.valid, &request.valid))
+    })?;
+    task.session.listener.ends();
+    let outcome = RegressionOutcome {
+        estimator: request.regression.estimator,
+        signature: task.system.signature(),
+        variants: &task.compiled.model.variants,
+        fit: &fit,
+        followed: followed.as_ref(),
+        train,
+        valid,
+        intervals,
+        left_out: &left_out,
+        few: &task.few,
+    };
+    let mut figures = Vec::new();
+    if request.figures {
+        let traces = traces(&problem, &fit).map_err(|error| failed(task, request, error))?;
+        let figure = outcome.figure(&traces, &request.data, task.clock == Clock::Rows);
+        figures.push(FitFigure { of: None, figure });
+        figures.extend(FitFigure::of_profiles(&outcome.intervals, &outcome));
+    }
+    let estimates = outcome.estimates_csv();
+    let more = estimates.map(|csv| (ESTIMATES.to_owned(), csv.into_bytes()));
+    Ok(Found {
+        json: outcome.to_json(),
+        text: outcome.to_text(),
+        figures,
+        estimates: fit.estimates.clone(),
+        more: more.into_iter().collect(),
+        left_out,
+    })
+}
+
+fn follow_options(request: &RegressionRequest) -> FollowOptions {
+    let normalisation = match request.normalise {
+        Normalise::None => Normalisation::None,
+        Normalise::Regressors => Normalisation::Regressors,
+        Normalise::Covariance => Normalisation::Covariance,
+    };
+    let limit = request.most_variance.unwrap_or(f64::INFINITY);
+    FollowOptions {
+        time_constants: request.filter.clone(),
+        start_variance: request.start_variance,
+        forgetting: Forgetting { rate: request.forgetting, limit, normalisation },
+    }
+}
+
+fn regression_problem<'a>(
+    task: &'a Task<'_>,
+    request: &FitRequest,
+) -> Result<RegressionProblem<'a, Loaded>, WorkError> {
+    let defaults = RegressionProblem::new(&task.system, &task.p, &task.train);
+    let (mut stopping, mut simplex) = (defaults.stopping, defaults.simplex);
+    if let Some(most) = task.evaluations {
+        (stopping.evaluations, simplex.evaluations) = (most, most);
+    }
+    Ok(RegressionProblem {
+        stopping,
+        simplex,
+        noise: task.noise.clone(),
+        priors: task.problem().priors,
+        half_width: request.regression.smoothing,
+        steady: request
+            .regression
+            .steady
+            .iter()
+            .map(|text| steady(task, text))
+            .collect::<Result<_, WorkError>>()?,
+        watch: task.session.listener,
+        ..defaults
+    })
+}
+
+/// Reads `STATE=RATE`: the position of the unknown, and its rate in SI.
+fn steady(task: &Task<'_>, text: &str) -> Result<(usize, f64), WorkError> {
+    let unknowns = &task.system.signature().unknowns;
+    let Some((name, rate)) = text.split_once('=') else {
+        return Err(WorkError::Usage(format!("`--steady {text}` is not `STATE=RATE`")));
+    };
+    let names: Vec<String> = unknowns.iter().map(|unknown| unknown.name.to_string()).collect();
+    let Some(i) = names.iter().position(|known| known == name.trim()) else {
+        let known: Vec<&str> = names.iter().map(String::as_str).collect();
+        let hint = meant(name.trim(), &known);
+        return Err(WorkError::Usage(format!(
+            "`--steady {text}`: no state is called `{name}`; {hint}"
+        )));
+    };
+    match rate.trim().parse::<f64>() {
+        Ok(rate) if rate > 0.0 && rate.is_finite() => Ok((i, rate * unknowns.unit(i).factor.abs())),
+        _ => Err(WorkError::Usage(format!(
+            "`--steady {text}`: the rate is a positive number, in {} per second",
+            unknowns.unit(i).symbol
+        ))),
+    }
+}
+
+/// The model with the estimates, simulated; `None` without recordings, or why it cannot be.
+fn simulated(
+    task: &Task<'_>,
+    p: &[f64],
+    recordings: &[Recording],
+    paths: &[PathBuf],
+) -> Option<Result<Tested, String>> {
+    if recordings.is_empty() {
+        return None;
+    }
+    let at = OutputErrorProblem { p, recordings, ..task.problem() };
+    Some(task.simulated(&at, paths).map_err(|error| error.to_string()))
+}
+
+fn failed(task: &Task<'_>, request: &FitRequest, error: RegressionError) -> WorkError {
+    match error {
+        RegressionError::NothingFree
+        | RegressionError::Filter
+        | RegressionError::StartVariance
+        | RegressionError::Forgetting => WorkError::Usage(error.to_string()),
+        RegressionError::NothingMeasured => {
+            task.failed(EstimateError::NothingMeasured, &request.data)
+        }
+        RegressionError::NotRead { .. }
+        | RegressionError::NotReconstructed { .. }
+        | RegressionError::TooFewRows { .. }
+        | RegressionError::NotLinear { .. }
+        | RegressionError::ModesAndPast { .. }
+        | RegressionError::FreeDelay { .. }
+        | RegressionError::NeverTogether { .. }
+        | RegressionError::NothingSteady { .. }
+        | RegressionError::NotOverTime => WorkError::Found(error.to_string()),
+        RegressionError::NotFinite { row, recording, t } => {
+            let file = request.data.get(recording).map(|path| path.display().to_string());
+            WorkError::Computation(format!(
+                "{}: `{row}` has no finite value at t = {t} s",
+                file.unwrap_or_default()
+            ))
+        }
+        RegressionError::Inputs(_)
+        | RegressionError::Variables(_)
+        | RegressionError::ModesDoNotSettle { .. } => WorkError::Computation(error.to_string()),
+    }
+}

@@ -1,0 +1,128 @@
+//! Outputs with too few samples to estimate their noise.
+//!
+//! What is left of a few samples after a fit is far smaller than their noise, and so are standard
+//! deviations that are made of it. The noise that the model declares is taken instead; where it declares
+//! none, no standard deviation is given.
+
+use std::fmt::Write as _;
+
+use dgd_identify::{Noise, Recording, too_few_for_noise};
+use dgd_runtime::Output;
+use serde_json::{Map, Value, json};
+
+use crate::output::table::significant;
+
+/// An output with too few samples.
+#[derive(Debug)]
+struct Few {
+    output: String,
+    samples: usize,
+    /// The noise that was taken, with its unit.
+    declared: Option<(f64, String)>,
+}
+
+/// Outputs with too few samples, and how many estimates there are.
+#[derive(Debug, Default)]
+pub(crate) struct FewSamples {
+    all: Vec<Few>,
+    samples: usize,
+    estimates: usize,
+}
+
+impl FewSamples {
+    /// Finds them, and gives them their declared noise.
+    pub(crate) fn find(
+        outputs: &[Output],
+        recordings: &[Recording],
+        noise: &mut [Option<Noise>],
+        estimates: usize,
+    ) -> Self {
+        let samples_of = |i: usize| -> usize {
+            let samples = recordings.iter().filter_map(|recording| recording.measured[i].as_ref());
+            samples.flatten().filter(|value| value.is_finite()).count()
+        };
+        let counts: Vec<usize> =
+            (0..noise.len()).map(|i| noise[i].map_or(0, |_| samples_of(i))).collect();
+        let samples = counts.iter().sum();
+        let mut all = Vec::new();
+        for (i, noise) in noise.iter_mut().enumerate() {
+            let is_estimated = *noise == Some(Noise::Estimated);
+            if !is_estimated || !too_few_for_noise(counts[i], samples, estimates) {
+                continue;
+            }
+            let (output, unit) = (&outputs[i], &outputs[i].unit);
+            if let Some(sigma) = output.noise {
+                *noise = Some(Noise::Known(sigma));
+            }
+            all.push(Few {
+                output: output.name.to_string(),
+                samples: counts[i],
+                declared: output
+                    .noise
+                    .map(|sigma| (sigma / unit.factor.abs(), unit.symbol.to_string())),
+            });
+        }
+        Self { all, samples, estimates }
+    }
+
+    /// Whether standard deviations would be made of noise that is not known.
+    pub(crate) fn hide_stds(&self) -> bool {
+        self.all.iter().any(|few| few.declared.is_none())
+    }
+
+    /// Whether the noise of an output is not known.
+    pub(crate) fn hide_noise(&self, output: &str) -> bool {
+        self.all.iter().any(|few| few.output == output && few.declared.is_none())
+    }
+
+    /// What may be why a search did not come to an end.
+    pub(crate) fn as_reason(&self) -> String {
+        if self.all.is_empty() {
+            return String::new();
+        }
+        let Self { samples, estimates, .. } = self;
+        format!("; {samples} samples are few for {estimates} estimates")
+    }
+
+    /// For programs.
+    pub(crate) fn to_json(&self) -> Value {
+        let entry = |few: &Few| {
+            let declared = few.declared.as_ref().map(|(sigma, _)| sigma);
+            let unit = few.declared.as_ref().map(|(_, unit)| unit);
+            let value = json!({
+                "samples": few.samples,
+                "declared_noise": declared,
+                "unit": unit,
+            });
+            (few.output.clone(), value)
+        };
+        Value::Object(self.all.iter().map(entry).collect::<Map<_, _>>())
+    }
+
+    /// A line for each.
+    pub(crate) fn push_text(&self, text: &mut String) {
+        for Few { output, samples, declared } in &self.all {
+            // Writing to a string does not fail.
+            let _ = write!(
+                text,
+                "{samples} samples of `{output}`, {} in all, are too few to say how large its noise is \
+                 beside {} estimates: ",
+                self.samples, self.estimates
+            );
+            let _ = match declared {
+                Some((sigma, unit)) => {
+                    writeln!(
+                        text,
+                        "its declared noise was taken, {} {unit}",
+                        significant(*sigma, 3)
+                    )
+                }
+                None => writeln!(
+                    text,
+                    "there are no standard deviations that could be trusted; with its `noise` in the \
+                     model there are"
+                ),
+            };
+        }
+    }
+}

@@ -1,0 +1,368 @@
+//! Intervals of estimates that do not take the model for linear or the noise for white: by profiles of
+//! the likelihood, and by resampled residuals.
+
+use std::fmt::Write as _;
+
+use dgd_execute::Loaded;
+use dgd_identify::{
+    Bootstrap, End, Estimate, EstimateError, Fit, OutputErrorProblem, Profile, THRESHOLD, Term,
+    bootstrap, profiles,
+};
+use dgd_plot::{Figure, Panel, Series, Style, Text};
+use dgd_runtime::{Direction, Signature, Unit};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::Rng;
+use serde_json::{Map, Value, json};
+
+use crate::error::WorkError;
+use crate::fit::report::left_out::LeftOut;
+use crate::fit::report::outcome::{digits_of, unit_of};
+use crate::output::table::{push_table, significant};
+use crate::request::{Estimator, IntervalRequest};
+
+/// Probability of the intervals.
+const PROBABILITY: f64 = 0.95;
+
+/// A profile that falls by more than this below the fit has found a better one.
+const BETTER: f64 = 0.1;
+
+/// The estimates that intervals are of.
+pub(crate) trait Estimated {
+    /// Of the model.
+    fn signature(&self) -> &Signature;
+
+    /// All of them.
+    fn estimates(&self) -> &[Estimate];
+
+    /// What one is called.
+    fn name(&self, i: usize) -> String;
+
+    /// Its unit.
+    fn unit(&self, i: usize) -> &Unit {
+        unit_of(self.signature(), &self.estimates()[i])
+    }
+}
+
+impl IntervalRequest {
+    /// Checks, before anything is fitted, that there can be what is asked for.
+    pub(crate) fn verify(
+        &self,
+        estimator: Estimator,
+        signature: &Signature,
+    ) -> Result<(), WorkError> {
+        if self.profile.is_empty() && self.bootstrap == 0 && !self.information {
+            return Ok(());
+        }
+        if !estimator.simulates() && (self.bootstrap > 0 || self.information) {
+            return Err(WorkError::Usage(
+                "`--bootstrap` and `--information` need `--estimator output-error` or `linearised`"
+                    .to_owned(),
+            ));
+        }
+        if !self.profile.is_empty() && !estimator.has_profiles() {
+            return Err(WorkError::Usage(
+                "`--estimator recursive` has no profiles, so `--profile` cannot be used with it"
+                    .to_owned(),
+            ));
+        }
+        let directions = signature.directions.iter().enumerate();
+        let estimated = directions.filter(|(_, of)| {
+            estimator.estimates_starts() || matches!(of, Direction::Parameter(_))
+        });
+        let names: Vec<String> =
+            estimated.map(|(j, _)| signature.direction_name(j).into_owned()).collect();
+        for name in self.profile.iter().map(|name| name.trim()) {
+            if name != "all" && !names.iter().any(|known| known == name) {
+                return Err(WorkError::Usage(format!(
+                    "`--profile {name}`: nothing that is called so is estimated; estimated are {}",
+                    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Positions of the estimates to profile.
+    pub(crate) fn profiled(&self, estimates: &[Estimate]) -> Vec<usize> {
+        let wanted = |(_, estimate): &(usize, &Estimate)| {
+            self.profile.iter().map(|name| name.trim()).any(|name| {
+                name == estimate.name
+                    || name == "all" && matches!(estimate.of, Direction::Parameter(_))
+            })
+        };
+        estimates.iter().enumerate().filter(wanted).map(|(i, _)| i).collect()
+    }
+}
+
+/// What was found.
+pub(crate) struct Intervals {
+    profiles: Vec<Profile>,
+    bootstrap: Option<Bootstrap>,
+    /// Estimates whose profiles were asked for.
+    profiled: Vec<usize>,
+}
+
+impl Intervals {
+    /// Of the estimates of a fit to this problem. One that has not converged has none; where they are stopped,
+    /// they are what is complete.
+    pub(crate) fn find(
+        args: &IntervalRequest,
+        problem: &OutputErrorProblem<'_, Loaded>,
+        fit: &Fit,
+        seed: u64,
+    ) -> Result<Self, EstimateError> {
+        let profiled = args.profiled(&fit.estimates);
+        if !fit.termination.is_converged() {
+            return Ok(Self { profiles: Vec::new(), bootstrap: None, profiled });
+        }
+        let generator = |replicate: usize| {
+            let mut random = Pcg64::new(u128::from(seed), replicate as u128);
+            move || random.next_u64()
+        };
+        let resampled = (args.bootstrap > 0)
+            .then(|| bootstrap(problem, fit, args.bootstrap, generator))
+            .transpose()?;
+        let profiles = profiles(problem, fit, &profiled)?;
+        Ok(Self { profiles, bootstrap: resampled, profiled })
+    }
+
+    /// Of another estimator, those profiles that are complete.
+    pub(crate) fn of_profiles(profiles: Vec<Profile>, profiled: Vec<usize>) -> Self {
+        Self { profiles, bootstrap: None, profiled }
+    }
+
+    /// Adds what was asked for and is not complete.
+    pub(crate) fn push_left_out(&self, left_out: &mut LeftOut, name: impl Fn(usize) -> String) {
+        if let Some(Bootstrap { replicates, failures, left_out: missing @ 1.., .. }) =
+            &self.bootstrap
+        {
+            let made = replicates.len() + failures;
+            left_out.push(format!(
+                "the bootstrap was stopped after {made} of {} data sets, and its intervals are those of \
+                 {made}",
+                made + missing
+            ));
+        }
+        let is_missing = |i: &&usize| !self.profiles.iter().any(|profile| profile.estimate == **i);
+        let missing = self.profiled.iter().filter(is_missing);
+        let missing: Vec<String> = missing.map(|i| format!("`{}`", name(*i))).collect();
+        if !missing.is_empty() {
+            left_out.push(format!("there is no profile of {}", missing.join(", ")));
+        }
+    }
+
+    /// `profiles` and `bootstrap` of `result.json`.
+    pub(crate) fn write_json(&self, outcome: &dyn Estimated, result: &mut Map<String, Value>) {
+        let profiles: Map<String, Value> = self
+            .profiles
+            .iter()
+            .map(|profile| (outcome.name(profile.estimate), profile_entry(profile, outcome)))
+            .collect();
+        result.insert("profiles".to_owned(), Value::Object(profiles));
+        let Some(resampled) = &self.bootstrap else { return };
+        let entry = |i: usize| {
+            let unit = outcome.unit(i);
+            let interval = resampled.interval(i, PROBABILITY);
+            json!({
+                "unit": unit.symbol,
+                "std": resampled.std(i).map(|std| std / unit.factor),
+                "interval": interval.map(|(low, high)| [unit.from_si(low), unit.from_si(high)]),
+            })
+        };
+        let estimates: Map<String, Value> =
+            (0..outcome.estimates().len()).map(|i| (outcome.name(i), entry(i))).collect();
+        result.insert(
+            "bootstrap".to_owned(),
+            json!({
+                "replicates": resampled.replicates.len(),
+                "failures": resampled.failures,
+                "block_lengths": resampled.block_lengths,
+                "estimates": estimates,
+            }),
+        );
+    }
+
+    /// A table of the intervals, and what keeps one from being closed.
+    pub(crate) fn push_text(&self, text: &mut String, outcome: &dyn Estimated) {
+        let shown: Vec<usize> = match &self.bootstrap {
+            Some(_) => (0..outcome.estimates().len()).collect(),
+            None => self.profiles.iter().map(|profile| profile.estimate).collect(),
+        };
+        if shown.is_empty() {
+            return;
+        }
+        let mut table = vec![
+            ["95 % interval", "by std", "by profile", "by bootstrap", "its std", "unit"]
+                .map(str::to_owned),
+        ];
+        for i in shown {
+            let estimate = &outcome.estimates()[i];
+            let unit = outcome.unit(i);
+            let half = estimate.std.map(|std| THRESHOLD.sqrt() * std);
+            let scale = self.scale_of(i, outcome.estimates());
+            let number =
+                |value: f64| digits_of(unit.from_si(value), scale.map(|s| s / unit.factor));
+            let pair = |low: f64, high: f64| format!("{} .. {}", number(low), number(high));
+            let by_std = half.map(|half| pair(estimate.value - half, estimate.value + half));
+            let profile = self.profiles.iter().find(|profile| profile.estimate == i);
+            let by_profile = profile.map(|profile| {
+                let end = |end: Option<f64>| end.map_or_else(String::new, number);
+                let (low, high) = profile.interval();
+                format!("{} .. {}", end(low), end(high)).trim().to_owned()
+            });
+            let resampled = self.bootstrap.as_ref();
+            let interval = resampled.and_then(|b| b.interval(i, PROBABILITY));
+            let std = resampled.and_then(|b| b.std(i)).map(|std| significant(std / unit.factor, 2));
+            let cell = |cell: Option<String>| cell.unwrap_or_else(|| "-".to_owned());
+            table.push([
+                outcome.name(i),
+                cell(by_std),
+                cell(by_profile),
+                cell(interval.map(|(low, high)| pair(low, high))),
+                cell(std),
+                unit.symbol.to_string(),
+            ]);
+        }
+        text.push('\n');
+        push_table(text, &table);
+        text.push('\n');
+        self.push_remarks(text, outcome);
+    }
+
+    /// What an interval's digits are to show, SI.
+    fn scale_of(&self, i: usize, estimates: &[Estimate]) -> Option<f64> {
+        let profile = self.profiles.iter().find(|profile| profile.estimate == i);
+        let width = profile.and_then(|profile| match profile.interval() {
+            (Some(low), Some(high)) => Some(0.25 * (high - low)),
+            _ => None,
+        });
+        width.or(estimates[i].std).or_else(|| self.bootstrap.as_ref()?.std(i))
+    }
+
+    fn push_remarks(&self, text: &mut String, outcome: &dyn Estimated) {
+        // Writing to a string does not fail.
+        for profile in &self.profiles {
+            let sides = [
+                ("below", profile.lower, &profile.with_lower),
+                ("above", profile.upper, &profile.with_upper),
+            ];
+            for (side, end, others) in sides {
+                let name = outcome.name(profile.estimate);
+                let unit = outcome.unit(profile.estimate);
+                let reached = significant(unit.from_si(end.value()), 3);
+                let _ = match end {
+                    End::Interval(_) | End::Bound(_) => continue,
+                    End::Open(_) => {
+                        let others = with_others(others, outcome);
+                        writeln!(
+                            text,
+                            "`{name}` is open {side}, as far as {reached} {}: {others}",
+                            unit.symbol
+                        )
+                    }
+                    End::Unsimulated(_) => writeln!(
+                        text,
+                        "`{name}` is open {side}: the model cannot be simulated beyond {reached} {}",
+                        unit.symbol
+                    ),
+                };
+            }
+            let least = profile.deviance.iter().copied().fold(0.0, f64::min);
+            if least < -BETTER {
+                let _ = writeln!(
+                    text,
+                    "the profile of `{}` has found a better fit, by {} in Σ (e/σ)²: start there by \
+                     `--set`",
+                    outcome.name(profile.estimate),
+                    significant(-least, 2)
+                );
+            }
+        }
+        if let Some(resampled) = &self.bootstrap {
+            let lengths = &resampled.block_lengths;
+            let mean = lengths.iter().sum::<f64>() / lengths.len().max(1) as f64;
+            let failed = match resampled.failures {
+                0 => String::new(),
+                n => format!("; {n} more reached no minimum"),
+            };
+            let _ = writeln!(
+                text,
+                "{} data sets of blocks of {} rows on the average{failed}",
+                resampled.replicates.len(),
+                significant(mean, 2)
+            );
+        }
+    }
+
+    /// A figure for each profile, and the estimate that it is of.
+    pub(crate) fn figures(&self, outcome: &dyn Estimated) -> Vec<(String, Figure)> {
+        let of = |profile: &Profile| {
+            let name = outcome.name(profile.estimate);
+            let figure = figure(profile, &name, outcome);
+            (name, figure)
+        };
+        self.profiles.iter().map(of).collect()
+    }
+}
+
+/// What goes along with an open end.
+fn with_others(terms: &[Term], outcome: &dyn Estimated) -> String {
+    if terms.is_empty() {
+        return "no output is far enough off there".to_owned();
+    }
+    let names: Vec<String> =
+        terms.iter().map(|term| format!("`{}`", outcome.name(term.estimate))).collect();
+    let verb = if names.len() == 1 { "makes" } else { "make" };
+    format!("{} {verb} up for it", names.join(" and "))
+}
+
+fn profile_entry(profile: &Profile, outcome: &dyn Estimated) -> Value {
+    let unit: &Unit = outcome.unit(profile.estimate);
+    let end = |end: End| {
+        let kind = match end {
+            End::Interval(_) => "interval",
+            End::Bound(_) => "bound",
+            End::Open(_) => "open",
+            End::Unsimulated(_) => "unsimulated",
+        };
+        json!({ "value": unit.from_si(end.value()), "end": kind })
+    };
+    let (low, high) = profile.interval();
+    let entry = |term: &Term| json!({ "name": outcome.name(term.estimate), "relative_change": term.change });
+    let followers = |terms: &[Term]| terms.iter().map(entry).collect::<Vec<_>>();
+    json!({
+        "unit": unit.symbol,
+        "interval": [low.map(|low| unit.from_si(low)), high.map(|high| unit.from_si(high))],
+        "lower": end(profile.lower),
+        "upper": end(profile.upper),
+        "with_lower": followers(&profile.with_lower),
+        "with_upper": followers(&profile.with_upper),
+        "values": profile.values.iter().map(|value| unit.from_si(*value)).collect::<Vec<_>>(),
+        "deviance": profile.deviance,
+        "threshold": THRESHOLD,
+        "evaluations": profile.evaluations,
+    })
+}
+
+/// Deviance over the estimate, with the threshold.
+fn figure(profile: &Profile, name: &str, outcome: &dyn Estimated) -> Figure {
+    let unit = outcome.unit(profile.estimate);
+    let x: Vec<f64> = profile.values.iter().map(|value| unit.from_si(*value)).collect();
+    let ends = [x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(0.0)];
+    let line = |name: &str, style, x: &[f64], y: Vec<f64>| Series {
+        name: Text::plain(name),
+        style,
+        x: x.to_vec(),
+        y,
+    };
+    let panel = Panel {
+        title: Text::plain("Profile likelihood"),
+        y_label: Text::plain("Rise of the deviance"),
+        series: vec![
+            line("least", Style::Line, &x, profile.deviance.clone()),
+            line("95 %", Style::ThinLine, &ends, vec![THRESHOLD; 2]),
+        ],
+        ..Panel::default()
+    };
+    Figure::new(Text::name(name).with_unit(&unit.symbol), vec![panel])
+}

@@ -1,0 +1,105 @@
+//! What a fit that Ctrl-C stopped, or that ended in no minimum, did not come to, and what is to be thought of
+//! the rest.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use dgd_data::files::journal::RunJournal;
+use dgd_identify::Termination;
+
+use crate::error::Ended;
+
+/// What was left out, in the user's words; nothing where a fit came to its end.
+#[derive(Debug, Default)]
+pub(crate) struct LeftOut {
+    words: Vec<String>,
+    unconverged: Option<Unconverged>,
+}
+
+/// A search that ended by itself, in no minimum.
+#[derive(Debug)]
+struct Unconverged {
+    reason: String,
+    /// Whether more evaluations would take it further.
+    goes_on: bool,
+}
+
+impl LeftOut {
+    /// Of a search that ended so; `reason` says why in no minimum, where it was not stopped.
+    pub(crate) fn of(termination: Termination, reason: impl FnOnce() -> String) -> Self {
+        if termination == Termination::Stopped {
+            return Self::stopped();
+        }
+        if termination.is_converged() {
+            return Self::default();
+        }
+        Self::unconverged(reason(), termination == Termination::EvaluationLimit)
+    }
+
+    /// Of a search that was stopped on its way.
+    pub(crate) fn stopped() -> Self {
+        let words = "stopped before it converged: these are the best values so far, and their \
+                     standard deviations are not to be trusted";
+        Self { words: vec![words.to_owned()], unconverged: None }
+    }
+
+    /// Of a search that ended in no minimum; whether more evaluations would take it further.
+    pub(crate) fn unconverged(reason: String, goes_on: bool) -> Self {
+        let words = format!(
+            "not converged: {reason}; these are the best values that were found, and their standard \
+             deviations are not to be trusted"
+        );
+        Self { words: vec![words], unconverged: Some(Unconverged { reason, goes_on }) }
+    }
+
+    pub(crate) fn push(&mut self, words: impl Into<String>) {
+        self.words.push(words.into());
+    }
+
+    /// How it ended, in a word or two.
+    pub(crate) fn status(&self) -> &'static str {
+        match (&self.unconverged, self.words.is_empty()) {
+            (Some(_), _) => "not converged",
+            (None, true) => "done",
+            (None, false) => "stopped",
+        }
+    }
+
+    pub(crate) fn all(&self) -> &[String] {
+        &self.words
+    }
+
+    /// A line for each.
+    pub(crate) fn push_text(&self, text: &mut String) {
+        for words in &self.words {
+            // Writing to a string does not fail.
+            let _ = writeln!(text, "{words}");
+        }
+    }
+
+    /// How a fit ended; `written` is where its result is. What its journal has is left for a run that goes on.
+    pub(crate) fn ended(&self, journal: Option<&RunJournal>, written: Option<&Path>) -> Ended {
+        if self.words.is_empty() {
+            return Ended::Done;
+        }
+        let written = match written {
+            Some(folder) => format!("; what there is, is in {}", folder.display()),
+            None => String::new(),
+        };
+        if let Some(Unconverged { reason, goes_on }) = &self.unconverged {
+            let mut words = format!("{reason}{written}");
+            if let (Some(journal), true) = (journal, goes_on) {
+                journal.leave();
+                words +=
+                    "; the same command with `--resume` and more `--evaluations` goes on from here";
+            }
+            return Ended::Stopped(words);
+        }
+        let mut words = format!("stopped by Ctrl-C{written}");
+        if let Some(journal) = journal {
+            journal.leave();
+            words += "; the same command with `--resume` goes on from here";
+        }
+        Ended::Interrupted(words)
+    }
+}

@@ -1,0 +1,262 @@
+//! What a fit of linear models says besides: where they were, and how far they hold.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use dgd_identify::{Departure, Evaluation, Fit, Nonlinear, Recording};
+use dgd_runtime::Signature;
+use dgd_runtime::linearize::OperatingPoint;
+use serde_json::{Map, Value, json};
+
+use crate::fit::report::outcome::{Outcome, rms_of};
+use crate::fit::report::quality::Quality;
+use crate::linearize::modes;
+use crate::output::table::{push_table, significant};
+use crate::request::Place;
+
+/// Digits of a point's values.
+const DIGITS: usize = 6;
+
+/// Where linear models were, and the model itself with their estimates.
+pub(crate) struct Linearised {
+    place: Place,
+    /// Of each recording that has samples.
+    points: Vec<Option<OperatingPoint>>,
+    model: Result<Model, String>,
+}
+
+/// The model itself with the estimates of its linear one.
+struct Model {
+    evaluation: Evaluation,
+    quality: Quality,
+    /// Root-mean-square difference from the linear model by output, SI; `None` without samples.
+    differences: Vec<Option<f64>>,
+}
+
+impl Linearised {
+    /// From the recordings, their linear simulations, and those of the model or why there is none.
+    pub(crate) fn new(
+        signature: &Signature,
+        place: Place,
+        points: Vec<Option<OperatingPoint>>,
+        (recordings, linear): (&[Recording], &Evaluation),
+        fit: &Fit,
+        model: Result<Nonlinear, String>,
+    ) -> Self {
+        let model = model.map(|Nonlinear { evaluation, .. }| Model {
+            quality: Quality::of(signature, recordings, &evaluation, fit),
+            differences: (0..signature.outputs.len())
+                .map(|i| difference(recordings, linear, &evaluation, i))
+                .collect(),
+            evaluation,
+        });
+        Self { place, points, model }
+    }
+
+    /// `linearised` of `result.json`.
+    pub(crate) fn to_json(&self, outcome: &Outcome<'_>) -> Value {
+        let signature = outcome.signature;
+        let point = |(path, point): (&std::path::PathBuf, &Option<OperatingPoint>)| {
+            let Some(point) = point else { return Value::Null };
+            let entry = |quantity: Quantity| {
+                (quantity.name, json!({ "value": quantity.value, "unit": quantity.unit }))
+            };
+            let entries =
+                |all: Vec<Quantity>| -> Map<String, Value> { all.into_iter().map(entry).collect() };
+            let modes: Map<String, Value> = modes(signature, point)
+                .map(|(name, mode)| (name.to_owned(), json!(mode)))
+                .collect();
+            json!({
+                "data": path.display().to_string(),
+                "t": point.t,
+                "inputs": entries(inputs(signature, point)),
+                "unknowns": entries(unknowns(signature, point)),
+                "modes": modes,
+            })
+        };
+        let points: Vec<Value> = outcome.data.iter().zip(&self.points).map(point).collect();
+        let model = match &self.model {
+            Ok(model) => {
+                let output = |(i, output): (usize, &dgd_runtime::Output)| {
+                    let difference = model.differences[i].map(|value| value / output.unit.factor);
+                    let entry = json!({
+                        "unit": output.unit.symbol,
+                        "rms": rms_of(&model.evaluation, i, &output.unit),
+                        "difference": difference,
+                        "quality": model.quality.to_json(i, signature),
+                    });
+                    (output.name.to_string(), entry)
+                };
+                let outputs: Map<String, Value> =
+                    signature.outputs.iter().enumerate().map(output).collect();
+                json!({ "outputs": outputs })
+            }
+            Err(reason) => json!({ "not_simulated": reason }),
+        };
+        let at = match self.place {
+            Place::Time(t) => json!(t),
+            Place::Steady | Place::Mean => json!(self.place.to_string()),
+        };
+        json!({ "at": at, "points": points, "model": model })
+    }
+
+    /// Points, the comparison with the model, and what follows from it.
+    pub(crate) fn push_text(&self, text: &mut String, outcome: &Outcome<'_>) {
+        let signature = outcome.signature;
+        // Writing to a string does not fail.
+        let _ = match self.place {
+            Place::Time(t) => writeln!(text, "linear close to where the run is at {t} s:"),
+            Place::Steady => {
+                writeln!(
+                    text,
+                    "linear close to the steady state with the inputs of the first time:"
+                )
+            }
+            Place::Mean => {
+                writeln!(text, "linear close to the steady state with the means of the inputs:")
+            }
+        };
+        let points: Vec<(&String, &OperatingPoint)> = outcome
+            .recording_names
+            .iter()
+            .zip(&self.points)
+            .filter_map(|(name, point)| Some((name, point.as_ref()?)))
+            .collect();
+        let mut heads = vec!["at".to_owned()];
+        heads.extend(points.iter().map(|(name, _)| (*name).clone()));
+        heads.push("unit".to_owned());
+        let mut table = vec![heads];
+        let columns: Vec<Vec<Quantity>> = points
+            .iter()
+            .map(|(_, point)| {
+                inputs(signature, point).into_iter().chain(unknowns(signature, point)).collect()
+            })
+            .collect();
+        for i in 0..columns.first().map_or(0, Vec::len) {
+            let mut row = vec![columns[0][i].name.clone()];
+            row.extend(columns.iter().map(|column| significant(column[i].value, DIGITS)));
+            row.push(columns[0][i].unit.clone());
+            table.push(row);
+        }
+        push_table(text, &table);
+        for (name, point) in &points {
+            let modes: Vec<String> =
+                modes(signature, point).map(|(name, mode)| format!("{name}: {mode}")).collect();
+            if !modes.is_empty() {
+                let _ = writeln!(text, "{name} stays in these modes: {}", modes.join("; "));
+            }
+        }
+        text.push('\n');
+        match &self.model {
+            Ok(model) => model.push_text(text, outcome),
+            Err(reason) => {
+                let _ = writeln!(
+                    text,
+                    "the model itself cannot be simulated with these estimates, so that how far the \
+                     linear one holds is open: {reason}"
+                );
+            }
+        }
+    }
+}
+
+impl Model {
+    fn push_text(&self, text: &mut String, outcome: &Outcome<'_>) {
+        let heads =
+            ["output", "rms linear", "rms model", "apart", "unit", "fit linear %", "fit model %"];
+        let mut table = vec![heads.map(str::to_owned)];
+        let mut far = Vec::new();
+        for (i, output) in outcome.signature.outputs.iter().enumerate() {
+            let Some(apart) = self.differences[i] else { continue };
+            let unit = &output.unit;
+            let shown = |value: Option<f64>| {
+                value.map_or_else(|| "-".to_owned(), |value| significant(value, 3))
+            };
+            table.push([
+                output.name.to_string(),
+                shown(rms_of(&outcome.train, i, unit)),
+                shown(rms_of(&self.evaluation, i, unit)),
+                significant(apart / unit.factor, 3),
+                unit.symbol.to_string(),
+                shown(outcome.quality.fit_percent(i)),
+                shown(self.quality.fit_percent(i)),
+            ]);
+            if outcome.fit.noise[i].is_some_and(|noise| apart > noise) {
+                far.push(format!("`{}`", output.name));
+            }
+        }
+        push_table(text, &table);
+        if !far.is_empty() {
+            // Writing to a string does not fail.
+            let _ = writeln!(
+                text,
+                "{} of the linear model {} from the model by more than the noise: what is measured goes \
+                 too far from the point, and the estimates have to make up for it",
+                far.join(", "),
+                if far.len() == 1 { "differs" } else { "differ" }
+            );
+        }
+        text.push('\n');
+    }
+}
+
+/// A recording that is not in one mode.
+pub(crate) fn other_mode(path: &Path, departure: &Departure) -> String {
+    let Departure { t, automaton, at_point, in_run } = departure;
+    format!(
+        "{}: the linear model is that of `{automaton}: {at_point}`, and at t = {t} s the model with these \
+         estimates is in `{in_run}`; take a stretch in one mode by `--from` and `--until`, another \
+         operating point by `--at`, or `--estimator output-error`",
+        path.display()
+    )
+}
+
+/// A value in its declared unit.
+struct Quantity {
+    name: String,
+    value: f64,
+    unit: String,
+}
+
+fn inputs(signature: &Signature, point: &OperatingPoint) -> Vec<Quantity> {
+    let inputs = signature.inputs.iter().zip(&point.u);
+    let quantity = |(input, value): (&dgd_runtime::Input, &f64)| Quantity {
+        name: input.name.to_string(),
+        value: input.unit.from_si(*value),
+        unit: input.unit.symbol.to_string(),
+    };
+    inputs.map(quantity).collect()
+}
+
+fn unknowns(signature: &Signature, point: &OperatingPoint) -> Vec<Quantity> {
+    let quantity = |(i, value): (usize, &f64)| {
+        let unit = signature.unknowns.unit(i);
+        Quantity {
+            name: signature.unknowns.name(i).into_owned(),
+            value: unit.from_si(*value),
+            unit: unit.symbol.to_string(),
+        }
+    };
+    point.y.iter().enumerate().map(quantity).collect()
+}
+
+/// How far two simulations of an output are apart at its samples that count, root mean square, SI.
+fn difference(
+    recordings: &[Recording],
+    linear: &Evaluation,
+    model: &Evaluation,
+    output: usize,
+) -> Option<f64> {
+    let (mut squares, mut samples) = (0.0, 0_usize);
+    let both = linear.observations.iter().zip(&model.observations);
+    for (recording, (linear, model)) in recordings.iter().zip(both) {
+        let Some(measured) = &recording.measured[output] else { continue };
+        for (k, t) in recording.times.iter().enumerate() {
+            if measured[k].is_finite() && *t >= recording.counts_from {
+                squares += (linear.w(k)[output] - model.w(k)[output]).powi(2);
+                samples += 1;
+            }
+        }
+    }
+    (samples > 0).then(|| (squares / samples as f64).sqrt())
+}

@@ -1,0 +1,10 @@
+//! What a fit says: its estimates and errors, how far they can be trusted, and what it did not come to.
+
+pub(crate) mod few_samples;
+pub(crate) mod information;
+pub(crate) mod intervals;
+pub(crate) mod left_out;
+pub(crate) mod linearised;
+pub(crate) mod outcome;
+pub(crate) mod quality;
+pub(crate) mod regression;

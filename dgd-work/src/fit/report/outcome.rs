@@ -1,0 +1,478 @@
+//! What a fit found, for people and for programs.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use dgd_compiler::model::Variant;
+use dgd_identify::{
+    Bound, Estimate, Evaluation, Fit, Misfit, Recording, Starts, Stepping, Term, Termination,
+    Undetermined,
+};
+use dgd_runtime::{Direction, PerSampleChoice, Signature, Unit};
+use serde_json::{Map, Value, json};
+
+use crate::fit::multi_start::Minima;
+use crate::fit::report::few_samples::FewSamples;
+use crate::fit::report::information::Origins;
+use crate::fit::report::intervals::{Estimated, Intervals};
+use crate::fit::report::left_out::LeftOut;
+use crate::fit::report::linearised::Linearised;
+use crate::fit::report::quality::Quality;
+use crate::output::table::{push_table, significant};
+
+/// Correlations above this are pointed out.
+pub(crate) const CORRELATED: f64 = 0.95;
+
+/// A fit and how well it does.
+pub(crate) struct Outcome<'a> {
+    pub signature: &'a Signature,
+    pub variants: &'a [Variant],
+    pub fit: &'a Fit,
+    pub data: &'a [PathBuf],
+    /// What the recordings are called.
+    pub recording_names: Vec<String>,
+    pub train: Evaluation,
+    pub valid: Option<Tested>,
+    /// What was fitted to.
+    pub recordings: &'a [Recording],
+    pub information: Option<Origins>,
+    pub intervals: Intervals,
+    /// Why the recordings may not say what they are asked.
+    pub reservations: Vec<String>,
+    /// What became of several starting points.
+    pub minima: Option<Minima>,
+    /// What Ctrl-C kept it from.
+    pub left_out: &'a LeftOut,
+    /// Outputs whose noise could not be estimated.
+    pub few: &'a FewSamples,
+    pub quality: Quality,
+    /// On validation recordings.
+    pub quality_valid: Option<Quality>,
+    /// Where the linear models were, if those were fitted.
+    pub linearised: Option<Linearised>,
+}
+
+/// Held-out recordings.
+pub(crate) struct Tested {
+    pub paths: Vec<PathBuf>,
+    /// With the time from which their samples count.
+    pub recordings: Vec<Recording>,
+    pub starts: Vec<Starts>,
+    pub evaluation: Evaluation,
+}
+
+impl Tested {
+    /// The time from which readings of each recording count, s; null where all do.
+    pub(crate) fn counts_from(&self) -> Value {
+        let from = self.recordings.iter().map(|recording| recording.counts_from);
+        json!(from.map(|from| from.is_finite().then_some(from)).collect::<Vec<_>>())
+    }
+}
+
+/// Errors of one output in its declared unit.
+struct OutputErrors {
+    train: Option<f64>,
+    valid: Option<f64>,
+    noise: Option<f64>,
+}
+
+/// How a search ended.
+pub(crate) fn ended(termination: Termination) -> &'static str {
+    match termination {
+        Termination::Gradient => "converged (the gradient is zero)",
+        Termination::Reduction => "converged (no further reduction)",
+        Termination::Step => "converged (steps became negligible)",
+        Termination::Stalled => "converged (to within rounding)",
+        Termination::Blocked => "not converged (simulations fail nearby)",
+        Termination::Flat => "not converged (the outputs do not respond)",
+        Termination::EvaluationLimit => "not converged (evaluation limit)",
+        Termination::Stopped => "stopped",
+    }
+}
+
+impl Outcome<'_> {
+    /// `result.json`.
+    pub(crate) fn to_json(&self) -> Value {
+        let fit = self.fit;
+        let parameters = || self.parameters().map(|i| &fit.estimates[i]);
+        let starts: Vec<Value> = self
+            .data
+            .iter()
+            .enumerate()
+            .map(|(r, path)| {
+                let own = fit.estimates.iter().filter(|estimate| estimate.recording == Some(r));
+                json!({ "data": path.display().to_string(), "values": self.entries(own) })
+            })
+            .collect();
+        let mut outputs = Map::new();
+        for (i, output) in self.signature.outputs.iter().enumerate() {
+            let errors = self.errors(i);
+            outputs.insert(
+                output.name.to_string(),
+                json!({
+                    "unit": output.unit.symbol,
+                    "fitted": fit.noise[i].is_some(),
+                    "noise": errors.noise,
+                    "light_samples": fit.light_samples[i],
+                    "rms_train": errors.train,
+                    "rms_valid": errors.valid,
+                    "quality": {
+                        "train": self.quality.to_json(i, self.signature),
+                        "valid": self
+                            .quality_valid
+                            .as_ref()
+                            .map(|quality| quality.to_json(i, self.signature)),
+                    },
+                }),
+            );
+        }
+        let undetermined: Vec<Value> = fit
+            .undetermined
+            .iter()
+            .map(|combination| {
+                let terms = combination.terms.iter().map(|term| {
+                    json!({ "name": self.name(term.estimate), "relative_change": term.change })
+                });
+                Value::Array(terms.collect())
+            })
+            .collect();
+        let mut result = json!({
+            "model": self.signature.name,
+            "variants": variant_entries(self.variants),
+            "parameters": self.entries(parameters()),
+            "fixed": fixed_entries(self.signature, &fit.p, &fit.estimates),
+            "outputs": outputs,
+            "starts": starts,
+            "starts_valid": self.starts_valid(),
+            "counts_from": self.valid.as_ref().map(Tested::counts_from),
+            "names": parameters().map(|estimate| estimate.name.clone()).collect::<Vec<_>>(),
+            "covariance": self.matrix(|i, j| {
+                let factor = |i: usize| self.unit(i).factor;
+                Some(fit.covariance(i, j)? / factor(i) / factor(j))
+            }),
+            "correlation": self.matrix(|i, j| fit.correlation(i, j)),
+            "undetermined": undetermined,
+            "few_samples": self.few.to_json(),
+            "reservations": self.reservations,
+            "samples": fit.samples,
+            "samples_without_sensitivity": fit.samples_without_sensitivity,
+            "degrees_of_freedom": fit.degrees_of_freedom,
+            "loss": fit.loss.name(),
+            "cost": fit.cost,
+            "reduced_chi_square": fit.reduced_chi_square(),
+            "deviance": fit.deviance,
+            "iterations": fit.iterations,
+            "evaluations": fit.evaluations,
+            "failures": fit.failures,
+            "termination": fit.termination.name(),
+            "converged": fit.termination.is_converged(),
+            "status": self.left_out.status(),
+            "left_out": self.left_out.all(),
+            "steps": match fit.stepping {
+                Stepping::Adaptive => json!("adaptive"),
+                Stepping::Exact => json!("exact"),
+                Stepping::PerSample(PerSampleChoice { method, steps }) => {
+                    json!({ "per_sample": steps, "method": method.name })
+                }
+            },
+        });
+        if let Some(result) = result.as_object_mut() {
+            self.intervals.write_json(self, result);
+            if let Some(minima) = &self.minima {
+                result.insert("multi_start".to_owned(), minima.to_json(self));
+            }
+            if let Some(linearised) = &self.linearised {
+                result.insert("estimator".to_owned(), json!("linearised"));
+                result.insert("linearised".to_owned(), linearised.to_json(self));
+            }
+            if let Some(information) = &self.information {
+                result.insert("information".to_owned(), information.to_json(self));
+                result.insert(
+                    "operating_points".to_owned(),
+                    information.points_to_json(self.signature),
+                );
+            }
+        }
+        result
+    }
+
+    /// Positions of the estimated parameters.
+    fn parameters(&self) -> impl Iterator<Item = usize> + '_ {
+        let estimates = self.fit.estimates.iter().enumerate();
+        estimates.filter(|(_, estimate)| estimate.recording.is_none()).map(|(i, _)| i)
+    }
+
+    fn entries<'e>(&self, estimates: impl Iterator<Item = &'e Estimate>) -> Value {
+        Value::Object(estimates.map(|estimate| entry(self.signature, estimate)).collect())
+    }
+
+    fn starts_valid(&self) -> Value {
+        let Some(tested) = &self.valid else { return json!([]) };
+        let of = |(path, starts): (&PathBuf, &Starts)| {
+            let entry = |(i, value): &(usize, f64)| {
+                let unknown = self.signature.unknowns.at(*i);
+                let value = unknown.unit.from_si(*value);
+                (unknown.name.to_string(), json!({ "value": value, "unit": unknown.unit.symbol }))
+            };
+            let values: Map<String, Value> = starts.iter().map(entry).collect();
+            json!({ "data": path.display().to_string(), "values": values })
+        };
+        Value::Array(tested.paths.iter().zip(&tested.starts).map(of).collect())
+    }
+
+    /// A matrix over the estimated parameters; null where something is not determined.
+    fn matrix(&self, entry: impl Fn(usize, usize) -> Option<f64>) -> Value {
+        let row = |i: usize| self.parameters().map(|j| entry(i, j)).collect::<Vec<_>>();
+        json!(self.parameters().map(row).collect::<Vec<_>>())
+    }
+
+    fn errors(&self, output: usize) -> OutputErrors {
+        let unit = &self.signature.outputs[output].unit;
+        let rms = |evaluation: &Evaluation| rms_of(evaluation, output, unit);
+        OutputErrors {
+            train: rms(&self.train),
+            valid: self.valid.as_ref().and_then(|tested| rms(&tested.evaluation)),
+            noise: self.fit.noise[output]
+                .filter(|_| !self.few.hide_noise(&self.signature.outputs[output].name))
+                .map(|sigma| sigma / unit.factor),
+        }
+    }
+
+    /// Tables and remarks.
+    pub(crate) fn to_text(&self) -> String {
+        let fit = self.fit;
+        let mut text = String::new();
+        let mut table = vec![["estimate", "value", "std", "unit", ""].map(str::to_owned)];
+        for (i, estimate) in fit.estimates.iter().enumerate() {
+            let unit = self.unit(i);
+            let value = unit.from_si(estimate.value);
+            let std = estimate.std.map(|std| std / unit.factor);
+            let remark = match estimate.at_bound {
+                Some(bound) => format!("at its {} bound", bound_name(bound)),
+                None if std.is_none() && !self.few.hide_stds() => "not determined".to_owned(),
+                None => String::new(),
+            };
+            table.push([
+                self.name(i),
+                digits_of(value, std),
+                std.map_or_else(String::new, |std| significant(std, 2)),
+                unit.symbol.to_string(),
+                remark,
+            ]);
+        }
+        push_table(&mut text, &table);
+
+        text.push('\n');
+        let mut table = vec![
+            ["output", "rms train", "rms valid", "noise", "unit", "fit train %", "fit valid %"]
+                .map(str::to_owned),
+        ];
+        for (i, output) in self.signature.outputs.iter().enumerate() {
+            let errors = self.errors(i);
+            let shown = |value: Option<f64>| {
+                value.map_or_else(|| "-".to_owned(), |value| significant(value, 3))
+            };
+            table.push([
+                output.name.to_string(),
+                shown(errors.train),
+                shown(errors.valid),
+                shown(errors.noise),
+                output.unit.symbol.to_string(),
+                shown(self.quality.fit_percent(i)),
+                shown(self.quality_valid.as_ref().and_then(|quality| quality.fit_percent(i))),
+            ]);
+        }
+        push_table(&mut text, &table);
+        text.push('\n');
+        self.left_out.push_text(&mut text);
+        self.few.push_text(&mut text);
+        if let Some(linearised) = &self.linearised {
+            linearised.push_text(&mut text, self);
+        }
+        self.push_remarks(&mut text);
+        self.intervals.push_text(&mut text, self);
+        if let Some(information) = &self.information {
+            information.push_text(&mut text, self);
+        }
+        text
+    }
+
+    /// A line for each output with outliers.
+    fn push_light(&self, text: &mut String) {
+        let outputs = self.signature.outputs.iter().enumerate();
+        for (i, output) in outputs.filter(|(i, _)| self.fit.light_samples[*i] > 0) {
+            let samples: usize = self.fit.misfits.iter().map(|misfits| misfits[i].samples).sum();
+            let light = self.fit.light_samples[i];
+            // Writing to a string does not fail.
+            let _ = writeln!(
+                text,
+                "`{}`: {light} of {samples} samples weigh less than half, {} %; of normal noise it were {} %",
+                output.name,
+                significant(100.0 * light as f64 / samples as f64, 2),
+                significant(100.0 * self.fit.loss.light_share(), 2)
+            );
+        }
+    }
+
+    fn push_remarks(&self, text: &mut String) {
+        let fit = self.fit;
+        // Writing to a string does not fail.
+        for pair in fit.correlated(CORRELATED) {
+            let (first, second) = (self.name(pair.first), self.name(pair.second));
+            push_correlated(text, &first, &second, pair.correlation);
+        }
+        push_combinations(text, &fit.undetermined, |i| self.name(i), "output");
+        for words in &self.reservations {
+            let _ = writeln!(text, "{words}");
+        }
+        self.push_light(text);
+        self.quality.push_remarks(text, self.signature);
+        if fit.samples_without_sensitivity > 0 {
+            let _ = writeln!(
+                text,
+                "{} of {} samples have no defined sensitivities: the fit had to do without their \
+                 derivatives",
+                fit.samples_without_sensitivity, fit.samples
+            );
+        }
+        if fit.failures > 0 {
+            let _ = writeln!(text, "{} trials could not be simulated", fit.failures);
+        }
+        if let Some(minima) = &self.minima {
+            minima.push_text(text, self);
+        }
+        let chi = fit.reduced_chi_square();
+        let chi = chi.map_or_else(String::new, |chi| format!(", reduced χ² = {chi:.3}"));
+        let _ = writeln!(
+            text,
+            "{} samples{chi}; {} steps, {} simulations, {}",
+            fit.samples,
+            fit.iterations,
+            fit.evaluations,
+            ended(fit.termination)
+        );
+    }
+}
+
+/// An estimate's name and what `result.json` has of it.
+pub(crate) fn entry(signature: &Signature, estimate: &Estimate) -> (String, Value) {
+    let unit = unit_of(signature, estimate);
+    let name = match estimate.of {
+        Direction::Parameter(_) => estimate.name.clone(),
+        Direction::Start(i) => signature.unknowns.name(i).to_string(),
+    };
+    let entry = json!({
+        "value": unit.from_si(estimate.value),
+        "unit": unit.symbol,
+        "std": estimate.std.map(|std| std / unit.factor),
+        "at_bound": estimate.at_bound.map(bound_name),
+    });
+    (name, entry)
+}
+
+/// A bound for programs and in sentences.
+pub(crate) fn bound_name(bound: Bound) -> &'static str {
+    match bound {
+        Bound::Lower => "lower",
+        Bound::Upper => "upper",
+    }
+}
+
+impl Estimated for Outcome<'_> {
+    fn signature(&self) -> &Signature {
+        self.signature
+    }
+
+    fn estimates(&self) -> &[Estimate] {
+        &self.fit.estimates
+    }
+
+    fn name(&self, i: usize) -> String {
+        name_of(&self.fit.estimates[i], &self.recording_names)
+    }
+}
+
+/// What an estimate is called: a start value with its recording where there are several.
+pub(crate) fn name_of(estimate: &Estimate, recording_names: &[String]) -> String {
+    match (estimate.recording, recording_names) {
+        (Some(r), [_, _, ..]) => format!("{} of {}", estimate.name, recording_names[r]),
+        _ => estimate.name.clone(),
+    }
+}
+
+pub(crate) fn unit_of<'a>(signature: &'a Signature, estimate: &Estimate) -> &'a Unit {
+    match estimate.of {
+        Direction::Parameter(i) => &signature.parameters[i].unit,
+        Direction::Start(i) => signature.unknowns.unit(i),
+    }
+}
+
+/// The parameters that were not estimated, with their values.
+pub(crate) fn fixed_entries(
+    signature: &Signature,
+    p: &[f64],
+    estimates: &[Estimate],
+) -> Map<String, Value> {
+    let is_fixed = |i: usize| !estimates.iter().any(|e| e.of == Direction::Parameter(i));
+    let fixed = signature.parameters.iter().enumerate().filter(|(i, _)| is_fixed(*i));
+    let entry = |(i, parameter): (usize, &dgd_runtime::Parameter)| {
+        let unit = &parameter.unit;
+        let entry = json!({ "value": unit.from_si(p[i]), "unit": unit.symbol });
+        (parameter.name.to_string(), entry)
+    };
+    fixed.map(entry).collect()
+}
+
+/// What was chosen of each variant.
+pub(crate) fn variant_entries(variants: &[Variant]) -> Map<String, Value> {
+    let entry =
+        |variant: &Variant| (variant.name.clone(), json!(variant.choices.get(variant.chosen)));
+    variants.iter().map(entry).collect()
+}
+
+/// Root-mean-square error of an output over all recordings, in its unit.
+pub(crate) fn rms_of(evaluation: &Evaluation, output: usize, unit: &Unit) -> Option<f64> {
+    let all: Misfit = evaluation.misfits.iter().map(|misfits| misfits[output]).sum();
+    all.rms().map(|rms| rms / unit.factor)
+}
+
+/// A line about two estimates.
+pub(crate) fn push_correlated(text: &mut String, first: &str, second: &str, correlation: f64) {
+    // Writing to a string does not fail.
+    let _ = writeln!(
+        text,
+        "`{first}` and `{second}` are hardly told apart: correlation {correlation:.3}"
+    );
+}
+
+/// A line for each combination of estimates that no output, or no row, sees.
+pub(crate) fn push_combinations(
+    text: &mut String,
+    undetermined: &[Undetermined],
+    name: impl Fn(usize) -> String,
+    what: &str,
+) {
+    for combination in undetermined {
+        // Writing to a string does not fail.
+        let _ = match combination.terms.as_slice() {
+            [one] => writeln!(text, "no {what} depends on `{}`", name(one.estimate)),
+            terms => {
+                let term =
+                    |term: &Term| format!("`{}` by {:+.3} %", name(term.estimate), term.change);
+                let terms: Vec<String> = terms.iter().map(term).collect();
+                writeln!(text, "no {what} sees a change of {}", terms.join(" and "))
+            }
+        };
+    }
+}
+
+/// A value to the second digit of its standard deviation.
+pub(crate) fn digits_of(value: f64, std: Option<f64>) -> String {
+    let digits = match std {
+        Some(std) if std > 0.0 && value != 0.0 => {
+            (value.abs().log10().floor() - std.log10().floor()).clamp(0.0, 12.0) as usize + 2
+        }
+        _ => 6,
+    };
+    significant(value, digits)
+}

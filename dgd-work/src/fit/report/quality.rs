@@ -1,0 +1,247 @@
+//! How good a fit is, output by output, on training and validation recordings.
+//!
+//! ```text
+//!   e = measured − simulated      R² = 1 − Σe²/Σ(y − ȳ)²      fit = 100 (1 − ‖e‖/‖y − ȳ‖) %
+//! ```
+//!
+//! ȳ is the mean of all samples that count. The fit in percent is Ljung's, System Identification
+//! Toolbox, `compare`; the tests of residuals are those of [`dgd_screen::residuals`], with the weights
+//! of the fit's loss, so that outliers do not hide what the other samples show.
+
+use std::fmt::Write as _;
+
+use dgd_identify::{Evaluation, Fit, Recording};
+use dgd_runtime::{Side, Signature, Unit};
+use dgd_screen::residuals::{CrossCorrelation, Portmanteau, cross_correlation, portmanteau};
+use serde_json::{Map, Value, json};
+
+use crate::output::table::significant;
+
+/// Lags that are tested, in samples.
+const LAGS: usize = 25;
+
+/// A test fails where chance alone fails one of all the tests of a set this often.
+const RARE: f64 = 0.01;
+
+/// Quality of all outputs on one set of recordings.
+pub(crate) struct Quality {
+    outputs: Vec<Option<OutputQuality>>,
+    /// Tests of inputs that were made.
+    input_tests: usize,
+}
+
+/// Quality of one output, in its declared unit.
+struct OutputQuality {
+    samples: usize,
+    mse: f64,
+    bias: f64,
+    /// Σe²/Σ(y − ȳ)²; `None` where the output does not change.
+    unexplained: Option<f64>,
+    whiteness: Option<Portmanteau>,
+    /// By input.
+    inputs: Vec<Option<CrossCorrelation>>,
+    /// The usual spacing of the samples, s.
+    spacing: f64,
+}
+
+impl Quality {
+    /// Of an evaluation of these recordings, with what was found by this fit.
+    pub(crate) fn of(
+        signature: &Signature,
+        recordings: &[Recording],
+        evaluation: &Evaluation,
+        fit: &Fit,
+    ) -> Self {
+        let inputs: Vec<Vec<Vec<f64>>> =
+            recordings.iter().map(|recording| input_values(signature, recording)).collect();
+        let of = |(i, output): (usize, &dgd_runtime::Output)| {
+            let weight = |e: f64| fit.weight(i, e);
+            output_quality(recordings, evaluation, &inputs, (i, &output.unit), weight)
+        };
+        let outputs: Vec<_> = signature.outputs.iter().enumerate().map(of).collect();
+        let input_tests = outputs.iter().flatten().flat_map(|q| q.inputs.iter().flatten()).count();
+        Self { outputs, input_tests }
+    }
+
+    /// Ljung's fit of an output, %.
+    pub(crate) fn fit_percent(&self, output: usize) -> Option<f64> {
+        self.outputs[output].as_ref()?.fit_percent()
+    }
+
+    /// What `result.json` has of an output; null where it was not measured.
+    pub(crate) fn to_json(&self, output: usize, signature: &Signature) -> Value {
+        let Some(quality) = &self.outputs[output] else { return Value::Null };
+        let inputs: Map<String, Value> = signature
+            .inputs
+            .iter()
+            .zip(&quality.inputs)
+            .filter_map(|(input, test)| {
+                Some((input.name.to_string(), entry(test.as_ref()?, quality)))
+            })
+            .collect();
+        json!({
+            "samples": quality.samples,
+            "r_squared": quality.unexplained.map(|unexplained| 1.0 - unexplained),
+            "fit_percent": quality.fit_percent(),
+            "mse": quality.mse,
+            "mse_unit": squared(&signature.outputs[output].unit),
+            "bias": quality.bias,
+            "whiteness": quality.whiteness.as_ref().map(|test| json!({
+                "lags": test.autocorrelation.len(),
+                "statistic": test.statistic,
+                "p_value": test.p_value,
+                "autocorrelation": test.autocorrelation,
+                "limit": test.limit,
+            })),
+            "inputs": inputs,
+        })
+    }
+
+    /// A sentence for each output whose residuals correlate with an input, and one for all whose residuals
+    /// are autocorrelated.
+    pub(crate) fn push_remarks(&self, text: &mut String, signature: &Signature) {
+        let names = || signature.outputs.iter().map(|output| &output.name).zip(&self.outputs);
+        // Writing to a string does not fail.
+        for (name, quality) in names() {
+            let Some((input, test, lag)) = quality.as_ref().and_then(|q| q.worst_input(self))
+            else {
+                continue;
+            };
+            let input = &signature.inputs[input].name;
+            let when = if test.lag == 0 {
+                String::new()
+            } else {
+                format!(" {} s earlier", significant(lag, 3))
+            };
+            let _ = writeln!(
+                text,
+                "The residuals of `{name}` correlate with `{input}`{when} (correlation {:+.2}, limit {:.2}): \
+                 the model misses something in how `{input}` acts. `dgd discover` looks for it.",
+                test.correlation[test.lag], test.limit
+            );
+        }
+        let tests = self.outputs.iter().flatten().filter(|q| q.whiteness.is_some()).count();
+        let coloured: Vec<String> = names()
+            .filter(|(_, quality)| quality.as_ref().is_some_and(|q| q.is_coloured(tests)))
+            .map(|(name, _)| format!("`{name}`"))
+            .collect();
+        if !coloured.is_empty() {
+            let _ = writeln!(
+                text,
+                "The residuals of {} are autocorrelated, so the standard deviations above are unreliable.",
+                coloured.join(", ")
+            );
+        }
+    }
+}
+
+impl OutputQuality {
+    fn fit_percent(&self) -> Option<f64> {
+        self.unexplained.map(|unexplained| 100.0 * (1.0 - unexplained.sqrt()))
+    }
+
+    /// Whether the residuals are autocorrelated, with so many outputs tested.
+    fn is_coloured(&self, tests: usize) -> bool {
+        self.whiteness.as_ref().is_some_and(|test| test.p_value * (tests as f64) < RARE)
+    }
+
+    /// The input that the residuals correlate with most, if any, and the lag, s.
+    fn worst_input(&self, all: &Quality) -> Option<(usize, &CrossCorrelation, f64)> {
+        let tests =
+            self.inputs.iter().enumerate().filter_map(|(i, test)| Some((i, test.as_ref()?)));
+        let excess = |test: &CrossCorrelation| test.correlation[test.lag].abs() / test.limit;
+        tests
+            .filter(|(_, test)| test.p_value * (all.input_tests as f64) < RARE)
+            .max_by(|(_, a), (_, b)| excess(a).total_cmp(&excess(b)))
+            .map(|(i, test)| (i, test, test.lag as f64 * self.spacing))
+    }
+}
+
+fn entry(test: &CrossCorrelation, quality: &OutputQuality) -> Value {
+    json!({
+        "lag": test.lag as f64 * quality.spacing,
+        "largest": test.correlation[test.lag],
+        "limit": test.limit,
+        "p_value": test.p_value,
+        "correlation": test.correlation,
+    })
+}
+
+/// Values of all inputs at the sample times of a recording.
+fn input_values(signature: &Signature, recording: &Recording) -> Vec<Vec<f64>> {
+    let mut values = vec![Vec::with_capacity(recording.times.len()); signature.inputs.len()];
+    let mut u = vec![0.0; recording.inputs.len()];
+    for t in &recording.times {
+        recording.inputs.value(*t, Side::Right, &mut u);
+        for (values, value) in values.iter_mut().zip(&u) {
+            values.push(*value);
+        }
+    }
+    values
+}
+
+fn output_quality(
+    recordings: &[Recording],
+    evaluation: &Evaluation,
+    inputs: &[Vec<Vec<f64>>],
+    (output, unit): (usize, &Unit),
+    weight: impl Fn(f64) -> f64,
+) -> Option<OutputQuality> {
+    // Σe², Σe, and w e for the tests.
+    let (mut squares, mut sum) = (0.0, 0.0);
+    let (mut residuals, mut measured) = (Vec::new(), Vec::new());
+    for (recording, observations) in recordings.iter().zip(&evaluation.observations) {
+        let samples = recording.measured[output].as_deref();
+        let mut e = Vec::with_capacity(recording.times.len());
+        for (k, t) in recording.times.iter().enumerate() {
+            let y = samples.map_or(f64::NAN, |samples| samples[k]);
+            if y.is_finite() && *t >= recording.counts_from {
+                measured.push(y / unit.factor);
+                let error = y - observations.w(k)[output];
+                let in_unit = error / unit.factor;
+                squares += in_unit * in_unit;
+                sum += in_unit;
+                e.push(weight(error) * in_unit);
+            } else {
+                e.push(f64::NAN);
+            }
+        }
+        residuals.push(e);
+    }
+    if measured.is_empty() {
+        return None;
+    }
+    let n = measured.len() as f64;
+    let mean = measured.iter().sum::<f64>() / n;
+    let scatter: f64 = measured.iter().map(|y| (y - mean).powi(2)).sum();
+    let runs: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
+    let tests = (0..inputs.first().map_or(0, Vec::len))
+        .map(|input| {
+            let pairs: Vec<(&[f64], &[f64])> =
+                runs.iter().zip(inputs).map(|(e, inputs)| (*e, inputs[input].as_slice())).collect();
+            cross_correlation(&pairs, LAGS)
+        })
+        .collect();
+    Some(OutputQuality {
+        samples: measured.len(),
+        mse: squares / n,
+        bias: sum / n,
+        unexplained: (scatter > 0.0).then(|| squares / scatter),
+        whiteness: portmanteau(&runs, LAGS),
+        inputs: tests,
+        spacing: recordings
+            .iter()
+            .find_map(|recording| dgd_screen::usual_spacing(&recording.times))
+            .unwrap_or(f64::NAN),
+    })
+}
+
+/// The square of a unit, as a reader writes it.
+fn squared(unit: &Unit) -> String {
+    let symbol = &unit.symbol;
+    if symbol.contains(['*', '/', '^', ' ']) {
+        format!("({symbol})^2")
+    } else {
+        format!("{symbol}^2")
+    }
+}

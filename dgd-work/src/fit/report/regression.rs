@@ -1,0 +1,406 @@
+//! What a regression found, for people and for programs.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use dgd_compiler::model::Variant;
+use dgd_identify::regression::{Followed, RegressionFit, RowOf, RowQuality, RowTrace, RowsLeftOut};
+use dgd_identify::{Bound, Estimate};
+use dgd_plot::{Figure, Text};
+use dgd_runtime::Signature;
+use serde_json::{Map, Value, json};
+
+use crate::fit::report::few_samples::FewSamples;
+use crate::fit::report::intervals::{Estimated, Intervals};
+use crate::fit::report::left_out::LeftOut;
+use crate::fit::report::outcome::{
+    CORRELATED, Tested, digits_of, entry, fixed_entries, push_combinations, push_correlated,
+    rms_of, variant_entries,
+};
+use crate::output::figure::{Line, Subject, beside, differences as differences_panel};
+use crate::output::table::{push_table, significant};
+use crate::request::Estimator;
+use crate::run::recording;
+
+/// A regression and how well the model does with what it found.
+pub(crate) struct RegressionOutcome<'a> {
+    pub estimator: Estimator,
+    pub signature: &'a Signature,
+    pub variants: &'a [Variant],
+    pub fit: &'a RegressionFit,
+    /// Estimates over time, of the recursive estimator.
+    pub followed: Option<&'a Followed>,
+    /// The recordings simulated, or why they cannot be.
+    pub train: Option<Result<Tested, String>>,
+    pub valid: Option<Result<Tested, String>>,
+    pub intervals: Intervals,
+    /// What Ctrl-C kept it from.
+    pub left_out: &'a LeftOut,
+    /// Outputs whose noise could not be estimated.
+    pub few: &'a FewSamples,
+}
+
+impl Estimated for RegressionOutcome<'_> {
+    fn signature(&self) -> &Signature {
+        self.signature
+    }
+
+    fn estimates(&self) -> &[Estimate] {
+        &self.fit.estimates
+    }
+
+    fn name(&self, i: usize) -> String {
+        self.fit.estimates[i].name.clone()
+    }
+}
+
+impl RegressionOutcome<'_> {
+    /// `result.json`.
+    pub(crate) fn to_json(&self) -> Value {
+        let Self { signature, fit, .. } = self;
+        let mut parameters = Map::new();
+        for (j, estimate) in fit.estimates.iter().enumerate() {
+            let (name, mut value) = entry(signature, estimate);
+            value["linear"] = json!(fit.linear[j]);
+            value["unbounded"] = json!(self.unbounded(j));
+            parameters.insert(name, value);
+        }
+        let mut outputs = Map::new();
+        for (i, output) in signature.outputs.iter().enumerate() {
+            outputs.insert(
+                output.name.to_string(),
+                json!({
+                    "unit": output.unit.symbol,
+                    "fitted": fit.rows.iter().any(|row| row.of == RowOf::Output(i)),
+                    "rms_train": self.rms(self.train.as_ref(), i),
+                    "rms_valid": self.rms(self.valid.as_ref(), i),
+                }),
+            );
+        }
+        let rows: Vec<Value> = fit.rows.iter().map(|row| self.row_entry(row)).collect();
+        let undetermined: Vec<Value> = fit
+            .undetermined
+            .iter()
+            .map(|combination| {
+                let terms = combination.terms.iter().map(|term| {
+                    let name = &fit.estimates[term.estimate].name;
+                    json!({ "name": name, "relative_change": term.change })
+                });
+                Value::Array(terms.collect())
+            })
+            .collect();
+        let factor = |j: usize| match fit.estimates[j].of {
+            dgd_runtime::Direction::Parameter(i) => signature.parameters[i].unit.factor,
+            dgd_runtime::Direction::Start(i) => signature.unknowns.unit(i).factor,
+        };
+        let mut result = json!({
+            "model": signature.name,
+            "estimator": self.estimator_name(),
+            "variants": variant_entries(self.variants),
+            "parameters": parameters,
+            "fixed": fixed_entries(signature, &fit.p, &fit.estimates),
+            "outputs": outputs,
+            "counts_from": self.valid.as_ref().and_then(|v| Some(v.as_ref().ok()?.counts_from())),
+            "rows": rows,
+            "names": fit.estimates.iter().map(|estimate| &estimate.name).collect::<Vec<_>>(),
+            "covariance":
+                self.matrix(|i, j| Some(fit.covariance(i, j)? / factor(i) / factor(j))),
+            "correlation": self.matrix(|i, j| fit.correlation(i, j)),
+            "rank": fit.rank,
+            "condition_number": fit.condition_number.is_finite().then_some(fit.condition_number),
+            "undetermined": undetermined,
+            "few_samples": self.few.to_json(),
+            "samples": fit.samples,
+            "samples_left_out": {
+                "before_record": fit.left_out.before_record,
+                "without_mode": fit.left_out.without_mode,
+            },
+            "cost": fit.cost,
+            "iterations": fit.iterations,
+            "evaluations": fit.evaluations,
+            "converged": fit.is_converged,
+            "status": self.left_out.status(),
+            "left_out": self.left_out.all(),
+            "recursive": self.followed.map(|followed| json!({
+                "samples": followed.times.len(),
+                "frozen_seconds": followed.frozen,
+                "p": self.matrix(|i, j| {
+                    Some(followed.covariance[(i, j)] / factor(i) / factor(j))
+                }),
+            })),
+        });
+        if let Value::Object(result) = &mut result {
+            self.intervals.write_json(self, result);
+        }
+        result
+    }
+
+    /// The recursive estimates, sample by sample; with a column for the recording where there are several.
+    pub(crate) fn estimates_csv(&self) -> Option<String> {
+        let Self { signature, fit, followed, .. } = self;
+        let followed = (*followed)?;
+        let is_one = followed.times.iter().all(|(recording, _)| *recording == 0);
+        let units = || {
+            fit.estimates.iter().filter_map(|estimate| match estimate.of {
+                dgd_runtime::Direction::Parameter(i) => Some(&signature.parameters[i]),
+                dgd_runtime::Direction::Start(_) => None,
+            })
+        };
+        let mut text = "time [s]".to_owned();
+        for parameter in units() {
+            let _ = write!(text, ",{} [{}]", parameter.name, parameter.unit.symbol);
+        }
+        text.push_str(if is_one { "\n" } else { ",recording [1]\n" });
+        for ((recording, t), estimates) in followed.times.iter().zip(&followed.estimates) {
+            let _ = write!(text, "{t}");
+            for (value, parameter) in estimates.iter().zip(units()) {
+                let _ = write!(text, ",{}", parameter.unit.from_si(*value));
+            }
+            let _ = if is_one { writeln!(text) } else { writeln!(text, ",{}", recording + 1) };
+        }
+        Some(text)
+    }
+
+    fn estimator_name(&self) -> &'static str {
+        self.estimator.name()
+    }
+
+    /// What the j-th estimate would be without bounds, in its unit.
+    fn unbounded(&self, j: usize) -> Option<f64> {
+        let dgd_runtime::Direction::Parameter(i) = self.fit.estimates[j].of else { return None };
+        let value = self.fit.unbounded.as_ref()?[i];
+        self.fit.linear[j].then(|| self.signature.parameters[i].unit.from_si(value))
+    }
+
+    /// Unit of a row's errors, and SI in one of it.
+    fn row_unit(&self, row: &RowQuality) -> (String, f64) {
+        match row.of {
+            RowOf::Output(i) => {
+                let unit = &self.signature.outputs[i].unit;
+                (unit.symbol.to_string(), unit.factor)
+            }
+            RowOf::Equation(i) if self.signature.unknowns.is_differential(i) => {
+                let unit = self.signature.unknowns.unit(i);
+                (format!("{}/s", unit.symbol), unit.factor)
+            }
+            RowOf::Equation(_) => ("SI".to_owned(), 1.0),
+        }
+    }
+
+    fn row_entry(&self, row: &RowQuality) -> Value {
+        let (unit, factor) = self.row_unit(row);
+        json!({
+            "name": row.name,
+            "of": match row.of { RowOf::Output(_) => "output", RowOf::Equation(_) => "equation" },
+            "unit": unit,
+            "samples": row.samples,
+            "mse": row.mean_squared_error / (factor * factor),
+            "r_squared": row.r_squared,
+            "multiplied_by": row.multiplied_by,
+        })
+    }
+
+    fn rms(&self, of: Option<&Result<Tested, String>>, output: usize) -> Option<f64> {
+        let Some(Ok(tested)) = of else { return None };
+        rms_of(&tested.evaluation, output, &self.signature.outputs[output].unit)
+    }
+
+    /// What each equation and output should be and is, and the difference within ± 2 of its standard
+    /// deviations; over time, or over rows.
+    pub(crate) fn figure(&self, traces: &[RowTrace], paths: &[PathBuf], by_row: bool) -> Figure {
+        let names = recording::names(paths);
+        let (mut subjects, mut differences) = (Vec::new(), Vec::new());
+        for trace in traces {
+            let row = &self.fit.rows[trace.row];
+            let (unit, factor) = self.row_unit(row);
+            let offset = match row.of {
+                RowOf::Output(i) => self.signature.outputs[i].unit.offset,
+                RowOf::Equation(_) => 0.0,
+            };
+            let in_unit =
+                |values: &[f64]| values.iter().map(|value| (value - offset) / factor).collect();
+            let line = |name: &str, values: &[f64], measured| Line {
+                name: Text::plain(name),
+                times: trace.times.clone(),
+                values: in_unit(values),
+                measured,
+            };
+            let file = match names.as_slice() {
+                [_] => String::new(),
+                names => format!(", {}", names[trace.recording]),
+            };
+            let title =
+                |what: &str| Text::plain(what).then(Text::name(&row.name)).then(Text::plain(&file));
+            let read = match row.of {
+                RowOf::Output(_) => "measured",
+                RowOf::Equation(_) => "from readings",
+            };
+            let both = trace.target.iter().zip(&trace.predicted);
+            let difference = both.map(|(target, predicted)| (target - predicted) / factor);
+            let std = vec![row.mean_squared_error.sqrt() / factor.abs(); trace.times.len()];
+            differences.push(differences_panel(
+                title("residual of "),
+                &unit,
+                &trace.times,
+                difference.collect(),
+                &std,
+            ));
+            subjects.push(Subject {
+                title: title(""),
+                unit,
+                lines: vec![
+                    line("fitted", &trace.predicted, false),
+                    line(read, &trace.target, true),
+                ],
+            });
+        }
+        let x_label = if by_row { Text::plain("Row") } else { Text::plain("Time").with_unit("s") };
+        beside(&subjects, differences, x_label)
+    }
+
+    /// A matrix over the estimates; null where something is not determined.
+    fn matrix(&self, entry: impl Fn(usize, usize) -> Option<f64>) -> Value {
+        let n = self.fit.estimates.len();
+        let row = |i: usize| (0..n).map(|j| entry(i, j)).collect::<Vec<_>>();
+        json!((0..n).map(row).collect::<Vec<_>>())
+    }
+
+    /// Tables and remarks.
+    pub(crate) fn to_text(&self) -> String {
+        let Self { signature, fit, .. } = self;
+        let mut text = String::new();
+        let mut table = vec![["estimate", "value", "std", "unit", ""].map(str::to_owned)];
+        for (j, estimate) in fit.estimates.iter().enumerate() {
+            let dgd_runtime::Direction::Parameter(i) = estimate.of else { continue };
+            let unit = &signature.parameters[i].unit;
+            let std = estimate.std.map(|std| std / unit.factor);
+            let unbounded = || match self.unbounded(j) {
+                Some(value) => format!(", without bounds {}", significant(value, 4)),
+                None => String::new(),
+            };
+            let remark = match estimate.at_bound {
+                Some(Bound::Lower) => format!("at its lower bound{}", unbounded()),
+                Some(Bound::Upper) => format!("at its upper bound{}", unbounded()),
+                None if std.is_some() || self.followed.is_some() || self.few.hide_stds() => {
+                    String::new()
+                }
+                None => "not determined".to_owned(),
+            };
+            table.push([
+                estimate.name.clone(),
+                digits_of(unit.from_si(estimate.value), std),
+                std.map_or_else(String::new, |std| significant(std, 2)),
+                unit.symbol.to_string(),
+                remark,
+            ]);
+        }
+        push_table(&mut text, &table);
+        self.left_out.push_text(&mut text);
+        self.few.push_text(&mut text);
+
+        text.push('\n');
+        let mut table = vec![["row", "samples", "R²", "MSE", "unit"].map(str::to_owned)];
+        for row in &fit.rows {
+            let (unit, factor) = self.row_unit(row);
+            table.push([
+                row.name.clone(),
+                row.samples.to_string(),
+                row.r_squared.map_or_else(|| "-".to_owned(), |r| significant(r, 5)),
+                significant(row.mean_squared_error / (factor * factor), 4),
+                format!("({unit})²"),
+            ]);
+        }
+        push_table(&mut text, &table);
+
+        text.push('\n');
+        let mut table = vec![["output", "rms train", "rms valid", "unit"].map(str::to_owned)];
+        for (i, output) in signature.outputs.iter().enumerate() {
+            let shown = |value: Option<f64>| {
+                value.map_or_else(|| "-".to_owned(), |value| significant(value, 3))
+            };
+            table.push([
+                output.name.to_string(),
+                shown(self.rms(self.train.as_ref(), i)),
+                shown(self.rms(self.valid.as_ref(), i)),
+                output.unit.symbol.to_string(),
+            ]);
+        }
+        push_table(&mut text, &table);
+        text.push('\n');
+        self.push_remarks(&mut text);
+        self.intervals.push_text(&mut text, self);
+        text
+    }
+
+    fn push_remarks(&self, text: &mut String) {
+        let fit = self.fit;
+        // Writing to a string does not fail.
+        for row in &fit.rows {
+            if let Some(parameter) = &row.multiplied_by {
+                let _ = writeln!(
+                    text,
+                    "equation `{}` was multiplied by `{parameter}`, which makes it linear",
+                    row.name
+                );
+            }
+        }
+        let RowsLeftOut { before_record, without_mode } = fit.left_out;
+        if before_record > 0 {
+            let _ = writeln!(
+                text,
+                "{before_record} samples were left out: what they read late was before the record"
+            );
+        }
+        if without_mode > 0 {
+            let _ = writeln!(
+                text,
+                "{without_mode} samples were left out: the model cannot be simulated up to them, so \
+                 that their modes are not known"
+            );
+        }
+        for tested in [&self.train, &self.valid].into_iter().flatten() {
+            if let Err(error) = tested {
+                let _ = writeln!(text, "not simulated with these estimates: {error}");
+            }
+        }
+        let outer: Vec<String> = fit
+            .estimates
+            .iter()
+            .zip(&fit.linear)
+            .filter(|(_, linear)| !**linear)
+            .map(|(estimate, _)| format!("`{}`", estimate.name))
+            .collect();
+        if !outer.is_empty() {
+            let _ = writeln!(text, "{}: not linear, found by search", outer.join(", "));
+        }
+        let n = fit.estimates.len();
+        for (i, j) in (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j))) {
+            if let Some(correlation) = fit.correlation(i, j)
+                && correlation.abs() > CORRELATED
+            {
+                let [first, second] = [i, j].map(|i| &fit.estimates[i].name);
+                push_correlated(text, first, second, correlation);
+            }
+        }
+        push_combinations(text, &fit.undetermined, |i| fit.estimates[i].name.clone(), "row");
+        if let Some(followed) = self.followed {
+            let _ = writeln!(text, "{} samples were followed", followed.times.len());
+            if followed.frozen > 0.0 {
+                let _ = writeln!(text, "P was kept from growing for {} s", followed.frozen);
+            }
+        }
+        let condition = if fit.condition_number.is_finite() {
+            format!("condition number {}", significant(fit.condition_number, 3))
+        } else {
+            "no finite condition number".to_owned()
+        };
+        let _ = writeln!(
+            text,
+            "{} rows, rank {} of {}, {condition}; {} evaluations",
+            fit.samples,
+            fit.rank,
+            fit.estimates.len(),
+            fit.evaluations
+        );
+    }
+}

@@ -1,0 +1,461 @@
+//! What is to be fitted to what: the model and its recordings, and how they are tested.
+
+use std::path::PathBuf;
+
+use dgd_compiler::diagnostics::{Code, Diagnostic};
+use dgd_compiler::model::ModelOptions;
+use dgd_compiler::pipeline::{Compiled, Directions};
+use dgd_compiler::source::Sources;
+use dgd_data::files::journal::RunJournal;
+use dgd_execute::Loaded;
+use dgd_identify::filter::FilterProblem;
+use dgd_identify::journal::{Digest, Keeping};
+use dgd_identify::{
+    Estimate, EstimateError, Evaluation, Fit, Noise, NoiseCorrelation, OutputErrorProblem, Prior,
+    Recording, StoppingRule, Termination, TrialFailed, TrialFailure, counts_from, evaluate,
+    fit_starts, nonlinear, operating_points,
+};
+use dgd_runtime::linearize::NotLinearised;
+use dgd_runtime::{Direction, Options, Problem, Signature, System};
+
+use crate::error::{WorkError, meant};
+use crate::fit::prediction_error;
+use crate::fit::report::few_samples::FewSamples;
+use crate::fit::report::left_out::LeftOut;
+use crate::fit::report::linearised::{self, Linearised};
+use crate::fit::report::outcome::Tested;
+use crate::model::Compilation;
+use crate::output::provenance::{self, DataFile, Provenance};
+use crate::request::{Estimator, FitRequest, NoiseFrom, Place};
+use crate::run::recording::{self, Clock};
+use crate::run::{
+    executable, keeping, options, reservations, verify_memory_of_fit, with_method,
+    with_method_per_sample, with_method_to_begin,
+};
+use crate::session::Session;
+
+/// Most evaluations of a model without states, which cost next to nothing.
+const MOST_EVALUATIONS_OF_ROWS: usize = 5000;
+
+/// What is to be fitted to what.
+pub(super) struct Task<'s> {
+    pub(super) compiled: Compiled,
+    pub(super) sources: Sources,
+    pub(super) options_of_model: ModelOptions,
+    pub(super) system: Loaded,
+    /// Parameters as the model file and `--set` have them, SI.
+    pub(super) p: Vec<f64>,
+    pub(super) train: Vec<Recording>,
+    pub(super) valid: Vec<Recording>,
+    pub(super) noise: Vec<Option<Noise>>,
+    /// Outputs whose noise cannot be estimated.
+    pub(super) few: FewSamples,
+    /// Whether a file has rows without time.
+    pub(super) clock: Clock,
+    options: Options,
+    /// Who hears how far it is, and may stop it.
+    pub(super) session: Session<'s>,
+    /// Most simulations or evaluations, where the command line says so.
+    pub(super) evaluations: Option<usize>,
+    /// Simulations, profiles and refits, kept until all is written.
+    pub(super) journal: Option<RunJournal>,
+    /// Of the model, where something is kept.
+    digest: Digest,
+    pub(super) provenance: Provenance,
+}
+
+impl<'s> Task<'s> {
+    pub(super) fn load(request: &FitRequest, session: Session<'s>) -> Result<Task<'s>, WorkError> {
+        let options = options(&request.solve)?;
+        let mut compilation = Compilation::default();
+        let options_of_model = compilation.options(&request.choices)?;
+        let (free, fixed) = compilation.sought(&request.sought);
+        let directions = if request.regression.estimator == Estimator::PredictionError {
+            Directions::Tracked { free, fixed }
+        } else {
+            Directions::Estimated { free, fixed }
+        };
+        let apply = &request.choices.apply;
+        let compiled =
+            compilation.compile_text(&request.model, apply, &options_of_model, &directions)?;
+        let compiled = match compiled {
+            Ok(compiled) => compiled,
+            Err(reported) => return Err(compilation.fail(reported)),
+        };
+        let of_model = provenance::of_model(&compilation.sources);
+        let used = used_outputs(&mut compilation, &compiled, &request.outputs);
+        let mut read = |paths: &[PathBuf]| {
+            let files = (paths, request.solve.rename.as_slice());
+            let dae = &compiled.dae;
+            recording::Recording::read_all(files, dae, Clock::Rows, &mut compilation, session)
+        };
+        // What is reported of the second are the mistakes of both.
+        let (train, valid) = (read(&request.data), read(&request.valid));
+        let (valid, train) = (valid?, train?);
+        let paths = request.data.iter().chain(&request.valid);
+        let files = paths.zip(train.iter().chain(&valid));
+        let files = files.map(|(path, read)| DataFile::new(path, read.digest)).collect();
+        let provenance = Provenance::new(session, Some(of_model), files);
+
+        let mut clocks = train.iter().chain(&valid).map(|read| read.clock);
+        let clock =
+            if clocks.any(|clock| clock == Clock::Rows) { Clock::Rows } else { Clock::Time };
+        let system = executable(compiled.program.clone(), &request.solve)?;
+        let signature = system.signature();
+        let options = with_method(options, &request.solve, signature);
+        let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
+        let experiments = |read: Vec<recording::Recording>, paths: &[PathBuf]| {
+            let read = read.iter().zip(paths);
+            read.map(|(read, path)| read.experiment(&system, &p, path, &request.solve, &options))
+                .collect::<Result<Vec<Recording>, WorkError>>()
+        };
+        let train = experiments(train, &request.data)?;
+        let valid = experiments(valid, &request.valid)?;
+        if request.regression.estimator.simulates() {
+            let keeps = request.regression.estimator == Estimator::Linearised
+                || request.intervals.information;
+            verify_memory_of_fit("the fit", signature, &train, session.threads, keeps)?;
+        }
+        let options = match train.first() {
+            None => options,
+            Some(Recording { inputs, start, times, .. }) => {
+                let problem = Problem { system: &system, p: &p, inputs, start };
+                with_method_per_sample(options, &request.solve, &problem, times)?
+            }
+        };
+        let runs =
+            train.iter().chain(&valid).filter_map(|Recording { inputs, start, times, .. }| {
+                Some((Problem { system: &system, p: &p, inputs, start }, *times.first()?))
+            });
+        let options = with_method_to_begin(options, &request.solve, runs, session);
+        let mut noise: Vec<Option<Noise>> = (0..signature.outputs.len())
+            .map(|i| {
+                let measured = train.iter().any(|recording| recording.measured[i].is_some());
+                let declared = signature.outputs[i].noise;
+                let noise = match (request.noise, declared) {
+                    (NoiseFrom::Declared, Some(sigma)) => Noise::Known(sigma),
+                    (NoiseFrom::Declared, None) | (NoiseFrom::Estimated, _) => Noise::Estimated,
+                };
+                (used[i] && measured).then_some(noise)
+            })
+            .collect();
+        let estimates = match request.regression.estimator {
+            Estimator::OutputError | Estimator::Linearised => {
+                estimates(signature, train.len(), |_| true)
+            }
+            Estimator::PredictionError => {
+                let levels = FilterProblem::new(&system, &p).states().len()
+                    + noise.iter().filter(|noise| **noise == Some(Noise::Estimated)).count();
+                let is_free = |direction: &Direction| {
+                    prediction_error::is_free(&compiled, request, direction)
+                };
+                estimates(signature, train.len(), is_free) + levels
+            }
+            Estimator::LeastSquares
+            | Estimator::Bounded
+            | Estimator::Separable
+            | Estimator::NelderMead
+            | Estimator::Recursive => estimates(signature, 0, |_| true),
+        };
+        let few = FewSamples::find(&signature.outputs, &train, &mut noise, estimates);
+        let sources = compilation.sources;
+        session.spare(&sources)?;
+        let of_program = || Digest::EMPTY.of(&compiled.program);
+        // Whose estimator simulates, it takes long.
+        let journal = if request.regression.estimator == Estimator::OutputError {
+            let input = || of_program().of(&(&p, &train, &valid, &noise)).of(&options);
+            keeping::journal(&request.keep, input, session)?
+        } else if request.keep.resume {
+            return Err(WorkError::Usage("`--resume` needs `--estimator output-error`".to_owned()));
+        } else {
+            None
+        };
+        session.listener.begins(journal.is_some());
+        let digest = if journal.is_some() { of_program() } else { Digest::EMPTY };
+        Ok(Task {
+            compiled,
+            sources,
+            options_of_model,
+            system,
+            p,
+            train,
+            valid,
+            noise,
+            few,
+            clock,
+            options,
+            session,
+            evaluations: request.evaluations,
+            journal,
+            digest,
+            provenance,
+        })
+    }
+
+    /// Has all recordings simulated by linear models.
+    pub(super) fn linearise(&mut self, place: Place) {
+        for recording in self.train.iter_mut().chain(&mut self.valid) {
+            recording.linear = place.of(&recording.inputs, &recording.times);
+        }
+    }
+
+    /// Where the linear models were, and what the model itself makes of the estimates.
+    pub(super) fn linearised(
+        &self,
+        place: Place,
+        problem: &OutputErrorProblem<'_, Loaded>,
+        fit: &Fit,
+        train: &Evaluation,
+        request: &FitRequest,
+    ) -> Result<Linearised, WorkError> {
+        let failed = |error| self.failed(EstimateError::Start(error), &request.data);
+        let points = operating_points(problem, &fit.p, &fit.starts).map_err(failed)?;
+        let model = nonlinear(problem, &fit.p, &fit.starts);
+        if let Ok(model) = &model {
+            let mut all = request.data.iter().zip(&model.departures);
+            if let Some((path, departure)) =
+                all.find_map(|(path, found)| Some((path, found.as_ref()?)))
+            {
+                return Err(WorkError::Found(linearised::other_mode(path, departure)));
+            }
+        }
+        let model = model.map_err(|error| named(&error, &request.data));
+        let signature = self.system.signature();
+        Ok(Linearised::new(signature, place, points, (&self.train, train), fit, model))
+    }
+
+    pub(super) fn problem(&self) -> OutputErrorProblem<'_, Loaded> {
+        let parameters = self.compiled.dae.parameters.iter().enumerate();
+        let prior = |(parameter, declared): (usize, &dgd_compiler::model::Parameter)| {
+            declared.prior.map(|(mean, std)| Prior { parameter, mean, std })
+        };
+        let mut stopping = StoppingRule::default();
+        if self.compiled.dae.is_static() {
+            stopping.evaluations = MOST_EVALUATIONS_OF_ROWS;
+        }
+        stopping.evaluations = self.evaluations.unwrap_or(stopping.evaluations);
+        OutputErrorProblem {
+            stopping,
+            noise: self.noise.clone(),
+            priors: parameters.filter_map(prior).collect(),
+            options: self.options,
+            threads: self.session.threads,
+            watch: self.session.listener,
+            keeping: match &self.journal {
+                Some(journal) => Keeping { journal, of: self.digest },
+                None => Keeping::NOTHING,
+            },
+            ..OutputErrorProblem::new(&self.system, &self.p, &self.train)
+        }
+    }
+
+    pub(super) fn evaluated(
+        &self,
+        problem: &OutputErrorProblem<'_, Loaded>,
+        fit: &Fit,
+        paths: &[PathBuf],
+    ) -> Result<Evaluation, WorkError> {
+        evaluate(problem, &fit.p, &fit.starts)
+            .map_err(|error| self.failed(EstimateError::Start(error), paths))
+    }
+
+    /// The validation recordings, simulated with start values from their beginnings.
+    pub(super) fn tested(
+        &self,
+        problem: &OutputErrorProblem<'_, Loaded>,
+        fit: &Fit,
+        request: &FitRequest,
+    ) -> Result<Option<Tested>, WorkError> {
+        if self.valid.is_empty() {
+            return Ok(None);
+        }
+        let noise = fit.noise.iter().map(|sigma| sigma.map(Noise::Known)).collect();
+        let held_out =
+            OutputErrorProblem { p: &fit.p, recordings: &self.valid, noise, ..problem.clone() };
+        self.simulated(&held_out, &request.valid).map(Some)
+    }
+
+    /// Validation recordings, or what is said where Ctrl-C came first: start values that were not fitted to
+    /// the end say nothing of the model.
+    pub(super) fn tested_unless_stopped<T>(
+        &self,
+        request: &FitRequest,
+        left_out: &mut LeftOut,
+        tested: impl FnOnce() -> Result<Option<T>, WorkError>,
+    ) -> Result<Option<T>, WorkError> {
+        let is_stopped = || self.session.listener.is_stopped();
+        let valid = if is_stopped() { None } else { tested()? };
+        if is_stopped() && !request.valid.is_empty() {
+            left_out.push("validation recordings were not simulated");
+            return Ok(None);
+        }
+        Ok(valid)
+    }
+
+    /// The recordings of a problem, simulated at its parameters with start values from their beginnings.
+    pub(super) fn simulated(
+        &self,
+        held_out: &OutputErrorProblem<'_, Loaded>,
+        paths: &[PathBuf],
+    ) -> Result<Tested, WorkError> {
+        let failed = |error| self.failed(error, paths);
+        let mut recordings = held_out.recordings.to_vec();
+        // Without a state nothing has to be estimated, and all rows count.
+        if !self.compiled.dae.is_static() {
+            let white = vec![NoiseCorrelation::NONE; held_out.noise.len()];
+            for (recording, from) in recordings.iter_mut().zip(counts_from(held_out, &white)) {
+                recording.counts_from = from;
+            }
+        }
+        let before: Vec<f64> = recordings.iter().map(|recording| recording.counts_from).collect();
+        let starts = fit_starts(held_out, &before).map_err(failed)?;
+        let counted = OutputErrorProblem { recordings: &recordings, ..held_out.clone() };
+        let evaluation = evaluate(&counted, held_out.p, &starts)
+            .map_err(|error| failed(EstimateError::Start(error)))?;
+        Ok(Tested { paths: paths.to_vec(), recordings, starts, evaluation })
+    }
+
+    /// A sentence for each validation recording that the fit knows.
+    pub(super) fn repeated(&self, request: &FitRequest) -> Vec<String> {
+        let found = reservations::trained_on(&self.train, &self.valid);
+        let repeated = request.valid.iter().zip(found).filter_map(|(path, of)| Some((path, of?)));
+        let said = |(path, of): (&PathBuf, usize)| {
+            let (path, trained) = (path.display(), request.data[of].display());
+            format!("{path} is {trained} again, at least half of it: as a test it tells nothing")
+        };
+        repeated.map(said).collect()
+    }
+
+    pub(super) fn failed(&self, error: EstimateError, paths: &[PathBuf]) -> WorkError {
+        match error {
+            EstimateError::NothingFree => WorkError::Usage(error.to_string()),
+            EstimateError::NothingMeasured => {
+                let outputs: Vec<String> = self
+                    .system
+                    .signature()
+                    .outputs
+                    .iter()
+                    .map(|output| format!("`{} [{}]`", output.name, output.unit.symbol))
+                    .collect();
+                WorkError::Found(format!("{error}; the model's outputs are {}", outputs.join(", ")))
+            }
+            EstimateError::TooFewSamples { .. } => WorkError::Found(error.to_string()),
+            EstimateError::Start(failed) => {
+                let (what, instead) = match &failed.reason {
+                    TrialFailure::NotLinearised(reason) => {
+                        let rest = matches!(
+                            **reason,
+                            NotLinearised::NoSteadyState(_) | NotLinearised::Unstable { .. }
+                        );
+                        let run = if rest { "`--at T` takes a point of its run, and " } else { "" };
+                        let itself = "`--estimator output-error` simulates the model itself";
+                        ("linearised", format!("; {run}{itself}"))
+                    }
+                    TrialFailure::Simulation(_)
+                    | TrialFailure::OutputNotFinite { .. }
+                    | TrialFailure::NoSensitivity { .. } => ("simulated", String::new()),
+                };
+                let reason = named(&failed, paths);
+                WorkError::Computation(format!("the model cannot be {what}: {reason}{instead}"))
+            }
+            EstimateError::Noise { .. }
+            | EstimateError::NotPositive { .. }
+            | EstimateError::NotFiltered(_)
+            | EstimateError::Stopped => WorkError::Computation(error.to_string()),
+        }
+    }
+
+    /// Why the fit ended in no minimum.
+    pub(super) fn unconverged(&self, fit: &Fit, paths: &[PathBuf]) -> String {
+        let reason = match fit.termination {
+            Termination::Blocked => self.blocked(fit, paths),
+            Termination::Flat => flat(&fit.estimates),
+            _ => format!("no minimum was reached in {} simulations", fit.evaluations),
+        };
+        format!("{reason}{}", self.few.as_reason())
+    }
+
+    /// The fit ended where simulations fail.
+    fn blocked(&self, fit: &Fit, paths: &[PathBuf]) -> String {
+        let parameters = &self.system.signature().parameters;
+        let reached: Vec<String> = fit
+            .estimates
+            .iter()
+            .filter_map(|estimate| {
+                let Direction::Parameter(i) = estimate.of else { return None };
+                let unit = &parameters[i].unit;
+                let value = unit.from_si(estimate.value);
+                Some(format!("`{}` = {value:.4e} {}", estimate.name, unit.symbol))
+            })
+            .collect();
+        let reason = fit
+            .last_failure
+            .as_ref()
+            .map_or_else(String::new, |failed| format!(": {}", named(failed, paths)));
+        format!(
+            "the fit went as far as {} and every better point that it tried cannot be \
+             simulated{reason}",
+            reached.join(", ")
+        )
+    }
+}
+
+/// The search ended on a plain among bounds.
+pub(super) fn flat(estimates: &[Estimate]) -> String {
+    let held = estimates.iter().filter(|estimate| estimate.at_bound.is_some());
+    let held: Vec<String> = held.map(|estimate| format!("`{}`", estimate.name)).collect();
+    let at_bounds = match held.len() {
+        0 => String::new(),
+        1 => format!("with {} at its bound, ", held[0]),
+        _ => format!("with {} at their bounds, ", held.join(", ")),
+    };
+    format!(
+        "{at_bounds}the outputs see nothing of the parameters where the search ended, so that nothing leads \
+         to a minimum from there: other values to start from (`--set`), several of them (`--starts`) or \
+         narrower bounds may"
+    )
+}
+
+/// How much is estimated of so many recordings: each has start values of its own.
+fn estimates(
+    signature: &Signature,
+    recordings: usize,
+    is_free: impl Fn(&Direction) -> bool,
+) -> usize {
+    let free = signature.directions.iter().filter(|direction| is_free(direction));
+    let each = free.map(|direction| match direction {
+        Direction::Parameter(_) => 1,
+        Direction::Start(_) => recordings,
+    });
+    each.sum()
+}
+
+/// A failed trial with the recording's file.
+fn named(failed: &TrialFailed, paths: &[PathBuf]) -> String {
+    match paths.get(failed.recording) {
+        Some(path) => format!("{}: {}", path.display(), failed.reason),
+        None => failed.to_string(),
+    }
+}
+
+/// Which outputs `--outputs` names; all where it names none.
+fn used_outputs(compilation: &mut Compilation, compiled: &Compiled, names: &[String]) -> Vec<bool> {
+    let outputs = &compiled.program.signature.outputs;
+    if names.is_empty() {
+        return vec![true; outputs.len()];
+    }
+    let mut used = vec![false; outputs.len()];
+    for name in names {
+        let name = compilation.name("--outputs", name.trim());
+        if let Some(i) = outputs.iter().position(|output| output.name == name.text) {
+            used[i] = true;
+            continue;
+        }
+        let known: Vec<&str> = outputs.iter().map(|output| &*output.name).collect();
+        let help = meant(&name.text, &known);
+        let message = format!("no output is called `{}`", name.text);
+        let diagnostic = Diagnostic::new(Code::E201, name.span, message).help(help);
+        compilation.diagnostics.error(diagnostic);
+    }
+    used
+}

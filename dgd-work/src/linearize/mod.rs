@@ -1,0 +1,82 @@
+//! The linear model close to a point of a run, or to a steady state.
+
+mod report;
+
+use dgd_compiler::pipeline::Directions;
+use dgd_runtime::linearize::{LinearAt, OperatingPoint, steady_state};
+
+use crate::error::WorkError;
+use crate::model::load;
+use crate::request::{LinearizeRequest, Place, RunRequest, Solve};
+use crate::run::Run;
+use crate::session::Session;
+
+pub use report::{Linearised, modes};
+
+/// Makes the linear model close to a point.
+///
+/// # Errors
+///
+/// [`WorkError`]: there is no such point, or the model cannot be differentiated there.
+pub fn linearize(
+    request: &LinearizeRequest,
+    session: Session<'_>,
+) -> Result<Linearised, WorkError> {
+    if request.solve.until.is_some() {
+        let message = "`linearize` does not take `--until`: its run ends where `--at` says";
+        return Err(WorkError::Usage(message.to_owned()));
+    }
+    if let Place::Time(t) = request.at
+        && t < request.solve.from.unwrap_or(0.0)
+    {
+        let from = request.solve.from.unwrap_or(0.0);
+        let message = format!("`--at {t}`: the run begins at {from} s, so it never gets there");
+        return Err(WorkError::Usage(message));
+    }
+    let loaded = load(&request.model, &request.choices, |_| Directions::None)?;
+    let run = Run::prepare(&run_request(request), loaded, session)?;
+    let from = run.times[0];
+    let at = match request.at {
+        Place::Time(t) => {
+            OperatingPoint::reached(&run.problem(), from, t, &run.options).map_err(failed)?
+        }
+        Place::Steady => steady_state(&run.problem(), from, &run.options).map_err(failed)?,
+        Place::Mean if request.data.is_none() => {
+            return Err(WorkError::Usage(
+                "`--at mean` needs the inputs of a recording: give one with `--data FILE`"
+                    .to_owned(),
+            ));
+        }
+        Place::Mean => {
+            let until = run.times.last().map_or(from, |last| *last);
+            run.inputs.cover(from, until).map_err(failed)?;
+            let mean = LinearAt::Rest(run.inputs.mean(from, until));
+            mean.point(&run.problem(), from, &run.options).map_err(failed)?
+        }
+    };
+    let system = dgd_runtime::linearize::linearize(&run.problem(), &at).map_err(failed)?;
+    let poles = system.poles().map_err(failed)?;
+    let signature = run.signature().clone();
+    Ok(Linearised::new(signature, request.at, at, system, poles, run.provenance))
+}
+
+#[allow(clippy::needless_pass_by_value, reason = "errors are handed over so")]
+fn failed(error: impl ToString) -> WorkError {
+    WorkError::Computation(error.to_string())
+}
+
+/// The run that ends at the point.
+fn run_request(request: &LinearizeRequest) -> RunRequest {
+    let LinearizeRequest { model, choices, data, at, solve } = request;
+    let until = match at {
+        Place::Time(t) => Some(*t),
+        // Without data nothing else says when the first time is, which is all that matters.
+        Place::Steady | Place::Mean => data.is_none().then(|| solve.from.unwrap_or(0.0)),
+    };
+    RunRequest {
+        choices: choices.clone(),
+        data: data.clone(),
+        solve: Solve { until, ..solve.clone() },
+        ..RunRequest::new(model)
+    }
+}

@@ -1,0 +1,490 @@
+//! What a linear model is, for people and for programs.
+
+use std::fmt::Write as _;
+use std::io;
+
+use dgd_data::cell::{push_number, quoted};
+use dgd_runtime::linearize::{
+    Channel, DMatrix, LateUnknown, OperatingPoint, Pole, Poles, Stability, StateSpace,
+};
+use dgd_runtime::{Output, Signature, Unit};
+use serde::{Serialize, Serializer};
+use serde_json::{Value, json};
+
+use crate::output::columns::quotient;
+use crate::output::provenance::Provenance;
+use crate::output::quantity::of_differences;
+use crate::output::table::{push_table, significant};
+use crate::request::Place;
+
+/// Digits of what is shown.
+const DIGITS: usize = 6;
+/// Characters in a line of a matrix.
+const WIDTH: usize = 110;
+/// Rows and columns of the largest matrix that is shown.
+const MOST_SHOWN: usize = 24;
+
+/// Something with a value at the point.
+#[derive(Debug, Clone)]
+struct Quantity {
+    name: String,
+    unit: Unit,
+    /// At the point, SI.
+    value: f64,
+}
+
+impl Quantity {
+    fn value(&self) -> f64 {
+        self.unit.from_si(self.value)
+    }
+
+    fn label(&self) -> String {
+        format!("{} [{}]", self.name, of_differences(&self.unit).symbol)
+    }
+
+    /// Its derivative to time.
+    fn rate(&self, value: f64) -> Self {
+        let seconds = Unit { symbol: "s".into(), factor: 1.0, offset: 0.0 };
+        let unit = quotient(&of_differences(&self.unit), &seconds);
+        Self { name: format!("d({})/dt", self.name), unit, value }
+    }
+}
+
+/// A matrix, with what its rows and columns are about.
+struct Matrix<'a> {
+    name: &'static str,
+    about: &'static str,
+    rows: &'a [Quantity],
+    columns: &'a [Quantity],
+    /// SI.
+    entries: &'a DMatrix<f64>,
+}
+
+impl Matrix<'_> {
+    /// An entry in the declared units.
+    fn value(&self, i: usize, j: usize) -> f64 {
+        let value = self.entries[(i, j)] * self.columns[j].unit.factor / self.rows[i].unit.factor;
+        // No zero with a sign.
+        value + 0.0
+    }
+
+    fn unit(&self, i: usize, j: usize) -> Unit {
+        quotient(&of_differences(&self.rows[i].unit), &of_differences(&self.columns[j].unit))
+    }
+
+    fn is_empty(&self) -> bool {
+        self.rows.is_empty() || self.columns.is_empty()
+    }
+
+    fn to_json(&self) -> Value {
+        let row = |i: usize| (0..self.columns.len()).map(|j| self.value(i, j)).collect::<Vec<_>>();
+        json!((0..self.rows.len()).map(row).collect::<Vec<_>>())
+    }
+
+    fn push_text(&self, text: &mut String) {
+        let (m, n) = (self.rows.len(), self.columns.len());
+        let _ = writeln!(text, "\n{}: {}", self.name, self.about);
+        if m.max(n) > MOST_SHOWN {
+            let _ = writeln!(
+                text,
+                "{m} x {n}, too large to be shown here: see `-o` and `--format json`"
+            );
+            return;
+        }
+        let labels: Vec<String> = self.rows.iter().map(Quantity::label).collect();
+        let stub = labels.iter().map(|label| label.chars().count()).max().unwrap_or(0);
+        let columns: Vec<Vec<String>> = (0..n)
+            .map(|j| {
+                let entries = (0..m).map(|i| significant(self.value(i, j), DIGITS));
+                std::iter::once(self.columns[j].label()).chain(entries).collect()
+            })
+            .collect();
+        let mut from = 0;
+        while from < n {
+            let mut width = stub;
+            let mut until = from;
+            while until < n {
+                let own = columns[until].iter().map(|cell| cell.chars().count()).max().unwrap_or(0);
+                width += own + 2;
+                if width > WIDTH && until > from {
+                    break;
+                }
+                until += 1;
+            }
+            let mut table = Vec::with_capacity(m + 1);
+            for i in 0..=m {
+                let label = if i == 0 { String::new() } else { labels[i - 1].clone() };
+                let cells = columns[from..until].iter().map(|column| column[i].clone());
+                table.push(std::iter::once(label).chain(cells).collect::<Vec<String>>());
+            }
+            push_table(text, &table);
+            from = until;
+        }
+    }
+}
+
+/// A linear model in declared units.
+#[derive(Debug, Clone)]
+pub struct Linearised {
+    /// What it was made of.
+    pub provenance: Provenance,
+    signature: Signature,
+    place: Place,
+    at: OperatingPoint,
+    system: StateSpace,
+    poles: Poles,
+    states: Vec<Quantity>,
+    rates: Vec<Quantity>,
+    eliminated: Vec<Quantity>,
+    channels: Vec<Quantity>,
+    late: Vec<Quantity>,
+    /// What acts late, as it is now.
+    sources: Vec<Quantity>,
+    outputs: Vec<Quantity>,
+}
+
+impl Linearised {
+    pub(crate) fn new(
+        signature: Signature,
+        place: Place,
+        at: OperatingPoint,
+        system: StateSpace,
+        poles: Poles,
+        provenance: Provenance,
+    ) -> Self {
+        let unknown = |i: &usize| Quantity {
+            name: signature.unknowns.name(*i).into_owned(),
+            unit: signature.unknowns.unit(*i).clone(),
+            value: at.y[*i],
+        };
+        let states: Vec<Quantity> = system.states.iter().map(unknown).collect();
+        let rates =
+            states.iter().zip(&system.rates).map(|(state, rate)| state.rate(*rate)).collect();
+        let eliminated = system.eliminated.iter().map(unknown).collect();
+        let sources = system.late.iter().map(|late| unknown(&late.unknown)).collect();
+        let late_input = |input: usize, tau: f64| {
+            let name = &signature.inputs[input].name;
+            if tau == 0.0 { name.to_string() } else { late_name(name, tau) }
+        };
+        let channel = |(channel, value): (&Channel, &f64)| {
+            let unit = signature.inputs[channel.input()].unit.clone();
+            let own = |tau| Quantity {
+                name: late_input(channel.input(), tau),
+                unit: unit.clone(),
+                value: *value,
+            };
+            match *channel {
+                Channel::Input(_) => own(0.0),
+                Channel::Late { tau, .. } => own(tau),
+                Channel::Slope { tau, .. } => {
+                    let own = own(tau);
+                    Quantity { name: format!("der({})", own.name), ..own.rate(*value) }
+                }
+            }
+        };
+        let channels = system.channels.iter().zip(&system.u).map(channel).collect();
+        let late = |(late, value): (&LateUnknown, &f64)| {
+            let source = unknown(&late.unknown);
+            Quantity { name: late_name(&source.name, late.tau), value: *value, ..source }
+        };
+        let late = system.late.iter().zip(&system.v).map(late).collect();
+        let output = |(output, value): (&Output, &f64)| Quantity {
+            name: output.name.to_string(),
+            unit: output.unit.clone(),
+            value: *value,
+        };
+        let outputs = signature.outputs.iter().zip(&system.w).map(output).collect();
+        Self {
+            provenance,
+            signature,
+            place,
+            at,
+            system,
+            poles,
+            states,
+            rates,
+            eliminated,
+            channels,
+            late,
+            sources,
+            outputs,
+        }
+    }
+}
+
+impl Serialize for Linearised {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.to_json().serialize(serializer)
+    }
+}
+
+/// Modes, and the sides of switches and bounds, at a point.
+pub fn modes<'a>(
+    signature: &'a Signature,
+    at: &'a OperatingPoint,
+) -> impl Iterator<Item = (&'a str, &'a str)> {
+    let automata = signature.discrete.automata.iter().zip(&at.z);
+    automata.filter(|(automaton, _)| automaton.kind.shows_modes()).filter_map(
+        |(automaton, mode)| Some((&*automaton.name, &**automaton.modes.get(*mode as usize)?)),
+    )
+}
+
+/// What was so long ago.
+fn late_name(name: &str, tau: f64) -> String {
+    // A delay that varies has many digits.
+    let tau: f64 = significant(tau, DIGITS).parse().unwrap_or(tau);
+    format!("{name}(t - {tau} s)")
+}
+
+impl Linearised {
+    /// The matrices that have entries.
+    fn matrices(&self) -> Vec<Matrix<'_>> {
+        let StateSpace { a, b, c, d, late_a, late_c, late_x, late_u, late_v, .. } = &self.system;
+        let Self { states, rates, channels, late, sources, outputs, .. } = self;
+        // Of a state that acts late there is nothing to say.
+        let of_states = self.system.late.iter();
+        let all_states =
+            of_states.map(|late| late.unknown).all(|i| self.system.states.contains(&i));
+        let sources: &[Quantity] = if all_states { &[] } else { sources };
+        let all: [(_, _, &[Quantity], &[Quantity], _); 9] = [
+            ("A", "slopes of the states by the states", rates, states, a),
+            ("B", "slopes of the states by the inputs", rates, channels, b),
+            ("C", "outputs by the states", outputs, states, c),
+            ("D", "outputs by the inputs", outputs, channels, d),
+            ("A1", "slopes of the states by what acts late", rates, late, late_a),
+            ("C1", "outputs by what acts late", outputs, late, late_c),
+            ("E", "what will act late by the states", sources, states, late_x),
+            ("F", "what will act late by the inputs", sources, channels, late_u),
+            ("G", "what will act late by what does", sources, late, late_v),
+        ];
+        let matrix =
+            |(name, about, rows, columns, entries)| Matrix { name, about, rows, columns, entries };
+        all.into_iter().map(matrix).collect()
+    }
+
+    /// Modes, and the sides of switches and bounds.
+    fn modes(&self) -> impl Iterator<Item = (&str, &str)> {
+        modes(&self.signature, &self.at)
+    }
+
+    /// Outputs that are read late, and by how much.
+    fn late_outputs(&self) -> impl Iterator<Item = (&Quantity, f64)> {
+        let all = self.outputs.iter().zip(self.system.output_delays.iter().copied());
+        all.filter(|(_, tau)| *tau != 0.0)
+    }
+
+    /// Tables.
+    pub fn to_text(&self) -> String {
+        let mut text = format!("{}, linear close to ", self.signature.name);
+        let t = self.at.t;
+        let _ = match self.place {
+            Place::Time(_) => writeln!(text, "t = {t} s"),
+            Place::Steady => writeln!(text, "its steady state with the inputs of t = {t} s"),
+            Place::Mean => writeln!(text, "its steady state with the means of the inputs"),
+        };
+        self.push_point(&mut text);
+        for matrix in self.matrices().iter().filter(|matrix| !matrix.is_empty()) {
+            matrix.push_text(&mut text);
+        }
+        self.push_poles(&mut text);
+        text
+    }
+
+    fn push_point(&self, text: &mut String) {
+        let cells = |quantity: &Quantity| {
+            [
+                quantity.name.clone(),
+                significant(quantity.value(), DIGITS),
+                quantity.unit.symbol.to_string(),
+            ]
+        };
+        if !self.states.is_empty() {
+            // At rest slopes are rounding.
+            let columns = if self.place.is_rest() { 3 } else { 5 };
+            let heads = ["state", "value", "unit", "slope", ""].map(str::to_owned);
+            let mut table = vec![heads[..columns].to_vec()];
+            for (state, rate) in self.states.iter().zip(&self.rates) {
+                let [name, value, unit] = cells(state);
+                let slope = significant(rate.value(), 3);
+                let row = [name, value, unit, slope, rate.unit.symbol.to_string()];
+                table.push(row[..columns].to_vec());
+            }
+            text.push('\n');
+            push_table(text, &table);
+        }
+        let lists = [("input", &self.channels), ("late", &self.late), ("output", &self.outputs)];
+        for (title, quantities) in lists.into_iter().filter(|(_, all)| !all.is_empty()) {
+            let mut table = vec![[title, "value", "unit"].map(str::to_owned)];
+            table.extend(quantities.iter().map(cells));
+            text.push('\n');
+            push_table(text, &table);
+        }
+        if !self.eliminated.is_empty() {
+            let mut table = vec![["eliminated", "value", "unit", "by"].map(str::to_owned)];
+            for (quantity, row) in self.eliminated.iter().zip(&self.system.eliminated) {
+                let [name, value, unit] = cells(quantity);
+                table.push([name, value, unit, self.signature.equations.at(*row).to_string()]);
+            }
+            text.push('\n');
+            push_table(text, &table);
+        }
+        let modes: Vec<String> =
+            self.modes().map(|(name, mode)| format!("{name}: {mode}")).collect();
+        if !modes.is_empty() {
+            let _ = writeln!(text, "\nthe linear model stays in these modes: {}", modes.join("; "));
+        }
+        for (output, tau) in self.late_outputs() {
+            let late = if tau > 0.0 { "late" } else { "early" };
+            let _ = writeln!(
+                text,
+                "\n`{}` is read {} s {late}: its value and its rows are without that",
+                output.name,
+                tau.abs()
+            );
+        }
+    }
+
+    fn push_poles(&self, text: &mut String) {
+        text.push('\n');
+        if self.poles.poles.is_empty() && self.poles.complete {
+            text.push_str("no poles: nothing has a derivative\n");
+            return;
+        }
+        let heads = ["pole", "", "time constant", "damping", "period", ""];
+        let mut table = vec![heads.map(str::to_owned)];
+        // One line for a pair.
+        for pole in self.poles.poles.iter().filter(|pole| pole.im >= 0.0) {
+            let im = if pole.im == 0.0 {
+                String::new()
+            } else {
+                format!("± {}i", significant(pole.im, DIGITS))
+            };
+            let seconds = |value: f64| format!("{} s", significant(value, 5));
+            let is_zero = pole.is_on_axis();
+            let pole = if is_zero { &Pole { re: 0.0, ..*pole } } else { pole };
+            let time = if is_zero { "-".to_owned() } else { seconds(pole.time_constant().abs()) };
+            let or_none = |value: Option<String>| value.unwrap_or_default();
+            let remark = match (is_zero, pole.re > 0.0) {
+                (true, _) if pole.im == 0.0 => "integrates",
+                (true, _) => "oscillates for ever",
+                (false, true) => "grows",
+                (false, false) => "",
+            };
+            table.push([
+                format!("{} 1/s", significant(pole.re, DIGITS)),
+                im,
+                time,
+                or_none(pole.damping().map(|damping| significant(damping, 4))),
+                or_none(pole.period().map(seconds)),
+                remark.to_owned(),
+            ]);
+        }
+        push_table(text, &table);
+        text.push_str(match self.poles.stability() {
+            Stability::Stable => "stable\n",
+            Stability::Marginal => "on the border: poles on the imaginary axis, to rounding\n",
+            Stability::Unstable => "unstable\n",
+            Stability::Unknown => "no pole was found right of the imaginary axis\n",
+        });
+        if !self.poles.complete {
+            text.push_str(
+                "there are infinitely many poles, as unknowns act late; these are furthest to the right\n",
+            );
+        }
+    }
+
+    /// For programs.
+    pub fn to_json(&self) -> Value {
+        let entry = |quantity: &Quantity| {
+            json!({
+                "name": quantity.name,
+                "unit": quantity.unit.symbol,
+                "value": quantity.value(),
+            })
+        };
+        let states = self.states.iter().zip(&self.rates).map(|(state, rate)| {
+            let mut state = entry(state);
+            state["slope"] = json!(rate.value());
+            state
+        });
+        let eliminated = self.eliminated.iter().zip(&self.system.eliminated);
+        let eliminated = eliminated.map(|(quantity, row)| {
+            let mut quantity = entry(quantity);
+            quantity["by"] = json!(self.signature.equations.at(*row));
+            quantity
+        });
+        let channels = self.channels.iter().zip(&self.system.channels).map(|(own, channel)| {
+            let mut own = entry(own);
+            let (delay, is_slope) = match *channel {
+                Channel::Input(_) => (0.0, false),
+                Channel::Late { tau, .. } => (tau, false),
+                Channel::Slope { tau, .. } => (tau, true),
+            };
+            own["input"] = json!(self.signature.inputs[channel.input()].name);
+            own["delay"] = json!(delay);
+            own["slope"] = json!(is_slope);
+            own
+        });
+        let late = self.late.iter().zip(&self.system.late).map(|(own, late)| {
+            let mut own = entry(own);
+            own["unknown"] = json!(self.signature.unknowns.name(late.unknown));
+            own["delay"] = json!(late.tau);
+            own
+        });
+        let outputs = self.outputs.iter().zip(&self.system.output_delays).map(|(own, tau)| {
+            let mut own = entry(own);
+            own["delay"] = json!(tau);
+            own
+        });
+        let modes = self.modes().map(|(name, mode)| json!({ "modes": name, "mode": mode }));
+        let poles = self.poles.poles.iter().map(|pole: &Pole| {
+            json!({
+                "re": pole.re,
+                "im": pole.im,
+                "time_constant": Some(pole.time_constant()).filter(|tau| tau.is_finite()),
+                "damping": pole.damping(),
+                "period": pole.period(),
+            })
+        });
+        let mut all = json!({
+            "model": self.signature.name,
+            "t": self.at.t,
+            "steady": self.place.is_rest(),
+            "states": states.collect::<Vec<_>>(),
+            "inputs": channels.collect::<Vec<_>>(),
+            "outputs": outputs.collect::<Vec<_>>(),
+            "eliminated": eliminated.collect::<Vec<_>>(),
+            "late": late.collect::<Vec<_>>(),
+            "modes": modes.collect::<Vec<_>>(),
+        });
+        for matrix in self.matrices() {
+            all[matrix.name] = matrix.to_json();
+        }
+        all["poles"] = json!(poles.collect::<Vec<_>>());
+        all["all_poles"] = json!(self.poles.complete);
+        all["stable"] = match self.poles.stability() {
+            Stability::Stable => json!(true),
+            Stability::Marginal | Stability::Unknown => Value::Null,
+            Stability::Unstable => json!(false),
+        };
+        self.provenance.push_json(&mut all);
+        all
+    }
+
+    /// A line for each entry of each matrix.
+    pub fn write_csv(&self, out: &mut dyn io::Write) -> io::Result<()> {
+        writeln!(out, "matrix,row,column,value,unit")?;
+        for matrix in self.matrices() {
+            for (i, row) in matrix.rows.iter().enumerate() {
+                for (j, column) in matrix.columns.iter().enumerate() {
+                    let mut number = String::new();
+                    push_number(&mut number, matrix.value(i, j));
+                    let cells = [&row.name, &column.name].map(|name| quoted(name));
+                    let unit = quoted(&matrix.unit(i, j).symbol);
+                    writeln!(out, "{},{},{number},{unit}", matrix.name, cells.join(","))?;
+                }
+            }
+        }
+        Ok(())
+    }
+}

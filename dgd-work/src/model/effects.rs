@@ -1,0 +1,218 @@
+//! Effect files: where they lie, and how the command line names them.
+//!
+//! | `--apply` | file |
+//! |---|---|
+//! | `path/to/file.dgd` | that file |
+//! | `NAME` | `effects/NAME.dgd` beside the model, or the one file of the folder `effects/NAME/` |
+//! | `NAME/FORM` | `effects/NAME/FORM.dgd` |
+//!
+//! Any of them may have arguments behind it: `'NAME(q)'`.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use dgd_compiler::effects::{Application, Effect};
+use dgd_compiler::source::{Source, SourceId, Sources, Span};
+use dgd_compiler::syntax::ast::{Ast, Name, Target};
+use dgd_compiler::syntax::parse;
+use dgd_data::open::read_import;
+
+use crate::error::WorkError;
+use crate::model::read_model;
+
+/// The folder in which a model's effects lie.
+pub const FOLDER: &str = "effects";
+
+/// The ending of the files.
+const ENDING: &str = "dgd";
+
+/// An effect that is asked for, with its arguments.
+#[derive(Debug)]
+pub struct Asked {
+    effect: Effect,
+    arguments: Vec<Name>,
+    span: Span,
+}
+
+impl Asked {
+    pub fn application(&self) -> Application<'_> {
+        Application { effect: &self.effect, arguments: self.arguments.clone(), span: self.span }
+    }
+}
+
+/// Reads what one `--apply` asks for; its words lie in the source `argument`.
+pub fn asked(
+    model: &Path,
+    argument: SourceId,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Result<Asked, Reported>, WorkError> {
+    let text = sources.get(argument).text.clone();
+    let (file, arguments) = words(&text, argument)?;
+    let path = path_of(model, file)?;
+    let ast = match parsed(&path, sources, diagnostics)? {
+        Ok(ast) => ast,
+        Err(reported) => return Ok(Err(reported)),
+    };
+    let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
+    let span = Span { source: argument, start: 0, end };
+    Ok(Effect::read(ast, diagnostics).map(|effect| Asked { effect, arguments, span }))
+}
+
+/// All effects of a folder and of the folders in it, in order of path.
+///
+/// # Errors
+///
+/// [`Reported`] where a file cannot be read or is not an effect; the others have been looked at as well.
+pub fn load_folder(
+    folder: &Path,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<Effect>, Reported> {
+    let mut effects = Vec::new();
+    let mut failed = None;
+    for (_, path) in files(folder) {
+        let name = path.display().to_string();
+        let read = match read_import(&path) {
+            Ok(text) => {
+                let id = sources.add(Source { name, text });
+                parse(id, sources, diagnostics).and_then(|ast| Effect::read(ast, diagnostics))
+            }
+            Err(error) => {
+                let message = format!("cannot read this file: {error}");
+                let source = sources.add(Source { name, text: String::new() });
+                let span = Span { source, start: 0, end: 0 };
+                Err(diagnostics.error(Diagnostic::new(Code::E112, span, message)))
+            }
+        };
+        match read {
+            Ok(effect) => effects.push(effect),
+            Err(reported) => failed = Some(reported),
+        }
+    }
+    failed.map_or(Ok(effects), Err)
+}
+
+/// The model that an effect is for, where it lies as expected: above the folder of effects.
+pub fn model_of(path: &Path, effect: &Effect) -> Option<PathBuf> {
+    let Target::Model(name) = &effect.target else { return None };
+    let file = format!("{}.{ENDING}", name.text);
+    // effects/NAME.dgd or effects/NAME/FORM.dgd
+    let above = path.ancestors().skip(2).take(2).map(|folder| folder.join(&file));
+    above.into_iter().find(|model| model.is_file())
+}
+
+/// `effects` beside a model file.
+pub fn folder_of(model: &Path) -> PathBuf {
+    model.parent().unwrap_or_else(|| Path::new("")).join(FOLDER)
+}
+
+pub fn parsed(
+    path: &Path,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Result<Ast, Reported>, WorkError> {
+    let source = Source { name: path.display().to_string(), text: read_model(path)? };
+    let id = sources.add(source);
+    Ok(parse(id, sources, diagnostics))
+}
+
+/// The file or name before any `(`, and the names between the parentheses.
+fn words(text: &str, source: SourceId) -> Result<(&str, Vec<Name>), WorkError> {
+    let Some((file, rest)) = text.split_once('(') else {
+        return Ok((text.trim(), Vec::new()));
+    };
+    let wrong = || {
+        WorkError::Usage(format!(
+            "`--apply {text}` needs the form EFFECT or 'EFFECT(NAME, …)', as in 'gain_error(q)'"
+        ))
+    };
+    let inside = rest.trim_end().strip_suffix(')').ok_or_else(wrong)?;
+    let mut arguments = Vec::new();
+    let mut at = file.len() + 1;
+    for part in inside.split(',') {
+        let name = part.trim();
+        if name.is_empty() || name.contains(['(', ')']) {
+            return Err(wrong());
+        }
+        let start = at + (part.len() - part.trim_start().len());
+        let place = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
+        let span = Span { source, start: place(start), end: place(start + name.len()) };
+        arguments.push(Name { text: name.to_owned(), span });
+        at += part.len() + 1;
+    }
+    Ok((file.trim(), arguments))
+}
+
+/// The file that a word of the command line means.
+fn path_of(model: &Path, word: &str) -> Result<PathBuf, WorkError> {
+    let given = Path::new(word);
+    if given.extension().is_some_and(|ending| ending == ENDING) {
+        return Ok(given.to_owned());
+    }
+    let folder = folder_of(model);
+    let all = files(&folder);
+    let forms: Vec<&(String, PathBuf)> = all
+        .iter()
+        .filter(|(name, _)| name == word || name.split('/').next() == Some(word))
+        .collect();
+    match forms.as_slice() {
+        [(_, path)] => return Ok(path.clone()),
+        [] => {}
+        [..] => {
+            if let Some((_, path)) = forms.iter().find(|(name, _)| name == word) {
+                return Ok(path.clone());
+            }
+            let names: Vec<&str> = forms.iter().map(|(name, _)| name.as_str()).collect();
+            return Err(WorkError::Found(format!(
+                "effect `{word}` has several forms: say `--apply {}`",
+                names.join("` or `--apply ")
+            )));
+        }
+    }
+    let shown = folder.display();
+    let families = all.iter().filter_map(|(name, _)| name.split('/').next());
+    let names: BTreeSet<&str> = all.iter().map(|(name, _)| name.as_str()).chain(families).collect();
+    let mut begun = names.iter().copied().filter(|name| name.starts_with(word));
+    let only = begun.next().filter(|_| begun.next().is_none());
+    let hint = match only.or_else(|| suggestion(word, names.iter().copied())) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None if names.is_empty() => "there are no effects".to_owned(),
+        None => {
+            let names: Vec<&str> = all.iter().map(|(name, _)| name.as_str()).collect();
+            format!("there is `{}`", names.join("`, `"))
+        }
+    };
+    Err(WorkError::Found(format!("there is no effect `{word}` in `{shown}`; {hint}")))
+}
+
+/// The effect files of a folder and of the folders in it, by name, in order: `NAME` or `NAME/FORM`.
+fn files(folder: &Path) -> Vec<(String, PathBuf)> {
+    let mut all = Vec::new();
+    for path in entries(folder) {
+        let Some(name) = path.file_stem().and_then(|name| name.to_str()) else { continue };
+        if is_effect_file(&path) {
+            all.push((name.to_owned(), path));
+            continue;
+        }
+        for form in entries(&path).into_iter().filter(|path| is_effect_file(path)) {
+            if let Some(form_name) = form.file_stem().and_then(|name| name.to_str()) {
+                all.push((format!("{name}/{form_name}"), form));
+            }
+        }
+    }
+    all.sort();
+    all
+}
+
+fn is_effect_file(path: &Path) -> bool {
+    // What is not a regular file is refused when it is read, with the reason; a dangling link is not a file.
+    path.extension().is_some_and(|ending| ending == ENDING) && path.exists() && !path.is_dir()
+}
+
+/// What lies in a folder; nothing where it cannot be read.
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect()
+}

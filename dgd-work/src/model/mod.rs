@@ -1,0 +1,217 @@
+//! From a path and the choices of the command line to a compiled model.
+
+pub mod effects;
+pub mod sets;
+
+use std::path::Path;
+
+use dgd_compiler::diagnostics::{Diagnostics, Reported};
+use dgd_compiler::effects::{Application, Applied, Blending, apply as apply_effects, write};
+use dgd_compiler::model::{Model, ModelOptions, Setting, resolve};
+use dgd_compiler::pipeline::{self, Compiled, Directions, compile_asts};
+use dgd_compiler::source::{Source, SourceId, Sources, Span};
+use dgd_compiler::syntax;
+use dgd_compiler::syntax::ast::{Ast, Name};
+use dgd_data::open::{read_import, read_text};
+
+use crate::error::WorkError;
+use crate::model::effects::asked;
+use crate::output::provenance;
+use crate::request::{Choices, Sought};
+
+/// A compiled model and the texts it came from.
+pub struct Loaded {
+    pub compiled: Compiled,
+    pub sources: Sources,
+    /// Digest of what it was compiled from.
+    pub digest: String,
+    /// What effects made of the trees that were read; nothing where none was applied.
+    pub changed: Option<Changed>,
+}
+
+impl Loaded {
+    /// Of the texts that were read so far.
+    pub(crate) fn new(compiled: Compiled, sources: Sources, changed: Option<Changed>) -> Self {
+        Loaded { digest: provenance::of_model(&sources), compiled, sources, changed }
+    }
+}
+
+/// Trees to which effects were applied.
+pub struct Changed {
+    /// As read: the model, then its libraries.
+    pub before: Vec<Ast>,
+    /// With the effects.
+    pub applied: Applied,
+}
+
+impl Changed {
+    /// The changed model as a text.
+    pub fn text(&self, sources: &Sources) -> String {
+        let Applied { asts, brought } = &self.applied;
+        write(&self.before[0], &asts[0], brought, sources)
+    }
+}
+
+/// What is being compiled, while mistakes are collected.
+#[derive(Default)]
+pub struct Compilation {
+    pub sources: Sources,
+    pub diagnostics: Diagnostics,
+}
+
+/// The trees of a model and its libraries, and what effects changed in them.
+type Read = (Vec<Ast>, Option<Changed>);
+
+impl Compilation {
+    /// Ends the compilation because of what was reported.
+    pub fn fail(self, _: Reported) -> WorkError {
+        WorkError::diagnosed(&self.diagnostics, self.sources)
+    }
+
+    /// Words of the command line as a source of their own, so that diagnostics can point there.
+    pub fn argument(&mut self, flag: &str, text: &str) -> SourceId {
+        self.sources.add(Source { name: format!("({flag})"), text: text.to_owned() })
+    }
+
+    /// A name given on the command line.
+    pub fn name(&mut self, flag: &str, text: &str) -> Name {
+        let source = self.argument(flag, text);
+        let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
+        Name { text: text.to_owned(), span: Span { source, start: 0, end } }
+    }
+
+    /// The names of `--free` and `--fix`.
+    pub fn sought(&mut self, sought: &Sought) -> (Vec<Name>, Vec<Name>) {
+        let mut names = |flag: &str, names: &[String]| -> Vec<Name> {
+            names.iter().map(|name| self.name(flag, name.trim())).collect()
+        };
+        (names("--free", &sought.free), names("--fix", &sought.fix))
+    }
+
+    /// Variants and settings of the command line.
+    pub fn options(&mut self, choices: &Choices) -> Result<ModelOptions, WorkError> {
+        let mut options = ModelOptions::default();
+        for choice in &choices.variant {
+            let Some((variant, chosen)) = choice.split_once('=') else {
+                return Err(WorkError::Usage(format!(
+                    "`--variant {choice}` needs the form NAME=CHOICE, as in `--variant flow=static`"
+                )));
+            };
+            let variant = self.name("--variant", variant.trim());
+            options.variants.push((variant, self.name("--variant", chosen.trim())));
+        }
+        for text in &choices.set {
+            let source = self.argument("--set", text);
+            if let Ok((name, value)) =
+                syntax::parse_setting(source, &self.sources, &mut self.diagnostics)
+            {
+                options.settings.push(Setting { name, value });
+            }
+        }
+        Ok(options)
+    }
+
+    /// The syntax and the meaning of a model's text that is or could be in a file.
+    pub fn resolve(
+        &mut self,
+        path: &Path,
+        text: String,
+        options: &ModelOptions,
+    ) -> Result<(Vec<Ast>, Model), Reported> {
+        let main = Source { name: path.display().to_string(), text };
+        let mut read = |path: &str| read_import(Path::new(path));
+        let asts = pipeline::load(main, &mut read, &mut self.sources, &mut self.diagnostics)?;
+        let model = resolve(&asts, options, &mut self.diagnostics)?;
+        Ok((asts, model))
+    }
+
+    /// Reads a model file and what it imports, and applies effects to it.
+    pub fn read(
+        &mut self,
+        path: &Path,
+        apply: &[String],
+    ) -> Result<Result<Read, Reported>, WorkError> {
+        let sound_before = self.diagnostics.check();
+        let main = Source { name: path.display().to_string(), text: read_model(path)? };
+        let (sources, diagnostics) = (&mut self.sources, &mut self.diagnostics);
+        let mut read = |path: &str| read_import(Path::new(path));
+        let asts = pipeline::load(main, &mut read, sources, diagnostics);
+        let mut wanted = Vec::with_capacity(apply.len());
+        for text in apply {
+            let argument = self.argument("--apply", text);
+            let asked = asked(path, argument, &mut self.sources, &mut self.diagnostics)?;
+            wanted.extend(asked.ok());
+        }
+        let asts =
+            match sound_before.and(asts).and_then(|asts| self.diagnostics.check().map(|()| asts)) {
+                Ok(asts) if !wanted.is_empty() => asts,
+                other => return Ok(other.map(|asts| (asts, None))),
+            };
+        let applications: Vec<Application<'_>> =
+            wanted.iter().map(|one| one.application()).collect();
+        let applied = apply_effects(&asts, &applications, Blending::Applied, &mut self.diagnostics);
+        Ok(applied.map(|applied| (applied.asts.clone(), Some(Changed { before: asts, applied }))))
+    }
+
+    /// Compiles a model file whose text with effects is a source of its own, so that places in the
+    /// compiled model are places in one text.
+    pub fn compile_text(
+        &mut self,
+        path: &Path,
+        apply: &[String],
+        options: &ModelOptions,
+        directions: &Directions,
+    ) -> Result<Result<Compiled, Reported>, WorkError> {
+        let (asts, changed) = match self.read(path, apply)? {
+            Ok(read) => read,
+            Err(reported) => return Ok(Err(reported)),
+        };
+        let asts = match changed {
+            None => Ok(asts),
+            Some(changed) => {
+                let main =
+                    Source { name: path.display().to_string(), text: changed.text(&self.sources) };
+                let mut read = |path: &str| read_import(Path::new(path));
+                pipeline::load(main, &mut read, &mut self.sources, &mut self.diagnostics)
+            }
+        };
+        Ok(asts.and_then(|asts| compile_asts(asts, options, directions, &mut self.diagnostics)))
+    }
+
+    /// Compiles a model file, with effects where some are asked for.
+    pub fn compile(
+        &mut self,
+        path: &Path,
+        apply: &[String],
+        options: &ModelOptions,
+        directions: &Directions,
+    ) -> Result<Result<(Compiled, Option<Changed>), Reported>, WorkError> {
+        let (asts, changed) = match self.read(path, apply)? {
+            Ok(read) => read,
+            Err(reported) => return Ok(Err(reported)),
+        };
+        let compiled = compile_asts(asts, options, directions, &mut self.diagnostics);
+        Ok(compiled.map(|compiled| (compiled, changed)))
+    }
+}
+
+/// Compiles a model file with the choices of the command line.
+pub fn load(
+    path: &Path,
+    choices: &Choices,
+    directions: impl FnOnce(&mut Compilation) -> Directions,
+) -> Result<Loaded, WorkError> {
+    let mut compilation = Compilation::default();
+    let options = compilation.options(choices)?;
+    let directions = directions(&mut compilation);
+    match compilation.compile(path, &choices.apply, &options, &directions)? {
+        Ok((compiled, changed)) => Ok(Loaded::new(compiled, compilation.sources, changed)),
+        Err(reported) => Err(compilation.fail(reported)),
+    }
+}
+
+/// The text of a model file.
+pub fn read_model(path: &Path) -> Result<String, WorkError> {
+    read_text(path)
+        .map_err(|reason| WorkError::Found(format!("cannot read `{}`: {reason}", path.display())))
+}

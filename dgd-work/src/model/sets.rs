@@ -1,0 +1,82 @@
+//! Sets of parameters and start values: one for each row of a table.
+
+use std::path::Path;
+
+use dgd_compiler::dae::Dae;
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use dgd_compiler::source::Sources;
+use dgd_data::{self as data, Table, select};
+
+/// One set, SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Set {
+    /// All parameters: those of the model where the table says nothing.
+    pub p: Vec<f64>,
+    /// Start values that replace the model's, by position of the unknown.
+    pub start: Vec<(usize, f64)>,
+}
+
+/// Reads sets; columns are parameters, and states for their start values. A cell without a value
+/// leaves what the model says.
+pub fn read(
+    path: &Path,
+    dae: &Dae,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<Set>, Reported> {
+    let table = data::read(path, sources, diagnostics)?;
+    let parameters = dae.parameters.iter().map(|parameter| select::Declared {
+        name: &parameter.declared.name,
+        unit: &parameter.declared.unit,
+        place: Some(parameter.declared.span),
+    });
+    let unknowns = dae.unknowns.iter().map(|unknown| select::Declared {
+        name: &unknown.name,
+        unit: &unknown.unit,
+        place: None,
+    });
+    let known: Vec<select::Declared<'_>> = parameters.chain(unknowns).collect();
+    let named = verify_names(&table, &known, diagnostics);
+    let columns = select::measured(&table, &known, diagnostics);
+    named?;
+    let columns = columns?;
+    let (of_parameters, of_states) = columns.split_at(dae.parameters.len());
+    let value = |column: &Option<Vec<f64>>, row: usize| {
+        column.as_ref().map(|values| values[row]).filter(|value| !value.is_nan())
+    };
+    let set = |row: usize| Set {
+        p: (dae.parameters.iter().zip(of_parameters))
+            .map(|(parameter, column)| value(column, row).unwrap_or(parameter.value))
+            .collect(),
+        start: (of_states.iter().enumerate())
+            .filter_map(|(i, column)| Some((i, value(column, row)?)))
+            .collect(),
+    };
+    Ok((0..table.len()).map(set).collect())
+}
+
+/// Reports columns that are neither a parameter nor a state.
+fn verify_names(
+    table: &Table,
+    known: &[select::Declared<'_>],
+    diagnostics: &mut Diagnostics,
+) -> Result<(), Reported> {
+    let mut verified = Ok(());
+    if table.time.is_some() {
+        let message = "a set of parameters has no time";
+        verified = Err(diagnostics.error(
+            Diagnostic::new(Code::E613, table.header, message)
+                .help("each row is a set, and all of them are run over the same times"),
+        ));
+    }
+    let names: Vec<&str> = known.iter().map(|declared| declared.name).collect();
+    for column in select::unknown(table, &names) {
+        let message = format!("`{}` is neither a parameter nor a state", column.name);
+        let absent = names.iter().copied().filter(|name| table.column(name).is_none());
+        let meant = suggestion(&column.name, absent)
+            .map(|name| format!("is `{}` meant to be `{name}`?", column.name));
+        let diagnostic = Diagnostic::new(Code::E613, column.place, message).maybe_help(meant);
+        verified = Err(diagnostics.error(diagnostic));
+    }
+    verified
+}

@@ -1,0 +1,134 @@
+//! Columns over time, for files and for programs.
+
+use std::io::{self, Write};
+
+use dgd_data::write::{Written, write_table};
+use dgd_runtime::{Event, Solution, Unit};
+use serde_json::{Value, json};
+
+/// A column of a result.
+#[derive(Debug, Clone)]
+pub struct NamedColumn {
+    /// What it is called.
+    pub name: String,
+    /// The unit in which it is shown.
+    pub unit: Unit,
+    /// What it is.
+    pub kind: Kind,
+    /// Values, SI.
+    pub values: Vec<f64>,
+}
+
+/// What a column is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// An input.
+    Input,
+    /// A state or another unknown.
+    Unknown,
+    /// An output.
+    Output,
+    /// A derivative to a parameter or start value.
+    Derivative,
+}
+
+impl NamedColumn {
+    /// A column of SI values.
+    pub fn new(name: &str, unit: &Unit, kind: Kind, values: Vec<f64>) -> Self {
+        NamedColumn { name: name.to_owned(), unit: unit.clone(), kind, values }
+    }
+
+    /// Its values in its unit.
+    pub fn in_unit(&self) -> Vec<f64> {
+        in_unit(&self.values, &self.unit)
+    }
+}
+
+/// Columns that have one time.
+#[derive(Debug, Clone, Default)]
+pub struct TimeTable {
+    /// Times of the rows, s.
+    pub times: Vec<f64>,
+    /// The columns besides time.
+    pub columns: Vec<NamedColumn>,
+}
+
+impl TimeTable {
+    /// Writes it as CSV.
+    ///
+    /// # Errors
+    ///
+    /// Those of `out`.
+    pub fn write_csv(&self, out: &mut dyn Write) -> io::Result<()> {
+        let written: Vec<Written<'_>> = self
+            .columns
+            .iter()
+            .map(|column| Written {
+                name: &column.name,
+                unit: &column.unit,
+                values: &column.values,
+            })
+            .collect();
+        write_table(out, Some(&self.times), &written)
+    }
+
+    /// Adds `time` and `columns` to a result for programs.
+    pub fn push_json(&self, details: &mut Value) {
+        let columns: Vec<Value> = self
+            .columns
+            .iter()
+            .map(|column| {
+                let (unit, values) = (&column.unit, column.in_unit());
+                json!({ "name": column.name, "unit": unit.symbol, "values": values })
+            })
+            .collect();
+        if let Some(all) = details.as_object_mut() {
+            all.insert("time".to_owned(), json!(self.times));
+            all.insert("columns".to_owned(), json!(columns));
+        }
+    }
+}
+
+/// SI values in a unit.
+pub fn in_unit(values: &[f64], unit: &Unit) -> Vec<f64> {
+    values.iter().map(|value| unit.from_si(*value)).collect()
+}
+
+/// The unit of a derivative.
+pub fn quotient(of: &Unit, to: &Unit) -> Unit {
+    let symbol = match &*to.symbol {
+        "1" => of.symbol.to_string(),
+        to if to.contains(['*', '/', '·', ' ']) => format!("{}/({to})", of.symbol),
+        to => format!("{}/{to}", of.symbol),
+    };
+    Unit { symbol: symbol.into(), factor: of.factor / to.factor, offset: 0.0 }
+}
+
+/// Equal steps per sample, for programs: none where steps were adaptive.
+pub fn per_sample(solution: &Solution) -> Option<u32> {
+    Some(solution.statistics.per_sample).filter(|n| *n > 0)
+}
+
+/// What happened at events, for programs: the modes of a `when` have no names.
+pub fn events(solution: &Solution) -> Vec<Value> {
+    let event = |event: &Event| {
+        json!({
+            "t": event.t,
+            "modes": event.automaton,
+            "from": event.from,
+            "to": event.to,
+        })
+    };
+    solution.events.iter().map(event).collect()
+}
+
+/// Whether an unknown is an element of an array, of which nothing is kept but what outputs make of them.
+pub fn is_element(unknown: &str) -> bool {
+    unknown.ends_with(']')
+}
+
+/// Whether the model does not declare this: a derivative, a combination or a share, which the table
+/// has and the figure leaves out.
+pub fn is_added(unknown: &str) -> bool {
+    unknown.ends_with(')')
+}

@@ -1,0 +1,75 @@
+//! Results as figures: which panels there are.
+
+use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
+
+/// What one panel shows.
+#[derive(Debug, Clone)]
+pub struct Subject {
+    pub title: Text,
+    /// Unit of its axis.
+    pub unit: String,
+    pub lines: Vec<Line>,
+}
+
+/// One line of a panel, in the panel's unit.
+#[derive(Debug, Clone)]
+pub struct Line {
+    pub name: Text,
+    pub times: Vec<f64>,
+    pub values: Vec<f64>,
+    /// Recorded rather than computed.
+    pub measured: bool,
+}
+
+/// A figure with one panel for each subject over a common time axis.
+pub fn panels(subjects: &[Subject]) -> Figure {
+    let panels = subjects
+        .iter()
+        .map(|subject| Panel {
+            title: subject.title.clone(),
+            y_label: Text::default().with_unit(&subject.unit),
+            series: subject
+                .lines
+                .iter()
+                .map(|line| Series {
+                    name: line.name.clone(),
+                    style: if line.measured { Style::ThinLine } else { Style::Line },
+                    x: line.times.clone(),
+                    y: line.values.clone(),
+                })
+                .collect(),
+            ..Panel::default()
+        })
+        .collect();
+    Figure::new(Text::plain("Time").with_unit("s"), panels)
+}
+
+/// Differences as dots, and the band in which nineteen of twenty are expected: ± 2 standard deviations.
+pub fn differences(title: Text, unit: &str, times: &[f64], values: Vec<f64>, std: &[f64]) -> Panel {
+    let edge = |k: f64| std.iter().map(|std| k * std).collect();
+    Panel {
+        title,
+        y_label: Text::default().with_unit(unit),
+        series: vec![Series {
+            name: Text::default(),
+            style: Style::Dots,
+            x: times.to_vec(),
+            y: values,
+        }],
+        envelopes: vec![Envelope {
+            name: Text::default(),
+            around: Some(0),
+            x: times.to_vec(),
+            low: edge(-2.0),
+            high: edge(2.0),
+        }],
+        ..Panel::default()
+    }
+}
+
+/// Panels of what is computed and recorded, their differences beside them.
+pub fn beside(subjects: &[Subject], differences: Vec<Panel>, x_label: Text) -> Figure {
+    let panels = panels(subjects).panels.into_iter().zip(differences);
+    let panels: Vec<Panel> = panels.flat_map(|(signals, rest)| [signals, rest]).collect();
+    Figure { columns: 2, ..Figure::new(x_label, panels) }
+}

@@ -1,0 +1,65 @@
+//! What a result was made of, and by what.
+
+use std::path::Path;
+
+use dgd_compiler::source::Sources;
+use dgd_identify::journal::Digest;
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use crate::session::Session;
+
+/// What a result was made of, and by what: equal provenances and requests have equal results.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
+pub struct Provenance {
+    /// Version of dgd.
+    pub version: &'static str,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Digest of the model: its text, what it imports, the effects, and what is chosen and set.
+    pub model: Option<String>,
+    /// The data files.
+    pub data: Vec<DataFile>,
+}
+
+/// A data file.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
+pub struct DataFile {
+    /// As it was given.
+    pub file: String,
+    /// Digest of its bytes; none of a stream.
+    pub digest: Option<String>,
+}
+
+impl DataFile {
+    pub(crate) fn new(path: &Path, digest: Option<u128>) -> Self {
+        DataFile { file: path.display().to_string(), digest: digest.map(shown) }
+    }
+}
+
+impl Provenance {
+    pub(crate) fn new(session: Session<'_>, model: Option<String>, data: Vec<DataFile>) -> Self {
+        Provenance { version: env!("CARGO_PKG_VERSION"), seed: session.seed, model, data }
+    }
+
+    /// Adds it to a result for programs.
+    pub(crate) fn push_json(&self, all: &mut Value) {
+        if let Some(all) = all.as_object_mut() {
+            all.insert("provenance".to_owned(), json!(self));
+        }
+    }
+}
+
+/// Digest of all texts that a model was compiled from.
+pub(crate) fn of_model(sources: &Sources) -> String {
+    let texts = sources.iter().map(|source| source.text.as_bytes());
+    // What cannot be in a text keeps them apart.
+    shown(texts.fold(Digest::EMPTY, |digest, text| digest.bytes(text).bytes(b"\0")).value())
+}
+
+/// FNV-1a with 128 bits, in 32 hexadecimal digits.
+fn shown(digest: u128) -> String {
+    format!("fnv1a-128:{digest:032x}")
+}

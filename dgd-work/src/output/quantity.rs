@@ -1,0 +1,179 @@
+//! Numbers rounded to what they mean.
+//!
+//! A standard deviation has two digits, and the value as many decimals as it; a number without one
+//! has the digits its reader asks for.
+
+use std::fmt;
+
+use dgd_compiler::units::parse_unit;
+use dgd_discover::ParameterValue;
+use dgd_runtime::Unit;
+
+/// Digits of a value whose standard deviation is not known.
+const DIGITS: i32 = 4;
+
+/// Powers of ten beside which a number is written out.
+const WRITTEN_OUT: std::ops::Range<i32> = -3..6;
+
+/// The unit of differences of values in a unit; differences have no zero of their own.
+pub fn of_differences(unit: &Unit) -> Unit {
+    let symbol = match parse_unit(&unit.symbol) {
+        Ok(parsed) => parsed.of_differences().symbol.into(),
+        Err(_) => unit.symbol.clone(),
+    };
+    Unit { symbol, factor: unit.factor, offset: 0.0 }
+}
+
+/// A value and its standard deviation, `275.0 ± 1.2` or `(1.752 ± 0.031)·10⁸`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quantity {
+    value: f64,
+    std: Option<f64>,
+}
+
+impl Quantity {
+    /// A value and how far it may be off.
+    pub fn new(value: f64, std: f64) -> Quantity {
+        Quantity { value, std: Some(std) }
+    }
+
+    /// A parameter in its declared unit.
+    pub fn of(parameter: &ParameterValue) -> Quantity {
+        let unit = &parameter.unit;
+        let value = unit.from_si(parameter.value);
+        let std = parameter.std.map(|std| std / unit.factor);
+        Quantity { value, std: std.filter(|std| std.is_finite() && *std > 0.0) }
+    }
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Quantity { value, std } = *self;
+        if !value.is_finite() {
+            return f.write_str("–");
+        }
+        let size = decade(value.abs().max(std.unwrap_or(0.0)));
+        let power = if WRITTEN_OUT.contains(&size) { 0 } else { size };
+        let scale = 10_f64.powi(power);
+        let Some(std) = std else {
+            let digits = fixed(value / scale, DIGITS - 1 - (size - power));
+            return write!(f, "{digits}{}", times_ten_to(power));
+        };
+        // Two digits of the standard deviation.
+        let decimals = 1 - decade(std / scale);
+        let (value, std) = (fixed(value / scale, decimals), fixed(std / scale, decimals));
+        if power == 0 {
+            write!(f, "{value} ± {std}")
+        } else {
+            write!(f, "({value} ± {std}){}", times_ten_to(power))
+        }
+    }
+}
+
+/// A number with so many digits; whole numbers keep all of theirs.
+pub fn rounded(value: f64, digits: i32) -> String {
+    if !value.is_finite() {
+        return "–".to_owned();
+    }
+    let size = decade(value.abs());
+    if WRITTEN_OUT.contains(&size) {
+        fixed(value, (digits - 1 - size).max(0))
+    } else {
+        let mantissa = fixed(value / 10_f64.powi(size), digits - 1);
+        format!("{mantissa}{}", times_ten_to(size))
+    }
+}
+
+/// With so many decimals; with fewer than none, rounded to tens, hundreds and so on.
+fn fixed(value: f64, decimals: i32) -> String {
+    let text = if decimals >= 0 {
+        format!("{value:.*}", decimals.cast_unsigned() as usize)
+    } else {
+        let unit = 10_f64.powi(-decimals);
+        format!("{:.0}", (value / unit).round() * unit)
+    };
+    match text.strip_prefix('-') {
+        // Nobody writes −0.00.
+        Some(digits) if digits.bytes().all(|b| matches!(b, b'0' | b'.')) => digits.to_owned(),
+        Some(digits) => format!("−{digits}"),
+        None => text,
+    }
+}
+
+/// The power of ten of the first digit, 0 for zero.
+fn decade(x: f64) -> i32 {
+    if x > 0.0 { x.log10().floor() as i32 } else { 0 }
+}
+
+fn times_ten_to(power: i32) -> String {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    if power == 0 {
+        return String::new();
+    }
+    let raised = |c: char| c.to_digit(10).map_or('⁻', |digit| DIGITS[digit as usize]);
+    let exponent: String = power.to_string().chars().map(raised).collect();
+    format!("·10{exponent}")
+}
+
+/// A probability; the smallest that so many resamples can show is a bound.
+pub fn probability(p: f64, resamples: usize) -> String {
+    let least = 1.0 / (resamples as f64 + 1.0);
+    if p <= least * (1.0 + 1e-9) {
+        format!("p ≤ {}", rounded(least, 2))
+    } else {
+        format!("p = {}", rounded(p, 2))
+    }
+}
+
+/// A share as a percentage.
+pub fn percent(share: f64) -> String {
+    if share.is_finite() { format!("{} %", fixed(100.0 * share, 0)) } else { "–".to_owned() }
+}
+
+/// Stretches of time in seconds, `612–1034 s, 2100–2230 s`.
+pub fn stretches(windows: impl IntoIterator<Item = [f64; 2]>) -> String {
+    let all: Vec<String> = windows
+        .into_iter()
+        .map(|[from, until]| format!("{}–{} s", fixed(from, 0), fixed(until, 0)))
+        .collect();
+    all.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_has_the_decimals_of_its_standard_deviation() {
+        for (value, std, shown) in [
+            (275.04, Some(1.23), "275.0 ± 1.2"),
+            (1.7521e8, Some(3.1e6), "(1.752 ± 0.031)·10⁸"),
+            (9012.3, Some(204.0), "9010 ± 200"),
+            (-0.000_412, Some(1.5e-5), "(−4.12 ± 0.15)·10⁻⁴"),
+            (0.001, Some(2.0), "0.0 ± 2.0"),
+            (0.951_2, None, "0.9512"),
+            (1.1e8, None, "1.100·10⁸"),
+            (0.0, None, "0.000"),
+            (f64::NAN, None, "–"),
+        ] {
+            assert_eq!(Quantity { value, std }.to_string(), shown, "{value}");
+        }
+    }
+
+    #[test]
+    fn numbers_are_rounded_to_their_digits() {
+        for (value, digits, shown) in [
+            (0.012_34, 2, "0.012"),
+            (4821.3, 2, "4821"),
+            (-0.000_01, 2, "−1.0·10⁻⁵"),
+            (1.0, 2, "1.0"),
+            (f64::INFINITY, 2, "–"),
+        ] {
+            assert_eq!(rounded(value, digits), shown);
+        }
+        assert_eq!(probability(0.001, 999), "p ≤ 0.0010");
+        assert_eq!(probability(0.034, 999), "p = 0.034");
+        assert_eq!(percent(0.987), "99 %");
+        assert_eq!(stretches([[612.0, 1034.4], [2.0, 3.0]]), "612–1034 s, 2–3 s");
+    }
+}

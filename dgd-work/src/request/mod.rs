@@ -1,0 +1,156 @@
+//! What can be asked for. Every field has the default of the command line, and is documented there in the same words.
+
+mod estimate;
+mod fit;
+mod screen;
+mod single;
+
+use std::fmt;
+use std::path::PathBuf;
+
+use dgd_data::Rename;
+use dgd_runtime::integrate::catalogue::AUTOMATIC;
+use dgd_runtime::linearize::LinearAt;
+use dgd_runtime::{Inputs, Steps};
+
+pub use dgd_execute::Engine;
+pub use estimate::{DiscoverRequest, Keep, TrackRequest, Tracker};
+pub use fit::{
+    Estimator, FitRequest, IntervalRequest, NoiseFrom, Normalise, RegressionRequest, SearchRequest,
+};
+pub use screen::ScreenRequest;
+pub use single::{CheckRequest, LinearizeRequest, RunRequest, SensitivityRequest, SimulateRequest};
+
+/// What is chosen and set from outside the model file.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Choices {
+    /// Variants, each as `NAME=CHOICE`.
+    pub variant: Vec<String>,
+    /// Constants, parameters and start values, each as `NAME=VALUE` or `NAME=VALUE [UNIT]`.
+    pub set: Vec<String>,
+    /// Effects: files, or names from the folder `effects` beside the model, with arguments in parentheses.
+    pub apply: Vec<String>,
+}
+
+impl Choices {
+    /// These variants, settings and effects.
+    pub fn new(variant: Vec<String>, set: Vec<String>, apply: Vec<String>) -> Self {
+        Choices { variant, set, apply }
+    }
+}
+
+/// How a model is run.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Solve {
+    /// Source of the initial values.
+    pub start: Start,
+    /// Other names for columns of the data.
+    pub rename: Vec<Rename>,
+    /// First time, s since the data's first sample; the data's first where there is none.
+    pub from: Option<f64>,
+    /// Last time, s since the data's first sample; the data's last where there is none.
+    pub until: Option<f64>,
+    /// Name of the integration method; `auto` chooses one for the model.
+    pub method: String,
+    /// Step size control.
+    pub steps: Steps,
+    /// Relative tolerance.
+    pub rtol: f64,
+    /// Absolute tolerance, as a fraction of each unknown's nominal size; `rtol` where there is none.
+    pub atol: Option<f64>,
+    /// How the model is evaluated; does not affect results.
+    pub engine: Engine,
+}
+
+impl Default for Solve {
+    fn default() -> Self {
+        Solve {
+            start: Start::Model,
+            rename: Vec::new(),
+            from: None,
+            until: None,
+            method: AUTOMATIC.to_owned(),
+            steps: Steps::Automatic,
+            rtol: 1e-6,
+            atol: None,
+            engine: Engine::Auto,
+        }
+    }
+}
+
+/// Where start values come from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Start {
+    /// The model file.
+    #[default]
+    Model,
+    /// The first measured outputs, as far as they determine the states.
+    Measured,
+}
+
+/// What is estimated.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Sought {
+    /// Parameters to estimate, and `fixed` states whose initial values to estimate too; those that are not `fixed`
+    /// where there is none.
+    pub free: Vec<String>,
+    /// Parameters, and states for their initial values, not to estimate.
+    pub fix: Vec<String>,
+}
+
+impl Sought {
+    /// These, without those.
+    pub fn new(free: Vec<String>, fix: Vec<String>) -> Self {
+        Sought { free, fix }
+    }
+}
+
+/// Where a model is linearised.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Place {
+    /// Where a run is at this time, s.
+    Time(f64),
+    /// Where it is at rest with the inputs of the first time.
+    Steady,
+    /// Where it is at rest with the inputs' means.
+    Mean,
+}
+
+impl Place {
+    /// Whether the model is at rest there.
+    pub fn is_rest(self) -> bool {
+        match self {
+            Place::Time(_) => false,
+            Place::Steady | Place::Mean => true,
+        }
+    }
+
+    /// What is linear close to it in a run over these times.
+    pub fn of(self, inputs: &Inputs, times: &[f64]) -> Option<LinearAt> {
+        let (first, last) = (*times.first()?, *times.last()?);
+        Some(match self {
+            Place::Time(t) => LinearAt::Reached(t),
+            Place::Steady => LinearAt::Rest(inputs.mean(first, first)),
+            Place::Mean => LinearAt::Rest(inputs.mean(first, last)),
+        })
+    }
+}
+
+/// A time as a number, `steady` or `mean`.
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Place::Time(t) => t.fmt(f),
+            Place::Steady => f.write_str("steady"),
+            Place::Mean => f.write_str("mean"),
+        }
+    }
+}
+
+/// A model file and what is chosen of it.
+pub(crate) fn model(path: impl Into<PathBuf>) -> (PathBuf, Choices) {
+    (path.into(), Choices::default())
+}

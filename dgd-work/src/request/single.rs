@@ -1,0 +1,116 @@
+//! Requests about one model, or one run of it.
+
+use std::path::PathBuf;
+
+use super::{Choices, Place, Solve, model};
+
+/// A model, or an effect, to be checked.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct CheckRequest {
+    /// The model file, or that of an effect.
+    pub model: PathBuf,
+    /// What is chosen of it.
+    pub choices: Choices,
+}
+
+impl CheckRequest {
+    /// As the file has it.
+    pub fn new(path: impl Into<PathBuf>) -> Self {
+        let (model, choices) = model(path);
+        CheckRequest { model, choices }
+    }
+}
+
+/// One run of a model.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct RunRequest {
+    /// The model file.
+    pub model: PathBuf,
+    /// What is chosen of it.
+    pub choices: Choices,
+    /// Inputs, and measured outputs to compare with.
+    pub data: Option<PathBuf>,
+    /// Time between rows, s; the data's rows where there is none.
+    pub every: Option<f64>,
+    /// How it is run.
+    pub solve: Solve,
+}
+
+impl RunRequest {
+    /// Of a model that needs nothing besides, but an end: [`Solve::until`] or data.
+    pub fn new(path: impl Into<PathBuf>) -> Self {
+        let (model, choices) = model(path);
+        RunRequest { model, choices, data: None, every: None, solve: Solve::default() }
+    }
+}
+
+/// States and outputs over time.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct SimulateRequest {
+    /// The run.
+    pub run: RunRequest,
+    /// A file with sets of parameters and start values, for `simulate_each`.
+    pub ensemble: Option<PathBuf>,
+    /// The quantity over which outputs are drawn, if it is not time.
+    pub over: Option<String>,
+    /// Seed of measurement noise that is added to the outputs.
+    pub noise_seed: Option<u64>,
+}
+
+impl SimulateRequest {
+    /// Of this run.
+    pub fn new(run: RunRequest) -> Self {
+        SimulateRequest { run, ensemble: None, over: None, noise_seed: None }
+    }
+}
+
+/// Derivatives of states and outputs to parameters over time.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct SensitivityRequest {
+    /// The run.
+    pub run: RunRequest,
+    /// States and outputs to differentiate; all where there is none.
+    pub of: Vec<String>,
+    /// Parameters, or states for their initial values; all parameters where there is none.
+    pub to: Vec<String>,
+    /// Whether each derivative is multiplied by its parameter.
+    pub scaled: bool,
+    /// Whether the derivatives are compared with finite differences.
+    pub verify_sensitivities: bool,
+}
+
+impl SensitivityRequest {
+    /// All of this run.
+    pub fn new(run: RunRequest) -> Self {
+        let (of, to) = (Vec::new(), Vec::new());
+        SensitivityRequest { run, of, to, scaled: false, verify_sensitivities: false }
+    }
+}
+
+/// The linear model close to a point.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct LinearizeRequest {
+    /// The model file.
+    pub model: PathBuf,
+    /// What is chosen of it.
+    pub choices: Choices,
+    /// Inputs.
+    pub data: Option<PathBuf>,
+    /// The point.
+    pub at: Place,
+    /// How the run to it is made.
+    pub solve: Solve,
+}
+
+impl LinearizeRequest {
+    /// Close to this point.
+    pub fn new(path: impl Into<PathBuf>, at: Place) -> Self {
+        let (model, choices) = model(path);
+        LinearizeRequest { model, choices, data: None, at, solve: Solve::default() }
+    }
+}

@@ -1,0 +1,73 @@
+//! Runs that go on where another one was ended: finished work is kept beside the results until they are written.
+
+use dgd_data::files::journal::{Before, JournalError, Opening, RunJournal};
+use dgd_identify::journal::Digest;
+
+use crate::error::WorkError;
+use crate::request::Keep;
+use crate::session::Session;
+
+/// Checks that there can be something to go on from.
+pub(crate) fn verify(keep: &Keep) -> Result<(), WorkError> {
+    if keep.resume && keep.out.is_none() {
+        return Err(WorkError::Usage(
+            "`--resume` goes on from what a run with `-o DIR` has kept beside it: give that `-o`"
+                .to_owned(),
+        ));
+    }
+    Ok(())
+}
+
+/// Where what is finished is kept until the run ends, if it can be: beside the results. `input` is a digest of all
+/// that it depends on.
+pub(crate) fn journal(
+    keep: &Keep,
+    input: impl FnOnce() -> Digest,
+    session: Session<'_>,
+) -> Result<Option<RunJournal>, WorkError> {
+    let (Some(out), is_resumed) = (&keep.out, keep.resume) else { return Ok(None) };
+    let path = RunJournal::path(out);
+    let shown = path.display().to_string();
+    let opening = if is_resumed { Opening::Resume } else { Opening::Anew };
+    match RunJournal::open(path, owner(input()), opening) {
+        Ok((journal, before)) => {
+            match before {
+                Before::Results(n) => {
+                    session.remark(&format!("going on with {n} results from {shown}"));
+                }
+                Before::Nothing if is_resumed => {
+                    session.remark(&format!("nothing to go on from: {shown} is not there"));
+                }
+                Before::Other => session.remark(&format!(
+                    "{shown} is not used: it belongs to another model, other data, other options or \
+                     another build of dgd"
+                )),
+                Before::Nothing => {}
+            }
+            Ok(Some(journal))
+        }
+        Err(JournalError::InUse) if is_resumed => {
+            Err(WorkError::Found(format!("{shown} is in use: another run is still writing it")))
+        }
+        Err(JournalError::InUse) => {
+            session.remark(&format!(
+                "{shown} is in use by another run: this one cannot be resumed if it is ended"
+            ));
+            Ok(None)
+        }
+        Err(JournalError::Failed(error)) => {
+            session.remark(&format!(
+                "this run cannot be resumed if it is ended: {shown} cannot be written: {error}"
+            ));
+            Ok(None)
+        }
+    }
+}
+
+/// Whose journal it is: that of the input and of this program, since another build may compute other digits. A copy of
+/// the program is the same program.
+fn owner(input: Digest) -> Digest {
+    let program = std::env::current_exe().and_then(std::fs::read);
+    let program = program.map(|bytes| Digest::EMPTY.bytes(&bytes).value()).ok();
+    input.of(&env!("CARGO_PKG_VERSION")).of(&program)
+}

@@ -1,0 +1,293 @@
+//! Whether there is enough memory for a run, a fit, a search or an ensemble.
+
+use crate::error::WorkError;
+
+/// Vectors of all unknowns that a run works with, in round numbers.
+const VECTORS: f64 = 40.0;
+
+/// Memory for one purpose.
+pub struct Demand {
+    bytes: f64,
+    /// What it is for, and what to do.
+    reason: String,
+}
+
+/// What a run keeps at each of its rows, and works with.
+#[derive(Clone, Copy)]
+pub struct Needs {
+    pub unknowns: usize,
+    /// Those that are kept at each row.
+    pub kept: usize,
+    pub outputs: usize,
+    pub inputs: usize,
+    pub directions: usize,
+    pub rows: usize,
+}
+
+impl Needs {
+    /// Bytes of the rows: results, and once more the columns that are made of them.
+    fn of_rows(&self) -> f64 {
+        let values = (self.kept + self.outputs) as f64 * (1.0 + self.directions as f64);
+        8.0 * self.rows as f64 * (1.0 + self.inputs as f64 + 2.0 * values)
+    }
+
+    /// Bytes of work space.
+    fn of_work(&self) -> f64 {
+        8.0 * VECTORS * self.unknowns as f64 * (1.0 + self.directions as f64)
+    }
+
+    fn derivatives(&self) -> String {
+        match self.directions {
+            0 => String::new(),
+            1 => " with a derivative each".to_owned(),
+            n => format!(" with {n} derivatives each"),
+        }
+    }
+
+    /// "1000 rows of 3 unknowns and 1 output".
+    fn rows(&self) -> String {
+        let values = match (self.kept, self.outputs) {
+            (0, outputs) => counted(outputs, "output"),
+            (kept, 0) => counted(kept, "unknown"),
+            (kept, outputs) => {
+                format!("{} and {}", counted(kept, "unknown"), counted(outputs, "output"))
+            }
+        };
+        format!("{} of {values}{}", counted(self.rows, "row"), self.derivatives())
+    }
+
+    /// Of a run.
+    pub fn demands(&self) -> [Demand; 2] {
+        let (fewer, smaller) = match self.directions {
+            0 => ("", "a smaller model"),
+            _ => (", or for fewer derivatives (`--to`)", "fewer derivatives (`--to`)"),
+        };
+        let (rows, derivatives) = (self.rows(), self.derivatives());
+        let unknowns = counted(self.unknowns, "unknown");
+        [
+            Demand {
+                bytes: self.of_rows(),
+                reason: format!(
+                    "it keeps {rows}; ask for fewer rows (`--every`, `--from`, `--until`){fewer}"
+                ),
+            },
+            Demand {
+                bytes: self.of_work(),
+                reason: format!("it steps {unknowns}{derivatives}; ask for {smaller}"),
+            },
+        ]
+    }
+
+    /// Of so many runs side by side, each of a recording, from which `estimates` numbers are found.
+    /// `self.directions` are those whose derivatives are kept at each row.
+    pub fn demands_of_fit(
+        &self,
+        side_by_side: usize,
+        recordings: usize,
+        estimates: usize,
+    ) -> [Demand; 3] {
+        let runs = side_by_side as f64;
+        let work = Needs { directions: estimates, ..*self };
+        let at_once = match side_by_side {
+            1 => String::new(),
+            n => format!("{n} recordings at a time, each with "),
+        };
+        let threads = if side_by_side > 1 { ", or fewer threads (`--threads`)" } else { "" };
+        let unknowns = counted(self.unknowns, "unknown");
+        let (rows, derivatives) = (self.rows(), work.derivatives());
+        // A square matrix for each output of each recording.
+        let squares = 8.0 * (recordings * self.outputs.max(1)) as f64 * (estimates as f64).powi(2);
+        [
+            Demand {
+                bytes: runs * self.of_rows(),
+                reason: format!(
+                    "it simulates {at_once}{rows}; use shorter recordings (`--from`, `--until`){threads}"
+                ),
+            },
+            Demand {
+                bytes: runs * work.of_work(),
+                reason: format!(
+                    "it steps {at_once}{unknowns}{derivatives}; estimate fewer numbers (`--fix`){threads}"
+                ),
+            },
+            Demand {
+                bytes: squares,
+                reason: format!(
+                    "it finds {} from {}; estimate fewer numbers (`--fix`)",
+                    counted(estimates, "estimate"),
+                    counted(recordings, "recording")
+                ),
+            },
+        ]
+    }
+
+    /// Of an ensemble: `packed` runs at a time that keep all unknowns, and `held` results with so many
+    /// columns.
+    pub fn demands_of_ensemble(&self, packed: usize, held: usize, columns: usize) -> [Demand; 2] {
+        let (rows, columns_text) = (counted(self.rows, "row"), counted(columns, "column"));
+        [
+            Demand {
+                bytes: packed as f64 * (self.of_rows() + self.of_work()),
+                reason: format!(
+                    "it runs {packed} sets at a time, each with {}; ask for fewer rows (`--every`, \
+                     `--from`, `--until`) or fewer threads (`--threads`)",
+                    self.rows()
+                ),
+            },
+            Demand {
+                bytes: 8.0 * held as f64 * self.rows as f64 * columns as f64,
+                reason: format!(
+                    "it keeps {rows} of {columns_text} for {}; ask for fewer rows (`--every`, `--from`, \
+                     `--until`) or fewer sets, or write a table (`-o x.csv`) without `--plot`",
+                    counted(held, "set")
+                ),
+            },
+        ]
+    }
+}
+
+fn counted(count: usize, what: &str) -> String {
+    match count {
+        1 => format!("1 {what}"),
+        count => format!("{count} {what}s"),
+    }
+}
+
+/// Refuses work that needs more memory than is free; `what` does it.
+pub fn verify(what: &str, demands: &[Demand]) -> Result<(), WorkError> {
+    within(what, demands, available())
+}
+
+fn within(what: &str, demands: &[Demand], available: Option<f64>) -> Result<(), WorkError> {
+    let needed: f64 = demands.iter().map(|demand| demand.bytes).sum();
+    // No machine has more, whatever its system says of itself.
+    let available = available.unwrap_or(MOST);
+    let largest = demands.iter().max_by(|a, b| a.bytes.total_cmp(&b.bytes));
+    match largest {
+        Some(largest) if needed > available => Err(WorkError::Computation(format!(
+            "{what} needs about {} of memory, and {} is free: {}",
+            size(needed),
+            size(available),
+            largest.reason
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Where a system does not say how much memory is free: a terabyte.
+const MOST: f64 = 1e12;
+
+/// A number of bytes as people write it.
+fn size(bytes: f64) -> String {
+    let units = ["kB", "MB", "GB", "TB", "PB", "EB"];
+    let mut value = bytes / 1e3;
+    let mut unit = 0;
+    while value >= 999.5 && unit + 1 < units.len() {
+        value /= 1e3;
+        unit += 1;
+    }
+    let digits = usize::from(value < 10.0);
+    format!("{value:.digits$} {}", units[unit])
+}
+
+/// Bytes that a process can still have: those that Linux says are available, or fewer where a group of
+/// processes has a limit. `None` on other systems.
+fn available() -> Option<f64> {
+    let of_machine = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let free = field(&of_machine, "MemAvailable:")? * 1024.0;
+    let of_group = |file: &str| -> Option<f64> {
+        std::fs::read_to_string(format!("/sys/fs/cgroup/{file}")).ok()?.trim().parse().ok()
+    };
+    let left =
+        of_group("memory.max").zip(of_group("memory.current")).map(|(most, used)| most - used);
+    Some(left.map_or(free, |left| free.min(left.max(0.0))))
+}
+
+/// The number behind a name at the start of a line.
+fn field(text: &str, name: &str) -> Option<f64> {
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
+    line.split_whitespace().next()?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn needs() -> Needs {
+        Needs { unknowns: 1_000_000, kept: 3, outputs: 2, inputs: 1, directions: 0, rows: 1000 }
+    }
+
+    fn refusal(what: &str, demands: &[Demand], available: f64) -> String {
+        match within(what, demands, Some(available)) {
+            Err(WorkError::Computation(message)) => message,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_run_needs_memory_for_what_it_keeps() {
+        // Forty vectors, and little beside them.
+        assert!(within("the run", &needs().demands(), Some(0.33e9)).is_ok());
+        assert_eq!(
+            refusal("the run", &needs().demands(), 0.3e9),
+            "the run needs about 320 MB of memory, and 300 MB is free: it steps 1000000 unknowns; \
+             ask for a smaller model"
+        );
+        let all = Needs { kept: 1_000_000, directions: 4, ..needs() };
+        assert_eq!(
+            refusal("the run", &all.demands(), 2e9),
+            "the run needs about 82 GB of memory, and 2.0 GB is free: it keeps 1000 rows of \
+             1000000 unknowns and 2 outputs with 4 derivatives each; ask for fewer rows \
+             (`--every`, `--from`, `--until`), or for fewer derivatives (`--to`)"
+        );
+    }
+
+    #[test]
+    fn a_fit_needs_memory_for_recordings_side_by_side_and_for_its_estimates() {
+        let small = Needs { unknowns: 3, kept: 3, ..needs() };
+        assert!(within("the fit", &small.demands_of_fit(2, 5, 4), Some(1e6)).is_ok());
+        let all = Needs { kept: 1_000_000, ..needs() };
+        assert_eq!(
+            refusal("the fit", &all.demands_of_fit(2, 5, 1), 20e9),
+            "the fit needs about 33 GB of memory, and 20 GB is free: it simulates 2 recordings at a \
+             time, each with 1000 rows of 1000000 unknowns and 2 outputs; use shorter recordings \
+             (`--from`, `--until`), or fewer threads (`--threads`)"
+        );
+        assert_eq!(
+            refusal("the fit", &Needs { rows: 2, ..all }.demands_of_fit(1, 1, 100), 20e9),
+            "the fit needs about 32 GB of memory, and 20 GB is free: it steps 1000000 unknowns with \
+             100 derivatives each; estimate fewer numbers (`--fix`)"
+        );
+        assert_eq!(
+            refusal("the fit", &small.demands_of_fit(1, 1, 100_000), 20e9),
+            "the fit needs about 160 GB of memory, and 20 GB is free: it finds 100000 estimates from \
+             1 recording; estimate fewer numbers (`--fix`)"
+        );
+    }
+
+    #[test]
+    fn an_ensemble_needs_memory_for_the_sets_under_way_and_those_it_holds() {
+        let small = Needs { unknowns: 3, kept: 3, ..needs() };
+        assert!(within("the ensemble", &small.demands_of_ensemble(16, 128, 6), Some(1e8)).is_ok());
+        assert_eq!(
+            refusal("the ensemble", &small.demands_of_ensemble(16, 1_000_000, 6), 1e9),
+            "the ensemble needs about 48 GB of memory, and 1.0 GB is free: it keeps 1000 rows of 6 \
+             columns for 1000000 sets; ask for fewer rows (`--every`, `--from`, `--until`) or fewer \
+             sets, or write a table (`-o x.csv`) without `--plot`"
+        );
+        let all = Needs { kept: 1_000_000, ..needs() };
+        assert_eq!(
+            refusal("the ensemble", &all.demands_of_ensemble(8, 64, 3), 1e9),
+            "the ensemble needs about 131 GB of memory, and 1.0 GB is free: it runs 8 sets at a time, \
+             each with 1000 rows of 1000000 unknowns and 2 outputs; ask for fewer rows (`--every`, \
+             `--from`, `--until`) or fewer threads (`--threads`)"
+        );
+    }
+
+    #[test]
+    fn the_free_memory_is_a_line_of_its_own() {
+        let text = "MemTotal:  100 kB\nMemFree:  10 kB\nMemAvailable:   42 kB\n";
+        assert_eq!(field(text, "MemAvailable:"), Some(42.0));
+        assert_eq!(field(text, "MemNothing:"), None);
+    }
+}

@@ -1,0 +1,413 @@
+//! What commands that run a model once share: data, start values, times, the simulation itself.
+
+pub mod keeping;
+pub mod memory;
+pub mod recording;
+pub mod reservations;
+
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::model::{Automaton, Model, Origin, Transition};
+use dgd_compiler::program::Program;
+use dgd_compiler::source::Sources;
+use dgd_execute::Engine;
+use dgd_runtime::integrate::catalogue::AUTOMATIC;
+use dgd_runtime::{
+    BadRequest, Failure, Inputs, IntegrateError, Observations, Options, OtherMethod, Problem,
+    Signature, Solution, Steps, System, automatic_method, choose_per_sample, consistent_start,
+    find_method, method_to_begin, observe, simulate, simulate_observed,
+    simulate_with_sensitivities,
+};
+
+use crate::error::WorkError;
+use crate::model::Loaded;
+use crate::output::columns::is_element;
+use crate::output::provenance::{DataFile, Provenance};
+use crate::request::{RunRequest, Solve, Start};
+use crate::session::Session;
+pub use recording::Measured;
+use recording::{Clock, Recording};
+
+/// Rows of a run that no data file and no `--every` give.
+const DEFAULT_ROWS: u32 = 1000;
+
+/// Most rows a run may have; more is a mistyped `--every`.
+const MOST_ROWS: f64 = 1e8;
+
+/// A model ready to run on its data.
+pub struct Run {
+    pub system: dgd_execute::Loaded,
+    /// Parameters, SI.
+    pub p: Vec<f64>,
+    pub inputs: Inputs,
+    /// Start values that replace the model's.
+    pub start: Vec<(usize, f64)>,
+    /// Times of the rows.
+    pub times: Vec<f64>,
+    /// Measured outputs, where the data has them.
+    pub measured: Measured,
+    pub options: Options,
+    /// What it was made of.
+    pub provenance: Provenance,
+}
+
+impl Run {
+    /// Reads the data, builds the inputs, finds times and start values.
+    pub fn prepare(
+        args: &RunRequest,
+        loaded: Loaded,
+        session: Session<'_>,
+    ) -> Result<Run, WorkError> {
+        let options = options(&args.solve)?;
+        let Loaded { compiled, mut sources, digest, .. } = loaded;
+        session.spare(&sources)?;
+        let mut diagnostics = Diagnostics::default();
+        let recording = match &args.data {
+            None => None,
+            Some(path) => {
+                let read = Recording::read(
+                    (path, &args.solve.rename),
+                    &compiled.dae,
+                    Clock::Time,
+                    &mut sources,
+                    &mut diagnostics,
+                    session,
+                );
+                match read {
+                    Some(recording) => Some(recording),
+                    None => return Err(WorkError::diagnosed(&diagnostics, sources)),
+                }
+            }
+        };
+        let conditions = conditions(&compiled.model, &sources);
+        let system = executable(compiled.program, &args.solve)?;
+        let signature = system.signature();
+        let options = with_method(options, &args.solve, signature);
+        let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
+        let inputs = match &recording {
+            Some(recording) => recording.inputs(signature)?,
+            None if signature.inputs.is_empty() => Inputs::none(),
+            None => return Err(needs_data(signature)),
+        };
+        let times = times(args, recording.as_ref())?;
+        let data = args.data.iter().zip(&recording);
+        let data = data.map(|(path, recording)| DataFile::new(path, recording.digest)).collect();
+        let provenance = Provenance::new(session, Some(digest), data);
+        let measured = recording.map(|recording| recording.measured).unwrap_or_default();
+        let start = Vec::new();
+        let mut run = Run { system, p, inputs, start, times, measured, options, provenance };
+        if args.solve.start == Start::Measured {
+            let Run { times, measured, options, .. } = &run;
+            run.start = measured_start(&run.problem(), times[0], measured, options)?;
+        }
+        run.options = with_method_per_sample(run.options, &args.solve, &run.problem(), &run.times)?;
+        run.options = with_method_to_begin(
+            run.options,
+            &args.solve,
+            [(run.problem(), run.times[0])],
+            session,
+        );
+        run.tell_what_waits(&conditions, session);
+        Ok(run)
+    }
+
+    /// Names the conditions that hold from the start, and therefore do nothing yet.
+    fn tell_what_waits(&self, conditions: &[String], session: Session<'_>) {
+        if conditions.is_empty() || !session.listener.hears_remarks() {
+            return;
+        }
+        // What keeps the run from starting is said by the run.
+        let Ok(start) = consistent_start(&self.problem(), self.times[0], &self.options) else {
+            return;
+        };
+        for condition in start.waiting.iter().filter_map(|k| conditions.get(*k)) {
+            session.remark(&format!(
+                "note: `{condition}` holds at the start and acts only after it was false"
+            ));
+        }
+    }
+
+    pub fn problem(&self) -> Problem<'_, dgd_execute::Loaded> {
+        Problem { system: &self.system, p: &self.p, inputs: &self.inputs, start: &self.start }
+    }
+
+    pub fn signature(&self) -> &Signature {
+        self.system.signature()
+    }
+
+    /// The i-th input at the times of a solution, SI.
+    pub fn input_values(&self, solution: &Solution, i: usize) -> Vec<f64> {
+        let mut u = vec![0.0; self.inputs.len()];
+        let at = |k: usize| {
+            self.inputs.value(solution.times[k], solution.side(k), &mut u);
+            u[i]
+        };
+        (0..solution.len()).map(at).collect()
+    }
+
+    /// Runs the model and evaluates its outputs. Of the elements of arrays, which stand behind all other
+    /// unknowns, nothing is kept but what outputs make of them.
+    pub fn simulate(&self) -> Result<Reached, WorkError> {
+        let signature = self.signature();
+        let shown = signature.unknowns.iter().enumerate().filter(|(_, x)| !is_element(&x.name));
+        let single = shown.last().map_or(0, |(last, _)| last + 1);
+        self.verify_memory(single, 0)?;
+        let (problem, times, options) = (self.problem(), &self.times, &self.options);
+        self.finish(if single < signature.unknowns.len() {
+            let chosen: Vec<usize> = (0..single).collect();
+            simulate_observed(&problem, &chosen, times, options)
+        } else {
+            simulate(&problem, times, options)
+        })
+    }
+
+    /// Refuses a run that needs more memory than is free, with so many unknowns kept and so many directions.
+    fn verify_memory(&self, kept: usize, n_s: usize) -> Result<(), WorkError> {
+        let signature = self.signature();
+        let n = signature.unknowns.len();
+        let all = outputs_are_late(signature) || matches!(self.options.steps, Steps::PerSample(_));
+        let kept = if all { n } else { kept };
+        let needs = memory::Needs {
+            unknowns: n,
+            kept,
+            outputs: signature.outputs.len(),
+            inputs: signature.inputs.len(),
+            directions: n_s,
+            rows: self.times.len(),
+        };
+        memory::verify("the run", &needs.demands())
+    }
+
+    /// The same with sensitivities.
+    pub fn simulate_with_sensitivities(&self) -> Result<Reached, WorkError> {
+        let signature = self.signature();
+        self.verify_memory(signature.unknowns.len(), signature.directions.len())?;
+        self.finish(simulate_with_sensitivities(&self.problem(), &self.times, &self.options))
+    }
+
+    fn finish(&self, result: Result<Solution, Failure>) -> Result<Reached, WorkError> {
+        let (solution, stopped) = match result {
+            Ok(solution) => (solution, None),
+            Err(Failure { error, partial }) if partial.is_empty() => {
+                return Err(WorkError::Computation(error.to_string()));
+            }
+            Err(Failure { error, partial }) => (*partial, Some(error)),
+        };
+        let observations = observe(&self.problem(), &solution);
+        Ok(Reached { solution, observations, stopped })
+    }
+}
+
+/// Refuses a fit or search that needs more memory than is free, of so many threads.
+pub fn verify_memory_of_fit(
+    what: &str,
+    signature: &Signature,
+    recordings: &[dgd_identify::Recording],
+    threads: usize,
+    keeps_derivatives: bool,
+) -> Result<(), WorkError> {
+    let rows = recordings.iter().map(|recording| recording.times.len()).max().unwrap_or(0);
+    let n_s = signature.directions.len();
+    let keeps = keeps_derivatives || outputs_are_late(signature);
+    let n = signature.unknowns.len();
+    let needs = memory::Needs {
+        unknowns: n,
+        kept: n,
+        outputs: signature.outputs.len(),
+        inputs: signature.inputs.len(),
+        directions: if keeps { n_s } else { 0 },
+        rows,
+    };
+    let side_by_side = threads.clamp(1, recordings.len().max(1));
+    memory::verify(what, &needs.demands_of_fit(side_by_side, recordings.len(), n_s))
+}
+
+/// Whether a run keeps all unknowns for outputs that are read late.
+fn outputs_are_late(signature: &Signature) -> bool {
+    signature.outputs.iter().any(|output| output.delay.is_some())
+}
+
+/// The conditions of a model's transitions as they are written, in their order.
+fn conditions(model: &Model, sources: &Sources) -> Vec<String> {
+    let of = |automaton: &Automaton, transition: &Transition| match automaton.origin {
+        Origin::When => format!("when {}", automaton.name),
+        Origin::Modes => {
+            let span = transition.span;
+            let text = &sources.get(span.source).text[span.start as usize..span.end as usize];
+            let head = text.split('{').next().unwrap_or(text);
+            head.split_whitespace().collect::<Vec<_>>().join(" ")
+        }
+    };
+    let automata = model.automata.iter();
+    automata.flat_map(|a| a.transitions.iter().map(move |t| of(a, t))).collect()
+}
+
+/// A run as far as it went.
+pub struct Reached {
+    pub solution: Solution,
+    pub observations: Observations,
+    /// Why it did not go to the end.
+    pub stopped: Option<IntegrateError>,
+}
+
+fn needs_data(signature: &Signature) -> WorkError {
+    let inputs: Vec<String> = signature
+        .inputs
+        .iter()
+        .map(|input| format!("`{} [{}]`", input.name, input.unit.symbol))
+        .collect();
+    WorkError::Usage(format!(
+        "model `{}` has inputs: give a file with the columns `time [s]`, {} by `--data FILE`",
+        signature.name,
+        inputs.join(", ")
+    ))
+}
+
+/// A program as a system, with the engine that was asked for.
+pub fn executable(program: Program, args: &Solve) -> Result<dgd_execute::Loaded, WorkError> {
+    let engine = args.engine;
+    let system = dgd_execute::Loaded::with_engine(program, engine);
+    if engine == Engine::Native {
+        system.compile().map_err(|error| WorkError::Computation(error.to_string()))?;
+    }
+    Ok(system)
+}
+
+/// How to integrate.
+pub fn options(args: &Solve) -> Result<Options, WorkError> {
+    let mut options = Options {
+        rtol: args.rtol,
+        atol: args.atol.unwrap_or(args.rtol),
+        steps: args.steps,
+        ..Options::default()
+    };
+    if args.method != AUTOMATIC {
+        let found = find_method(&args.method);
+        options.method = found.map_err(|error| WorkError::Usage(error.to_string()))?;
+    }
+    options.verify().map_err(|error: BadRequest| WorkError::Computation(error.to_string()))?;
+    Ok(options)
+}
+
+/// The same with the method that suits the model, where none was named.
+pub fn with_method(options: Options, args: &Solve, signature: &Signature) -> Options {
+    if args.method == AUTOMATIC {
+        Options { method: automatic_method(signature), ..options }
+    } else {
+        options
+    }
+}
+
+/// The same with the method that suits steps per sample, where those are asked for and no method is
+/// named.
+pub fn with_method_per_sample(
+    options: Options,
+    args: &Solve,
+    problem: &Problem<'_, dgd_execute::Loaded>,
+    times: &[f64],
+) -> Result<Options, WorkError> {
+    if args.method != AUTOMATIC || !matches!(options.steps, Steps::PerSample(_)) {
+        return Ok(options);
+    }
+    let choice = choose_per_sample(problem, times, &options)
+        .map_err(|error| WorkError::Computation(error.to_string()))?;
+    Ok(Options { method: choice.method, ..options })
+}
+
+/// The same with a method that can begin the runs of these problems, where none was named and the one that
+/// suits the model cannot. It is chosen before the first of them, for all.
+pub fn with_method_to_begin<'a>(
+    options: Options,
+    args: &Solve,
+    runs: impl IntoIterator<Item = (Problem<'a, dgd_execute::Loaded>, f64)>,
+    session: Session<'_>,
+) -> Options {
+    if args.method != AUTOMATIC || matches!(options.steps, Steps::PerSample(_)) {
+        return options;
+    }
+    let other = runs.into_iter().find_map(|(problem, t)| method_to_begin(&problem, t, &options));
+    let Some(OtherMethod { method, equation, t }) = other else { return options };
+    session.remark(&format!(
+        "note: `{}` cannot begin at t = {t} s, where a derivative of equation `{equation}` is not \
+         finite; the method is `{}`",
+        options.method.name, method.name
+    ));
+    Options { method, ..options }
+}
+
+/// Times of the rows: the data's, or every so often.
+fn times(args: &RunRequest, recording: Option<&Recording>) -> Result<Vec<f64>, WorkError> {
+    let sampled = recording.map(|recording| recording.times.as_slice());
+    let first = args.solve.from.or(sampled.and_then(|t| t.first().copied())).unwrap_or(0.0);
+    let Some(last) = args.solve.until.or(sampled.and_then(|t| t.last().copied())) else {
+        return Err(WorkError::Usage(
+            "how long? give the last time by `--until T`, in s, or a recording by `--data FILE`"
+                .to_owned(),
+        ));
+    };
+    if first > last {
+        return Err(WorkError::Usage(format!(
+            "`--until`: the run would end at {last} s, before it begins at {first} s"
+        )));
+    }
+    let every = match (args.every, sampled) {
+        (Some(every), _) => every,
+        (None, Some(sampled)) => {
+            let mut times: Vec<f64> =
+                sampled.iter().copied().filter(|t| (first..=last).contains(t)).collect();
+            if times.first() != Some(&first) {
+                times.insert(0, first);
+            }
+            if times.last() != Some(&last) {
+                times.push(last);
+            }
+            return Ok(times);
+        }
+        (None, None) => (last - first) / f64::from(DEFAULT_ROWS),
+    };
+    if first == last {
+        return Ok(vec![first]);
+    }
+    let rows = (last - first) / every;
+    if rows > MOST_ROWS {
+        return Err(WorkError::Usage(format!(
+            "`--every {every:e}` asks for {rows:.1e} rows; a run has at most {MOST_ROWS:e}"
+        )));
+    }
+    // A last step shorter than rounding is left out.
+    let whole = (rows + 1e-9).floor();
+    let mut times: Vec<f64> = (0..=whole as u64).map(|k| first + k as f64 * every).collect();
+    match times.last_mut() {
+        Some(end) if (last - *end).abs() <= 1e-9 * every => *end = last,
+        _ => times.push(last),
+    }
+    Ok(times)
+}
+
+/// Start values that make the first simulated outputs equal the first measured ones.
+///
+/// Gauss–Newton on w(y₀) = w_measured(t₀), weighted by the outputs' noise, with the shortest
+/// correction (in units of each unknown's size) where the outputs determine less than the states.
+pub fn measured_start(
+    problem: &Problem<'_, dgd_execute::Loaded>,
+    t: f64,
+    measured: &Measured,
+    options: &Options,
+) -> Result<Vec<(usize, f64)>, WorkError> {
+    let signature = problem.system.signature();
+    let row = measured.times.partition_point(|sample| *sample < t);
+    let first: Vec<Option<f64>> = measured
+        .outputs
+        .iter()
+        .map(|samples| samples.as_ref()?.get(row).copied().filter(|value| value.is_finite()))
+        .collect();
+    if first.iter().all(Option::is_none) {
+        return Err(WorkError::Usage(
+            "`--start measured` needs data with at least one output of the model in its first row"
+                .to_owned(),
+        ));
+    }
+    let noise: Vec<f64> =
+        signature.outputs.iter().map(|output| output.noise.unwrap_or(output.unit.factor)).collect();
+    dgd_runtime::start_from_outputs(problem, t, &first, &noise, options)
+        .map_err(|error| WorkError::Computation(error.to_string()))
+}

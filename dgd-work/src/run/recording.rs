@@ -1,0 +1,253 @@
+//! Data files as a model sees them: its inputs and measured outputs, in SI.
+
+use std::path::{Path, PathBuf};
+
+use dgd_compiler::dae::Dae;
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::source::Sources;
+use dgd_compiler::units::Unit;
+use dgd_data::select::{self, Gaps};
+use dgd_data::{self as data, Rename, Table};
+use dgd_execute::Loaded;
+use dgd_identify::Recording as Experiment;
+use dgd_runtime::{Column, Inputs, Options, Problem, Signature, System};
+
+use crate::error::WorkError;
+use crate::model::Compilation;
+use crate::request::{Solve, Start};
+use crate::run::measured_start;
+use crate::session::Session;
+
+/// What a data file may be without a time column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Clock {
+    /// Nothing.
+    Time,
+    /// Independent rows, for a model whose outputs depend on nothing but the inputs at the same time. They
+    /// are taken as if there were one a second.
+    Rows,
+}
+
+/// A data file as far as the model knows it, SI.
+pub struct Recording {
+    /// What the file has.
+    pub clock: Clock,
+    /// Digest of its bytes; none of a stream.
+    pub digest: Option<u128>,
+    pub times: Vec<f64>,
+    inputs: Vec<Vec<f64>>,
+    pub measured: Measured,
+}
+
+impl Recording {
+    /// What drove the system, as functions of time.
+    pub fn inputs(&self, signature: &Signature) -> Result<Inputs, WorkError> {
+        let columns: Vec<Column<'_>> = signature
+            .inputs
+            .iter()
+            .zip(&self.inputs)
+            .map(|(input, values)| Column {
+                name: &input.name,
+                interpolation: input.interpolation,
+                values,
+            })
+            .collect();
+        Inputs::recorded(&self.times, &columns)
+            .map_err(|error| WorkError::Computation(error.to_string()))
+    }
+
+    /// Reads a data file; `None` where it has mistakes, which are reported.
+    pub fn read(
+        (path, renames): (&Path, &[Rename]),
+        dae: &Dae,
+        clock: Clock,
+        sources: &mut Sources,
+        diagnostics: &mut Diagnostics,
+        session: Session<'_>,
+    ) -> Option<Recording> {
+        let table = data::read_renamed(path, renames, sources, diagnostics).ok()?;
+        let known = Known::of(dae);
+        let read =
+            Self::select(&table, &known, (clock, Gaps::Refused), sources, diagnostics, session);
+        let mut recording = read?;
+        let outputs = recording.measured.outputs.iter_mut().zip(known.outputs());
+        for (samples, output) in outputs {
+            // As if there were no column: nothing was measured.
+            if samples.as_ref().is_some_and(|samples| !samples.iter().any(|y| y.is_finite())) {
+                *samples = None;
+                session.remark(&format!(
+                    "`{}`: the column `{}` has no value in any row, and is not used",
+                    path.display(),
+                    output.name
+                ));
+            }
+        }
+        Some(recording)
+    }
+
+    /// Reads data files; mistakes in any of them end the command.
+    pub fn read_all(
+        (paths, renames): (&[PathBuf], &[Rename]),
+        dae: &Dae,
+        clock: Clock,
+        compilation: &mut Compilation,
+        session: Session<'_>,
+    ) -> Result<Vec<Recording>, WorkError> {
+        let Compilation { sources, diagnostics } = compilation;
+        let read =
+            |path: &PathBuf| Self::read((path, renames), dae, clock, sources, diagnostics, session);
+        let all: Vec<Recording> = paths.iter().filter_map(read).collect();
+        if diagnostics.check().is_err() {
+            return Err(WorkError::diagnosed(diagnostics, sources.clone()));
+        }
+        Ok(all)
+    }
+
+    /// What the model knows of a table; `None` where that has mistakes.
+    pub fn select(
+        table: &Table,
+        known: &Known<'_>,
+        (clock, gaps): (Clock, Gaps),
+        sources: &Sources,
+        diagnostics: &mut Diagnostics,
+        session: Session<'_>,
+    ) -> Option<Recording> {
+        let clock = match clock {
+            Clock::Rows if table.time.is_none() && known.dae.is_static() => Clock::Rows,
+            Clock::Rows | Clock::Time => Clock::Time,
+        };
+        let times = match clock {
+            Clock::Rows => Ok((0..table.len()).map(|row| row as f64).collect()),
+            Clock::Time => table.recording(diagnostics).map(<[f64]>::to_vec),
+        };
+        let input_columns = select::inputs_with(table, &known.inputs(), gaps, diagnostics);
+        let output_columns = select::measured(table, &known.outputs(), diagnostics);
+        let (times, inputs, outputs) = (times.ok()?, input_columns.ok()?, output_columns.ok()?);
+        if let Some(note) = select::unknown_note(table, &known.names()) {
+            session.note(&note, sources);
+        }
+        let measured = Measured { times: times.clone(), outputs };
+        Some(Recording { clock, digest: table.digest, times, inputs, measured })
+    }
+
+    /// Inputs in one row, SI.
+    pub fn inputs_at(&self, row: usize) -> Vec<f64> {
+        self.inputs.iter().map(|values| values[row]).collect()
+    }
+
+    /// The part between `--from` and `--until` for a fit, with start values from where `--start`
+    /// says.
+    pub fn experiment(
+        &self,
+        system: &Loaded,
+        p: &[f64],
+        path: &Path,
+        args: &Solve,
+        options: &Options,
+    ) -> Result<Experiment, WorkError> {
+        let inputs = self.inputs(system.signature())?;
+        let times = &self.times;
+        let from = args.from.map_or(0, |from| times.partition_point(|t| *t < from));
+        let until = args.until.map_or(times.len(), |to| times.partition_point(|t| *t <= to));
+        let Some(&first) = times[..until].get(from) else {
+            return Err(WorkError::Usage(format!(
+                "`{}` has no sample between `--from` and `--until`",
+                path.display()
+            )));
+        };
+        let window = |samples: &Vec<f64>| samples[from..until].to_vec();
+        let outputs = self.measured.outputs.iter();
+        let measured = outputs.map(|samples| samples.as_ref().map(window)).collect();
+        let mut experiment = Experiment::new(window(times), inputs, measured);
+        if args.start == Start::Measured {
+            let problem = Problem { system, p, inputs: &experiment.inputs, start: &[] };
+            experiment.start = measured_start(&problem, first, &self.measured, options)?;
+        }
+        Ok(experiment)
+    }
+}
+
+/// What recordings are called in results: by their files' names; where two of these are the same, by
+/// the paths as they were given, and by numbers where these are, too.
+pub fn names(paths: &[PathBuf]) -> Vec<String> {
+    let file = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let files: Vec<String> = paths.iter().map(file).collect();
+    let typed: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+    let is_unique = |names: &[String]| {
+        let mut sorted: Vec<&String> = names.iter().collect();
+        sorted.sort_unstable();
+        sorted.windows(2).all(|pair| pair[0] != pair[1])
+    };
+    if is_unique(&files) {
+        files
+    } else if is_unique(&typed) {
+        typed
+    } else {
+        typed.iter().enumerate().map(|(k, path)| format!("{path} ({})", k + 1)).collect()
+    }
+}
+
+/// Columns that a model knows.
+pub struct Known<'a> {
+    dae: &'a Dae,
+    /// Names of outputs that are elements of arrays.
+    elements: Vec<(String, &'a dgd_compiler::model::Declared)>,
+}
+
+impl<'a> Known<'a> {
+    pub fn of(dae: &'a Dae) -> Self {
+        let arrays = dae.output_arrays.iter();
+        let elements =
+            arrays.flat_map(|array| array.names().map(|name| (name, &array.declared))).collect();
+        Known { dae, elements }
+    }
+
+    pub fn inputs(&self) -> Vec<select::Declared<'_>> {
+        self.dae.inputs.iter().map(|input| declared(&input.declared)).collect()
+    }
+
+    pub fn outputs(&self) -> Vec<select::Declared<'_>> {
+        let single = self.dae.outputs.iter().map(|output| declared(&output.declared));
+        let elements = self.elements.iter();
+        let elements = elements.map(|(name, whole)| select::Declared { name, ..declared(whole) });
+        single.chain(elements).collect()
+    }
+
+    /// Names of all columns that are not worth a remark.
+    fn names(&self) -> Vec<&str> {
+        let Known { dae, elements } = self;
+        let inputs = dae.inputs.iter().map(|input| input.declared.name.as_str());
+        let outputs = dae.outputs.iter().map(|output| output.declared.name.as_str());
+        let unknowns = dae.unknowns.iter().map(|unknown| unknown.name.as_str());
+        let elements = elements.iter().map(|(name, _)| name.as_str());
+        inputs.chain(outputs).chain(unknowns).chain(elements).collect()
+    }
+}
+
+fn declared(declared: &dgd_compiler::model::Declared) -> select::Declared<'_> {
+    let unit: &Unit = &declared.unit;
+    select::Declared { name: &declared.name, unit, place: Some(declared.span) }
+}
+
+/// Measured outputs, SI.
+#[derive(Debug, Clone, Default)]
+pub struct Measured {
+    /// Sample times, s.
+    pub times: Vec<f64>,
+    /// For each output of the model, its samples.
+    pub outputs: Vec<Option<Vec<f64>>>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn recordings_have_names_of_their_own() {
+        let named = |paths: &[&str]| names(&paths.iter().map(PathBuf::from).collect::<Vec<_>>());
+        assert_eq!(named(&["a/one.csv", "b/two.csv"]), ["one.csv", "two.csv"]);
+        assert_eq!(named(&["a/run.csv", "b/run.csv"]), ["a/run.csv", "b/run.csv"]);
+        let twice = named(&["run.csv", "a/run.csv", "run.csv"]);
+        assert_eq!(twice, ["run.csv (1)", "a/run.csv (2)", "run.csv (3)"]);
+    }
+}

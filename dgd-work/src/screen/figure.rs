@@ -1,0 +1,123 @@
+//! The columns of a recording, with what was found shaded.
+
+use dgd_plot::{Band, Figure, Panel, Series, Style, Text};
+use dgd_screen::Weight;
+
+use super::notice::unit_of;
+use super::{Screened, apart};
+
+/// Columns of one unit that share a panel where they measure the same.
+pub(crate) fn figure(one: &Screened) -> Figure {
+    let times = one.times();
+    let groups = groups(one);
+    let panel = |group: &Vec<usize>| {
+        let columns = || group.iter().map(|i| &one.table.columns[*i]);
+        let faults = one.notices.iter().filter(|notice| {
+            notice.weight == Weight::Fault
+                && columns().any(|column| notice.channels.contains(&column.name))
+        });
+        let least = times.last().copied().unwrap_or(0.0) / 400.0;
+        let bands = faults
+            .flat_map(|notice| &notice.stretches)
+            .map(|stretch| {
+                // A single sample is still to be seen.
+                let spare = 0.5 * (least - (stretch.until - stretch.from)).max(0.0);
+                Band { from: stretch.from - spare, to: stretch.until + spare }
+            })
+            .collect();
+        let series: Vec<Series> = columns()
+            .map(|column| Series {
+                name: Text::name(&column.name),
+                style: Style::ThinLine,
+                x: times.to_vec(),
+                y: column.values.clone(),
+            })
+            .collect();
+        let title = match group.as_slice() {
+            [only] => Text::name(&one.table.columns[*only].name),
+            _ => Text::default(),
+        };
+        let unit = unit_of(one.table.columns[group[0]].unit.as_ref());
+        let marks = marks(one, group);
+        Panel {
+            title,
+            y_label: Text::default().with_unit(&unit),
+            series: series.into_iter().chain(marks).collect(),
+            bands,
+            ..Panel::default()
+        }
+    };
+    let mut panels: Vec<Panel> = Vec::with_capacity(groups.len());
+    for group in &groups {
+        panels.push(panel(group));
+        panels.extend(differences(one, group));
+    }
+    Figure { columns: 1, ..Figure::new(Text::plain("Time").with_unit("s"), panels) }
+}
+
+/// What columns of one quantity read more than the first of them.
+fn differences(one: &Screened, group: &[usize]) -> Option<Panel> {
+    let (&first, others) = group.split_first()?;
+    let columns = &one.table.columns;
+    let series = others.iter().map(|&other| {
+        let pairs = columns[other].values.iter().zip(&columns[first].values);
+        Series {
+            name: Text::name(&columns[other].name),
+            style: Style::ThinLine,
+            x: one.times().to_vec(),
+            y: pairs.map(|(other, first)| other - first).collect(),
+        }
+    });
+    let title = match others {
+        [] => return None,
+        [other] => format!("{} less {}", columns[*other].name, columns[first].name),
+        _ => format!("less {}", columns[first].name),
+    };
+    Some(Panel {
+        title: Text::plain(&title),
+        y_label: Text::default().with_unit(&apart(&one.table, first)),
+        series: series.collect(),
+        ..Panel::default()
+    })
+}
+
+/// Dots on the samples that stand out: spikes.
+fn marks(one: &Screened, group: &[usize]) -> Option<Series> {
+    let times = one.times();
+    let (mut x, mut y) = (Vec::new(), Vec::new());
+    for &column in group {
+        let column = &one.table.columns[column];
+        let spikes = one
+            .notices
+            .iter()
+            .filter(|notice| notice.kind == "spikes" && notice.channels.contains(&column.name));
+        for stretch in spikes.flat_map(|notice| &notice.stretches) {
+            let first = times.partition_point(|t| *t < stretch.from);
+            let end = times.partition_point(|t| *t <= stretch.until);
+            x.extend_from_slice(&times[first..end]);
+            y.extend_from_slice(&column.values[first..end]);
+        }
+    }
+    (!x.is_empty()).then(|| Series { name: Text::plain("spikes"), style: Style::Dots, x, y })
+}
+
+/// Columns that measure the same together, the others alone; columns without values not at all.
+fn groups(one: &Screened) -> Vec<Vec<usize>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for column in 0..one.table.columns.len() {
+        if one.screening.channels[column].samples == 0 {
+            continue;
+        }
+        let related = |group: &&mut Vec<usize>| {
+            one.screening
+                .comparisons
+                .iter()
+                .any(|pair| pair.channels[1] == column && group.contains(&pair.channels[0]))
+        };
+        match groups.iter_mut().find(related) {
+            Some(group) => group.push(column),
+            None => groups.push(vec![column]),
+        }
+    }
+    groups
+}

@@ -1,0 +1,382 @@
+//! What is wrong with recordings, before anything is fitted to them.
+//!
+//! ```text
+//!   files ─ tables ─ units ─ dgd-screen ─┬─ notice: findings in the user's words
+//!                                        │   against_model, balances: what a model adds
+//!                                        └─ summary (terminal), json, figure, page, tables (steady.csv)
+//! ```
+
+mod against_model;
+mod balances;
+mod figure;
+mod json;
+mod notice;
+mod page;
+mod prediction;
+mod summary;
+mod tables;
+mod units;
+
+use std::path::{Path, PathBuf};
+
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::pipeline::Directions;
+use dgd_compiler::source::Sources;
+use dgd_data::files::Files;
+use dgd_data::{Table, read_as_it_is};
+use dgd_plot::{Figure, Text};
+use dgd_runtime::Options;
+use dgd_screen::redundant::Compared;
+use dgd_screen::{Channel, Record, Request, Screening, Stretch, Weight, kin};
+use serde::{Serialize, Serializer};
+use serde_json::Value;
+
+use crate::error::{Ended, WorkError, meant};
+use crate::model::{Loaded, load};
+use crate::output::provenance::{DataFile, Provenance};
+use crate::request::ScreenRequest;
+use crate::session::Session;
+use against_model::Model;
+use notice::{difference_unit, unit_of};
+
+pub use notice::{Amount, Notice};
+
+/// Recordings, with what is wrong with them.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct Screenings {
+    /// Each recording.
+    pub recordings: Vec<Screened>,
+    /// What it was made of.
+    pub provenance: Provenance,
+    is_check: bool,
+    command: String,
+}
+
+/// Screens recordings, and compares them with a model where one is given.
+///
+/// # Errors
+///
+/// [`WorkError`]: a file cannot be read, or a name is not there.
+pub fn screen(request: &ScreenRequest, session: Session<'_>) -> Result<Screenings, WorkError> {
+    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let mut tables = read(request, &mut sources, &mut diagnostics);
+    if diagnostics.check().is_err() {
+        return Err(WorkError::diagnosed(&diagnostics, sources));
+    }
+    let wishes = wishes(request, &tables)?;
+    if units::unify(&mut tables, &wishes.same, &mut diagnostics).is_err() {
+        return Err(WorkError::diagnosed(&diagnostics, sources));
+    }
+    let mut recordings = screen_all(tables, &wishes);
+    let mut of_model = None;
+    if let Some(model) = &request.model {
+        let Loaded { compiled, sources, digest, .. } =
+            load(model, &request.choices, |_| Directions::None)?;
+        of_model = Some(digest);
+        session.spare(&sources)?;
+        let system = dgd_execute::Loaded::new(compiled.program);
+        let model = Model { system: &system, dae: &compiled.dae, options: Options::default() };
+        for one in &mut recordings {
+            model.look_at(one);
+        }
+    }
+    let (is_check, command) = (request.check, request.command.clone());
+    let data = recordings.iter().map(|one| DataFile::new(&one.path, one.table.digest));
+    let provenance = Provenance::new(session, of_model, data.collect());
+    Ok(Screenings { recordings, provenance, is_check, command })
+}
+
+impl Screenings {
+    /// For programs.
+    pub fn to_json(&self) -> Value {
+        let mut all = json::to_json(&self.recordings);
+        self.provenance.push_json(&mut all);
+        all
+    }
+
+    /// For people; says where the files are, if they were written.
+    pub fn to_text(&self, folder: Option<&Path>) -> String {
+        summary::text(&self.recordings, folder)
+    }
+
+    /// A page, the result for programs, and steady stretches: [`FILES`].
+    ///
+    /// # Errors
+    ///
+    /// The page cannot be made.
+    pub fn files(&self) -> Result<Files, WorkError> {
+        let mut files = Files::default();
+        let json = format!("{:#}\n", self.to_json());
+        let page = page::write(&self.recordings, &self.command)?.into_bytes();
+        let steady = tables::steady(&self.recordings).into_bytes();
+        let contents = [json.into_bytes(), page, steady];
+        files.written.extend(FILES.map(str::to_owned).into_iter().zip(contents));
+        Ok(files)
+    }
+
+    /// The columns of a recording, with findings shaded; of the last one where there is no such recording.
+    pub fn figure(&self, recording: usize) -> Figure {
+        let last = self.recordings.len().saturating_sub(1);
+        let one = self.recordings.get(recording.min(last));
+        one.map_or_else(|| Figure::new(Text::default(), Vec::new()), figure::figure)
+    }
+
+    /// How it ended: where faults are not wanted, by those that were found.
+    pub fn ended(&self) -> Ended {
+        let faults: usize = self.recordings.iter().map(|one| one.count(Weight::Fault)).sum();
+        match faults {
+            0 => Ended::Done,
+            _ if !self.is_check => Ended::Done,
+            1 => Ended::Found("one fault was found".to_owned()),
+            n => Ended::Found(format!("{n} faults were found")),
+        }
+    }
+}
+
+impl Serialize for Screenings {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.to_json().serialize(serializer)
+    }
+}
+
+/// A recording with all that was found in it.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct Screened {
+    /// Its file.
+    pub path: PathBuf,
+    /// What it holds.
+    pub table: Table,
+    /// What the tests found.
+    pub screening: Screening,
+    /// Findings in words.
+    pub notices: Vec<Notice>,
+}
+
+impl Screened {
+    /// Seconds since the first sample.
+    pub fn times(&self) -> &[f64] {
+        self.table.time.as_deref().unwrap_or_default()
+    }
+
+    /// How many findings are of this weight.
+    pub fn count(&self, weight: Weight) -> usize {
+        self.notices.iter().filter(|notice| notice.weight == weight).count()
+    }
+}
+
+/// What is asked for besides the files.
+#[derive(Debug, Default)]
+struct Wishes {
+    /// Names of columns that measure the same.
+    pub same: Vec<[String; 2]>,
+    pub window: Option<f64>,
+    /// Largest slopes at rest, per second.
+    pub rest: Vec<(String, f64)>,
+}
+
+/// All recordings, with the names that the user gives to columns; mistakes are reported.
+fn read(
+    request: &ScreenRequest,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Vec<(PathBuf, Table)> {
+    let mut tables = Vec::with_capacity(request.data.len());
+    for path in &request.data {
+        let Ok(table) = read_as_it_is(path, &request.rename, sources, diagnostics) else {
+            continue;
+        };
+        // Rows without a time are not a recording.
+        if table.recording(diagnostics).is_ok() {
+            tables.push((path.clone(), table));
+        }
+    }
+    tables
+}
+
+/// What the options say, with names that are there.
+fn wishes(request: &ScreenRequest, tables: &[(PathBuf, Table)]) -> Result<Wishes, WorkError> {
+    let mut known: Vec<&str> =
+        tables.iter().flat_map(|(_, table)| &table.columns).map(|c| c.name.as_str()).collect();
+    known.sort_unstable();
+    known.dedup();
+    let verify = |flag: &str, name: &str| {
+        if known.contains(&name) {
+            return Ok(name.to_owned());
+        }
+        let meant = meant(name, &known);
+        Err(WorkError::Usage(format!("`{flag}`: there is no column `{name}`; {meant}")))
+    };
+    let mut same = Vec::new();
+    for text in &request.same {
+        let names: Vec<String> = text
+            .split(',')
+            .map(|name| verify("--same", name.trim()))
+            .collect::<Result<_, WorkError>>()?;
+        if names.len() < 2 {
+            let message = format!("`--same {text}` needs two names or more, with commas");
+            return Err(WorkError::Usage(message));
+        }
+        for (at, one) in names.iter().enumerate() {
+            for other in &names[at + 1..] {
+                let has_both = |(_, table): &(PathBuf, Table)| {
+                    table.column(one).is_some() && table.column(other).is_some()
+                };
+                if !tables.iter().any(has_both) {
+                    let message = format!("`--same`: no recording has both `{one}` and `{other}`");
+                    return Err(WorkError::Usage(message));
+                }
+                same.push([one.clone(), other.clone()]);
+            }
+        }
+    }
+    let mut rest = Vec::new();
+    for text in &request.rest {
+        let parsed = text.split_once('=').and_then(|(name, rate)| {
+            let rate: f64 = rate.trim().parse().ok()?;
+            (rate.is_finite() && rate > 0.0).then_some((name.trim(), rate))
+        });
+        let Some((name, rate)) = parsed else {
+            return Err(WorkError::Usage(format!(
+                "`--rest {text}` needs the form NAME=RATE, a positive change per second in the \
+                 column's unit, as in `--rest q_ssp=2`"
+            )));
+        };
+        rest.push((verify("--rest", name)?, rate));
+    }
+    Ok(Wishes { same, window: request.window, rest })
+}
+
+/// Screens recordings, of which columns of one name have one unit, and those that measure the same.
+/// What one recording says of two columns with alike names holds for all.
+fn screen_all(tables: Vec<(PathBuf, Table)>, wishes: &Wishes) -> Vec<Screened> {
+    let units: Vec<Vec<String>> = tables
+        .iter()
+        .map(|(_, table)| table.columns.iter().map(|c| unit_of(c.unit.as_ref())).collect())
+        .collect();
+    let records: Vec<Record<'_>> =
+        tables.iter().zip(&units).map(|((_, table), units)| record(table, units)).collect();
+    let (mut alike, mut different): (Vec<[String; 2]>, Vec<[String; 2]>) = (Vec::new(), Vec::new());
+    if tables.len() > 1 {
+        for record in &records {
+            for pair in kin(record, &Request::default()) {
+                let names = pair.channels.map(|i| record.channels[i].name.to_owned());
+                match pair.compared {
+                    Compared::Same(comparison) if comparison.gain.is_some() => alike.push(names),
+                    Compared::Different { .. } => different.push(names),
+                    Compared::Same(_) | Compared::Unknown => {}
+                }
+            }
+        }
+        // Two that move apart in one recording do not measure the same, unless the user says so.
+        alike.retain(|names| !different.contains(names));
+    }
+    let screenings: Vec<Screening> = records
+        .iter()
+        .map(|record| {
+            let at = |name: &String| record.channels.iter().position(|c| c.name == name);
+            let pairs = |names: &[[String; 2]]| -> Vec<[usize; 2]> {
+                let pair = |[a, b]: &[String; 2]| {
+                    let (a, b) = (at(a)?, at(b)?);
+                    (a != b).then_some([a.min(b), a.max(b)])
+                };
+                names.iter().filter_map(pair).collect()
+            };
+            let limits = wishes.rest.iter().filter_map(|(name, rate)| Some((at(name)?, *rate)));
+            let request = Request {
+                same: pairs(&wishes.same),
+                alike: pairs(&alike),
+                different: pairs(&different),
+                window: wishes.window,
+                limits: limits.collect(),
+            };
+            dgd_screen::screen(record, &request)
+        })
+        .collect();
+    tables
+        .into_iter()
+        .zip(screenings)
+        .map(|((path, table), screening)| {
+            let mut notices = of_reading(&table);
+            notices.extend(screening.findings.iter().map(|f| notice::notice(&table, f)));
+            Screened { path, table, screening, notices }
+        })
+        .collect()
+}
+
+/// A table as `dgd-screen` sees it.
+fn record<'a>(table: &'a Table, units: &'a [String]) -> Record<'a> {
+    let columns = table.columns.iter().zip(units);
+    let channels =
+        columns.map(|(c, unit)| Channel { name: &c.name, unit, values: &c.values }).collect();
+    Record { times: table.time.as_deref().unwrap_or_default(), channels }
+}
+
+/// What reading the file came across.
+fn of_reading(table: &Table) -> Vec<Notice> {
+    let mut notices = Vec::new();
+    let mut add = |kind, channels: Vec<String>, text: String, advice: &str| {
+        notices.push(Notice {
+            kind,
+            weight: Weight::Fault,
+            channels,
+            stretches: Vec::new(),
+            amount: None,
+            p_value: None,
+            text,
+            advice: advice.to_owned(),
+        });
+    };
+    let disorder = &table.disorder;
+    if let Some(text) = &disorder.backwards {
+        let rows = match disorder.left_out {
+            1 => "one row is".to_owned(),
+            n => format!("{n} rows are"),
+        };
+        add(
+            "time_backwards",
+            Vec::new(),
+            format!("time runs backwards: {text}; {rows} out of order"),
+            "left out here; mend the clock or sort the rows before a fit",
+        );
+    } else if let Some(text) = &disorder.crowded {
+        add(
+            "crowded_time",
+            Vec::new(),
+            format!("more than two rows have the time `{text}`"),
+            "keep one row of each time, or two where values jump",
+        );
+    }
+    for column in &table.columns {
+        let names = vec![column.name.clone()];
+        if let Some(fault) = &column.fault {
+            add("header", names.clone(), fault.message.clone(), "a column is headed `name [unit]`");
+        }
+        if let Some(cells) = &column.not_numbers {
+            let (text, count) = (&cells.text, cells.count);
+            let text =
+                format!("`{}` has {count} cells that are not numbers: `{text}`", column.name);
+            add("not_a_number", names, text, "empty them, or write decimals with a point");
+        }
+    }
+    notices
+}
+
+/// Files of a folder of results.
+pub const FILES: [&str; 3] = ["screen.json", "screen.html", "steady.csv"];
+
+/// All columns as words.
+pub(super) fn quoted(names: &[String]) -> String {
+    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}
+
+/// A stretch as two numbers.
+pub(super) fn ends(stretch: &Stretch) -> [f64; 2] {
+    [stretch.from, stretch.until]
+}
+
+/// The unit of differences of a column of a table.
+pub(super) fn apart(table: &Table, column: usize) -> String {
+    difference_unit(table.columns[column].unit.as_ref())
+}

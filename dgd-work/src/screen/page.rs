@@ -1,0 +1,108 @@
+//! `screen.html`: the findings of all recordings with a picture of each.
+
+use askama::Template;
+use dgd_plot::render_svg;
+use dgd_screen::Weight;
+
+use super::notice::{reading, unit_of};
+use super::{Screened, figure, summary};
+use crate::error::WorkError;
+use crate::output::table::significant;
+
+/// Stretches of time that a cell lists.
+const LISTED: usize = 8;
+
+/// What the template shows; all text in it is escaped there, but for the pictures.
+#[derive(Template)]
+#[template(path = "screen.html")]
+struct Page<'a> {
+    faults: usize,
+    recordings: Vec<Recording>,
+    command: &'a str,
+}
+
+struct Recording {
+    file: String,
+    verdict: String,
+    /// Kind of row, subject, text, when, how sure, what to do.
+    findings: Vec<[String; 6]>,
+    columns: Vec<[String; 8]>,
+    points: Vec<Vec<String>>,
+    transients: Vec<[String; 2]>,
+    svg: String,
+}
+
+/// The page's text.
+pub(super) fn write(screened: &[Screened], command: &str) -> Result<String, WorkError> {
+    let page = Page {
+        faults: screened.iter().map(|one| one.count(Weight::Fault)).sum(),
+        recordings: screened.iter().map(recording).collect(),
+        command,
+    };
+    page.render().map_err(|error| WorkError::Found(format!("cannot write the report: {error}")))
+}
+
+fn recording(one: &Screened) -> Recording {
+    let mut findings = Vec::new();
+    for weight in [Weight::Fault, Weight::Remark] {
+        for notice in one.notices.iter().filter(|notice| notice.weight == weight) {
+            findings.push([
+                match weight {
+                    Weight::Fault => "fault".to_owned(),
+                    Weight::Remark => "remark".to_owned(),
+                },
+                summary::subject(&notice.channels).replace('`', ""),
+                notice.text.replace('`', ""),
+                notice.when(LISTED),
+                notice.certainty(),
+                notice.advice.replace('`', ""),
+            ]);
+        }
+    }
+    let columns = summary::columns(one).into_iter().skip(1).collect();
+    let moved: Vec<usize> = one.screening.motion.rests.iter().map(|rest| rest.channel).collect();
+    let head = moved.iter().map(|&i| {
+        let column = &one.table.columns[i];
+        format!("{} {}", column.name, unit_of(column.unit.as_ref())).trim_end().to_owned()
+    });
+    let mut points =
+        vec![["stretches".to_owned(), "s".to_owned()].into_iter().chain(head).collect()];
+    for point in &one.screening.points {
+        let means = moved.iter().map(|&i| match point.means[i] {
+            mean if mean.is_finite() => significant(mean, 4),
+            _ => "–".to_owned(),
+        });
+        let first = [point.stretches.len().to_string(), reading(point.seconds)];
+        points.push(first.into_iter().chain(means).collect());
+    }
+    let transients = one
+        .screening
+        .motion
+        .transients
+        .iter()
+        .map(|transient| {
+            let window = transient.stretch;
+            let when = format!("{}–{}", reading(window.from), reading(window.until));
+            let changes: Vec<String> = transient
+                .changes
+                .iter()
+                .map(|(i, before, after)| {
+                    let column = &one.table.columns[*i];
+                    let unit = unit_of(column.unit.as_ref());
+                    let (before, after) = (significant(*before, 4), significant(*after, 4));
+                    format!("{} {before} → {after} {unit}", column.name).trim_end().to_owned()
+                })
+                .collect();
+            [when, changes.join(", ")]
+        })
+        .collect();
+    Recording {
+        file: one.path.display().to_string(),
+        verdict: summary::verdict(one),
+        findings,
+        columns,
+        points,
+        transients,
+        svg: render_svg(&figure::figure(one)),
+    }
+}

@@ -1,0 +1,100 @@
+//! One unit for what is put side by side: columns of one name, and columns that measure the same.
+
+use std::path::PathBuf;
+
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use dgd_compiler::units::{Dimension, Unit, convert};
+use dgd_data::{Column, Table};
+
+/// Converts columns to the unit of the first column of their name, and those that measure the `same`
+/// to that of the first of them.
+///
+/// # Errors
+///
+/// A unit does not convert (E604), or a column has none where another one has (E609).
+pub(crate) fn unify(
+    tables: &mut [(PathBuf, Table)],
+    same: &[[String; 2]],
+    diagnostics: &mut Diagnostics,
+) -> Result<(), Reported> {
+    // Without values, which may be long.
+    let mut firsts: Vec<Column> = Vec::new();
+    for column in tables.iter().flat_map(|(_, table)| &table.columns) {
+        if !firsts.iter().any(|first| first.name == column.name) {
+            firsts.push(Column {
+                name: column.name.clone(),
+                unit: column.unit.clone(),
+                values: Vec::new(),
+                place: column.place,
+                fault: column.fault.clone(),
+                missing: None,
+                not_numbers: None,
+            });
+        }
+    }
+    // For each name that of the column whose unit it takes.
+    let mut leader: Vec<usize> = (0..firsts.len()).collect();
+    for [one, other] in same {
+        let at = |name: &String| firsts.iter().position(|first| first.name == *name);
+        let (Some(one), Some(other)) = (at(one), at(other)) else { continue };
+        let (to, from) = (leader[one], leader[other]);
+        leader.iter_mut().filter(|leader| **leader == from).for_each(|leader| *leader = to);
+    }
+    let mut unified = Ok(());
+    for column in tables.iter_mut().flat_map(|(_, table)| &mut table.columns) {
+        let first = firsts.iter().position(|first| first.name == column.name);
+        let Some(first) = first.map(|at| &firsts[leader[at]]) else { continue };
+        if let Err(diagnostic) = to_unit_of(column, first) {
+            unified = Err(diagnostics.error(*diagnostic));
+        }
+    }
+    unified
+}
+
+/// Converts a column to the unit of another one.
+fn to_unit_of(column: &mut Column, first: &Column) -> Result<(), Box<Diagnostic>> {
+    let plain = |unit: &Unit| unit.dimension == Dimension::ONE && unit.factor == 1.0;
+    match (&column.unit, &first.unit) {
+        (None, None) => Ok(()),
+        (Some(unit), None) | (None, Some(unit))
+            if plain(unit) && column.fault.is_none() && first.fault.is_none() =>
+        {
+            column.unit.clone_from(&first.unit);
+            Ok(())
+        }
+        (Some(from), Some(to)) if from.dimension == to.dimension => {
+            if from.symbol != to.symbol {
+                for value in &mut column.values {
+                    *value = convert(*value, from, to);
+                }
+                column.unit = Some(to.clone());
+            }
+            Ok(())
+        }
+        (Some(from), Some(to)) => {
+            let message = format!(
+                "the column `{}` is in `{}`, which does not convert to `{}`",
+                column.name, from.symbol, to.symbol
+            );
+            Err(Box::new(
+                Diagnostic::new(Code::E604, column.place, message)
+                    .label(first.place, format!("`{}` is in `{}` here", first.name, to.symbol))
+                    .help(
+                        "what is put side by side needs one kind of unit: screen them apart, or \
+                           give a column another name by `--rename`",
+                    ),
+            ))
+        }
+        (Some(unit), None) => Err(Box::new(without_unit(first, column, unit))),
+        (None, Some(unit)) => Err(Box::new(without_unit(column, first, unit))),
+    }
+}
+
+fn without_unit(column: &Column, other: &Column, unit: &Unit) -> Diagnostic {
+    column.fault.clone().unwrap_or_else(|| {
+        let message = format!("the column `{}` has no unit", column.name);
+        Diagnostic::new(Code::E609, column.place, message)
+            .label(other.place, format!("`{}` is in `{}` here", other.name, unit.symbol))
+            .help(format!("write `{} [{}]`", column.name, unit.symbol))
+    })
+}

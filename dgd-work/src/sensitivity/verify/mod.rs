@@ -1,0 +1,263 @@
+//! Sensitivities against differences of simulations, on the user's own run.
+//!
+//! For each parameter the run is repeated with other values of it (`moved.rs`), at tighter tolerances,
+//! and the differences of what comes out are extrapolated to no change at all, with an estimate of
+//! their own error (`extrapolate.rs`). Each sensitivity is then compared with its difference in units of
+//!
+//! ```text
+//!   max((rtol + atol) · its scale, error of the difference)
+//! ```
+//!
+//! Its scale is the largest value that it has over the run, or what the unknown or output does over the run per
+//! size of the parameter, whichever is more: a derivative that is zero but for rounding is known no better than
+//! that. A sample's difference is taken to be no better than those of half of the samples, as its error is
+//! estimated from a few quotients that may be alike by chance.
+//!
+//! A sample that a moved event or jump passes has no difference, and is left out and counted; so is one
+//! whose difference is too uncertain to say anything, and one at a kink, where a sensitivity is that of one side.
+
+mod extrapolate;
+mod moved;
+mod report;
+
+use dgd_runtime::{Direction, Observations, Options, Signature, Solution};
+
+use crate::error::WorkError;
+use crate::run::Run;
+use extrapolate::{Difference, Quotient, extrapolated};
+use moved::{Moved, moved};
+pub use report::Report;
+use report::{Row, Worst};
+
+/// A sensitivity may differ by this many of its units: tolerances are of a single step, and over a run
+/// the error stays within a hundred of them.
+const ALLOWED: f64 = 100.0;
+
+/// A difference whose own error is more than this fraction of the largest value says nothing.
+const UNCERTAIN: f64 = 0.01;
+
+/// Tolerances of the runs that are compared.
+const TIGHT: f64 = 1e-10;
+
+/// Something that has sensitivities: an unknown or an output, by position.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Of {
+    Unknown(usize),
+    Output(usize),
+}
+
+/// A solution and the outputs along it.
+#[derive(Clone)]
+pub(super) struct Trajectory {
+    pub(super) solution: Solution,
+    pub(super) observations: Observations,
+}
+
+impl Of {
+    /// All unknowns, and the outputs that are not one of them in another unit.
+    pub(crate) fn all(signature: &Signature) -> Vec<Of> {
+        let is_unknown = |name: &str| signature.unknowns.iter().any(|x| x.name == name);
+        let outputs = signature.outputs.iter().enumerate();
+        let outputs = outputs.filter(|(_, x)| !is_unknown(&x.name) || x.delay.is_some());
+        let outputs = outputs.map(|(i, _)| Of::Output(i));
+        (0..signature.unknowns.len()).map(Of::Unknown).chain(outputs).collect()
+    }
+
+    fn name(self, signature: &Signature) -> String {
+        match self {
+            Of::Unknown(i) => signature.unknowns.name(i).to_string(),
+            Of::Output(i) => signature.outputs[i].name.to_string(),
+        }
+    }
+
+    fn value(self, of: &Trajectory, k: usize) -> f64 {
+        match self {
+            Of::Unknown(i) => of.solution.y(k)[i],
+            Of::Output(i) => of.observations.w(k)[i],
+        }
+    }
+
+    fn derivative(self, of: &Trajectory, j: usize, k: usize) -> f64 {
+        let (solution, observations) = (&of.solution, &of.observations);
+        match self {
+            Of::Unknown(i) => solution.s(k)[j * solution.n + i],
+            Of::Output(i) => observations.dw(k)[j * observations.n_w + i],
+        }
+    }
+
+    /// Its size, for what is zero all along.
+    fn size(self, signature: &Signature, of: &Trajectory) -> f64 {
+        let (declared, unit) = match self {
+            Of::Unknown(i) => (signature.unknowns.nominal(i), signature.unknowns.unit(i)),
+            Of::Output(i) => (None, &signature.outputs[i].unit),
+        };
+        let largest =
+            || (0..of.solution.len()).fold(0.0, |m: f64, k| m.max(self.value(of, k).abs()));
+        let size = declared.map_or_else(largest, f64::abs);
+        if size > 0.0 && size.is_finite() { size } else { unit.factor.abs() }
+    }
+
+    /// What it does over the run: how far it moves, and no less than what can be told from its size.
+    fn range(self, run: &Run, of: &Trajectory) -> f64 {
+        let values = || (0..of.solution.len()).map(|k| self.value(of, k));
+        let most = values().fold(f64::NEG_INFINITY, f64::max);
+        let least = values().fold(f64::INFINITY, f64::min);
+        let told = run.options.rtol * self.size(run.signature(), of);
+        if (most - least).is_finite() { told.max(most - least) } else { told }
+    }
+}
+
+/// Compares the sensitivities of a run with differences.
+pub(crate) fn against_differences(
+    run: &Run,
+    solution: &Solution,
+    observations: &Observations,
+    all: &[Of],
+) -> Result<Report, WorkError> {
+    let signature = run.signature();
+    let options = Options { rtol: TIGHT, atol: TIGHT, ..Options::default() };
+    let given = Trajectory { solution: solution.clone(), observations: observations.clone() };
+    let mut rows = Vec::new();
+    for (j, direction) in signature.directions.iter().enumerate() {
+        let size = direction_size(run, &given, j, *direction);
+        let moved = moved(run, &given, *direction, size, &options)?;
+        for of in all {
+            rows.push(compare(run, &given, &moved, *of, (j, size)));
+        }
+    }
+    Ok(Report { rows, allowed: ALLOWED })
+}
+
+/// How large the j-th parameter or start value is; for one that is zero and declares no size, as large
+/// as it takes to change something by its own size.
+fn direction_size(run: &Run, given: &Trajectory, j: usize, direction: Direction) -> f64 {
+    let signature = run.signature();
+    let (value, nominal) = match direction {
+        Direction::Parameter(i) => (run.p[i], signature.parameters[i].nominal),
+        Direction::Start(i) => (given.solution.y(0)[i], signature.unknowns.nominal(i)),
+    };
+    let size = if value == 0.0 { nominal.unwrap_or(0.0) } else { value };
+    if size != 0.0 {
+        return size.abs();
+    }
+    let sizes = Of::all(signature).into_iter().map(|of| {
+        let slope = |k| of.derivative(given, j, k).abs();
+        of.size(signature, given) / (0..given.solution.len()).map(slope).fold(0.0, f64::max)
+    });
+    let least = sizes.fold(f64::INFINITY, f64::min);
+    if least.is_finite() { least } else { signature.direction_unit(j).factor.abs() }
+}
+
+/// Compares one thing's sensitivity to one parameter at all times.
+fn compare(run: &Run, given: &Trajectory, moved: &Moved, of: Of, (j, size): (usize, f64)) -> Row {
+    let signature = run.signature();
+    let times = &given.solution.times;
+    let noise = TIGHT * of.size(signature, given);
+    let found: Vec<(f64, Option<Difference>)> = (0..times.len())
+        .map(|k| {
+            let quotients = moved.quotients(k, noise, |trajectory| of.value(trajectory, k));
+            (of.derivative(given, j, k), extrapolated(&quotients, moved.order))
+        })
+        .collect();
+    let largest = found.iter().fold(0.0, |largest: f64, (s, difference)| {
+        // NaN is no maximum.
+        largest.max(s.abs()).max(difference.map_or(0.0, |difference| difference.value.abs()))
+    });
+    let scale = largest.max(of.range(run, given) / size);
+    let tolerance = (run.options.rtol + run.options.atol) * scale;
+    let usual = median(found.iter().filter_map(|(_, difference)| Some(difference.as_ref()?.error)));
+
+    let mut row = Row {
+        of: of.name(signature),
+        to: signature.direction_name(j).into_owned(),
+        scale,
+        worst: None,
+        uncertainty: 0.0,
+        compared: 0,
+        undefined: 0,
+        passed: 0,
+        uncertain: 0,
+        kinks: 0,
+    };
+    for (k, (s, difference)) in found.into_iter().enumerate() {
+        // Undefined sensitivities have been reported with their cause.
+        if s.is_nan() {
+            row.undefined += 1;
+            continue;
+        }
+        let Some(Difference { value, error }) = difference else {
+            row.passed += 1;
+            continue;
+        };
+        let error = error.max(usual);
+        let apart = (s - value).abs();
+        let ratio = if apart == 0.0 { 0.0 } else { apart / tolerance.max(error) };
+        // One that is wrong beyond its uncertainty is wrong, however uncertain; what is the same is not.
+        let is_uncertain = error > UNCERTAIN * largest + tolerance && apart != 0.0;
+        if is_uncertain && ratio <= ALLOWED || error.is_nan() {
+            row.uncertain += 1;
+            continue;
+        }
+        if ratio > ALLOWED
+            && let Some(sides) = moved.one_sided(k, noise, |trajectory| of.value(trajectory, k))
+            && is_one_side(s, &sides, (tolerance, UNCERTAIN * largest))
+        {
+            row.kinks += 1;
+            continue;
+        }
+        row.compared += 1;
+        row.uncertainty = row.uncertainty.max(error);
+        if row.worst.as_ref().is_none_or(|worst| ratio > worst.ratio || ratio.is_nan()) {
+            row.worst = Some(Worst { ratio, apart, at: times[k] });
+        }
+    }
+    row
+}
+
+/// Whether the two sides of a kink have differences of their own, and a sensitivity is that of one of them.
+fn is_one_side(s: f64, sides: &[Vec<Quotient>; 2], (tolerance, uncertain): (f64, f64)) -> bool {
+    let [Some(lower), Some(higher)] = sides.each_ref().map(|side| extrapolated(side, 1)) else {
+        return false;
+    };
+    let is_kink = (higher.value - lower.value).abs() > higher.error + lower.error;
+    let is_of = |side: Difference| {
+        side.error <= uncertain + tolerance
+            && (s - side.value).abs() <= ALLOWED * tolerance.max(side.error)
+    };
+    is_kink && (is_of(lower) || is_of(higher))
+}
+
+/// The middle one of some numbers; 0 for none.
+fn median(numbers: impl Iterator<Item = f64>) -> f64 {
+    let mut numbers: Vec<f64> = numbers.filter(|number| number.is_finite()).collect();
+    numbers.sort_by(f64::total_cmp);
+    numbers.get(numbers.len() / 2).copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Quotients of both sides of a function at 0.
+    fn sides(f: impl Fn(f64) -> f64) -> [Vec<Quotient>; 2] {
+        [-1.0, 1.0].map(|sign| {
+            let quotient = |k: i32| {
+                let h = sign * 0.1 * 0.5f64.powi(k);
+                Quotient { value: (f(h) - f(0.0)) / h, noise: 1e-12 }
+            };
+            (0..4).map(quotient).collect()
+        })
+    }
+
+    #[test]
+    fn at_a_kink_the_slope_of_either_side_is_right_and_no_other() {
+        let kink = sides(|x| x.sin() + x.abs());
+        for (slope, is_right) in [(0.0, true), (2.0, true), (1.0, false), (3.0, false)] {
+            assert_eq!(is_one_side(slope, &kink, (1e-8, 1e-2)), is_right, "{slope}");
+        }
+        // Where there is none, no other slope is that of a side.
+        let smooth = sides(f64::sin);
+        assert!(!is_one_side(0.9, &smooth, (1e-8, 1e-2)));
+        assert!(!is_one_side(1.1, &smooth, (1e-8, 1e-2)));
+    }
+}

@@ -1,0 +1,425 @@
+//! Trajectories for many sets of parameters and start values.
+
+use std::io::{self, Write};
+
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::pipeline::Directions;
+use dgd_data::write::{Written, write_header, write_rows};
+use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
+use dgd_runtime::ensemble::{Member, Trajectory, Wanted, members_at_a_time, reduce};
+use dgd_runtime::{Statistics, Unit, side};
+use serde_json::{Value, json};
+
+use crate::error::{Ended, WorkError};
+use crate::model::sets::{self, Set};
+use crate::model::{Loaded, load};
+use crate::output::columns::{in_unit, is_added, is_element};
+use crate::request::{SimulateRequest, Start};
+use crate::run::Run;
+use crate::run::memory::{self, Needs};
+use crate::session::Session;
+
+/// Sets that a thread runs before their rows are written.
+const BLOCK: usize = 64;
+/// Failures that are told one by one.
+const MOST_TOLD: usize = 5;
+
+/// A quantity that is shown.
+#[derive(Debug)]
+struct Shown {
+    name: String,
+    unit: Unit,
+    of: Of,
+}
+
+/// What it is.
+#[derive(Debug, Clone, Copy)]
+enum Of {
+    Input(usize),
+    Unknown(usize),
+    Output(usize),
+}
+
+/// Time series in the order of a single run: inputs, states, outputs.
+fn shown(run: &Run) -> Vec<Shown> {
+    let signature = run.signature();
+    let one = |name: &str, unit: &Unit, of| Shown { name: name.to_owned(), unit: unit.clone(), of };
+    let inputs = signature.inputs.iter().enumerate();
+    let is_output = |name: &str| signature.outputs.iter().any(|output| output.name == name);
+    let unknowns = (signature.unknowns.iter().enumerate())
+        .filter(|(_, unknown)| !is_element(&unknown.name) && !is_output(&unknown.name));
+    let outputs = signature.outputs.iter().enumerate();
+    (inputs.map(|(i, input)| one(&input.name, &input.unit, Of::Input(i))))
+        .chain(unknowns.map(|(i, unknown)| one(&unknown.name, &unknown.unit, Of::Unknown(i))))
+        .chain(outputs.map(|(i, output)| one(&output.name, &output.unit, Of::Output(i))))
+        .collect()
+}
+
+/// The runs of many sets, and what became of them so far.
+///
+/// They are run block by block, so that nobody has to hold more of them than is wanted.
+pub struct Ensemble {
+    run: Run,
+    sets: Vec<Set>,
+    threads: usize,
+    shown: Vec<Shown>,
+    statistics: Statistics,
+    written: usize,
+    /// Numbers of sets, from 1, and why they failed.
+    failed: Vec<(usize, String)>,
+    /// Values of all that is shown, in its unit, after the number of the set and the time.
+    gathered: Vec<Vec<f64>>,
+    /// Values of sets for a figure, SI.
+    drawn: Vec<Vec<Vec<f64>>>,
+}
+
+/// What is held of an ensemble besides what is written of it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Hold {
+    /// Values for [`Ensemble::to_json`].
+    pub columns: bool,
+    /// Values for [`Ensemble::figure`].
+    pub figure: bool,
+}
+
+impl Hold {
+    /// What is held.
+    pub fn new(columns: bool, figure: bool) -> Self {
+        Hold { columns, figure }
+    }
+}
+
+impl Ensemble {
+    /// Reads model, sets and data.
+    pub(super) fn prepare(
+        request: &SimulateRequest,
+        session: Session<'_>,
+    ) -> Result<Ensemble, WorkError> {
+        let Some(table) = &request.ensemble else {
+            return Err(WorkError::Usage("an ensemble needs a file of sets".to_owned()));
+        };
+        for (flag, is_given) in [
+            ("--noise-seed", request.noise_seed.is_some()),
+            ("--start measured", request.run.solve.start == Start::Measured),
+        ] {
+            if is_given {
+                return Err(WorkError::Usage(format!("`{flag}` is for a single run")));
+            }
+        }
+        let mut loaded = load(&request.run.model, &request.run.choices, |_| Directions::None)?;
+        let mut diagnostics = Diagnostics::default();
+        let Loaded { compiled, sources, .. } = &mut loaded;
+        let Ok(sets) = sets::read(table, &compiled.dae, sources, &mut diagnostics) else {
+            return Err(WorkError::diagnosed(&diagnostics, loaded.sources));
+        };
+        let run = Run::prepare(&request.run, loaded, session)?;
+        let shown = shown(&run);
+        Ok(Ensemble {
+            run,
+            sets,
+            threads: session.threads,
+            shown,
+            statistics: Statistics::default(),
+            written: 0,
+            failed: Vec::new(),
+            gathered: Vec::new(),
+            drawn: Vec::new(),
+        })
+    }
+
+    /// How many sets there are.
+    pub fn sets(&self) -> usize {
+        self.sets.len()
+    }
+
+    /// How many sets could be run so far.
+    pub fn done(&self) -> usize {
+        self.written
+    }
+
+    /// Runs all sets, and holds of them what is asked for.
+    ///
+    /// # Errors
+    ///
+    /// It needs more memory than is free.
+    pub fn run(&mut self, hold: Hold) -> Result<(), WorkError> {
+        self.verify_memory(self.sets.len())?;
+        self.each(hold, |_, _| Ok(())).map_err(|error| WorkError::Found(error.to_string()))
+    }
+
+    /// Refuses an ensemble that needs more memory than is free, and holds the results of so many sets at the
+    /// end.
+    ///
+    /// # Errors
+    ///
+    /// How much it needs, and what needs less.
+    pub fn verify_memory(&self, held: usize) -> Result<(), WorkError> {
+        let signature = self.run.signature();
+        let n = signature.unknowns.len();
+        let needs = Needs {
+            unknowns: n,
+            kept: n,
+            outputs: signature.outputs.len(),
+            inputs: signature.inputs.len(),
+            directions: 0,
+            rows: self.run.times.len(),
+        };
+        let block = (BLOCK * self.threads.max(1)).min(self.sets.len());
+        let at_a_time = members_at_a_time(signature) * self.threads.max(1);
+        let packed = at_a_time.min(self.sets.len());
+        let demands = needs.demands_of_ensemble(packed, block + held, self.shown.len());
+        memory::verify("the ensemble", &demands)
+    }
+
+    /// Runs all sets, and gives `take` the number of each and the values of all that is shown.
+    fn each(
+        &mut self,
+        hold: Hold,
+        mut take: impl FnMut(usize, &[Vec<f64>]) -> io::Result<()>,
+    ) -> io::Result<()> {
+        let Self { run, sets, threads, shown, .. } = self;
+        let (run, threads, shown) = (&*run, *threads, &*shown);
+        let (times, options) = (&run.times, &run.options);
+        let inputs: Vec<Vec<f64>> =
+            (0..run.signature().inputs.len()).map(|i| input_values(run, i)).collect();
+        let block = BLOCK * threads.max(1);
+        for (k, sets) in sets.chunks(block).enumerate() {
+            let members: Vec<Member<'_>> = sets
+                .iter()
+                .map(|set| Member { p: &set.p, inputs: &run.inputs, start: &set.start })
+                .collect();
+            let ensemble =
+                dgd_runtime::ensemble::Ensemble { system: &run.system, members: &members };
+            let values = |trajectory: &Trajectory<'_>, of: Of| match of {
+                Of::Input(i) => inputs[i].clone(),
+                Of::Unknown(i) => trajectory.unknown(i).to_vec(),
+                Of::Output(i) => trajectory.output(i).to_vec(),
+            };
+            let outcomes = reduce(&ensemble, times, options, Wanted::Values, threads, |_, one| {
+                one.map_err(|failure| failure.error.to_string()).map(|trajectory| {
+                    let all = shown.iter().map(|shown| values(&trajectory, shown.of));
+                    (all.collect::<Vec<_>>(), trajectory.statistics)
+                })
+            });
+            for (i, outcome) in outcomes.into_iter().enumerate() {
+                let number = k * block + i + 1;
+                match outcome {
+                    Ok((values, statistics)) => {
+                        self.statistics.steps += statistics.steps;
+                        self.statistics.rejected += statistics.rejected;
+                        self.written += 1;
+                        take(number, &values)?;
+                        if hold.columns {
+                            gather(&mut self.gathered, number, times, shown, &values);
+                        }
+                        if hold.figure {
+                            self.drawn.push(values);
+                        }
+                    }
+                    Err(error) => self.failed.push((number, error)),
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Runs all sets and writes their rows as CSV: the number of the set, then what a single run has.
+    ///
+    /// # Errors
+    ///
+    /// Those of `out`.
+    pub fn write_csv(&mut self, out: &mut (impl Write + ?Sized), hold: Hold) -> io::Result<()> {
+        let units: Vec<(String, Unit)> =
+            self.shown.iter().map(|shown| (shown.name.clone(), shown.unit.clone())).collect();
+        let (plain, seconds) = (unit("1"), unit("s"));
+        let times = self.run.times.clone();
+        let columns =
+            |numbers: &'_ [f64],
+             values: &'_ [Vec<f64>],
+             write: &mut dyn FnMut(&[Written<'_>]) -> io::Result<()>| {
+                let mut columns = vec![
+                    Written { name: "set", unit: &plain, values: numbers },
+                    Written { name: "time", unit: &seconds, values: &times },
+                ];
+                for ((name, unit), values) in units.iter().zip(values) {
+                    columns.push(Written { name, unit, values });
+                }
+                write(&columns)
+            };
+        let empty = vec![Vec::new(); units.len()];
+        columns(&[], &empty, &mut |columns| write_header(out, columns))?;
+        self.each(hold, |number, values| {
+            let numbers = vec![number as f64; times.len()];
+            columns(&numbers, values, &mut |columns| write_rows(out, columns))
+        })
+    }
+
+    /// For programs: what became of the sets, and the columns where they are held.
+    pub fn to_json(&self) -> Value {
+        let failed: Vec<Value> = (self.failed.iter())
+            .map(|(set, error)| json!({ "set": set, "error": error }))
+            .collect();
+        let mut details = json!({
+            "model": self.run.signature().name,
+            "sets": self.sets.len(),
+            "rows": self.run.times.len() * self.written,
+            "method": self.run.options.method.name,
+            "steps": self.statistics.steps,
+            "rejected": self.statistics.rejected,
+            "failed": failed,
+        });
+        self.run.provenance.push_json(&mut details);
+        if let ([set, time, rest @ ..], Some(details)) =
+            (self.gathered.as_slice(), details.as_object_mut())
+        {
+            let columns: Vec<Value> = (self.shown.iter().zip(rest))
+                .map(|(shown, values)| {
+                    json!({ "name": shown.name, "unit": shown.unit.symbol, "values": values })
+                })
+                .collect();
+            details.insert("set".to_owned(), json!(set));
+            details.insert("time".to_owned(), json!(time));
+            details.insert("columns".to_owned(), json!(columns));
+        }
+        details
+    }
+
+    /// How it ended: it stopped where sets failed.
+    pub fn ended(&self) -> Ended {
+        if self.failed.is_empty() {
+            return Ended::Done;
+        }
+        let mut lines =
+            vec![format!("{} of {} sets could not be run", self.failed.len(), self.sets.len())];
+        let told = self.failed.iter().take(MOST_TOLD);
+        lines.extend(told.map(|(set, error)| format!("  set {set}: {error}")));
+        if self.failed.len() > MOST_TOLD {
+            lines.push("  …".to_owned());
+        }
+        // Those that could are written, and JSON says which could not.
+        Ended::Stopped(lines.join("\n"))
+    }
+
+    /// One panel for each state and output: where half and nine tenths of the sets are, of those held.
+    pub fn figure(&self) -> Figure {
+        figure(&self.run, &self.drawn)
+    }
+}
+
+fn unit(symbol: &'static str) -> Unit {
+    Unit { symbol: symbol.into(), factor: 1.0, offset: 0.0 }
+}
+
+/// The i-th input at all times, SI.
+fn input_values(run: &Run, i: usize) -> Vec<f64> {
+    let mut u = vec![0.0; run.inputs.len()];
+    (0..run.times.len())
+        .map(|k| {
+            run.inputs.value(run.times[k], side(&run.times, k), &mut u);
+            u[i]
+        })
+        .collect()
+}
+
+/// Adds the rows of a set: its number, the times, then all that is shown in its unit.
+fn gather(
+    gathered: &mut Vec<Vec<f64>>,
+    number: usize,
+    times: &[f64],
+    shown: &[Shown],
+    values: &[Vec<f64>],
+) {
+    gathered.resize(shown.len() + 2, Vec::new());
+    gathered[0].extend(times.iter().map(|_| number as f64));
+    gathered[1].extend_from_slice(times);
+    for ((column, shown), values) in gathered[2..].iter_mut().zip(shown).zip(values) {
+        column.extend(in_unit(values, &shown.unit));
+    }
+}
+
+/// One panel for each state and output: where half and nine tenths of the sets are.
+fn figure(run: &Run, sets: &[Vec<Vec<f64>>]) -> Figure {
+    let mut panels = Vec::new();
+    for (j, Shown { name, unit, of }) in shown(run).iter().enumerate() {
+        if is_added(name) {
+            continue;
+        }
+        let mut panel = Panel {
+            title: Text::name(name),
+            y_label: Text::default().with_unit(&unit.symbol),
+            ..Panel::default()
+        };
+        let times = &run.times;
+        let line = |name: &str, y: Vec<f64>, style| Series {
+            name: Text::plain(name),
+            style,
+            x: times.clone(),
+            y,
+        };
+        if let Of::Input(i) = of {
+            panel.series.push(line(name, in_unit(&input_values(run, *i), unit), Style::Line));
+            panels.push(panel);
+            continue;
+        }
+        let quantiles = quantiles(sets, j, times.len());
+        let [low, lower, middle, upper, high] = quantiles.map(|values| in_unit(&values, unit));
+        panel.series.push(line("median", middle, Style::Line));
+        // Grey, and in the colour of the line.
+        for (name, around, low, high) in
+            [("90 %", None, low, high), ("50 %", Some(0), lower, upper)]
+        {
+            let name = Text::plain(name);
+            panel.envelopes.push(Envelope { name, around, x: times.clone(), low, high });
+        }
+        if let Of::Output(i) = of
+            && let Some(Some(samples)) = run.measured.outputs.get(*i)
+        {
+            panel.series.push(Series {
+                name: Text::plain("measured"),
+                style: Style::ThinLine,
+                x: run.measured.times.clone(),
+                y: in_unit(samples, unit),
+            });
+        }
+        panels.push(panel);
+    }
+    Figure::new(Text::plain("Time").with_unit("s"), panels)
+}
+
+/// Fractions of the sets that are below the edges of the bands.
+const FRACTIONS: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
+
+/// Quantiles of a quantity over all sets, at each time: between two sets along a straight line.
+fn quantiles(sets: &[Vec<Vec<f64>>], quantity: usize, times: usize) -> [Vec<f64>; 5] {
+    let mut all = [const { Vec::new() }; 5];
+    let mut sorted: Vec<f64> = Vec::with_capacity(sets.len());
+    for k in 0..times {
+        sorted.clear();
+        sorted.extend(sets.iter().map(|set| set[quantity][k]));
+        sorted.sort_unstable_by(f64::total_cmp);
+        for (values, fraction) in all.iter_mut().zip(FRACTIONS) {
+            let place = fraction * sorted.len().saturating_sub(1) as f64;
+            let (below, part) = (place.floor() as usize, place.fract());
+            let value = |k: usize| sorted.get(k).copied().unwrap_or(f64::NAN);
+            let between = if part > 0.0 { part * (value(below + 1) - value(below)) } else { 0.0 };
+            values.push(value(below) + between);
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_lie_between_the_sets() {
+        let sets: Vec<Vec<Vec<f64>>> =
+            [3.0, 1.0, 2.0, 0.0, 4.0].map(|x| vec![vec![x, -x]]).to_vec();
+        let [low, lower, middle, _, high] = quantiles(&sets, 0, 2);
+        assert_eq!((lower, middle), (vec![1.0, -3.0], vec![2.0, -2.0]));
+        // 0.05 · 4 intervals.
+        assert!((low[0] - 0.2).abs() < 1e-12 && (high[1] + 0.2).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,236 @@
+//! Trajectories of states and outputs, of one run or of many.
+
+mod ensemble;
+mod noise;
+mod over;
+
+use dgd_compiler::pipeline::Directions;
+use dgd_plot::{Figure, Text};
+use dgd_runtime::{Observations, Solution};
+use serde::{Serialize, Serializer};
+use serde_json::{Value, json};
+
+use crate::error::{Ended, WorkError};
+use crate::model::load;
+use crate::output::columns::{events, in_unit, is_added, is_element, per_sample};
+use crate::output::figure::{self, Line, Subject};
+use crate::output::provenance::Provenance;
+use crate::output::{Kind, NamedColumn, TimeTable};
+use crate::request::SimulateRequest;
+use crate::run::{Measured, Reached, Run};
+use crate::session::Session;
+
+pub use ensemble::{Ensemble, Hold};
+
+/// States and outputs over time.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Simulated {
+    /// Name of the model.
+    pub model: String,
+    /// Inputs, states and outputs; an output named like a state takes its column.
+    pub table: TimeTable,
+    /// What was measured of the outputs.
+    pub measured: Measured,
+    /// Name of the integration method.
+    pub method: &'static str,
+    /// How it was solved, and what happened at events.
+    pub solution: SolutionFacts,
+    /// Why it did not go to the end.
+    pub stopped: Option<String>,
+    /// The quantity over which outputs are drawn, if it is not time.
+    pub over: Option<String>,
+    /// What it was made of.
+    pub provenance: Provenance,
+}
+
+/// How a run was solved, and what happened in it.
+#[derive(Debug, Clone, Default)]
+#[non_exhaustive]
+pub struct SolutionFacts {
+    /// Rows of the result.
+    pub rows: usize,
+    /// Accepted steps.
+    pub steps: usize,
+    /// Rejected steps.
+    pub rejected: usize,
+    /// Equal steps per sample; none where steps were adaptive.
+    pub steps_per_sample: Option<u32>,
+    /// Events, for programs.
+    events: Vec<Value>,
+}
+
+impl SolutionFacts {
+    pub(crate) fn of(solution: &Solution) -> Self {
+        SolutionFacts {
+            rows: solution.len(),
+            steps: solution.statistics.steps,
+            rejected: solution.statistics.rejected,
+            steps_per_sample: per_sample(solution),
+            events: events(solution),
+        }
+    }
+
+    /// What programs are told of it.
+    pub(crate) fn to_json(&self, model: &str, method: &str) -> Value {
+        json!({
+            "model": model,
+            "rows": self.rows,
+            "method": method,
+            "steps": self.steps,
+            "rejected": self.rejected,
+            "steps_per_sample": self.steps_per_sample,
+            "events": self.events,
+        })
+    }
+}
+
+/// Simulates a model once.
+///
+/// # Errors
+///
+/// [`WorkError`]. A run that ends on its way is a result, which says so.
+pub fn simulate(request: &SimulateRequest, session: Session<'_>) -> Result<Simulated, WorkError> {
+    let loaded = load(&request.run.model, &request.run.choices, |_| Directions::None)?;
+    let run = Run::prepare(&request.run, loaded, session)?;
+    if let Some(name) = &request.over {
+        over::verify(name, run.signature())?;
+    }
+    let Reached { solution, mut observations, stopped } = run.simulate()?;
+    if let Some(seed) = request.noise_seed {
+        noise::add(run.signature(), &mut observations, seed);
+    }
+    let columns = columns(&run, &solution, &observations);
+    Ok(Simulated {
+        model: run.signature().name.to_string(),
+        table: TimeTable { times: solution.times.clone(), columns },
+        method: run.options.method.name,
+        solution: SolutionFacts::of(&solution),
+        stopped: stopped.map(|error| error.to_string()),
+        over: request.over.clone(),
+        measured: run.measured,
+        provenance: run.provenance,
+    })
+}
+
+/// Prepares the runs of many sets of parameters and start values.
+///
+/// # Errors
+///
+/// [`WorkError`], also where the sets have mistakes.
+pub fn simulate_each(
+    request: &SimulateRequest,
+    session: Session<'_>,
+) -> Result<Ensemble, WorkError> {
+    Ensemble::prepare(request, session)
+}
+
+impl Simulated {
+    /// What programs are told besides the columns.
+    pub fn details(&self) -> Value {
+        let mut details = self.solution.to_json(&self.model, self.method);
+        if let (Some(error), Some(details)) = (&self.stopped, details.as_object_mut()) {
+            details.insert("error".to_owned(), json!(error));
+        }
+        self.provenance.push_json(&mut details);
+        details
+    }
+
+    /// All of it for programs.
+    pub fn to_json(&self) -> Value {
+        let mut all = self.details();
+        self.table.push_json(&mut all);
+        all
+    }
+
+    /// How it ended.
+    pub fn ended(&self) -> Ended {
+        self.stopped.clone().map_or(Ended::Done, Ended::Stopped)
+    }
+
+    /// Its figure: over time, or over the quantity that was asked for.
+    pub fn figure(&self) -> Figure {
+        let over = self.over.as_ref().and_then(|name| over::figure(name, self));
+        over.unwrap_or_else(|| figure::panels(&self.subjects()))
+    }
+
+    /// Columns of a kind, in order.
+    pub(crate) fn of_kind(&self, kind: Kind) -> impl Iterator<Item = &NamedColumn> {
+        self.table.columns.iter().filter(move |column| column.kind == kind)
+    }
+
+    /// What the figure shows: the inputs, unit by unit; then each declared state and each output, with what was
+    /// measured of it.
+    fn subjects(&self) -> Vec<Subject> {
+        let line = |name: Text, column: &NamedColumn| Line {
+            name,
+            times: self.table.times.clone(),
+            values: column.in_unit(),
+            measured: false,
+        };
+        let mut subjects: Vec<Subject> = Vec::new();
+        for input in self.of_kind(Kind::Input) {
+            let line = line(Text::name(&input.name), input);
+            let unit = input.unit.symbol.to_string();
+            let alike = subjects.iter_mut().find(|subject| subject.unit == unit);
+            if let Some(subject) = alike {
+                // Two lines and more are named by the legend.
+                subject.title = Text::default();
+                subject.lines.push(line);
+            } else {
+                let title = Text::name(&input.name);
+                subjects.push(Subject { title, unit, lines: vec![line] });
+            }
+        }
+        for unknown in self.of_kind(Kind::Unknown).filter(|unknown| !is_added(&unknown.name)) {
+            subjects.push(Subject {
+                title: Text::name(&unknown.name),
+                unit: unknown.unit.symbol.to_string(),
+                lines: vec![line(Text::plain("simulated"), unknown)],
+            });
+        }
+        for (i, output) in self.of_kind(Kind::Output).enumerate() {
+            let mut lines = vec![line(Text::plain("simulated"), output)];
+            if let Some(Some(samples)) = self.measured.outputs.get(i) {
+                lines.push(Line {
+                    name: Text::plain("measured"),
+                    times: self.measured.times.clone(),
+                    values: in_unit(samples, &output.unit),
+                    measured: true,
+                });
+            }
+            let (title, unit) = (Text::name(&output.name), output.unit.symbol.to_string());
+            subjects.push(Subject { title, unit, lines });
+        }
+        subjects
+    }
+}
+
+impl Serialize for Simulated {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.to_json().serialize(serializer)
+    }
+}
+
+/// Time series in the order promised: inputs, states, outputs; an output named like a state takes
+/// its column.
+fn columns(run: &Run, solution: &Solution, observations: &Observations) -> Vec<NamedColumn> {
+    let signature = run.signature();
+    let mut columns = Vec::new();
+    for (i, input) in signature.inputs.iter().enumerate() {
+        let values = run.input_values(solution, i);
+        columns.push(NamedColumn::new(&input.name, &input.unit, Kind::Input, values));
+    }
+    for (i, unknown) in signature.unknowns.iter().enumerate() {
+        let shown_as_output = || signature.outputs.iter().any(|output| output.name == unknown.name);
+        if !is_element(&unknown.name) && !shown_as_output() {
+            let values = (0..solution.len()).map(|k| solution.y(k)[i]).collect();
+            columns.push(NamedColumn::new(&unknown.name, &unknown.unit, Kind::Unknown, values));
+        }
+    }
+    for (i, output) in signature.outputs.iter().enumerate() {
+        let values = (0..solution.len()).map(|k| observations.w(k)[i]).collect();
+        columns.push(NamedColumn::new(&output.name, &output.unit, Kind::Output, values));
+    }
+    columns
+}

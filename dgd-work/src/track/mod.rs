@@ -1,0 +1,410 @@
+//! States and parameters row by row, one line out for each line in.
+
+mod report;
+mod rows;
+mod settings;
+
+use std::io::{self, Read, Write};
+
+use dgd_compiler::pipeline::{Compiled, Directions};
+use dgd_execute::Loaded;
+use dgd_identify::filter::{
+    Alarm, Filter, FilterError, FilterProblem, Row, Sample, Tracked as Estimate,
+};
+use dgd_plot::Figure;
+use dgd_runtime::{Inputs, Problem, System, start_from_outputs};
+use serde::{Serialize, Serializer};
+use serde_json::{Value, json};
+
+use crate::error::WorkError;
+use crate::model::Compilation;
+use crate::output::provenance::{self, DataFile, Provenance};
+use crate::request::{Solve, Start, TrackRequest};
+use crate::run::{executable, options, with_method};
+use crate::session::Session;
+use report::Report;
+use rows::{LeftOut, Rows};
+use settings::{Asked, Settings};
+
+/// An estimate that is still so uncertain, in parts of the first uncertainty, has learnt nothing.
+const UNLEARNT: f64 = 0.9;
+
+/// How rows are written as they come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LineFormat {
+    /// CSV with a header.
+    Csv,
+    /// One document: `settings`, and `rows` in a list.
+    Document,
+    /// A document a line: `settings`, then rows, and those that were left out.
+    Lines,
+}
+
+/// Estimates over time, and what there is to say of them.
+#[non_exhaustive]
+pub struct Tracked {
+    /// The rows, where they were to be kept.
+    pub rows: Vec<Row>,
+    /// How many rows there were.
+    pub count: usize,
+    /// What there is to say of all rows.
+    pub remarks: Vec<String>,
+    /// Why it ended before its last row.
+    pub stopped: Option<WorkError>,
+    report: Report,
+}
+
+impl Tracked {
+    /// Estimates with ± 2 standard deviations, then innovations in those that are expected; of the rows kept.
+    pub fn figure(&self) -> Figure {
+        self.report.figure(&self.rows)
+    }
+
+    /// The rows kept, for programs.
+    pub fn to_json(&self) -> Value {
+        let rows: Vec<Value> = self.rows.iter().map(|row| self.report.json(row)).collect();
+        json!({ "rows": rows })
+    }
+}
+
+impl Serialize for Tracked {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.to_json().serialize(serializer)
+    }
+}
+
+/// Tracks row by row: what is known of a row is written before the next one is read. Rows come from `input`, or else
+/// from the file of the request.
+///
+/// # Errors
+///
+/// [`WorkError`] where it cannot begin; what ends it later is in the result.
+pub fn track(
+    request: &TrackRequest,
+    input: Option<Box<dyn Read>>,
+    session: Session<'_>,
+    out: &mut dyn Write,
+    format: LineFormat,
+) -> Result<Tracked, WorkError> {
+    let estimator = settings::estimator(request)?;
+    settings::verify_deviations(request)?;
+    let mut compilation = Compilation::default();
+    let options_of_model = compilation.options(&request.choices)?;
+    let (free, fixed) = compilation.sought(&request.sought);
+    let directions = Directions::Tracked { free, fixed };
+    let apply = &request.choices.apply;
+    let compiled =
+        compilation.compile_text(&request.model, apply, &options_of_model, &directions)?;
+    let compiled = match compiled {
+        Ok(compiled) => compiled,
+        Err(reported) => return Err(compilation.fail(reported)),
+    };
+    let of_model = provenance::of_model(&compilation.sources);
+    let asked = Asked::read(request, &mut compilation, &compiled);
+    if compilation.diagnostics.check().is_err() {
+        return Err(WorkError::diagnosed(&compilation.diagnostics, compilation.sources));
+    }
+    let Compilation { sources, diagnostics } = &mut compilation;
+    let rows = Rows::open(&compiled.dae, sources, diagnostics, request, input, session);
+    let Some(rows) = rows else {
+        return Err(WorkError::diagnosed(&compilation.diagnostics, compilation.sources));
+    };
+
+    let file = DataFile::new(&request.data, rows.digest());
+    let provenance = Provenance::new(session, Some(of_model), vec![file]);
+    session.spare(&compilation.sources)?;
+    let system = executable(compiled.program.clone(), &request.solve)?;
+    let solve = with_method(options(&request.solve)?, &request.solve, system.signature());
+    let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();
+    let problem = FilterProblem {
+        estimator,
+        gate: request.gate,
+        options: solve,
+        ..FilterProblem::new(&system, &p)
+    };
+    Tracking { request, session, compiled: &compiled, problem, asked, provenance }
+        .run(rows, out, format)
+}
+
+/// What a run works with.
+struct Tracking<'a> {
+    request: &'a TrackRequest,
+    session: Session<'a>,
+    compiled: &'a Compiled,
+    problem: FilterProblem<'a, Loaded>,
+    asked: Asked,
+    provenance: Provenance,
+}
+
+impl Tracking<'_> {
+    fn run(
+        mut self,
+        mut rows: Rows<'_>,
+        out: &mut dyn Write,
+        format: LineFormat,
+    ) -> Result<Tracked, WorkError> {
+        let Some(first) = rows.next()? else {
+            let data = self.request.data.display();
+            let Solve { from, until, .. } = &self.request.solve;
+            return Err(if from.is_some() || until.is_some() {
+                WorkError::Usage(format!("`{data}` has no row between `--from` and `--until`"))
+            } else {
+                WorkError::Found(format!("`{data}` has no row to track"))
+            });
+        };
+        let sample = Sample { t: first.t, u: &first.u, measured: &first.measured };
+        self.set_start(sample, &rows.measured)?;
+        let Tracking { asked, compiled, problem, .. } = &self;
+        let settings = Settings::new(asked, compiled, problem, sample, &rows.measured)?;
+        let used: Vec<bool> = settings.tuning.noise.iter().map(Option::is_some).collect();
+        let report = Report::new(problem, &used);
+        let (filter, row) =
+            Filter::begin(problem, &settings.tuning, sample).map_err(|error| failed(&error))?;
+        self.session.remark(&settings.text(problem));
+        let mut output = Output {
+            tracking: &self,
+            report: &report,
+            kept: Vec::new(),
+            tally: Tally::new(row.clone()),
+        };
+        let ended = output.write(&settings, filter, row, rows, (out, format));
+        // What was learnt until then is worth being told.
+        let remarks = output.tally.said(problem);
+        let Output { kept, tally, .. } = output;
+        Ok(Tracked { rows: kept, count: tally.rows, remarks, stopped: ended.err(), report })
+    }
+
+    /// Start values from the first row, with `--start measured`.
+    fn set_start(&mut self, first: Sample<'_>, measured: &[bool]) -> Result<(), WorkError> {
+        if self.request.solve.start != Start::Measured {
+            return Ok(());
+        }
+        let signature = self.problem.system.signature();
+        let samples: Vec<Option<f64>> =
+            first.measured.iter().map(|value| Some(*value).filter(|v| v.is_finite())).collect();
+        if !measured.contains(&true) || samples.iter().all(Option::is_none) {
+            return Err(WorkError::Usage(
+                "`--start measured` needs data with at least one output of the model in its first row"
+                    .to_owned(),
+            ));
+        }
+        let outputs = signature.outputs.iter();
+        let noise: Vec<f64> = outputs.map(|w| w.noise.unwrap_or(w.unit.factor)).collect();
+        let inputs = Inputs::constant(first.u);
+        let problem =
+            Problem { system: self.problem.system, p: self.problem.p, inputs: &inputs, start: &[] };
+        let start = start_from_outputs(&problem, first.t, &samples, &noise, &self.problem.options);
+        self.problem.start = start.map_err(|e| WorkError::Computation(e.to_string()))?;
+        Ok(())
+    }
+}
+
+/// Where rows go.
+struct Output<'a> {
+    tracking: &'a Tracking<'a>,
+    report: &'a Report,
+    /// Rows for a figure.
+    kept: Vec<Row>,
+    tally: Tally,
+}
+
+impl Output<'_> {
+    /// Tracks, one line for each row, each there before the next row is read. A document has the rows in a list.
+    fn write(
+        &mut self,
+        settings: &Settings,
+        mut filter: Filter<'_, Loaded>,
+        first: Row,
+        mut rows: Rows<'_>,
+        (out, format): (&mut dyn Write, LineFormat),
+    ) -> Result<(), WorkError> {
+        let Tracking { session, problem, .. } = self.tracking;
+        let mut told = settings.json(problem);
+        self.tracking.provenance.push_json(&mut told);
+        let head = match format {
+            LineFormat::Csv => self.report.header(out),
+            LineFormat::Lines => {
+                writeln!(out, "{}", json!({ "settings": told }))
+            }
+            LineFormat::Document => {
+                write!(out, "{{\"settings\":{told},\n\"rows\":[")
+            }
+        };
+        let mut row = first;
+        let mut gone = is_gone(head)?;
+        let mut left_out = rows.take_left_out();
+        loop {
+            for LeftOut { line, reason } in &left_out {
+                if format == LineFormat::Lines && !gone {
+                    let told = json!({ "left_out": { "line": line, "reason": reason } });
+                    gone = is_gone(writeln!(out, "{told}"))?;
+                }
+            }
+            if !gone {
+                let line = match format {
+                    LineFormat::Csv => self.report.line(&row, out),
+                    LineFormat::Lines => writeln!(out, "{}", self.report.json(&row)),
+                    LineFormat::Document => {
+                        let comma = if self.tally.rows == 0 { "" } else { "," };
+                        write!(out, "{comma}\n{}", self.report.json(&row))
+                    }
+                };
+                gone = is_gone(line.and_then(|()| out.flush()))?;
+            }
+            // Nobody reads any more.
+            if gone {
+                return Ok(());
+            }
+            self.tally.take(&row, *session);
+            if self.tracking.request.keeps_rows {
+                self.kept.push(row);
+            }
+            let Some(next) = rows.next()? else { break };
+            left_out = rows.take_left_out();
+            let sample = Sample { t: next.t, u: &next.u, measured: &next.measured };
+            row = filter.step(sample).map_err(|error| failed(&error))?;
+        }
+        self.tally.missing = filter.missing_inputs().to_vec();
+        self.tally.left_out = rows.n_left_out;
+        let ended = match format {
+            LineFormat::Csv => Ok(()),
+            LineFormat::Lines => {
+                rows.take_left_out().iter().try_for_each(|LeftOut { line, reason }| {
+                    writeln!(out, "{}", json!({ "left_out": { "line": line, "reason": reason } }))
+                })
+            }
+            LineFormat::Document => writeln!(out, "\n]}}"),
+        };
+        is_gone(ended).map(drop)
+    }
+}
+
+/// Whether the reader went away, which is not an error.
+fn is_gone(written: io::Result<()>) -> Result<bool, WorkError> {
+    match written {
+        Ok(()) => Ok(false),
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(true),
+        Err(error) => Err(WorkError::Found(format!("cannot write a row: {error}"))),
+    }
+}
+
+/// What there is to say of all rows.
+struct Tally {
+    first: Row,
+    last: Row,
+    rows: usize,
+    failures: usize,
+    rejected: usize,
+    samples: usize,
+    squares: f64,
+    missing: Vec<usize>,
+    /// Rows that could not be read.
+    left_out: usize,
+}
+
+impl Tally {
+    fn new(row: Row) -> Self {
+        Tally {
+            first: row.clone(),
+            last: row,
+            rows: 0,
+            failures: 0,
+            rejected: 0,
+            samples: 0,
+            squares: 0.0,
+            missing: Vec::new(),
+            left_out: 0,
+        }
+    }
+
+    /// Counts a row, and says at once what cannot wait.
+    fn take(&mut self, row: &Row, session: Session<'_>) {
+        self.rows += 1;
+        self.samples += row.samples;
+        self.squares += row.normalised_square;
+        let innovations = row.innovations.iter().flatten();
+        self.rejected += innovations.filter(|innovation| !innovation.used).count();
+        if let Some(failure) = &row.failure {
+            self.failures += 1;
+            session
+                .remark(&format!("at t = {} s the model was left where it was: {failure}", row.t));
+        }
+        match row.alarm {
+            Some(Alarm::Diverged { ratio, rows }) => session.remark(&format!(
+                "at t = {} s the innovations of the last {rows} rows are {ratio:.1} times as large as \
+                 expected: the filter has lost its way, or the model or the noise is not right",
+                row.t
+            )),
+            Some(Alarm::Recovered) => {
+                session.remark(&format!("at t = {} s the innovations are as expected again", row.t));
+            }
+            None => {}
+        }
+        self.last = row.clone();
+    }
+
+    /// What the data says nothing about, and whether innovations were as expected.
+    fn said(&self, problem: &FilterProblem<'_, Loaded>) -> Vec<String> {
+        let mut said = Vec::new();
+        let signature = problem.system.signature();
+        if self.samples > 0 {
+            let ratio = (self.squares / self.samples as f64).sqrt();
+            said.push(format!(
+                "{} rows, {} samples; innovations {ratio:.2} times as large as expected",
+                self.rows, self.samples
+            ));
+        } else {
+            said.push(format!("{} rows, none with a sample that was used", self.rows));
+        }
+        if self.rejected > 0 {
+            said.push(format!("samples beyond the gate, not used: {}", self.rejected));
+        }
+        if self.left_out > 0 {
+            said.push(format!("rows that could not be read, left out: {}", self.left_out));
+        }
+        if self.failures > 0 {
+            said.push(format!("rows that could not be evaluated: {}", self.failures));
+        }
+        for (input, missing) in signature.inputs.iter().zip(&self.missing) {
+            if *missing > 0 {
+                said.push(format!(
+                    "rows without input `{}`, which kept its last value: {missing}",
+                    input.name
+                ));
+            }
+        }
+        let names = problem.states().into_iter().map(|i| signature.unknowns.name(i));
+        let parameters = problem.parameters().into_iter();
+        let names = names.chain(parameters.map(|i| signature.parameters[i].name.clone()));
+        let all = |row: &Row| -> Vec<Estimate> {
+            row.states.iter().chain(&row.parameters).copied().collect()
+        };
+        let (first, last) = (all(&self.first), all(&self.last));
+        let unlearnt: Vec<String> = names
+            .zip(first.iter().zip(&last))
+            .filter(|(_, (first, last))| first.std > 0.0 && last.std >= UNLEARNT * first.std)
+            .map(|(name, _)| format!("`{name}`"))
+            .collect();
+        if self.rows > 1 && !unlearnt.is_empty() {
+            said.push(format!("the data says little about {}", unlearnt.join(", ")));
+        }
+        said
+    }
+}
+
+/// A filter that cannot begin or go on as the end of the command.
+fn failed(error: &FilterError) -> WorkError {
+    let message = error.to_string();
+    match error {
+        FilterError::NothingTracked | FilterError::Option(_) | FilterError::NothingMeasured => {
+            WorkError::Usage(message)
+        }
+        FilterError::Inputs(_) | FilterError::FirstInput { .. } => WorkError::Found(message),
+        FilterError::NotFollowed { .. }
+        | FilterError::NoDirection { .. }
+        | FilterError::Free(_)
+        | FilterError::Start(_)
+        | FilterError::Stuck { .. } => WorkError::Computation(message),
+    }
+}

@@ -1,0 +1,182 @@
+//! Where rows come from: a file, or a stream as it is written. They are read one by one, and those that
+//! cannot be read are left out; with `--strict` a file is read whole before anything is computed.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use dgd_compiler::dae::Dae;
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::source::Sources;
+use dgd_data as data;
+use dgd_data::open::open;
+use dgd_data::select::Gaps;
+use dgd_data::stream::Stream;
+
+use crate::error::WorkError;
+use crate::request::TrackRequest;
+use crate::run::recording::{Clock, Known, Recording};
+use crate::session::Session;
+
+/// A row, SI; NaN marks a missing value.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Row {
+    pub t: f64,
+    pub u: Vec<f64>,
+    pub measured: Vec<f64>,
+}
+
+/// A row that could not be read.
+#[derive(Debug, Clone)]
+pub(super) struct LeftOut {
+    pub line: usize,
+    pub reason: String,
+}
+
+/// Rows, one after the other.
+pub(super) struct Rows<'a> {
+    source: From,
+    session: Session<'a>,
+    is_strict: bool,
+    /// Rows left out since this was asked for.
+    left_out: Vec<LeftOut>,
+    /// How many there are of them.
+    pub n_left_out: usize,
+    n_inputs: usize,
+    /// For each output, whether it has a column.
+    pub measured: Vec<bool>,
+    from: f64,
+    until: f64,
+}
+
+enum From {
+    File { recording: Recording, next: usize },
+    Stream { stream: Stream<'static>, values: Vec<f64> },
+}
+
+impl<'a> Rows<'a> {
+    /// Opens the stream, or else the file; `None` where there are mistakes, which are reported.
+    pub(super) fn open(
+        dae: &Dae,
+        sources: &mut Sources,
+        diagnostics: &mut Diagnostics,
+        request: &TrackRequest,
+        input: Option<Box<dyn Read>>,
+        session: Session<'a>,
+    ) -> Option<Rows<'a>> {
+        let TrackRequest { data: path, solve, strict, .. } = request;
+        let known = Known::of(dae);
+        let select = |table: &data::Table, sources: &Sources, diagnostics: &mut Diagnostics| {
+            Recording::select(
+                table,
+                &known,
+                (Clock::Time, Gaps::Kept),
+                sources,
+                diagnostics,
+                session,
+            )
+        };
+        let (source, recording) = if input.is_some() || !(*strict || is_parquet(path)) {
+            let own = path.display().to_string();
+            let name = if input.is_some() { "standard input" } else { &own };
+            let input: Box<dyn Read> =
+                match input.map_or_else(|| Ok(Box::new(open(path)?) as _), Ok) {
+                    Ok(input) => input,
+                    Err(why) => {
+                        let why: String = why;
+                        diagnostics.error(data::cannot_read(name, sources, &why));
+                        return None;
+                    }
+                };
+            let opened = Stream::open(name, &solve.rename, input, sources, diagnostics);
+            let (mut stream, table) = opened.ok()?;
+            let recording = select(&table, sources, diagnostics)?;
+            let wanted: Vec<_> = known.inputs().into_iter().chain(known.outputs()).collect();
+            stream.want(&table, &wanted);
+            (Some(stream), recording)
+        } else {
+            let table = data::read_renamed(path, &solve.rename, sources, diagnostics).ok()?;
+            (None, select(&table, sources, diagnostics)?)
+        };
+        let measured = recording.measured.outputs.iter().map(Option::is_some).collect();
+        let source = match source {
+            Some(stream) => From::Stream { stream, values: Vec::new() },
+            None => From::File { recording, next: 0 },
+        };
+        let (from, until) = (solve.from.unwrap_or(f64::NEG_INFINITY), solve.until);
+        let n_inputs = dae.inputs.len();
+        let until = until.unwrap_or(f64::INFINITY);
+        Some(Rows {
+            source,
+            session,
+            is_strict: *strict,
+            left_out: Vec::new(),
+            n_left_out: 0,
+            n_inputs,
+            measured,
+            from,
+            until,
+        })
+    }
+
+    /// Digest of the file; none of a stream.
+    pub(super) fn digest(&self) -> Option<u128> {
+        match &self.source {
+            From::File { recording, .. } => recording.digest,
+            From::Stream { .. } => None,
+        }
+    }
+
+    /// Rows left out since this was asked for.
+    pub(super) fn take_left_out(&mut self) -> Vec<LeftOut> {
+        std::mem::take(&mut self.left_out)
+    }
+
+    /// The next row between `--from` and `--until`.
+    pub(super) fn next(&mut self) -> Result<Option<Row>, WorkError> {
+        loop {
+            let row = match &mut self.source {
+                From::File { recording, next } => {
+                    let k = *next;
+                    *next += 1;
+                    recording.times.get(k).map(|t| Row {
+                        t: *t,
+                        u: recording.inputs_at(k),
+                        measured: (recording.measured.outputs.iter())
+                            .map(|samples| samples.as_ref().map_or(f64::NAN, |samples| samples[k]))
+                            .collect(),
+                    })
+                }
+                From::Stream { stream, values } => {
+                    let t = match stream.next(values) {
+                        Err(fault) if !(fault.is_end || self.is_strict) => {
+                            self.session.remark(&format!("{fault}; the row is left out"));
+                            self.n_left_out += 1;
+                            self.left_out.push(LeftOut { line: fault.line, reason: fault.what });
+                            continue;
+                        }
+                        read => read.map_err(|fault| WorkError::Found(fault.to_string()))?,
+                    };
+                    t.map(|t| Row {
+                        t,
+                        u: values[..self.n_inputs].to_vec(),
+                        measured: values[self.n_inputs..].to_vec(),
+                    })
+                }
+            };
+            match row {
+                Some(row) if row.t < self.from => {}
+                Some(row) if row.t > self.until => return Ok(None),
+                other => return Ok(other),
+            }
+        }
+    }
+}
+
+/// Whether a regular file begins as Parquet does, which is not read row by row.
+fn is_parquet(path: &Path) -> bool {
+    let mut magic = [0; 4];
+    path.is_file()
+        && File::open(path).is_ok_and(|mut file| file.read_exact(&mut magic).is_ok())
+        && magic == *b"PAR1"
+}

@@ -1,0 +1,392 @@
+//! What is taken as how uncertain: from the command line, from the model, or as usual; and said.
+
+use std::fmt::Write as _;
+
+use dgd_compiler::diagnostics::{Code, Diagnostic};
+use dgd_compiler::pipeline::Compiled;
+use dgd_compiler::syntax;
+use dgd_compiler::syntax::ast::{Expr, ExprKind, Name};
+use dgd_compiler::units::{Unit, read_unit};
+use dgd_execute::Loaded;
+use dgd_identify::filter::{Estimator, FilterProblem, Sample, Spread, Tuning, usual_tuning};
+use dgd_runtime::System;
+use serde_json::{Value, json};
+
+use super::failed;
+use crate::error::WorkError;
+use crate::error::meant;
+use crate::model::Compilation;
+use crate::output::table::{push_table, significant};
+use crate::request::{TrackRequest, Tracker};
+
+/// What a row weighs when the next one is there, where nobody says.
+const FORGETTING: f64 = 0.999;
+
+const MINUTE: f64 = 60.0;
+
+/// Where a number comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Origin {
+    Asked,
+    Declared,
+    Usual(&'static str),
+}
+
+impl Origin {
+    fn text(self) -> &'static str {
+        match self {
+            Origin::Asked => "asked",
+            Origin::Declared => "declared",
+            Origin::Usual(text) => text,
+        }
+    }
+}
+
+/// A value given on the command line for a name, SI.
+struct Given {
+    name: String,
+    value: f64,
+}
+
+/// Values of the options that set one.
+pub(super) struct Asked {
+    process_noise: Vec<Given>,
+    start_std: Vec<Given>,
+    noise: Vec<Given>,
+    outputs: Vec<String>,
+}
+
+impl Asked {
+    /// Reads them; what is wrong is reported.
+    pub(super) fn read(
+        request: &TrackRequest,
+        compilation: &mut Compilation,
+        compiled: &Compiled,
+    ) -> Self {
+        let dae = &compiled.dae;
+        let states =
+            dae.unknowns.iter().filter(|unknown| dae.graph.value(unknown.mass) != Some(0.0));
+        let states = states.map(|unknown| (unknown.name.clone(), unknown.unit.clone()));
+        let parameters = dae.parameters.iter();
+        let parameters = parameters
+            .map(|parameter| (parameter.declared.name.clone(), parameter.declared.unit.clone()));
+        let tracked: Vec<(String, Unit)> = states.chain(parameters).collect();
+        let known = crate::run::recording::Known::of(dae);
+        let outputs: Vec<(String, Unit)> = known
+            .outputs()
+            .iter()
+            .map(|output| (output.name.to_owned(), output.unit.clone()))
+            .collect();
+        let mut values = |flag: &str, texts: &[String], known: &[(String, Unit)]| -> Vec<Given> {
+            texts.iter().filter_map(|text| given(compilation, flag, text, known)).collect()
+        };
+        let process_noise = values("--process-noise", &request.process_noise, &tracked);
+        let start_std = values("--start-std", &request.start_std, &tracked);
+        let noise = values("--noise", &request.noise, &outputs);
+        for name in &request.outputs {
+            let name = compilation.name("--outputs", name.trim());
+            find(compilation, &name, &outputs, "output");
+        }
+        let outputs = request.outputs.iter().map(|name| name.trim().to_owned()).collect();
+        Asked { process_noise, start_std, noise, outputs }
+    }
+}
+
+/// Checks that standard deviations can be some.
+///
+/// # Errors
+///
+/// One of them is negative, or zero where nothing may be certain.
+pub(super) fn verify_deviations(request: &TrackRequest) -> Result<(), WorkError> {
+    let (some, any) = ("above 0", "0 or more");
+    let options = [
+        ("--process-noise", &request.process_noise, any),
+        ("--start-std", &request.start_std, some),
+        ("--noise", &request.noise, some),
+    ];
+    for (flag, texts, what) in options {
+        for text in texts {
+            let value = text.split_once('=').map_or("", |(_, value)| value.trim());
+            // Anything but a number is reported with its place.
+            let Ok(value) = value.split(['[', ' ']).next().unwrap_or_default().parse::<f64>()
+            else {
+                continue;
+            };
+            if !(value.is_finite() && (value > 0.0 || value == 0.0 && what == any)) {
+                return Err(WorkError::Usage(format!(
+                    "`{flag} {text}`: a standard deviation must be a number, {what}"
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Reads `NAME=VALUE`, the value in the declared unit or in one that is given.
+fn given(
+    compilation: &mut Compilation,
+    flag: &str,
+    text: &str,
+    known: &[(String, Unit)],
+) -> Option<Given> {
+    let source = compilation.argument(flag, text);
+    let Compilation { sources, diagnostics } = compilation;
+    let (name, value) = syntax::parse_setting(source, sources, diagnostics).ok()?;
+    let what = if flag == "--noise" { "output" } else { "state and no parameter" };
+    let unit = find(compilation, &name, known, what)?;
+    let Compilation { sources, diagnostics } = compilation;
+    let Expr { kind: ExprKind::Number { value: number, unit: own, .. }, span } = &value else {
+        let message = format!("`{flag}` takes a number, with a unit or without");
+        diagnostics.error(Diagnostic::new(Code::E201, value.span, message));
+        return None;
+    };
+    let own = match own {
+        None => unit.clone(),
+        Some(own) => match read_unit(own, sources) {
+            Ok(own) => own,
+            Err(diagnostic) => {
+                diagnostics.error(*diagnostic);
+                return None;
+            }
+        },
+    };
+    if own.dimension != unit.dimension {
+        let message = format!(
+            "`{}` is in `{}`, which does not convert to `{}`",
+            name.text, unit.symbol, own.symbol
+        );
+        diagnostics.error(Diagnostic::new(Code::E302, *span, message));
+        return None;
+    }
+    // A deviation has no zero of its own.
+    Some(Given { name: name.text, value: number * own.factor })
+}
+
+/// The unit of a name, if there is one.
+fn find<'a>(
+    compilation: &mut Compilation,
+    name: &Name,
+    known: &'a [(String, Unit)],
+    what: &str,
+) -> Option<&'a Unit> {
+    let found = known.iter().find(|(known, _)| *known == name.text);
+    if found.is_none() {
+        let names: Vec<&str> = known.iter().map(|(name, _)| name.as_str()).collect();
+        let message = format!("no {what} is called `{}`", name.text);
+        let help = meant(&name.text, &names);
+        compilation.diagnostics.error(Diagnostic::new(Code::E201, name.span, message).help(help));
+    }
+    found.map(|(_, unit)| unit)
+}
+
+/// Which estimator, with its options.
+pub(super) fn estimator(request: &TrackRequest) -> Result<Estimator, WorkError> {
+    let refuse = |option: &str, why: &str| Err(WorkError::Usage(format!("`{option}` {why}")));
+    match request.estimator {
+        Tracker::Ekf | Tracker::Ukf if request.forgetting.is_some() => refuse(
+            "--forgetting",
+            "belongs to `--estimator recursive`; in a filter, `--process-noise` says how fast \
+             parameters may change",
+        ),
+        Tracker::Recursive if !request.process_noise.is_empty() => refuse(
+            "--process-noise",
+            "belongs to `ekf` and `ukf`; in `--estimator recursive`, `--forgetting` says how fast \
+             parameters may change",
+        ),
+        Tracker::Ekf => Ok(Estimator::ExtendedKalman),
+        Tracker::Ukf => Ok(Estimator::Unscented(Spread::default())),
+        Tracker::Recursive => Ok(Estimator::Recursive {
+            forgetting_factor: request.forgetting.unwrap_or(FORGETTING),
+            most_covariance: 1.0,
+        }),
+    }
+}
+
+/// How uncertain what is, and why.
+pub(super) struct Settings {
+    pub tuning: Tuning,
+    estimator: Estimator,
+    /// Of states, then of parameters: first uncertainty and walk.
+    origins: Vec<[Origin; 2]>,
+    noise: Vec<Option<Origin>>,
+}
+
+impl Settings {
+    /// # Errors
+    ///
+    /// An output in use declares no noise, or the start values are missing.
+    pub(super) fn new(
+        asked: &Asked,
+        compiled: &Compiled,
+        problem: &FilterProblem<'_, Loaded>,
+        first: Sample<'_>,
+        measured: &[bool],
+    ) -> Result<Self, WorkError> {
+        let signature = problem.system.signature();
+        let mut tuning = usual_tuning(problem, first).map_err(|error| failed(&error))?;
+        let usual = [Origin::Usual("10 % of its size"), Origin::Usual("0.1 % of its size")];
+        let usual_parameter = [Origin::Usual("30 %"), Origin::Usual("10 % in an hour")];
+        let mut origins = Vec::new();
+        let find = |given: &[Given], name: &str| {
+            given.iter().rev().find(|given| given.name == name).map(|given| given.value)
+        };
+        let states = problem.states().into_iter().map(|i| signature.unknowns.name(i));
+        let parameters = problem.parameters();
+        let named = parameters.iter().map(|i| signature.parameters[*i].name.clone());
+        let priors = parameters.iter().map(|i| compiled.dae.parameters[*i].prior);
+        let walks = tuning.states.iter_mut().chain(&mut tuning.parameters);
+        let n_states = problem.states().len();
+        let priors = std::iter::repeat_n(None, n_states).chain(priors);
+        for (k, ((name, walk), prior)) in states.chain(named).zip(walks).zip(priors).enumerate() {
+            let mut origin = if k < n_states { usual } else { usual_parameter };
+            if let Some((_, std)) = prior {
+                (walk.start, origin[0]) = (std, Origin::Declared);
+            }
+            if let Some(value) = find(&asked.start_std, &name) {
+                (walk.start, origin[0]) = (value, Origin::Asked);
+            }
+            if let Some(value) = find(&asked.process_noise, &name) {
+                (walk.rate, origin[1]) = (value / MINUTE.sqrt(), Origin::Asked);
+            }
+            origins.push(origin);
+        }
+
+        let mut noise = Vec::with_capacity(measured.len());
+        let mut without = Vec::new();
+        for (i, output) in signature.outputs.iter().enumerate() {
+            let wanted =
+                asked.outputs.is_empty() || asked.outputs.iter().any(|o| *o == output.name);
+            let sigma = &mut tuning.noise[i];
+            if !(wanted && measured[i]) {
+                *sigma = None;
+                noise.push(None);
+                continue;
+            }
+            let mut origin = Origin::Declared;
+            if let Some(value) = find(&asked.noise, &output.name) {
+                (*sigma, origin) = (Some(value), Origin::Asked);
+            }
+            if sigma.is_none() {
+                without.push(format!("`{}`", output.name));
+            }
+            noise.push(Some(origin));
+        }
+        if let Some(first) = without.first() {
+            let name = first.trim_matches('`');
+            let i = signature.outputs.iter().position(|output| output.name == name);
+            let unit = i.map_or("", |i| &*signature.outputs[i].unit.symbol);
+            return Err(WorkError::Usage(format!(
+                "{} declares no noise, and a filter weighs samples by it: say `noise` in the model, \
+                 give `--noise '{name}=… [{unit}]'`, or leave it out by `--outputs`",
+                without.join(", ")
+            )));
+        }
+        Ok(Settings { tuning, estimator: problem.estimator, origins, noise })
+    }
+
+    fn name(&self) -> &'static str {
+        match self.estimator {
+            Estimator::ExtendedKalman => "extended Kalman filter",
+            Estimator::Unscented(_) => "unscented Kalman filter",
+            Estimator::Recursive { .. } => "recursive prediction error",
+        }
+    }
+
+    /// For people.
+    pub(super) fn text(&self, problem: &FilterProblem<'_, Loaded>) -> String {
+        let recursive = matches!(self.estimator, Estimator::Recursive { .. });
+        let mut text = format!("{}\n", self.name());
+        if let Estimator::Recursive { forgetting_factor, .. } = self.estimator {
+            let _ = writeln!(
+                text,
+                "forgetting factor {forgetting_factor}: a memory of {:.0} rows; the covariance of the \
+                 parameters never grows beyond the first one",
+                1.0 / (1.0 - forgetting_factor)
+            );
+        }
+        let mut rows = vec![
+            ["tracked", "unit", "std at first", "why", "strays in a minute", "why"]
+                .map(str::to_owned)
+                .to_vec(),
+        ];
+        for (k, (name, unit, factor)) in Self::tracked(problem).into_iter().enumerate() {
+            let walk = self.walk(k);
+            let number = |value: f64| significant(value / factor.abs(), 3);
+            let mut row =
+                vec![name, unit, number(walk.start), self.origins[k][0].text().to_owned()];
+            if !recursive {
+                row.push(number(walk.rate * MINUTE.sqrt()));
+                row.push(self.origins[k][1].text().to_owned());
+            }
+            rows.push(row);
+        }
+        if recursive {
+            rows[0].truncate(4);
+        }
+        push_table(&mut text, &rows);
+        let outputs = problem.system.signature().outputs.iter().zip(&self.tuning.noise);
+        let noise: Vec<String> = outputs
+            .zip(&self.noise)
+            .filter_map(|((output, sigma), origin)| {
+                let sigma = significant((*sigma)? / output.unit.factor.abs(), 3);
+                let unit = &output.unit.symbol;
+                Some(format!("{} {sigma} {unit} ({})", output.name, (*origin)?.text()))
+            })
+            .collect();
+        let _ = write!(text, "noise: {}", noise.join(", "));
+        text
+    }
+
+    /// For programs.
+    pub(super) fn json(&self, problem: &FilterProblem<'_, Loaded>) -> Value {
+        let mut all = serde_json::Map::new();
+        all.insert("estimator".to_owned(), json!(self.name()));
+        if let Estimator::Recursive { forgetting_factor, .. } = self.estimator {
+            all.insert("forgetting_factor".to_owned(), json!(forgetting_factor));
+        }
+        let tracked =
+            Self::tracked(problem).into_iter().enumerate().map(|(k, (name, unit, factor))| {
+                let (walk, origin) = (self.walk(k), self.origins[k]);
+                let entry = json!({
+                    "unit": unit,
+                    "start_std": walk.start / factor.abs(),
+                    "start_std_from": origin[0].text(),
+                    "strays_in_a_minute": walk.rate * MINUTE.sqrt() / factor.abs(),
+                    "strays_from": origin[1].text(),
+                });
+                (name, entry)
+            });
+        all.insert("tracked".to_owned(), tracked.collect::<serde_json::Map<_, _>>().into());
+        let outputs = problem.system.signature().outputs.iter().zip(&self.tuning.noise);
+        let noise = outputs.zip(&self.noise).filter_map(|((output, sigma), origin)| {
+            let unit = &output.unit;
+            let entry = json!({
+                "unit": unit.symbol,
+                "std": (*sigma)? / unit.factor.abs(),
+                "from": (*origin)?.text(),
+            });
+            Some((output.name.to_string(), entry))
+        });
+        all.insert("noise".to_owned(), noise.collect::<serde_json::Map<_, _>>().into());
+        all.into()
+    }
+
+    fn walk(&self, k: usize) -> dgd_identify::filter::Walk {
+        let states = &self.tuning.states;
+        states.get(k).copied().unwrap_or_else(|| self.tuning.parameters[k - states.len()])
+    }
+
+    /// Names, symbols and factors of what is tracked.
+    fn tracked(problem: &FilterProblem<'_, Loaded>) -> Vec<(String, String, f64)> {
+        let signature = problem.system.signature();
+        let of = |name: &str, unit: &dgd_runtime::Unit| {
+            (name.to_owned(), unit.symbol.to_string(), unit.factor)
+        };
+        let states = problem.states().into_iter();
+        let states = states.map(|i| of(&signature.unknowns.name(i), signature.unknowns.unit(i)));
+        let parameters = problem.parameters().into_iter();
+        let parameters =
+            parameters.map(|i| of(&signature.parameters[i].name, &signature.parameters[i].unit));
+        states.chain(parameters).collect()
+    }
+}
