@@ -1,6 +1,7 @@
 //! Functions in single assignment over f64, ready to run or to be written as code.
 
 mod describe;
+mod directions;
 mod functions;
 mod loops;
 mod lower;
@@ -17,6 +18,7 @@ use crate::source::Span;
 use crate::units::Dimension;
 
 pub use dgd_signature::Direction;
+pub use directions::{Directions, choose};
 pub use functions::{Argument, FUNCTIONS, FunctionKind, FunctionSpec, RUNS, ResultKind};
 pub use lower::lower;
 pub use taylor::{Entry, Factor, NoTaylor, Recurrence, Series, Taylor, Term};

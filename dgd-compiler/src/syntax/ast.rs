@@ -20,7 +20,7 @@ pub struct Ast {
     /// Items in the order written.
     pub items: Vec<Item>,
     /// What the imports among the items are, in their order: none until
-    /// [`load`](crate::pipeline::load) has read them.
+    /// [`load`](super::imports::load) has read them.
     pub imports: Vec<SourceId>,
 }
 

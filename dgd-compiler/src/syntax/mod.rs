@@ -9,6 +9,7 @@ pub mod ast;
 pub mod edit;
 mod effect;
 mod expression;
+pub mod imports;
 mod item;
 pub mod layout;
 mod lexical;

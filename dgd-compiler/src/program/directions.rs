@@ -1,0 +1,124 @@
+//! The choice of directions: which sensitivities a program has.
+
+use super::Direction;
+use crate::dae::{Dae, Unknown};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use crate::syntax::ast::Name;
+
+/// What a program has sensitivities to.
+#[derive(Debug, Clone, Default)]
+pub enum Directions {
+    /// None: only states and outputs.
+    #[default]
+    None,
+    /// All parameters.
+    All,
+    /// These parameters, and the start values of these states.
+    Named(Vec<Name>),
+    /// What a fit estimates.
+    Estimated {
+        /// These parameters; all that are not `fixed` where no parameter is named. Start values of
+        /// these states, beside those that are not `fixed`.
+        free: Vec<Name>,
+        /// None of these, parameters and states.
+        fixed: Vec<Name>,
+    },
+    /// What a filter tracks: parameters as in a fit, and all unknowns that are states in some mode, those
+    /// that are `fixed` too.
+    Tracked {
+        /// These parameters; all that are not `fixed` where no parameter is named.
+        free: Vec<Name>,
+        /// None of these parameters.
+        fixed: Vec<Name>,
+    },
+}
+
+/// The directions in which a program is differentiated, each once.
+///
+/// # Errors
+///
+/// [`Reported`] where a name is neither a parameter nor a state.
+pub fn choose(
+    dae: &Dae,
+    directions: &Directions,
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<Direction>, Reported> {
+    let chosen = match directions {
+        Directions::None => Vec::new(),
+        Directions::All => (0..dae.parameters.len()).map(Direction::Parameter).collect(),
+        Directions::Named(names) => named(dae, names, diagnostics),
+        Directions::Estimated { free, fixed } => {
+            let free = named(dae, free, diagnostics);
+            let fixed = named(dae, fixed, diagnostics);
+            estimated(dae, &free, &fixed)
+        }
+        Directions::Tracked { free, fixed } => {
+            let free = named(dae, free, diagnostics);
+            let fixed = named(dae, fixed, diagnostics);
+            tracked(dae, &free, &fixed)
+        }
+    };
+    diagnostics.check()?;
+    Ok(chosen)
+}
+
+/// What a fit estimates: parameters and start values, but none of `fixed`.
+fn estimated(dae: &Dae, free: &[Direction], fixed: &[Direction]) -> Vec<Direction> {
+    let states = dae.unknowns.iter().enumerate().filter(|(_, x)| x.differential);
+    let starts = states
+        .map(|(i, state)| (Direction::Start(i), state.fixed))
+        .filter(|(start, is_fixed)| !is_fixed || free.contains(start))
+        .map(|(start, _)| start);
+    free_parameters(dae, free).chain(starts).filter(|of| !fixed.contains(of)).collect()
+}
+
+/// What a filter tracks: parameters but none of `fixed`, and every state.
+fn tracked(dae: &Dae, free: &[Direction], fixed: &[Direction]) -> Vec<Direction> {
+    let parameters = free_parameters(dae, free).filter(|of| !fixed.contains(of));
+    // A filter also carries what is differential in other modes than it starts in.
+    let is_state = |x: &Unknown| x.differential || dae.graph.value(x.mass) != Some(0.0);
+    let states = dae.unknowns.iter().enumerate().filter(|(_, x)| is_state(x));
+    parameters.chain(states.map(|(i, _)| Direction::Start(i))).collect()
+}
+
+/// The parameters among `free`; all that are not `fixed` where there is none among them.
+fn free_parameters(dae: &Dae, free: &[Direction]) -> impl Iterator<Item = Direction> {
+    let asked = free.iter().any(|of| matches!(of, Direction::Parameter(_)));
+    let parameters = dae.parameters.iter().enumerate();
+    parameters
+        .map(|(i, parameter)| (Direction::Parameter(i), parameter.fixed))
+        .filter(move |(of, is_fixed)| if asked { free.contains(of) } else { !is_fixed })
+        .map(|(of, _)| of)
+}
+
+/// Parameters and start values of states, found by name.
+fn named(dae: &Dae, names: &[Name], diagnostics: &mut Diagnostics) -> Vec<Direction> {
+    let parameter = |name: &str| dae.parameters.iter().position(|p| p.declared.name == name);
+    let state = |name: &str| dae.unknowns.iter().position(|x| x.differential && x.name == name);
+    let mut chosen = Vec::with_capacity(names.len());
+    for Name { text, span } in names {
+        let found = parameter(text).map(Direction::Parameter);
+        match found.or_else(|| state(text).map(Direction::Start)) {
+            Some(direction) if !chosen.contains(&direction) => chosen.push(direction),
+            Some(_) => {}
+            None => {
+                let message = format!("there is no parameter and no state `{text}`");
+                let help = what_there_is(dae, text);
+                diagnostics.error(Diagnostic::new(Code::E201, *span, message).help(help));
+            }
+        }
+    }
+    chosen
+}
+
+/// What could have been meant by a name that nothing has.
+fn what_there_is(dae: &Dae, text: &str) -> String {
+    let parameters = dae.parameters.iter().map(|p| p.declared.name.as_str());
+    let states = dae.unknowns.iter().filter(|x| x.differential).map(|x| x.name.as_str());
+    let known: Vec<&str> = parameters.chain(states).collect();
+    match suggestion(text, known.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None if known.is_empty() => "this model has no parameters".to_owned(),
+        None => format!("there is `{}`", known.join("`, `")),
+    }
+}

@@ -1,0 +1,192 @@
+//! Following imports: from a model's file to the trees of all files that it needs.
+
+use std::collections::BTreeMap;
+
+use super::ast::{Ast, ItemKind};
+use super::parse;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::source::{Source, SourceId, Sources, Span};
+
+/// How the name of an imported file must end. Nothing else is read, so that a model cannot show what
+/// is not its own.
+const ENDING: &str = ".dgd";
+
+/// Reads an imported file: path in, text or the reason why not out. The reason quotes nothing of the file.
+pub type Read<'a> = dyn FnMut(&str) -> Result<String, String> + 'a;
+
+/// Parses a file and, once each, the libraries and models that it imports directly or through
+/// others.
+///
+/// A path is relative to the file that names it.
+///
+/// # Errors
+///
+/// [`Reported`] where a file has syntax errors, or cannot be read or imported.
+pub fn load(
+    main: Source,
+    read: &mut Read<'_>,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<Ast>, Reported> {
+    let path = normalise(&main.name);
+    let main = sources.add(main);
+    let asts = vec![parse(main, sources, diagnostics)?];
+    let known = BTreeMap::from([(path, main)]);
+    let mut loading = Loading { asts, known, read, sources, diagnostics };
+    let mut next = 0;
+    while next < loading.asts.len() {
+        let imports = imports_of(&loading.asts[next]);
+        let importer = loading.asts[next].source;
+        let found = imports.iter().filter_map(|import| loading.follow(importer, import)).collect();
+        loading.asts[next].imports = found;
+        next += 1;
+    }
+    loading.diagnostics.check()?;
+    Ok(loading.asts)
+}
+
+/// `import "path"`
+struct Import {
+    path: String,
+    span: Span,
+}
+
+fn imports_of(ast: &Ast) -> Vec<Import> {
+    let import = |kind: &ItemKind| match kind {
+        ItemKind::Import { path, path_span } => {
+            Some(Import { path: path.clone(), span: *path_span })
+        }
+        _ => None,
+    };
+    ast.items.iter().filter_map(|item| import(&item.kind)).collect()
+}
+
+/// The files read so far, and what it takes to read more.
+struct Loading<'a, 'r> {
+    asts: Vec<Ast>,
+    /// Files by their normalised paths.
+    known: BTreeMap<String, SourceId>,
+    read: &'a mut Read<'r>,
+    sources: &'a mut Sources,
+    diagnostics: &'a mut Diagnostics,
+}
+
+impl Loading<'_, '_> {
+    /// The file that an import names, which is read unless it is known; `None` if it cannot be.
+    fn follow(&mut self, importer: SourceId, Import { path, span }: &Import) -> Option<SourceId> {
+        let name = beside(self.sources, importer, path);
+        if let Some(&id) = self.known.get(&name) {
+            if id == importer {
+                self.refuse(*span, format!("`{path}` is this file itself"));
+            }
+            return Some(id);
+        }
+        if !name.ends_with(ENDING) {
+            let message = format!("cannot import `{path}`: its name does not end in `{ENDING}`");
+            self.refuse(*span, message);
+            return None;
+        }
+        let text = match (self.read)(&name) {
+            Ok(text) => text,
+            Err(reason) => {
+                self.refuse(*span, format!("cannot read `{name}`: {reason}"));
+                return None;
+            }
+        };
+        let id = self.sources.add(Source { name: name.clone(), text });
+        self.known.insert(name, id);
+        if let Ok(ast) = parse(id, self.sources, self.diagnostics) {
+            self.take(ast, path, *span);
+        }
+        Some(id)
+    }
+
+    /// Takes in the tree of a library or a model.
+    fn take(&mut self, ast: Ast, path: &str, span: Span) {
+        if let Some(effect) = &ast.effect {
+            let name = &effect.name.text;
+            let message = format!("`{path}` is an effect, `{name}`, not a library or a model");
+            self.diagnostics.error(
+                Diagnostic::new(Code::E208, span, message)
+                    .help("an effect is taken into a model with `--apply`"),
+            );
+            return;
+        }
+        if ast.model.is_none() {
+            verify_library(&ast, self.diagnostics);
+        }
+        self.asts.push(ast);
+    }
+
+    fn refuse(&mut self, span: Span, message: String) {
+        self.diagnostics.error(Diagnostic::new(Code::E208, span, message));
+    }
+}
+
+/// A library declares nothing that belongs to one model.
+fn verify_library(ast: &Ast, diagnostics: &mut Diagnostics) {
+    for item in &ast.items {
+        match item.kind {
+            ItemKind::Import { .. }
+            | ItemKind::Constant { .. }
+            | ItemKind::Let { .. }
+            | ItemKind::Function { .. } => {}
+            ItemKind::Size { .. }
+            | ItemKind::Array { .. }
+            | ItemKind::For { .. }
+            | ItemKind::Parameter { .. }
+            | ItemKind::Input { .. }
+            | ItemKind::Unknown { .. }
+            | ItemKind::Output { .. }
+            | ItemKind::Equation { .. }
+            | ItemKind::Modes { .. }
+            | ItemKind::Variant { .. }
+            | ItemKind::Part { .. }
+            | ItemKind::Binding { .. }
+            | ItemKind::When(_)
+            | ItemKind::Saturate { .. } => {
+                diagnostics.error(
+                    Diagnostic::new(Code::E208, item.span, "this cannot stand in a library")
+                        .help("a library has constants, `let`s and functions; a model file begins with `model NAME`"),
+                );
+            }
+        }
+    }
+}
+
+/// The path of an import as seen from where the importing file lies.
+fn beside(sources: &Sources, source: SourceId, path: &str) -> String {
+    let folder = sources.get(source).name.rsplit_once('/').map_or("", |(folder, _)| folder);
+    if folder.is_empty() || path.starts_with('/') {
+        normalise(path)
+    } else {
+        normalise(&format!("{folder}/{path}"))
+    }
+}
+
+/// Without `.` and without what `..` takes back.
+fn normalise(path: &str) -> String {
+    let mut parts: Vec<&str> = Vec::new();
+    for part in path.split('/') {
+        match (part, parts.last()) {
+            (".", _) => {}
+            ("..", Some(last)) if *last != ".." && !last.is_empty() => {
+                parts.pop();
+            }
+            _ => parts.push(part),
+        }
+    }
+    parts.join("/")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::normalise;
+
+    #[test]
+    fn paths_are_taken_as_a_file_system_would() {
+        assert_eq!(normalise("models/./lib/../lib/friction.dgd"), "models/lib/friction.dgd");
+        assert_eq!(normalise("../a/../../b"), "../../b");
+        assert_eq!(normalise("/a/../b"), "/b");
+    }
+}
