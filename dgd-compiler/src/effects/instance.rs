@@ -1,7 +1,5 @@
 //! One application of an effect, with the names that everything has in the model.
 
-use std::collections::BTreeMap;
-
 use super::declared::{Declarations, namespace_of, noun};
 use super::{Application, Blending, Brought, units};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
@@ -10,7 +8,8 @@ use crate::syntax::ast::{
     Ast, Attribute, AttributeKind, Clause, ClauseKind, EffectKind, Expr, ExprKind, Item, ItemKind,
     Name, Slot, SlotKind, Target,
 };
-use crate::syntax::visit::{self, Namespace, Part, Place};
+use crate::syntax::rename::Renaming;
+use crate::syntax::visit::{self, Namespace, Part};
 use crate::units::parse_unit;
 
 /// A change that an effect makes, in the names of the model.
@@ -40,63 +39,6 @@ pub(super) struct Instance {
     /// Names that stand for what an output reads, with the output.
     pub(super) readings: Vec<(String, Name)>,
     pub(super) brought: Brought,
-}
-
-/// Names of an effect or a part, and what they are called in the model.
-#[derive(Debug, Default)]
-pub(crate) struct Names {
-    map: BTreeMap<(Namespace, String), String>,
-}
-
-impl Names {
-    /// What was called `old` is called `new`.
-    pub(crate) fn insert(&mut self, namespace: Namespace, old: String, new: String) {
-        self.map.insert((namespace, old), new);
-    }
-
-    fn rename(&self, namespace: Namespace, name: &mut Name) {
-        if let Some(new) = self.map.get(&(namespace, name.text.clone())) {
-            name.text.clone_from(new);
-        }
-    }
-
-    /// Renames what an expression reads and calls, except names that are hidden by arguments.
-    fn rename_in(&self, expr: &mut Expr, hidden: &[&str]) {
-        let renamed = |name: &str| {
-            let is_hidden = hidden.contains(&name);
-            self.map.get(&(Namespace::Value, name.to_owned())).filter(|_| !is_hidden)
-        };
-        match &mut expr.kind {
-            ExprKind::Name(name) => {
-                if let Some(new) = renamed(name) {
-                    name.clone_from(new);
-                }
-            }
-            ExprKind::Call { function, .. } => {
-                if let Some(new) = renamed(&function.text) {
-                    function.text.clone_from(new);
-                }
-            }
-            _ => {}
-        }
-        for operand in visit::operands_mut(expr) {
-            self.rename_in(operand, hidden);
-        }
-    }
-
-    /// Renames what an item declares, reads and calls.
-    pub(crate) fn rename_item(&self, item: &mut Item) {
-        visit::parts_mut(item, &mut |part| match part {
-            Part::Declares(namespace, name) => self.rename(namespace, name),
-            Part::Resets(name) => self.rename(Namespace::Value, name),
-            Part::Unit(_) => {}
-            Part::Expr(Place::Body(_, arguments), expr) => {
-                let hidden: Vec<&str> = arguments.iter().map(|a| a.name.text.as_str()).collect();
-                self.rename_in(expr, &hidden);
-            }
-            Part::Expr(_, expr) => self.rename_in(expr, &[]),
-        });
-    }
 }
 
 impl Instance {
@@ -136,14 +78,14 @@ impl Instance {
     ) -> Result<Instance, Reported> {
         let effect = application.effect;
         let bound = bound(application, model, declared, diagnostics)?;
-        let mut names = Names::default();
+        let mut names = Renaming::default();
         let mut readings = Vec::new();
         for (slot, argument) in &bound {
             let text = slot.name.text.clone();
             match slot.kind {
                 SlotKind::Output => readings.push((text, (*argument).clone())),
                 kind => {
-                    names.map.insert((namespace_of(kind), text), argument.text.clone());
+                    names.insert(namespace_of(kind), text, argument.text.clone());
                 }
             }
         }
@@ -158,12 +100,12 @@ impl Instance {
         for item in &mut items {
             visit::parts_mut(item, &mut |part| {
                 let Part::Declares(namespace, name) = part else { return };
-                if names.map.contains_key(&(namespace, name.text.clone())) {
+                if names.contains(namespace, &name.text) {
                     return; // declared in another choice of a variant
                 }
                 let new = naming.named(namespace, name);
                 brought.names.push((name.text.clone(), new.clone()));
-                names.map.insert((namespace, name.text.clone()), new);
+                names.insert(namespace, name.text.clone(), new);
             });
         }
         let clauses = effect.ast.effect.iter().flat_map(|header| &header.clauses);
@@ -235,7 +177,7 @@ enum Said {
     Nothing,
 }
 
-fn change(clause: &Clause, names: &Names, readings: &[(String, Name)]) -> Said {
+fn change(clause: &Clause, names: &Renaming, readings: &[(String, Name)]) -> Said {
     let renamed = |namespace: Namespace, name: &Name| {
         let mut name = name.clone();
         names.rename(namespace, &mut name);

@@ -34,7 +34,6 @@ use crate::syntax::ast::{Ast, EffectKind, Name, Target};
 pub use apply::apply;
 pub use bind::bind;
 pub use exclusive::Reach;
-pub(crate) use instance::Names;
 pub use write::write;
 
 /// An effect: what it is, what it brings and what it changes.

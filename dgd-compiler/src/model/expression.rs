@@ -617,7 +617,8 @@ pub(super) fn unit_of(
     let Some(written) = written else {
         return Ok(Unit::one());
     };
-    parse_unit(&written.text).map_err(|error| diagnostics.error(error.at(written)))
+    let unit = parse_unit(&written.text);
+    unit.map_err(|error| diagnostics.error(error.at(&written.text, written.span)))
 }
 
 /// Whether a declared value is made of plain numbers only, and so is in the declared unit.

@@ -17,6 +17,9 @@ mod start;
 pub mod text;
 mod whole;
 
+#[cfg(test)]
+mod tests;
+
 use std::collections::BTreeMap;
 
 use crate::expr::{ExprId, Graph};

@@ -9,9 +9,9 @@ use super::unknown::verify_names;
 use super::visible::{Files, Visible};
 use super::{Expanded, InnerModel};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
-use crate::effects::Names;
 use crate::source::{SourceId, Span};
 use crate::syntax::ast::{Ast, Expr, Item, ItemKind, Name, PartArgument, Unit};
+use crate::syntax::rename::Renaming;
 use crate::syntax::visit::{self, Namespace, Part};
 
 /// Parts hold parts at most this deep.
@@ -241,8 +241,8 @@ impl<'a, 'd> Expansion<'a, 'd> {
     }
 
     /// What the libraries that a file sees declare, under the names that this has in the whole.
-    fn foreign_names(&self, visible: &Visible<'_>) -> Names {
-        let mut names = Names::default();
+    fn foreign_names(&self, visible: &Visible<'_>) -> Renaming {
+        let mut names = Renaming::default();
         for library in &visible.libraries {
             self.library_names_of(library, &mut names);
         }
@@ -250,7 +250,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
     }
 
     /// Adds the names that a library's declarations have in the whole.
-    fn library_names_of(&self, library: &Ast, names: &mut Names) {
+    fn library_names_of(&self, library: &Ast, names: &mut Renaming) {
         if let Some(prefix) = self.library_names.get(&library.source) {
             for (namespace, name) in declared(&mut library.items.clone()) {
                 let new = format!("{prefix}.{name}");

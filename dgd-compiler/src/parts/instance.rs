@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::expansion::{Whole, declared};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
-use crate::effects::Names;
 use crate::syntax::ast::{Choice, Expr, ExprKind, Item, ItemKind, Name, PartArgument, Unit};
+use crate::syntax::rename::Renaming;
 use crate::syntax::visit::{self, Namespace};
 
 /// A part's items under the names of the model that it is in.
@@ -30,7 +30,7 @@ pub(super) fn instance(
     diagnostics: &mut Diagnostics,
 ) -> Result<Instance, Reported> {
     let Whole { mut items, set: inner_set, .. } = inner;
-    let mut names = Names::default();
+    let mut names = Renaming::default();
     for (namespace, name) in declared(&mut items) {
         let new = format!("{}.{name}", part.text);
         names.insert(namespace, name, new);

@@ -16,8 +16,8 @@ mod lexical;
 mod modes;
 mod part;
 pub mod print;
+pub(crate) mod rename;
 mod tokens;
-pub(crate) mod unit;
 pub mod visit;
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};

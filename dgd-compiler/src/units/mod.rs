@@ -2,9 +2,12 @@
 
 pub mod catalogue;
 pub mod dimension;
+mod grammar;
+mod read;
 
-pub use catalogue::{UnitError, UnitErrorKind, convert, describe, parse_unit, read_unit};
+pub use catalogue::{convert, describe};
 pub use dimension::{Dimension, Exponent};
+pub use read::{UnitError, UnitErrorKind, parse_unit, read_unit};
 
 /// A unit: `si = value * factor + offset`.
 #[derive(Debug, Clone, PartialEq)]

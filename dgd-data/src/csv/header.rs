@@ -5,7 +5,6 @@ use std::ops::Range;
 
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::{Sources, Span};
-use dgd_compiler::syntax::ast;
 use dgd_compiler::units::{Unit, read_unit};
 
 use crate::csv::kept::Kept;
@@ -151,7 +150,7 @@ pub(crate) fn unit_at(text: &str, place: Span, sources: &Sources) -> Result<Unit
     // The last bracket opens the unit, which is not to be found in the name.
     let bracket = sources.text(place).rfind('[').unwrap_or_default() as u32;
     let span = Span { start: place.start + bracket, ..place };
-    read_unit(&ast::Unit { span, text: text.to_owned() }, sources)
+    read_unit(text, span, sources)
 }
 
 /// Takes a header cell apart.

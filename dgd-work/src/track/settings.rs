@@ -142,7 +142,7 @@ fn given(
     };
     let own = match own {
         None => unit.clone(),
-        Some(own) => match read_unit(own, sources) {
+        Some(own) => match read_unit(&own.text, own.span, sources) {
             Ok(own) => own,
             Err(diagnostic) => {
                 diagnostics.error(*diagnostic);

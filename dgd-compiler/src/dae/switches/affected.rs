@@ -124,12 +124,12 @@ mod tests {
     use std::fmt::Write as _;
 
     use super::Readers;
-    use crate::dae::Dae;
+    use crate::dae::{Dae, assemble};
     use crate::diagnostics::Diagnostics;
     use crate::expr::{ExprId, Node};
-    use crate::model::ModelOptions;
-    use crate::pipeline::{Directions, compile};
+    use crate::model::{ModelOptions, resolve};
     use crate::source::{Source, Sources};
+    use crate::syntax::parse;
 
     fn dae(row: &str) -> Dae {
         let text = format!(
@@ -137,11 +137,10 @@ mod tests {
         );
         let main = Source { name: "m.dgd".to_owned(), text };
         let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let options = (ModelOptions::default(), Directions::None);
-        let none = &mut |_: &str| Err("no file".to_owned());
-        compile(main, &options.0, &options.1, none, &mut sources, &mut diagnostics)
-            .expect("a sound model")
-            .dae
+        let main = sources.add(main);
+        let ast = parse(main, &sources, &mut diagnostics).expect("a readable model");
+        let model = resolve(&[ast], &ModelOptions::default(), &mut diagnostics);
+        assemble(&model.expect("a sound model"), &mut diagnostics).expect("a solvable model")
     }
 
     /// The calls of `abs`, and what is looked at for each.

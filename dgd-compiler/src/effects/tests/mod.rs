@@ -1,3 +1,7 @@
+//! Effects on one model, and the text of what they change.
+
+mod parts;
+
 use std::fmt::Write as _;
 
 use super::*;

@@ -7,8 +7,7 @@
 //! exponent = "-"? digits | "(" "-"? digits ("/" digits)? ")"
 //! ```
 //!
-//! Blanks may stand between any two of these. What a symbol means is the business of
-//! [`crate::units`].
+//! Blanks may stand between any two of these. What a symbol means is looked up by [`super::read`].
 
 use std::ops::Range;
 
@@ -20,7 +19,7 @@ use nom::error::{ErrorKind, ParseError};
 use nom::sequence::{delimited, preceded, terminated};
 use nom::{Err, IResult, Parser};
 
-use crate::units::Exponent;
+use super::Exponent;
 
 /// How deep parentheses may nest in a unit.
 const NESTING: usize = 16;

@@ -1,0 +1,333 @@
+//! From the text of a unit to its factor, offset and dimension.
+
+use std::fmt;
+use std::ops::Range;
+
+use super::catalogue::{Row, all_spellings, find};
+use super::{Exponent, Unit, grammar};
+use crate::diagnostics::{Code, Diagnostic, suggestion};
+use crate::source::{Sources, Span};
+
+/// Why a text is no unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnitError {
+    /// The piece that is wrong, in bytes of the text; empty at its end.
+    pub range: Range<usize>,
+    /// What is wrong with it.
+    pub kind: UnitErrorKind,
+}
+
+/// The ways in which a text is no unit.
+#[derive(Debug, Clone, PartialEq)]
+pub enum UnitErrorKind {
+    /// A symbol is not in the catalogue.
+    Unknown {
+        /// The symbol.
+        symbol: String,
+        /// What was probably meant.
+        suggestion: Option<String>,
+    },
+    /// The text does not follow the grammar of units.
+    Malformed {
+        /// What could stand there.
+        expected: &'static str,
+    },
+    /// An exponent or a factor leaves the range of numbers.
+    OutOfRange,
+}
+
+impl UnitError {
+    /// The diagnostic for the unit `text`, written between `brackets`: at the piece that is wrong, or
+    /// at the whole where blanks inside the brackets hide where it is. [`read_unit`] sees them.
+    pub fn at(&self, text: &str, brackets: Span) -> Diagnostic {
+        let Span { start, end, .. } = brackets;
+        if end.saturating_sub(start) == text.len() as u32 + 2 {
+            self.behind(start + 1, brackets)
+        } else {
+            Diagnostic::new(self.code(), brackets, self.to_string()).maybe_help(self.help())
+        }
+    }
+
+    /// The diagnostic where the unit's text begins at a byte of a source, within `brackets`.
+    fn behind(&self, text_start: u32, brackets: Span) -> Diagnostic {
+        let place = |at: usize| (text_start + at as u32).min(brackets.end);
+        let span = Span { start: place(self.range.start), end: place(self.range.end), ..brackets };
+        Diagnostic::new(self.code(), span, self.to_string()).maybe_help(self.help())
+    }
+
+    fn code(&self) -> Code {
+        match self.kind {
+            UnitErrorKind::Unknown { .. } => Code::E305,
+            UnitErrorKind::Malformed { .. } | UnitErrorKind::OutOfRange => Code::E306,
+        }
+    }
+
+    /// What would be right, where that is known.
+    pub fn help(&self) -> Option<String> {
+        match &self.kind {
+            UnitErrorKind::Unknown { suggestion, .. } => {
+                suggestion.as_ref().map(|unit| format!("did you mean `{unit}`?"))
+            }
+            UnitErrorKind::Malformed { .. } => {
+                Some("units are written like `kg/m^3`, `Pa*s^2/m^6` or `1/(m*s)`".to_owned())
+            }
+            UnitErrorKind::OutOfRange => None,
+        }
+    }
+}
+
+impl fmt::Display for UnitError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.kind {
+            UnitErrorKind::Unknown { symbol, .. } => write!(f, "there is no unit `{symbol}`"),
+            UnitErrorKind::Malformed { expected } => {
+                write!(f, "malformed unit: expected {expected}")
+            }
+            UnitErrorKind::OutOfRange => f.write_str("the unit leaves the range of numbers"),
+        }
+    }
+}
+
+impl std::error::Error for UnitError {}
+
+/// Reads a unit such as `m^3/s`.
+///
+/// A zero elsewhere (°C) and a labelled zero (bara) belong to a unit that stands alone. In a product
+/// or power a °C is a difference of one kelvin, and `bara` is `bar`.
+pub fn parse_unit(text: &str) -> Result<Unit, UnitError> {
+    let factors = grammar::parse(text).map_err(|malformed| {
+        let length = text[malformed.at..].chars().next().map_or(0, char::len_utf8);
+        UnitError {
+            range: malformed.at..malformed.at + length,
+            kind: UnitErrorKind::Malformed { expected: malformed.expected },
+        }
+    })?;
+
+    let mut all = Unit { symbol: text.trim().to_owned(), ..Unit::one() };
+    let (mut numerator, mut denominator) = (1.0, 1.0);
+    for factor in &factors {
+        let out_of_range =
+            || UnitError { range: factor.range.clone(), kind: UnitErrorKind::OutOfRange };
+        let found = look_up(factor)?;
+        let exponent = factor.exponent.times(found.digits).ok_or_else(out_of_range)?;
+
+        let dimension = found.row.dimension.power(exponent);
+        all.dimension = dimension
+            .and_then(|dimension| all.dimension.times(dimension))
+            .ok_or_else(out_of_range)?;
+
+        let (up, down) = found.factor;
+        if exponent.value() >= 0.0 {
+            numerator *= power(up, exponent);
+            denominator *= power(down, exponent);
+        } else {
+            numerator *= power(down, exponent);
+            denominator *= power(up, exponent);
+        }
+        if factors.len() == 1 && exponent.value() == 1.0 {
+            all.offset = found.row.offset;
+            all.datum = found.row.datum;
+        }
+        all.factor = numerator / denominator;
+        if !all.factor.is_normal() {
+            return Err(out_of_range());
+        }
+    }
+    Ok(all)
+}
+
+/// x^|exponent|, by multiplication where the exponent is whole, so that it is exact where it can be.
+fn power(x: f64, exponent: Exponent) -> f64 {
+    let exponent = exponent.value().abs();
+    if exponent.fract() == 0.0 {
+        (0..exponent as u32).fold(1.0, |product, _| product * x)
+    } else {
+        x.powf(exponent)
+    }
+}
+
+/// Reads the unit `text` between `brackets` of a source, or says at the right place why it is none.
+pub fn read_unit(text: &str, brackets: Span, sources: &Sources) -> Result<Unit, Box<Diagnostic>> {
+    parse_unit(text).map_err(|error| {
+        // The text is what stands between the brackets, without blanks around it.
+        let before = sources.text(brackets).find(text).unwrap_or(0);
+        Box::new(error.behind(brackets.start + before as u32, brackets))
+    })
+}
+
+/// A symbol found in the catalogue.
+struct Found {
+    row: &'static Row,
+    /// Factor of the row and its prefix.
+    factor: (f64, f64),
+    /// The power that digits behind the symbol stand for.
+    digits: Exponent,
+}
+
+/// Words that are no units, without a plural's s, and what is meant by them.
+const SPELLED_OUT: &[(&str, &str)] = &[
+    ("sec", "s"),
+    ("second", "s"),
+    ("minute", "min"),
+    ("hour", "h"),
+    ("metre", "m"),
+    ("meter", "m"),
+    ("kilometre", "km"),
+    ("kilometer", "km"),
+    ("feet", "ft"),
+    ("foot", "ft"),
+    ("litre", "L"),
+    ("liter", "L"),
+    ("ltr", "L"),
+    ("gallon", "gal"),
+    ("barrel", "bbl"),
+    ("gram", "g"),
+    ("kilogram", "kg"),
+    ("pound", "lb"),
+    ("ton", "t"),
+    ("newton", "N"),
+    ("pascal", "Pa"),
+    ("joule", "J"),
+    ("watt", "W"),
+    ("volt", "V"),
+    ("kelvin", "K"),
+    ("celsiu", "degC"),
+    ("degree", "deg"),
+    ("percent", "%"),
+];
+
+fn look_up(factor: &grammar::Factor) -> Result<Found, UnitError> {
+    let whole = format!("{}{}", factor.symbol, factor.digits);
+    let one = Exponent::new(1, 1);
+    let (symbol, digits) = if factor.digits.is_empty() || find(&whole).is_some() {
+        (&whole, one)
+    } else {
+        // m3 is m^3; more than one digit is a slip.
+        let digit = (factor.digits.len() == 1).then(|| factor.digits.parse().ok()).flatten();
+        (&factor.symbol, digit.and_then(|digit| Exponent::new(digit, 1)))
+    };
+    if let (Some((row, factor)), Some(digits)) = (find(symbol), digits) {
+        return Ok(Found { row, factor, digits });
+    }
+    let meant = SPELLED_OUT.iter().find(|(word, _)| whole.trim_end_matches('s') == *word);
+    let spellings = all_spellings();
+    let suggestion = match meant {
+        Some((_, symbol)) => Some((*symbol).to_owned()),
+        None => suggestion(&whole, spellings.iter().map(String::as_str)).map(str::to_owned),
+    };
+    let kind = UnitErrorKind::Unknown { symbol: whole, suggestion };
+    Err(UnitError { range: factor.range.clone(), kind })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::catalogue::{LUMINOUS_INTENSITY, PRESSURE, TIME};
+    use crate::units::convert;
+
+    fn unit(text: &str) -> Unit {
+        parse_unit(text).unwrap_or_else(|error| panic!("{text}: {error}"))
+    }
+
+    /// Relative error of a product and a quotient of correctly rounded numbers.
+    const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+    #[test]
+    fn spelled_out_units_lead_to_units() {
+        let units: Vec<_> =
+            SPELLED_OUT.iter().filter(|(word, _)| parse_unit(word).is_ok()).collect();
+        assert!(units.is_empty(), "these are units: {units:?}");
+        for (_, symbol) in SPELLED_OUT {
+            assert!(parse_unit(symbol).is_ok(), "`{symbol}` is no unit");
+        }
+        let error = parse_unit("kg/seconds").expect_err("no unit");
+        assert_eq!(error.help().as_deref(), Some("did you mean `s`?"));
+    }
+
+    #[test]
+    fn factors_follow_the_exact_definitions() {
+        for (text, factor) in [
+            ("psi", 6_894.757_293_168_361),
+            ("lpm", 1.0 / 60_000.0),
+            ("l/min", 1.0 / 60_000.0),
+            ("in", 0.0254),
+            ("ppg", 0.453_592_37 / 0.003_785_411_784),
+            ("lb/gal", 0.453_592_37 / 0.003_785_411_784),
+            ("gpm", 3.785_411_784e-3 / 60.0),
+            ("bbl", 0.158_987_294_928),
+            ("bbl/min", 0.158_987_294_928 / 60.0),
+            ("kg", 1.0),
+            ("kg/m^4", 1.0),
+            ("Pa*s^2/m^6", 1.0),
+            ("%", 0.01),
+            ("rpm", 2.0 * std::f64::consts::PI / 60.0),
+            ("mbar", 100.0),
+            ("mL", 1e-6),
+            ("m3/h", 1.0 / 3600.0),
+            ("m³/h", 1.0 / 3600.0),
+            ("mm^2", 1e-6),
+            ("cP", 1e-3),
+            ("cSt", 1e-6),
+            ("kWh", 3.6e6),
+            ("hp", 745.699_871_582_270_2),
+            ("mmHg", 133.322_387_415),
+            ("inH2O", 249.088_91),
+            ("pcf", 16.018_463_373_960_14),
+            ("ksi", 6_894_757.293_168_361),
+            ("lbf", 4.448_221_615_260_5),
+            ("mD", 9.869_232_667_160_13e-16),
+            ("µm", 1e-6),
+            ("μm", 1e-6),
+            ("deg", std::f64::consts::PI / 180.0),
+            ("ft^(1/2)", 0.3048_f64.sqrt()),
+            ("1", 1.0),
+        ] {
+            let error = (unit(text).factor / factor - 1.0).abs();
+            assert!(error <= ROUNDING, "{text}: {} {factor}", unit(text).factor);
+        }
+        assert_eq!(unit("lpm").factor, unit("l/min").factor);
+        assert_eq!(unit("lb/gal").dimension, unit("sg").dimension);
+    }
+
+    #[test]
+    fn prefixes_stand_only_where_allowed() {
+        for text in ["kmin", "mft", "klpm", "kpsi", "mg/kft", "m%"] {
+            assert!(parse_unit(text).is_err(), "{text}");
+        }
+        assert_eq!(unit("min").dimension, TIME);
+        assert_eq!(unit("Pa").dimension, PRESSURE);
+        assert_eq!(unit("cd").dimension, LUMINOUS_INTENSITY);
+    }
+
+    #[test]
+    fn zeros_elsewhere_belong_to_a_unit_alone() {
+        let close = |a: f64, b: f64| (a - b).abs() <= ROUNDING * b.abs().max(a.abs());
+        let (celsius, fahrenheit, kelvin) = (unit("°C"), unit("degF"), unit("K"));
+        assert!(close(celsius.to_si(25.0), 298.15));
+        assert!(close(convert(212.0, &fahrenheit, &celsius), 100.0));
+        assert!(close(convert(0.0, &kelvin, &celsius), -273.15));
+        assert_eq!(unit("W/°C").offset, 0.0);
+        assert_eq!(unit("°C").offset, 273.15);
+        assert_eq!(unit("°C^2").offset, 0.0);
+
+        let (bar, bara, barg, psig) = (unit("bar"), unit("bara"), unit("barg"), unit("psig"));
+        assert!(close(convert(0.0, &barg, &bara), 1.01325));
+        assert!(close(convert(1.01325, &bara, &psig), 0.0));
+        assert_eq!(convert(2.0, &bar, &bara), 2.0);
+        assert_eq!(bara.to_si(1.0), barg.to_si(1.0));
+        assert_eq!(unit("bara/s").datum, None);
+    }
+
+    #[test]
+    fn mistakes_are_placed_and_explained() {
+        let error = parse_unit("kg/lmp").unwrap_err();
+        assert_eq!(error.range, 3..6);
+        assert_eq!(error.help().as_deref(), Some("did you mean `lpm`?"));
+        assert_eq!(parse_unit("KPa").unwrap_err().help().as_deref(), Some("did you mean `kPa`?"));
+        assert_eq!(parse_unit("kg m").unwrap_err().range, 3..4);
+        assert_eq!(parse_unit("").unwrap_err().range, 0..0);
+        assert_eq!(parse_unit("m33").unwrap_err().range, 0..3);
+        let large = parse_unit("km^99*km^99").unwrap_err();
+        assert_eq!(large.kind, UnitErrorKind::OutOfRange);
+    }
+}
