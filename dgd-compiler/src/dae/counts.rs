@@ -13,7 +13,8 @@ pub(super) fn verify_counts(
     model: &Model,
     graph: &Graph,
     all: &[Equation<'_>],
-    (holding, context): (&[usize], &str),
+    holding: &[usize],
+    context: &str,
     diagnostics: &mut Diagnostics,
 ) -> Result<(), Reported> {
     let equations: Vec<&Equation<'_>> = holding.iter().map(|e| &all[*e]).collect();

@@ -11,7 +11,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::transfer::Transferred;
-use super::{Delay, DelayedInput, DelayedUnknown};
+use super::{Delay, DelayedInput, DelayedUnknown, Unknown};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::display::listing;
 use crate::expr::{ExprId, Graph, Node, Symbol};
@@ -33,6 +33,37 @@ pub(super) struct Resolved {
     pub(super) unknowns: Vec<DelayedUnknown>,
     /// For each output, how late it is read as a whole.
     pub(super) of_outputs: Vec<Option<usize>>,
+}
+
+impl Resolved {
+    /// Reports delays that vary with what is known only once equations are solved.
+    pub(super) fn verify_varying(
+        &self,
+        model: &Model,
+        graph: &Graph,
+        unknowns: &[Unknown],
+        diagnostics: &mut Diagnostics,
+    ) {
+        for delay in &self.varying {
+            let solved_for = graph.symbols(delay.tau).into_iter().find_map(|symbol| match symbol {
+                Symbol::Unknown(i) if graph.value(unknowns[i as usize].mass) != Some(1.0) => {
+                    Some(i)
+                }
+                _ => None,
+            });
+            if let Some(i) = solved_for {
+                let declared = &model.unknowns[i as usize].declared;
+                let message = format!(
+                    "the delay `{}` depends on `{}`, which is algebraic",
+                    delay.text, declared.name
+                );
+                diagnostics.error(
+                    Diagnostic::new(Code::E215, declared.span, message)
+                        .help("use states that have a derivative, inputs, time and parameters"),
+                );
+            }
+        }
+    }
 }
 
 /// Replaces delays in everything that was transferred.

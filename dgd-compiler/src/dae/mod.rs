@@ -23,6 +23,7 @@ mod smoothness;
 mod state_selection;
 mod switches;
 mod symbols;
+mod systems;
 pub mod text;
 mod time_conditions;
 mod transfer;

@@ -1,23 +1,48 @@
 //! What reads derivatives without determining them: outputs, event functions and resets.
 
-use super::{Automaton, AutomatonKind, Transition, Trigger};
+use super::delays::Resolved;
+use super::{Automaton, AutomatonKind, Output, Transition, Trigger};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::{self, Model};
 use crate::source::Span;
 
 /// Puts the rows' right-hand sides in the place of derivatives.
-pub(super) struct DerivativeReader<'a, F> {
+pub(super) struct DerivativeReader<'a> {
     pub(super) model: &'a Model,
-    pub(super) rate: F,
+    /// ẏ of each unknown, where it is given in all modes.
+    pub(super) rates: Vec<Option<ExprId>>,
     pub(super) graph: &'a mut Graph,
     pub(super) diagnostics: &'a mut Diagnostics,
 }
 
-impl<F: Fn(Symbol) -> Option<ExprId>> DerivativeReader<'_, F> {
+impl DerivativeReader<'_> {
+    /// The model's outputs, `values` without derivatives.
+    pub(super) fn outputs(&mut self, values: Vec<ExprId>, delays: &Resolved) -> Vec<Output> {
+        let mut outputs = Vec::with_capacity(values.len());
+        let late = values.into_iter().zip(&delays.of_outputs);
+        for (output, (value, delay)) in self.model.outputs.iter().zip(late) {
+            let declared = output.declared.clone();
+            let what = || format!("output `{}`", declared.name);
+            let value = self.open(value, declared.span, &what);
+            outputs.push(Output { declared, value, noise: output.noise, delay: *delay });
+        }
+        outputs
+    }
+
+    /// The model's automata, event functions and resets without derivatives.
+    pub(super) fn automata(&mut self, values: Vec<Vec<(ExprId, Vec<ExprId>)>>) -> Vec<Automaton> {
+        let automata = self.model.automata.iter().zip(values);
+        automata.map(|(automaton, values)| self.automaton(automaton, values)).collect()
+    }
+
     /// The expression without derivatives; `what` reads it.
-    pub(super) fn open(&mut self, value: ExprId, span: Span, what: &dyn Fn() -> String) -> ExprId {
-        let opened = self.graph.substitute(value, &self.rate);
+    fn open(&mut self, value: ExprId, span: Span, what: &dyn Fn() -> String) -> ExprId {
+        let rates = &self.rates;
+        let opened = self.graph.substitute(value, |symbol| match symbol {
+            Symbol::Derivative(i) => rates[i as usize],
+            _ => None,
+        });
         let symbols = self.graph.symbols(opened);
         let left = symbols.into_iter().find(|symbol| matches!(symbol, Symbol::Derivative(_)));
         if let Some(Symbol::Derivative(i)) = left {
@@ -33,40 +58,39 @@ impl<F: Fn(Symbol) -> Option<ExprId>> DerivativeReader<'_, F> {
         }
         opened
     }
-}
 
-pub(super) fn automaton_of<F: Fn(Symbol) -> Option<ExprId>>(
-    automaton: &model::Automaton,
-    values: Vec<(ExprId, Vec<ExprId>)>,
-    reader: &mut DerivativeReader<'_, F>,
-) -> Automaton {
-    let transitions = automaton.transitions.iter().zip(values).map(|(transition, values)| {
-        let (event, resets) = values;
-        let what = || automaton.reader();
-        let event = reader.open(event, transition.span, &what);
-        let resets =
-            transition.resets.iter().zip(resets).map(|(reset, value)| {
-                (reset.unknown as usize, reader.open(value, reset.span, &what))
+    fn automaton(
+        &mut self,
+        automaton: &model::Automaton,
+        values: Vec<(ExprId, Vec<ExprId>)>,
+    ) -> Automaton {
+        let transitions = automaton.transitions.iter().zip(values).map(|(transition, values)| {
+            let (event, resets) = values;
+            let what = || automaton.reader();
+            let event = self.open(event, transition.span, &what);
+            let resets = transition.resets.iter().zip(resets).map(|(reset, value)| {
+                (reset.unknown as usize, self.open(value, reset.span, &what))
             });
-        Transition {
-            from: transition.from.unwrap_or(automaton.modes.len()),
-            to: transition.to,
-            crossing: transition.crossing,
-            trigger: if transition.from.is_some() { Trigger::Edge } else { Trigger::Start },
-            event,
-            resets: resets.collect(),
+            Transition {
+                from: transition.from.unwrap_or(automaton.modes.len()),
+                to: transition.to,
+                crossing: transition.crossing,
+                trigger: if transition.from.is_some() { Trigger::Edge } else { Trigger::Start },
+                event,
+                resets: resets.collect(),
+            }
+        });
+        let transitions = transitions.collect();
+        let kind = match automaton.origin {
+            model::Origin::Modes => AutomatonKind::Modes,
+            model::Origin::When => AutomatonKind::When,
+        };
+        Automaton {
+            kind,
+            name: automaton.name.clone(),
+            modes: automaton.modes.iter().map(|mode| mode.name.clone()).collect(),
+            start: automaton.start,
+            transitions,
         }
-    });
-    let transitions = transitions.collect();
-    let kind = match automaton.origin {
-        model::Origin::Modes => AutomatonKind::Modes,
-        model::Origin::When => AutomatonKind::When,
-    };
-    Automaton {
-        kind,
-        name: automaton.name.clone(),
-        modes: automaton.modes.iter().map(|mode| mode.name.clone()).collect(),
-        start: automaton.start,
-        transitions,
     }
 }

@@ -7,11 +7,12 @@
 use super::dummy_derivatives::Block;
 use super::explicit::Explicit;
 use super::modes::Combinations;
+use super::systems::Systems;
 use super::transfer::Equation;
 use super::variables::Variables;
 use super::{Automaton, AutomatonKind, Transition, Trigger};
-use crate::expr::{ExprId, Graph, Symbol};
-use crate::model::Crossing;
+use crate::expr::{ExprId, Graph};
+use crate::model::{Crossing, Model};
 
 /// By this factor another pivot must be the larger one.
 const BETTER: f64 = 2.0;
@@ -57,20 +58,20 @@ impl Selections {
         of_blocks.map(|automaton| automaton.map_or(0, |k| modes[k])).collect()
     }
 
-    /// The automata; `typical` has the values of symbols at the start.
+    /// The automata.
     pub(super) fn automata(
         &self,
+        model: &Model,
         graph: &mut Graph,
         equations: &[Equation<'_>],
-        systems: &[Explicit],
-        combinations: &Combinations,
-        (start, typical): (usize, &dyn Fn(Symbol) -> f64),
-        variables: &Variables,
+        systems: &Systems,
     ) -> Vec<Automaton> {
+        let Systems { combinations, explicit: systems, variables, typical } = systems;
+        let start = combinations.position(&Combinations::start_modes(model));
         (0..self.dummies.len())
             .map(|k| {
                 let pivots = self.pivots(k, systems);
-                let size = |pivot: ExprId| graph.evaluate(pivot, typical).abs();
+                let size = |pivot: ExprId| graph.evaluate(pivot, &|s| typical.value(s)).abs();
                 let at_start = pivots[start].as_ref().map_or(0, |pivots| first_mode(pivots, &size));
                 let n = self.dummies[k].len();
                 let mut transitions = Vec::with_capacity(n * (n - 1));

@@ -54,7 +54,8 @@ impl Typical {
 pub(super) fn settle(
     graph: &mut Graph,
     systems: &mut [Explicit],
-    (transferred, plan): (&mut Transferred<'_>, &mut Plan),
+    transferred: &mut Transferred<'_>,
+    plan: &mut Plan,
     selections: &Selections,
 ) {
     let behind = u32::try_from(selections.sizes().count()).unwrap_or(u32::MAX);

@@ -12,6 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use self::intervals::Intervals;
 use super::linear_derivatives::solve_for_derivative;
+use super::modes::Combinations;
 use super::transfer::{Equation, Transferred};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{ExprId, Graph, Symbol};
@@ -81,13 +82,12 @@ impl Columns {
 
 /// Finds an equation for each element.
 ///
-/// `holding` are the equations of the modes that the model starts in. Those of modes determine
-/// single unknowns only, so that the rows of arrays are the same in all modes.
+/// Equations of modes determine single unknowns only, so that the rows of arrays are the same in all
+/// modes: looked at are those of the modes that the model starts in.
 pub(super) fn plan(
     model: &Model,
     graph: &mut Graph,
     transferred: &Transferred<'_>,
-    holding: &[usize],
     diagnostics: &mut Diagnostics,
 ) -> Result<Plan, Reported> {
     if model.arrays.is_empty() && model.families.is_empty() {
@@ -96,7 +96,8 @@ pub(super) fn plan(
     let equations = &transferred.equations;
     let families = equations.len() - model.families.len();
     let count = |e: usize| e.checked_sub(families).map_or(1, |f| model.families[f].count);
-    let all: Vec<usize> = holding.iter().copied().chain(families..equations.len()).collect();
+    let holding = transferred.holding(&Combinations::start_modes(model));
+    let all: Vec<usize> = holding.into_iter().chain(families..equations.len()).collect();
     let n_elements = model.arrays.iter().map(|array| array.count as usize).sum();
     let columns = Columns { n_single: model.unknowns.len(), n_elements };
 
