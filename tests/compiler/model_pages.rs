@@ -5,7 +5,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use dgd_compiler::model::markdown;
+use dgd_compiler::model::typeset::markdown;
 
 use crate::golden::{Goldens, files};
 use crate::support::{compiled, root};

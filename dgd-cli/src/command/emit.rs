@@ -2,7 +2,8 @@
 
 use dgd_compiler::codegen;
 use dgd_compiler::dae::text as dae_text;
-use dgd_compiler::model::{latex, markdown, text as model_text};
+use dgd_compiler::model::text as model_text;
+use dgd_compiler::model::typeset::{latex, markdown};
 use dgd_compiler::pipeline::Directions;
 use dgd_compiler::syntax::print;
 use dgd_work::model::load;

@@ -1,15 +1,15 @@
 //! Model → Dae: the passes, one after another, each with what it does away with.
 
 use super::families::{self, Origins};
+use super::hybrid::saturate::{n_automata, saturate};
+use super::hybrid::switches;
+use super::index::{Selections, Systems};
 use super::modes::Combinations;
 use super::rates::{Varying, take_slopes};
 use super::readers::DerivativeReader;
-use super::saturate::{n_automata, saturate};
-use super::state_selection::Selections;
-use super::symbols::settle;
-use super::systems::Systems;
+use super::settle::settle;
 use super::transfer::transfer;
-use super::{Dae, delays, switches};
+use super::{Dae, delays};
 use crate::diagnostics::{Diagnostics, Reported};
 use crate::expr::Graph;
 use crate::model::Model;
@@ -40,8 +40,8 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         model,
         &mut graph,
         &mut transferred,
-        &delays,
-        &plan,
+        &delays.inputs,
+        &plan.taken,
         combinations,
         diagnostics,
     )?;

@@ -4,30 +4,17 @@
 //! from 0, then one for each condition on time, 1 where it holds and 0 where it does not.
 
 mod assemble;
-mod counts;
 mod delays;
-mod dulmage_mendelsohn;
-mod dummy_derivatives;
-mod explicit;
 mod families;
-mod identity;
-mod index_reduction;
-mod linear_derivatives;
+mod hybrid;
+mod index;
 mod matching;
 mod modes;
 mod rates;
 mod readers;
-mod refusal;
-mod saturate;
-mod smoothness;
-mod state_selection;
-mod switches;
-mod symbols;
-mod systems;
+mod settle;
 pub mod text;
-mod time_conditions;
 mod transfer;
-mod variables;
 
 use std::collections::BTreeMap;
 

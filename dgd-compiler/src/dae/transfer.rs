@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::TimeCondition;
-use super::time_conditions::time_conditions;
+use super::hybrid::time_conditions::time_conditions;
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::Model;
 use crate::source::Span;

@@ -6,15 +6,12 @@ mod choose;
 mod define;
 mod delay;
 mod expression;
-pub mod formula;
 mod item;
-pub mod latex;
-pub mod markdown;
-pub mod mathml;
 mod modes;
 mod resolve;
 mod start;
 pub mod text;
+pub mod typeset;
 mod whole;
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use super::ast::{
     EffectHeader, Expr, ExprKind, Factor, Header, Item, ItemKind, Name, PartArgument, Range,
     Reaction, Reset, Sign, Slot, SlotKind, StartMode, Target, Transition, Unit, UnknownKind,
 };
-use super::lexical::RESERVED;
+use super::parse::lexical::RESERVED;
 use crate::source::{SourceId, Span};
 
 /// The text of a file.

@@ -1,10 +1,14 @@
+//! Whole files: trees, what is wrong with a text, and back to the text.
+
 use std::fmt::Write as _;
 
 use super::ast::*;
-use super::print::{print, without_places};
-use super::*;
+use super::parse;
+use super::parse::tokens::NESTING;
+use super::print::{print, print_expression, without_places};
 use crate::diagnostics::codes::CODES;
-use crate::source::Source;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics};
+use crate::source::{Source, Sources, Span};
 
 /// A whole model.
 pub(super) const CIRCULATION: &str = include_str!("../../../models/mud_circulation.dgd");
@@ -218,7 +222,7 @@ fn a_tree_put_together_gets_the_parentheses_it_needs() {
         (expr(ExprKind::Power(Box::new(sum()), Box::new(sum()))), "(a - b)^(a - b)"),
         (expr(ExprKind::Sum(vec![(Sign::Plus, name("a")), (Sign::Minus, sum())])), "a - (a - b)"),
     ] {
-        assert_eq!(print::print_expression(&tree), expected);
+        assert_eq!(print_expression(&tree), expected);
     }
 }
 

@@ -1,8 +1,8 @@
 //! Elements matched one by one: for what cannot be matched as wholes, and to say what is wrong.
 
 use super::{Assigned, Candidate, Columns, PlannedRows, elements_name};
-use crate::dae::counts::{more_places, quoted};
 use crate::dae::matching::maximum_matching;
+use crate::dae::matching::{more_places, quoted};
 use crate::dae::transfer::Transferred;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{Graph, Symbol};

@@ -11,7 +11,7 @@ mod wholesale;
 use std::collections::{BTreeMap, BTreeSet};
 
 use self::intervals::Intervals;
-use super::linear_derivatives::solve_for_derivative;
+use super::index::solve_for_derivative;
 use super::modes::Combinations;
 use super::transfer::{Equation, Transferred};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};

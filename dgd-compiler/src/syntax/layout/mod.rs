@@ -8,7 +8,7 @@
 //!
 //! Works on tokens, so that it also lays out what this version cannot compile.
 
-use super::lexical::{self, RESERVED, Token, TokenKind};
+use super::parse::lexical::{self, RESERVED, Token, TokenKind};
 use crate::diagnostics::{Diagnostics, Reported};
 use crate::source::{Source, SourceId, Sources};
 

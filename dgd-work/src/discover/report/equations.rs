@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use dgd_compiler::model::formula::{Line, lines};
-use dgd_compiler::model::mathml;
+use dgd_compiler::model::typeset::formula::{Line, lines};
+use dgd_compiler::model::typeset::mathml;
 
 use super::diff::{Changed, merged};
 use crate::error::WorkError;

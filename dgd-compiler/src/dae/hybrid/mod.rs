@@ -1,0 +1,6 @@
+//! What happens at events: switches in rows, bounds, and conditions on time.
+
+pub(super) mod saturate;
+mod smoothness;
+pub(super) mod switches;
+pub(super) mod time_conditions;

@@ -1,0 +1,166 @@
+//! `saturate`: an unknown stays at its bound while its own equation would take it beyond.
+//!
+//! Each such unknown has an automaton of its own, free or at a bound b, between which its row
+//! chooses:
+//!
+//! ```text
+//!              free        at a bound   to the bound when     released when
+//!   ẋ = f      ẋ = f       ẋ = ḃ        x passes b; x = b     f − ḃ points inwards
+//!   0 = f      0 = f       0 = b − x    f(b) points outwards  f(b) points inwards
+//! ```
+//!
+//! Which way an algebraic f points is told by the sign of its slope ∂f/∂x a little inside: x solves
+//! 0 = f there, so that f(b) and the slope together say on which side of b the solution lies. At the
+//! bound itself the slope can vanish, as that of q|q| does.
+
+use crate::dae::rates::Varying;
+use crate::dae::{Automaton, AutomatonKind, Transition, Trigger, Unknown};
+use crate::expr::graph::Comparison;
+use crate::expr::{ExprId, Graph, Symbol};
+use crate::model::{Bound, Crossing, Model};
+
+/// How far inside the slope of an algebraic row is taken, in the size of the unknown.
+const A_LITTLE: f64 = 1e-3;
+/// What a state at its bound may be off by rounding, in the size of the unknown.
+const A_HAIR: f64 = 1e-9;
+/// The mode in which no bound acts.
+const FREE: usize = 0;
+
+/// Number of automata with those of saturations.
+pub(in crate::dae) fn n_automata(model: &Model) -> usize {
+    model.automata.len() + saturated(model).len()
+}
+
+/// Positions of the unknowns with bounds, in the order of the file.
+fn saturated(model: &Model) -> Vec<u32> {
+    let mut all: Vec<u32> = Vec::new();
+    for saturation in &model.saturations {
+        if !all.contains(&saturation.unknown) {
+            all.push(saturation.unknown);
+        }
+    }
+    all
+}
+
+/// A bound, and the mode in which the unknown is at it.
+#[derive(Clone, Copy)]
+struct At {
+    side: Bound,
+    bound: ExprId,
+    mode: usize,
+}
+
+/// Lets the rows of unknowns with bounds choose between their modes, and adds the automata.
+pub(in crate::dae) fn saturate(
+    graph: &mut Graph,
+    varying: Varying<'_>,
+    bounds: &[ExprId],
+    unknowns: &mut [Unknown],
+    automata: &mut Vec<Automaton>,
+) {
+    for index in saturated(varying.model) {
+        let own = varying.model.saturations.iter().zip(bounds).filter(|(s, _)| s.unknown == index);
+        let at: Vec<At> = own
+            .zip(FREE + 1..)
+            .map(|((saturation, bound), mode)| At { side: saturation.side, bound: *bound, mode })
+            .collect();
+        let position = u32::try_from(automata.len()).unwrap_or(u32::MAX);
+        let now = graph.symbol(Symbol::Discrete(position));
+        let size = {
+            let unknown = &varying.model.unknowns[index as usize];
+            unknown.nominal.unwrap_or(unknown.declared.unit.factor).abs()
+        };
+        let free = unknowns[index as usize].rhs;
+        let mut row = free;
+        let mut transitions = Vec::new();
+        for at in &at {
+            let (held, own) =
+                bounded(graph, varying, (index, *at, size), (&unknowns[index as usize], unknowns));
+            let behind = graph.constant(at.mode as f64 - 0.5);
+            let before = graph.constant(at.mode as f64 + 0.5);
+            let above = graph.compare(Comparison::Greater, now, behind);
+            let below = graph.compare(Comparison::Less, now, before);
+            let is_mode = graph.simplified(crate::expr::graph::Node::And(above, below));
+            row = graph.select(is_mode, held, row);
+            transitions.extend(own);
+        }
+        unknowns[index as usize].rhs = row;
+        let names = at.iter().map(|at| match at.side {
+            Bound::Lower => "at its lower bound",
+            Bound::Upper => "at its upper bound",
+        });
+        automata.push(Automaton {
+            kind: AutomatonKind::Saturation,
+            name: format!("saturate {}", unknowns[index as usize].name),
+            modes: std::iter::once("free").chain(names).map(str::to_owned).collect(),
+            start: FREE,
+            transitions,
+        });
+    }
+}
+
+/// The row of an unknown at a bound, and the transitions to it and from it.
+fn bounded(
+    graph: &mut Graph,
+    varying: Varying<'_>,
+    (index, at, size): (u32, At, f64),
+    (unknown, unknowns): (&Unknown, &[Unknown]),
+) -> (ExprId, Vec<Transition>) {
+    let x = graph.symbol(Symbol::Unknown(index));
+    let rate = varying.rate(graph, at.bound, (unknowns, &[]));
+    let rate = rate.unwrap_or_else(|| unreachable!("bounds read no unknowns"));
+    let inwards = |graph: &mut Graph, value: ExprId| match at.side {
+        Bound::Lower => value,
+        Bound::Upper => graph.negate(value),
+    };
+
+    // x − b and f − ḃ
+    let distance = graph.subtract(x, at.bound);
+    let distance = inwards(graph, distance);
+    let relative = graph.subtract(unknown.rhs, rate);
+    let relative = inwards(graph, relative);
+
+    // −f(b) sign(∂f/∂x)
+    let this = Symbol::Unknown(index);
+    let at_bound = graph.substitute(unknown.rhs, |symbol| (symbol == this).then_some(at.bound));
+    let slope = graph.gradient(unknown.rhs, |symbol| (symbol == this).then_some(0));
+    let slope = slope.first().map_or_else(|| graph.constant(0.0), |(_, slope)| *slope);
+    let little = graph.constant(A_LITTLE * size);
+    let little = inwards(graph, little);
+    let inside = graph.add(at.bound, little);
+    let slope = graph.substitute(slope, |symbol| (symbol == this).then_some(inside));
+    let sign = graph.call1("sign", slope);
+    let solution = graph.multiply(at_bound, sign);
+    let solution = graph.negate(solution);
+    let solution = inwards(graph, solution);
+
+    let half = graph.constant(0.5);
+    let differential = graph.compare(Comparison::Greater, unknown.mass, half);
+    let away = graph.subtract(at.bound, x);
+    let held = graph.select(differential, rate, away);
+    let enter = graph.select(differential, distance, solution);
+    let leave = graph.select(differential, relative, solution);
+    let reset = vec![(index as usize, at.bound)];
+    let transition = |from, to, crossing, event, resets: &[(usize, ExprId)]| Transition {
+        from,
+        to,
+        event,
+        crossing,
+        trigger: Trigger::Level,
+        resets: resets.to_vec(),
+    };
+    let mut transitions = vec![
+        transition(FREE, at.mode, Crossing::Falls, enter, &reset),
+        transition(at.mode, FREE, Crossing::Rises, leave, &reset),
+    ];
+    if graph.symbols(at.bound).iter().any(|symbol| matches!(symbol, Symbol::Input(_))) {
+        // Where the bound jumps it takes x along, or leaves it behind.
+        let hair = graph.constant(A_HAIR * size);
+        let (taken, left) = (graph.add(distance, hair), graph.subtract(distance, hair));
+        transitions.extend([
+            transition(at.mode, at.mode, Crossing::Falls, taken, &reset),
+            transition(at.mode, FREE, Crossing::Rises, left, &[]),
+        ]);
+    }
+    (held, transitions)
+}

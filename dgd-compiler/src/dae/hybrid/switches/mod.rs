@@ -1,0 +1,461 @@
+//! Switches as events: comparisons, `abs` and `sign` on which the rows depend.
+//!
+//! What they have in common is a surface e = 0: left = right, or x = 0. Where all rows go on smoothly
+//! behind it ([`super::smoothness`]), or where e changes at samples of inputs only, nothing happens.
+//! Where a slope jumps, there is an event that changes nothing: a step ends there, so that no step
+//! reaches across the corner. Where a value jumps, the switch becomes a discrete number z, so that a
+//! step that passes the surface goes on as before until it is cut there:
+//!
+//! ```text
+//!   z = below   e < 0    ->  above when e rises above 0
+//!   z = above   e > 0    ->  below when e falls below 0
+//!   z = sliding e = 0, where both sides push back
+//! ```
+//!
+//! On a surface that it cannot leave, the solution slides (Filippov). Then a share α of the side
+//! above and 1 − α of the one below act, such that e stays zero:
+//!
+//! ```text
+//!   value = B + α (A − B),   0 = ė = ∂e/∂t + ∂e/∂y f(α) + ∂e/∂u u̇
+//! ```
+//!
+//! α is an algebraic unknown, so that it may act through other algebraic unknowns, and several
+//! surfaces can slide at one time. The solution leaves the surface where α leaves [0, 1]. For a
+//! surface that reads algebraic unknowns there is no ė, and no sliding.
+//!
+//! # Source
+//!
+//! Filippov, Differential Equations with Discontinuous Righthand Sides (1988), §4.
+
+mod affected;
+mod nested;
+mod surfaces;
+mod unrolled;
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+use self::affected::Readers;
+use self::surfaces::Which;
+use crate::dae::hybrid::smoothness::{Passage, Signs, Sizes, is_greater, passage};
+use crate::dae::rates::{Varying, family_of};
+use crate::dae::text::symbol_name;
+use crate::dae::{Automaton, AutomatonKind, Dae, Transition, Trigger, Unknown};
+use crate::expr::display::listing;
+use crate::expr::graph::Comparison;
+use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::model::{Crossing, Model};
+use crate::units::Unit;
+
+const BELOW: usize = 0;
+const ABOVE: usize = 1;
+const SLIDING: usize = 2;
+
+/// A surface, and the switches that change on it.
+struct Surface {
+    e: ExprId,
+    /// The switches, each with its sign where e > 0.
+    signs: Signs,
+    /// Positions of the rows that read one of them.
+    rows: Vec<usize>,
+    passage: Passage,
+    name: String,
+    /// Its discrete number, where a value jumps.
+    z: Option<ExprId>,
+    /// α, where it can slide.
+    share: Option<(u32, ExprId)>,
+}
+
+/// Makes events of the switches on which the rows depend.
+pub(in crate::dae) fn locate(dae: &mut Dae, model: &Model) {
+    unrolled::unroll(dae, model);
+    nested::take_apart(dae, model);
+    let mut surfaces = passed(dae, model);
+    surfaces.retain(|surface| surface.passage > Passage::Smooth);
+    if surfaces.is_empty() {
+        return;
+    }
+    for surface in &mut surfaces {
+        surface.name = name(dae, model, surface.e);
+    }
+    // Those that only stop steps come last: the others are read by the rows.
+    surfaces.sort_by_key(|surface| surface.passage != Passage::Jump);
+    replace_switches(dae, model, &mut surfaces);
+    for surface in &surfaces {
+        let automaton = automaton(dae, model, surface);
+        dae.automata.push(automaton);
+    }
+}
+
+/// All surfaces, with how the rows go on behind them.
+fn passed(dae: &mut Dae, model: &Model) -> Vec<Surface> {
+    let roots: Vec<ExprId> = dae.rows().collect();
+    let mut surfaces = surfaces::surfaces(dae, model, &roots, Which::Common);
+    let mut readers = Readers::of(dae);
+    let typical = Sizes::of(dae, model);
+    let mut trial = dae.graph.clone();
+    for surface in &mut surfaces {
+        let (affected, rows) = readers.affected(&surface.signs);
+        surface.rows = rows;
+        for root in affected {
+            let this = (root, surface.e, &surface.signs);
+            surface.passage = surface.passage.max(passage(&mut trial, &typical, this));
+        }
+    }
+    surfaces
+}
+
+/// e as formulas write it, where it is short.
+fn name(dae: &Dae, model: &Model, e: ExprId) -> String {
+    let listing = listing(&dae.graph, &[e], &BTreeMap::new(), &|symbol| match symbol {
+        Symbol::Element(i) => model.element_name(i),
+        other => symbol_name(dae, other),
+    });
+    let text = if listing.lines.is_empty() { listing.roots[0].as_str() } else { "…" };
+    format!("switch {} at 0", text.replace(',', " and"))
+}
+
+/// Puts discrete numbers, and shares while they slide, in the place of switches whose values jump.
+fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
+    let before = dae.automata.len();
+    let after = before + surfaces.len();
+    let sliding = Sliding::of(dae);
+    let mut sharing: HashSet<ExprId> = HashSet::new();
+    let jumping = surfaces.iter_mut().filter(|surface| surface.passage == Passage::Jump);
+    let mut n_shares = 0;
+    for (k, surface) in jumping.enumerate() {
+        let position = u32::try_from(before + k).unwrap_or(u32::MAX);
+        surface.z = Some(dae.graph.symbol(Symbol::Discrete(position)));
+        // A share is algebraic: what reads it has no ė.
+        let reads_share = |dae: &Dae| {
+            !sharing.is_empty()
+                && dae.graph.reachable([surface.e]).iter().any(|id| sharing.contains(id))
+        };
+        if sliding.is_possible(dae, model, surface) && !reads_share(dae) {
+            let index = u32::try_from(dae.unknowns.len()).unwrap_or(u32::MAX);
+            surface.share = Some((index, dae.graph.symbol(Symbol::Unknown(index))));
+            sharing.extend(surface.signs.keys());
+            n_shares += 1;
+            let share = share_of(dae, surface, n_shares);
+            dae.unknowns.push(share);
+        }
+    }
+    let replaced = Replacing::new(surfaces, before, after - before).all(dae);
+    dae.each_expression(&mut |_, id| *id = replaced[id]);
+    let names = std::mem::take(&mut dae.names);
+    dae.names = names
+        .into_iter()
+        .filter_map(|(id, name)| replaced.get(&id).map(|id| (*id, name)))
+        .collect();
+    for surface in surfaces.iter_mut() {
+        surface.e = replaced[&surface.e];
+    }
+    // α: what it is on the sides, and what keeps e zero between them.
+    for surface in surfaces.iter() {
+        let (Some(z), Some((index, alpha))) = (surface.z, surface.share) else { continue };
+        let rate = rate_of(dae, model, surface.e);
+        let graph = &mut dae.graph;
+        let (zero, one) = (graph.constant(0.0), graph.constant(1.0));
+        let is_above = in_mode(graph, z, ABOVE);
+        let side = graph.select(is_above, one, zero);
+        let side = graph.subtract(side, alpha);
+        let slides = in_mode(graph, z, SLIDING);
+        let held = held(graph, rate, (index, z));
+        dae.unknowns[index as usize].rhs = graph.select(slides, held, side);
+    }
+}
+
+/// The row of α while the solution slides: ė = 0.
+///
+/// Where another switch keeps α from acting, as that of a brake that is released, ė is what it is: α
+/// is beyond its range then, on the side to which the solution leaves.
+fn held(graph: &mut Graph, rate: ExprId, (index, z): (u32, ExprId)) -> ExprId {
+    let slopes = graph.gradient(rate, |symbol| (symbol == Symbol::Unknown(index)).then_some(0));
+    let Some((_, slope)) = slopes.first().copied() else { return rate };
+    let sliding = graph.constant(SLIDING as f64);
+    let nodes = graph.listed([slope]);
+    let built = graph.rebuild(&nodes, |graph, symbol| {
+        let here = graph.symbol(symbol);
+        if here == z { sliding } else { here }
+    });
+    let slope = built[&slope];
+    let switched = graph.listed([slope]).iter().any(|(_, node)| matches!(node, Node::Select(..)));
+    if !switched {
+        return rate;
+    }
+    let alpha = graph.symbol(Symbol::Unknown(index));
+    let [zero, two, minus_one] = [0.0, 2.0, -1.0].map(|number| graph.constant(number));
+    let size = graph.call1("abs", slope);
+    let acts = graph.compare(Comparison::Greater, size, zero);
+    let rises = graph.compare(Comparison::Greater, rate, zero);
+    let beyond = graph.select(rises, two, minus_one);
+    let leaves = graph.subtract(beyond, alpha);
+    graph.select(acts, rate, leaves)
+}
+
+/// ė of a surface that can slide.
+fn rate_of(dae: &mut Dae, model: &Model, e: ExprId) -> ExprId {
+    let varying = Varying { model, delayed: &dae.delayed_inputs };
+    let rate = varying.rate(&mut dae.graph, e, (&dae.unknowns, &dae.families));
+    rate.unwrap_or_else(|| unreachable!("what slides reads no algebraic unknown"))
+}
+
+/// Which surfaces a solution can slide along.
+struct Sliding {
+    /// For each row, whether it reads an algebraic unknown.
+    reads_algebraic: Vec<bool>,
+    /// A graph to be thrown away.
+    trial: RefCell<Graph>,
+}
+
+impl Sliding {
+    fn of(dae: &Dae) -> Sliding {
+        let is_algebraic = |symbol: &Symbol| match symbol {
+            Symbol::Unknown(i) => dae.graph.value(dae.unknowns[*i as usize].mass) != Some(1.0),
+            Symbol::Element(i) | Symbol::Swept(i) => {
+                family_of(&dae.families, *i).is_none_or(|(_, family)| !family.differential)
+            }
+            _ => false,
+        };
+        let reads = |root: ExprId| dae.graph.symbols(root).iter().any(is_algebraic);
+        let reads_algebraic = dae.rows().map(reads).collect();
+        Sliding { reads_algebraic, trial: RefCell::new(dae.graph.clone()) }
+    }
+
+    /// Whether ė is known, and the switch may change it.
+    fn is_possible(&self, dae: &Dae, model: &Model, surface: &Surface) -> bool {
+        let varying = Varying { model, delayed: &dae.delayed_inputs };
+        let rows = (&dae.unknowns[..], &dae.families[..]);
+        let trial = &mut *self.trial.borrow_mut();
+        let Some(terms) = varying.terms(trial, surface.e, rows) else { return false };
+        let n_single = self.reads_algebraic.len() - dae.families.len();
+        terms.into_iter().any(|(symbol, _)| {
+            let row = match symbol {
+                Symbol::Unknown(i) => i as usize,
+                Symbol::Element(i) => match family_of(&dae.families, i) {
+                    Some((position, _)) => n_single + position,
+                    None => return false,
+                },
+                _ => return false,
+            };
+            surface.rows.contains(&row) || self.reads_algebraic[row]
+        })
+    }
+}
+
+/// The unknown α, its row still open.
+fn share_of(dae: &mut Dae, surface: &Surface, number: usize) -> Unknown {
+    let (zero, half) = (dae.graph.constant(0.0), dae.graph.constant(0.5));
+    Unknown {
+        name: format!("share({number})"),
+        unit: Unit::one(),
+        doc: vec![format!(
+            "How much of the side above acts, while it slides, of {}.",
+            surface.name
+        )],
+        nominal: Some(1.0),
+        differential: false,
+        mass: zero,
+        rhs: zero,
+        start: half,
+        history: None,
+        fixed: true,
+        equation: surface.name.clone(),
+        span: dae.unknowns.first().map(|unknown| unknown.span).unwrap_or_default(),
+    }
+}
+
+fn in_mode(graph: &mut Graph, z: ExprId, mode: usize) -> ExprId {
+    let (low, high) = (graph.constant(mode as f64 - 0.5), graph.constant(mode as f64 + 0.5));
+    let above = graph.compare(Comparison::Greater, z, low);
+    if mode == SLIDING {
+        return above;
+    }
+    let below = graph.compare(Comparison::Less, z, high);
+    if mode == BELOW { below } else { graph.simplified(Node::And(above, below)) }
+}
+
+/// A rebuilding of all expressions with switches replaced.
+struct Replacing<'a> {
+    surfaces: &'a [Surface],
+    /// For each switch, its surface.
+    of_switches: HashMap<ExprId, usize>,
+    /// Discrete numbers from here on are conditions on time, and move by so many.
+    before: usize,
+    moved: usize,
+}
+
+/// A condition as a number between 0 and 1 while switches in it slide.
+#[derive(Clone, Copy)]
+struct Weight {
+    value: ExprId,
+    /// Whether one of its switches slides.
+    slides: ExprId,
+}
+
+impl<'a> Replacing<'a> {
+    fn new(surfaces: &'a [Surface], before: usize, moved: usize) -> Self {
+        let switches = surfaces.iter().enumerate();
+        let switches =
+            switches.flat_map(|(k, surface)| surface.signs.keys().map(move |id| (*id, k)));
+        Replacing { surfaces, of_switches: switches.collect(), before, moved }
+    }
+
+    fn all(&self, dae: &mut Dae) -> HashMap<ExprId, ExprId> {
+        let mut roots = Vec::new();
+        dae.each_expression(&mut |_, id| roots.push(*id));
+        roots.extend(dae.names.keys().copied());
+        roots.extend(self.surfaces.iter().map(|surface| surface.e));
+        let graph = &mut dae.graph;
+        let mut built: HashMap<ExprId, ExprId> = HashMap::new();
+        let mut weights: HashMap<ExprId, Weight> = HashMap::new();
+        for (id, node) in graph.listed(roots) {
+            let here = match node {
+                Node::Symbol(Symbol::Discrete(i)) if i as usize >= self.before => {
+                    let moved = u32::try_from(self.moved).unwrap_or(u32::MAX);
+                    graph.symbol(Symbol::Discrete(i.saturating_add(moved)))
+                }
+                Node::Symbol(_) => id,
+                Node::Select(condition, a, b) if weights.contains_key(&condition) => {
+                    let (c, a, b) = (built[&condition], built[&a], built[&b]);
+                    let frozen = graph.select(c, a, b);
+                    blend(graph, weights[&condition], (a, b), frozen)
+                }
+                _ => graph.simplified(node.map(|operand| built[&operand])),
+            };
+            let here = self.switched(graph, (id, node), &mut weights).unwrap_or(here);
+            built.insert(id, here);
+            if let Some(weight) = joined(graph, node, &built, &weights) {
+                weights.insert(id, weight);
+            }
+        }
+        built
+    }
+
+    /// What stands for a switch whose value jumps.
+    fn switched(
+        &self,
+        graph: &mut Graph,
+        (id, node): (ExprId, Node),
+        weights: &mut HashMap<ExprId, Weight>,
+    ) -> Option<ExprId> {
+        let surface = &self.surfaces[*self.of_switches.get(&id)?];
+        let z = surface.z?;
+        let sign = surface.signs[&id];
+        let (zero, one, two) = (graph.constant(0.0), graph.constant(1.0), graph.constant(2.0));
+        let above = in_mode(graph, z, ABOVE);
+        let slides = in_mode(graph, z, SLIDING);
+        match node {
+            Node::Compare(comparison, ..) => {
+                let with_above = is_greater(comparison) == (sign > 0.0);
+                if let Some((_, alpha)) = surface.share {
+                    let value = if with_above { alpha } else { graph.subtract(one, alpha) };
+                    weights.insert(id, Weight { value, slides });
+                }
+                let below = in_mode(graph, z, BELOW);
+                Some(if with_above { above } else { below })
+            }
+            Node::Call1(function, _) if function.get().name == "sign" => {
+                let (high, low) = (graph.constant(sign), graph.constant(-sign));
+                let value = graph.select(above, high, low);
+                let Some((_, alpha)) = surface.share else { return Some(value) };
+                // 2α − 1
+                let share = graph.multiply(two, alpha);
+                let share = graph.subtract(share, one);
+                let share = if sign > 0.0 { share } else { graph.subtract(zero, share) };
+                Some(graph.select(slides, share, value))
+            }
+            // The absolute value has a corner only.
+            _ => None,
+        }
+    }
+}
+
+/// B + α (A − B) while a switch of the condition slides.
+fn blend(graph: &mut Graph, weight: Weight, (a, b): (ExprId, ExprId), frozen: ExprId) -> ExprId {
+    let difference = graph.subtract(a, b);
+    let part = graph.multiply(weight.value, difference);
+    let between = graph.add(b, part);
+    graph.select(weight.slides, between, frozen)
+}
+
+/// The weight of a condition made of others: products for `and`, 1 − (1 − a)(1 − b) for `or`.
+fn joined(
+    graph: &mut Graph,
+    node: Node,
+    built: &HashMap<ExprId, ExprId>,
+    weights: &HashMap<ExprId, Weight>,
+) -> Option<Weight> {
+    let (zero, one) = (graph.constant(0.0), graph.constant(1.0));
+    match node {
+        Node::Not(a) => {
+            let Weight { value, slides } = *weights.get(&a)?;
+            Some(Weight { value: graph.subtract(one, value), slides })
+        }
+        Node::And(a, b) | Node::Or(a, b) => {
+            let [first, second] = [a, b].map(|side| weights.get(&side).copied());
+            let slides = match (first, second) {
+                (None, None) => return None,
+                (Some(one), None) | (None, Some(one)) => one.slides,
+                (Some(a), Some(b)) => graph.simplified(Node::Or(a.slides, b.slides)),
+            };
+            let mut value_of = |side: ExprId, weight: Option<Weight>| match weight {
+                Some(weight) => weight.value,
+                None => graph.select(built[&side], one, zero),
+            };
+            let (a, b) = (value_of(a, first), value_of(b, second));
+            let value = if matches!(node, Node::And(..)) {
+                graph.multiply(a, b)
+            } else {
+                let (a, b) = (graph.subtract(one, a), graph.subtract(one, b));
+                let neither = graph.multiply(a, b);
+                graph.subtract(one, neither)
+            };
+            Some(Weight { value, slides })
+        }
+        _ => None,
+    }
+}
+
+/// The automaton of a surface, its event functions as the rows are now.
+fn automaton(dae: &mut Dae, model: &Model, surface: &Surface) -> Automaton {
+    let transition = |from, to, crossing, event, trigger| Transition {
+        from,
+        to,
+        event,
+        crossing,
+        trigger,
+        resets: Vec::new(),
+    };
+    let (e, name) = (surface.e, surface.name.clone());
+    if surface.z.is_none() {
+        return Automaton {
+            kind: AutomatonKind::Corner,
+            name,
+            modes: vec![String::new()],
+            start: 0,
+            transitions: vec![
+                transition(0, 0, Crossing::Rises, e, Trigger::Edge),
+                transition(0, 0, Crossing::Falls, e, Trigger::Edge),
+            ],
+        };
+    }
+    let mut modes = vec!["below".to_owned(), "above".to_owned()];
+    let mut transitions = vec![
+        transition(BELOW, ABOVE, Crossing::Rises, e, Trigger::Level),
+        transition(ABOVE, BELOW, Crossing::Falls, e, Trigger::Level),
+    ];
+    if let Some((_, alpha)) = surface.share {
+        let rate = rate_of(dae, model, e);
+        let one = dae.graph.constant(1.0);
+        let beyond = dae.graph.subtract(alpha, one);
+        modes.push("sliding".to_owned());
+        transitions.extend([
+            transition(ABOVE, SLIDING, Crossing::Falls, rate, Trigger::Entry),
+            transition(BELOW, SLIDING, Crossing::Rises, rate, Trigger::Entry),
+            transition(SLIDING, ABOVE, Crossing::Rises, beyond, Trigger::Level),
+            transition(SLIDING, BELOW, Crossing::Falls, alpha, Trigger::Level),
+        ]);
+    }
+    Automaton { kind: AutomatonKind::Switch, name, modes, start: BELOW, transitions }
+}

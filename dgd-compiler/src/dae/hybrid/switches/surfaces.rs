@@ -1,0 +1,140 @@
+//! The surfaces on which the switches of the rows change.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::Surface;
+use crate::dae::Dae;
+use crate::dae::hybrid::smoothness::{Passage, Signs, Sizes, values_at_random};
+use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::model::{Interpolation, Model};
+
+/// Places at which two expressions are compared, and how near their ratio is to a constant if they
+/// are multiples of each other.
+const PLACES: usize = 3;
+const SAME: f64 = 1e-9;
+
+/// What an expression changes with.
+#[derive(Debug, Clone, Copy, Default)]
+struct Moves {
+    /// Between samples.
+    varies: bool,
+    /// From row to row of a loop.
+    sweeps: bool,
+}
+
+/// Which surfaces are wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Which {
+    /// Those that are the same for all rows of a loop.
+    Common,
+    /// Those that each row of a loop has for itself.
+    OfRows,
+}
+
+/// The surfaces of the switches in `roots` that can change between samples.
+pub(super) fn surfaces(
+    dae: &mut Dae,
+    model: &Model,
+    roots: &[ExprId],
+    which: Which,
+) -> Vec<Surface> {
+    let is_linear: Vec<bool> = {
+        let declared = model.inputs.iter().map(|input| input.interpolation);
+        let late = dae.delayed_inputs.iter().map(|l| model.inputs[l.input].interpolation);
+        declared.chain(late).map(|interpolation| interpolation == Interpolation::Linear).collect()
+    };
+    let nodes = dae.graph.listed(roots.iter().copied());
+    let mut moves: HashMap<ExprId, Moves> = HashMap::with_capacity(nodes.len());
+    let mut surfaces: Vec<Surface> = Vec::new();
+    let mut known: HashMap<ExprId, usize> = HashMap::new();
+    for (id, node) in nodes {
+        let here = match node {
+            Node::Symbol(symbol) => moves_of(symbol, &is_linear),
+            _ => node.operands().map(|operand| moves[&operand]).fold(Moves::default(), |a, b| {
+                Moves { varies: a.varies || b.varies, sweeps: a.sweeps || b.sweeps }
+            }),
+        };
+        moves.insert(id, here);
+        let (e, sign) = match node {
+            Node::Compare(_, a, b) => (dae.graph.subtract(a, b), 1.0),
+            Node::Call1(f, x) if matches!(f.get().name, "abs" | "sign") => (x, 1.0),
+            _ => continue,
+        };
+        let wanted = here.varies && here.sweeps == (which == Which::OfRows);
+        if !wanted || dae.graph.value(e).is_some() {
+            continue;
+        }
+        let (e, sign) = match dae.graph.node(e) {
+            Node::Negate(inner) => (inner, -sign),
+            _ => (e, sign),
+        };
+        let minus = dae.graph.negate(e);
+        if let Some(surface) = known.get(&e) {
+            surfaces[*surface].signs.insert(id, sign);
+        } else if let Some(surface) = known.get(&minus) {
+            surfaces[*surface].signs.insert(id, -sign);
+        } else {
+            known.insert(e, surfaces.len());
+            let signs = Signs::from([(id, sign)]);
+            let (passage, name) = (Passage::Smooth, String::new());
+            let rows = Vec::new();
+            surfaces.push(Surface { e, signs, rows, passage, name, z: None, share: None });
+        }
+    }
+    joined(dae, model, surfaces)
+}
+
+fn moves_of(symbol: Symbol, is_linear: &[bool]) -> Moves {
+    let varies = match symbol {
+        Symbol::Time
+        | Symbol::Unknown(_)
+        | Symbol::Element(_)
+        | Symbol::Swept(_)
+        | Symbol::DelayedUnknown(_) => true,
+        Symbol::Input(i) => is_linear.get(i as usize).copied().unwrap_or(false),
+        _ => false,
+    };
+    Moves { varies, sweeps: matches!(symbol, Symbol::Swept(_) | Symbol::Counter) }
+}
+
+/// Whether an expression that is another's multiple at some places is so everywhere.
+fn is_smooth(graph: &Graph, e: ExprId) -> bool {
+    graph.listed([e]).into_iter().all(|(_, node)| match node {
+        Node::Select(..) | Node::Compare(..) => false,
+        Node::Call1(function, _) => !matches!(function.get().name, "abs" | "sign"),
+        _ => true,
+    })
+}
+
+/// Surfaces that are one make one: `x > 1` and `2*x + 1 > 3` change at the same time, whatever the
+/// parameters.
+fn joined(dae: &Dae, model: &Model, surfaces: Vec<Surface>) -> Vec<Surface> {
+    let typical = Sizes::of(dae, model);
+    let mut of_symbols: BTreeMap<Vec<Symbol>, Vec<(usize, [f64; PLACES])>> = BTreeMap::new();
+    let mut joined: Vec<Surface> = Vec::new();
+    for surface in surfaces {
+        if !is_smooth(&dae.graph, surface.e) {
+            joined.push(surface);
+            continue;
+        }
+        let values = values_at_random(&dae.graph, &typical, surface.e);
+        let others = of_symbols.entry(dae.graph.symbols(surface.e)).or_default();
+        let ratio = |other: &[f64; PLACES]| {
+            let ratio = values[0] / other[0];
+            let is_constant = values
+                .iter()
+                .zip(other)
+                .all(|(a, b)| (a / b - ratio).abs() <= SAME * ratio.abs() && ratio != 0.0);
+            is_constant.then_some(ratio)
+        };
+        let same = others.iter().find_map(|(at, other)| Some((*at, ratio(other)?)));
+        if let Some((at, ratio)) = same {
+            let signs = surface.signs.iter().map(|(id, sign)| (*id, sign * ratio.signum()));
+            joined[at].signs.extend(signs);
+        } else {
+            others.push((joined.len(), values));
+            joined.push(surface);
+        }
+    }
+    joined
+}

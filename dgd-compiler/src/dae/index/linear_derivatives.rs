@@ -1,0 +1,281 @@
+//! Derivatives solved for: ẋ = f, where equations are linear in derivatives.
+//!
+//! Equations that share derivatives are solved together. Where they have constant coefficients,
+//!
+//! ```text
+//!   0 = A ẋ + b,   rows eliminated:   Σ c ẋ = f for as many combinations as A has rank,
+//!                                     0 = b'    for the rows that are left.
+//! ```
+//!
+//! A combination w = Σ c x of several unknowns is an unknown of its own: ẇ = f, while the x are
+//! algebraic. So no equation needs to be differentiated because of a capacitor between two nodes.
+//! Where A has full rank, and where it is not constant, derivatives stay in the equations as
+//! algebraic unknowns z, ẋ = z.
+
+use std::collections::BTreeMap;
+
+use super::identity::{is_constant, tidied};
+use super::variables::{Variables, sum};
+use crate::dae::transfer::Equation;
+use crate::expr::{ExprId, Graph, Symbol};
+
+/// 0 = rest, from an equation of the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Residual {
+    pub(super) rest: ExprId,
+    /// Position of the equation.
+    pub(super) equation: usize,
+    /// How often it has been differentiated.
+    pub(super) order: u32,
+}
+
+/// ẋ, and the equation that says so.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Rate {
+    pub(super) value: ExprId,
+    pub(super) equation: usize,
+}
+
+/// What equations give at once.
+#[derive(Debug, Default)]
+pub(super) struct Solved {
+    pub(super) rates: BTreeMap<u32, Rate>,
+    /// The other equations, without derivatives.
+    pub(super) algebraic: Vec<Residual>,
+}
+
+/// Solves the equations that hold together for derivatives, as far as they are linear in them.
+pub(super) fn solve_for_derivatives(
+    graph: &mut Graph,
+    all: &[Equation<'_>],
+    holding: &[usize],
+    variables: &mut Variables,
+) -> Solved {
+    let mut solved = Solved::default();
+    let mut implicit: BTreeMap<u32, ExprId> = BTreeMap::new();
+    let mut left: Vec<Residual> = Vec::new();
+    for members in together(all, holding) {
+        let done = match members[..] {
+            [e] if all[e].derivatives.is_empty() => {
+                left.push(Residual { rest: all[e].rest, equation: e, order: 0 });
+                true
+            }
+            [e] if all[e].derivatives.len() == 1 => {
+                let i = all[e].derivatives[0];
+                let rate = solve_for_derivative(graph, all[e].rest, Symbol::Derivative(i));
+                let rate = rate.map(|value| Rate { value, equation: e });
+                rate.is_some_and(|rate| solved.rates.insert(i, rate).is_none())
+            }
+            _ => eliminate(graph, all, &members, variables, (&mut solved.rates, &mut left)),
+        };
+        if !done {
+            for &equation in &members {
+                for &i in &all[equation].derivatives {
+                    let rate = variables.rate_of(i, equation, graph);
+                    let value = graph.symbol(Symbol::Unknown(rate));
+                    implicit.insert(i, value);
+                    solved.rates.entry(i).or_insert(Rate { value, equation });
+                }
+                left.push(Residual { rest: all[equation].rest, equation, order: 0 });
+            }
+        }
+    }
+    for residual in &mut left {
+        residual.rest = graph.substitute(residual.rest, |symbol| match symbol {
+            Symbol::Derivative(i) => implicit.get(&i).copied(),
+            _ => None,
+        });
+    }
+    left.sort_by_key(|residual| residual.equation);
+    solved.algebraic = left;
+    solved
+}
+
+/// The equations in groups that share derivatives, each in the order written.
+fn together(all: &[Equation<'_>], holding: &[usize]) -> Vec<Vec<usize>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    let mut group_of: BTreeMap<u32, usize> = BTreeMap::new();
+    for &e in holding {
+        let mut joined: Vec<usize> =
+            all[e].derivatives.iter().filter_map(|i| group_of.get(i).copied()).collect();
+        joined.sort_unstable();
+        joined.dedup();
+        let into = joined.first().copied().unwrap_or_else(|| {
+            groups.push(Vec::new());
+            groups.len() - 1
+        });
+        for &other in joined.iter().skip(1) {
+            let moved = std::mem::take(&mut groups[other]);
+            for i in moved.iter().flat_map(|e| &all[*e].derivatives) {
+                group_of.insert(*i, into);
+            }
+            groups[into].extend(moved);
+        }
+        groups[into].push(e);
+        for i in &all[e].derivatives {
+            group_of.insert(*i, into);
+        }
+    }
+    groups.retain(|group| !group.is_empty());
+    // What is eliminated does not depend on the order of the file.
+    for group in &mut groups {
+        group.sort_by_key(|e| all[*e].label);
+    }
+    groups
+}
+
+/// f in ẋ = f, where 0 = r − l is a ẋ + b with a free of derivatives: f = −b/a.
+pub(in crate::dae) fn solve_for_derivative(
+    graph: &mut Graph,
+    rest: ExprId,
+    rate: Symbol,
+) -> Option<ExprId> {
+    let gradient = graph.gradient(rest, |s| (s == rate).then_some(0));
+    let [(_, a)] = gradient[..] else { return None };
+    let is_rate = |s: &Symbol| {
+        matches!(s, Symbol::Derivative(_) | Symbol::ElementRate(_) | Symbol::SweptRate(_))
+    };
+    if graph.symbols(a).iter().any(is_rate) {
+        return None;
+    }
+    let zero = graph.constant(0.0);
+    let b = graph.substitute(rest, |s| (s == rate).then_some(zero));
+    let minus_a = graph.negate(a);
+    Some(graph.divide(b, minus_a))
+}
+
+fn without_derivatives(graph: &mut Graph, rest: ExprId) -> ExprId {
+    let zero = graph.constant(0.0);
+    graph.substitute(rest, |symbol| matches!(symbol, Symbol::Derivative(_)).then_some(zero))
+}
+
+/// A row of 0 = A ẋ + b.
+struct Line {
+    coefficients: Vec<ExprId>,
+    rest: ExprId,
+    equation: usize,
+}
+
+/// Eliminates among equations that share derivatives; whether that led to combinations.
+fn eliminate(
+    graph: &mut Graph,
+    all: &[Equation<'_>],
+    members: &[usize],
+    variables: &mut Variables,
+    (rates, left): (&mut BTreeMap<u32, Rate>, &mut Vec<Residual>),
+) -> bool {
+    let mut columns: Vec<u32> =
+        members.iter().flat_map(|e| all[*e].derivatives.iter().copied()).collect();
+    columns.sort_unstable();
+    columns.dedup();
+    let Some(mut lines) = linear(graph, all, members, &columns) else { return false };
+    let Some(pivots) = reduce(graph, &mut lines, columns.len()) else { return false };
+    if pivots.len() == columns.len() && members.len() == columns.len() {
+        // They determine every derivative, and need no unknowns but these.
+        return false;
+    }
+    for (row, line) in lines.iter().enumerate() {
+        let Line { coefficients, rest, equation } = line;
+        let Some(&pivot) = pivots.get(row) else {
+            left.push(Residual { rest: *rest, equation: *equation, order: 0 });
+            continue;
+        };
+        let by = coefficients[pivot];
+        let minus = graph.negate(by);
+        let value = graph.divide(*rest, minus);
+        let mut terms = Vec::new();
+        for (column, coefficient) in columns.iter().zip(coefficients) {
+            if graph.value(*coefficient) != Some(0.0) {
+                let quotient = graph.divide(*coefficient, by);
+                terms.push((*column, tidied(graph, quotient)));
+            }
+        }
+        let rate = Rate { value, equation: *equation };
+        if let [(only, _)] = terms[..] {
+            rates.insert(only, rate);
+            continue;
+        }
+        let label = all[*equation].label;
+        let w = variables.combination(terms.clone(), (*equation, label), graph);
+        rates.insert(w, rate);
+        // 0 = Σ c x − w
+        let value = sum(graph, &terms, |graph, i| graph.symbol(Symbol::Unknown(i)));
+        let w = graph.symbol(Symbol::Unknown(w));
+        let rest = graph.subtract(value, w);
+        left.push(Residual { rest, equation: *equation, order: 0 });
+    }
+    true
+}
+
+/// 0 = A ẋ + b with A free of derivatives.
+fn linear(
+    graph: &mut Graph,
+    all: &[Equation<'_>],
+    members: &[usize],
+    columns: &[u32],
+) -> Option<Vec<Line>> {
+    let zero = graph.constant(0.0);
+    let mut lines = Vec::with_capacity(members.len());
+    for &equation in members {
+        let rest = all[equation].rest;
+        let mut coefficients = vec![zero; columns.len()];
+        let gradient = graph.gradient(rest, |symbol| match symbol {
+            Symbol::Derivative(i) => columns.binary_search(&i).ok(),
+            _ => None,
+        });
+        for (column, a) in gradient {
+            if graph.symbols(a).iter().any(|s| matches!(s, Symbol::Derivative(_))) {
+                return None;
+            }
+            coefficients[column] = a;
+        }
+        lines.push(Line { coefficients, rest: without_derivatives(graph, rest), equation });
+    }
+    Some(lines)
+}
+
+/// Gauss and Jordan on the rows: those with pivots first, and the columns of these; `None` where a
+/// quotient of coefficients is not constant in time.
+fn reduce(graph: &mut Graph, lines: &mut [Line], n: usize) -> Option<Vec<usize>> {
+    let mut pivots: Vec<usize> = Vec::new();
+    for column in 0..n {
+        let first = pivots.len();
+        let Some(found) = (first..lines.len())
+            .find(|row| graph.value(lines[*row].coefficients[column]) != Some(0.0))
+        else {
+            continue;
+        };
+        lines[first..=found].rotate_right(1);
+        pivots.push(column);
+        for row in 0..lines.len() {
+            let entry = lines[row].coefficients[column];
+            if row == first || graph.value(entry) == Some(0.0) {
+                continue;
+            }
+            // row ← row − (aᵢ/aₚ) pivot row
+            let quotient = graph.divide(entry, lines[first].coefficients[column]);
+            let quotient = tidied(graph, quotient);
+            if !is_constant(graph, quotient) {
+                return None;
+            }
+            for k in 0..n {
+                let part = graph.multiply(quotient, lines[first].coefficients[k]);
+                let entry = graph.subtract(lines[row].coefficients[k], part);
+                lines[row].coefficients[k] = tidied(graph, entry);
+            }
+            let part = graph.multiply(quotient, lines[first].rest);
+            lines[row].rest = graph.subtract(lines[row].rest, part);
+        }
+    }
+    for (row, pivot) in pivots.iter().enumerate() {
+        for k in 0..n {
+            let (entry, by) = (lines[row].coefficients[k], lines[row].coefficients[*pivot]);
+            let quotient = graph.divide(entry, by);
+            let quotient = tidied(graph, quotient);
+            if !is_constant(graph, quotient) {
+                return None;
+            }
+        }
+    }
+    Some(pivots)
+}

@@ -1,0 +1,301 @@
+//! Index reduction: equations that only tie states together are differentiated until every
+//! algebraic unknown has an equation.
+//!
+//! ```text
+//!   ẋ = f(x, z),  0 = g(x, z):   D e = ∂e/∂x f + ∂e/∂z ż + ∂e/∂t + ∂e/∂u u̇
+//! ```
+//!
+//! Equations are matched to algebraic unknowns z one after another. Where no augmenting path is
+//! left from an equation, those that the search has met determine more than their unknowns: each
+//! is kept as a constraint and replaced by its derivative, and ż takes the place of each z among
+//! them.
+//!
+//! # Source
+//!
+//! C. C. Pantelides, The consistent initialization of differential-algebraic systems, SIAM J. Sci.
+//! Stat. Comput. 9 (1988) 213–231, algorithm 4.1; here with the derivatives that equations give at
+//! once (`linear_derivatives`) put in.
+
+use std::collections::BTreeMap;
+
+use super::identity::is_constant;
+use super::linear_derivatives::{Rate, Residual, Solved};
+use super::variables::Variables;
+use crate::dae::matching::maximum_matching;
+use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::model::{Input, Interpolation};
+
+/// No equation of mechanics or of control needs to be differentiated more often.
+const MOST_DERIVATIVES: u32 = 8;
+
+/// A system of index 1, its states not chosen yet.
+#[derive(Debug, Default)]
+pub(super) struct Reduced {
+    /// Derivatives of all unknowns that have one.
+    pub(super) rates: BTreeMap<u32, Rate>,
+    /// Unknowns without a derivative, and as many equations that determine them.
+    pub(super) unknowns: Vec<u32>,
+    pub(super) algebraic: Vec<Residual>,
+    /// Declared inputs that equations were differentiated through, each with one of these.
+    pub(super) differentiated: BTreeMap<usize, usize>,
+    /// Equations between the unknowns with a derivative, those that follow from one another
+    /// ascending.
+    pub(super) constraints: Vec<Residual>,
+}
+
+/// Why an equation cannot be differentiated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Obstacle {
+    /// It reads an input that jumps.
+    Held(usize),
+    /// It reads the slope of an input, which jumps.
+    Slope(usize),
+    /// It reads a function that jumps.
+    Jump(&'static str),
+    /// It reads an unknown late, whose derivative may jump.
+    Late,
+    /// It reads an element of an array.
+    Element,
+    /// Its derivatives never have an unknown that it could determine.
+    NoUnknown,
+}
+
+/// An equation that cannot be reduced.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Refusal {
+    pub(super) equation: usize,
+    pub(super) obstacle: Obstacle,
+    /// Unknowns that would be determined by it.
+    pub(super) wanting: Vec<u32>,
+}
+
+/// What of the inputs derivatives need to know: which have a slope.
+pub(super) struct Slopes<'a> {
+    pub(super) inputs: &'a [Input],
+    /// The declared input behind each delayed one.
+    pub(super) delayed: Vec<usize>,
+}
+
+impl Slopes<'_> {
+    /// The declared input behind one that equations read.
+    fn declared(&self, i: u32) -> usize {
+        let i = i as usize;
+        i.checked_sub(self.inputs.len()).map_or(i, |position| self.delayed[position])
+    }
+}
+
+/// Reduces the index to 1; `in_use` are the unknowns of these modes.
+pub(super) fn reduce(
+    graph: &mut Graph,
+    solved: Solved,
+    in_use: &[u32],
+    variables: &mut Variables,
+    slopes: &Slopes<'_>,
+) -> Result<Reduced, Refusal> {
+    let Solved { rates, algebraic } = solved;
+    let mut reduction = Reduction {
+        graph,
+        variables,
+        slopes,
+        columns: in_use.iter().copied().filter(|i| !rates.contains_key(i)).collect(),
+        of_row: Vec::new(),
+        reduced: Reduced { rates, algebraic, ..Reduced::default() },
+    };
+    reduction.match_what_can_be();
+    for row in 0..reduction.of_row.len() {
+        while reduction.of_row[row].is_none() {
+            if let Err(met) = reduction.augment(row) {
+                reduction.differentiate(row, met)?;
+            }
+        }
+    }
+    let mut reduced = Reduced { unknowns: reduction.columns, ..reduction.reduced };
+    reduced.constraints.sort_by_key(|constraint| (constraint.order, constraint.equation));
+    Ok(reduced)
+}
+
+struct Reduction<'a> {
+    graph: &'a mut Graph,
+    variables: &'a mut Variables,
+    slopes: &'a Slopes<'a>,
+    /// Unknowns without a derivative.
+    columns: Vec<u32>,
+    /// The unknown that each algebraic equation is matched to.
+    of_row: Vec<Option<u32>>,
+    reduced: Reduced,
+}
+
+/// What a search without success has met.
+struct Met {
+    rows: Vec<usize>,
+    unknowns: Vec<u32>,
+}
+
+impl Reduction<'_> {
+    fn match_what_can_be(&mut self) {
+        let incidence: Vec<Vec<usize>> = (0..self.reduced.algebraic.len())
+            .map(|row| {
+                let unknowns = self.unknowns_of(row);
+                unknowns.iter().filter_map(|i| self.columns.binary_search(i).ok()).collect()
+            })
+            .collect();
+        let matching = maximum_matching(&incidence, self.columns.len());
+        self.of_row =
+            matching.of_row.iter().map(|column| column.map(|c| self.columns[c])).collect();
+    }
+
+    /// Unknowns without a derivative in an algebraic equation, ascending.
+    fn unknowns_of(&self, row: usize) -> Vec<u32> {
+        let symbols = self.graph.symbols(self.reduced.algebraic[row].rest);
+        let unknowns = symbols.into_iter().filter_map(|symbol| match symbol {
+            Symbol::Unknown(i) if !self.reduced.rates.contains_key(&i) => Some(i),
+            _ => None,
+        });
+        unknowns.collect()
+    }
+
+    /// Matches a row by a shortest augmenting path, or tells what the search has met.
+    fn augment(&mut self, row: usize) -> Result<(), Met> {
+        let holder: BTreeMap<u32, usize> = self
+            .of_row
+            .iter()
+            .enumerate()
+            .filter_map(|(row, unknown)| unknown.map(|unknown| (unknown, row)))
+            .collect();
+        let mut rows = vec![row];
+        // The row from which each unknown was met.
+        let mut from: BTreeMap<u32, usize> = BTreeMap::new();
+        let mut next = 0;
+        while let Some(&at) = rows.get(next) {
+            next += 1;
+            for unknown in self.unknowns_of(at) {
+                if from.contains_key(&unknown) {
+                    continue;
+                }
+                from.insert(unknown, at);
+                let Some(other) = holder.get(&unknown) else {
+                    self.flip(row, unknown, &from);
+                    return Ok(());
+                };
+                rows.push(*other);
+            }
+        }
+        rows.sort_unstable();
+        Err(Met { rows, unknowns: from.into_keys().collect() })
+    }
+
+    /// Shifts the matching along the path from a row to a free unknown.
+    fn flip(&mut self, start: usize, free: u32, from: &BTreeMap<u32, usize>) {
+        let mut unknown = free;
+        loop {
+            let row = from[&unknown];
+            let Some(earlier) = self.of_row[row].replace(unknown) else { return };
+            if row == start {
+                return;
+            }
+            unknown = earlier;
+        }
+    }
+
+    /// Replaces the equations that a search has met by their derivatives.
+    fn differentiate(&mut self, row: usize, met: Met) -> Result<(), Refusal> {
+        let origin = self.reduced.algebraic[row];
+        for &unknown in &met.unknowns {
+            let rate = self.variables.rate_of(unknown, origin.equation, self.graph);
+            let value = self.graph.symbol(Symbol::Unknown(rate));
+            self.reduced.rates.insert(unknown, Rate { value, equation: origin.equation });
+            self.columns.push(rate);
+            for matched in self.of_row.iter_mut().filter(|matched| **matched == Some(unknown)) {
+                *matched = Some(rate);
+            }
+        }
+        self.columns.retain(|i| !met.unknowns.contains(i));
+        for row in met.rows {
+            let Residual { rest, equation, order } = self.reduced.algebraic[row];
+            let derivative = self.along_time(rest, equation);
+            let derivative = derivative.map_err(|obstacle| self.refusal(equation, obstacle))?;
+            let reads_unknowns =
+                self.graph.symbols(derivative).iter().any(|s| matches!(s, Symbol::Unknown(_)));
+            if !reads_unknowns || order == MOST_DERIVATIVES {
+                return Err(self.refusal(equation, Obstacle::NoUnknown));
+            }
+            self.reduced.constraints.push(self.reduced.algebraic[row]);
+            self.reduced.algebraic[row] = Residual { rest: derivative, equation, order: order + 1 };
+        }
+        Ok(())
+    }
+
+    /// The refusal of an equation, with the unknowns that have none yet.
+    fn refusal(&self, equation: usize, obstacle: Obstacle) -> Refusal {
+        let taken = |i: &u32| self.of_row.contains(&Some(*i));
+        let wanting = self.columns.iter().copied().filter(|i| !taken(i)).collect();
+        Refusal { equation, obstacle, wanting }
+    }
+
+    /// D e.
+    fn along_time(&mut self, e: ExprId, equation: usize) -> Result<ExprId, Obstacle> {
+        let moving = self.moving_inputs(e)?;
+        for i in &moving {
+            let declared = self.slopes.declared(*i);
+            self.reduced.differentiated.entry(declared).or_insert(equation);
+        }
+        let n = self.variables.len();
+        let gradient = self.graph.gradient(e, |symbol| match symbol {
+            Symbol::Unknown(i) => Some(i as usize + 1),
+            Symbol::Input(i) => moving.contains(&i).then_some(n + 1 + i as usize),
+            Symbol::Time => Some(0),
+            _ => None,
+        });
+        let mut sum = self.graph.constant(0.0);
+        for (position, slope) in gradient {
+            let term = match position.checked_sub(1) {
+                None => slope,
+                Some(unknown) if unknown < n => {
+                    let unknown = u32::try_from(unknown).unwrap_or(u32::MAX);
+                    let Some(rate) = self.reduced.rates.get(&unknown) else {
+                        unreachable!("the search has met every unknown of the equation")
+                    };
+                    self.graph.multiply(slope, rate.value)
+                }
+                Some(input) => {
+                    let input = u32::try_from(input - n).unwrap_or(u32::MAX);
+                    let udot = self.graph.symbol(Symbol::InputSlope(input));
+                    self.graph.multiply(slope, udot)
+                }
+            };
+            sum = self.graph.add(sum, term);
+        }
+        Ok(sum)
+    }
+
+    /// The inputs in an expression, where it has a derivative along time.
+    fn moving_inputs(&self, e: ExprId) -> Result<Vec<u32>, Obstacle> {
+        let mut inputs = Vec::new();
+        for (_, node) in self.graph.listed([e]) {
+            match node {
+                Node::Symbol(Symbol::Input(i)) => {
+                    let declared = self.slopes.declared(i);
+                    if self.slopes.inputs[declared].interpolation == Interpolation::Hold {
+                        return Err(Obstacle::Held(declared));
+                    }
+                    inputs.push(i);
+                }
+                Node::Symbol(Symbol::InputSlope(i)) => {
+                    return Err(Obstacle::Slope(self.slopes.declared(i)));
+                }
+                Node::Symbol(Symbol::DelayedUnknown(_)) => return Err(Obstacle::Late),
+                Node::Symbol(Symbol::Element(_)) => return Err(Obstacle::Element),
+                Node::Select(condition, ..) if !is_constant(self.graph, condition) => {
+                    return Err(Obstacle::Jump("if"));
+                }
+                Node::Call1(function, x)
+                    if function.get().name == "sign" && !is_constant(self.graph, x) =>
+                {
+                    return Err(Obstacle::Jump("sign"));
+                }
+                _ => {}
+            }
+        }
+        Ok(inputs)
+    }
+}

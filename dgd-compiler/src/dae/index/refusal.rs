@@ -1,0 +1,122 @@
+//! Words for equations that cannot be differentiated.
+
+use super::explicit::{Explicit, Row};
+use super::linear_derivatives::Residual;
+use super::pantelides::{Obstacle, Refusal};
+use super::variables::Variables;
+use crate::dae::matching::{more_places, quoted};
+use crate::dae::transfer::Equation;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::expr::{Graph, Symbol};
+use crate::model::Model;
+
+/// Reports an equation that index reduction cannot differentiate.
+pub(super) fn refuse(
+    model: &Model,
+    equations: &[Equation<'_>],
+    variables: &Variables,
+    context: &str,
+    refusal: &Refusal,
+    diagnostics: &mut Diagnostics,
+) -> Reported {
+    let Refusal { equation, obstacle, wanting } = refusal;
+    let Equation { label, span, .. } = &equations[*equation];
+    let loose = quoted(wanting.iter().map(|i| variables.unknowns[*i as usize].name.as_str()));
+    let input = |i: &usize| &model.inputs[*i].declared;
+    let why = match obstacle {
+        Obstacle::Held(i) => {
+            format!("it reads the input `{}`, which is held and jumps", input(i).name)
+        }
+        Obstacle::Slope(i) => {
+            format!(
+                "it reads the slope of the input `{}`, which jumps at every sample",
+                input(i).name
+            )
+        }
+        Obstacle::Jump(function) => format!("`{function}` in it jumps"),
+        Obstacle::Element => "it reads an element of an array".to_owned(),
+        Obstacle::Late => "it reads an unknown late".to_owned(),
+        Obstacle::NoUnknown => "its derivatives say nothing new".to_owned(),
+    };
+    let determines =
+        if wanting.is_empty() { String::new() } else { format!(" to determine {loose}") };
+    let message = format!(
+        "the index is above 1{context}: `{label}` would have to be differentiated{determines}, but {why}"
+    );
+    let diagnostic = Diagnostic::new(Code::E404, *span, message);
+    let (help, places) = match obstacle {
+        Obstacle::Held(i) => (
+            "declare the input as `linear`, or let it act through a lag",
+            Some((input(i).span, "declared here")),
+        ),
+        Obstacle::Slope(i) => (
+            "let the input act through a lag, so that its derivatives exist",
+            Some((input(i).span, "declared here")),
+        ),
+        Obstacle::Jump(_) => ("write the constraint as an expression that is smooth", None),
+        Obstacle::Element => ("give the element an unknown of its own in the constraint", None),
+        Obstacle::Late => ("let what arrives late act through a lag", None),
+        Obstacle::NoUnknown => {
+            ("leave out what other equations say already, or let it read another unknown", None)
+        }
+    };
+    let unknowns = wanting.iter().map(|i| variables.unknowns[*i as usize].span);
+    let diagnostic = more_places(diagnostic.help(help), unknowns, "not determined");
+    let places = places.into_iter();
+    diagnostics
+        .error(places.fold(diagnostic, |diagnostic, (span, text)| diagnostic.label(span, text)))
+}
+
+/// Reports constraints that no choice of states fulfils.
+pub(super) fn no_choice<'a>(
+    equations: &[Equation<'_>],
+    constraints: impl Iterator<Item = &'a Residual>,
+    context: &str,
+    diagnostics: &mut Diagnostics,
+) -> Reported {
+    let mut positions: Vec<usize> = constraints.map(|constraint| constraint.equation).collect();
+    positions.sort_unstable();
+    positions.dedup();
+    let names = quoted(positions.iter().map(|e| equations[*e].label));
+    let message = format!(
+        "the index is above 1{context}: {names} and what follows by differentiation tie the same \
+         states more than once"
+    );
+    let mut spans = positions.iter().map(|e| equations[*e].span);
+    let first = spans.next().unwrap_or_default();
+    let diagnostic = Diagnostic::new(Code::E404, first, message)
+        .help("leave out a constraint that others imply");
+    diagnostics.error(more_places(diagnostic, spans, "this one too"))
+}
+
+/// Reports bounds of unknowns that constraints between states determine: at a bound such an unknown
+/// would leave its row, and with it the constraint or what follows from it.
+pub(super) fn verify_bounds(
+    model: &Model,
+    graph: &Graph,
+    equations: &[Equation<'_>],
+    systems: &[Explicit],
+    rows: &[Vec<Row>],
+    diagnostics: &mut Diagnostics,
+) {
+    for saturation in &model.saturations {
+        let unknown = saturation.unknown;
+        let mut constraints = systems.iter().flat_map(|system| &system.reduced.constraints);
+        let tied = constraints
+            .find(|constraint| graph.symbols(constraint.rest).contains(&Symbol::Unknown(unknown)))
+            .map(|constraint| constraint.equation);
+        let forced =
+            || rows[unknown as usize].iter().find(|row| row.order > 0).map(|row| row.equation);
+        let Some(Equation { label, span, .. }) = tied.or_else(forced).map(|e| &equations[e]) else {
+            continue;
+        };
+        let name = &model.unknowns[unknown as usize].declared.name;
+        let message =
+            format!("`{name}` cannot have a bound, as `{label}` has to be differentiated");
+        diagnostics.error(
+            Diagnostic::new(Code::E410, saturation.span, message)
+                .label(*span, format!("this determines `{name}` at all times"))
+                .help("describe what happens at the bound by `modes`, with equations for each"),
+        );
+    }
+}

@@ -1,0 +1,161 @@
+//! Which unknowns are states, where that must change along a solution: automata of the tool's own.
+//!
+//! A block of constraints with several choices becomes an automaton with a mode for each. A mode is
+//! left for another when the other's pivot is the better one by a factor, so that near equality
+//! nothing goes to and fro. The solution goes on through such a change as if nothing had happened.
+
+use super::Systems;
+use super::dummy_derivatives::Block;
+use super::explicit::Explicit;
+use super::variables::Variables;
+use crate::dae::modes::Combinations;
+use crate::dae::transfer::Equation;
+use crate::dae::{Automaton, AutomatonKind, Transition, Trigger};
+use crate::expr::{ExprId, Graph};
+use crate::model::{Crossing, Model};
+
+/// By this factor another pivot must be the larger one.
+const BETTER: f64 = 2.0;
+
+/// The choices that have to be made, over all combinations of modes.
+#[derive(Debug, Default)]
+pub(in crate::dae) struct Selections {
+    /// For each automaton, the dummies of each of its modes.
+    dummies: Vec<Vec<Vec<u32>>>,
+    /// For each combination and block, the automaton that chooses.
+    of_blocks: Vec<Vec<Option<usize>>>,
+}
+
+impl Selections {
+    pub(in crate::dae) fn of(systems: &[Explicit]) -> Self {
+        let mut selections = Selections::default();
+        for system in systems {
+            let of_blocks = system.blocks.iter().map(|block| {
+                if block.choices.len() == 1 {
+                    return None;
+                }
+                let dummies = dummies_of(block);
+                let known = selections.dummies.iter().position(|other| *other == dummies);
+                Some(known.unwrap_or_else(|| {
+                    selections.dummies.push(dummies);
+                    selections.dummies.len() - 1
+                }))
+            });
+            let of_blocks = of_blocks.collect();
+            selections.of_blocks.push(of_blocks);
+        }
+        selections
+    }
+
+    /// Number of modes of each automaton.
+    pub(in crate::dae) fn sizes(&self) -> impl Iterator<Item = usize> + '_ {
+        self.dummies.iter().map(Vec::len)
+    }
+
+    /// The choice of each block of a combination, where the automata are in these modes.
+    pub(in crate::dae) fn chosen(&self, combination: usize, modes: &[usize]) -> Vec<usize> {
+        let of_blocks = self.of_blocks[combination].iter();
+        of_blocks.map(|automaton| automaton.map_or(0, |k| modes[k])).collect()
+    }
+
+    /// The automata.
+    pub(in crate::dae) fn automata(
+        &self,
+        model: &Model,
+        graph: &mut Graph,
+        equations: &[Equation<'_>],
+        systems: &Systems,
+    ) -> Vec<Automaton> {
+        let Systems { combinations, explicit: systems, variables, typical } = systems;
+        let start = combinations.position(&Combinations::start_modes(model));
+        (0..self.dummies.len())
+            .map(|k| {
+                let pivots = self.pivots(k, systems);
+                let size = |pivot: ExprId| graph.evaluate(pivot, &|s| typical.value(s)).abs();
+                let at_start = pivots[start].as_ref().map_or(0, |pivots| first_mode(pivots, &size));
+                let n = self.dummies[k].len();
+                let mut transitions = Vec::with_capacity(n * (n - 1));
+                for from in 0..n {
+                    for to in (0..n).filter(|to| *to != from) {
+                        let events = pivots
+                            .iter()
+                            .map(|pivots| excess(graph, pivots.as_ref().map(|p| [p[from], p[to]])));
+                        let events = events.collect();
+                        let event = combinations.merge(graph, events);
+                        let resets = Vec::new();
+                        let crossing = Crossing::Rises;
+                        let trigger = Trigger::Level;
+                        transitions.push(Transition { from, to, event, crossing, trigger, resets });
+                    }
+                }
+                let block = self.block(k, systems);
+                Automaton {
+                    name: name(equations, block),
+                    kind: AutomatonKind::States,
+                    modes: block
+                        .choices
+                        .iter()
+                        .map(|c| kept(block, &c.dummies, variables))
+                        .collect(),
+                    start: at_start,
+                    transitions,
+                }
+            })
+            .collect()
+    }
+
+    /// A block that the automaton chooses for.
+    fn block<'a>(&self, k: usize, systems: &'a [Explicit]) -> &'a Block {
+        let all = systems.iter().zip(&self.of_blocks);
+        let mut blocks = all.flat_map(|(system, automata)| system.blocks.iter().zip(automata));
+        let found = blocks.find(|(_, automaton)| **automaton == Some(k));
+        found.unwrap_or_else(|| unreachable!("an automaton is made for a block")).0
+    }
+
+    /// The pivots of an automaton's modes in each combination; nothing where it has no say.
+    fn pivots(&self, k: usize, systems: &[Explicit]) -> Vec<Option<Vec<ExprId>>> {
+        let all = systems.iter().zip(&self.of_blocks);
+        all.map(|(system, automata)| {
+            let at = automata.iter().position(|automaton| *automaton == Some(k))?;
+            Some(system.blocks[at].choices.iter().map(|choice| choice.pivot).collect())
+        })
+        .collect()
+    }
+}
+
+/// The mode to start in: the first one unless another is better by the factor.
+fn first_mode(pivots: &[ExprId], size: &dyn Fn(ExprId) -> f64) -> usize {
+    let mut mode = 0;
+    for (other, pivot) in pivots.iter().enumerate() {
+        if size(*pivot) > BETTER * size(pivots[mode]) {
+            mode = other;
+        }
+    }
+    mode
+}
+
+fn dummies_of(block: &Block) -> Vec<Vec<u32>> {
+    block.choices.iter().map(|choice| choice.dummies.clone()).collect()
+}
+
+/// Δ² − 4 Δ₀²; below zero where there is nothing to choose.
+fn excess(graph: &mut Graph, pivots: Option<[ExprId; 2]>) -> ExprId {
+    let Some([own, other]) = pivots else { return graph.constant(-1.0) };
+    let (own, other) = (graph.multiply(own, own), graph.multiply(other, other));
+    let factor = graph.constant(BETTER * BETTER);
+    let own = graph.multiply(factor, own);
+    graph.subtract(other, own)
+}
+
+/// `states of rod`
+fn name(equations: &[Equation<'_>], block: &Block) -> String {
+    let labels: Vec<&str> = block.equations.iter().map(|e| equations[*e].label).collect();
+    format!("states of {}", labels.join(", "))
+}
+
+/// The unknowns that stay states: `x, v_x`.
+fn kept(block: &Block, dummies: &[u32], variables: &Variables) -> String {
+    let kept = block.candidates.iter().filter(|i| !dummies.contains(i));
+    let names: Vec<&str> = kept.map(|i| variables.unknowns[*i as usize].name.as_str()).collect();
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}

@@ -1,0 +1,45 @@
+//! Values of symbols as the model declares them, for choices that have to be made before a run.
+
+use crate::expr::{ExprId, Graph, Symbol};
+use crate::model::Model;
+
+/// Declared values of parameters, and of unknowns at the start.
+pub(super) struct Typical {
+    parameters: Vec<f64>,
+    starts: Vec<f64>,
+}
+
+impl Typical {
+    pub(super) fn of(model: &Model, graph: &Graph, starts: &[ExprId]) -> Self {
+        let parameters = model.parameters.iter().map(|parameter| parameter.value).collect();
+        let mut typical = Typical { parameters, starts: Vec::new() };
+        let values = starts.iter().map(|start| graph.evaluate(*start, &|s| typical.value(s)));
+        typical.starts = values.collect();
+        typical
+    }
+
+    /// The value at the start; not a number where it is not known beforehand.
+    pub(super) fn value(&self, symbol: Symbol) -> f64 {
+        let value = match symbol {
+            Symbol::Parameter(i) => self.parameters.get(i as usize),
+            Symbol::Unknown(i) => self.starts.get(i as usize),
+            Symbol::Time => Some(&0.0),
+            Symbol::Constant(_)
+            | Symbol::Input(_)
+            | Symbol::InputSlope(_)
+            | Symbol::Derivative(_)
+            | Symbol::Sensitivity(_)
+            | Symbol::Late(_)
+            | Symbol::DelayedUnknown(_)
+            | Symbol::Element(_)
+            | Symbol::Swept(_)
+            | Symbol::ElementRate(_)
+            | Symbol::SweptRate(_)
+            | Symbol::SweptSensitivity(_)
+            | Symbol::Counter
+            | Symbol::Past(..)
+            | Symbol::Discrete(_) => None,
+        };
+        value.copied().unwrap_or(f64::NAN)
+    }
+}

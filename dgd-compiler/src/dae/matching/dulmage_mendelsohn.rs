@@ -1,0 +1,79 @@
+//! Which equations say too much, and which unknowns are left open: the over- and underdetermined
+//! parts of an incidence.
+//!
+//! A. L. Dulmage and N. S. Mendelsohn, Coverings of bipartite graphs, Canad. J. Math. 10 (1958)
+//! 517–534: what alternating paths reach from the rows, and from the columns, that a maximum
+//! matching leaves over. The parts do not depend on which maximum matching that is.
+
+use super::Matching;
+
+/// Rows and columns that belong together, ascending.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(super) struct Part {
+    pub(super) rows: Vec<usize>,
+    pub(super) columns: Vec<usize>,
+}
+
+/// The part with more rows than columns.
+pub(super) fn overdetermined(incidence: &[Vec<usize>], matching: &Matching) -> Part {
+    let columns_of = |row: usize| incidence[row].iter().copied();
+    let (rows, columns) = reached(matching.free_rows().collect(), columns_of, &matching.of_column);
+    Part { rows, columns }
+}
+
+/// The part with more columns than rows.
+pub(super) fn underdetermined(incidence: &[Vec<usize>], matching: &Matching) -> Part {
+    let mut rows_of = vec![Vec::new(); matching.of_column.len()];
+    for (row, columns) in incidence.iter().enumerate() {
+        for column in columns {
+            rows_of[*column].push(row);
+        }
+    }
+    let of_column = |column: usize| rows_of[column].iter().copied();
+    let (columns, rows) = reached(matching.free_columns().collect(), of_column, &matching.of_row);
+    Part { rows, columns }
+}
+
+/// What alternating paths reach from `starts`: by any edge to the other side, and back by the
+/// matching, `partner`.
+fn reached<I: Iterator<Item = usize>>(
+    starts: Vec<usize>,
+    edges: impl Fn(usize) -> I,
+    partner: &[Option<usize>],
+) -> (Vec<usize>, Vec<usize>) {
+    let mut own = starts;
+    let mut others = Vec::new();
+    let mut is_met = vec![false; partner.len()];
+    let mut next = 0;
+    while let Some(&at) = own.get(next) {
+        next += 1;
+        for other in edges(at) {
+            if !is_met[other] {
+                is_met[other] = true;
+                others.push(other);
+                // Without a partner the matching would not be maximum.
+                own.extend(partner[other]);
+            }
+        }
+    }
+    own.sort_unstable();
+    others.sort_unstable();
+    (own, others)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dae::matching::maximum_matching;
+
+    #[test]
+    fn the_parts_are_those_of_a_small_example() {
+        // Rows 0 and 1 share column 0, row 2 and column 1 are alone, row 3 has columns 2 and 3.
+        let incidence = [vec![0], vec![0], vec![0, 1], vec![1, 2, 3]];
+        let matching = maximum_matching(&incidence, 4);
+        let over = overdetermined(&incidence, &matching);
+        assert_eq!(over, Part { rows: vec![0, 1], columns: vec![0] });
+        let under = underdetermined(&incidence, &matching);
+        assert_eq!(under, Part { rows: vec![3], columns: vec![2, 3] });
+    }
+}

@@ -1,0 +1,52 @@
+//! Conditions on time, moved behind the automata that choose states.
+
+use std::collections::HashMap;
+
+use super::families::Plan;
+use super::index::{Explicit, Selections};
+use super::transfer::Transferred;
+use crate::expr::{ExprId, Graph, Node, Symbol};
+
+/// Moves conditions on time behind the automata that choose states, now that these are known.
+pub(super) fn settle(
+    graph: &mut Graph,
+    systems: &mut [Explicit],
+    transferred: &mut Transferred<'_>,
+    plan: &mut Plan,
+    selections: &Selections,
+) {
+    let behind = u32::try_from(selections.sizes().count()).unwrap_or(u32::MAX);
+    if behind == 0 {
+        return;
+    }
+    let roots: Vec<ExprId> =
+        expressions(systems, transferred, plan).map(|expression| *expression).collect();
+    let mut replacement = HashMap::new();
+    for (id, node) in graph.listed(roots.iter().copied()) {
+        if let Node::Symbol(Symbol::Discrete(k)) = node {
+            replacement.insert(id, graph.symbol(Symbol::Discrete(k + behind)));
+        }
+    }
+    if replacement.is_empty() {
+        return;
+    }
+    let names: Vec<ExprId> = transferred.names.keys().copied().collect();
+    let replaced = graph.replace(roots.into_iter().chain(names), &replacement);
+    for expression in expressions(systems, transferred, plan) {
+        *expression = replaced[expression];
+    }
+    let names = std::mem::take(&mut transferred.names);
+    transferred.names = names.into_iter().map(|(id, name)| (replaced[&id], name)).collect();
+}
+
+fn expressions<'a>(
+    systems: &'a mut [Explicit],
+    transferred: &'a mut Transferred<'_>,
+    plan: &'a mut Plan,
+) -> impl Iterator<Item = &'a mut ExprId> {
+    systems
+        .iter_mut()
+        .flat_map(Explicit::expressions)
+        .chain(transferred.expressions())
+        .chain(plan.expressions())
+}

@@ -1,0 +1,540 @@
+//! A model's equations as they are typeset: built from the syntax once, written by [`super::latex`]
+//! and [`super::mathml`].
+//!
+//! The equations are those of the file, in the author's order and with the author's grouping; the
+//! chosen variants' equations stand where the variant does. What brackets a bar or an exponent
+//! makes superfluous is decided here, so that a writer has no choices left.
+
+use crate::diagnostics::Diagnostics;
+use crate::expr::display::number;
+use crate::model::Model;
+use crate::parts;
+use crate::syntax::ast::{
+    self, Argument, Ast, Choice, Comparison, Crossing, Expr, ExprKind, Factor, Item, ItemKind,
+    Name, Sign,
+};
+
+/// What stands on a line of its own.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Line {
+    /// A definition, an equation or an output.
+    Equation {
+        /// Left of the equals sign.
+        left: Formula,
+        /// Right of it.
+        right: Formula,
+        /// The label of an equation.
+        label: Option<String>,
+    },
+    /// The name of a mode, whose equations follow.
+    Mode(String),
+    /// From one mode to another.
+    Transition(Transition),
+    /// A bound within which an unknown stays.
+    Bound {
+        /// The unknown.
+        left: Formula,
+        /// On which side it lies.
+        side: ast::Bound,
+        /// The bound.
+        right: Formula,
+    },
+}
+
+/// A transition between modes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Transition {
+    /// The mode that it leaves and the one that it enters; none of a `when`.
+    pub modes: Option<[String; 2]>,
+    /// What is watched.
+    pub left: Formula,
+    /// In which direction it passes `right`.
+    pub crossing: Crossing,
+    /// What it is compared with.
+    pub right: Formula,
+    /// Unknowns that get a new value, and the values.
+    pub resets: Vec<(Formula, Formula)>,
+}
+
+/// A piece of mathematics.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Formula {
+    /// A name with its subscripts.
+    Symbol(Symbol),
+    /// A number.
+    Number {
+        /// Its digits, before the power of ten if there is one.
+        digits: String,
+        /// The power of ten.
+        exponent: Option<String>,
+        /// The unit behind it, as written.
+        unit: Option<String>,
+    },
+    /// Parts beside each other.
+    Row(Vec<Formula>),
+    /// A sign between or before parts.
+    Operator(Operator),
+    /// One above the other.
+    Fraction(Box<Formula>, Box<Formula>),
+    /// A base with an exponent.
+    Power(Box<Formula>, Box<Formula>),
+    /// A square root.
+    Root(Box<Formula>),
+    /// Between a pair of delimiters.
+    Fenced(Fence, Box<Formula>),
+    /// A derivative to time.
+    Dot(Symbol),
+    /// An element of an array, or its derivative, with its index as a subscript.
+    Indexed(Box<Formula>, Box<Formula>),
+    /// The name of a well-known function, upright, with what its foot says.
+    Function(&'static str, Option<&'static str>),
+    /// One value where a condition holds, else another.
+    Cases(Box<Cases>),
+}
+
+/// A name as papers set it: `h_r` is h with subscript r, `c0` is c with subscript 0.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Symbol {
+    /// Letters on the base line.
+    pub letters: String,
+    /// Subscripts, left to right.
+    pub subscripts: Vec<String>,
+}
+
+/// The two branches of an `if`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cases {
+    /// The value where the condition holds.
+    pub then: Formula,
+    /// The condition.
+    pub condition: Formula,
+    /// The value elsewhere.
+    pub otherwise: Formula,
+}
+
+/// Pairs of delimiters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fence {
+    /// Round brackets as high as what they enclose.
+    Round,
+    /// Round brackets around the arguments of a definition.
+    Arguments,
+    /// Vertical bars.
+    Bars,
+}
+
+/// Signs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Operator {
+    /// + between terms
+    Plus,
+    /// − between terms
+    Minus,
+    /// − in front of a term
+    Negative,
+    /// The multiplication that is not written.
+    Times,
+    /// Between arguments.
+    Comma,
+    /// <
+    Less,
+    /// ≤
+    LessEqual,
+    /// >
+    Greater,
+    /// ≥
+    GreaterEqual,
+    /// ∧
+    And,
+    /// ∨
+    Or,
+    /// ¬
+    Not,
+}
+
+/// A line and what is said of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Documented {
+    /// The line.
+    pub line: Line,
+    /// Doc comment of its item.
+    pub doc: Vec<String>,
+    /// Whether the item is an `output`.
+    pub is_output: bool,
+    /// The index of the loop that it stands in, and its first and last value.
+    pub index: Option<[Formula; 3]>,
+}
+
+/// The lines of a model: libraries first, then the model file.
+pub fn lines(asts: &[Ast], model: &Model) -> Vec<Line> {
+    documented(asts, model).into_iter().map(|documented| documented.line).collect()
+}
+
+/// The same with what is said of them.
+pub fn documented(asts: &[Ast], model: &Model) -> Vec<Documented> {
+    // The model has been made of these trees.
+    let expanded = parts::expand(asts, &mut Diagnostics::default());
+    let mut lines = Vec::new();
+    for ast in expanded.iter().flat_map(|expanded| expanded.asts.iter()).rev() {
+        for_each_item(&ast.items, model, &mut |item| collect(item, model, &mut lines));
+    }
+    lines
+}
+
+/// Visits items, and in the place of a variant those of its choice.
+pub(super) fn for_each_item<'a>(
+    items: &'a [Item],
+    model: &Model,
+    visit: &mut impl FnMut(&'a Item),
+) {
+    for item in items {
+        if let ItemKind::Variant { name, choices } = &item.kind {
+            let chosen = model.variants.iter().find(|v| v.name == name.text);
+            let is_chosen =
+                |choice: &&Choice| chosen.is_some_and(|v| v.choice() == choice.name.text);
+            if let Some(choice) = choices.iter().find(is_chosen) {
+                for_each_item(&choice.items, model, visit);
+            }
+        } else {
+            visit(item);
+        }
+    }
+}
+
+/// The lines of one item.
+fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
+    let mut push = |line| {
+        let is_output = matches!(item.kind, ItemKind::Output { .. });
+        lines.push(Documented { line, doc: item.doc.clone(), is_output, index: None });
+    };
+    match &item.kind {
+        ItemKind::Let { name, value, .. } | ItemKind::Output { name, value: Some(value), .. } => {
+            let (left, right) = (Formula::Symbol(Symbol::of(&name.text)), expression(value));
+            push(Line::Equation { left, right, label: None });
+        }
+        ItemKind::Function { name, arguments, body } => {
+            let arguments = arguments
+                .iter()
+                .map(|Argument { name, .. }| Formula::Symbol(Symbol::of(&name.text)));
+            let arguments = separated(arguments, Operator::Comma);
+            let left = Formula::Row(vec![
+                Formula::Symbol(Symbol::of(&name.text)),
+                Formula::Fenced(Fence::Arguments, Box::new(arguments)),
+            ]);
+            push(Line::Equation { left, right: expression(body), label: None });
+        }
+        ItemKind::Equation { label, left, right } => {
+            let (left, right) = (expression(left), expression(right));
+            push(Line::Equation { left, right, label: Some(label.text.clone()) });
+        }
+        ItemKind::Modes { modes, transitions, .. } => {
+            for (k, mode) in modes.iter().enumerate() {
+                // What is said of the block is said once, what is said of a mode with it.
+                let doc =
+                    if k == 0 { [&item.doc[..], &mode.doc].concat() } else { mode.doc.clone() };
+                let line = Line::Mode(mode.name.text.clone());
+                lines.push(Documented { line, doc, is_output: false, index: None });
+                for_each_item(&mode.items, model, &mut |item| collect(item, model, lines));
+            }
+            let undocumented =
+                |line| Documented { line, doc: Vec::new(), is_output: false, index: None };
+            lines.extend(transitions.iter().map(transition).map(undocumented));
+        }
+        ItemKind::When(reaction) => push(when(reaction)),
+        ItemKind::Saturate { name, side, bound } => {
+            let left = Formula::Symbol(Symbol::of(&name.text));
+            push(Line::Bound { left, side: *side, right: expression(bound) });
+        }
+        ItemKind::For { index, range, items } => {
+            let at = Formula::Symbol(Symbol::of(&index.text));
+            let ends = [at, expression(&range.lower), expression(&range.upper)];
+            for item in items {
+                let line = in_loop(index, item);
+                let (doc, index) = (item.doc.clone(), Some(ends.clone()));
+                lines.push(Documented { line, doc, is_output: false, index });
+            }
+        }
+        ItemKind::Import { .. }
+        | ItemKind::Constant { .. }
+        | ItemKind::Parameter { .. }
+        | ItemKind::Input { .. }
+        | ItemKind::Unknown { .. }
+        | ItemKind::Output { .. }
+        | ItemKind::Part { .. }
+        | ItemKind::Binding { .. }
+        | ItemKind::Size { .. }
+        | ItemKind::Array { .. }
+        | ItemKind::Variant { .. } => {}
+    }
+}
+
+/// An item of a loop, once, with the loop's index.
+fn in_loop(index: &Name, item: &Item) -> Line {
+    match &item.kind {
+        ItemKind::Let { name, value, .. } => {
+            let name = Formula::Symbol(Symbol::of(&name.text));
+            let at = Formula::Symbol(Symbol::of(&index.text));
+            let left = Formula::Indexed(Box::new(name), Box::new(at));
+            Line::Equation { left, right: expression(value), label: None }
+        }
+        ItemKind::Equation { label, left, right } => {
+            let (left, right) = (expression(left), expression(right));
+            let label = Some(format!("{}[{}]", label.text, index.text));
+            Line::Equation { left, right, label }
+        }
+        _ => unreachable!("a loop holds equations and `let`s"),
+    }
+}
+
+fn transition(transition: &ast::Transition) -> Line {
+    Line::Transition(Transition {
+        modes: Some([&transition.from, &transition.to].map(|mode| mode.text.clone())),
+        left: expression(&transition.left),
+        crossing: transition.crossing,
+        right: expression(&transition.right),
+        resets: resets_of(&transition.resets),
+    })
+}
+
+fn when(reaction: &ast::Reaction) -> Line {
+    Line::Transition(Transition {
+        modes: None,
+        left: expression(&reaction.left),
+        crossing: reaction.crossing,
+        right: expression(&reaction.right),
+        resets: resets_of(&reaction.resets),
+    })
+}
+
+fn resets_of(resets: &[ast::Reset]) -> Vec<(Formula, Formula)> {
+    let one = |reset: &ast::Reset| {
+        (Formula::Symbol(Symbol::of(&reset.name.text)), expression(&reset.value))
+    };
+    resets.iter().map(one).collect()
+}
+
+impl Symbol {
+    /// Splits a name at its underscores and before the digits of its first part; what it is a part
+    /// of comes last.
+    pub fn of(name: &str) -> Symbol {
+        let (whole, name) = match name.rsplit_once('.') {
+            Some((whole, name)) => (Some(whole), name),
+            None => (None, name),
+        };
+        let mut parts = name.split('_');
+        let first = parts.next().unwrap_or_default();
+        let letters = first.trim_end_matches(|c: char| c.is_ascii_digit());
+        let digits = &first[letters.len()..];
+        let subscripts = (!digits.is_empty()).then_some(digits).into_iter().chain(parts);
+        let subscripts =
+            subscripts.chain(whole.into_iter().flat_map(|whole| whole.split(['.', '_'])));
+        Symbol { letters: letters.to_owned(), subscripts: subscripts.map(str::to_owned).collect() }
+    }
+}
+
+/// The small and capital letters that are spelled out in names and drawn as one sign.
+pub(super) static GREEK: &[(&str, char)] = &[
+    ("alpha", 'α'),
+    ("beta", 'β'),
+    ("gamma", 'γ'),
+    ("delta", 'δ'),
+    ("epsilon", 'ε'),
+    ("zeta", 'ζ'),
+    ("eta", 'η'),
+    ("theta", 'θ'),
+    ("kappa", 'κ'),
+    ("lambda", 'λ'),
+    ("mu", 'μ'),
+    ("nu", 'ν'),
+    ("xi", 'ξ'),
+    ("pi", 'π'),
+    ("rho", 'ρ'),
+    ("sigma", 'σ'),
+    ("tau", 'τ'),
+    ("phi", 'φ'),
+    ("chi", 'χ'),
+    ("psi", 'ψ'),
+    ("omega", 'ω'),
+    ("Gamma", 'Γ'),
+    ("Delta", 'Δ'),
+    ("Theta", 'Θ'),
+    ("Lambda", 'Λ'),
+    ("Xi", 'Ξ'),
+    ("Pi", 'Π'),
+    ("Sigma", 'Σ'),
+    ("Phi", 'Φ'),
+    ("Psi", 'Ψ'),
+    ("Omega", 'Ω'),
+];
+
+pub(super) fn expression(expr: &Expr) -> Formula {
+    match &expr.kind {
+        ExprKind::Number { value, unit, .. } => {
+            let digits = number(*value);
+            let (digits, exponent) = match digits.split_once('e') {
+                Some((mantissa, exponent)) => (mantissa.to_owned(), Some(exponent.to_owned())),
+                None => (digits, None),
+            };
+            Formula::Number { digits, exponent, unit: unit.as_ref().map(|unit| unit.text.clone()) }
+        }
+        ExprKind::Name(name) if name == "time" => Formula::Symbol(Symbol::of("t")),
+        ExprKind::Name(name) => Formula::Symbol(Symbol::of(name)),
+        ExprKind::Call { function, arguments } => call(&function.text, arguments),
+        ExprKind::Element(array, index) => {
+            Formula::Indexed(Box::new(expression(array)), Box::new(expression(index)))
+        }
+        ExprKind::Group(inner) => round(expression(inner)),
+        ExprKind::Negate(inner) if is_sum(inner) => {
+            before(Operator::Negative, round(expression(inner)))
+        }
+        ExprKind::Negate(inner) => before(Operator::Negative, expression(inner)),
+        ExprKind::Sum(terms) => {
+            let mut row = Vec::with_capacity(2 * terms.len());
+            for (i, (sign, term)) in terms.iter().enumerate() {
+                match (i, sign) {
+                    (0, Sign::Plus) => {}
+                    (0, Sign::Minus) => row.push(Formula::Operator(Operator::Negative)),
+                    (_, Sign::Plus) => row.push(Formula::Operator(Operator::Plus)),
+                    (_, Sign::Minus) => row.push(Formula::Operator(Operator::Minus)),
+                }
+                row.push(expression(term));
+            }
+            Formula::Row(row)
+        }
+        ExprKind::Product(factors) => product(factors),
+        ExprKind::Power(base, exponent) => {
+            Formula::Power(Box::new(expression(base)), Box::new(expression(bare(exponent))))
+        }
+        ExprKind::If(condition, then, otherwise) => Formula::Cases(Box::new(Cases {
+            then: expression(then),
+            condition: expression(condition),
+            otherwise: expression(otherwise),
+        })),
+        ExprKind::Compare(comparison, left, right) => {
+            let sign = match comparison {
+                Comparison::Less => Operator::Less,
+                Comparison::LessEqual => Operator::LessEqual,
+                Comparison::Greater => Operator::Greater,
+                Comparison::GreaterEqual => Operator::GreaterEqual,
+            };
+            Formula::Row(vec![expression(left), Formula::Operator(sign), expression(right)])
+        }
+        ExprKind::And(parts) => separated(parts.iter().map(expression), Operator::And),
+        ExprKind::Or(parts) => separated(parts.iter().map(expression), Operator::Or),
+        ExprKind::Not(inner) => before(Operator::Not, expression(inner)),
+    }
+}
+
+/// What must be put in brackets where something tighter is wanted.
+fn is_sum(expr: &Expr) -> bool {
+    matches!(expr.kind, ExprKind::Sum(_) | ExprKind::Negate(_) | ExprKind::If(..))
+}
+
+/// Factors up to the first division stand above the bar with those multiplied later.
+fn product(factors: &[(Factor, Expr)]) -> Formula {
+    let is_quotient = factors.iter().any(|(factor, _)| *factor == Factor::Over);
+    let side = |wanted: Factor| {
+        let parts: Vec<&Expr> =
+            factors.iter().filter(|(factor, _)| *factor == wanted).map(|(_, e)| e).collect();
+        match parts[..] {
+            // A lone factor needs no brackets next to a bar.
+            [only] if is_quotient => expression(bare(only)),
+            _ => separated(parts.into_iter().map(expression), Operator::Times),
+        }
+    };
+    if is_quotient {
+        Formula::Fraction(Box::new(side(Factor::Times)), Box::new(side(Factor::Over)))
+    } else {
+        side(Factor::Times)
+    }
+}
+
+/// Without brackets around the whole.
+fn bare(expr: &Expr) -> &Expr {
+    match &expr.kind {
+        ExprKind::Group(inner) => bare(inner),
+        _ => expr,
+    }
+}
+
+/// Functions with a name that readers of mathematics know, and how it is set.
+static WELL_KNOWN: &[(&str, &str, Option<&str>)] = &[
+    ("log", "ln", None),
+    ("log10", "log", Some("10")),
+    ("sin", "sin", None),
+    ("cos", "cos", None),
+    ("tan", "tan", None),
+    ("exp", "exp", None),
+    ("sinh", "sinh", None),
+    ("cosh", "cosh", None),
+    ("tanh", "tanh", None),
+    ("min", "min", None),
+    ("max", "max", None),
+    ("asin", "asin", None),
+    ("acos", "acos", None),
+    ("atan", "atan", None),
+    ("atan2", "atan2", None),
+    ("sign", "sign", None),
+];
+
+fn call(function: &str, arguments: &[Expr]) -> Formula {
+    let list = separated(arguments.iter().map(expression), Operator::Comma);
+    let name = match (function, arguments) {
+        ("der", [Expr { kind: ExprKind::Name(name), .. }]) => {
+            return Formula::Dot(Symbol::of(name));
+        }
+        ("der", [Expr { kind: ExprKind::Element(array, index), .. }])
+            if matches!(array.kind, ExprKind::Name(_)) =>
+        {
+            let ExprKind::Name(name) = &array.kind else { unreachable!("asked above") };
+            let rate = Formula::Dot(Symbol::of(name));
+            return Formula::Indexed(Box::new(rate), Box::new(expression(index)));
+        }
+        ("delay", [x, tau]) => return late(x, tau),
+        ("sqrt", _) => return Formula::Root(Box::new(list)),
+        ("abs", _) => return Formula::Fenced(Fence::Bars, Box::new(list)),
+        _ => match WELL_KNOWN.iter().find(|(spelling, ..)| *spelling == function) {
+            Some((_, name, foot)) => Formula::Function(name, *foot),
+            None => Formula::Symbol(Symbol::of(function)),
+        },
+    };
+    Formula::Row(vec![name, round(list)])
+}
+
+/// x(t − τ); brackets around an x that is not a name.
+fn late(x: &Expr, tau: &Expr) -> Formula {
+    let (x, tau) = (bare(x), bare(tau));
+    let of = match x.kind {
+        ExprKind::Name(_) => expression(x),
+        _ => round(expression(x)),
+    };
+    let by = if is_sum(tau) { round(expression(tau)) } else { expression(tau) };
+    let t = Formula::Symbol(Symbol::of("t"));
+    Formula::Row(vec![of, round(Formula::Row(vec![t, Formula::Operator(Operator::Minus), by]))])
+}
+
+fn round(inner: Formula) -> Formula {
+    Formula::Fenced(Fence::Round, Box::new(inner))
+}
+
+fn before(sign: Operator, part: Formula) -> Formula {
+    Formula::Row(vec![Formula::Operator(sign), part])
+}
+
+/// Parts with a sign between each two; a lone part stays what it is.
+fn separated(parts: impl Iterator<Item = Formula>, sign: Operator) -> Formula {
+    let mut row = Vec::new();
+    for part in parts {
+        if !row.is_empty() {
+            row.push(Formula::Operator(sign));
+        }
+        row.push(part);
+    }
+    match row.pop() {
+        Some(only) if row.is_empty() => only,
+        last => {
+            row.extend(last);
+            Formula::Row(row)
+        }
+    }
+}

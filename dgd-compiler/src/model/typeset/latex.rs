@@ -1,0 +1,199 @@
+//! A model typeset as LaTeX, for `dgd emit --stage latex`.
+
+use std::fmt::Write;
+
+use super::formula::{self, Fence, Formula, GREEK, Line, Operator, Symbol, Transition};
+use crate::model::Model;
+use crate::syntax::ast::{Ast, Bound};
+
+/// Writes the model's equations, ready for a document that uses `amsmath`.
+pub fn write(asts: &[Ast], model: &Model) -> String {
+    let lines: Vec<String> = formula::lines(asts, model).iter().map(line).collect();
+    let mut text = format!("% {}\n", model.name);
+    for doc in &model.doc {
+        let _ = writeln!(text, "% {}", doc.trim());
+    }
+    let _ = writeln!(text, "\\begin{{align}}\n  {}\n\\end{{align}}", lines.join(" \\\\\n  "));
+    text
+}
+
+pub(super) fn line(line: &Line) -> String {
+    match line {
+        Line::Equation { left, right, label } => {
+            let mut text = format!("{} &= {}", formula(left), formula(right));
+            if let Some(label) = label {
+                let _ = write!(text, " \\tag{{{}}}", escaped(label));
+            }
+            text
+        }
+        Line::Mode(name) => format!("&{}", upright(&format!("{name}:"))),
+        Line::Transition(line) => transition(line),
+        Line::Bound { left, side, right } => {
+            let sign = match side {
+                Bound::Lower => "\\ge",
+                Bound::Upper => "\\le",
+            };
+            format!("{} &{sign} {}", formula(left), formula(right))
+        }
+    }
+}
+
+fn transition(Transition { modes, left, crossing, right, resets }: &Transition) -> String {
+    let mut text = match modes {
+        Some([from, to]) => {
+            format!("&{} \\to {} \\text{{ when }} ", upright(from), upright(to))
+        }
+        None => "&\\text{when } ".to_owned(),
+    };
+    let crosses = crossing.words();
+    let _ = write!(text, "{} \\text{{ {crosses} }} {}", formula(left), formula(right));
+    for (unknown, value) in resets {
+        let _ = write!(text, ", {} := {}", formula(unknown), formula(value));
+    }
+    text
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('_', "\\_")
+}
+
+/// Text in a formula. Its underscores stand outside of `\text`, in which not all readers of LaTeX know them.
+pub(super) fn upright(text: &str) -> String {
+    format!("\\text{{{}}}", text.replace('_', "}\\_\\text{"))
+}
+
+pub(super) fn formula(formula: &Formula) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = write_formula(&mut text, formula);
+    text
+}
+
+fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
+    match formula {
+        Formula::Symbol(symbol) => write_symbol(text, symbol),
+        Formula::Number { digits, exponent, unit } => {
+            match exponent {
+                Some(exponent) if digits == "1" => write!(text, "10^{{{exponent}}}")?,
+                Some(exponent) => write!(text, "{digits} \\cdot 10^{{{exponent}}}")?,
+                None => text.push_str(digits),
+            }
+            if let Some(unit) = unit {
+                write!(text, "\\,\\mathrm{{{}}}", unit.replace('%', "\\%"))?;
+            }
+            Ok(())
+        }
+        Formula::Row(parts) => parts.iter().try_for_each(|part| write_formula(text, part)),
+        Formula::Operator(operator) => {
+            text.push_str(sign(*operator));
+            Ok(())
+        }
+        Formula::Fraction(above, below) => {
+            write_parts(text, &["\\frac{", "}{", "}"], &[above, below])
+        }
+        // The exponent of a name stands above its subscript.
+        Formula::Power(base, exponent) if matches!(**base, Formula::Symbol(_)) => {
+            write_parts(text, &["", "^{", "}"], &[base, exponent])
+        }
+        Formula::Power(base, exponent) => write_parts(text, &["{", "}^{", "}"], &[base, exponent]),
+        Formula::Root(inner) => write_parts(text, &["\\sqrt{", "}"], &[inner]),
+        Formula::Fenced(fence, inner) => {
+            let (opening, closing) = match fence {
+                Fence::Round => ("\\left(", "\\right)"),
+                Fence::Arguments => ("(", ")"),
+                Fence::Bars => ("\\left\\lvert ", " \\right\\rvert"),
+            };
+            write_parts(text, &[opening, closing], &[inner])
+        }
+        Formula::Dot(symbol) => {
+            text.push_str("\\dot{");
+            write_letters(text, &symbol.letters)?;
+            text.push('}');
+            write_subscripts(text, &symbol.subscripts)
+        }
+        Formula::Indexed(of, index) => write_parts(text, &["{", "}_{", "}"], &[of, index]),
+        Formula::Function(name, foot) => {
+            if KNOWN.contains(name) {
+                write!(text, "\\{name}")?;
+            } else {
+                write!(text, "\\operatorname{{{name}}}")?;
+            }
+            match foot {
+                Some(foot) => write!(text, "_{{{foot}}}"),
+                None => Ok(()),
+            }
+        }
+        Formula::Cases(cases) => {
+            let around = [
+                "\\begin{cases} ",
+                " & \\text{if } ",
+                " \\\\ ",
+                " & \\text{otherwise} \\end{cases}",
+            ];
+            write_parts(text, &around, &[&cases.then, &cases.condition, &cases.otherwise])
+        }
+    }
+}
+
+/// Parts with what stands before, between and behind them.
+fn write_parts(text: &mut String, around: &[&str], parts: &[&Formula]) -> std::fmt::Result {
+    for (i, piece) in around.iter().enumerate() {
+        text.push_str(piece);
+        if let Some(part) = parts.get(i) {
+            write_formula(text, part)?;
+        }
+    }
+    Ok(())
+}
+
+/// Functions that have a command of their own.
+const KNOWN: [&str; 11] =
+    ["ln", "log", "sin", "cos", "tan", "exp", "sinh", "cosh", "tanh", "min", "max"];
+
+fn sign(operator: Operator) -> &'static str {
+    match operator {
+        Operator::Plus => " + ",
+        Operator::Minus => " - ",
+        Operator::Negative => "-",
+        Operator::Times => " \\, ",
+        Operator::Comma => ", ",
+        Operator::Less => " < ",
+        Operator::LessEqual => " \\le ",
+        Operator::Greater => " > ",
+        Operator::GreaterEqual => " \\ge ",
+        Operator::And => " \\land ",
+        Operator::Or => " \\lor ",
+        Operator::Not => "\\lnot ",
+    }
+}
+
+fn write_symbol(text: &mut String, symbol: &Symbol) -> std::fmt::Result {
+    write_letters(text, &symbol.letters)?;
+    write_subscripts(text, &symbol.subscripts)
+}
+
+fn write_letters(text: &mut String, letters: &str) -> std::fmt::Result {
+    if GREEK.iter().any(|(spelling, _)| *spelling == letters) {
+        write!(text, "\\{letters}")?;
+    } else if letters.chars().count() > 1 {
+        write!(text, "\\mathit{{{letters}}}")?;
+    } else {
+        text.push_str(letters);
+    }
+    Ok(())
+}
+
+fn write_subscripts(text: &mut String, subscripts: &[String]) -> std::fmt::Result {
+    for (i, part) in subscripts.iter().enumerate() {
+        text.push_str(if i == 0 { "_{" } else { "," });
+        if part.chars().count() == 1 || part.chars().all(|c| c.is_ascii_digit()) {
+            text.push_str(part);
+        } else {
+            write!(text, "\\mathrm{{{part}}}")?;
+        }
+    }
+    if !subscripts.is_empty() {
+        text.push('}');
+    }
+    Ok(())
+}

@@ -1,0 +1,279 @@
+//! A model as a page in Markdown, for `dgd emit --stage markdown`: what it says of itself, tables of what
+//! it declares, and its equations, typeset.
+//!
+//! Formulas are in fences and inline marks that GitHub and most readers of Markdown draw; names stay
+//! as they are written beside them.
+
+use std::fmt::Write;
+
+use super::formula::{Documented, Formula, Line, Symbol, documented, expression, for_each_item};
+use super::latex;
+use crate::diagnostics::Diagnostics;
+use crate::model::Model;
+use crate::parts;
+use crate::syntax::ast::{
+    Ast, Attribute, AttributeKind, Expr, Item, ItemKind, Name, Range, Unit, UnknownKind,
+};
+
+/// Writes the page of a model that is in the file at `path`.
+pub fn write(asts: &[Ast], model: &Model, path: &str) -> String {
+    let mut text = format!("# {}\n", escaped(&model.name));
+    push_doc(&mut text, &model.doc);
+    // The model has been made of these trees.
+    let expanded = parts::expand(asts, &mut Diagnostics::default());
+    let mut declarations = Declarations::default();
+    for ast in expanded.iter().flat_map(|expanded| expanded.asts.iter()).rev() {
+        for_each_item(&ast.items, model, &mut |item| declarations.add(item));
+    }
+    push_run(&mut text, model, path);
+    for (title, table) in declarations.tables() {
+        if table.len() > 1 {
+            let _ = writeln!(text, "\n## {title}\n");
+            push_table(&mut text, &table);
+        }
+    }
+    let lines = documented(asts, model);
+    let (outputs, equations): (Vec<Documented>, Vec<Documented>) =
+        lines.into_iter().partition(|line| line.is_output);
+    for (title, lines) in [("Equations", equations), ("What the outputs are", outputs)] {
+        if !lines.is_empty() {
+            let _ = writeln!(text, "\n## {title}");
+            push_equations(&mut text, &lines);
+        }
+    }
+    text
+}
+
+/// How it is run, which choices were made, and what it is made of.
+fn push_run(text: &mut String, model: &Model, path: &str) {
+    let needs = if model.inputs.is_empty() { "--until T" } else { "--data FILE" };
+    let _ = write!(
+        text,
+        "\n```sh\ndgd simulate {path} {needs} --plot {}.svg\ndgd linearize {path}{} --at steady\n```\n",
+        model.name,
+        if model.inputs.is_empty() { "" } else { " --data FILE" },
+    );
+    // One without alternatives is as it has to be.
+    for variant in model.variants.iter().filter(|variant| variant.choices.len() > 1) {
+        let choices: Vec<String> =
+            variant.choices.iter().map(|choice| format!("`{choice}`")).collect();
+        let chosen = variant.choice();
+        let _ = writeln!(
+            text,
+            "\nVariant `{}`: {}. This page shows `{chosen}`.",
+            variant.name,
+            choices.join(", ")
+        );
+    }
+    if !model.parts.is_empty() {
+        text.push_str("\nIts parts:\n\n");
+        for part in &model.parts {
+            let doc = inline_doc(&part.doc);
+            let doc = if doc.is_empty() { doc } else { format!(": {doc}") };
+            let _ = writeln!(text, "- `{}` is a `{}`{doc}", part.name, part.model);
+        }
+    }
+}
+
+/// Rows of the tables, the heads first.
+struct Declarations {
+    inputs: Vec<Vec<String>>,
+    unknowns: Vec<Vec<String>>,
+    parameters: Vec<Vec<String>>,
+    constants: Vec<Vec<String>>,
+    outputs: Vec<Vec<String>>,
+}
+
+impl Default for Declarations {
+    fn default() -> Self {
+        let heads = |heads: &[&str]| vec![heads.iter().map(|&head| head.to_owned()).collect()];
+        Self {
+            inputs: heads(&["", "name", "unit", "between samples", ""]),
+            unknowns: heads(&["", "name", "unit", "starts at", ""]),
+            parameters: heads(&["", "name", "value", "unit", "bounds", ""]),
+            constants: heads(&["", "name", "value", "unit", ""]),
+            outputs: heads(&["", "name", "unit", "noise", ""]),
+        }
+    }
+}
+
+impl Declarations {
+    fn tables(self) -> [(&'static str, Vec<Vec<String>>); 5] {
+        [
+            ("Inputs", self.inputs),
+            ("States and unknowns", self.unknowns),
+            ("Outputs", self.outputs),
+            ("Parameters", self.parameters),
+            ("Constants", self.constants),
+        ]
+    }
+
+    fn add(&mut self, item: &Item) {
+        let doc = inline_doc(&item.doc);
+        let first = |name: &Name, unit: &Option<Unit>| {
+            let unit = unit.as_ref().map_or("1", |unit| &unit.text);
+            [symbol(&name.text), format!("`{}`", name.text), cell(unit)]
+        };
+        match &item.kind {
+            ItemKind::Input { name, unit, attributes } => {
+                let is_linear = attributes.iter().any(|a| matches!(a.kind, AttributeKind::Linear));
+                let goes = if is_linear { "a straight line" } else { "holds" }.to_owned();
+                self.inputs.push([&first(name, unit)[..], &[goes, doc]].concat());
+            }
+            ItemKind::Unknown { declared, name, unit, start, .. } => {
+                let start = [start_of(*declared, start.as_ref()), doc];
+                self.unknowns.push([&first(name, unit)[..], &start].concat());
+            }
+            ItemKind::Array { declared, name, range, unit, start, .. } => {
+                let [symbol, _, unit] = first(name, unit);
+                let Range { lower, upper, .. } = range;
+                let name = format!("`{}`, {} to {}", name.text, math(lower), math(upper));
+                let start = start_of(*declared, start.as_ref());
+                self.unknowns.push(vec![symbol, name, unit, start, doc]);
+            }
+            ItemKind::Parameter { name, unit, value, attributes } => {
+                let [symbol, name, unit] = first(name, unit);
+                let bounds = bounds(attributes);
+                let is_fixed = attributes.iter().any(|a| matches!(a.kind, AttributeKind::Fixed));
+                let doc = match (is_fixed, doc.is_empty()) {
+                    (false, _) => doc,
+                    (true, true) => "fixed".to_owned(),
+                    (true, false) => format!("{doc}; fixed"),
+                };
+                self.parameters.push(vec![symbol, name, math(value), unit, bounds, doc]);
+            }
+            ItemKind::Constant { name, unit, value } => {
+                let [symbol, name, unit] = first(name, unit);
+                self.constants.push(vec![symbol, name, math(value), unit, doc]);
+            }
+            ItemKind::Size { name, value } => {
+                let [symbol, name, unit] = first(name, &None);
+                self.constants.push(vec![symbol, name, math(value), unit, doc]);
+            }
+            ItemKind::Output { name, unit, attributes, .. } => {
+                let noise = attributes.iter().find_map(|attribute| match &attribute.kind {
+                    AttributeKind::Noise(noise) => Some(math(noise)),
+                    _ => None,
+                });
+                let [symbol, name, _] = first(name, unit);
+                // Without one it has that of the unknown.
+                let unit = unit.as_ref().map_or_else(String::new, |unit| cell(&unit.text));
+                self.outputs.push(vec![symbol, name, unit, noise.unwrap_or_default(), doc]);
+            }
+            _ => {}
+        }
+    }
+}
+
+fn start_of(declared: UnknownKind, start: Option<&Expr>) -> String {
+    let start = start.map_or_else(|| "0".to_owned(), math);
+    match declared {
+        UnknownKind::State => start,
+        UnknownKind::Unknown => format!("{start} (a guess)"),
+    }
+}
+
+fn bounds(attributes: &[Attribute]) -> String {
+    let found = attributes.iter().find_map(|attribute| match &attribute.kind {
+        AttributeKind::Bounds(lower, upper) => Some((lower, upper)),
+        _ => None,
+    });
+    match found {
+        Some((Some(lower), Some(upper))) => format!("{} to {}", math(lower), math(upper)),
+        Some((Some(lower), None)) => format!("from {}", math(lower)),
+        Some((None, Some(upper))) => format!("up to {}", math(upper)),
+        Some((None, None)) | None => String::new(),
+    }
+}
+
+/// Blocks of equations; one with a doc comment begins behind it.
+fn push_equations(text: &mut String, lines: &[Documented]) {
+    let mut from = 0;
+    while from < lines.len() {
+        let more = lines[from + 1..].iter().take_while(|line| line.doc.is_empty()).count();
+        let until = from + 1 + more;
+        push_doc(text, &lines[from].doc);
+        let rows: Vec<String> = lines[from..until].iter().map(row).collect();
+        let _ = writeln!(
+            text,
+            "\n```math\n\\begin{{aligned}}\n  {}\n\\end{{aligned}}\n```",
+            rows.join(" \\\\\n  ")
+        );
+        from = until;
+    }
+}
+
+/// A line, with its label and the indices for which it holds behind it.
+fn row(Documented { line, index, .. }: &Documented) -> String {
+    let (mut text, label) = match line {
+        Line::Equation { left, right, label } => {
+            let own = Line::Equation { left: left.clone(), right: right.clone(), label: None };
+            (latex::line(&own), label.as_deref())
+        }
+        Line::Mode(_) | Line::Transition(_) | Line::Bound { .. } => (latex::line(line), None),
+    };
+    if let Some([index, first, last]) = index {
+        let [index, first, last] = [index, first, last].map(latex::formula);
+        let _ = write!(text, ", \\quad {index} = {first}, \\dots, {last}");
+    }
+    if let Some(label) = label {
+        let _ = write!(text, " && {}", latex::upright(label));
+    }
+    text
+}
+
+fn push_doc(text: &mut String, doc: &[String]) {
+    if doc.iter().any(|line| !line.trim().is_empty()) {
+        text.push('\n');
+        for line in doc {
+            let _ = writeln!(text, "{}", escaped(line.trim()));
+        }
+    }
+}
+
+fn inline_doc(doc: &[String]) -> String {
+    let lines: Vec<&str> = doc.iter().map(|line| line.trim()).collect();
+    cell(lines.join(" ").trim())
+}
+
+fn push_table(text: &mut String, rows: &[Vec<String>]) {
+    for (i, row) in rows.iter().enumerate() {
+        let _ = writeln!(text, "| {} |", row.join(" | "));
+        if i == 0 {
+            let _ = writeln!(text, "|{}", "---|".repeat(row.len()));
+        }
+    }
+}
+
+fn symbol(name: &str) -> String {
+    inline(&Formula::Symbol(Symbol::of(name)))
+}
+
+fn math(expr: &Expr) -> String {
+    match expression(expr) {
+        // Nothing to be typeset.
+        Formula::Number { digits, exponent: None, unit: None } => digits,
+        formula => inline(&formula),
+    }
+}
+
+fn inline(formula: &Formula) -> String {
+    format!("$`{}`$", latex::formula(formula).replace('|', "\\vert "))
+}
+
+/// Text in a table.
+fn cell(text: &str) -> String {
+    escaped(text).replace('|', "\\|")
+}
+
+/// Text without what Markdown reads as marks.
+fn escaped(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        if matches!(c, '\\' | '*' | '_' | '<' | '$' | '#' | '[' | ']') {
+            escaped.push('\\');
+        }
+        escaped.push(c);
+    }
+    escaped
+}

@@ -1,0 +1,6 @@
+//! A model's equations as they are typeset: built once as formulas, written in several languages.
+
+pub mod formula;
+pub mod latex;
+pub mod markdown;
+pub mod mathml;

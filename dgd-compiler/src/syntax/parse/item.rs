@@ -1,0 +1,358 @@
+//! Items: declarations, equations, imports. What holds other items is read in [`super`].
+
+use nom::Parser;
+use nom::combinator::{cut, map, opt};
+use nom::multi::separated_list1;
+use nom::sequence::preceded;
+
+use super::array;
+use super::effect;
+use super::expression::{close, expression, optional_unit};
+use super::lexical::TokenKind;
+use super::part::{self, is_binding};
+use super::tokens::{DECIMAL_POINT, OPERATOR, Parsed, Tokens, dotted, name, token, word};
+use crate::diagnostics::{Code, Diagnostic, suggestion};
+use crate::syntax::ast::{
+    Argument, Attribute, AttributeKind, Bound, Expr, ItemKind, Name, Unit, UnknownKind,
+};
+use crate::units::parse_unit;
+
+/// Reads an item behind its keyword.
+type Rule = for<'a> fn(Tokens<'a>) -> Parsed<'a, ItemKind>;
+
+/// Keywords of items that hold no others, with their rules.
+const SIMPLE: &[(&str, Rule)] = &[
+    ("import", import),
+    ("constant", constant),
+    ("parameter", parameter),
+    ("input", input),
+    ("state", |input| unknown(UnknownKind::State, input)),
+    ("unknown", |input| unknown(UnknownKind::Unknown, input)),
+    ("let", definition),
+    ("function", function),
+    ("equation", equation),
+    ("output", output),
+    ("part", part::part),
+    ("saturate", saturate),
+    ("size", size),
+];
+
+/// Whether a word can begin an item.
+pub(crate) fn is_keyword(word: &str) -> bool {
+    keywords().any(|keyword| keyword == word) || effect::CLAUSES.contains(&word)
+}
+
+fn keywords() -> impl Iterator<Item = &'static str> {
+    SIMPLE
+        .iter()
+        .map(|(keyword, _)| *keyword)
+        .chain(["model", "variant", "modes", "when", "effect", "for"])
+}
+
+/// Reads an item without a block, from its keyword to its last token.
+pub(crate) fn item(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let keyword = input.first_text();
+    let (rule, start) = if is_binding(input) {
+        (Some(part::binding as Rule), input)
+    } else {
+        let rule = SIMPLE.iter().find(|(simple, _)| *simple == keyword).map(|(_, rule)| *rule);
+        (rule, input.behind_first())
+    };
+    if let Some(rule) = rule {
+        let (rest, kind) = cut(rule).parse(start)?;
+        if !rest.is_empty() {
+            return rest.expected(OPERATOR);
+        }
+        return Ok((rest, kind));
+    }
+    input.wrong(no_item(input))
+}
+
+/// Why no item begins here.
+fn no_item(input: Tokens<'_>) -> Diagnostic {
+    let text = input.first_text();
+    let wrong = |message| Diagnostic::new(Code::E116, input.span(), message);
+    match (input.first(), input.second()) {
+        (Some(TokenKind::Name), _) => {
+            let diagnostic = wrong(format!("no item begins with `{text}`"));
+            match (suggestion(text, keywords()), input.second()) {
+                (Some(keyword), _) => diagnostic.help(format!("did you mean `{keyword}`?")),
+                (None, Some(TokenKind::Equal)) => diagnostic
+                    .help(format!("write `let {text} = …` or `equation LABEL: {text} = …`")),
+                (None, _) => {
+                    let all: Vec<&str> = keywords().collect();
+                    diagnostic.help(format!("items begin with one of: {}", all.join(", ")))
+                }
+            }
+        }
+        (
+            Some(
+                TokenKind::Plus
+                | TokenKind::Minus
+                | TokenKind::Star
+                | TokenKind::Slash
+                | TokenKind::Caret
+                | TokenKind::Comma
+                | TokenKind::Equal,
+            ),
+            _,
+        ) => wrong(format!("no item begins with `{text}`"))
+            .help(format!("to go on with the line above, leave the `{text}` at its end")),
+        _ => wrong(format!("no item begins with `{text}`")),
+    }
+}
+
+fn import(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let (rest, path_span) = token(TokenKind::Text, "a path such as \"friction.dgd\"")(input)?;
+    let quoted = input.first_text();
+    let path = quoted[1..quoted.len() - 1].to_owned();
+    Ok((rest, ItemKind::Import { path, path_span }))
+}
+
+fn declared(input: Tokens<'_>) -> Parsed<'_, (Name, Option<Unit>)> {
+    (dotted, optional_unit).parse(input)
+}
+
+/// `= …`, which has to be there.
+fn value(what: &'static str) -> impl Fn(Tokens<'_>) -> Parsed<'_, Expr> {
+    move |input| match input.first() {
+        Some(TokenKind::Equal) => expression(input.behind_first()),
+        None => input.wrong(
+            Diagnostic::new(Code::E111, input.span(), format!("{what} needs a value"))
+                .help("write `= …` behind it"),
+        ),
+        Some(_) => input.expected("`=`"),
+    }
+}
+
+fn optional_value(input: Tokens<'_>) -> Parsed<'_, Option<Expr>> {
+    opt(preceded(token(TokenKind::Equal, "`=`"), cut(expression))).parse(input)
+}
+
+fn constant(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let (rest, ((name, unit), value)) = (declared, value("a constant")).parse(input)?;
+    let rest = attributes(&[], "a constant", rest)?.0;
+    Ok((rest, ItemKind::Constant { name, unit, value }))
+}
+
+fn parameter(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let (rest, ((name, unit), value)) = (declared, value("a parameter")).parse(input)?;
+    let allowed = &["in", "log", "fixed", "nominal", "prior"];
+    let (rest, attributes) = attributes(allowed, "a parameter", rest)?;
+    Ok((rest, ItemKind::Parameter { name, unit, value, attributes }))
+}
+
+fn input(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let (rest, (name, unit)) = declared(input)?;
+    if rest.first() == Some(TokenKind::Equal) {
+        let message = "an input has no value in the model";
+        return rest.wrong(
+            Diagnostic::new(Code::E105, rest.span(), message)
+                .help("its values come from the data; a `constant` or `parameter` has one"),
+        );
+    }
+    let (rest, attributes) = attributes(&["hold", "linear"], "an input", rest)?;
+    Ok((rest, ItemKind::Input { name, unit, attributes }))
+}
+
+fn unknown(declared_as: UnknownKind, input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let what = match declared_as {
+        UnknownKind::State => "a state",
+        UnknownKind::Unknown => "an unknown",
+    };
+    if input.second() == Some(TokenKind::Index) {
+        let (rest, (name, (index, range))) = (name, array::declared_range).parse(input)?;
+        let (rest, (unit, start)) = (optional_unit, optional_value).parse(rest)?;
+        let (rest, attributes) = attributes(&["fixed", "nominal"], what, rest)?;
+        let declared = declared_as;
+        return Ok((
+            rest,
+            ItemKind::Array { declared, name, index, range, unit, start, attributes },
+        ));
+    }
+    let (rest, ((name, unit), start)) = (declared, optional_value).parse(input)?;
+    let (rest, attributes) = attributes(&["fixed", "nominal", "history"], what, rest)?;
+    Ok((rest, ItemKind::Unknown { declared: declared_as, name, unit, start, attributes }))
+}
+
+fn size(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let (rest, (name, value)) = (name, value("a size")).parse(input)?;
+    let rest = attributes(&[], "a size", rest)?.0;
+    Ok((rest, ItemKind::Size { name, value }))
+}
+
+fn definition(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let (rest, ((name, unit), value)) = (declared, value("a `let`")).parse(input)?;
+    let rest = attributes(&[], "a `let`", rest)?.0;
+    Ok((rest, ItemKind::Let { name, unit, value }))
+}
+
+fn function(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let argument = map((name, optional_unit), |(name, unit)| Argument { name, unit });
+    let (open, name) = dotted(input)?;
+    let rest = token(TokenKind::Open, "`(` and the function's arguments")(open)?.0;
+    let comma = token(TokenKind::Comma, "`,`");
+    let (rest, arguments) = separated_list1(comma, argument).parse(rest)?;
+    if rest.first() == Some(TokenKind::Comma) {
+        return rest.behind_first().expected("the name of an argument");
+    }
+    let rest = close(open.span(), rest)?.0;
+    let (rest, body) = value("a function")(rest)?;
+    Ok((rest, ItemKind::Function { name, arguments, body }))
+}
+
+fn output(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let (rest, ((name, unit), value)) = (declared, optional_value).parse(input)?;
+    let (rest, attributes) = attributes(&["noise"], "an output", rest)?;
+    Ok((rest, ItemKind::Output { name, unit, value, attributes }))
+}
+
+/// `name = value`, and nothing behind it.
+pub(crate) fn setting(input: Tokens<'_>) -> Parsed<'_, (Name, Expr)> {
+    let equal = token(TokenKind::Equal, "`=` behind the name");
+    let (rest, (name, _, value)) = (dotted, equal, expression).parse(input)?;
+    if rest.is_empty() {
+        Ok((rest, (name, value)))
+    } else {
+        rest.expected("an operator or the end")
+    }
+}
+
+fn equation(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let colon = token(TokenKind::Colon, "`:` behind the equation's label");
+    let equal = token(TokenKind::Equal, "`=` or an operator");
+    let (rest, (label, _, left, _, right)) =
+        (dotted, colon, expression, equal, expression).parse(input)?;
+    if rest.first() == Some(TokenKind::Equal) {
+        let message = "an equation has one `=`";
+        return rest.wrong(Diagnostic::new(Code::E105, rest.span(), message));
+    }
+    Ok((rest, ItemKind::Equation { label, left, right }))
+}
+
+/// `saturate x >= e`
+fn saturate(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let (rest, name) = dotted(input)?;
+    let side = match rest.first() {
+        Some(TokenKind::GreaterEqual) => Bound::Lower,
+        Some(TokenKind::LessEqual) => Bound::Upper,
+        _ => return rest.expected("`>=` or `<=` and a bound"),
+    };
+    let (rest, bound) = expression(rest.behind_first())?;
+    Ok((rest, ItemKind::Saturate { name, side, bound }))
+}
+
+/// Reads an attribute behind its word.
+type AttributeRule = for<'a> fn(Tokens<'a>) -> Parsed<'a, AttributeKind>;
+
+/// Words of attributes, with their rules.
+const ATTRIBUTES: &[(&str, AttributeRule)] = &[
+    ("in", bounds),
+    ("log", |input| Ok((input, AttributeKind::Log))),
+    ("fixed", |input| Ok((input, AttributeKind::Fixed))),
+    ("nominal", |input| map(expression, AttributeKind::Nominal).parse(input)),
+    ("prior", prior),
+    ("hold", |input| Ok((input, AttributeKind::Hold))),
+    ("linear", |input| Ok((input, AttributeKind::Linear))),
+    ("noise", |input| map(expression, AttributeKind::Noise).parse(input)),
+    ("history", |input| map(expression, AttributeKind::History).parse(input)),
+];
+
+/// Attributes to the end of the item: the first without a comma, the others behind one.
+fn attributes<'a>(
+    allowed: &[&str],
+    what: &str,
+    mut input: Tokens<'a>,
+) -> Parsed<'a, Vec<Attribute>> {
+    let mut all: Vec<(&str, Attribute)> = Vec::new();
+    let is_attribute = ATTRIBUTES.iter().any(|(word, _)| input.starts_with_word(word));
+    if input.first() != Some(TokenKind::Name) || allowed.is_empty() && !is_attribute {
+        return Ok((input, Vec::new()));
+    }
+    loop {
+        let word = input.first_text();
+        let (rest, attribute) = attribute(allowed, what, input)?;
+        let is_sampling = |word: &str| matches!(word, "hold" | "linear");
+        let same = |earlier: &&(&str, Attribute)| {
+            earlier.0 == word || is_sampling(earlier.0) && is_sampling(word)
+        };
+        if let Some((earlier, first)) = all.iter().find(same) {
+            let message = if *earlier == word {
+                format!("`{word}` is given twice")
+            } else {
+                format!("`{earlier}` and `{word}` exclude each other")
+            };
+            return input.wrong(
+                Diagnostic::new(Code::E108, attribute.span, message)
+                    .label(first.span, "given here already"),
+            );
+        }
+        all.push((word, attribute));
+        match rest.first() {
+            Some(TokenKind::Comma) => input = rest.behind_first(),
+            Some(TokenKind::Name) => return rest.expected("`,` between attributes"),
+            Some(_) | None => {
+                return Ok((rest, all.into_iter().map(|(_, attribute)| attribute).collect()));
+            }
+        }
+    }
+}
+
+fn attribute<'a>(allowed: &[&str], what: &str, input: Tokens<'a>) -> Parsed<'a, Attribute> {
+    let text = input.first_text();
+    if input.first() == Some(TokenKind::Number) {
+        let message = format!("expected an attribute, found the number `{text}`");
+        return input.wrong(Diagnostic::new(Code::E105, input.span(), message).help(DECIMAL_POINT));
+    }
+    if input.first() != Some(TokenKind::Name) {
+        return input.expected("an attribute");
+    }
+    let rule = ATTRIBUTES.iter().find(|(word, _)| *word == text);
+    let Some((_, rule)) = rule.filter(|(word, _)| allowed.contains(word)) else {
+        let message = match rule {
+            Some(_) => format!("{what} has no attribute `{text}`"),
+            None => format!("there is no attribute `{text}`"),
+        };
+        let help = match suggestion(text, allowed.iter().copied()) {
+            Some(word) => format!("did you mean `{word}`?"),
+            None if parse_unit(text).is_ok() => {
+                format!("a unit stands between brackets before the `=`: `[{text}]`")
+            }
+            None if allowed.is_empty() => format!("{what} has no attributes"),
+            None => format!("{what} can have: {}", allowed.join(", ")),
+        };
+        return input.wrong(Diagnostic::new(Code::E107, input.span(), message).help(help));
+    };
+    let (rest, kind) = cut(*rule).parse(input.behind_first())?;
+    Ok((rest, Attribute { span: input.span_to(&rest), kind }))
+}
+
+/// `a .. b`, either end open.
+fn bounds(input: Tokens<'_>) -> Parsed<'_, AttributeKind> {
+    let range = token(TokenKind::Range, "`..` between the bounds");
+    let (rest, (lower, _, upper)) = (bound, range, bound).parse(input)?;
+    Ok((rest, AttributeKind::Bounds(lower, upper)))
+}
+
+/// A bound, where it is not left open.
+fn bound(input: Tokens<'_>) -> Parsed<'_, Option<Expr>> {
+    match input.first() {
+        Some(TokenKind::Range | TokenKind::Comma) | None => Ok((input, None)),
+        Some(_) => map(expression, Some).parse(input),
+    }
+}
+
+/// `normal(mean, std)`
+fn prior(input: Tokens<'_>) -> Parsed<'_, AttributeKind> {
+    let rest = word("normal", "`normal(mean, standard deviation)`")(input)?.0;
+    let open = rest.span();
+    let (rest, (_, mean, _, std)) = (
+        token(TokenKind::Open, "`(`"),
+        expression,
+        token(TokenKind::Comma, "`,` and the standard deviation"),
+        expression,
+    )
+        .parse(rest)?;
+    let rest = close(open, rest)?.0;
+    Ok((rest, AttributeKind::PriorNormal(mean, std)))
+}

@@ -1,0 +1,411 @@
+//! Parsing: the text is cut into tokens, the tokens into items, and every item is parsed by itself.
+//!
+//! What is wrong with one item therefore says nothing about the next, and all mistakes of a file are
+//! reported in one go.
+
+mod array;
+mod effect;
+mod expression;
+mod item;
+pub(super) mod lexical;
+mod modes;
+mod part;
+pub(super) mod tokens;
+
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::source::{SourceId, Sources, Span};
+use crate::syntax::ast::{Ast, Choice, Clause, EffectHeader, Expr, Header, Item, ItemKind, Name};
+use lexical::{Token, TokenKind};
+use tokens::{NESTING, Stop, Tokens, dotted, name, too_deep};
+
+/// Reads a source.
+///
+/// The tree says exactly what was written; no name is looked up and no unit understood.
+pub fn parse(
+    source: SourceId,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Ast, Reported> {
+    // Mistakes of earlier sources do not concern this one.
+    let (ast, own) = read(source, sources);
+    for diagnostic in own.sorted() {
+        diagnostics.error(diagnostic.clone());
+    }
+    own.check()?;
+    Ok(ast)
+}
+
+/// Reads what is sound of a source and passes over the rest, for tools that go on after a mistake.
+pub fn parse_what_is_sound(source: SourceId, sources: &Sources) -> Ast {
+    read(source, sources).0
+}
+
+/// The items that can be read, and what is wrong with the others.
+fn read(source: SourceId, sources: &Sources) -> (Ast, Diagnostics) {
+    let mut own = Diagnostics::default();
+    let text = sources.get(source).text.as_str();
+    let all = lexical::tokens(source, sources, &mut own);
+    let ends = lexical::item_ends(&all, text);
+    let tokens: Vec<Token> = all
+        .into_iter()
+        .zip(ends)
+        .filter(|(token, ends_item)| match token.kind {
+            TokenKind::Newline => *ends_item,
+            kind => kind != TokenKind::Comment,
+        })
+        .map(|(token, _)| token)
+        .collect();
+
+    let mut reader = Reader::new(source, text, &mut own);
+    let items = reader.items(&tokens, 0);
+    let (model, effect) = (reader.model, reader.effect);
+    if items.is_empty() && model.is_none() && effect.is_none() && own.check().is_ok() {
+        let span = Span { source, start: 0, end: 0 };
+        own.error(Diagnostic::new(Code::E112, span, "there is nothing in this file"));
+    }
+    (Ast { source, model, effect, items, imports: Vec::new() }, own)
+}
+
+/// Reads `name = value`, as it is set from outside a model file.
+pub fn parse_setting(
+    source: SourceId,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<(Name, Expr), Reported> {
+    let mut own = Diagnostics::default();
+    let text = sources.get(source).text.as_str();
+    let mut tokens = lexical::tokens(source, sources, &mut own);
+    tokens.retain(|token| token.kind != TokenKind::Newline);
+    let mut reader = Reader::new(source, text, &mut own);
+    let setting = reader.setting(&tokens);
+    for diagnostic in own.sorted() {
+        diagnostics.error(diagnostic.clone());
+    }
+    own.check()?;
+    Ok(setting.unwrap_or_else(|| unreachable!("without a setting there is a diagnostic")))
+}
+
+/// Reads the items of a file and of its blocks.
+struct Reader<'a, 'd> {
+    source: SourceId,
+    text: &'a str,
+    model: Option<Header>,
+    effect: Option<EffectHeader>,
+    /// Whether an item has been met.
+    begun: bool,
+    diagnostics: &'d mut Diagnostics,
+}
+
+impl<'a, 'd> Reader<'a, 'd> {
+    fn new(source: SourceId, text: &'a str, diagnostics: &'d mut Diagnostics) -> Self {
+        Reader { source, text, model: None, effect: None, begun: false, diagnostics }
+    }
+
+    /// Reads items until nothing is left.
+    fn items(&mut self, mut tokens: &'a [Token], nesting: u32) -> Vec<Item> {
+        let mut items = Vec::new();
+        let mut doc = Vec::new();
+        while let Some((first, rest)) = tokens.split_first() {
+            match first.kind {
+                TokenKind::Newline => tokens = rest,
+                TokenKind::Doc => {
+                    doc.push(*first);
+                    tokens = rest;
+                }
+                TokenKind::CloseBrace => {
+                    let message = "no block is open for this `}`";
+                    self.error(Diagnostic::new(Code::E115, self.span(*first), message));
+                    tokens = rest;
+                }
+                _ => {
+                    let (statement, rest) = tokens.split_at(item_length(tokens));
+                    let docs = std::mem::take(&mut doc);
+                    items.extend(self.item(statement, docs, nesting));
+                    tokens = rest;
+                }
+            }
+        }
+        if let Some(first) = doc.first() {
+            let message = "this doc comment belongs to nothing";
+            self.error(Diagnostic::new(Code::E118, self.span(*first), message).help(
+                "write it above an item or at the end of its line; a remark begins with `#`",
+            ));
+        }
+        items
+    }
+
+    /// Reads one item, without line ends around it.
+    fn item(&mut self, statement: &'a [Token], mut docs: Vec<Token>, nesting: u32) -> Option<Item> {
+        let is_first = !std::mem::replace(&mut self.begun, true);
+        let first = statement.first()?;
+        let kind = match (first.kind, first.text(self.text)) {
+            (TokenKind::Name, "variant") => self.variant(statement, &mut docs, nesting),
+            (TokenKind::Name, "modes") => self.modes(statement, &mut docs, nesting),
+            (TokenKind::Name, "when") => self.when(statement, &mut docs).map(ItemKind::When),
+            (TokenKind::Name, "for") => self.loop_(statement, &mut docs, nesting),
+            _ => {
+                docs.extend(statement.iter().filter(|token| token.kind == TokenKind::Doc));
+                self.plain_item(statement, &docs, is_first && nesting == 0, nesting)
+            }
+        };
+        let last = statement.iter().rfind(|token| token.kind != TokenKind::Doc)?;
+        let span = self.span(*first).to(self.span(*last));
+        Some(Item { span, doc: self.doc_lines(&docs), kind: kind? })
+    }
+
+    /// Reads an item without a block. The `model` or `effect` line is kept aside, and so are an
+    /// effect's clauses.
+    fn plain_item(
+        &mut self,
+        statement: &[Token],
+        docs: &[Token],
+        is_first: bool,
+        nesting: u32,
+    ) -> Option<ItemKind> {
+        let plain: Vec<Token> =
+            statement.iter().filter(|token| token.kind != TokenKind::Doc).copied().collect();
+        if plain.iter().any(|token| token.kind == TokenKind::Invalid) {
+            return None;
+        }
+        let input = Tokens::new(&plain, self.text, self.source);
+        if input.starts_with_word("model") {
+            self.header(input, docs, is_first);
+            return None;
+        }
+        if input.starts_with_word("effect") {
+            self.effect_header(input, docs, is_first);
+            return None;
+        }
+        if effect::is_clause(input) {
+            self.clause(input, docs, nesting);
+            return None;
+        }
+        self.report(item::item(input)).map(|(_, kind)| kind)
+    }
+
+    fn header(&mut self, input: Tokens<'_>, docs: &[Token], is_first: bool) {
+        if !is_first {
+            let message = "`model` must be the first item of the file";
+            let diagnostic = Diagnostic::new(Code::E114, input.span(), message);
+            let diagnostic = match &self.model {
+                Some(model) => diagnostic.label(model.name.span, "the model is named here"),
+                None => diagnostic,
+            };
+            self.error(diagnostic);
+            return;
+        }
+        let result = name(input.behind_first()).and_then(|(rest, name)| {
+            if rest.is_empty() { Ok((rest, name)) } else { rest.expected("the end of the line") }
+        });
+        if let Some(name) = self.report(result.map(|(_, name)| name)) {
+            self.model = Some(Header { doc: self.doc_lines(docs), name });
+        }
+    }
+
+    fn effect_header(&mut self, input: Tokens<'_>, docs: &[Token], is_first: bool) {
+        if !is_first {
+            let message = "`effect` must be the first item of the file";
+            self.error(
+                Diagnostic::new(Code::E114, input.span(), message)
+                    .help("an effect stands in a file of its own"),
+            );
+            return;
+        }
+        if let Some((_, (name, target))) = self.report(effect::header(input)) {
+            let doc = self.doc_lines(docs);
+            self.effect = Some(EffectHeader { doc, name, target, clauses: Vec::new() });
+        }
+    }
+
+    fn clause(&mut self, input: Tokens<'_>, docs: &[Token], nesting: u32) {
+        let clause = self.report(effect::clause(input));
+        let (doc, keyword) = (self.doc_lines(docs), input.first_text());
+        let message = match &mut self.effect {
+            Some(_) if nesting > 0 => format!("`{keyword}` cannot stand within a block"),
+            Some(effect) => {
+                effect.clauses.extend(clause.map(|(_, (span, kind))| Clause { span, doc, kind }));
+                return;
+            }
+            None => format!("`{keyword}` belongs into an effect"),
+        };
+        self.error(
+            Diagnostic::new(Code::E120, input.span(), message)
+                .help("an effect is a file that begins with `effect NAME on MODEL`"),
+        );
+    }
+
+    /// `variant NAME { CHOICE { items } … }`
+    fn variant(
+        &mut self,
+        statement: &'a [Token],
+        docs: &mut Vec<Token>,
+        nesting: u32,
+    ) -> Option<ItemKind> {
+        let (name, mut inside, behind) = self.named_block(statement, docs, nesting)?;
+        let mut choices = Vec::new();
+        let mut above = Vec::new();
+        while let Some((first, rest)) = inside.split_first() {
+            match first.kind {
+                TokenKind::Newline => inside = rest,
+                TokenKind::Doc => {
+                    above.push(*first);
+                    inside = rest;
+                }
+                _ => {
+                    let mut docs = std::mem::take(&mut above);
+                    let (choice, rest) = self.choice(inside, &mut docs, nesting)?;
+                    choices.push(choice);
+                    inside = rest;
+                }
+            }
+        }
+        self.end_of_block(&above, behind, docs)?;
+        if choices.is_empty() {
+            let message = format!("variant `{}` has no choices", name.text);
+            self.error(
+                Diagnostic::new(Code::E105, name.span, message)
+                    .help("write them as `NAME { … }`, the default first"),
+            );
+            return None;
+        }
+        Some(ItemKind::Variant { name, choices })
+    }
+
+    /// Splits `KEYWORD NAME { … } …` into the name, what is within the braces and what is behind
+    /// them.
+    fn named_block(
+        &mut self,
+        statement: &'a [Token],
+        docs: &mut Vec<Token>,
+        nesting: u32,
+    ) -> Option<(Name, &'a [Token], &'a [Token])> {
+        let input = self.input(statement);
+        if nesting >= NESTING {
+            self.error(too_deep(input.span()));
+            return None;
+        }
+        let (rest, name) = self.report(dotted(input.behind_first()))?;
+        let (mut inside, behind) = self.block(&statement[statement.len() - rest.len()..])?;
+        take_docs(&mut inside, docs);
+        Some((name, inside, behind))
+    }
+
+    /// Takes the doc comment behind a block; `above` are those in it that nothing followed.
+    fn end_of_block(
+        &mut self,
+        above: &[Token],
+        behind: &[Token],
+        docs: &mut Vec<Token>,
+    ) -> Option<()> {
+        if let Some(doc) = above.first() {
+            let message = "this doc comment belongs to nothing";
+            self.error(Diagnostic::new(Code::E118, self.span(*doc), message));
+        }
+        docs.extend(behind.iter().filter(|token| token.kind == TokenKind::Doc));
+        if let Some(extra) = behind.iter().find(|token| token.kind != TokenKind::Doc) {
+            let message = "expected the end of the line behind a block";
+            self.error(Diagnostic::new(Code::E105, self.span(*extra), message));
+            return None;
+        }
+        Some(())
+    }
+
+    /// Reads `NAME { items }` and the doc comment at the end of its line.
+    fn choice(
+        &mut self,
+        tokens: &'a [Token],
+        docs: &mut Vec<Token>,
+        nesting: u32,
+    ) -> Option<(Choice, &'a [Token])> {
+        let (rest, name) = self.report(name(self.input(tokens)))?;
+        let (mut inside, mut behind) = self.block(&tokens[tokens.len() - rest.len()..])?;
+        take_docs(&mut inside, docs);
+        take_docs(&mut behind, docs);
+        let items = self.items(inside, nesting + 1);
+        Some((Choice { doc: self.doc_lines(docs), name, items }, behind))
+    }
+
+    /// Splits `{ … } …` into what is within the braces and what is behind them.
+    fn block(&mut self, tokens: &'a [Token]) -> Option<(&'a [Token], &'a [Token])> {
+        let input = self.input(tokens);
+        let brace = tokens::token(TokenKind::OpenBrace, "`{`");
+        self.report(brace(input))?;
+        let inside = &tokens[1..];
+        let mut open = 1_usize;
+        for (i, token) in inside.iter().enumerate() {
+            match token.kind {
+                TokenKind::OpenBrace => open += 1,
+                TokenKind::CloseBrace => open -= 1,
+                _ => {}
+            }
+            if open == 0 {
+                return Some((&inside[..i], &inside[i + 1..]));
+            }
+        }
+        let message = "this `{` is not closed";
+        self.error(Diagnostic::new(Code::E115, self.span(tokens[0]), message));
+        None
+    }
+
+    /// The lines of doc comments, without `///` and one blank behind it.
+    fn doc_lines(&self, docs: &[Token]) -> Vec<String> {
+        let line = |token: &Token| {
+            let text = &token.text(self.text)[3..];
+            text.strip_prefix(' ').unwrap_or(text).trim_end().to_owned()
+        };
+        docs.iter().map(line).collect()
+    }
+
+    fn setting(&mut self, tokens: &'a [Token]) -> Option<(Name, Expr)> {
+        let result = item::setting(self.input(tokens));
+        self.report(result.map(|(_, setting)| setting))
+    }
+
+    fn input(&self, tokens: &'a [Token]) -> Tokens<'a> {
+        Tokens::new(tokens, self.text, self.source)
+    }
+
+    fn span(&self, token: Token) -> Span {
+        token.span(self.source)
+    }
+
+    fn error(&mut self, diagnostic: Diagnostic) {
+        self.diagnostics.error(diagnostic);
+    }
+
+    /// Reports why a parser failed.
+    fn report<T>(&mut self, result: Result<T, nom::Err<Box<Stop<'_>>>>) -> Option<T> {
+        match result {
+            Ok(out) => Some(out),
+            Err(nom::Err::Error(stop) | nom::Err::Failure(stop)) => {
+                self.error(stop.into_diagnostic());
+                None
+            }
+            Err(nom::Err::Incomplete(_)) => unreachable!("an item's tokens are all there"),
+        }
+    }
+}
+
+/// Moves doc comments up to the end of the line.
+fn take_docs(tokens: &mut &[Token], docs: &mut Vec<Token>) {
+    while let Some((first, rest)) = tokens.split_first()
+        && first.kind == TokenKind::Doc
+    {
+        docs.push(*first);
+        *tokens = rest;
+    }
+}
+
+/// How many tokens an item takes, its block included, its line end not.
+fn item_length(tokens: &[Token]) -> usize {
+    let mut open = 0_usize;
+    for (i, token) in tokens.iter().enumerate() {
+        match token.kind {
+            TokenKind::OpenBrace => open += 1,
+            TokenKind::CloseBrace | TokenKind::Newline if open == 0 => return i,
+            TokenKind::CloseBrace => open -= 1,
+            _ => {}
+        }
+    }
+    tokens.len()
+}

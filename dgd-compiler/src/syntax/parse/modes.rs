@@ -1,0 +1,217 @@
+//! `modes NAME { … }`: modes with their equations, and the transitions between them; and `when`, a
+//! transition that belongs to no modes.
+
+use nom::Parser;
+
+use super::expression::expression;
+use super::lexical::{Token, TokenKind};
+use super::tokens::{OPERATOR, Parsed, Tokens, dotted, name, token, word};
+use super::{Reader, item_length, take_docs};
+use crate::diagnostics::{Code, Diagnostic};
+use crate::syntax::ast::{
+    Choice, Crossing, Expr, Item, ItemKind, Name, Reaction, Reset, StartMode, Transition,
+};
+
+/// The tokens before the block of a line, its docs taken out, and the block; nothing where there is
+/// a token that could not be read.
+fn head_and_block<'a>(
+    line: &'a [Token],
+    docs: &mut Vec<Token>,
+) -> Option<(Vec<Token>, &'a [Token])> {
+    let brace = line.iter().position(|token| token.kind == TokenKind::OpenBrace);
+    let (head, block) = line.split_at(brace.unwrap_or(line.len()));
+    let (doc, plain): (Vec<Token>, Vec<Token>) =
+        head.iter().partition(|token| token.kind == TokenKind::Doc);
+    docs.extend(doc);
+    let is_sound = plain.iter().all(|token| token.kind != TokenKind::Invalid);
+    is_sound.then_some((plain, block))
+}
+
+impl<'a> Reader<'a, '_> {
+    /// `modes NAME { MODE { equations } … MODE -> MODE when … start MODE }`
+    pub(super) fn modes(
+        &mut self,
+        statement: &'a [Token],
+        docs: &mut Vec<Token>,
+        nesting: u32,
+    ) -> Option<ItemKind> {
+        if let [_, _, start, ..] = statement
+            && start.kind == TokenKind::Name
+            && start.text(self.text) == "start"
+        {
+            let message = "`start` stands inside the block";
+            self.error(
+                Diagnostic::new(Code::E105, self.span(*start), message)
+                    .help("write `start MODE` in a line of its own between `{` and `}`"),
+            );
+            return None;
+        }
+        let (name, mut inside, behind) = self.named_block(statement, docs, nesting)?;
+        let mut modes: Vec<Choice> = Vec::new();
+        let mut transitions = Vec::new();
+        let mut starts: Vec<StartMode> = Vec::new();
+        let mut above = Vec::new();
+        while let Some((first, rest)) = inside.split_first() {
+            match (first.kind, rest.first().map(|second| second.kind)) {
+                (TokenKind::Newline, _) => inside = rest,
+                (TokenKind::Doc, _) => {
+                    above.push(*first);
+                    inside = rest;
+                }
+                (TokenKind::Name, Some(TokenKind::OpenBrace)) => {
+                    let mut docs = std::mem::take(&mut above);
+                    let (mode, rest) = self.choice(inside, &mut docs, nesting)?;
+                    mode.items.iter().for_each(|item| self.verify_mode_item(item, &mode.name));
+                    modes.push(mode);
+                    inside = rest;
+                }
+                (TokenKind::Name, Some(TokenKind::Name)) if first.text(self.text) == "start" => {
+                    let (line, rest) = inside.split_at(item_length(inside));
+                    let (_, start) = self.report(start_mode(self.input(line)))?;
+                    let always = starts.iter().find(|earlier| earlier.condition.is_none());
+                    if let Some(earlier) = always.filter(|_| start.condition.is_none()) {
+                        let message = "`start` is given twice";
+                        self.error(
+                            Diagnostic::new(Code::E108, start.mode.span, message)
+                                .label(earlier.mode.span, "given here already")
+                                .help("say when: `start MODE if CONDITION`"),
+                        );
+                    }
+                    starts.push(start);
+                    inside = rest;
+                }
+                _ => {
+                    let (line, rest) = inside.split_at(item_length(inside));
+                    transitions.extend(self.transition(line, std::mem::take(&mut above)));
+                    inside = rest;
+                }
+            }
+        }
+        self.end_of_block(&above, behind, docs)?;
+        if modes.is_empty() {
+            let message = format!("`{}` has no modes", name.text);
+            self.error(
+                Diagnostic::new(Code::E105, name.span, message)
+                    .help("write them as `NAME { … }`, the one it starts in first"),
+            );
+            return None;
+        }
+        Some(ItemKind::Modes { name, modes, transitions, starts })
+    }
+
+    /// A mode says what holds while it lasts; what exists is the same in all of them.
+    fn verify_mode_item(&mut self, item: &Item, mode: &Name) {
+        if !matches!(item.kind, ItemKind::Equation { .. }) {
+            let message = "a mode holds equations only";
+            self.error(
+                Diagnostic::new(Code::E130, item.span, message)
+                    .label(mode.span, "the mode")
+                    .help("move it in front of `modes`: what is declared exists in every mode"),
+            );
+        }
+    }
+
+    /// `MODE -> MODE when EXPRESSION falls below EXPRESSION`, perhaps with `{ reset x = e }`.
+    fn transition(&mut self, line: &'a [Token], mut docs: Vec<Token>) -> Option<Transition> {
+        let (plain, block) = head_and_block(line, &mut docs)?;
+        let input = Tokens::new(&plain, self.text, self.source);
+        let (_, (from, to, left, crossing, right)) = self.report(head_of_transition(input))?;
+        let resets = if block.is_empty() { Vec::new() } else { self.resets(block, &mut docs)? };
+        let last = line.iter().rfind(|token| token.kind != TokenKind::Doc)?;
+        let span = self.span(*line.first()?).to(self.span(*last));
+        let doc = self.doc_lines(&docs);
+        Some(Transition { span, doc, from, to, left, crossing, right, resets })
+    }
+
+    /// `when EXPRESSION falls below EXPRESSION { reset x = e }`
+    pub(super) fn when(
+        &mut self,
+        statement: &'a [Token],
+        docs: &mut Vec<Token>,
+    ) -> Option<Reaction> {
+        let (plain, block) = head_and_block(statement, docs)?;
+        let input = Tokens::new(&plain, self.text, self.source);
+        let (_, (left, crossing, right)) = self.report(condition(input.behind_first()))?;
+        let resets = if block.is_empty() { Vec::new() } else { self.resets(block, docs)? };
+        if resets.is_empty() {
+            let message = "this `when` does nothing";
+            self.error(
+                Diagnostic::new(Code::E105, input.span(), message)
+                    .help("write `{ reset NAME = … }` behind it"),
+            );
+            return None;
+        }
+        Some(Reaction { left, crossing, right, resets })
+    }
+
+    /// `{ reset x = e … }`, one to a line.
+    fn resets(&mut self, block: &'a [Token], docs: &mut Vec<Token>) -> Option<Vec<Reset>> {
+        let mut resets = Vec::new();
+        let (mut inside, behind) = self.block(block)?;
+        take_docs(&mut inside, docs);
+        while let Some((first, rest)) = inside.split_first() {
+            if first.kind == TokenKind::Newline {
+                inside = rest;
+                continue;
+            }
+            let (line, rest) = inside.split_at(item_length(inside));
+            let (_, reset) = self.report(reset(self.input(line)))?;
+            resets.push(reset);
+            inside = rest;
+        }
+        self.end_of_block(&[], behind, docs)?;
+        Some(resets)
+    }
+}
+
+/// `start MODE`, perhaps with `if CONDITION`.
+fn start_mode(input: Tokens<'_>) -> Parsed<'_, StartMode> {
+    let (rest, mode) = name(input.behind_first())?;
+    if rest.is_empty() {
+        return Ok((rest, StartMode { mode, condition: None }));
+    }
+    let (rest, _) = word("if", "`if` and a condition, or the end of the line")(rest)?;
+    let (rest, condition) = expression(rest)?;
+    let condition = Some(condition);
+    if rest.is_empty() {
+        Ok((rest, StartMode { mode, condition }))
+    } else {
+        rest.expected(OPERATOR)
+    }
+}
+
+type Head = (Name, Name, Expr, Crossing, Expr);
+
+fn head_of_transition(input: Tokens<'_>) -> Parsed<'_, Head> {
+    let arrow = token(TokenKind::Arrow, "`->` and the mode that follows, or `{` and equations");
+    let when = word("when", "`when` and a condition such as `x falls below 0`");
+    let (rest, (from, _, to, _)) = (name, arrow, name, when).parse(input)?;
+    let (rest, (left, crossing, right)) = condition(rest)?;
+    Ok((rest, (from, to, left, crossing, right)))
+}
+
+/// `EXPRESSION falls below EXPRESSION`, and nothing behind it.
+fn condition(input: Tokens<'_>) -> Parsed<'_, (Expr, Crossing, Expr)> {
+    let (rest, left) = expression(input)?;
+    let (crossing, side) = match rest.first_text() {
+        "rises" => (Crossing::Rises, "above"),
+        "falls" => (Crossing::Falls, "below"),
+        _ => return rest.expected("`rises above`, `falls below` or an operator"),
+    };
+    let expected = if side == "above" { "`above`" } else { "`below`" };
+    let (rest, _) = word(side, expected)(rest.behind_first())?;
+    let (rest, right) = expression(rest)?;
+    if rest.is_empty() { Ok((rest, (left, crossing, right))) } else { rest.expected(OPERATOR) }
+}
+
+/// `reset x = e`
+fn reset(input: Tokens<'_>) -> Parsed<'_, Reset> {
+    let keyword = word("reset", "`reset NAME = …`");
+    let equal = token(TokenKind::Equal, "`=`");
+    let (rest, (_, name, _, value)) = (keyword, dotted, equal, expression).parse(input)?;
+    if rest.is_empty() {
+        Ok((rest, Reset { span: input.span_to(&rest), name, value }))
+    } else {
+        rest.expected(OPERATOR)
+    }
+}

@@ -1,0 +1,44 @@
+//! Models inside models: `part pump: subsea_pump(c0 = 275 [m])` and `pump.q = q_ssp`.
+
+use nom::Parser;
+
+use super::expression::{close, expression};
+use super::lexical::TokenKind;
+use super::tokens::{Parsed, Tokens, dotted, name, token};
+use crate::syntax::ast::{ItemKind, PartArgument};
+
+/// Whether an input of a part is bound here: no keyword has a point behind it.
+pub(super) fn is_binding(input: Tokens<'_>) -> bool {
+    input.first() == Some(TokenKind::Name) && input.second() == Some(TokenKind::Dot)
+}
+
+/// `PART.INPUT = e`
+pub(super) fn binding(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let equal = token(TokenKind::Equal, "`=` and what the input is");
+    let (rest, (input, _, value)) = (dotted, equal, expression).parse(input)?;
+    Ok((rest, ItemKind::Binding { input, value }))
+}
+
+/// `NAME: MODEL(a = e, …)` behind the keyword; the parentheses may be left out.
+pub(super) fn part(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let colon = token(TokenKind::Colon, "`:` and the part's model");
+    let (rest, (name, _, model)) = (name, colon, name).parse(input)?;
+    let mut arguments = Vec::new();
+    if rest.first() != Some(TokenKind::Open) {
+        return Ok((rest, ItemKind::Part { name, model, arguments }));
+    }
+    let open = rest.span();
+    let mut rest = rest.behind_first();
+    while rest.first() != Some(TokenKind::Close) {
+        let equal = token(TokenKind::Equal, "`=` and a value");
+        let (behind, (name, _, value)) = (dotted, equal, expression).parse(rest)?;
+        arguments.push(PartArgument { name, value });
+        rest = behind;
+        if rest.first() != Some(TokenKind::Comma) {
+            break;
+        }
+        rest = rest.behind_first();
+    }
+    let (rest, _) = close(open, rest)?;
+    Ok((rest, ItemKind::Part { name, model, arguments }))
+}

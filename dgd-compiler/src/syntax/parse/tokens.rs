@@ -1,0 +1,331 @@
+//! The parser's input: the tokens of one item, for nom.
+
+use std::iter::{Copied, Enumerate};
+use std::slice::Iter;
+
+use nom::error::{ErrorKind, ParseError};
+use nom::{Err, IResult, Input, Needed};
+
+use super::lexical::{RESERVED, Token, TokenKind};
+use crate::diagnostics::{Code, Diagnostic};
+use crate::source::{SourceId, Span};
+use crate::syntax::ast::Name;
+
+/// How deep expressions and blocks may nest.
+///
+/// It bounds the stack that the parser needs, and everything behind it that walks over a tree.
+pub(crate) const NESTING: u32 = 128;
+
+/// What is left to read of an item.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tokens<'a> {
+    left: &'a [Token],
+    text: &'a str,
+    source: SourceId,
+    /// End of the token read last.
+    before: u32,
+    nesting: u32,
+}
+
+/// Why a parser stopped.
+#[derive(Debug)]
+pub(crate) struct Stop<'a> {
+    /// Where.
+    at: Tokens<'a>,
+    /// What could stand there.
+    expected: &'static str,
+    /// What to say instead, where the parser knows better.
+    diagnostic: Option<Diagnostic>,
+}
+
+pub(crate) type Parsed<'a, T> = IResult<Tokens<'a>, T, Box<Stop<'a>>>;
+
+impl<'a> Tokens<'a> {
+    /// The tokens of an item in a source with this text.
+    pub(crate) fn new(tokens: &'a [Token], text: &'a str, source: SourceId) -> Self {
+        let before = tokens.first().map_or(0, |token| token.start);
+        Tokens { left: tokens, text, source, before, nesting: 0 }
+    }
+
+    /// Tokens that the first one was cut into, which nest as deep as it does.
+    pub(crate) fn within<'b>(&self, tokens: &'b [Token]) -> Tokens<'b>
+    where
+        'a: 'b,
+    {
+        let end = self.span().end.saturating_sub(1);
+        let before = tokens.first().map_or(end, |token| token.start);
+        Tokens { left: tokens, text: self.text, source: self.source, before, nesting: self.nesting }
+    }
+
+    pub(crate) fn first(&self) -> Option<TokenKind> {
+        self.left.first().map(|token| token.kind)
+    }
+
+    /// The kind of the token behind the first.
+    pub(crate) fn second(&self) -> Option<TokenKind> {
+        self.left.get(1).map(|token| token.kind)
+    }
+
+    /// Text of the first token; empty at the end.
+    pub(crate) fn first_text(&self) -> &'a str {
+        self.left.first().map_or("", |token| token.text(self.text))
+    }
+
+    /// Place of the first token, or the place behind the last.
+    pub(crate) fn span(&self) -> Span {
+        match self.left.first() {
+            Some(token) => token.span(self.source),
+            None => Span { source: self.source, start: self.before, end: self.before },
+        }
+    }
+
+    /// From the first token of `self` to the last one before `rest`.
+    pub(crate) fn span_to(&self, rest: &Tokens<'a>) -> Span {
+        let Span { source, start, .. } = self.span();
+        Span { source, start, end: rest.before.max(start) }
+    }
+
+    /// Whether a digit stands directly before and behind the first token.
+    fn is_between_digits(&self) -> bool {
+        let Span { start, end, .. } = self.span();
+        let (before, behind) = (&self.text[..start as usize], &self.text[end as usize..]);
+        before.ends_with(|c: char| c.is_ascii_digit())
+            && behind.starts_with(|c: char| c.is_ascii_digit())
+    }
+
+    /// How many tokens are left.
+    pub(crate) fn len(&self) -> usize {
+        self.left.len()
+    }
+
+    /// Whether the item has been read to its end.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.left.is_empty()
+    }
+
+    /// Whether the first token is this word.
+    pub(crate) fn starts_with_word(&self, word: &str) -> bool {
+        self.first() == Some(TokenKind::Name) && self.first_text() == word
+    }
+
+    /// All without the first token.
+    pub(crate) fn behind_first(&self) -> Tokens<'a> {
+        self.take_from(1.min(self.left.len()))
+    }
+
+    /// The same, one level deeper; refused where that is too deep.
+    pub(crate) fn deeper(self) -> Result<Self, Err<Box<Stop<'a>>>> {
+        if self.nesting == NESTING {
+            return self.wrong::<()>(too_deep(self.span())).map(|_| self);
+        }
+        Ok(Tokens { nesting: self.nesting + 1, ..self })
+    }
+
+    /// The same, back from a deeper level.
+    pub(crate) fn shallower(self) -> Self {
+        Tokens { nesting: self.nesting.saturating_sub(1), ..self }
+    }
+
+    /// A recoverable failure: another parser may be tried here.
+    pub(crate) fn expected<T>(self, expected: &'static str) -> Parsed<'a, T> {
+        Err(Err::Error(Box::new(Stop { at: self, expected, diagnostic: None })))
+    }
+
+    /// A failure that has its own explanation and ends the item.
+    pub(crate) fn wrong<T>(self, diagnostic: Diagnostic) -> Parsed<'a, T> {
+        let diagnostic = Some(diagnostic);
+        Err(Err::Failure(Box::new(Stop { at: self, expected: "", diagnostic })))
+    }
+}
+
+impl<'a> Input for Tokens<'a> {
+    type Item = Token;
+    type Iter = Copied<Iter<'a, Token>>;
+    type IterIndices = Enumerate<Self::Iter>;
+
+    fn input_len(&self) -> usize {
+        self.left.len()
+    }
+
+    fn take(&self, index: usize) -> Self {
+        Tokens { left: &self.left[..index], ..*self }
+    }
+
+    fn take_from(&self, index: usize) -> Self {
+        let (taken, left) = self.left.split_at(index);
+        Tokens { left, before: taken.last().map_or(self.before, |token| token.end), ..*self }
+    }
+
+    fn take_split(&self, index: usize) -> (Self, Self) {
+        (self.take_from(index), self.take(index))
+    }
+
+    fn position<P: Fn(Token) -> bool>(&self, predicate: P) -> Option<usize> {
+        self.left.iter().position(|token| predicate(*token))
+    }
+
+    fn iter_elements(&self) -> Self::Iter {
+        self.left.iter().copied()
+    }
+
+    fn iter_indices(&self) -> Self::IterIndices {
+        self.iter_elements().enumerate()
+    }
+
+    fn slice_index(&self, count: usize) -> Result<usize, Needed> {
+        if count <= self.left.len() { Ok(count) } else { Err(Needed::new(count - self.left.len())) }
+    }
+}
+
+impl<'a> ParseError<Tokens<'a>> for Box<Stop<'a>> {
+    fn from_error_kind(at: Tokens<'a>, _: ErrorKind) -> Self {
+        Box::new(Stop { at, expected: "something else", diagnostic: None })
+    }
+
+    fn append(_: Tokens<'a>, _: ErrorKind, other: Self) -> Self {
+        other
+    }
+
+    /// Of two alternatives, the one that came further knows better.
+    fn or(self, other: Self) -> Self {
+        if self.at.left.len() < other.at.left.len() { self } else { other }
+    }
+}
+
+impl Stop<'_> {
+    /// What to tell the user.
+    pub(crate) fn into_diagnostic(self) -> Diagnostic {
+        if let Some(diagnostic) = self.diagnostic {
+            return diagnostic;
+        }
+        let Stop { at, expected, .. } = self;
+        let span = at.span();
+        let text = at.first_text();
+        let found = match at.first() {
+            None => "the end of the item".to_owned(),
+            Some(TokenKind::Number) => format!("the number `{text}`"),
+            Some(TokenKind::Text) => "a text".to_owned(),
+            Some(TokenKind::Unit) => {
+                return Diagnostic::new(
+                    Code::E117,
+                    span,
+                    format!("no unit can stand here: {text}"),
+                )
+                .here(format!("expected {expected}"))
+                .help("in an expression a unit follows a number, such as `3 [m]`");
+            }
+            Some(TokenKind::Index) => {
+                let message = format!("no index can stand here: {text}");
+                return Diagnostic::new(Code::E105, span, message)
+                    .here(format!("expected {expected}"))
+                    .help("if this is a unit, leave a blank before it");
+            }
+            Some(TokenKind::Close | TokenKind::CloseBrace) => {
+                let message = format!("no bracket is open for this `{text}`");
+                return Diagnostic::new(Code::E115, span, message)
+                    .here(format!("expected {expected}"));
+            }
+            Some(_) => format!("`{text}`"),
+        };
+        let diagnostic =
+            Diagnostic::new(Code::E105, span, format!("expected {expected}, found {found}"));
+        match at.first() {
+            Some(TokenKind::Star) if at.text[..span.start as usize].ends_with('*') => {
+                diagnostic.help("a power is written `a^b`")
+            }
+            Some(TokenKind::Slash) if at.text[..span.start as usize].ends_with('/') => {
+                diagnostic.help("a comment begins with `#`")
+            }
+            Some(TokenKind::Name | TokenKind::Number | TokenKind::Open)
+                if expected == OPERATOR && !RESERVED.contains(&text) =>
+            {
+                diagnostic.help("a product needs `*`; every item begins on its own line")
+            }
+            Some(TokenKind::Comma) if at.is_between_digits() => diagnostic.help(DECIMAL_POINT),
+            Some(TokenKind::Name | TokenKind::Number | TokenKind::Open)
+                if expected == CLOSE && !RESERVED.contains(&text) =>
+            {
+                diagnostic.help("a product needs `*`")
+            }
+            _ => diagnostic,
+        }
+    }
+}
+
+/// What can follow a complete expression.
+pub(crate) const OPERATOR: &str = "an operator or the end of the item";
+
+/// What to say of a comma inside a number.
+pub(crate) const DECIMAL_POINT: &str = "decimals are written with a point, such as `1.75`";
+
+/// What may follow a whole expression inside brackets.
+pub(crate) const CLOSE: &str = "`)` or an operator";
+
+/// A token of this kind.
+pub(crate) fn token<'a>(
+    kind: TokenKind,
+    expected: &'static str,
+) -> impl Fn(Tokens<'a>) -> Parsed<'a, Span> {
+    move |input| {
+        if input.first() == Some(kind) {
+            Ok((input.behind_first(), input.span()))
+        } else {
+            input.expected(expected)
+        }
+    }
+}
+
+/// This word.
+pub(crate) fn word<'a>(
+    word: &'static str,
+    expected: &'static str,
+) -> impl Fn(Tokens<'a>) -> Parsed<'a, Span> {
+    move |input| {
+        if input.starts_with_word(word) {
+            Ok((input.behind_first(), input.span()))
+        } else {
+            input.expected(expected)
+        }
+    }
+}
+
+/// A name, which is no word of expressions.
+pub(crate) fn name(input: Tokens<'_>) -> Parsed<'_, Name> {
+    let (text, span) = (input.first_text(), input.span());
+    if input.first() != Some(TokenKind::Name) {
+        return input.expected("a name");
+    }
+    if RESERVED.contains(&text) || text == "delay" {
+        let message = format!("`{text}` is a word of the language and cannot be a name");
+        return input.wrong(Diagnostic::new(Code::E119, span, message));
+    }
+    Ok((input.behind_first(), Name { text: text.to_owned(), span }))
+}
+
+/// A name, or names with points between them: `pump.q`.
+pub(crate) fn dotted(input: Tokens<'_>) -> Parsed<'_, Name> {
+    name(input)?;
+    members(input)
+}
+
+/// The name that is the first token, and what follows it behind points, where any word is a name.
+pub(crate) fn members(input: Tokens<'_>) -> Parsed<'_, Name> {
+    let mut dotted = Name { text: input.first_text().to_owned(), span: input.span() };
+    let mut rest = input.behind_first();
+    while rest.first() == Some(TokenKind::Dot) {
+        let member = rest.behind_first();
+        if member.first() != Some(TokenKind::Name) {
+            return member.expected("a name");
+        }
+        dotted.text.push('.');
+        dotted.text.push_str(member.first_text());
+        rest = member.behind_first();
+        dotted.span = input.span_to(&rest);
+    }
+    Ok((rest, dotted))
+}
+
+pub(crate) fn too_deep(span: Span) -> Diagnostic {
+    Diagnostic::new(Code::E106, span, format!("nested more than {NESTING} deep"))
+        .help("name a part of it with `let`")
+}
