@@ -9,7 +9,7 @@ use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::Symbol;
 use crate::expr::intrinsics::IntrinsicId;
 use crate::source::Span;
-use crate::syntax::ast::{Argument, Expr, ExprKind, Item, ItemKind, Name, UnknownKind};
+use crate::syntax::ast::{Argument, Choice, Expr, ExprKind, Item, ItemKind, Name, UnknownKind};
 use crate::units::{Dimension, Unit};
 
 /// What a name stands for; numbers are positions among those of its kind.
@@ -189,20 +189,7 @@ impl<'a> Scope<'a> {
                     (name, Definition::Array { index: arrays - 1, state }, Some(unit))
                 }
                 ItemKind::For { items, .. } => {
-                    for item in items {
-                        match &item.kind {
-                            ItemKind::Equation { label, .. } => {
-                                unique(&mut labels, label, "equation", diagnostics);
-                            }
-                            ItemKind::Let { name, .. } => {
-                                let_arrays += 1;
-                                let definition = Definition::LetArray(let_arrays - 1);
-                                let entry = Entry { definition, span: name.span, unit: None };
-                                scope.insert(name, entry, diagnostics);
-                            }
-                            _ => unreachable!("a loop holds equations and `let`s"),
-                        }
-                    }
+                    scope.collect_loop(items, &mut let_arrays, &mut labels, diagnostics);
                     continue;
                 }
                 ItemKind::Function { name, arguments, body } => {
@@ -220,17 +207,7 @@ impl<'a> Scope<'a> {
                 }
                 ItemKind::Modes { name, modes, .. } => {
                     unique(&mut automata, name, "`modes` block", diagnostics);
-                    // Modes exclude each other: labels may come again in the next.
-                    let common = labels.clone();
-                    for mode in modes {
-                        let mut own = common.clone();
-                        for item in &mode.items {
-                            if let ItemKind::Equation { label, .. } = &item.kind {
-                                unique(&mut own, label, "equation", diagnostics);
-                            }
-                        }
-                        labels.extend(own);
-                    }
+                    labels_of_modes(modes, &mut labels, diagnostics);
                     continue;
                 }
                 ItemKind::Import { .. }
@@ -245,6 +222,28 @@ impl<'a> Scope<'a> {
         }
         scope.verify_points(diagnostics);
         scope
+    }
+
+    /// Collects what stands in a loop.
+    fn collect_loop(
+        &mut self,
+        items: &'a [Item],
+        let_arrays: &mut usize,
+        labels: &mut BTreeMap<&'a str, Span>,
+        diagnostics: &mut Diagnostics,
+    ) {
+        for item in items {
+            match &item.kind {
+                ItemKind::Equation { label, .. } => unique(labels, label, "equation", diagnostics),
+                ItemKind::Let { name, .. } => {
+                    let definition = Definition::LetArray(*let_arrays);
+                    *let_arrays += 1;
+                    let entry = Entry { definition, span: name.span, unit: None };
+                    self.insert(name, entry, diagnostics);
+                }
+                _ => unreachable!("a loop holds equations and `let`s"),
+            }
+        }
     }
 
     /// In generated code `pump.c0` is `pump_c0`: no other name is.
@@ -316,6 +315,24 @@ fn check_function(name: &Name, arguments: &[Argument], diagnostics: &mut Diagnos
     let mut seen = BTreeMap::new();
     for argument in arguments {
         unique(&mut seen, &argument.name, "argument", diagnostics);
+    }
+}
+
+/// Labels in a `modes` block. Modes exclude each other, so that a label may come again in the next.
+fn labels_of_modes<'a>(
+    modes: &'a [Choice],
+    labels: &mut BTreeMap<&'a str, Span>,
+    diagnostics: &mut Diagnostics,
+) {
+    let common = labels.clone();
+    for mode in modes {
+        let mut own = common.clone();
+        for item in &mode.items {
+            if let ItemKind::Equation { label, .. } = &item.kind {
+                unique(&mut own, label, "equation", diagnostics);
+            }
+        }
+        labels.extend(own);
     }
 }
 

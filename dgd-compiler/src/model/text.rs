@@ -1,188 +1,246 @@
 //! A model as text, for `dgd emit --stage model`: what was understood, in SI units.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::{Bound, Declared, Equation, Interpolation, Model, Origin};
+use super::{
+    Array, Automaton, Bound, Declared, Equation, Interpolation, Model, Origin, Parameter,
+    Transition, Unknown,
+};
 use crate::expr::display::{listing, number};
-use crate::expr::{Node, Symbol};
+use crate::expr::{ExprId, Node, Symbol};
 use crate::units::describe;
 
 /// Writes a model out.
 pub fn write(model: &Model) -> String {
-    let mut text = String::new();
-    let mut line = |indent: &str, content: String| {
-        let _ = writeln!(text, "{indent}{content}");
-    };
-    line("", format!("model {}", model.name));
-    for part in &model.parts {
-        line("  ", format!("part {}: {}", part.name, part.model));
+    let mut writer = Writer { model, names: model.let_names(), text: String::new() };
+    writer.line("", &format!("model {}", model.name));
+    writer.choices();
+    writer.values();
+    writer.lets();
+    writer.unknowns();
+    writer.equations();
+    writer.saturations();
+    for automaton in &model.automata {
+        writer.automaton(automaton);
     }
-    for variant in &model.variants {
-        line("  ", format!("variant {} = {}", variant.name, variant.choices[variant.chosen]));
+    writer.outputs();
+    writer.text
+}
+
+/// Writes one section after another.
+struct Writer<'a> {
+    model: &'a Model,
+    /// Names of expressions.
+    names: BTreeMap<ExprId, String>,
+    text: String,
+}
+
+impl Writer<'_> {
+    fn line(&mut self, indent: &str, content: &str) {
+        let _ = writeln!(self.text, "{indent}{content}");
     }
-    for (name, size) in &model.sizes {
-        line("  ", format!("size {} = {size}", name.text));
+
+    /// An expression, what is too long in it written out above under a name of its own.
+    fn shown(&mut self, indent: &str, id: ExprId) -> String {
+        let [text] = self.all_shown(indent, [id]);
+        text
     }
-    for constant in &model.constants {
-        line("  ", format!("constant {} = {}", head(&constant.declared), number(constant.value)));
+
+    /// Expressions, what is too long in any of them written out above.
+    fn all_shown<const N: usize>(&mut self, indent: &str, ids: [ExprId; N]) -> [String; N] {
+        ids.map(|id| {
+            let mut unnamed = self.names.clone();
+            unnamed.remove(&id);
+            let symbol = |symbol| symbol_name(self.model, symbol);
+            let listing = listing(&self.model.graph, &[id], &unnamed, &symbol);
+            // Other `let`s stand by their names.
+            for (name, value) in listing.lines.iter().filter(|(name, _)| name.starts_with('_')) {
+                let _ = writeln!(self.text, "{indent}{name} = {value}");
+            }
+            listing.roots[0].clone()
+        })
     }
-    for input in &model.inputs {
-        let hold = match input.interpolation {
-            Interpolation::Hold => "hold",
-            Interpolation::Linear => "linear",
-        };
-        line("  ", format!("input {} {hold}", head(&input.declared)));
-    }
-    for parameter in &model.parameters {
-        let mut content =
-            format!("parameter {} = {}", head(&parameter.declared), number(parameter.value));
-        if parameter.lower.is_finite() || parameter.upper.is_finite() {
-            let end = |x: f64| if x.is_finite() { number(x) } else { String::new() };
-            let _ = write!(content, " in {} .. {}", end(parameter.lower), end(parameter.upper));
-            content.truncate(content.trim_end().len());
+
+    /// Parts, variants and sizes.
+    fn choices(&mut self) {
+        for part in &self.model.parts {
+            self.line("  ", &format!("part {}: {}", part.name, part.model));
         }
-        for (flag, word) in [(parameter.log, ", log"), (parameter.fixed, ", fixed")] {
-            if flag {
-                content.push_str(word);
+        for variant in &self.model.variants {
+            let chosen = &variant.choices[variant.chosen];
+            self.line("  ", &format!("variant {} = {chosen}", variant.name));
+        }
+        for (name, size) in &self.model.sizes {
+            self.line("  ", &format!("size {} = {size}", name.text));
+        }
+    }
+
+    /// Constants, inputs and parameters.
+    fn values(&mut self) {
+        for constant in &self.model.constants {
+            let value = number(constant.value);
+            self.line("  ", &format!("constant {} = {value}", head(&constant.declared)));
+        }
+        for input in &self.model.inputs {
+            let hold = match input.interpolation {
+                Interpolation::Hold => "hold",
+                Interpolation::Linear => "linear",
+            };
+            self.line("  ", &format!("input {} {hold}", head(&input.declared)));
+        }
+        for parameter in &self.model.parameters {
+            self.line("  ", &parameter_text(parameter));
+        }
+    }
+
+    fn lets(&mut self) {
+        for l in &self.model.lets {
+            let value = self.shown("    ", l.value);
+            self.line("  ", &format!("let {} [{}] = {value}", l.name, describe(l.dimension)));
+        }
+    }
+
+    /// Unknowns and arrays of them, with what they start with.
+    fn unknowns(&mut self) {
+        for unknown in &self.model.unknowns {
+            let (kind, head) = (kind_of(unknown), head(&unknown.declared));
+            let start = self.shown("    ", unknown.start);
+            self.line("  ", &format!("{kind} {head} = {start}"));
+            if let Some(history) = unknown.history {
+                let history = self.shown("      ", history);
+                self.line("    ", &format!("history = {history}"));
             }
         }
-        line("  ", content);
-    }
-    let names = model.let_names();
-    let symbol = |symbol| symbol_name(model, symbol);
-    let show = |id| {
-        let mut unnamed = names.clone();
-        unnamed.remove(&id);
-        let listing = listing(&model.graph, &[id], &unnamed, &symbol);
-        // Other `let`s stand by their names; what only was too long is written above.
-        let longer: Vec<(String, String)> =
-            listing.lines.into_iter().filter(|(name, _)| name.starts_with('_')).collect();
-        (longer, listing.roots[0].clone())
-    };
-    let mut shown = |indent: &str, head: String, id| {
-        let (longer, root) = show(id);
-        for (name, value) in longer {
-            let _ = writeln!(text, "{indent}  {name} = {value}");
-        }
-        let _ = writeln!(text, "{indent}{head} = {root}");
-    };
-    for l in &model.lets {
-        shown("  ", format!("let {} [{}]", l.name, describe(l.dimension)), l.value);
-    }
-    for unknown in &model.unknowns {
-        let kind = if unknown.state { "state" } else { "unknown" };
-        shown("  ", format!("{kind} {}", head(&unknown.declared)), unknown.start);
-        if let Some(history) = unknown.history {
-            shown("    ", "history".to_owned(), history);
+        for array in &self.model.arrays {
+            let kind = kind_of(&array.unknown);
+            let range = range_of(array, &array.unknown.declared);
+            let start = self.shown("    ", array.unknown.start);
+            self.line("  ", &format!("{kind} {range} = {start}"));
         }
     }
-    for array in &model.arrays {
-        let kind = if array.unknown.state { "state" } else { "unknown" };
-        let upper = array.lower + i64::from(array.count) - 1;
-        let Declared { name, unit, .. } = &array.unknown.declared;
-        let range = format!("{name}[{}..{upper}] [{}]", array.lower, describe(unit.dimension));
-        shown("  ", format!("{kind} {range}"), array.unknown.start);
-    }
-    let equation = |text: &mut String, indent: &str, equation: &Equation| {
-        let ((longer_left, left), (longer_right, right)) =
-            (show(equation.left), show(equation.right));
-        for (name, value) in longer_left.into_iter().chain(longer_right) {
-            let _ = writeln!(text, "{indent}  {name} = {value}");
+
+    /// Equations that hold in all modes, then those of loops.
+    fn equations(&mut self) {
+        for equation in &self.model.equations {
+            self.equation("  ", equation);
         }
-        let _ = writeln!(text, "{indent}equation {}: {left} = {right}", equation.label);
-    };
-    for common in &model.equations {
-        equation(&mut text, "  ", common);
-    }
-    for family in &model.families {
-        let upper = family.lower + i64::from(family.count) - 1;
-        let (index, lower) = (&family.index, family.lower);
-        let _ = writeln!(text, "  for {index} in {lower}..{upper}, {index} = {lower} + _k");
-        equation(&mut text, "    ", &family.equation);
-    }
-    for saturation in &model.saturations {
-        let (longer, bound) = show(saturation.bound);
-        for (name, value) in longer {
-            let _ = writeln!(text, "    {name} = {value}");
+        for family in &self.model.families {
+            let upper = family.lower + i64::from(family.count) - 1;
+            let (index, lower) = (&family.index, family.lower);
+            self.line("  ", &format!("for {index} in {lower}..{upper}, {index} = {lower} + _k"));
+            self.equation("    ", &family.equation);
         }
-        let name = &model.unknowns[saturation.unknown as usize].declared.name;
-        let sign = match saturation.side {
-            Bound::Lower => ">=",
-            Bound::Upper => "<=",
-        };
-        let _ = writeln!(text, "  saturate {name} {sign} {bound}");
     }
-    for automaton in &model.automata {
-        let is_when = automaton.origin == Origin::When;
-        if !is_when {
+
+    fn equation(&mut self, indent: &str, equation: &Equation) {
+        let sides = [equation.left, equation.right];
+        let [left, right] = self.all_shown(&format!("{indent}  "), sides);
+        self.line(indent, &format!("equation {}: {left} = {right}", equation.label));
+    }
+
+    fn saturations(&mut self) {
+        for saturation in &self.model.saturations {
+            let bound = self.shown("    ", saturation.bound);
+            let name = &self.model.unknowns[saturation.unknown as usize].declared.name;
+            let sign = match saturation.side {
+                Bound::Lower => ">=",
+                Bound::Upper => "<=",
+            };
+            self.line("  ", &format!("saturate {name} {sign} {bound}"));
+        }
+    }
+
+    /// A `modes` block or a `when`.
+    fn automaton(&mut self, automaton: &Automaton) {
+        if automaton.origin == Origin::Modes {
             let start = &automaton.modes[automaton.start].name;
-            let _ = writeln!(text, "  modes {}, starts in {start}", automaton.name);
-        }
-        for mode in automaton.modes.iter().filter(|_| !is_when) {
-            let _ = writeln!(text, "    {}", mode.name);
-            for own in &mode.equations {
-                equation(&mut text, "      ", own);
+            self.line("  ", &format!("modes {}, starts in {start}", automaton.name));
+            for mode in &automaton.modes {
+                self.line("    ", &mode.name);
+                for equation in &mode.equations {
+                    self.equation("      ", equation);
+                }
             }
         }
         for transition in &automaton.transitions {
-            let to = &automaton.modes[transition.to].name;
-            let Some(from) = transition.from.map(|mode| &automaton.modes[mode].name) else {
-                let condition = match model.graph.node(transition.left) {
-                    Node::Select(condition, ..) => condition,
-                    _ => transition.left,
-                };
-                let (longer, condition) = show(condition);
-                for (name, value) in longer {
-                    let _ = writeln!(text, "      {name} = {value}");
-                }
-                let _ = writeln!(text, "    starts in {to} if {condition}");
-                continue;
-            };
-            let crosses = transition.crossing.words();
-            let ((longer_left, left), (longer_right, right)) =
-                (show(transition.left), show(transition.right));
-            for (name, value) in longer_left.into_iter().chain(longer_right) {
-                let _ = writeln!(text, "      {name} = {value}");
-            }
-            let _ = if is_when {
-                writeln!(text, "  when {left} {crosses} {right}")
-            } else {
-                writeln!(text, "    {from} -> {to} when {left} {crosses} {right}")
-            };
-            for reset in &transition.resets {
-                let (longer, value) = show(reset.value);
-                for (name, value) in longer {
-                    let _ = writeln!(text, "        {name} = {value}");
-                }
-                let name = &model.unknowns[reset.unknown as usize].declared.name;
-                let _ = writeln!(text, "      reset {name} = {value}");
+            match transition.from {
+                None => self.start_mode(automaton, transition),
+                Some(from) => self.transition(automaton, from, transition),
             }
         }
     }
-    for output in &model.outputs {
-        let (longer, value) = show(output.value);
-        for (name, value) in longer {
-            let _ = writeln!(text, "    {name} = {value}");
-        }
-        let noise =
-            output.noise.map_or(String::new(), |noise| format!("  noise {}", number(noise)));
-        let _ = writeln!(text, "  output {} = {value}{noise}", head(&output.declared));
+
+    /// The condition of a mode to start in.
+    fn start_mode(&mut self, automaton: &Automaton, transition: &Transition) {
+        let condition = match self.model.graph.node(transition.left) {
+            Node::Select(condition, ..) => condition,
+            _ => transition.left,
+        };
+        let condition = self.shown("      ", condition);
+        let to = &automaton.modes[transition.to].name;
+        self.line("    ", &format!("starts in {to} if {condition}"));
     }
-    output_arrays(model, &mut text);
+
+    fn transition(&mut self, automaton: &Automaton, from: usize, transition: &Transition) {
+        let [left, right] = self.all_shown("      ", [transition.left, transition.right]);
+        let condition = format!("when {left} {} {right}", transition.crossing.words());
+        match automaton.origin {
+            Origin::When => self.line("  ", &condition),
+            Origin::Modes => {
+                let [from, to] = [from, transition.to].map(|mode| &automaton.modes[mode].name);
+                self.line("    ", &format!("{from} -> {to} {condition}"));
+            }
+        }
+        for reset in &transition.resets {
+            let value = self.shown("        ", reset.value);
+            let name = &self.model.unknowns[reset.unknown as usize].declared.name;
+            self.line("      ", &format!("reset {name} = {value}"));
+        }
+    }
+
+    /// Outputs, then those for each element of an array.
+    fn outputs(&mut self) {
+        for output in &self.model.outputs {
+            let value = self.shown("    ", output.value);
+            let (head, noise) = (head(&output.declared), noise_text(output.noise));
+            self.line("  ", &format!("output {head} = {value}{noise}"));
+        }
+        for output in &self.model.output_arrays {
+            let range = range_of(&self.model.arrays[output.array], &output.declared);
+            self.line("  ", &format!("output {range}{}", noise_text(output.noise)));
+        }
+    }
+}
+
+/// `parameter k [m] = 1 in 0 .. 2, log`
+fn parameter_text(parameter: &Parameter) -> String {
+    let mut text = format!("parameter {} = {}", head(&parameter.declared), number(parameter.value));
+    if parameter.lower.is_finite() || parameter.upper.is_finite() {
+        let end = |x: f64| if x.is_finite() { number(x) } else { String::new() };
+        let _ = write!(text, " in {} .. {}", end(parameter.lower), end(parameter.upper));
+        text.truncate(text.trim_end().len());
+    }
+    for (flag, word) in [(parameter.log, ", log"), (parameter.fixed, ", fixed")] {
+        if flag {
+            text.push_str(word);
+        }
+    }
     text
 }
 
-/// Outputs for each element of an array.
-fn output_arrays(model: &Model, text: &mut String) {
-    for output in &model.output_arrays {
-        let array = &model.arrays[output.array];
-        let upper = array.lower + i64::from(array.count) - 1;
-        let Declared { name, unit, .. } = &output.declared;
-        let (lower, unit) = (array.lower, describe(unit.dimension));
-        let noise =
-            output.noise.map_or(String::new(), |noise| format!("  noise {}", number(noise)));
-        let _ = writeln!(text, "  output {name}[{lower}..{upper}] [{unit}]{noise}");
-    }
+fn kind_of(unknown: &Unknown) -> &'static str {
+    if unknown.state { "state" } else { "unknown" }
+}
+
+fn noise_text(noise: Option<f64>) -> String {
+    noise.map_or(String::new(), |noise| format!("  noise {}", number(noise)))
+}
+
+/// `p[1..4] [Pa]`
+fn range_of(array: &Array, declared: &Declared) -> String {
+    let (lower, upper) = (array.lower, array.lower + i64::from(array.count) - 1);
+    format!("{}[{lower}..{upper}] [{}]", declared.name, describe(declared.unit.dimension))
 }
 
 /// `p[3+_k]` of `p[3]`; no name of a model begins like that.

@@ -1,6 +1,9 @@
 //! Walking over what a tree consists of, written once for all who rename, replace or compare.
 
-use super::ast::{Argument, AttributeKind, Expr, ExprKind, Item, ItemKind, Name, Reaction, Unit};
+use super::ast::{
+    Argument, Attribute, AttributeKind, Choice, Expr, ExprKind, Item, ItemKind, Name, Range,
+    Reaction, Reset, Transition, Unit,
+};
 
 /// Names of one set differ from each other; those of two sets need not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -57,80 +60,47 @@ pub enum Part<'a> {
 ///
 /// The parts of two items that differ in names, units and expressions only are met in one order.
 pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
-    let attribute = |kind: &mut AttributeKind, visit: &mut dyn FnMut(Part<'_>)| {
-        let expressions: Vec<&mut Expr> = match kind {
-            AttributeKind::Bounds(lower, upper) => lower.iter_mut().chain(upper).collect(),
-            AttributeKind::Nominal(size)
-            | AttributeKind::Noise(size)
-            | AttributeKind::History(size) => vec![size],
-            AttributeKind::PriorNormal(mean, std) => vec![mean, std],
-            AttributeKind::Log
-            | AttributeKind::Fixed
-            | AttributeKind::Hold
-            | AttributeKind::Linear => Vec::new(),
-        };
-        for expr in expressions {
-            visit(Part::Expr(Place::Declaration, expr));
-        }
-    };
     match &mut item.kind {
         ItemKind::Import { .. } => {}
         ItemKind::Constant { name, unit, value } => {
-            visit(Part::Declares(Namespace::Value, name));
-            visit(Part::Unit(unit));
+            declared(name, unit, visit);
             visit(Part::Expr(Place::Declaration, value));
         }
-        ItemKind::Parameter { name, unit, value, attributes } => {
-            visit(Part::Declares(Namespace::Value, name));
-            visit(Part::Unit(unit));
+        ItemKind::Parameter { name, unit, value, attributes: all } => {
+            declared(name, unit, visit);
             visit(Part::Expr(Place::Declaration, value));
-            for a in attributes {
-                attribute(&mut a.kind, visit);
-            }
+            attributes(all, visit);
         }
-        ItemKind::Input { name, unit, attributes } => {
-            visit(Part::Declares(Namespace::Value, name));
-            visit(Part::Unit(unit));
-            for a in attributes {
-                attribute(&mut a.kind, visit);
-            }
+        ItemKind::Input { name, unit, attributes: all } => {
+            declared(name, unit, visit);
+            attributes(all, visit);
         }
-        ItemKind::Unknown { name, unit, start, attributes, .. } => {
-            visit(Part::Declares(Namespace::Value, name));
-            visit(Part::Unit(unit));
+        ItemKind::Unknown { name, unit, start, attributes: all, .. } => {
+            declared(name, unit, visit);
             if let Some(start) = start {
                 visit(Part::Expr(Place::Start, start));
             }
-            for a in attributes {
-                attribute(&mut a.kind, visit);
-            }
+            attributes(all, visit);
         }
         ItemKind::Size { name, value } => {
             visit(Part::Declares(Namespace::Value, name));
             visit(Part::Expr(Place::Declaration, value));
         }
-        ItemKind::Array { name, range, unit, start, attributes, .. } => {
+        ItemKind::Array { name, range, unit, start, attributes: all, .. } => {
             visit(Part::Declares(Namespace::Value, name));
-            visit(Part::Expr(Place::Declaration, &mut range.lower));
-            visit(Part::Expr(Place::Declaration, &mut range.upper));
+            ends(range, visit);
             visit(Part::Unit(unit));
             if let Some(start) = start {
                 visit(Part::Expr(Place::Start, start));
             }
-            for a in attributes {
-                attribute(&mut a.kind, visit);
-            }
+            attributes(all, visit);
         }
         ItemKind::For { range, items, .. } => {
-            visit(Part::Expr(Place::Declaration, &mut range.lower));
-            visit(Part::Expr(Place::Declaration, &mut range.upper));
-            for item in items {
-                parts_mut(item, visit);
-            }
+            ends(range, visit);
+            items.iter_mut().for_each(|item| parts_mut(item, visit));
         }
         ItemKind::Let { name, unit, value } => {
-            visit(Part::Declares(Namespace::Value, name));
-            visit(Part::Unit(unit));
+            declared(name, unit, visit);
             visit(Part::Expr(Place::Let(name), value));
         }
         ItemKind::Function { name, arguments, body } => {
@@ -140,15 +110,13 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
             }
             visit(Part::Expr(Place::Body(name, arguments), body));
         }
-        ItemKind::Output { name, unit, value, attributes } => {
+        ItemKind::Output { name, unit, value, attributes: all } => {
             visit(Part::Declares(Namespace::Output, name));
             visit(Part::Unit(unit));
             if let Some(value) = value {
                 visit(Part::Expr(Place::Output(name), value));
             }
-            for a in attributes {
-                attribute(&mut a.kind, visit);
-            }
+            attributes(all, visit);
         }
         ItemKind::Equation { label, left, right } => {
             visit(Part::Declares(Namespace::Equation, label));
@@ -157,22 +125,13 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
         }
         ItemKind::Variant { name, choices } => {
             visit(Part::Declares(Namespace::Variant, name));
-            for item in choices.iter_mut().flat_map(|choice| &mut choice.items) {
-                parts_mut(item, visit);
-            }
+            items_of_choices(choices, visit);
         }
         ItemKind::Modes { name, modes, transitions, starts } => {
             visit(Part::Declares(Namespace::Modes, name));
-            for item in modes.iter_mut().flat_map(|mode| &mut mode.items) {
-                parts_mut(item, visit);
-            }
-            for transition in transitions {
-                visit(Part::Expr(Place::Transition, &mut transition.left));
-                visit(Part::Expr(Place::Transition, &mut transition.right));
-                for reset in &mut transition.resets {
-                    visit(Part::Resets(&mut reset.name));
-                    visit(Part::Expr(Place::Transition, &mut reset.value));
-                }
+            items_of_choices(modes, visit);
+            for Transition { left, right, resets, .. } in transitions {
+                reaction(left, right, resets, visit);
             }
             for condition in starts.iter_mut().filter_map(|start| start.condition.as_mut()) {
                 visit(Part::Expr(Place::Start, condition));
@@ -186,17 +145,62 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
         }
         ItemKind::Binding { input, value } => visit(Part::Expr(Place::Let(input), value)),
         ItemKind::When(Reaction { left, right, resets, .. }) => {
-            visit(Part::Expr(Place::Transition, left));
-            visit(Part::Expr(Place::Transition, right));
-            for reset in resets {
-                visit(Part::Resets(&mut reset.name));
-                visit(Part::Expr(Place::Transition, &mut reset.value));
-            }
+            reaction(left, right, resets, visit);
         }
         ItemKind::Saturate { name, bound, .. } => {
             visit(Part::Resets(name));
             visit(Part::Expr(Place::Transition, bound));
         }
+    }
+}
+
+fn declared(name: &mut Name, unit: &mut Option<Unit>, visit: &mut dyn FnMut(Part<'_>)) {
+    visit(Part::Declares(Namespace::Value, name));
+    visit(Part::Unit(unit));
+}
+
+fn attributes(all: &mut [Attribute], visit: &mut dyn FnMut(Part<'_>)) {
+    for attribute in all {
+        let expressions: Vec<&mut Expr> = match &mut attribute.kind {
+            AttributeKind::Bounds(lower, upper) => lower.iter_mut().chain(upper).collect(),
+            AttributeKind::Nominal(size)
+            | AttributeKind::Noise(size)
+            | AttributeKind::History(size) => vec![size],
+            AttributeKind::PriorNormal(mean, std) => vec![mean, std],
+            AttributeKind::Log
+            | AttributeKind::Fixed
+            | AttributeKind::Hold
+            | AttributeKind::Linear => Vec::new(),
+        };
+        for expr in expressions {
+            visit(Part::Expr(Place::Declaration, expr));
+        }
+    }
+}
+
+fn ends(range: &mut Range, visit: &mut dyn FnMut(Part<'_>)) {
+    visit(Part::Expr(Place::Declaration, &mut range.lower));
+    visit(Part::Expr(Place::Declaration, &mut range.upper));
+}
+
+fn items_of_choices(choices: &mut [Choice], visit: &mut dyn FnMut(Part<'_>)) {
+    for item in choices.iter_mut().flat_map(|choice| &mut choice.items) {
+        parts_mut(item, visit);
+    }
+}
+
+/// The sides of a condition, and the resets when it is met.
+fn reaction(
+    left: &mut Expr,
+    right: &mut Expr,
+    resets: &mut [Reset],
+    visit: &mut dyn FnMut(Part<'_>),
+) {
+    visit(Part::Expr(Place::Transition, left));
+    visit(Part::Expr(Place::Transition, right));
+    for reset in resets {
+        visit(Part::Resets(&mut reset.name));
+        visit(Part::Expr(Place::Transition, &mut reset.value));
     }
 }
 

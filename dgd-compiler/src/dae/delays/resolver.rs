@@ -1,0 +1,400 @@
+//! Delays pushed down to names, and the inputs and unknowns that names become when they are late.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use crate::dae::{Delay, DelayedInput, DelayedUnknown};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics};
+use crate::expr::display::listing;
+use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::model::Model;
+use crate::source::Span;
+
+/// Delays of delays open at most this many expressions.
+const MOST_WORK: usize = 1_000_000;
+
+/// The summands of a delay, ascending; numbers among them are added up.
+type Summands = Vec<ExprId>;
+
+/// Takes delays apart, and keeps what has become of them.
+pub(super) struct Resolver<'a> {
+    model: &'a Model,
+    /// What is late, and by how much, by the number of its `Late` symbol.
+    late: Vec<(Symbol, Summands)>,
+    numbers: BTreeMap<(Symbol, Summands), u32>,
+    work: usize,
+    pub(super) delays: Vec<Delay>,
+    pub(super) varying: Vec<Delay>,
+    pub(super) inputs: Vec<DelayedInput>,
+    pub(super) unknowns: Vec<DelayedUnknown>,
+    /// What was read earlier than it is, whatever the parameters.
+    early: Option<Symbol>,
+}
+
+impl<'a> Resolver<'a> {
+    pub(super) fn new(model: &'a Model) -> Self {
+        Resolver {
+            model,
+            late: Vec::new(),
+            numbers: BTreeMap::new(),
+            work: 0,
+            delays: Vec::new(),
+            varying: Vec::new(),
+            inputs: Vec::new(),
+            unknowns: Vec::new(),
+            early: None,
+        }
+    }
+
+    /// The expressions with delays at names only; `None` where there are too many.
+    pub(super) fn push_down(
+        &mut self,
+        graph: &mut Graph,
+        nodes: &[(ExprId, Node)],
+    ) -> Option<HashMap<ExprId, ExprId>> {
+        let mut built: HashMap<ExprId, ExprId> = HashMap::with_capacity(nodes.len());
+        for &(id, node) in nodes {
+            let here = match node {
+                Node::Symbol(_) => id,
+                Node::Delay(x, tau) => self.delayed(graph, built[&x], built[&tau])?,
+                _ => graph.simplified(node.map(|operand| built[&operand])),
+            };
+            built.insert(id, here);
+        }
+        Some(built)
+    }
+
+    fn delayed(&mut self, graph: &mut Graph, x: ExprId, tau: ExprId) -> Option<ExprId> {
+        let nodes = graph.listed([x]);
+        self.work += nodes.len();
+        if self.work > MOST_WORK {
+            return None;
+        }
+        let built = graph.rebuild(&nodes, |graph, symbol| match self.source(symbol) {
+            None => graph.symbol(symbol),
+            Some((source, mut summands)) => {
+                include(graph, &mut summands, tau);
+                self.symbol(graph, source, summands)
+            }
+        });
+        Some(built[&x])
+    }
+
+    /// What varies, and how late it is; nothing for a parameter.
+    fn source(&self, symbol: Symbol) -> Option<(Symbol, Summands)> {
+        match symbol {
+            Symbol::Late(k) => Some(self.late[k as usize].clone()),
+            Symbol::Time
+            | Symbol::Input(_)
+            | Symbol::Unknown(_)
+            | Symbol::Derivative(_)
+            | Symbol::Element(_)
+            | Symbol::Swept(_)
+            | Symbol::ElementRate(_)
+            | Symbol::SweptRate(_) => Some((symbol, Summands::new())),
+            Symbol::SweptSensitivity(_)
+            | Symbol::Counter
+            | Symbol::Constant(_)
+            | Symbol::Parameter(_)
+            | Symbol::InputSlope(_)
+            | Symbol::Sensitivity(_)
+            | Symbol::Discrete(_)
+            | Symbol::DelayedUnknown(_)
+            | Symbol::Past(..) => None,
+        }
+    }
+
+    fn symbol(&mut self, graph: &mut Graph, source: Symbol, summands: Summands) -> ExprId {
+        if summands.is_empty() {
+            return graph.symbol(source);
+        }
+        let next = u32::try_from(self.late.len()).unwrap_or(u32::MAX);
+        let number = *self.numbers.entry((source, summands)).or_insert_with_key(|late| {
+            self.late.push(late.clone());
+            next
+        });
+        graph.symbol(Symbol::Late(number))
+    }
+
+    /// An expression of what is known now of what is and was; otherwise the late derivative, of which
+    /// nothing is.
+    pub(super) fn instantaneous(
+        &mut self,
+        graph: &mut Graph,
+        id: ExprId,
+    ) -> Result<ExprId, Symbol> {
+        let mut replaced = BTreeMap::new();
+        for symbol in graph.symbols(id) {
+            let Symbol::Late(k) = symbol else { continue };
+            let (source, summands) = self.late[k as usize].clone();
+            let now = match source {
+                Symbol::Input(i) => self.delayed_input(graph, i, &summands),
+                Symbol::Time => shifted_time(graph, &[], &summands),
+                Symbol::Unknown(i) => self.delayed_unknown(graph, i, &summands),
+                other => return Err(other),
+            };
+            replaced.insert(symbol, now);
+        }
+        Ok(graph.substitute(id, |symbol| replaced.get(&symbol).copied()))
+    }
+
+    /// What an output reads at one time, and how late that is; otherwise two things that it reads
+    /// at different times.
+    pub(super) fn output(
+        &mut self,
+        graph: &mut Graph,
+        id: ExprId,
+    ) -> Result<(ExprId, Option<usize>), [Symbol; 2]> {
+        let read: Vec<(Symbol, Symbol, Summands)> = graph
+            .symbols(id)
+            .into_iter()
+            .filter_map(|symbol| self.source(symbol).map(|(source, late)| (symbol, source, late)))
+            .collect();
+        // What varies is not the same for the whole of an output.
+        if let Some((_, source, _)) = read.iter().find(|(_, _, late)| varies(graph, late)) {
+            return Err([*source, *source]);
+        }
+        let is_unknown = |source: Symbol| {
+            matches!(
+                source,
+                Symbol::Unknown(_)
+                    | Symbol::Derivative(_)
+                    | Symbol::Element(_)
+                    | Symbol::ElementRate(_)
+            )
+        };
+        let mut unknowns = read.iter().filter(|(_, source, _)| is_unknown(*source));
+        let whole = if let Some((_, first, late)) = unknowns.next() {
+            if let Some((_, other, _)) = unknowns.find(|(_, _, other)| other != late) {
+                return Err([*first, *other]);
+            }
+            Some((*first, late.clone()))
+        } else {
+            // Inputs alone: read late as a whole where all of them are.
+            let inputs = read.iter().filter(|(_, s, _)| matches!(s, Symbol::Input(_)));
+            let distinct: BTreeSet<&Summands> = inputs.map(|(_, _, late)| late).collect();
+            let source = read.first().map(|(_, source, _)| *source);
+            match (distinct.len(), distinct.first(), source) {
+                (1, Some(late), Some(source)) => Some((source, (*late).clone())),
+                _ => None,
+            }
+        };
+        let Some((first, whole)) = whole else {
+            let now = self.instantaneous(graph, id);
+            return Ok((now.unwrap_or_else(|_| unreachable!("it reads no unknowns")), None));
+        };
+
+        let mut replaced = BTreeMap::new();
+        for (symbol, source, late) in read {
+            let now = match source {
+                Symbol::Input(i) => {
+                    let (early, rest) = difference(&whole, &late);
+                    if !early.is_empty() {
+                        return Err([first, source]);
+                    }
+                    self.delayed_input(graph, i, &rest)
+                }
+                Symbol::Time => {
+                    let (early, rest) = difference(&whole, &late);
+                    shifted_time(graph, &early, &rest)
+                }
+                _ => graph.symbol(source),
+            };
+            replaced.insert(symbol, now);
+        }
+        let value = graph.substitute(id, |symbol| replaced.get(&symbol).copied());
+        let delay = (!whole.is_empty()).then(|| self.delay(graph, &whole));
+        Ok((value, delay))
+    }
+
+    /// An expression of which all that is late has been met already; nothing where it has not.
+    pub(super) fn known(&self, graph: &mut Graph, id: ExprId) -> Option<ExprId> {
+        let mut replaced = BTreeMap::new();
+        for symbol in graph.symbols(id) {
+            let Symbol::Late(k) = symbol else { continue };
+            let (source, summands) = &self.late[k as usize];
+            let tau = sum(graph, summands);
+            let varies = varies(graph, summands);
+            let list = if varies { &self.varying } else { &self.delays };
+            let delay = list.iter().position(|delay| delay.tau == tau)?;
+            let now = match *source {
+                Symbol::Input(i) => {
+                    let wanted = DelayedInput { input: i as usize, delay };
+                    self.input_symbol(self.inputs.iter().position(|x| *x == wanted)?)
+                }
+                Symbol::Unknown(i) => {
+                    let wanted = DelayedUnknown { unknown: i as usize, delay, varies };
+                    delayed_unknown_symbol(self.unknowns.iter().position(|x| *x == wanted)?)
+                }
+                _ => return None,
+            };
+            replaced.insert(symbol, graph.symbol(now));
+        }
+        Some(graph.substitute(id, |symbol| replaced.get(&symbol).copied()))
+    }
+
+    fn input_symbol(&self, position: usize) -> Symbol {
+        let index = self.model.inputs.len() + position;
+        Symbol::Input(u32::try_from(index).unwrap_or(u32::MAX))
+    }
+
+    fn delayed_input(&mut self, graph: &mut Graph, i: u32, summands: &[ExprId]) -> ExprId {
+        if summands.is_empty() {
+            return graph.symbol(Symbol::Input(i));
+        }
+        self.note_the_future(graph, Symbol::Input(i), summands);
+        let wanted = DelayedInput { input: i as usize, delay: self.delay(graph, summands) };
+        let found = self.inputs.iter().position(|x| *x == wanted);
+        let position = found.unwrap_or_else(|| {
+            self.inputs.push(wanted);
+            self.inputs.len() - 1
+        });
+        graph.symbol(self.input_symbol(position))
+    }
+
+    fn delayed_unknown(&mut self, graph: &mut Graph, i: u32, summands: &[ExprId]) -> ExprId {
+        if summands.is_empty() {
+            return graph.symbol(Symbol::Unknown(i));
+        }
+        self.note_the_future(graph, Symbol::Unknown(i), summands);
+        let (delay, varies) = (self.delay(graph, summands), varies(graph, summands));
+        let wanted = DelayedUnknown { unknown: i as usize, delay, varies };
+        let found = self.unknowns.iter().position(|x| *x == wanted);
+        let position = found.unwrap_or_else(|| {
+            self.unknowns.push(wanted);
+            self.unknowns.len() - 1
+        });
+        graph.symbol(delayed_unknown_symbol(position))
+    }
+
+    fn delay(&mut self, graph: &mut Graph, summands: &[ExprId]) -> usize {
+        let tau = sum(graph, summands);
+        let list = if varies(graph, summands) { &mut self.varying } else { &mut self.delays };
+        if let Some(position) = list.iter().position(|delay| delay.tau == tau) {
+            return position;
+        }
+        let model = self.model;
+        let text = listing(graph, &[tau], &BTreeMap::new(), &|symbol| match symbol {
+            Symbol::Parameter(i) => model.parameters[i as usize].declared.name.clone(),
+            Symbol::Time => "time".to_owned(),
+            Symbol::Input(i) => model.inputs[i as usize].declared.name.clone(),
+            Symbol::Unknown(i) => model.unknowns[i as usize].declared.name.clone(),
+            _ => unreachable!("a delay is made of parameters, time, inputs and unknowns"),
+        });
+        let text = if text.lines.is_empty() { text.roots[0].clone() } else { "…".to_owned() };
+        list.push(Delay { tau, text });
+        list.len() - 1
+    }
+
+    fn note_the_future(&mut self, graph: &mut Graph, symbol: Symbol, summands: &[ExprId]) {
+        let tau = sum(graph, summands);
+        if graph.value(tau).is_some_and(|tau| tau < 0.0) {
+            self.early = Some(symbol);
+        }
+    }
+
+    /// Reports what reads the future.
+    pub(super) fn refuse_the_future(&mut self, span: Span, diagnostics: &mut Diagnostics) {
+        let Some(symbol) = self.early.take() else { return };
+        let message =
+            format!("this reads the future of {}: its delay is negative", self.name(symbol));
+        diagnostics.error(
+            Diagnostic::new(Code::E215, span, message)
+                .help("only an output can be early, the whole of it by one time"),
+        );
+    }
+
+    /// A late derivative where it acts on the model.
+    pub(super) fn late_rate(&self, symbol: Symbol, reader: &str, span: Span) -> Diagnostic {
+        let name = self.name(symbol);
+        let message =
+            format!("{reader} reads {name} as it was some time ago, which only outputs can");
+        let diagnostic = Diagnostic::new(Code::E407, span, message).help(
+            "derivatives that act late are not part of the language; declare an `unknown` that \
+             equals the derivative, and delay that",
+        );
+        match symbol {
+            Symbol::Unknown(i) | Symbol::Derivative(i) => {
+                diagnostic.label(self.model.unknowns[i as usize].declared.span, "declared here")
+            }
+            _ => diagnostic,
+        }
+    }
+
+    /// What a symbol is called, in quotes.
+    pub(super) fn name(&self, symbol: Symbol) -> String {
+        match symbol {
+            Symbol::Unknown(i) => format!("`{}`", self.model.unknowns[i as usize].declared.name),
+            Symbol::Derivative(i) => {
+                format!("`der({})`", self.model.unknowns[i as usize].declared.name)
+            }
+            Symbol::Input(i) => format!("`{}`", self.model.inputs[i as usize].declared.name),
+            Symbol::Element(i) | Symbol::Swept(i) => format!("`{}`", self.model.element_name(i)),
+            Symbol::ElementRate(i) | Symbol::SweptRate(i) => {
+                format!("`der({})`", self.model.element_name(i))
+            }
+            Symbol::Time
+            | Symbol::SweptSensitivity(_)
+            | Symbol::Counter
+            | Symbol::Constant(_)
+            | Symbol::Parameter(_)
+            | Symbol::InputSlope(_)
+            | Symbol::Sensitivity(_)
+            | Symbol::Discrete(_)
+            | Symbol::Late(_)
+            | Symbol::DelayedUnknown(_)
+            | Symbol::Past(..) => unreachable!("only inputs and unknowns are named"),
+        }
+    }
+}
+
+fn delayed_unknown_symbol(position: usize) -> Symbol {
+    Symbol::DelayedUnknown(u32::try_from(position).unwrap_or(u32::MAX))
+}
+
+/// Whether a delay is not the same at all times.
+fn varies(graph: &Graph, summands: &[ExprId]) -> bool {
+    let moves = |s: &Symbol| matches!(s, Symbol::Time | Symbol::Input(_) | Symbol::Unknown(_));
+    summands.iter().any(|summand| graph.symbols(*summand).iter().any(moves))
+}
+
+/// Adds a summand to a delay.
+fn include(graph: &mut Graph, summands: &mut Summands, tau: ExprId) {
+    let mut tau = tau;
+    if graph.value(tau).is_some()
+        && let Some(at) = summands.iter().position(|other| graph.value(*other).is_some())
+    {
+        tau = graph.add(summands.remove(at), tau);
+    }
+    if graph.value(tau) != Some(0.0) {
+        let at = summands.partition_point(|other| *other <= tau);
+        summands.insert(at, tau);
+    }
+}
+
+fn sum(graph: &mut Graph, summands: &[ExprId]) -> ExprId {
+    let zero = graph.constant(0.0);
+    summands.iter().fold(zero, |sum, summand| graph.add(sum, *summand))
+}
+
+/// Summands of `a` that `b` lacks, and the other way round.
+fn difference(a: &[ExprId], b: &[ExprId]) -> (Summands, Summands) {
+    let mut rest = b.to_vec();
+    let mut lacking = Summands::new();
+    for summand in a {
+        match rest.iter().position(|other| other == summand) {
+            Some(at) => {
+                rest.remove(at);
+            }
+            None => lacking.push(*summand),
+        }
+    }
+    (lacking, rest)
+}
+
+/// time + Σ early − Σ late
+fn shifted_time(graph: &mut Graph, early: &[ExprId], late: &[ExprId]) -> ExprId {
+    let time = graph.symbol(Symbol::Time);
+    let (early, late) = (sum(graph, early), sum(graph, late));
+    let time = graph.add(time, early);
+    graph.subtract(time, late)
+}
