@@ -37,9 +37,9 @@ impl Varying<'_> {
         let mut rate = graph.constant(0.0);
         for (symbol, slope) in self.terms(graph, e, rows)? {
             let term = match symbol {
-                Symbol::Unknown(i) => graph.multiply(slope, rows.0[i as usize].rhs),
+                Symbol::Unknown(i) => graph.multiply(slope, rows.unknowns[i as usize].rhs),
                 Symbol::Element(i) => {
-                    let (_, family) = family_of(rows.1, i)?;
+                    let (_, family) = family_of(rows.families, i)?;
                     let passage = i - u32::try_from(family.first).unwrap_or(u32::MAX);
                     let own = at_passage(graph, family.rhs, passage);
                     graph.multiply(slope, own)
@@ -60,7 +60,7 @@ impl Varying<'_> {
         self,
         graph: &mut Graph,
         e: ExprId,
-        (unknowns, families): Rows<'_>,
+        Rows { unknowns, families }: Rows<'_>,
     ) -> Option<Vec<(Symbol, ExprId)>> {
         let symbols = graph.symbols(e);
         if symbols.iter().any(|symbol| matches!(symbol, Symbol::DelayedUnknown(_))) {
@@ -89,7 +89,11 @@ impl Varying<'_> {
 }
 
 /// The rows of single unknowns, then those of elements, which are counted through all arrays.
-pub(super) type Rows<'a> = (&'a [Unknown], &'a [Family]);
+#[derive(Clone, Copy)]
+pub(super) struct Rows<'a> {
+    pub(super) unknowns: &'a [Unknown],
+    pub(super) families: &'a [Family],
+}
 
 /// The family that determines an element, with its position.
 pub(super) fn family_of(families: &[Family], element: u32) -> Option<(usize, &Family)> {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::check_units::Dim;
 use super::define::{Definition, Entry, Scope};
 use super::expression::{Arguments, Lowering, Typed, unit_of};
-use super::item::unit_read;
+use super::item::{UnknownDeclaration, unit_read};
 use super::resolve::{Reading, Resolver};
 use super::whole::{Extent, LoopIndex, Whole, extent, sizes_of, whole};
 use super::{Array, Declared, Family, OutputArray};
@@ -144,7 +144,8 @@ impl<'a> Lowering<'a> {
     /// An element of an array, or its derivative.
     pub(super) fn element(
         &mut self,
-        (array, index): (&'a Expr, &'a Expr),
+        array: &'a Expr,
+        index: &'a Expr,
         is_rate: bool,
         arguments: &Arguments<'a>,
         diagnostics: &mut Diagnostics,
@@ -167,8 +168,7 @@ impl<'a> Lowering<'a> {
             Some((Definition::Array { index: position, state }, place)) => {
                 let array = self.scope.arrays[position]?;
                 let extent = Extent { lower: array.lower, count: array.count };
-                let (offset, sweeps) =
-                    self.within(at, extent, (name, index, place), diagnostics)?;
+                let (offset, sweeps) = self.within(at, extent, name, index, place, diagnostics)?;
                 let unit = self.scope.dimension(name)?;
                 if is_rate && !state {
                     let message = format!("`{name}` is an array of `unknown`s, not of states");
@@ -199,7 +199,7 @@ impl<'a> Lowering<'a> {
             Some((Definition::LetArray(position), place)) => {
                 let array = self.scope.let_arrays[position];
                 let (_, sweeps) =
-                    self.within(at, array.extent?, (name, index, place), diagnostics)?;
+                    self.within(at, array.extent?, name, index, place, diagnostics)?;
                 let count = if sweeps { self.index.map_or(1, |index| index.count) } else { 1 };
                 let at = LoopIndex { name: array.index, first: at.at, count };
                 self.open_let(array, at, index.span, diagnostics)
@@ -248,7 +248,9 @@ impl<'a> Lowering<'a> {
         &self,
         at: Whole,
         extent: Extent,
-        (name, index, declared): (&str, &Expr, Span),
+        name: &str,
+        index: &Expr,
+        declared: Span,
         diagnostics: &mut Diagnostics,
     ) -> Result<(u32, bool), Reported> {
         if !(0..=1).contains(&at.slope) {
@@ -293,13 +295,16 @@ impl<'a> Resolver<'a> {
     pub(super) fn array(
         &mut self,
         item: &Item,
-        (name, index, state): (&'a Name, Option<&'a Name>, bool),
-        start: Option<&'a Expr>,
-        attributes: &'a [Attribute],
+        index: Option<&'a Name>,
+        declaration: &UnknownDeclaration<'a>,
         diagnostics: &mut Diagnostics,
     ) -> Result<Array, Reported> {
-        let Some(Definition::Array { index: position, .. }) =
-            self.lowering.scope.names.get(name.text.as_str()).map(|entry| entry.definition)
+        let Some(Definition::Array { index: position, .. }) = self
+            .lowering
+            .scope
+            .names
+            .get(declaration.name.text.as_str())
+            .map(|entry| entry.definition)
         else {
             // A second declaration of a name has been reported.
             return diagnostics.check().map(|()| unreachable!("arrays are collected"));
@@ -310,7 +315,7 @@ impl<'a> Resolver<'a> {
             first: place.lower,
             count: place.count,
         });
-        let unknown = self.unknown(item, name, state, start, attributes, diagnostics);
+        let unknown = self.unknown(item, declaration, diagnostics);
         self.lowering.index = None;
         let unknown = unknown?;
         Ok(Array { unknown, lower: place.lower, first: place.first, count: place.count })
@@ -325,7 +330,8 @@ impl<'a> Resolver<'a> {
     pub(super) fn output_array(
         &mut self,
         item: &Item,
-        (name, unit): (&'a Name, Option<&'a WrittenUnit>),
+        name: &'a Name,
+        unit: Option<&'a WrittenUnit>,
         attributes: &'a [Attribute],
         diagnostics: &mut Diagnostics,
     ) -> Result<OutputArray, Reported> {
@@ -335,7 +341,7 @@ impl<'a> Resolver<'a> {
             unreachable!("asked before");
         };
         let declared = unit.unwrap_or_else(|| Ok(Unit::one()))?;
-        let unit = unit_read(name, own, (&declared, span), diagnostics)?;
+        let unit = unit_read(name, own, &declared, span, diagnostics)?;
         let noise = self.noise(attributes, &unit, diagnostics)?;
         let declared =
             Declared { name: name.text.clone(), span: name.span, unit, doc: item.doc.clone() };
@@ -355,7 +361,7 @@ impl<'a> Resolver<'a> {
         for item in items {
             let ItemKind::Equation { label, left, right } = &item.kind else { continue };
             self.lowering.index = Some(LoopIndex { name: &index.text, first: lower, count });
-            let equation = self.equation(item, label, (left, right), diagnostics);
+            let equation = self.equation(item, label, left, right, diagnostics);
             self.lowering.index = None;
             // Each equation reports its own mistakes; the next is independent of them.
             let Ok(mut equation) = equation else { continue };

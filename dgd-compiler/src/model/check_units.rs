@@ -52,21 +52,26 @@ pub(super) fn being(dimension: Dimension) -> String {
     }
 }
 
+/// The dimension of an expression, with where the expression stands.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Located {
+    pub(super) dim: Dim,
+    pub(super) span: Span,
+}
+
 /// What to say at a place about its dimension.
 pub(super) fn this_is(dimension: Dimension) -> String {
     format!("this is {}", being(dimension))
 }
 
 /// Two things that must have one unit; `doing` completes "cannot …".
-pub(super) fn same(
-    doing: &str,
-    (a, a_span): (Dim, Span),
-    (b, b_span): (Dim, Span),
-) -> Result<Dim, Diagnostic> {
-    a.with(b).ok_or_else(|| {
-        let (a, b) = (a.dimension(), b.dimension());
+pub(super) fn same(doing: &str, one: Located, other: Located) -> Result<Dim, Diagnostic> {
+    one.dim.with(other.dim).ok_or_else(|| {
+        let (a, b) = (one.dim.dimension(), other.dim.dimension());
         let message = format!("cannot {doing} {} and {}", named(a), named(b));
-        Diagnostic::new(Code::E301, b_span, message).here(this_is(b)).label(a_span, this_is(a))
+        Diagnostic::new(Code::E301, other.span, message)
+            .here(this_is(b))
+            .label(one.span, this_is(a))
     })
 }
 
@@ -83,11 +88,13 @@ pub(super) fn product(a: Dim, b: Dim, over: bool, span: Span) -> Result<Dim, Dia
 
 /// A power whose exponent is a number known beforehand, if it is one.
 pub(super) fn power(
-    (base, base_span): (Dim, Span),
-    (exponent, exponent_span): (Dim, Span),
+    base: Located,
+    exponent: Located,
     value: Option<f64>,
     span: Span,
 ) -> Result<Dim, Diagnostic> {
+    let Located { dim: base, span: base_span } = base;
+    let Located { dim: exponent, span: exponent_span } = exponent;
     if exponent.dimension() != Dimension::ONE {
         return Err(Diagnostic::new(
             Code::E303,
@@ -129,13 +136,13 @@ pub(super) fn power(
 pub(super) fn call(
     name: &str,
     rule: UnitRule,
-    arguments: &[(Dim, Span)],
+    arguments: &[Located],
     span: Span,
 ) -> Result<Dim, Diagnostic> {
     match rule {
         UnitRule::Any => Ok(Dim::ONE),
         UnitRule::Dimensionless => {
-            for (dim, span) in arguments {
+            for Located { dim, span } in arguments {
                 if dim.dimension() != Dimension::ONE {
                     return Err(Diagnostic::new(
                         Code::E304,
@@ -148,19 +155,19 @@ pub(super) fn call(
             Ok(Dim::ONE)
         }
         UnitRule::Root => {
-            if arguments[0].0 == Dim::Zero {
+            if arguments[0].dim == Dim::Zero {
                 return Ok(Dim::Zero);
             }
             let half = Exponent::new(1, 2).unwrap_or(Exponent::ZERO);
-            let root = arguments[0].0.dimension().power(half);
+            let root = arguments[0].dim.dimension().power(half);
             root.map(Dim::Of).ok_or_else(|| too_large(span))
         }
         UnitRule::Same | UnitRule::Ratio => {
             let mut common = arguments[0];
             for argument in &arguments[1..] {
-                common.0 = same("compare", common, *argument)?;
+                common.dim = same("compare", common, *argument)?;
             }
-            Ok(if rule == UnitRule::Same { common.0 } else { Dim::ONE })
+            Ok(if rule == UnitRule::Same { common.dim } else { Dim::ONE })
         }
         UnitRule::Power => unreachable!("`^` is no call"),
     }

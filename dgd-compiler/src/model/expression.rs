@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::check_units::{self, Dim, being, this_is};
+use super::check_units::{self, Dim, Located, being, this_is};
 use super::define::{Definition, Function, Scope};
 use super::whole::LoopIndex;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
@@ -23,6 +23,12 @@ const MOST_CALLS: usize = 200_000;
 pub(super) struct Typed {
     pub(super) id: ExprId,
     pub(super) dim: Dim,
+}
+
+impl Typed {
+    pub(super) fn at(self, span: Span) -> Located {
+        Located { dim: self.dim, span }
+    }
 }
 
 /// What names stand for while a function is open: its arguments.
@@ -120,7 +126,7 @@ impl<'a> Lowering<'a> {
                 self.call(function, list, span, arguments, diagnostics)
             }
             ExprKind::Element(array, index) => {
-                self.element((array, index), false, arguments, diagnostics)
+                self.element(array, index, false, arguments, diagnostics)
             }
             ExprKind::Group(inner) => self.lower(inner, arguments, diagnostics),
             ExprKind::Negate(inner) => {
@@ -138,9 +144,8 @@ impl<'a> Lowering<'a> {
                 let exponent_typed = self.lower(exponent, arguments, diagnostics);
                 let (b, e) = (base_typed?, exponent_typed?);
                 let value = self.number(e.id);
-                let dim =
-                    check_units::power((b.dim, base.span), (e.dim, exponent.span), value, span)
-                        .map_err(|diagnostic| diagnostics.error(diagnostic))?;
+                let dim = check_units::power(b.at(base.span), e.at(exponent.span), value, span)
+                    .map_err(|diagnostic| diagnostics.error(diagnostic))?;
                 let id = self.graph.intern(Node::Call2(IntrinsicId::named("^"), b.id, e.id));
                 Ok(Typed { id, dim })
             }
@@ -149,12 +154,9 @@ impl<'a> Lowering<'a> {
                 let a = self.lower(then, arguments, diagnostics);
                 let b = self.lower(otherwise, arguments, diagnostics);
                 let (condition, a, b) = (condition?, a?, b?);
-                let dim = check_units::same(
-                    "choose between",
-                    (a.dim, then.span),
-                    (b.dim, otherwise.span),
-                )
-                .map_err(|diagnostic| diagnostics.error(diagnostic))?;
+                let dim =
+                    check_units::same("choose between", a.at(then.span), b.at(otherwise.span))
+                        .map_err(|diagnostic| diagnostics.error(diagnostic))?;
                 Ok(Typed { id: self.graph.intern(Node::Select(condition, a.id, b.id)), dim })
             }
             ExprKind::Compare(..) | ExprKind::And(_) | ExprKind::Or(_) | ExprKind::Not(_) => {
@@ -197,7 +199,7 @@ impl<'a> Lowering<'a> {
                 (Some(Err(reported)), _) | (Some(Ok(_)), Err(reported)) => Err(reported),
                 (Some(Ok((total, total_span))), Ok(typed)) => {
                     let doing = if *sign == Sign::Plus { "add" } else { "subtract" };
-                    check_units::same(doing, (total.dim, total_span), (typed.dim, term.span))
+                    check_units::same(doing, total.at(total_span), typed.at(term.span))
                         .map_err(|diagnostic| diagnostics.error(diagnostic))
                         .map(|dim| {
                             let node = match sign {
@@ -282,7 +284,7 @@ impl<'a> Lowering<'a> {
                 let a = self.lower(left, arguments, diagnostics);
                 let b = self.lower(right, arguments, diagnostics);
                 let (a, b) = (a?, b?);
-                check_units::same("compare", (a.dim, left.span), (b.dim, right.span))
+                check_units::same("compare", a.at(left.span), b.at(right.span))
                     .map_err(|diagnostic| diagnostics.error(diagnostic))?;
                 Ok(self.graph.intern(Node::Compare(*comparison, a.id, b.id)))
             }
@@ -454,8 +456,8 @@ impl<'a> Lowering<'a> {
                     return Err(wrong_number(arity, diagnostics));
                 }
                 failed.map_or(Ok(()), Err)?;
-                let dims: Vec<(Dim, Span)> =
-                    typed.iter().zip(list).map(|(t, e)| (t.dim, e.span)).collect();
+                let dims: Vec<Located> =
+                    typed.iter().zip(list).map(|(t, e)| t.at(e.span)).collect();
                 let dim = check_units::call(name, intrinsic.get().unit_rule, &dims, span)
                     .map_err(|diagnostic| diagnostics.error(diagnostic))?;
                 let ids: Vec<ExprId> = typed.iter().map(|t| t.id).collect();
@@ -567,7 +569,7 @@ impl<'a> Lowering<'a> {
             only = Some(inner);
         }
         if let Some(Expr { kind: ExprKind::Element(array, index), .. }) = only {
-            return self.element((array, index), true, &Arguments::new(), diagnostics);
+            return self.element(array, index, true, &Arguments::new(), diagnostics);
         }
         let Some(Expr { kind: ExprKind::Name(name), span: name_span }) = only else {
             return Err(diagnostics.error(

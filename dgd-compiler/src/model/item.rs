@@ -12,6 +12,14 @@ use crate::source::Span;
 use crate::syntax::ast::{Attribute, AttributeKind, Expr, Item, Name, Unit as WrittenUnit};
 use crate::units::Unit;
 
+/// What the declaration of an unknown, or of an array of them, says.
+pub(super) struct UnknownDeclaration<'a> {
+    pub(super) name: &'a Name,
+    pub(super) state: bool,
+    pub(super) start: Option<&'a Expr>,
+    pub(super) attributes: &'a [Attribute],
+}
+
 impl<'a> Resolver<'a> {
     pub(super) fn parameter(
         &mut self,
@@ -90,12 +98,10 @@ impl<'a> Resolver<'a> {
     pub(super) fn unknown(
         &mut self,
         item: &Item,
-        name: &'a Name,
-        state: bool,
-        start: Option<&'a Expr>,
-        attributes: &'a [Attribute],
+        declaration: &UnknownDeclaration<'a>,
         diagnostics: &mut Diagnostics,
     ) -> Result<Unknown, Reported> {
+        let UnknownDeclaration { name, state, start, attributes } = *declaration;
         let declared = self.declared(item, name)?;
         let unit = declared.unit.clone();
         let start = match self.settings.get(name.text.as_str()).copied().or(start) {
@@ -103,7 +109,7 @@ impl<'a> Resolver<'a> {
             None => self.lowering.graph.constant(unit.to_si(0.0)),
             Some(expr) => {
                 let typed = self.in_unit(expr, &unit, Reading::Value, diagnostics)?;
-                self.check_start(typed.id, (name, expr), diagnostics)?;
+                self.check_start(typed.id, name, expr, diagnostics)?;
                 typed.id
             }
         };
@@ -156,7 +162,8 @@ impl<'a> Resolver<'a> {
     pub(super) fn output(
         &mut self,
         item: &Item,
-        (name, unit): (&'a Name, Option<&'a WrittenUnit>),
+        name: &'a Name,
+        unit: Option<&'a WrittenUnit>,
         value: Option<&'a Expr>,
         attributes: &'a [Attribute],
         diagnostics: &mut Diagnostics,
@@ -225,7 +232,7 @@ impl<'a> Resolver<'a> {
             ));
         };
         let declared = entry.unit.unwrap_or_else(|| Ok(Unit::one()))?;
-        let unit = unit_read(name, own_unit, (&declared, entry.span), diagnostics)?;
+        let unit = unit_read(name, own_unit, &declared, entry.span, diagnostics)?;
         Ok((self.lowering.graph.symbol(Symbol::Unknown(index)), unit))
     }
 
@@ -233,7 +240,8 @@ impl<'a> Resolver<'a> {
         &mut self,
         item: &Item,
         label: &Name,
-        (left, right): (&'a Expr, &'a Expr),
+        left: &'a Expr,
+        right: &'a Expr,
         diagnostics: &mut Diagnostics,
     ) -> Result<Equation, Reported> {
         let a = self.lowering.value(left, diagnostics);
@@ -271,7 +279,8 @@ impl<'a> Resolver<'a> {
 pub(super) fn unit_read(
     name: &Name,
     own: Option<Unit>,
-    (declared, place): (&Unit, Span),
+    declared: &Unit,
+    declared_at: Span,
     diagnostics: &mut Diagnostics,
 ) -> Result<Unit, Reported> {
     let unit = own.unwrap_or_else(|| declared.clone());
@@ -284,7 +293,7 @@ pub(super) fn unit_read(
     );
     Err(diagnostics.error(
         Diagnostic::new(Code::E302, name.span, message)
-            .label(place, "the unknown is declared here"),
+            .label(declared_at, "the unknown is declared here"),
     ))
 }
 

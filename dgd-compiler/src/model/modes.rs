@@ -19,23 +19,25 @@ impl<'a> Resolver<'a> {
         &mut self,
         item: &Item,
         name: &Name,
-        (modes, transitions, starts): (&'a [Choice], &'a [ast::Transition], &'a [ast::StartMode]),
+        modes: &'a [Choice],
+        transitions: &'a [ast::Transition],
+        starts: &'a [ast::StartMode],
         diagnostics: &mut Diagnostics,
     ) -> Result<Automaton, Reported> {
-        let names = mode_names(modes, diagnostics);
+        let names = ModeNames { automaton: name, positions: mode_names(modes, diagnostics) };
         let always = starts.iter().find(|start| start.condition.is_none());
-        let start = always.map_or(Ok(0), |start| position(&start.mode, &names, name, diagnostics));
+        let start = always.map_or(Ok(0), |start| names.position(&start.mode, diagnostics));
         // Each part reports its own mistakes; the next is independent of them.
         let modes: Vec<Result<Mode, Reported>> =
             modes.iter().map(|mode| self.mode(mode, diagnostics)).collect();
         let transitions: Vec<Result<Transition, Reported>> = transitions
             .iter()
-            .map(|transition| self.transition(transition, (name, &names), diagnostics))
+            .map(|transition| self.transition(transition, &names, diagnostics))
             .collect();
         let starts: Vec<Result<Transition, Reported>> = starts
             .iter()
             .filter_map(|start| Some((&start.mode, start.condition.as_ref()?)))
-            .map(|(mode, condition)| self.start_mode(mode, condition, (name, &names), diagnostics))
+            .map(|(mode, condition)| self.start_mode(mode, condition, &names, diagnostics))
             .collect();
         Ok(Automaton {
             origin: Origin::Modes,
@@ -53,7 +55,7 @@ impl<'a> Resolver<'a> {
             let ItemKind::Equation { label, left, right } = &item.kind else {
                 unreachable!("the parser lets only equations into a mode")
             };
-            equations.push(self.equation(item, label, (left, right), diagnostics));
+            equations.push(self.equation(item, label, left, right, diagnostics));
         }
         let equations = equations.into_iter().collect::<Result<_, _>>()?;
         Ok(Mode { name: mode.name.text.clone(), doc: mode.doc.clone(), equations })
@@ -62,17 +64,17 @@ impl<'a> Resolver<'a> {
     fn transition(
         &mut self,
         transition: &'a ast::Transition,
-        (automaton, modes): (&Name, &BTreeMap<&str, usize>),
+        names: &ModeNames<'_>,
         diagnostics: &mut Diagnostics,
     ) -> Result<Transition, Reported> {
-        let from = position(&transition.from, modes, automaton, diagnostics);
-        let to = position(&transition.to, modes, automaton, diagnostics);
+        let from = names.position(&transition.from, diagnostics);
+        let to = names.position(&transition.to, diagnostics);
         let left = self.lowering.value(&transition.left, diagnostics);
         let right = self.lowering.value(&transition.right, diagnostics);
         let resets = self.resets(&transition.resets, diagnostics);
         let (left, right) = (left?, right?);
-        let sides = ((left.dim, transition.left.span), (right.dim, transition.right.span));
-        check_units::same("compare", sides.0, sides.1)
+        let sides = [left.at(transition.left.span), right.at(transition.right.span)];
+        check_units::same("compare", sides[0], sides[1])
             .map_err(|diagnostic| diagnostics.error(diagnostic))?;
         Ok(Transition {
             span: transition.span,
@@ -90,10 +92,10 @@ impl<'a> Resolver<'a> {
         &mut self,
         mode: &Name,
         condition: &'a Expr,
-        (automaton, modes): (&Name, &BTreeMap<&str, usize>),
+        names: &ModeNames<'_>,
         diagnostics: &mut Diagnostics,
     ) -> Result<Transition, Reported> {
-        let to = position(mode, modes, automaton, diagnostics);
+        let to = names.position(mode, diagnostics);
         let holds = self.lowering.truth(condition, diagnostics)?;
         self.check_start_condition(holds, condition, diagnostics)?;
         let graph = &mut self.lowering.graph;
@@ -142,8 +144,8 @@ impl<'a> Resolver<'a> {
         let right = self.lowering.value(&reaction.right, diagnostics);
         let resets = self.resets(&reaction.resets, diagnostics);
         let (left, right) = (left?, right?);
-        let sides = ((left.dim, reaction.left.span), (right.dim, reaction.right.span));
-        check_units::same("compare", sides.0, sides.1)
+        let sides = [left.at(reaction.left.span), right.at(reaction.right.span)];
+        check_units::same("compare", sides[0], sides[1])
             .map_err(|diagnostic| diagnostics.error(diagnostic))?;
         let transition = Transition {
             span: item.span,
@@ -199,7 +201,9 @@ impl<'a> Resolver<'a> {
     pub(super) fn saturation(
         &mut self,
         item: &Item,
-        (name, side, bound): (&'a Name, Bound, &'a Expr),
+        name: &'a Name,
+        side: Bound,
+        bound: &'a Expr,
         diagnostics: &mut Diagnostics,
     ) -> Result<Saturation, Reported> {
         let (unknown, unit) = self.unknown_named(name, "saturated", diagnostics)?;
@@ -272,20 +276,23 @@ fn mode_names<'a>(modes: &'a [Choice], diagnostics: &mut Diagnostics) -> BTreeMa
     names
 }
 
-fn position(
-    mode: &Name,
-    modes: &BTreeMap<&str, usize>,
-    automaton: &Name,
-    diagnostics: &mut Diagnostics,
-) -> Result<usize, Reported> {
-    modes.get(mode.text.as_str()).copied().ok_or_else(|| {
-        let message = format!("`{}` has no mode `{}`", automaton.text, mode.text);
-        let diagnostic = Diagnostic::new(Code::E216, mode.span, message);
-        let known: Vec<&str> = modes.keys().copied().collect();
-        let help = suggestion(&mode.text, known.iter().copied()).map_or_else(
-            || format!("there is `{}`", known.join("`, `")),
-            |near| format!("did you mean `{near}`?"),
-        );
-        diagnostics.error(diagnostic.help(help))
-    })
+/// The modes of an automaton.
+struct ModeNames<'a> {
+    automaton: &'a Name,
+    positions: BTreeMap<&'a str, usize>,
+}
+
+impl ModeNames<'_> {
+    fn position(&self, mode: &Name, diagnostics: &mut Diagnostics) -> Result<usize, Reported> {
+        self.positions.get(mode.text.as_str()).copied().ok_or_else(|| {
+            let message = format!("`{}` has no mode `{}`", self.automaton.text, mode.text);
+            let diagnostic = Diagnostic::new(Code::E216, mode.span, message);
+            let known: Vec<&str> = self.positions.keys().copied().collect();
+            let help = suggestion(&mode.text, known.iter().copied()).map_or_else(
+                || format!("there is `{}`", known.join("`, `")),
+                |near| format!("did you mean `{near}`?"),
+            );
+            diagnostics.error(diagnostic.help(help))
+        })
+    }
 }

@@ -6,6 +6,7 @@ use super::check_units::{Dim, being, this_is};
 use super::choose::{check_settings, choose, leave_out_impossible, unknown_choice};
 use super::define::{Definition, Scope, in_order};
 use super::expression::{Lowering, Typed, is_plain, unit_of};
+use super::item::UnknownDeclaration;
 use super::{Constant, Declared, Input, Interpolation, Let, Model};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::ExprId;
@@ -231,19 +232,21 @@ impl<'a> Resolver<'a> {
             }
             ItemKind::Unknown { declared, name, start, attributes, .. } => {
                 let state = *declared == UnknownKind::State;
-                let unknown =
-                    self.unknown(item, name, state, start.as_ref(), attributes, diagnostics)?;
+                let start = start.as_ref();
+                let declaration = UnknownDeclaration { name, state, start, attributes };
+                let unknown = self.unknown(item, &declaration, diagnostics)?;
                 self.model.unknowns.push(unknown);
             }
             ItemKind::Output { name, unit, value: None, attributes } if self.is_array(name) => {
-                let head = (name, unit.as_ref());
-                let output = self.output_array(item, head, attributes, diagnostics)?;
+                let output =
+                    self.output_array(item, name, unit.as_ref(), attributes, diagnostics)?;
                 self.model.output_arrays.push(output);
             }
             ItemKind::Output { name, unit, value, attributes } => {
                 let output = self.output(
                     item,
-                    (name, unit.as_ref()),
+                    name,
+                    unit.as_ref(),
                     value.as_ref(),
                     attributes,
                     diagnostics,
@@ -251,12 +254,12 @@ impl<'a> Resolver<'a> {
                 self.model.outputs.push(output);
             }
             ItemKind::Equation { label, left, right } => {
-                let equation = self.equation(item, label, (left, right), diagnostics)?;
+                let equation = self.equation(item, label, left, right, diagnostics)?;
                 self.model.equations.push(equation);
             }
             ItemKind::Modes { name, modes, transitions, starts } => {
-                let parts = (modes.as_slice(), transitions.as_slice(), starts.as_slice());
-                let automaton = self.automaton(item, name, parts, diagnostics)?;
+                let automaton =
+                    self.automaton(item, name, modes, transitions, starts, diagnostics)?;
                 self.model.automata.push(automaton);
             }
             ItemKind::When(reaction) => {
@@ -264,12 +267,13 @@ impl<'a> Resolver<'a> {
                 self.model.automata.push(automaton);
             }
             ItemKind::Saturate { name, side, bound } => {
-                let saturation = self.saturation(item, (name, *side, bound), diagnostics)?;
+                let saturation = self.saturation(item, name, *side, bound, diagnostics)?;
                 self.model.saturations.push(saturation);
             }
             ItemKind::Array { declared, name, index, start, attributes, .. } => {
-                let head = (name, index.as_ref(), *declared == UnknownKind::State);
-                let array = self.array(item, head, start.as_ref(), attributes, diagnostics)?;
+                let (state, start) = (*declared == UnknownKind::State, start.as_ref());
+                let declaration = UnknownDeclaration { name, state, start, attributes };
+                let array = self.array(item, index.as_ref(), &declaration, diagnostics)?;
                 self.model.arrays.push(array);
             }
             ItemKind::For { index, items, .. } => self.loop_(index, items, diagnostics)?,

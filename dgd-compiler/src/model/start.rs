@@ -13,7 +13,8 @@ impl Resolver<'_> {
     pub(super) fn check_start(
         &self,
         start: ExprId,
-        (name, expr): (&Name, &Expr),
+        name: &Name,
+        expr: &Expr,
         diagnostics: &mut Diagnostics,
     ) -> Result<(), Reported> {
         let graph = &self.lowering.graph;

@@ -52,13 +52,9 @@ pub(super) fn schedule(
             }
         }
     }
-    let loops = by_count
-        .into_iter()
-        .map(|(count, numbers)| {
-            let symbols = (dae, past);
-            looped(graph, symbols, (&moving, &values), (count, &numbers), body.len())
-        })
-        .collect();
+    let loops_of = Loops { graph, dae, past, moving, common: &values, begin: body.len() };
+    let loops =
+        by_count.into_iter().map(|(count, numbers)| loops_of.looped(count, &numbers)).collect();
 
     let single = |numbers: &[Number]| -> Vec<Number> {
         numbers.iter().filter(|number| number.rows.is_none()).copied().collect()
@@ -103,33 +99,43 @@ fn moving(graph: &Graph, order: &[ExprId]) -> HashSet<ExprId> {
     moving
 }
 
-/// The loop over all families of one length.
-fn looped(
-    graph: &Graph,
-    (dae, past): (&Dae, PastLayout),
-    (moving, common): (&HashSet<ExprId>, &HashMap<ExprId, ValueId>),
-    (count, numbers): (u32, &[(usize, Number)]),
+/// What loops are made from.
+struct Loops<'a> {
+    graph: &'a Graph,
+    dae: &'a Dae,
+    past: PastLayout,
+    /// Expressions that differ from row to row.
+    moving: HashSet<ExprId>,
+    /// Values that are the same for all rows.
+    common: &'a HashMap<ExprId, ValueId>,
+    /// Number of the first value of a loop.
     begin: usize,
-) -> Loop {
-    let order = graph.reachable(numbers.iter().map(|(_, number)| number.value));
-    let mut body = Vec::new();
-    let mut own: HashMap<ExprId, ValueId> = HashMap::new();
-    for id in order.into_iter().filter(|id| moving.contains(id)) {
-        let value = |operand: ExprId| {
-            own.get(&operand).or_else(|| common.get(&operand)).copied().unwrap_or_else(|| {
-                unreachable!("operands come first, and what does not move is in the body")
-            })
-        };
-        let operation = operation(graph.node(id), dae, past, value);
-        let value = append(&mut body, begin, operation);
-        own.insert(id, value);
+}
+
+impl Loops<'_> {
+    /// The loop over all families of one length; each number belongs to the result of this position.
+    fn looped(&self, count: u32, numbers: &[(usize, Number)]) -> Loop {
+        let Loops { graph, dae, past, ref moving, common, begin } = *self;
+        let order = graph.reachable(numbers.iter().map(|(_, number)| number.value));
+        let mut body = Vec::new();
+        let mut own: HashMap<ExprId, ValueId> = HashMap::new();
+        for id in order.into_iter().filter(|id| moving.contains(id)) {
+            let value = |operand: ExprId| {
+                own.get(&operand).or_else(|| common.get(&operand)).copied().unwrap_or_else(|| {
+                    unreachable!("operands come first, and what does not move is in the body")
+                })
+            };
+            let operation = operation(graph.node(id), dae, past, value);
+            let value = append(&mut body, begin, operation);
+            own.insert(id, value);
+        }
+        let stores = numbers.iter().map(|(result, number)| Store {
+            result: *result,
+            first: number.place,
+            value: own.get(&number.value).copied().unwrap_or_else(|| common[&number.value]),
+        });
+        Loop { count, stores: stores.collect(), body }
     }
-    let stores = numbers.iter().map(|(result, number)| Store {
-        result: *result,
-        first: number.place,
-        value: own.get(&number.value).copied().unwrap_or_else(|| common[&number.value]),
-    });
-    Loop { count, stores: stores.collect(), body }
 }
 
 fn append(body: &mut Vec<Operation>, begin: usize, operation: Operation) -> ValueId {

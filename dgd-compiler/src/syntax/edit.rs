@@ -75,8 +75,8 @@ fn collect(
                 edits.push(written.unwrap_or_else(added));
             }
             ItemKind::Part { name, model, arguments } => {
-                let end = (model.span.end, item.span.end);
-                edits.extend(arguments_of(&name.text, arguments, end, values));
+                let (start, end) = (model.span.end, item.span.end);
+                edits.extend(arguments_of(&name.text, arguments, start, end, values));
             }
             ItemKind::Import { path, path_span } => {
                 edits.extend(import(path).map(|path| over(*path_span, format!("\"{path}\""))));
@@ -104,7 +104,8 @@ fn collect(
 fn arguments_of(
     part: &str,
     arguments: &[PartArgument],
-    (start, end): (u32, u32),
+    start: u32,
+    end: u32,
     values: &[NewValue],
 ) -> Vec<Edit> {
     let member = |called: &str| called.strip_prefix(part)?.strip_prefix('.').map(str::to_owned);

@@ -1,8 +1,7 @@
 //! Elements matched one by one: for what cannot be matched as wholes, and to say what is wrong.
 
 use super::{Assigned, Candidate, Columns, PlannedRows, elements_name};
-use crate::dae::matching::maximum_matching;
-use crate::dae::matching::{more_places, quoted};
+use crate::dae::matching::{maximum_matching, more_places, quoted};
 use crate::dae::transfer::Transferred;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{Graph, Symbol};
@@ -11,16 +10,32 @@ use crate::model::Model;
 /// More rows are not matched one by one.
 const MOST_ROWS: usize = 200_000;
 
-/// Matches every passage of every equation by itself; what follows each other becomes one again.
+/// What is left to be matched one by one.
+pub(super) struct Unmatched<'a> {
+    /// Positions of all equations.
+    pub(super) all: &'a [usize],
+    /// Those that have not found their elements.
+    pub(super) left: &'a [Candidate],
+    pub(super) columns: Columns,
+    /// Rows of elements whose derivatives equations give.
+    pub(super) solved: &'a [PlannedRows],
+}
+
+/// What found no partner, of how many.
+struct Unpaired<'a, T> {
+    items: &'a [T],
+    total: usize,
+}
+
+/// Matches every passage of every equation by itself; consecutive ones are joined again.
 pub(super) fn assign(
     model: &Model,
     graph: &Graph,
     transferred: &Transferred<'_>,
-    (all, left): (&[usize], &[Candidate]),
-    columns: Columns,
-    solved: &[PlannedRows],
+    unmatched: &Unmatched<'_>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<Assigned>, Reported> {
+    let Unmatched { all, left, columns, solved } = *unmatched;
     let names = Names { model, transferred };
     let n_rows: usize = left.iter().map(|row| row.count as usize).sum();
     let determined: usize = solved.iter().map(|row| row.count as usize).sum();
@@ -62,8 +77,8 @@ pub(super) fn assign(
     let ties_states = free_rows.len() == free_columns.len()
         && could_be_matched(model, graph, transferred, all, columns);
     Err(names.report(
-        (&rows, n_rows),
-        (&free_columns, columns.len() - determined),
+        &Unpaired { items: &rows, total: n_rows },
+        &Unpaired { items: &free_columns, total: columns.len() - determined },
         ties_states,
         diagnostics,
     ))
@@ -186,11 +201,13 @@ impl Names<'_> {
 
     fn report(
         &self,
-        (rows, n_rows): (&[(usize, u32)], usize),
-        (columns, n_columns): (&[usize], usize),
+        rows: &Unpaired<'_, (usize, u32)>,
+        columns: &Unpaired<'_, usize>,
         ties_states: bool,
         diagnostics: &mut Diagnostics,
     ) -> Reported {
+        let (n_rows, n_columns) = (rows.total, columns.total);
+        let (rows, columns) = (rows.items, columns.items);
         let n_single = self.model.unknowns.len();
         let of_column = |column: usize| match column.checked_sub(n_single) {
             None => self.model.unknowns[column].declared.span,

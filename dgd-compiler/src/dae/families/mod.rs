@@ -10,6 +10,7 @@ mod wholesale;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use self::elementwise::Unmatched;
 use self::intervals::Intervals;
 use super::index::solve_for_derivative;
 use super::modes::Combinations;
@@ -104,7 +105,7 @@ pub(super) fn plan(
     let mut rows = Vec::new();
     for (e, equation) in equations.iter().enumerate() {
         let count = count(e);
-        rows.extend(solved(model, graph, (e, equation), count, diagnostics)?);
+        rows.extend(solved(model, graph, e, equation, count, diagnostics)?);
     }
     verify_once(model, equations, &mut rows, diagnostics)?;
     let mut taken: BTreeSet<usize> = rows.iter().map(|row| row.equation).collect();
@@ -120,7 +121,7 @@ pub(super) fn plan(
     let left: Vec<Candidate> = all
         .iter()
         .filter(|e| !taken.contains(e))
-        .map(|&e| candidate(graph, (e, &equations[e]), count(e), &users, columns))
+        .map(|&e| candidate(graph, e, &equations[e], count(e), &users, columns))
         .collect();
     for candidate in left.iter().filter(|candidate| candidate.columns.is_empty()) {
         verify_unknowns(graph, &equations[candidate.equation], diagnostics);
@@ -135,9 +136,7 @@ pub(super) fn plan(
                 model,
                 graph,
                 transferred,
-                (&all, &left),
-                columns,
-                &rows,
+                &Unmatched { all: &all, left: &left, columns, solved: &rows },
                 diagnostics,
             )?,
         };
@@ -184,7 +183,8 @@ struct Assigned {
 fn solved(
     model: &Model,
     graph: &mut Graph,
-    (position, equation): (usize, &Equation<'_>),
+    position: usize,
+    equation: &Equation<'_>,
     count: u32,
     diagnostics: &mut Diagnostics,
 ) -> Result<Option<PlannedRows>, Reported> {
@@ -292,7 +292,8 @@ fn verify_unknowns(graph: &Graph, equation: &Equation<'_>, diagnostics: &mut Dia
 /// What an equation without derivatives of elements could determine.
 fn candidate(
     graph: &Graph,
-    (e, equation): (usize, &Equation<'_>),
+    position: usize,
+    equation: &Equation<'_>,
     count: u32,
     users: &BTreeMap<u32, usize>,
     columns: Columns,
@@ -313,7 +314,7 @@ fn candidate(
             })
             .collect(),
     };
-    let mut candidate = Candidate { equation: e, count, columns: column };
+    let mut candidate = Candidate { equation: position, count, columns: column };
     candidate.columns.sort_unstable();
     candidate.columns.dedup();
     candidate

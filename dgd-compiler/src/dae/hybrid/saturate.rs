@@ -13,7 +13,7 @@
 //! 0 = f there, so that f(b) and the slope together say on which side of b the solution lies. At the
 //! bound itself the slope can vanish, as that of q|q| does.
 
-use crate::dae::rates::Varying;
+use crate::dae::rates::{Rows, Varying};
 use crate::dae::{Automaton, AutomatonKind, Transition, Trigger, Unknown};
 use crate::expr::graph::Comparison;
 use crate::expr::{ExprId, Graph, Symbol};
@@ -74,8 +74,7 @@ pub(in crate::dae) fn saturate(
         let mut row = free;
         let mut transitions = Vec::new();
         for at in &at {
-            let (held, own) =
-                bounded(graph, varying, (index, *at, size), (&unknowns[index as usize], unknowns));
+            let (held, own) = bounded(graph, varying, index, *at, size, unknowns);
             let behind = graph.constant(at.mode as f64 - 0.5);
             let before = graph.constant(at.mode as f64 + 0.5);
             let above = graph.compare(Comparison::Greater, now, behind);
@@ -99,15 +98,19 @@ pub(in crate::dae) fn saturate(
     }
 }
 
-/// The row of an unknown at a bound, and the transitions to it and from it.
+/// The row of an unknown at a bound, and the transitions to it and from it. `size` is that of the
+/// unknown.
 fn bounded(
     graph: &mut Graph,
     varying: Varying<'_>,
-    (index, at, size): (u32, At, f64),
-    (unknown, unknowns): (&Unknown, &[Unknown]),
+    index: u32,
+    at: At,
+    size: f64,
+    unknowns: &[Unknown],
 ) -> (ExprId, Vec<Transition>) {
+    let unknown = &unknowns[index as usize];
     let x = graph.symbol(Symbol::Unknown(index));
-    let rate = varying.rate(graph, at.bound, (unknowns, &[]));
+    let rate = varying.rate(graph, at.bound, Rows { unknowns, families: &[] });
     let rate = rate.unwrap_or_else(|| unreachable!("bounds read no unknowns"));
     let inwards = |graph: &mut Graph, value: ExprId| match at.side {
         Bound::Lower => value,

@@ -93,7 +93,9 @@ pub(super) fn is_greater(comparison: Comparison) -> bool {
 pub(super) fn passage(
     graph: &mut Graph,
     sizes: &Sizes,
-    (root, surface, signs): (ExprId, ExprId, &Signs),
+    root: ExprId,
+    surface: ExprId,
+    signs: &Signs,
 ) -> Passage {
     let sides = [1.0, -1.0].map(|side| on_side(graph, root, signs, side));
     if sides[0] == sides[1] {
@@ -188,14 +190,14 @@ impl Sides<'_> {
             let roots = [surface, e_v, above, below, above_v, below_v];
             let order = graph.reachable(roots);
             let spread = if trial % 2 == 1 { WIDE } else { 0.0 };
-            let mut place = Place::random(graph, self.sizes, &order, (spread, &mut random));
+            let mut place = Place::random(graph, self.sizes, &order, spread, &mut random);
             if trial % 4 > 1 && !thresholds.is_empty() {
                 let which = (0.5 * (random.next() + 1.0) * thresholds.len() as f64) as usize;
                 place.move_near(graph, &thresholds[which], v, &mut random);
             }
             let off = place.evaluate(graph, &order, roots);
             let at_surface = graph.reachable([surface, e_v]);
-            let found = place.move_to_surface(graph, v, (&at_surface, [surface, e_v]));
+            let found = place.move_to_surface(graph, v, &at_surface, [surface, e_v]);
             let Some(rising) = found else { continue };
             let (at, size) = (place.values[&v], place.size(v));
             let mut moved = |distance: f64| {
@@ -312,7 +314,7 @@ pub(super) fn values_at_random<const N: usize>(
     let mut random = Random(SEED);
     let order = graph.reachable([root]);
     std::array::from_fn(|_| {
-        let place = Place::random(graph, sizes, &order, (0.0, &mut random));
+        let place = Place::random(graph, sizes, &order, 0.0, &mut random);
         let [value] = place.evaluate(graph, &order, [root]);
         value
     })
@@ -391,7 +393,8 @@ impl Place {
         graph: &Graph,
         of: &Sizes,
         order: &[ExprId],
-        (spread, random): (f64, &mut Random),
+        spread: f64,
+        random: &mut Random,
     ) -> Self {
         let mut place = Self { values: HashMap::new(), sizes: HashMap::new() };
         let mut symbols: Vec<Symbol> = order
@@ -478,7 +481,8 @@ impl Place {
         &mut self,
         graph: &Graph,
         v: Symbol,
-        (order, roots): (&[ExprId], [ExprId; 2]),
+        order: &[ExprId],
+        roots: [ExprId; 2],
     ) -> Option<f64> {
         let from = self.values[&v];
         for _ in 0..MOST_NEWTON {
@@ -494,7 +498,7 @@ impl Place {
             }
         }
         self.values.insert(v, from);
-        self.halve_to_surface(graph, v, (order, roots))
+        self.halve_to_surface(graph, v, order, roots)
     }
 
     /// Moves a symbol, another one than `kept` if there is one, to a little beside a threshold.
@@ -508,7 +512,7 @@ impl Place {
         let other = threshold.slopes.iter().rev().find(|(symbol, ..)| *symbol != kept);
         let Some((v, slope, order)) = other.or(threshold.slopes.first()) else { return };
         let from = self.values[v];
-        if self.move_to_surface(graph, *v, (order, [threshold.e, *slope])).is_some() {
+        if self.move_to_surface(graph, *v, order, [threshold.e, *slope]).is_some() {
             *self.values.entry(*v).or_default() += BESIDE * random.next() * self.size(*v);
         } else {
             self.values.insert(*v, from);
@@ -520,7 +524,8 @@ impl Place {
         &mut self,
         graph: &Graph,
         v: Symbol,
-        (order, roots): (&[ExprId], [ExprId; 2]),
+        order: &[ExprId],
+        roots: [ExprId; 2],
     ) -> Option<f64> {
         let (from, size) = (self.values[&v], self.size(v));
         let sign_at = |place: &mut Self, value: f64| {

@@ -66,7 +66,7 @@ pub(super) fn solve_for_derivatives(
                 let rate = rate.map(|value| Rate { value, equation: e });
                 rate.is_some_and(|rate| solved.rates.insert(i, rate).is_none())
             }
-            _ => eliminate(graph, all, &members, variables, (&mut solved.rates, &mut left)),
+            _ => eliminate(graph, all, &members, variables, &mut solved.rates, &mut left),
         };
         if !done {
             for &equation in &members {
@@ -162,7 +162,8 @@ fn eliminate(
     all: &[Equation<'_>],
     members: &[usize],
     variables: &mut Variables,
-    (rates, left): (&mut BTreeMap<u32, Rate>, &mut Vec<Residual>),
+    rates: &mut BTreeMap<u32, Rate>,
+    left: &mut Vec<Residual>,
 ) -> bool {
     let mut columns: Vec<u32> =
         members.iter().flat_map(|e| all[*e].derivatives.iter().copied()).collect();
@@ -196,7 +197,7 @@ fn eliminate(
             continue;
         }
         let label = all[*equation].label;
-        let w = variables.combination(terms.clone(), (*equation, label), graph);
+        let w = variables.combination(terms.clone(), *equation, label, graph);
         rates.insert(w, rate);
         // 0 = Σ c x − w
         let value = sum(graph, &terms, |graph, i| graph.symbol(Symbol::Unknown(i)));

@@ -112,7 +112,8 @@ impl Variables {
     pub(super) fn combination(
         &mut self,
         terms: Vec<(u32, ExprId)>,
-        (equation, label): (usize, &str),
+        equation: usize,
+        label: &str,
         graph: &mut Graph,
     ) -> u32 {
         let value = sum(graph, &terms, |graph, i| graph.symbol(Symbol::Unknown(i)));

@@ -38,7 +38,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use self::affected::Readers;
 use self::surfaces::Which;
 use crate::dae::hybrid::smoothness::{Passage, Signs, Sizes, is_greater, passage};
-use crate::dae::rates::{Varying, family_of};
+use crate::dae::rates::{Rows, Varying, family_of};
 use crate::dae::text::symbol_name;
 use crate::dae::{Automaton, AutomatonKind, Dae, Transition, Trigger, Unknown};
 use crate::expr::display::listing;
@@ -98,8 +98,8 @@ fn passed(dae: &mut Dae, model: &Model) -> Vec<Surface> {
         let (affected, rows) = readers.affected(&surface.signs);
         surface.rows = rows;
         for root in affected {
-            let this = (root, surface.e, &surface.signs);
-            surface.passage = surface.passage.max(passage(&mut trial, &typical, this));
+            let here = passage(&mut trial, &typical, root, surface.e, &surface.signs);
+            surface.passage = surface.passage.max(here);
         }
     }
     surfaces
@@ -160,7 +160,7 @@ fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
         let side = graph.select(is_above, one, zero);
         let side = graph.subtract(side, alpha);
         let slides = in_mode(graph, z, SLIDING);
-        let held = held(graph, rate, (index, z));
+        let held = held(graph, rate, index, z);
         dae.unknowns[index as usize].rhs = graph.select(slides, held, side);
     }
 }
@@ -169,8 +169,8 @@ fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
 ///
 /// Where another switch keeps α from acting, as that of a brake that is released, ė is what it is: α
 /// is beyond its range then, on the side to which the solution leaves.
-fn held(graph: &mut Graph, rate: ExprId, (index, z): (u32, ExprId)) -> ExprId {
-    let slopes = graph.gradient(rate, |symbol| (symbol == Symbol::Unknown(index)).then_some(0));
+fn held(graph: &mut Graph, rate: ExprId, share: u32, z: ExprId) -> ExprId {
+    let slopes = graph.gradient(rate, |symbol| (symbol == Symbol::Unknown(share)).then_some(0));
     let Some((_, slope)) = slopes.first().copied() else { return rate };
     let sliding = graph.constant(SLIDING as f64);
     let nodes = graph.listed([slope]);
@@ -183,7 +183,7 @@ fn held(graph: &mut Graph, rate: ExprId, (index, z): (u32, ExprId)) -> ExprId {
     if !switched {
         return rate;
     }
-    let alpha = graph.symbol(Symbol::Unknown(index));
+    let alpha = graph.symbol(Symbol::Unknown(share));
     let [zero, two, minus_one] = [0.0, 2.0, -1.0].map(|number| graph.constant(number));
     let size = graph.call1("abs", slope);
     let acts = graph.compare(Comparison::Greater, size, zero);
@@ -196,7 +196,8 @@ fn held(graph: &mut Graph, rate: ExprId, (index, z): (u32, ExprId)) -> ExprId {
 /// ė of a surface that can slide.
 fn rate_of(dae: &mut Dae, model: &Model, e: ExprId) -> ExprId {
     let varying = Varying { model, delayed: &dae.delayed_inputs };
-    let rate = varying.rate(&mut dae.graph, e, (&dae.unknowns, &dae.families));
+    let rows = Rows { unknowns: &dae.unknowns, families: &dae.families };
+    let rate = varying.rate(&mut dae.graph, e, rows);
     rate.unwrap_or_else(|| unreachable!("what slides reads no algebraic unknown"))
 }
 
@@ -225,7 +226,7 @@ impl Sliding {
     /// Whether ė is known, and the switch may change it.
     fn is_possible(&self, dae: &Dae, model: &Model, surface: &Surface) -> bool {
         let varying = Varying { model, delayed: &dae.delayed_inputs };
-        let rows = (&dae.unknowns[..], &dae.families[..]);
+        let rows = Rows { unknowns: &dae.unknowns, families: &dae.families };
         let trial = &mut *self.trial.borrow_mut();
         let Some(terms) = varying.terms(trial, surface.e, rows) else { return false };
         let n_single = self.reads_algebraic.len() - dae.families.len();
@@ -319,11 +320,11 @@ impl<'a> Replacing<'a> {
                 Node::Select(condition, a, b) if weights.contains_key(&condition) => {
                     let (c, a, b) = (built[&condition], built[&a], built[&b]);
                     let frozen = graph.select(c, a, b);
-                    blend(graph, weights[&condition], (a, b), frozen)
+                    blend(graph, weights[&condition], a, b, frozen)
                 }
                 _ => graph.simplified(node.map(|operand| built[&operand])),
             };
-            let here = self.switched(graph, (id, node), &mut weights).unwrap_or(here);
+            let here = self.switched(graph, id, node, &mut weights).unwrap_or(here);
             built.insert(id, here);
             if let Some(weight) = joined(graph, node, &built, &weights) {
                 weights.insert(id, weight);
@@ -336,7 +337,8 @@ impl<'a> Replacing<'a> {
     fn switched(
         &self,
         graph: &mut Graph,
-        (id, node): (ExprId, Node),
+        id: ExprId,
+        node: Node,
         weights: &mut HashMap<ExprId, Weight>,
     ) -> Option<ExprId> {
         let surface = &self.surfaces[*self.of_switches.get(&id)?];
@@ -372,7 +374,7 @@ impl<'a> Replacing<'a> {
 }
 
 /// B + α (A − B) while a switch of the condition slides.
-fn blend(graph: &mut Graph, weight: Weight, (a, b): (ExprId, ExprId), frozen: ExprId) -> ExprId {
+fn blend(graph: &mut Graph, weight: Weight, a: ExprId, b: ExprId, frozen: ExprId) -> ExprId {
     let difference = graph.subtract(a, b);
     let part = graph.multiply(weight.value, difference);
     let between = graph.add(b, part);

@@ -63,7 +63,7 @@ fn inner(dae: &mut Dae, model: &Model) -> Option<(ExprId, Signs, Vec<usize>)> {
         within.dedup();
         for k in within {
             let (e, signs) = (all[k].e, &all[k].signs);
-            if passage(&mut trial, &sizes, (outer.e, e, signs)) < Passage::Jump {
+            if passage(&mut trial, &sizes, outer.e, e, signs) < Passage::Jump {
                 continue;
             }
             let readers = readers.get_or_insert_with(|| Readers::of(dae));

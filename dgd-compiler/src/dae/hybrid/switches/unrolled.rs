@@ -43,7 +43,7 @@ fn jumps(dae: &mut Dae, model: &Model, sizes: &Sizes, row: ExprId) -> bool {
         return false;
     }
     let mut trial = dae.graph.clone();
-    found.iter().any(|surface| {
-        passage(&mut trial, sizes, (row, surface.e, &surface.signs)) == Passage::Jump
-    })
+    found
+        .iter()
+        .any(|surface| passage(&mut trial, sizes, row, surface.e, &surface.signs) == Passage::Jump)
 }
