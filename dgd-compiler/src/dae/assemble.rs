@@ -7,7 +7,7 @@ use super::index::{Selections, Systems};
 use super::modes::Combinations;
 use super::rates::{Varying, take_slopes};
 use super::readers::DerivativeReader;
-use super::settle::settle;
+use super::renumber::renumber_time_conditions;
 use super::transfer::transfer;
 use super::{Dae, delays};
 use crate::diagnostics::{Diagnostics, Reported};
@@ -48,7 +48,13 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     let differentiated_inputs = systems.differentiated_inputs(&transferred.equations);
     // After this: no constraint whose states nothing selects.
     let selections = Selections::of(&systems.explicit);
-    settle(&mut graph, &mut systems.explicit, &mut transferred, &mut plan, &selections);
+    renumber_time_conditions(
+        &mut graph,
+        &mut systems.explicit,
+        &mut transferred,
+        &mut plan,
+        &selections,
+    );
     let equations = &transferred.equations;
     let selecting = selections.automata(model, &mut graph, equations, &systems);
     // After this: no unknown without its row.

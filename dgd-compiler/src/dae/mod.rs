@@ -12,7 +12,7 @@ mod matching;
 mod modes;
 mod rates;
 mod readers;
-mod settle;
+mod renumber;
 pub mod text;
 mod transfer;
 

@@ -137,14 +137,14 @@ pub struct Entry {
     /// What is wrong.
     pub message: String,
     /// Places concerned, the main one first.
-    pub places: Vec<Place>,
+    pub places: Vec<Location>,
     /// What would be right.
     pub help: Option<String>,
 }
 
-/// A place as editors count: lines and columns from 1, columns in characters.
+/// A location as editors count: lines and columns from 1, columns in characters.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Place {
+pub struct Location {
     /// Name of the source.
     pub file: String,
     /// Line of the first character.
@@ -166,7 +166,7 @@ pub fn entry(diagnostic: &Diagnostic, sources: &Sources) -> Entry {
         let (line, column) = sources.line_column(label.span);
         let (end_line, end_column) = sources.line_column(end);
         let file = sources.get(label.span.source).name.clone();
-        Place { file, line, column, end_line, end_column, text: label.text.clone() }
+        Location { file, line, column, end_line, end_column, text: label.text.clone() }
     };
     Entry {
         code: diagnostic.code.to_string(),

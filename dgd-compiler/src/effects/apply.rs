@@ -18,7 +18,7 @@ use crate::syntax::ast::{
     Ast, EffectKind, Expr, ExprKind, Factor, Item, ItemKind, Name, Sign, Unit,
 };
 use crate::syntax::print::parenthesise;
-use crate::syntax::visit::{self, Namespace, Part, Place};
+use crate::syntax::visit::{self, Namespace, Part, Role};
 
 /// Applies effects to a model; `asts` are its tree and those of what it imports.
 ///
@@ -269,17 +269,17 @@ impl Splicing {
                 visit::parts_mut(item, &mut |part| {
                     let Part::Expr(place, expr) = part else { return };
                     let hidden: Vec<&str> = match place {
-                        Place::Declaration => return,
-                        Place::Start if splice.kind != EffectKind::Input => return,
-                        Place::Body(_, arguments) => {
+                        Role::Declaration => return,
+                        Role::Start if splice.kind != EffectKind::Input => return,
+                        Role::Body(_, arguments) => {
                             arguments.iter().map(|argument| argument.name.text.as_str()).collect()
                         }
-                        Place::Start
-                        | Place::Let(_)
-                        | Place::Output(_)
-                        | Place::Left(_)
-                        | Place::Right(_)
-                        | Place::Transition => Vec::new(),
+                        Role::Start
+                        | Role::Let(_)
+                        | Role::Output(_)
+                        | Role::Left(_)
+                        | Role::Right(_)
+                        | Role::Transition => Vec::new(),
                     };
                     n_uses += splice.replace(expr, &hidden, &mut self.done, diagnostics);
                 });

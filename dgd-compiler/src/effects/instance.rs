@@ -113,9 +113,9 @@ impl Instance {
         let mut changes = Vec::new();
         for clause in clauses {
             match change(clause, &names, &readings) {
-                Said::Null(name, value) => nulls.push((name, value)),
-                Said::Change(kind) => changes.push(Change { span: clause.span, kind }),
-                Said::Nothing => {}
+                Translated::Null(name, value) => nulls.push((name, value)),
+                Translated::Change(kind) => changes.push(Change { span: clause.span, kind }),
+                Translated::Nothing => {}
             }
         }
         if blending == Blending::Blended {
@@ -170,14 +170,14 @@ impl ChangeKind {
     }
 }
 
-/// What a clause says in the model's names.
-enum Said {
+/// A clause in the model's names.
+enum Translated {
     Null(Name, Expr),
     Change(ChangeKind),
     Nothing,
 }
 
-fn change(clause: &Clause, names: &Renaming, readings: &[(String, Name)]) -> Said {
+fn change(clause: &Clause, names: &Renaming, readings: &[(String, Name)]) -> Translated {
     let renamed = |namespace: Namespace, name: &Name| {
         let mut name = name.clone();
         names.rename(namespace, &mut name);
@@ -190,12 +190,12 @@ fn change(clause: &Clause, names: &Renaming, readings: &[(String, Name)]) -> Sai
         expr
     };
     match &clause.kind {
-        ClauseKind::Kind(_) | ClauseKind::Form(_) => Said::Nothing,
+        ClauseKind::Kind(_) | ClauseKind::Form(_) => Translated::Nothing,
         ClauseKind::Null { name, value } => {
-            Said::Null(renamed(Namespace::Value, name), expression(value, &[]))
+            Translated::Null(renamed(Namespace::Value, name), expression(value, &[]))
         }
         ClauseKind::Replace { name, arguments, equation, by } => {
-            Said::Change(ChangeKind::Replace {
+            Translated::Change(ChangeKind::Replace {
                 name: renamed(Namespace::Value, name),
                 arguments: arguments.clone(),
                 equation: equation.as_ref().map(|label| renamed(Namespace::Equation, label)),
@@ -205,13 +205,13 @@ fn change(clause: &Clause, names: &Renaming, readings: &[(String, Name)]) -> Sai
         ClauseKind::ReplaceOutput { output, by } => {
             let argument = readings.iter().find(|(slot, _)| *slot == output.text);
             let text = argument.map_or(&output.text, |(_, argument)| &argument.text).clone();
-            Said::Change(ChangeKind::Output {
+            Translated::Change(ChangeKind::Output {
                 output: Name { text, span: output.span },
                 own: output.text.clone(),
                 by: expression(by, &[]),
             })
         }
-        ClauseKind::Add { value, equation } => Said::Change(ChangeKind::Add {
+        ClauseKind::Add { value, equation } => Translated::Change(ChangeKind::Add {
             equation: renamed(Namespace::Equation, equation),
             value: expression(value, &[]),
         }),

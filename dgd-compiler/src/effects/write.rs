@@ -32,7 +32,7 @@ pub fn write(before: &Ast, after: &Ast, brought: &[Brought], sources: &Sources) 
         gone.push(found.is_none().then(|| as_remark(item, text, &mut edits)));
     }
     // What libraries held takes the place of the first import, what a part held that of the part.
-    let mut behind = Behind { sources, brought, text: String::new(), last: None };
+    let mut behind = Appendix { sources, brought, text: String::new(), last: None };
     let mut next = 0;
     for item in &after.items {
         if let Some(at) = before.items.iter().position(|other| same(item, other)) {
@@ -183,7 +183,7 @@ fn without_expressions(item: &Item) -> Item {
 }
 
 /// The text behind the model's items.
-struct Behind<'a> {
+struct Appendix<'a> {
     sources: &'a Sources,
     brought: &'a [Brought],
     text: String,
@@ -191,7 +191,7 @@ struct Behind<'a> {
     last: Option<(usize, Span)>,
 }
 
-impl Behind<'_> {
+impl Appendix<'_> {
     fn item(&mut self, item: &Item, index: usize) {
         let brought = &self.brought[index];
         match self.last.filter(|(last, _)| *last == index) {

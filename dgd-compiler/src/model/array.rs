@@ -7,7 +7,7 @@ use super::define::{Definition, Entry, Scope};
 use super::expression::{Arguments, Lowering, Typed, unit_of};
 use super::item::{UnknownDeclaration, unit_read};
 use super::resolve::{Reading, Resolver};
-use super::whole::{Extent, LoopIndex, Whole, extent, sizes_of, whole};
+use super::whole::{AffineInteger, Extent, LoopIndex, extent, sizes_of, whole};
 use super::{Array, Declared, Family, OutputArray};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{Node, Symbol};
@@ -246,7 +246,7 @@ impl<'a> Lowering<'a> {
     /// How far behind the first element an index points, and whether it moves with the loop.
     fn within(
         &self,
-        at: Whole,
+        at: AffineInteger,
         extent: Extent,
         name: &str,
         index: &Expr,

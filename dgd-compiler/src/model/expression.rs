@@ -429,7 +429,7 @@ impl<'a> Lowering<'a> {
                 }
                 failed.map_or(Ok(()), Err)?;
                 let spans: Vec<Span> = list.iter().map(|argument| argument.span).collect();
-                let passed = Passed { typed, spans, call: span, place };
+                let passed = CallArguments { typed, spans, call: span, place };
                 self.open_function(name, declared.arguments, declared.body, passed, diagnostics)
             }
             Some((_, place)) => Err(diagnostics.error(
@@ -471,7 +471,7 @@ impl<'a> Lowering<'a> {
         name: &'a str,
         declared: &'a [Argument],
         body: &'a Expr,
-        passed: Passed,
+        passed: CallArguments,
         diagnostics: &mut Diagnostics,
     ) -> Result<Typed, Reported> {
         if self.open.contains(&name) {
@@ -603,7 +603,7 @@ impl<'a> Lowering<'a> {
 }
 
 /// What a call hands to a function.
-struct Passed {
+struct CallArguments {
     typed: Vec<Typed>,
     spans: Vec<Span>,
     call: Span,

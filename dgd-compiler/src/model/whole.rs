@@ -23,7 +23,7 @@ pub(super) struct LoopIndex<'a> {
 
 /// A whole number that may move with the loop: `at` + `slope` k at passage k.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Whole {
+pub(super) struct AffineInteger {
     pub(super) at: i64,
     pub(super) slope: i64,
 }
@@ -44,7 +44,7 @@ pub(super) fn whole(
     sizes: &Sizes<'_>,
     index: Option<LoopIndex<'_>>,
     diagnostics: &mut Diagnostics,
-) -> Result<Whole, Reported> {
+) -> Result<AffineInteger, Reported> {
     let refuse = |diagnostics: &mut Diagnostics, what: String| {
         Err(diagnostics.error(
             Diagnostic::new(Code::E230, expr.span, what)
@@ -55,7 +55,7 @@ pub(super) fn whole(
         ExprKind::Number { value, unit: None, .. }
             if value.fract() == 0.0 && value.abs() <= LARGEST as f64 =>
         {
-            Some(Whole { at: *value as i64, slope: 0 })
+            Some(AffineInteger { at: *value as i64, slope: 0 })
         }
         ExprKind::Number { text, .. } => {
             return refuse(diagnostics, format!("`{text}` is no whole number that can count"));
@@ -63,9 +63,9 @@ pub(super) fn whole(
         ExprKind::Name(name) => match (index, sizes.get(name.as_str())) {
             (Some(index), _) if index.name == name => {
                 let slope = i64::from(index.count > 1);
-                Some(Whole { at: index.first, slope })
+                Some(AffineInteger { at: index.first, slope })
             }
-            (_, Some(size)) => Some(Whole { at: (*size)?, slope: 0 }),
+            (_, Some(size)) => Some(AffineInteger { at: (*size)?, slope: 0 }),
             (_, None) => {
                 let what = format!("`{name}` is neither a size nor the index of a loop here");
                 return refuse(diagnostics, what);
@@ -73,20 +73,23 @@ pub(super) fn whole(
         },
         ExprKind::Group(inner) => Some(whole(inner, sizes, index, diagnostics)?),
         ExprKind::Negate(inner) => {
-            let Whole { at, slope } = whole(inner, sizes, index, diagnostics)?;
-            Some(Whole { at: -at, slope: -slope })
+            let AffineInteger { at, slope } = whole(inner, sizes, index, diagnostics)?;
+            Some(AffineInteger { at: -at, slope: -slope })
         }
         ExprKind::Sum(terms) => {
-            let mut sum = Whole { at: 0, slope: 0 };
+            let mut sum = AffineInteger { at: 0, slope: 0 };
             for (sign, term) in terms {
                 let term = whole(term, sizes, index, diagnostics)?;
                 let sign = if *sign == Sign::Plus { 1 } else { -1 };
-                sum = Whole { at: sum.at + sign * term.at, slope: sum.slope + sign * term.slope };
+                sum = AffineInteger {
+                    at: sum.at + sign * term.at,
+                    slope: sum.slope + sign * term.slope,
+                };
             }
             Some(sum)
         }
         ExprKind::Product(factors) => {
-            let mut product = Some(Whole { at: 1, slope: 0 });
+            let mut product = Some(AffineInteger { at: 1, slope: 0 });
             for (factor, operand) in factors {
                 let operand = whole(operand, sizes, index, diagnostics)?;
                 product = product.and_then(|product| match factor {
@@ -112,21 +115,21 @@ pub(super) fn whole(
     }
 }
 
-impl Whole {
-    fn times(self, other: Whole) -> Option<Whole> {
+impl AffineInteger {
+    fn times(self, other: AffineInteger) -> Option<AffineInteger> {
         let (moving, still) = if self.slope == 0 { (other, self) } else { (self, other) };
         (still.slope == 0)
             .then_some(())
             .and_then(|()| Some((moving.at.checked_mul(still.at)?, moving.slope * still.at)))
-            .map(|(at, slope)| Whole { at, slope })
+            .map(|(at, slope)| AffineInteger { at, slope })
     }
 
-    fn over(self, other: Whole) -> Option<Whole> {
+    fn over(self, other: AffineInteger) -> Option<AffineInteger> {
         let exact = other.slope == 0
             && other.at != 0
             && self.at % other.at == 0
             && self.slope % other.at == 0;
-        exact.then(|| Whole { at: self.at / other.at, slope: self.slope / other.at })
+        exact.then(|| AffineInteger { at: self.at / other.at, slope: self.slope / other.at })
     }
 }
 

@@ -24,7 +24,7 @@ const EVERY_ITEM: usize = 128;
 
 /// A model with its parts in place, its names as its own file has them.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Whole {
+pub(super) struct ExpandedModel {
     pub(super) items: Vec<Item>,
     pub(super) parts: Vec<InnerModel>,
     /// Names of constants and parameters whose values are arguments of parts.
@@ -73,7 +73,7 @@ pub(super) struct Expansion<'a, 'd> {
     files: Files<'a>,
     /// Names of libraries that only parts see.
     library_names: BTreeMap<SourceId, String>,
-    done: BTreeMap<SourceId, Result<Whole, Reported>>,
+    done: BTreeMap<SourceId, Result<ExpandedModel, Reported>>,
     /// The models that are being expanded, outermost first.
     open: Vec<&'a Ast>,
     size: usize,
@@ -117,12 +117,12 @@ impl<'a, 'd> Expansion<'a, 'd> {
             asts.push(Ast { items, ..library.clone() });
         }
         self.diagnostics.check()?;
-        let Whole { parts, lengths, .. } = whole;
+        let ExpandedModel { parts, lengths, .. } = whole;
         Ok(Expanded { asts: Cow::Owned(asts), parts, lengths })
     }
 
     /// A model with its parts in place.
-    fn model(&mut self, ast: &'a Ast, visible: &Visible<'a>) -> Result<Whole, Reported> {
+    fn model(&mut self, ast: &'a Ast, visible: &Visible<'a>) -> Result<ExpandedModel, Reported> {
         let outer = std::mem::take(self.diagnostics);
         let whole = self.sound_model(ast, visible);
         let own = std::mem::replace(self.diagnostics, outer);
@@ -133,7 +133,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
     }
 
     /// The same, where nothing is reported.
-    fn sound_model(&mut self, ast: &'a Ast, visible: &Visible<'a>) -> Whole {
+    fn sound_model(&mut self, ast: &'a Ast, visible: &Visible<'a>) -> ExpandedModel {
         let mut own = ast.items.clone();
         let is_main = self.open.is_empty();
         self.open.push(ast);
@@ -146,9 +146,9 @@ impl<'a, 'd> Expansion<'a, 'd> {
                 names.rename_item(item);
             }
         }
-        let mut whole = Whole {
+        let mut whole = ExpandedModel {
             libraries: visible.libraries.iter().map(|library| library.source).collect(),
-            ..Whole::default()
+            ..ExpandedModel::default()
         };
         let (mut parts, mut bindings) = (Vec::new(), Vec::new());
         collect(&own, &mut Path::new(), &mut parts, &mut bindings);
@@ -184,7 +184,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
         &mut self,
         written: &Written<'_>,
         visible: &Visible<'a>,
-        whole: &mut Whole,
+        whole: &mut ExpandedModel,
     ) -> Result<Instance, Reported> {
         let Written { item, name, model, arguments, .. } = written;
         let Some(ast) = visible.models.get(model.text.as_str()).copied() else {

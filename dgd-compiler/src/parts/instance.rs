@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::expansion::{Whole, declared};
+use super::expansion::{ExpandedModel, declared};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::syntax::ast::{Choice, Expr, ExprKind, Item, ItemKind, Name, PartArgument, Unit};
 use crate::syntax::rename::Renaming;
@@ -25,11 +25,11 @@ pub(super) fn instance(
     part: &Name,
     model: &Name,
     arguments: &[PartArgument],
-    inner: Whole,
+    inner: ExpandedModel,
     set: &mut BTreeSet<String>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Instance, Reported> {
-    let Whole { mut items, set: inner_set, .. } = inner;
+    let ExpandedModel { mut items, set: inner_set, .. } = inner;
     let mut names = Renaming::default();
     for (namespace, name) in declared(&mut items) {
         let new = format!("{}.{name}", part.text);

@@ -6,7 +6,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::expansion::Whole;
+use super::expansion::ExpandedModel;
 use super::instance::plain;
 use crate::syntax::ast::{Expr, ExprKind, Item, ItemKind, Name};
 use crate::syntax::visit;
@@ -26,7 +26,7 @@ enum Kind {
 }
 
 /// Makes `let`s of constants and parameters whose arguments read what is not known before a run.
-pub(super) fn tie(whole: &mut Whole) {
+pub(super) fn tie(whole: &mut ExpandedModel) {
     if whole.set.is_empty() {
         return;
     }

@@ -9,7 +9,7 @@ use super::tied::names_in;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::source::Span;
 use crate::syntax::ast::{Ast, Item, ItemKind, Name};
-use crate::syntax::visit::{self, Part, Place};
+use crate::syntax::visit::{self, Part, Role};
 
 /// Whether a model has inputs of parts that no one binds, in any of its variants.
 pub(crate) fn has_unbound(main: &Ast) -> bool {
@@ -49,7 +49,7 @@ pub(crate) fn leave_out_unbound(
     });
     let unbound: BTreeMap<&str, &Name> = inputs.map(|name| (name.text.as_str(), name)).collect();
     // The whole's own lines are sound whether anything reads them or not.
-    let reads = Reads::of(items, |name| name.contains('.'));
+    let reads = Dependencies::of(items, |name| name.contains('.'));
     let read: Vec<&Name> =
         unbound.values().copied().filter(|name| reads.needed.contains(&name.text)).collect();
     let mut result = Ok(());
@@ -74,7 +74,7 @@ pub(crate) fn leave_out_unread_inputs(
     if columns.is_none() && !main.items.iter().any(has_choices) {
         return;
     }
-    let reads = Reads::of(items, |_| true);
+    let reads = Dependencies::of(items, |_| true);
     let mut unread: BTreeSet<String> = BTreeSet::new();
     for item in items.iter() {
         if let ItemKind::Input { name, .. } = &item.kind
@@ -97,7 +97,7 @@ pub(crate) fn leave_out_unread_inputs(
         }
     });
     // One that nothing reads anywhere is there to be shown.
-    let anywhere = Reads::of(&all, |_| true).needed;
+    let anywhere = Dependencies::of(&all, |_| true).needed;
     unread.retain(|name| anywhere.contains(name));
     reads.leave_out(unread, items);
 }
@@ -110,16 +110,16 @@ fn let_name(item: &Item) -> Option<&str> {
 }
 
 /// What reads what.
-struct Reads {
+struct Dependencies {
     /// Of `let`s and functions: the names in their text.
     values: BTreeMap<String, BTreeSet<String>>,
     /// The names that all else reads, directly or through these.
     needed: BTreeSet<String>,
 }
 
-impl Reads {
+impl Dependencies {
     /// `is_value` says of which `let`s and functions it matters whether something reads them.
-    fn of(items: &[&Item], is_value: impl Fn(&str) -> bool) -> Reads {
+    fn of(items: &[&Item], is_value: impl Fn(&str) -> bool) -> Dependencies {
         let mut values: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
         let mut others = BTreeSet::new();
         for item in items {
@@ -129,10 +129,10 @@ impl Reads {
                 let mut names = BTreeSet::new();
                 names_in(expr, &mut names);
                 match place {
-                    Place::Let(name) if is_value(&name.text) && !is_loop => {
+                    Role::Let(name) if is_value(&name.text) && !is_loop => {
                         values.entry(name.text.clone()).or_default().extend(names);
                     }
-                    Place::Body(name, arguments) if is_value(&name.text) => {
+                    Role::Body(name, arguments) if is_value(&name.text) => {
                         for argument in arguments {
                             names.remove(&argument.name.text);
                         }
@@ -149,7 +149,7 @@ impl Reads {
                 pending.extend(values.get(&name).into_iter().flatten().cloned());
             }
         }
-        Reads { values, needed }
+        Dependencies { values, needed }
     }
 
     /// Leaves out these inputs and the values that need one of them.

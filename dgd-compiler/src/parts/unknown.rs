@@ -8,7 +8,7 @@ use crate::diagnostics::{Code, Diagnostic, Diagnostics, suggestion};
 use crate::expr::intrinsics::IntrinsicId;
 use crate::source::{SourceId, Span};
 use crate::syntax::ast::{Ast, Expr, ExprKind, Item, ItemKind};
-use crate::syntax::visit::{self, Namespace, Part, Place};
+use crate::syntax::visit::{self, Namespace, Part, Role};
 
 /// Reports every name in the text of a file that stands neither among its items nor in a library that
 /// it sees, nor in the language. Items of parts are among those of a model.
@@ -46,7 +46,7 @@ pub(super) fn verify_names(
         visit::parts_mut(item, &mut |part| {
             let Part::Expr(place, expr) = part else { return };
             let hidden: Vec<&str> = match place {
-                Place::Body(_, arguments) => {
+                Role::Body(_, arguments) => {
                     arguments.iter().map(|argument| argument.name.text.as_str()).collect()
                 }
                 _ => Vec::new(),

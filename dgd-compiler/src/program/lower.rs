@@ -8,7 +8,7 @@ use dgd_signature::{Direction, PastLayout, Pattern};
 use super::functions::{Argument, FUNCTIONS, ResultKind};
 use super::loops::{Number, schedule};
 use super::past::{begin, opened};
-use super::taylor::{Place, taylor};
+use super::taylor::{Derivatives, NonZero, taylor};
 use super::{Operation, Program, ValueId, describe};
 use crate::dae::{self, Dae};
 use crate::expr::{ExprId, Graph, Node, Past, Symbol};
@@ -68,7 +68,7 @@ pub(super) struct Derivation<'a> {
 }
 
 /// Where an expression of a list belongs: a single row, or the first of a family with its length.
-type RowPlace = (usize, Option<u32>);
+type RowRange = (usize, Option<u32>);
 
 impl<'a> Derivation<'a> {
     fn new(dae: &'a Dae, directions: &'a [Direction], past: PastLayout) -> Self {
@@ -117,13 +117,14 @@ impl<'a> Derivation<'a> {
     }
 
     /// f, and the non-zeros of ∂f/∂y and ∂f/∂θ with their places.
-    pub(super) fn for_taylor(&mut self) -> (Vec<ExprId>, Vec<Place>, Vec<Place>) {
+    pub(super) fn for_taylor(&mut self) -> Derivatives {
         let f = self.f();
         let values = self.result(ResultKind::Jacobian);
         let values = self.by_reciprocals(&values);
         let places =
             self.patterns.get(&ResultKind::Jacobian).into_iter().flat_map(Pattern::positions);
-        let jacobian = places.zip(values).map(|((row, column), value)| (row, column, value));
+        let jacobian =
+            places.zip(values).map(|((row, column), value)| NonZero { row, column, value });
         let jacobian = jacobian.collect();
         let mut directions = Vec::new();
         for (row, f) in f.iter().enumerate() {
@@ -131,10 +132,14 @@ impl<'a> Derivation<'a> {
             let values: Vec<ExprId> = slopes.iter().map(|(_, value)| *value).collect();
             let values = self.by_reciprocals(&values);
             let columns = slopes.into_iter().map(|(column, _)| column);
-            directions.extend(columns.zip(values).map(|(column, value)| (row, column, value)));
+            directions.extend(columns.zip(values).map(|(column, value)| NonZero {
+                row,
+                column,
+                value,
+            }));
         }
         let f = self.by_reciprocals(&f);
-        (f, jacobian, directions)
+        Derivatives { f, jacobian, directions }
     }
 
     /// Length of y.
@@ -149,7 +154,7 @@ impl<'a> Derivation<'a> {
     }
 
     /// Where the expressions of [`Derivation::f`] belong.
-    fn rows_of_f(&self) -> Vec<RowPlace> {
+    fn rows_of_f(&self) -> Vec<RowRange> {
         let families = self.dae.families.iter().map(|family| (family.first, family.count));
         rows(self.dae.unknowns.len(), families)
     }
@@ -197,7 +202,7 @@ impl<'a> Derivation<'a> {
     }
 
     /// Where the expressions of `w` belong.
-    fn rows_of_w(&self) -> Vec<RowPlace> {
+    fn rows_of_w(&self) -> Vec<RowRange> {
         let counts = self.dae.output_arrays.iter().map(|array| array.count);
         rows(self.dae.outputs.len(), self.dae.first_of_output_arrays().zip(counts))
     }
@@ -337,7 +342,7 @@ impl<'a> Derivation<'a> {
                 let (own, n) = (self.rows_of_f(), self.n());
                 let of_direction =
                     |j| own.iter().map(move |(first, count)| (j * n + first, *count));
-                let places: Vec<RowPlace> =
+                let places: Vec<RowRange> =
                     (0..self.directions.len()).flat_map(of_direction).collect();
                 self.non_zeros(result, rows, &places)
             }
@@ -369,7 +374,7 @@ impl<'a> Derivation<'a> {
     }
 
     /// Where the rows of a matrix of so many expressions belong.
-    fn places_of(&self, kind: ResultKind, n: usize) -> Vec<RowPlace> {
+    fn places_of(&self, kind: ResultKind, n: usize) -> Vec<RowRange> {
         match kind {
             ResultKind::Jacobian | ResultKind::ParameterJacobian | ResultKind::InputJacobian => {
                 self.rows_of_f()
@@ -403,7 +408,7 @@ impl<'a> Derivation<'a> {
         &mut self,
         kind: ResultKind,
         rows: Vec<Vec<(usize, ExprId)>>,
-        places: &[RowPlace],
+        places: &[RowRange],
     ) -> Vec<ExprId> {
         let mut matrix: Vec<(usize, usize, ExprId)> = Vec::new();
         let (mut runs, mut of_runs) = (Vec::new(), Vec::new());
@@ -613,7 +618,7 @@ impl<'a> Derivation<'a> {
 }
 
 /// Places of single rows, then of families given by their first row and their length.
-fn rows(single: usize, behind: impl Iterator<Item = (usize, u32)>) -> Vec<RowPlace> {
+fn rows(single: usize, behind: impl Iterator<Item = (usize, u32)>) -> Vec<RowRange> {
     let single = (0..single).map(|i| (i, None));
     single.chain(behind.map(|(first, count)| (first, (count > 1).then_some(count)))).collect()
 }

@@ -148,18 +148,22 @@ pub enum Factor {
 pub type Term = (Factor, ValueId);
 
 /// Functions with a recurrence that is shorter than that by their derivative.
-const OWN: &[(&str, Own)] =
-    &[("sqrt", Own::Root), ("log", Own::Log), ("abs", Own::Magnitude), ("^", Own::Power)];
+const OWN: &[(&str, OwnRecurrence)] = &[
+    ("sqrt", OwnRecurrence::Root),
+    ("log", OwnRecurrence::Log),
+    ("abs", OwnRecurrence::Magnitude),
+    ("^", OwnRecurrence::Power),
+];
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Own {
+enum OwnRecurrence {
     Root,
     Log,
     Magnitude,
     Power,
 }
 
-fn own(function: IntrinsicId) -> Option<Own> {
+fn own_recurrence(function: IntrinsicId) -> Option<OwnRecurrence> {
     let name = function.get().name;
     OWN.iter().find(|(of, _)| *of == name).map(|(_, own)| *own)
 }
@@ -243,7 +247,7 @@ pub(super) fn taylor(derivation: &mut Derivation<'_>) -> Result<Taylor, NoTaylor
     if dae.unknowns.iter().any(|unknown| dae.graph.value(unknown.mass) != Some(1.0)) {
         return Err(NoTaylor::Algebraic);
     }
-    let (f, jacobian, directions) = derivation.for_taylor();
+    let Derivatives { f, jacobian, directions } = derivation.for_taylor();
     let Derivation { graph, names, .. } = derivation;
     Ok(Taylor {
         unknowns: Builder::new(graph, names, dae).series(&f, &[], &[]),
@@ -251,8 +255,19 @@ pub(super) fn taylor(derivation: &mut Derivation<'_>) -> Result<Taylor, NoTaylor
     })
 }
 
-/// An entry of a matrix: row, column, value.
-pub(super) type Place = (usize, usize, ExprId);
+/// A non-zero of a matrix, as an expression.
+pub(super) struct NonZero {
+    pub(super) row: usize,
+    pub(super) column: usize,
+    pub(super) value: ExprId,
+}
+
+/// f, and the non-zeros of ∂f/∂y and ∂f/∂θ.
+pub(super) struct Derivatives {
+    pub(super) f: Vec<ExprId>,
+    pub(super) jacobian: Vec<NonZero>,
+    pub(super) directions: Vec<NonZero>,
+}
 
 /// An expression that moves as φ(x): pairs of x and φ'(x).
 type Slopes = Vec<(ExprId, ExprId)>;
@@ -299,8 +314,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    fn series(mut self, f: &[ExprId], jacobian: &[Place], directions: &[Place]) -> Series {
-        let entries = jacobian.iter().chain(directions).map(|(_, _, value)| *value);
+    fn series(mut self, f: &[ExprId], jacobian: &[NonZero], directions: &[NonZero]) -> Series {
+        let entries = jacobian.iter().chain(directions).map(|entry| entry.value);
         let mut roots: Vec<ExprId> = f.iter().copied().chain(entries).collect();
         self.rewrite_powers(&mut roots);
         let order = self.close(&roots);
@@ -324,11 +339,9 @@ impl<'a> Builder<'a> {
         let kept = self.kept(&roots[f.len()..f.len() + jacobian.len()]);
         let mut values = roots.iter().map(|root| self.values[root]);
         let f = values.by_ref().take(f.len()).collect();
-        let mut entries = |places: &[Place]| -> Vec<Entry> {
-            let places = places.iter().zip(values.by_ref());
-            places
-                .map(|((row, column, _), value)| Entry { row: *row, column: *column, value })
-                .collect()
+        let mut entries = |all: &[NonZero]| -> Vec<Entry> {
+            let all = all.iter().zip(values.by_ref());
+            all.map(|(at, value)| Entry { row: at.row, column: at.column, value }).collect()
         };
         let (jacobian, directions) = (entries(jacobian), entries(directions));
         let recurrences = (0..self.body.len()).map(|i| match self.recurrences.get(&value_at(i)) {
@@ -355,7 +368,9 @@ impl<'a> Builder<'a> {
         let nodes = self.graph.listed(roots.iter().copied());
         self.find_moving(nodes.iter().map(|(id, _)| *id));
         let rewritten = |moving: &HashSet<ExprId>, node: Node| match node {
-            Node::Call2(f, x, y) if own(f) == Some(Own::Power) && moving.contains(&y) => {
+            Node::Call2(f, x, y)
+                if own_recurrence(f) == Some(OwnRecurrence::Power) && moving.contains(&y) =>
+            {
                 Some((x, y))
             }
             _ => None,
@@ -404,11 +419,11 @@ impl<'a> Builder<'a> {
     /// The slopes of a function that has no recurrence of its own, to the arguments that move.
     fn slopes_of(&mut self, id: ExprId) -> Slopes {
         let all = match self.graph.node(id) {
-            Node::Call1(f, x) if own(f).is_none() => match f.get().definition {
+            Node::Call1(f, x) if own_recurrence(f).is_none() => match f.get().definition {
                 Definition::One { derivative, .. } => vec![(x, derivative(self.graph, x))],
                 Definition::Two { .. } | Definition::Expansion(_) => Vec::new(),
             },
-            Node::Call2(f, x, y) if own(f).is_none() => match f.get().definition {
+            Node::Call2(f, x, y) if own_recurrence(f).is_none() => match f.get().definition {
                 Definition::Two { derivative, .. } => {
                     let [by_x, by_y] = derivative(self.graph, x, y);
                     vec![(x, by_x), (y, by_y)]
@@ -468,7 +483,7 @@ impl<'a> Builder<'a> {
     /// Whether a function does not change where its argument does, but for jumps.
     fn is_flat(&mut self, f: IntrinsicId, a: ExprId) -> bool {
         match f.get().definition {
-            Definition::One { derivative, .. } if own(f).is_none() => {
+            Definition::One { derivative, .. } if own_recurrence(f).is_none() => {
                 let slope = derivative(self.graph, a);
                 self.graph.value(slope) == Some(0.0)
             }
@@ -481,7 +496,8 @@ impl<'a> Builder<'a> {
         match self.graph.node(id) {
             Node::Compare(_, a, b) => self.moving.contains(&a) || self.moving.contains(&b),
             Node::Call1(f, a) => {
-                let jumps = own(f) == Some(Own::Magnitude) || self.is_flat(f, a);
+                let jumps =
+                    own_recurrence(f) == Some(OwnRecurrence::Magnitude) || self.is_flat(f, a);
                 jumps && self.moving.contains(&a)
             }
             _ => false,
@@ -531,13 +547,13 @@ impl<'a> Builder<'a> {
                 Node::Divide(_, b) => {
                     self.quotient(1.0, self.values[&b]);
                 }
-                Node::Call1(f, _) if own(f) == Some(Own::Root) => {
+                Node::Call1(f, _) if own_recurrence(f) == Some(OwnRecurrence::Root) => {
                     self.quotient(0.5, value);
                 }
-                Node::Call1(f, a) if own(f) == Some(Own::Log) => {
+                Node::Call1(f, a) if own_recurrence(f) == Some(OwnRecurrence::Log) => {
                     self.quotient(1.0, self.values[&a]);
                 }
-                Node::Call2(f, a, _) if own(f) == Some(Own::Power) => {
+                Node::Call2(f, a, _) if own_recurrence(f) == Some(OwnRecurrence::Power) => {
                     self.quotient(1.0, self.values[&a]);
                 }
                 _ => {}
@@ -596,14 +612,18 @@ impl<'a> Builder<'a> {
                 }
             },
             Node::Select(c, a, b) => Recurrence::Select(value(c), moving(a), moving(b)),
-            Node::Call1(f, a) => match own(f) {
-                Some(Own::Root) => Recurrence::Root(value(a), self.quotient(0.5, self.values[&id])),
-                Some(Own::Log) => Recurrence::Log(value(a), self.quotient(1.0, self.values[&a])),
-                Some(Own::Magnitude) => Recurrence::Magnitude(value(a)),
-                Some(Own::Power) | None => return self.by_slopes(id),
+            Node::Call1(f, a) => match own_recurrence(f) {
+                Some(OwnRecurrence::Root) => {
+                    Recurrence::Root(value(a), self.quotient(0.5, self.values[&id]))
+                }
+                Some(OwnRecurrence::Log) => {
+                    Recurrence::Log(value(a), self.quotient(1.0, self.values[&a]))
+                }
+                Some(OwnRecurrence::Magnitude) => Recurrence::Magnitude(value(a)),
+                Some(OwnRecurrence::Power) | None => return self.by_slopes(id),
             },
-            Node::Call2(f, a, b) => match own(f) {
-                Some(Own::Power) => {
+            Node::Call2(f, a, b) => match own_recurrence(f) {
+                Some(OwnRecurrence::Power) => {
                     let (a, b) = (value(a), value(b));
                     Recurrence::Power(a, b, self.quotient(1.0, a))
                 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::ast::{Expr, ExprKind, Item, Name};
-use super::visit::{self, Namespace, Part, Place};
+use super::visit::{self, Namespace, Part, Role};
 
 /// Old names, each with the new one.
 #[derive(Debug, Default)]
@@ -59,7 +59,7 @@ impl Renaming {
             Part::Declares(namespace, name) => self.rename(namespace, name),
             Part::Resets(name) => self.rename(Namespace::Value, name),
             Part::Unit(_) => {}
-            Part::Expr(Place::Body(_, arguments), expr) => {
+            Part::Expr(Role::Body(_, arguments), expr) => {
                 let hidden: Vec<&str> = arguments.iter().map(|a| a.name.text.as_str()).collect();
                 self.rename_in(expr, &hidden);
             }

@@ -22,9 +22,9 @@ pub enum Namespace {
     Part,
 }
 
-/// Where an expression stands.
+/// What an expression is for in its item.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Place<'a> {
+pub enum Role<'a> {
     /// The value of a constant or a parameter, or an attribute.
     Declaration,
     /// The start value of an unknown, or the condition of a mode to start in.
@@ -53,7 +53,7 @@ pub enum Part<'a> {
     /// A unit that is declared.
     Unit(&'a mut Option<Unit>),
     /// An expression.
-    Expr(Place<'a>, &'a mut Expr),
+    Expr(Role<'a>, &'a mut Expr),
 }
 
 /// Visits the parts of an item, and of the items within it, in the order written.
@@ -64,11 +64,11 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
         ItemKind::Import { .. } => {}
         ItemKind::Constant { name, unit, value } => {
             declared(name, unit, visit);
-            visit(Part::Expr(Place::Declaration, value));
+            visit(Part::Expr(Role::Declaration, value));
         }
         ItemKind::Parameter { name, unit, value, attributes: all } => {
             declared(name, unit, visit);
-            visit(Part::Expr(Place::Declaration, value));
+            visit(Part::Expr(Role::Declaration, value));
             attributes(all, visit);
         }
         ItemKind::Input { name, unit, attributes: all } => {
@@ -78,20 +78,20 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
         ItemKind::Unknown { name, unit, start, attributes: all, .. } => {
             declared(name, unit, visit);
             if let Some(start) = start {
-                visit(Part::Expr(Place::Start, start));
+                visit(Part::Expr(Role::Start, start));
             }
             attributes(all, visit);
         }
         ItemKind::Size { name, value } => {
             visit(Part::Declares(Namespace::Value, name));
-            visit(Part::Expr(Place::Declaration, value));
+            visit(Part::Expr(Role::Declaration, value));
         }
         ItemKind::Array { name, range, unit, start, attributes: all, .. } => {
             visit(Part::Declares(Namespace::Value, name));
             ends(range, visit);
             visit(Part::Unit(unit));
             if let Some(start) = start {
-                visit(Part::Expr(Place::Start, start));
+                visit(Part::Expr(Role::Start, start));
             }
             attributes(all, visit);
         }
@@ -101,27 +101,27 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
         }
         ItemKind::Let { name, unit, value } => {
             declared(name, unit, visit);
-            visit(Part::Expr(Place::Let(name), value));
+            visit(Part::Expr(Role::Let(name), value));
         }
         ItemKind::Function { name, arguments, body } => {
             visit(Part::Declares(Namespace::Value, name));
             for argument in arguments.iter_mut() {
                 visit(Part::Unit(&mut argument.unit));
             }
-            visit(Part::Expr(Place::Body(name, arguments), body));
+            visit(Part::Expr(Role::Body(name, arguments), body));
         }
         ItemKind::Output { name, unit, value, attributes: all } => {
             visit(Part::Declares(Namespace::Output, name));
             visit(Part::Unit(unit));
             if let Some(value) = value {
-                visit(Part::Expr(Place::Output(name), value));
+                visit(Part::Expr(Role::Output(name), value));
             }
             attributes(all, visit);
         }
         ItemKind::Equation { label, left, right } => {
             visit(Part::Declares(Namespace::Equation, label));
-            visit(Part::Expr(Place::Left(label), left));
-            visit(Part::Expr(Place::Right(label), right));
+            visit(Part::Expr(Role::Left(label), left));
+            visit(Part::Expr(Role::Right(label), right));
         }
         ItemKind::Variant { name, choices } => {
             visit(Part::Declares(Namespace::Variant, name));
@@ -134,22 +134,22 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
                 reaction(left, right, resets, visit);
             }
             for condition in starts.iter_mut().filter_map(|start| start.condition.as_mut()) {
-                visit(Part::Expr(Place::Start, condition));
+                visit(Part::Expr(Role::Start, condition));
             }
         }
         ItemKind::Part { name, arguments, .. } => {
             visit(Part::Declares(Namespace::Part, name));
             for argument in arguments {
-                visit(Part::Expr(Place::Declaration, &mut argument.value));
+                visit(Part::Expr(Role::Declaration, &mut argument.value));
             }
         }
-        ItemKind::Binding { input, value } => visit(Part::Expr(Place::Let(input), value)),
+        ItemKind::Binding { input, value } => visit(Part::Expr(Role::Let(input), value)),
         ItemKind::When(Reaction { left, right, resets, .. }) => {
             reaction(left, right, resets, visit);
         }
         ItemKind::Saturate { name, bound, .. } => {
             visit(Part::Resets(name));
-            visit(Part::Expr(Place::Transition, bound));
+            visit(Part::Expr(Role::Transition, bound));
         }
     }
 }
@@ -173,14 +173,14 @@ fn attributes(all: &mut [Attribute], visit: &mut dyn FnMut(Part<'_>)) {
             | AttributeKind::Linear => Vec::new(),
         };
         for expr in expressions {
-            visit(Part::Expr(Place::Declaration, expr));
+            visit(Part::Expr(Role::Declaration, expr));
         }
     }
 }
 
 fn ends(range: &mut Range, visit: &mut dyn FnMut(Part<'_>)) {
-    visit(Part::Expr(Place::Declaration, &mut range.lower));
-    visit(Part::Expr(Place::Declaration, &mut range.upper));
+    visit(Part::Expr(Role::Declaration, &mut range.lower));
+    visit(Part::Expr(Role::Declaration, &mut range.upper));
 }
 
 fn items_of_choices(choices: &mut [Choice], visit: &mut dyn FnMut(Part<'_>)) {
@@ -196,11 +196,11 @@ fn reaction(
     resets: &mut [Reset],
     visit: &mut dyn FnMut(Part<'_>),
 ) {
-    visit(Part::Expr(Place::Transition, left));
-    visit(Part::Expr(Place::Transition, right));
+    visit(Part::Expr(Role::Transition, left));
+    visit(Part::Expr(Role::Transition, right));
     for reset in resets {
         visit(Part::Resets(&mut reset.name));
-        visit(Part::Expr(Place::Transition, &mut reset.value));
+        visit(Part::Expr(Role::Transition, &mut reset.value));
     }
 }
 

@@ -44,7 +44,7 @@ fn saturated(model: &Model) -> Vec<u32> {
 
 /// A bound, and the mode in which the unknown is at it.
 #[derive(Clone, Copy)]
-struct At {
+struct ActiveBound {
     side: Bound,
     bound: ExprId,
     mode: usize,
@@ -60,9 +60,13 @@ pub(in crate::dae) fn saturate(
 ) {
     for index in saturated(varying.model) {
         let own = varying.model.saturations.iter().zip(bounds).filter(|(s, _)| s.unknown == index);
-        let at: Vec<At> = own
+        let at: Vec<ActiveBound> = own
             .zip(FREE + 1..)
-            .map(|((saturation, bound), mode)| At { side: saturation.side, bound: *bound, mode })
+            .map(|((saturation, bound), mode)| ActiveBound {
+                side: saturation.side,
+                bound: *bound,
+                mode,
+            })
             .collect();
         let position = u32::try_from(automata.len()).unwrap_or(u32::MAX);
         let now = graph.symbol(Symbol::Discrete(position));
@@ -104,7 +108,7 @@ fn bounded(
     graph: &mut Graph,
     varying: Varying<'_>,
     index: u32,
-    at: At,
+    at: ActiveBound,
     size: f64,
     unknowns: &[Unknown],
 ) -> (ExprId, Vec<Transition>) {

@@ -190,19 +190,19 @@ impl Sides<'_> {
             let roots = [surface, e_v, above, below, above_v, below_v];
             let order = graph.reachable(roots);
             let spread = if trial % 2 == 1 { WIDE } else { 0.0 };
-            let mut place = Place::random(graph, self.sizes, &order, spread, &mut random);
+            let mut point = Point::random(graph, self.sizes, &order, spread, &mut random);
             if trial % 4 > 1 && !thresholds.is_empty() {
                 let which = (0.5 * (random.next() + 1.0) * thresholds.len() as f64) as usize;
-                place.move_near(graph, &thresholds[which], v, &mut random);
+                point.move_near(graph, &thresholds[which], v, &mut random);
             }
-            let off = place.evaluate(graph, &order, roots);
+            let off = point.evaluate(graph, &order, roots);
             let at_surface = graph.reachable([surface, e_v]);
-            let found = place.move_to_surface(graph, v, &at_surface, [surface, e_v]);
+            let found = point.move_to_surface(graph, v, &at_surface, [surface, e_v]);
             let Some(rising) = found else { continue };
-            let (at, size) = (place.values[&v], place.size(v));
+            let (at, size) = (point.values[&v], point.size(v));
             let mut moved = |distance: f64| {
-                place.values.insert(v, at + rising * distance * size);
-                place.evaluate(graph, &order, roots)
+                point.values.insert(v, at + rising * distance * size);
+                point.evaluate(graph, &order, roots)
             };
             let (beyond, before) = (moved(NEAR), moved(-NEAR));
             let (far_beyond, far_before) = (moved(FAR), moved(-FAR));
@@ -238,8 +238,8 @@ impl Sides<'_> {
                 break;
             }
             if all && !self.met.is_empty() {
-                place.values.insert(v, at);
-                place.note_conditions(graph, &order, &mut self.met);
+                point.values.insert(v, at);
+                point.note_conditions(graph, &order, &mut self.met);
             }
         }
         worst
@@ -314,8 +314,8 @@ pub(super) fn values_at_random<const N: usize>(
     let mut random = Random(SEED);
     let order = graph.reachable([root]);
     std::array::from_fn(|_| {
-        let place = Place::random(graph, sizes, &order, 0.0, &mut random);
-        let [value] = place.evaluate(graph, &order, [root]);
+        let point = Point::random(graph, sizes, &order, 0.0, &mut random);
+        let [value] = point.evaluate(graph, &order, [root]);
         value
     })
 }
@@ -381,13 +381,13 @@ impl Sizes {
     }
 }
 
-/// Values of symbols.
-struct Place {
+/// A point: values of symbols, and their sizes.
+struct Point {
     values: HashMap<Symbol, f64>,
     sizes: HashMap<Symbol, f64>,
 }
 
-impl Place {
+impl Point {
     /// Values of up to two sizes, or up to `spread` decades more or less.
     fn random(
         graph: &Graph,
@@ -396,7 +396,7 @@ impl Place {
         spread: f64,
         random: &mut Random,
     ) -> Self {
-        let mut place = Self { values: HashMap::new(), sizes: HashMap::new() };
+        let mut point = Self { values: HashMap::new(), sizes: HashMap::new() };
         let mut symbols: Vec<Symbol> = order
             .iter()
             .filter_map(|id| match graph.node(*id) {
@@ -427,10 +427,10 @@ impl Place {
                 }
                 _ => around_zero(1.0),
             };
-            place.values.insert(symbol, value);
-            place.sizes.insert(symbol, size);
+            point.values.insert(symbol, value);
+            point.sizes.insert(symbol, size);
         }
-        place
+        point
     }
 
     fn size(&self, symbol: Symbol) -> f64 {
@@ -528,9 +528,9 @@ impl Place {
         roots: [ExprId; 2],
     ) -> Option<f64> {
         let (from, size) = (self.values[&v], self.size(v));
-        let sign_at = |place: &mut Self, value: f64| {
-            place.values.insert(v, value);
-            let [e, _] = place.evaluate(graph, order, roots);
+        let sign_at = |point: &mut Self, value: f64| {
+            point.values.insert(v, value);
+            let [e, _] = point.evaluate(graph, order, roots);
             (e != 0.0 && !e.is_nan()).then_some(e.signum())
         };
         let mut ends = [(from, sign_at(self, from)); 2];

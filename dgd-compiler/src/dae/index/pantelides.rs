@@ -125,8 +125,8 @@ struct Reduction<'a> {
     reduced: Reduced,
 }
 
-/// What a search without success has met.
-struct Met {
+/// What a failed search has visited.
+struct Visited {
     rows: Vec<usize>,
     unknowns: Vec<u32>,
 }
@@ -155,7 +155,7 @@ impl Reduction<'_> {
     }
 
     /// Matches a row by a shortest augmenting path, or tells what the search has met.
-    fn augment(&mut self, row: usize) -> Result<(), Met> {
+    fn augment(&mut self, row: usize) -> Result<(), Visited> {
         let holder: BTreeMap<u32, usize> = self
             .of_row
             .iter()
@@ -181,7 +181,7 @@ impl Reduction<'_> {
             }
         }
         rows.sort_unstable();
-        Err(Met { rows, unknowns: from.into_keys().collect() })
+        Err(Visited { rows, unknowns: from.into_keys().collect() })
     }
 
     /// Shifts the matching along the path from a row to a free unknown.
@@ -198,7 +198,7 @@ impl Reduction<'_> {
     }
 
     /// Replaces the equations that a search has met by their derivatives.
-    fn differentiate(&mut self, row: usize, met: Met) -> Result<(), Refusal> {
+    fn differentiate(&mut self, row: usize, met: Visited) -> Result<(), Refusal> {
         let origin = self.reduced.algebraic[row];
         for &unknown in &met.unknowns {
             let rate = self.variables.rate_of(unknown, origin.equation, self.graph);

@@ -112,7 +112,7 @@ const IN_COLUMNS: &[&str] = &[
 ];
 
 /// A token with what has been found out about it.
-struct Placed {
+struct SpacedToken {
     token: Token,
     /// Whether a blank stands before it within a line.
     blank: bool,
@@ -127,7 +127,7 @@ fn lines(text: &str, tokens: &[Token]) -> Vec<Line> {
     // Whether the line goes on with the item of the line above.
     let mut continued = false;
     let mut line = Line::default();
-    let mut code: Vec<Placed> = Vec::new();
+    let mut code: Vec<SpacedToken> = Vec::new();
     let mut line_start = 0;
 
     let no_end =
@@ -171,7 +171,7 @@ fn lines(text: &str, tokens: &[Token]) -> Vec<Line> {
                     matches!(placed.token.kind, TokenKind::OpenBrace | TokenKind::CloseBrace)
                 });
                 let (blank, class) = spacing.place(token);
-                code.push(Placed { token, blank: blank || behind_brace, class });
+                code.push(SpacedToken { token, blank: blank || behind_brace, class });
                 if matches!(kind, TokenKind::OpenBrace | TokenKind::CloseBrace) {
                     spacing.restart();
                 }
@@ -182,7 +182,7 @@ fn lines(text: &str, tokens: &[Token]) -> Vec<Line> {
 }
 
 /// The code in cells that begin at these tokens; the first begins at token 0.
-fn cells(text: &str, code: &[Placed], starts: &[(Column, usize)]) -> Vec<(Column, String)> {
+fn cells(text: &str, code: &[SpacedToken], starts: &[(Column, usize)]) -> Vec<(Column, String)> {
     let mut all: Vec<(Column, String)> = Vec::new();
     for (i, placed) in code.iter().enumerate() {
         let start = starts.iter().find(|(_, start)| *start == i).map(|(column, _)| *column);
@@ -201,12 +201,12 @@ fn cells(text: &str, code: &[Placed], starts: &[(Column, usize)]) -> Vec<(Column
 }
 
 /// The cells of a line that is an item, and its group.
-fn in_columns(text: &str, code: &[Placed]) -> (Option<Group>, Vec<(Column, String)>) {
-    let kind = |i: usize| code.get(i).map(|placed: &Placed| placed.token.kind);
+fn in_columns(text: &str, code: &[SpacedToken]) -> (Option<Group>, Vec<(Column, String)>) {
+    let kind = |i: usize| code.get(i).map(|placed: &SpacedToken| placed.token.kind);
     let word = |i: usize| code.get(i).map_or("", |placed| placed.token.text(text));
 
     let is_brace =
-        |p: &&Placed| matches!(p.token.kind, TokenKind::OpenBrace | TokenKind::CloseBrace);
+        |p: &&SpacedToken| matches!(p.token.kind, TokenKind::OpenBrace | TokenKind::CloseBrace);
     if kind(0) == Some(TokenKind::Name) && kind(1) == Some(TokenKind::OpenBrace) {
         let is_one_line = kind(code.len() - 1) == Some(TokenKind::CloseBrace);
         let group = is_one_line.then_some(Group::Choice);

@@ -137,10 +137,10 @@ fn cut(source: SourceId, text: &str, end: usize, report: &mut dyn FnMut(Diagnost
     }
 }
 
-type Read<'a, T = TokenKind> = IResult<&'a str, T, (&'a str, ErrorKind)>;
+type Lexed<'a, T = TokenKind> = IResult<&'a str, T, (&'a str, ErrorKind)>;
 
 /// A token that is as it should be, unit brackets aside.
-fn sound(input: &str) -> Read<'_> {
+fn sound(input: &str) -> Lexed<'_> {
     alt((
         value(TokenKind::Name, name),
         value(TokenKind::Number, number),
@@ -152,7 +152,7 @@ fn sound(input: &str) -> Read<'_> {
     .parse(input)
 }
 
-fn name(input: &str) -> Read<'_, &str> {
+fn name(input: &str) -> Lexed<'_, &str> {
     recognize((satisfy(is_letter), take_while(is_name_character))).parse(input)
 }
 
@@ -179,7 +179,7 @@ fn is_name_character(c: char) -> bool {
 }
 
 /// Digits, perhaps a point with digits, perhaps an exponent; nothing of a word directly behind.
-fn number(input: &str) -> Read<'_, &str> {
+fn number(input: &str) -> Lexed<'_, &str> {
     verify(
         verify_rest(digits, |rest| {
             let dot = rest.starts_with('.') && !rest.starts_with("..");
@@ -190,7 +190,7 @@ fn number(input: &str) -> Read<'_, &str> {
     .parse(input)
 }
 
-fn digits(input: &str) -> Read<'_, &str> {
+fn digits(input: &str) -> Lexed<'_, &str> {
     let fraction = (char('.'), digit1);
     let exponent = (one_of("eE"), opt(one_of("+-")), digit1);
     recognize((digit1, opt(fraction), opt(exponent))).parse(input)
@@ -219,7 +219,7 @@ fn in_range(number: &str) -> bool {
 }
 
 /// `/// …` or `# …` up to the end of the line.
-fn comment(input: &str) -> Read<'_> {
+fn comment(input: &str) -> Lexed<'_> {
     let line = |c: char| !c.is_control() || c == '\t';
     let kind = alt((value(TokenKind::Doc, tag("///")), value(TokenKind::Comment, tag("#"))));
     verify_rest(terminated(kind, take_while(line)), at_line_end).parse(input)
@@ -229,11 +229,11 @@ fn at_line_end(rest: &str) -> bool {
     rest.is_empty() || rest.starts_with('\n') || rest.starts_with("\r\n")
 }
 
-fn line_end(input: &str) -> Read<'_> {
+fn line_end(input: &str) -> Lexed<'_> {
     value(TokenKind::Newline, alt((tag("\n"), tag("\r\n")))).parse(input)
 }
 
-fn symbol(input: &str) -> Read<'_> {
+fn symbol(input: &str) -> Lexed<'_> {
     let two = alt((
         value(TokenKind::LessEqual, tag("<=")),
         value(TokenKind::GreaterEqual, tag(">=")),
@@ -262,7 +262,7 @@ fn symbol(input: &str) -> Read<'_> {
     alt((two, one)).parse(input)
 }
 
-fn text(input: &str) -> Read<'_, &str> {
+fn text(input: &str) -> Lexed<'_, &str> {
     recognize((char('"'), take_while(|c: char| c != '"' && !c.is_control()), char('"')))
         .parse(input)
 }
@@ -296,7 +296,7 @@ struct Mistake {
 
 /// Takes a piece that is no token, not empty, and says why.
 fn unsound(input: &str) -> (&str, Result<TokenKind, Mistake>) {
-    let result: Read<'_, Mistake> = alt((
+    let result: Lexed<'_, Mistake> = alt((
         map(malformed_number, |piece: &str| number_mistake(piece)),
         map(unclosed, |piece: &str| {
             let closing = if piece.starts_with('"') { '"' } else { ']' };
@@ -336,7 +336,7 @@ fn shortened(piece: &str) -> String {
 }
 
 /// What begins like a number, up to the next blank or operator; `1..2` keeps its range.
-fn malformed_number(input: &str) -> Read<'_, &str> {
+fn malformed_number(input: &str) -> Lexed<'_, &str> {
     let begins = input.strip_prefix('.').unwrap_or(input).starts_with(|c: char| c.is_ascii_digit());
     if !begins {
         return Err(nom::Err::Error((input, ErrorKind::Digit)));
@@ -350,7 +350,7 @@ fn malformed_number(input: &str) -> Read<'_, &str> {
 }
 
 /// `# …` with something in it that no text should hold.
-fn broken_comment(input: &str) -> Read<'_, &str> {
+fn broken_comment(input: &str) -> Lexed<'_, &str> {
     preceded(peek(alt((tag("///"), tag("#")))), take_while1(|c| c != '\n')).parse(input)
 }
 
@@ -381,12 +381,12 @@ fn number_mistake(piece: &str) -> Mistake {
 }
 
 /// `"` or `[` without its end, to the end of the line.
-fn unclosed(input: &str) -> Read<'_, &str> {
+fn unclosed(input: &str) -> Lexed<'_, &str> {
     preceded(peek(one_of("\"[")), take_while1(|c: char| !c.is_control() || c == '\t')).parse(input)
 }
 
 /// A run of characters that begin no token, or a word that begins with one.
-fn unexpected(input: &str) -> Read<'_, &str> {
+fn unexpected(input: &str) -> Lexed<'_, &str> {
     let begins_nothing = |c: char| !c.is_ascii() && !is_letter(c) && !c.is_whitespace();
     let word = (one_of("_°µ"), take_while(|c| begins_nothing(c) || is_name_character(c)));
     let controls = take_while1(|c: char| c.is_control() && !matches!(c, '\n' | '\r' | '\t'));

@@ -36,7 +36,7 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use self::affected::Readers;
-use self::surfaces::Which;
+use self::surfaces::SurfaceKind;
 use crate::dae::hybrid::smoothness::{Passage, Signs, Sizes, is_greater, passage};
 use crate::dae::rates::{Rows, Varying, family_of};
 use crate::dae::text::symbol_name;
@@ -90,7 +90,7 @@ pub(in crate::dae) fn locate(dae: &mut Dae, model: &Model) {
 /// All surfaces, with how the rows go on behind them.
 fn passed(dae: &mut Dae, model: &Model) -> Vec<Surface> {
     let roots: Vec<ExprId> = dae.rows().collect();
-    let mut surfaces = surfaces::surfaces(dae, model, &roots, Which::Common);
+    let mut surfaces = surfaces::surfaces(dae, model, &roots, SurfaceKind::Common);
     let mut readers = Readers::of(dae);
     let typical = Sizes::of(dae, model);
     let mut trial = dae.graph.clone();

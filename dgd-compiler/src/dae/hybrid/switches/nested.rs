@@ -7,7 +7,7 @@
 use std::collections::HashMap;
 
 use super::Readers;
-use super::surfaces::{Which, surfaces};
+use super::surfaces::{SurfaceKind, surfaces};
 use crate::dae::Dae;
 use crate::dae::hybrid::smoothness::{Passage, Signs, Sizes, on_side, passage};
 use crate::expr::graph::Comparison;
@@ -39,7 +39,7 @@ pub(super) fn take_apart(dae: &mut Dae, model: &Model) {
 /// The first surface behind which that of another switch jumps, and the rows that read both.
 fn inner(dae: &mut Dae, model: &Model) -> Option<(ExprId, Signs, Vec<usize>)> {
     let roots: Vec<ExprId> = dae.rows().collect();
-    let all = surfaces(dae, model, &roots, Which::Common);
+    let all = surfaces(dae, model, &roots, SurfaceKind::Common);
     let of_switches: HashMap<ExprId, usize> = all
         .iter()
         .enumerate()

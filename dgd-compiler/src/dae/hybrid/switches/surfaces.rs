@@ -24,7 +24,7 @@ struct Moves {
 
 /// Which surfaces are wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Which {
+pub(super) enum SurfaceKind {
     /// Those that are the same for all rows of a loop.
     Common,
     /// Those that each row of a loop has for itself.
@@ -36,7 +36,7 @@ pub(super) fn surfaces(
     dae: &mut Dae,
     model: &Model,
     roots: &[ExprId],
-    which: Which,
+    which: SurfaceKind,
 ) -> Vec<Surface> {
     let is_linear: Vec<bool> = {
         let declared = model.inputs.iter().map(|input| input.interpolation);
@@ -60,7 +60,7 @@ pub(super) fn surfaces(
             Node::Call1(f, x) if matches!(f.get().name, "abs" | "sign") => (x, 1.0),
             _ => continue,
         };
-        let wanted = here.varies && here.sweeps == (which == Which::OfRows);
+        let wanted = here.varies && here.sweeps == (which == SurfaceKind::OfRows);
         if !wanted || dae.graph.value(e).is_some() {
             continue;
         }

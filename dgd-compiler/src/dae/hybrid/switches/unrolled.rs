@@ -3,7 +3,7 @@
 //! Where only slopes jump, a loop stays one: the control of the error sees corners, and sensitivities
 //! go through them. They would not go through a jump that nothing locates.
 
-use super::surfaces::{Which, surfaces};
+use super::surfaces::{SurfaceKind, surfaces};
 use crate::dae::hybrid::smoothness::{Passage, Sizes, passage};
 use crate::dae::rates::at_passage;
 use crate::dae::{Dae, Family};
@@ -38,7 +38,7 @@ pub(super) fn unroll(dae: &mut Dae, model: &Model) {
 
 /// Whether a row jumps at a surface of its own.
 fn jumps(dae: &mut Dae, model: &Model, sizes: &Sizes, row: ExprId) -> bool {
-    let found = surfaces(dae, model, &[row], Which::OfRows);
+    let found = surfaces(dae, model, &[row], SurfaceKind::OfRows);
     if found.is_empty() {
         return false;
     }
