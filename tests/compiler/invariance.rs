@@ -12,7 +12,7 @@ use dgd_compiler::pipeline::load;
 use dgd_compiler::program::{Direction, lower};
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::ast::{Ast, AttributeKind, Expr, ExprKind, Item, ItemKind, Unit};
-use dgd_compiler::syntax::{parse, print};
+use dgd_compiler::syntax::{parse, places, print};
 use dgd_compiler::units::parse_unit;
 use dgd_execute::Interpreted;
 
@@ -38,7 +38,7 @@ fn what_is_printed_is_read_as_the_same() {
         let name = path.display().to_string();
         let Some(ast) = parsed(&name, &text) else { continue };
         let again = parsed(&name, &print::print(&ast)).expect("what is printed parses");
-        assert_eq!(print::without_places(&again), print::without_places(&ast), "{name}");
+        assert_eq!(places::without_places(&again), places::without_places(&ast), "{name}");
     }
 }
 

@@ -1,4 +1,4 @@
-//! Model → Dae: the passes, one after another, each with what it does away with.
+//! Model → Dae: the list of the passes, each with what it eliminates.
 
 use super::families::{self, Origins};
 use super::hybrid::saturate::{n_automata, saturate};
@@ -29,8 +29,8 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     let mut transferred = transfer(model, &mut graph);
     // After this: no delays within expressions. What is late is a symbol of its own.
     let delays = delays::resolve(model, &mut graph, &mut transferred, diagnostics)?;
-    // After this: no conditions on time, but discrete numbers. Not before the delays: a condition on
-    // a time that is past switches at a time of its own.
+    // After this: no conditions on time; they are discrete numbers. Delays come first, as a condition
+    // on an earlier time switches at a time of its own.
     let time_conditions = transferred.take_time_conditions(&mut graph, n_automata(model));
     // After this: no element of an array without the equation that determines it.
     let mut plan = families::plan(model, &mut graph, &transferred, diagnostics)?;
@@ -46,7 +46,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         diagnostics,
     )?;
     let differentiated_inputs = systems.differentiated_inputs(&transferred.equations);
-    // After this: no constraint whose states nothing selects.
+    // After this: no constraint without a selection of its states.
     let selections = Selections::of(&systems.explicit);
     renumber_time_conditions(
         &mut graph,
@@ -96,8 +96,8 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     };
     // After this: no switch in a row whose value or slope jumps without an event.
     switches::locate(&mut dae, model);
-    // After this: no slopes of inputs, but inputs.
+    // After this: no slopes of inputs; they are inputs of their own.
     take_slopes(&mut dae);
-    // After this: no element of an array that is not an unknown.
+    // After this: no elements of arrays; they are unknowns.
     families::place(dae, model, &origins, diagnostics)
 }

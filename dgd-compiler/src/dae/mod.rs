@@ -33,7 +33,7 @@ pub use dgd_signature::{AutomatonKind, Crossing, DelayedInput, DifferentiatedInp
 /// - both hold in every combination of modes, between which the rows choose by z,
 /// - expressions are simplified and hold times, parameters, inputs, unknowns and discrete numbers
 ///   only; comparisons that parameters and time decide are discrete numbers,
-/// - nothing in them is delayed: what arrives late is an input behind the declared ones, an unknown
+/// - nothing in them is delayed: what arrives late is an input after the declared ones, an unknown
 ///   that is read late a symbol of its own, and what an output reads late as a whole an output with a
 ///   delay.
 ///
@@ -52,7 +52,7 @@ pub struct Dae {
     pub graph: Graph,
     /// Unknowns and their rows, as declared, then those that were added.
     pub unknowns: Vec<Unknown>,
-    /// Arrays of unknowns, behind the single ones.
+    /// Arrays of unknowns, after the single ones.
     pub arrays: Vec<Array>,
     /// Their rows, ascending; together they are one row for each element.
     pub families: Vec<Family>,
@@ -64,7 +64,7 @@ pub struct Dae {
     pub delays: Vec<Delay>,
     /// Distinct delays that vary: of time, inputs and unknowns that are differential in every mode.
     pub varying_delays: Vec<Delay>,
-    /// Inputs u behind the declared ones: declared inputs that arrive late.
+    /// Inputs u after the declared ones: declared inputs that arrive late.
     pub delayed_inputs: Vec<DelayedInput>,
     /// Unknowns that equations read late.
     pub delayed_unknowns: Vec<DelayedUnknown>,
@@ -72,7 +72,7 @@ pub struct Dae {
     pub differentiated_inputs: Vec<DifferentiatedInput>,
     /// Outputs; their values are expressions of `graph`.
     pub outputs: Vec<Output>,
-    /// Outputs for each element of an array, behind the others.
+    /// Outputs for each element of an array, after the others.
     pub output_arrays: Vec<OutputArray>,
     /// Names that the model gives to expressions.
     pub names: BTreeMap<ExprId, String>,
@@ -84,8 +84,8 @@ pub struct Dae {
     pub time_conditions: Vec<TimeCondition>,
 }
 
-/// A `modes` block, or what else changes at events: the equations are in the rows, what is left are
-/// its transitions.
+/// A `modes` block, or anything else that changes at events. Its equations are in the rows, so only
+/// its transitions are left.
 #[derive(Debug, Clone)]
 pub struct Automaton {
     /// What it stands for.
@@ -120,9 +120,9 @@ pub struct Transition {
 /// A condition that switches once, at a time of parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TimeCondition {
-    /// When; minus infinity where it has always been as it is.
+    /// When; minus infinity if it never switches.
     pub at: ExprId,
-    /// Its discrete number from then on; before, the other of 0 and 1.
+    /// Its discrete number from then on, 0 or 1; before, the other one.
     pub after: ExprId,
 }
 
@@ -155,7 +155,7 @@ pub struct Output {
     pub value: ExprId,
     /// Standard deviation of the sensor's white error, SI.
     pub noise: Option<f64>,
-    /// Which delay is τ; none is zero.
+    /// Which delay is τ; `None` means zero.
     pub delay: Option<usize>,
 }
 
@@ -201,7 +201,7 @@ pub struct Unknown {
     pub rhs: ExprId,
     /// Start value, a guess where it is algebraic.
     pub start: ExprId,
-    /// What it was before the start, of time and parameters; none is what it starts with.
+    /// What it was before the start, of time and parameters; `None` means its start value.
     pub history: Option<ExprId>,
     /// Its start value is not estimated.
     pub fixed: bool,

@@ -23,7 +23,7 @@ impl Combinations {
         Combinations::from_sizes(sizes, model, diagnostics)
     }
 
-    /// These, and those of further automata behind.
+    /// These, and those of further automata.
     pub(super) fn and(
         &self,
         further: impl Iterator<Item = usize>,

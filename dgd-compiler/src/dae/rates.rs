@@ -10,7 +10,7 @@ use super::{Dae, Delay, DelayedInput, Family, Unknown};
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::{Interpolation, Model};
 
-/// What varies besides unknowns and time.
+/// What varies in addition to unknowns and time.
 #[derive(Clone, Copy)]
 pub(super) struct Varying<'a> {
     pub(super) model: &'a Model,
@@ -152,7 +152,7 @@ pub(super) fn take_slopes(dae: &mut Dae) {
     replace(dae, |symbol| replaced.get(&symbol).copied());
 }
 
-/// The position of the delay that is none.
+/// The position of a delay of zero.
 fn zero_delay(dae: &mut Dae) -> usize {
     let zero = dae.graph.constant(0.0);
     dae.delays.iter().position(|delay| delay.tau == zero).unwrap_or_else(|| {

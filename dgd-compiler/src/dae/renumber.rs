@@ -1,4 +1,4 @@
-//! Conditions on time, moved behind the automata that choose states.
+//! Conditions on time, moved after the automata that choose states.
 
 use std::collections::HashMap;
 
@@ -7,7 +7,7 @@ use super::index::{Explicit, Selections};
 use super::transfer::Transferred;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 
-/// Moves conditions on time behind the automata that choose states, now that these are known.
+/// Moves conditions on time after the automata that choose states, now that these are known.
 pub(super) fn renumber_time_conditions(
     graph: &mut Graph,
     systems: &mut [Explicit],

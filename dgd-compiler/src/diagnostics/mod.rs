@@ -108,7 +108,7 @@ impl Diagnostics {
 
 /// The candidate a name was probably meant to be, if there is a likely one.
 ///
-/// Likely is what comes from the name by few slips: a letter wrong, missing, too many, or swapped
+/// A likely name differs from it by few slips: a letter wrong, missing, too many, or swapped
 /// with its neighbour, one slip for every three letters. Upper and lower case count as half a slip
 /// for the whole name. Among equals the first in alphabetical order is taken.
 pub fn suggestion<'a>(
@@ -131,7 +131,7 @@ pub fn suggestion<'a>(
             let other_lower: Vec<char> = candidate.to_lowercase().chars().collect();
             let slips = (2 * edit_distance(&letters, &other))
                 .min(2 * edit_distance(&lower, &other_lower) + 1);
-            // Replacing every letter is no slip.
+            // Replacing every letter is not a slip.
             (slips <= limit && slips < 2 * letters.len()).then_some((slips, candidate))
         })
         .min()

@@ -24,7 +24,7 @@ pub enum Style {
 
 /// Draws diagnostics as rustc does, each followed by an empty line.
 ///
-/// Not more than twenty are drawn; a last line says how many there are besides.
+/// At most twenty are drawn; a last line says how many more there are.
 pub fn render(diagnostics: &[&Diagnostic], sources: &Sources, style: Style) -> String {
     let renderer = renderer(style);
     let mut out = String::new();
@@ -112,7 +112,7 @@ fn drawable(text: &str, span: Span) -> Range<usize> {
     let line_end = text[start..].find('\n').map_or(text.len(), |length| start + length);
     let line_end = line_start + text[line_start..line_end].trim_end_matches('\r').len();
 
-    // A place behind the last character is shown under it.
+    // A place after the last character is shown under it.
     let last = text[line_start..line_end].char_indices().next_back();
     let start = last.map_or(line_start, |(at, _)| start.min(line_start + at));
     let width = text[start..line_end].chars().next().map_or(0, char::len_utf8);

@@ -43,7 +43,7 @@ pub fn apply(
     let mut own = Diagnostics::default();
     let mut declared = Declarations::collect(&expanded.asts);
     if applications.iter().any(|application| units::of_equations(application.effect)) {
-        // What is wrong with the model itself is said elsewhere.
+        // Mistakes of the model itself are reported elsewhere.
         let model = resolve(asts, &ModelOptions::default(), &mut Diagnostics::default());
         if let Ok(model) = model {
             declared.give_units(&model);
@@ -80,8 +80,8 @@ pub fn apply(
     Ok(Applied { asts: splicing.finished(asts, &expanded), brought })
 }
 
-/// Applications in an order in which what one brings is there before another replaces names in it;
-/// as given where there is none.
+/// Applications, ordered so that what one brings is there before another replaces names in it; as
+/// given if there is no such order.
 fn ordered(mut left: Vec<&Instance>) -> Vec<&Instance> {
     let mut order = Vec::with_capacity(left.len());
     while !left.is_empty() {
@@ -259,7 +259,7 @@ impl Splicing {
         }
     }
 
-    /// Replaces a name in equations, `let`s, functions and outputs; an input in start values, too.
+    /// Replaces a name in equations, `let`s, functions and outputs; an input also in start values.
     fn replace_everywhere(&mut self, splice: &Splice<'_>, diagnostics: &mut Diagnostics) -> usize {
         let mut n_uses = 0;
         for ast in &mut self.asts {

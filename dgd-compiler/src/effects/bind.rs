@@ -29,7 +29,7 @@ pub fn bind(effect: &Effect, model: &Model) -> Vec<Vec<String>> {
     lists
 }
 
-/// What of a model is of the kind and the dimension of a slot.
+/// The names of a model that have the kind and the dimension of a slot.
 fn candidates<'a>(slot: &Slot, model: &'a Model) -> Vec<&'a str> {
     let all: Vec<(&str, Dimension)> = match slot.kind {
         SlotKind::Input => {
@@ -59,7 +59,7 @@ fn candidates<'a>(slot: &Slot, model: &'a Model) -> Vec<&'a str> {
             all
         }
     };
-    // That the unit can be read has been seen to when the effect was.
+    // The unit was checked when the effect was read.
     let wanted = slot.unit.as_ref().and_then(|unit| parse_unit(&unit.text).ok());
     let fits = |dimension: Dimension| wanted.as_ref().is_none_or(|u| u.dimension == dimension);
     all.into_iter().filter(|(_, dimension)| fits(*dimension)).map(|(name, _)| name).collect()

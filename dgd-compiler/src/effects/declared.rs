@@ -138,7 +138,7 @@ pub(super) fn namespace_of(kind: SlotKind) -> Namespace {
     }
 }
 
-/// What to call a kind of argument in a message.
+/// The noun for a kind of argument in messages.
 pub(super) fn noun(kind: SlotKind) -> &'static str {
     match kind {
         SlotKind::Input => "an input",

@@ -1,4 +1,4 @@
-//! Which effects hide one another where several are blended in at nothing.
+//! Which effects hide one another where several are blended in with a weight of zero.
 //!
 //! Effects on one use are stacked: what the last one puts there is what the model reads. If that
 //! does not read the old value, it hides every effect that acts through the old value, although it
@@ -25,7 +25,7 @@ use crate::syntax::visit::{self, Namespace};
 pub struct Reach {
     replaced: BTreeSet<(Namespace, String)>,
     hidden: BTreeSet<(Namespace, String)>,
-    /// It replaces an unknown, which every equation may have a say in.
+    /// It replaces an unknown, which every equation may help to determine.
     hides_everything: bool,
 }
 
@@ -222,7 +222,7 @@ output r [1/s] = rate
         assert!(exclude(haldane, contois));
         assert!(exclude(haldane, factor));
         assert!(!exclude(factor, factor));
-        // Through a `let` that it is defined by, and not beside it or behind it.
+        // Through a `let` that it is defined by, and not beside it or after it.
         assert!(exclude(haldane, "null a = 0\nreplace K by K*(1 + a)"));
         assert!(!exclude(haldane, "null a = 0\nreplace rate by rate*(1 + a)"));
         assert!(exclude("null a = 0\nreplace rate by 2*(1 + a)*m*s/(K + s)", haldane));

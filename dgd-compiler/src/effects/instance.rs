@@ -227,9 +227,9 @@ struct Naming<'a, 'd> {
 }
 
 impl Naming<'_, '_> {
-    /// The name that something has in the model: with the arguments behind it.
+    /// The name that something has in the model: with the arguments after it.
     ///
-    /// Where many effects are tried at a time, one whose name is taken has the effect's behind it.
+    /// Where many effects are tried at a time, one whose name is taken has the effect's after it.
     fn named(&mut self, namespace: Namespace, name: &Name) -> String {
         let effect = self.application.effect;
         let mut suffix = String::new();

@@ -2,7 +2,7 @@
 //!
 //! An effect brings items of its own and says which uses of a name, which output or which equation
 //! of the model change. [`apply`] makes an ordinary tree of a model's tree and some effects, so that
-//! all stages behind the parser work on it as on any model; [`write()`] makes a text of it that keeps
+//! all later stages work on it as on any model; [`write()`] makes a text of it that keeps
 //! what the author of the model wrote.
 //!
 //! | step | function | from | to |
@@ -49,7 +49,7 @@ pub struct Effect {
     pub doc: Vec<String>,
     /// What it can be applied to.
     pub target: Target,
-    /// The file: items, and clauses behind `effect`.
+    /// The file: items, and clauses after `effect`.
     pub ast: Ast,
 }
 

@@ -1,4 +1,4 @@
-//! Opening `let`s and functions in an equation, as far as a name is used behind them.
+//! Opening `let`s and functions in an equation, as far as a name is used after them.
 
 use std::collections::{BTreeMap, BTreeSet};
 

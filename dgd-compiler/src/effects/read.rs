@@ -14,7 +14,7 @@ impl Effect {
     ///
     /// # Errors
     ///
-    /// [`Reported`] where the file is no effect, lacks its `kind`, says something twice, changes
+    /// [`Reported`] where the file is not an effect, lacks its `kind`, says something twice, changes
     /// nothing, or names arguments and parameters that it does not have.
     pub fn read(ast: Ast, diagnostics: &mut Diagnostics) -> Result<Effect, Reported> {
         let Some(header) = &ast.effect else {
@@ -83,7 +83,7 @@ fn incomplete(span: Span, message: impl Into<String>) -> Diagnostic {
     Diagnostic::new(Code::E213, span, message)
 }
 
-/// What an effect says once is not said again.
+/// Reports what an effect may say only once and says again.
 fn once(earlier: Option<Span>, span: Span, diagnostics: &mut Diagnostics) {
     if let Some(earlier) = earlier {
         let message = "an effect says this once";
@@ -91,7 +91,8 @@ fn once(earlier: Option<Span>, span: Span, diagnostics: &mut Diagnostics) {
     }
 }
 
-/// An effect changes what is there, or brings what shows or acts by itself: not only declarations.
+/// Checks that an effect does more than declare: it changes something, or brings an output or an
+/// equation.
 fn verify_changes(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostics) {
     let mut acts = header.clauses.iter().any(is_change);
     visit::items(&ast.items, &mut |item| {

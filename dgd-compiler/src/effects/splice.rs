@@ -13,7 +13,7 @@ use crate::source::{SourceId, Span};
 use crate::syntax::ast::{EffectKind, Expr, ExprKind, Name};
 use crate::syntax::visit;
 
-/// Deeper expressions are refused: every pass behind this one walks over trees.
+/// Deeper expressions are refused: every later pass walks over trees.
 pub(super) const DEEPEST: usize = 256;
 
 /// A model may grow by this many operands.
@@ -55,7 +55,7 @@ impl Done {
         self.n_operands = self.n_operands.saturating_add(size(by));
     }
 
-    /// Whether a model has grown beyond all measure.
+    /// Whether a model has grown beyond its limit.
     pub(super) fn is_too_much(&self) -> bool {
         self.n_operands > LARGEST
     }
@@ -88,11 +88,11 @@ impl Splice<'_> {
     /// The effect that has replaced the name here and acts before this one.
     fn earlier<'r>(&self, expr: &Expr, replaced: &'r Replaced) -> Option<&'r (Span, EffectKind)> {
         let found = replaced.get(&(self.name.text.clone(), expr.span));
-        // Input effects act before all others: what stands in the place of an input is no input.
+        // Input effects act before all others, as what replaces an input is not an input.
         found.filter(|(_, kind)| self.kind != EffectKind::Input || *kind == EffectKind::Input)
     }
 
-    /// Replaces the uses in an expression, of which it says the number.
+    /// Replaces the uses in an expression and returns their number.
     pub(super) fn replace(
         &self,
         expr: &mut Expr,
@@ -210,7 +210,7 @@ impl Splice<'_> {
     }
 }
 
-/// What to say where a model grows beyond all measure.
+/// The message where a model grows beyond its limit.
 pub(super) fn too_large(span: Span) -> Diagnostic {
     Diagnostic::new(Code::E211, span, "the model becomes too large when this is put into it")
         .help("name parts of the expressions with `let`, or replace the name everywhere")

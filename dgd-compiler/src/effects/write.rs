@@ -1,7 +1,7 @@
 //! The text of a changed model, as its author would have changed it.
 //!
 //! What did not change keeps its text, comments and lines. A changed expression is written in its
-//! place. What effects brought stands behind the model's items, each effect under a remark that says
+//! place. What effects brought stands after the model's items, each effect under a remark that says
 //! what it is.
 
 use std::fmt::Write as _;
@@ -11,7 +11,8 @@ use super::Brought;
 use crate::diagnostics::Diagnostics;
 use crate::source::{Source, SourceId, Sources, Span};
 use crate::syntax::ast::{Ast, Expr, ExprKind, Item, ItemKind};
-use crate::syntax::print::{print, print_expression, print_item, without_places};
+use crate::syntax::places::without_places;
+use crate::syntax::print::{print, print_expression, print_item};
 use crate::syntax::visit::{self, Part};
 use crate::syntax::{layout, parse, parse_what_is_sound};
 
@@ -182,7 +183,7 @@ fn without_expressions(item: &Item) -> Item {
     item
 }
 
-/// The text behind the model's items.
+/// The text after the model's items.
 struct Appendix<'a> {
     sources: &'a Sources,
     brought: &'a [Brought],

@@ -79,7 +79,7 @@ pub enum Past {
     Sensitivity,
     /// The slope of ∂x/∂θⱼ at t − τ, at position j n_v + k.
     SensitivityRate,
-    /// x(t), in the place of a past that is none.
+    /// x(t), where the delay is zero.
     Present,
 }
 
@@ -162,7 +162,7 @@ impl Graph {
         self.ids.contains_key(&Node::Symbol(symbol))
     }
 
-    /// Whether there is no expression.
+    /// Whether it holds no expressions.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }
@@ -250,7 +250,7 @@ impl Graph {
     }
 }
 
-/// The value of a node that is no symbol; conditions are 1 or 0.
+/// The value of a node other than a symbol; conditions are 1 or 0.
 pub fn apply(node: Node, value: impl Fn(ExprId) -> f64) -> f64 {
     let truth = |condition: bool| f64::from(u8::from(condition));
     match node {

@@ -8,7 +8,7 @@ use super::graph::{Comparison, ExprId, Graph, Node};
 
 /// A function of the language.
 pub struct Intrinsic {
-    /// Spelling in `.dgd` source. `^` has an entry too, but no call spells it.
+    /// Spelling in `.dgd` source. `^` also has an entry, but is not written as a call.
     pub name: &'static str,
     /// What it does to the units of its arguments.
     pub unit_rule: UnitRule,

@@ -243,7 +243,7 @@ impl<'a> Lowering<'a> {
         result
     }
 
-    /// How far behind the first element an index points, and whether it moves with the loop.
+    /// How far past the first element an index points, and whether it moves with the loop.
     fn within(
         &self,
         at: AffineInteger,

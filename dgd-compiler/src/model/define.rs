@@ -359,7 +359,7 @@ fn unique<'a>(
     }
 }
 
-/// Constants and `let`s in an order in which each needs earlier ones only.
+/// Constants and `let`s, ordered so that each needs only earlier ones.
 ///
 /// A cycle is reported with its chain; what is on it is left out.
 pub(super) fn in_order<'a>(

@@ -46,7 +46,7 @@ pub(super) struct Lowering<'a> {
     calls: BTreeMap<(&'a str, Vec<Typed>), Result<Typed, Reported>>,
     /// Functions being opened, innermost last.
     pub(super) open: Vec<&'a str>,
-    /// That too many calls have been opened, which is said once.
+    /// Proof that too many calls have been reported, which happens once.
     exhausted: Option<Reported>,
     depth: usize,
     /// The index of the loop that is open.
@@ -80,7 +80,7 @@ impl<'a> Lowering<'a> {
         self.lower(expr, &Arguments::new(), diagnostics)
     }
 
-    /// The number an expression of constants comes to; `None` where it reads anything else.
+    /// The value of an expression of constants; `None` if it reads anything else.
     pub(super) fn number(&self, id: ExprId) -> Option<f64> {
         let known = |symbol: &Symbol| matches!(symbol, Symbol::Constant(i) if self.constants.contains_key(i));
         self.graph.symbols(id).iter().all(known).then(|| {

@@ -138,7 +138,7 @@ impl<'a> Resolver<'a> {
         Ok(Unknown { declared, state, start, fixed, nominal, history })
     }
 
-    /// What was before the start is made of time and parameters.
+    /// Checks that a history reads only time and parameters.
     fn check_history(
         &self,
         history: ExprId,

@@ -55,7 +55,7 @@ pub struct Model {
     pub arrays: Vec<Array>,
     /// `size`s and their values.
     pub sizes: Vec<(Name, i64)>,
-    /// `let`s, in an order in which each needs earlier ones only.
+    /// `let`s, ordered so that each needs only earlier ones.
     pub lets: Vec<Let>,
     /// `output`s.
     pub outputs: Vec<Output>,
@@ -140,7 +140,7 @@ pub struct Unknown {
     pub fixed: bool,
     /// Size for tolerances, SI.
     pub nominal: Option<f64>,
-    /// What it was before the start, of time and parameters; none is what it starts with.
+    /// What it was before the start, of time and parameters; `None` means its start value.
     pub history: Option<ExprId>,
 }
 
@@ -264,7 +264,7 @@ pub struct Mode {
     pub name: String,
     /// Doc comment.
     pub doc: Vec<String>,
-    /// What holds while it lasts, besides the equations of the model.
+    /// Equations that hold in this mode, in addition to those of the model.
     pub equations: Vec<Equation>,
 }
 
@@ -283,11 +283,11 @@ pub struct Transition {
     pub crossing: Crossing,
     /// What it is compared with.
     pub right: ExprId,
-    /// New values that go with it.
+    /// Unknowns that it resets, with their new values.
     pub resets: Vec<Reset>,
 }
 
-/// A new value that goes with a transition.
+/// A new value that a transition gives to an unknown.
 #[derive(Debug, Clone)]
 pub struct Reset {
     /// Its place.

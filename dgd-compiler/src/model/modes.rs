@@ -1,5 +1,4 @@
-//! `modes`: equations that follow one another; and what else changes at events, `when` and
-//! `saturate`.
+//! What changes at events: `modes`, whose equations follow one another, `when` and `saturate`.
 
 use std::collections::BTreeMap;
 

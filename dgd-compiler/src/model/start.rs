@@ -8,8 +8,8 @@ use crate::expr::{ExprId, Node, Symbol};
 use crate::syntax::ast::{Expr, Name};
 
 impl Resolver<'_> {
-    /// A start value is made of what is known before the unknowns are. To those of a part, states
-    /// outside of it are known, too: by the values that they start with.
+    /// Checks that a start value reads only what is known before the unknowns are. Start values of a
+    /// part may also read states outside the part, by the values that these start with.
     pub(super) fn check_start(
         &self,
         start: ExprId,
@@ -50,8 +50,8 @@ impl Resolver<'_> {
         }
     }
 
-    /// Whether a symbol is a state that is none of the part with this name in it. A part reads such
-    /// ones through its inputs and arguments only.
+    /// Whether a symbol is a state outside the part that holds this name. A part reads such states only
+    /// through its inputs and arguments.
     fn is_outer_state(&self, symbol: Symbol, name: &Name) -> bool {
         let scope = &self.lowering.scope;
         let Some((part, _)) = name.text.rsplit_once('.') else { return false };

@@ -38,7 +38,7 @@ pub(super) struct Extent {
 /// Sizes by name; those that failed carry the proof.
 pub(super) type Sizes<'a> = BTreeMap<&'a str, Result<i64, Reported>>;
 
-/// The number that an expression of sizes and the loop's index comes to.
+/// The value of an expression of sizes and the loop's index.
 pub(super) fn whole(
     expr: &Expr,
     sizes: &Sizes<'_>,

@@ -56,7 +56,7 @@ impl Folding<'_> {
         }
     }
 
-    /// The items as written; those behind them, which an effect has brought, as they are.
+    /// The items as written; those after them, which an effect has brought, as they are.
     fn fold(&mut self, written: &[Item], mut after: &[Item]) -> Vec<Item> {
         let mut all = Vec::with_capacity(written.len());
         for item in written {

@@ -107,7 +107,8 @@ fn without_inputs(items: &mut Vec<Item>, is_bound: &dyn Fn(&str) -> bool) {
     });
 }
 
-/// Makes `let`s of outputs. One that bears the name of an unknown goes: the name is the unknown's.
+/// Makes `let`s of outputs. An output with the name of an unknown is dropped: the name is the
+/// unknown's.
 fn outputs_as_values(items: &mut Vec<Item>, values: &BTreeSet<String>) {
     items.retain_mut(|item| match &mut item.kind {
         ItemKind::Output { name, unit, value: Some(value), .. } if !values.contains(&name.text) => {

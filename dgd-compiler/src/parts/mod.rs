@@ -12,7 +12,7 @@
 //! | `expansion` | from a file to its items, those of its parts in place |
 //! | `instance` | from a model to one part: names, arguments, outputs |
 //! | `unknown` | names that a part's model reads and nobody declares |
-//! | `tied` | values that are no numbers but tied to what the whole knows later |
+//! | `tied` | values that are not numbers but tied to what the whole knows only later |
 //! | `unbound` | inputs that the chosen variants do not read: left out |
 //! | `fold` | back to what was written |
 
@@ -44,7 +44,7 @@ pub struct Expanded<'a> {
     /// The model's tree, in which the items of parts stand where the parts were, then those of its
     /// libraries and of its parts' libraries.
     pub asts: Cow<'a, [Ast]>,
-    /// The parts, and behind each its own.
+    /// The parts, and after each its own.
     pub parts: Vec<InnerModel>,
     /// How many items stand for each part of the model itself, in the order written.
     lengths: Vec<usize>,

@@ -1,6 +1,6 @@
-//! Values of a part that are no numbers but tied to what the whole knows later.
+//! Values of a part that are not numbers but tied to what the whole knows only later.
 //!
-//! An argument made of numbers and constants is a value as any: it can be set and fitted. One that
+//! An argument made of numbers and constants is a value like any other: it can be set and fitted. One that
 //! reads a parameter or anything else that is not known before a run ties the two: what it was given
 //! to becomes a `let`, and so do constants that are computed from it.
 

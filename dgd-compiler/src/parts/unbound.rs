@@ -109,7 +109,7 @@ fn let_name(item: &Item) -> Option<&str> {
     }
 }
 
-/// What reads what.
+/// Which names read which.
 struct Dependencies {
     /// Of `let`s and functions: the names in their text.
     values: BTreeMap<String, BTreeSet<String>>,

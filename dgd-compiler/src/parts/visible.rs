@@ -66,8 +66,8 @@ impl<'a> Files<'a> {
         visible
     }
 
-    /// What libraries are called that only parts see: by the name of the file, so that their names
-    /// and those of the whole are not in each other's way. Those that the model sees have no name.
+    /// The names of libraries that only parts see. They are named after the file, so that their names
+    /// do not clash with those of the whole. Those that the model sees have no name.
     pub(super) fn library_names(
         &self,
         of_model: &[&Ast],

@@ -1,4 +1,4 @@
-//! Dae → what solvers are told of it, and what readers are told besides.
+//! Dae → its signature for solvers, and its description for readers.
 
 use std::collections::BTreeMap;
 
@@ -70,7 +70,7 @@ pub(super) fn features(dae: &Dae) -> Features {
     }
 }
 
-/// What the model's text says besides.
+/// What the model's text says beyond the signature.
 pub(super) fn source(dae: &Dae) -> ProgramSource {
     let declared = |declared: &Declared| described(&declared.doc, &declared.unit);
     let row = |unknown: &dae::Unknown| Row {

@@ -164,7 +164,7 @@ pub struct FunctionSpec {
     pub kind: FunctionKind,
     /// The method of `System` that it becomes.
     pub name: &'static str,
-    /// Arrays it takes besides t, y, u, p, z, in the order of the method's arguments.
+    /// Arrays it takes in addition to t, y, u, p, z, in the order of the method's arguments.
     pub extra: &'static [Argument],
     /// Arrays it writes, in the order of the method's arguments.
     pub results: &'static [ResultKind],

@@ -37,7 +37,7 @@ pub struct Program {
     pub output_arrays: Vec<OutputArray>,
     /// What the model never has, so that a solver need not look for it.
     pub features: Features,
-    /// What its text says besides.
+    /// What its text says beyond that.
     pub source: ProgramSource,
     /// One function for each row of [`FUNCTIONS`], in its order.
     pub functions: Vec<Function>,
@@ -50,7 +50,7 @@ pub struct Program {
 pub struct ProgramSource {
     /// The model's doc comment.
     pub doc: Vec<String>,
-    /// Unknowns that are no elements.
+    /// Unknowns that are not elements of arrays.
     pub unknowns: Vec<Described>,
     /// Their rows.
     pub rows: Vec<Row>,
@@ -62,7 +62,7 @@ pub struct ProgramSource {
     pub parameters: Vec<Described>,
     /// Inputs.
     pub inputs: Vec<Described>,
-    /// Outputs that are no elements.
+    /// Outputs that are not elements of arrays.
     pub outputs: Vec<Described>,
     /// Outputs for each element of an array.
     pub output_arrays: Vec<Described>,
@@ -101,7 +101,7 @@ pub struct Function {
     pub places: Vec<Option<Vec<usize>>>,
     /// Length of each result.
     pub lengths: Vec<usize>,
-    /// What is computed once for each row of a family, behind the body.
+    /// What is computed once for each row of a family, after the body.
     pub loops: Vec<Loop>,
 }
 
@@ -110,7 +110,7 @@ pub struct Function {
 pub struct Loop {
     /// Number of passages.
     pub count: u32,
-    /// Operations in order; values go on counting behind those of the function's body.
+    /// Operations in order; values go on counting after those of the function's body.
     pub body: Vec<Operation>,
     /// What goes where.
     pub stores: Vec<Store>,
@@ -218,7 +218,7 @@ impl Program {
         self.signature.unknowns.len()
     }
 
-    /// Outputs that are no elements of arrays.
+    /// Outputs that are not elements of arrays.
     pub fn single_outputs(&self) -> &[dgd_signature::Output] {
         let elements = self.output_arrays.iter().map(|array| array.count);
         let single = self.signature.outputs.len() - elements.sum::<usize>();

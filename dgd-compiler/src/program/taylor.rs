@@ -224,7 +224,7 @@ impl Series {
         of_recurrences.chain(of_terms).chain(of_matrix).collect()
     }
 
-    /// Whether a value has coefficients besides that of order 0.
+    /// Whether a value has coefficients beyond that of order 0.
     pub fn moves(&self, value: ValueId) -> bool {
         self.recurrences[value.index()].is_some()
     }
@@ -291,7 +291,7 @@ struct Builder<'a> {
     body: Vec<Operation>,
     values: HashMap<ExprId, ValueId>,
     recurrences: BTreeMap<ValueId, Continued>,
-    /// Quotients that recurrences need besides: c/a by the bits of c, and a.
+    /// Quotients that recurrences also need: c/a by the bits of c, and a.
     quotients: HashMap<(u64, ValueId), ValueId>,
     /// Places of the two parts that functions of two arguments move by.
     parts: HashMap<ExprId, [ValueId; 2]>,
@@ -667,7 +667,7 @@ impl<'a> Builder<'a> {
 
     /// Makes one sum of each sum of sums, and gives the terms of all.
     ///
-    /// A sum that one other sum reads, and nothing else, is none of its own any more.
+    /// A sum that only one other sum reads becomes part of that sum.
     fn gather(&mut self, results: &[ValueId]) -> Vec<Term> {
         let mut readers: HashMap<ValueId, usize> = HashMap::new();
         let mut pinned: HashSet<ValueId> = results.iter().copied().collect();
@@ -728,7 +728,7 @@ impl<'a> Builder<'a> {
                 flat.insert(value, sum);
             }
         }
-        // What is known first comes first: no term waits for one that is behind it.
+        // What is known first comes first: no term waits for one that is after it.
         let mut terms: Vec<Term> =
             flat.into_iter().map(|(value, factor)| (factor, value)).collect();
         terms.sort_by_key(|(_, value)| !self.is_of_symbol(*value));

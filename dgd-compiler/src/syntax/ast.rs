@@ -104,7 +104,7 @@ pub struct Clause {
     pub kind: ClauseKind,
 }
 
-/// What an effect says besides its items.
+/// What an effect says in addition to its items.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ClauseKind {
     /// `kind plant`
@@ -383,7 +383,7 @@ pub struct Reaction {
     pub crossing: Crossing,
     /// What it is compared with.
     pub right: Expr,
-    /// New values that go with it.
+    /// Unknowns that it resets, with their new values.
     pub resets: Vec<Reset>,
 }
 
@@ -462,7 +462,7 @@ pub struct Transition {
     pub crossing: Crossing,
     /// What it is compared with.
     pub right: Expr,
-    /// New values that go with it.
+    /// Unknowns that it resets, with their new values.
     pub resets: Vec<Reset>,
 }
 
@@ -477,7 +477,7 @@ pub struct Reset {
     pub value: Expr,
 }
 
-/// An attribute behind a value.
+/// An attribute after a value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Attribute {
     /// Its place.
@@ -536,7 +536,7 @@ pub enum ExprKind {
         value: f64,
         /// Spelling, kept for printing.
         text: String,
-        /// Unit behind it.
+        /// Unit after it.
         unit: Option<Unit>,
     },
     /// A name.

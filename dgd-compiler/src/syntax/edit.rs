@@ -1,4 +1,4 @@
-//! Values of declarations replaced in a model's text; all else, comments too, stays as written.
+//! Replaces values of declarations in a model's text; all else, comments included, stays as written.
 
 use std::collections::BTreeMap;
 
@@ -20,7 +20,7 @@ pub struct NewValue {
 /// paths of imports.
 ///
 /// `text` is what `ast` was parsed from. A start value that is not written is added, and what a part
-/// declares becomes an argument of the part. What else is not declared in this file is left out.
+/// declares becomes an argument of the part. Anything else that is not declared in this file is left out.
 pub fn with_values(
     ast: &Ast,
     text: &str,
@@ -68,7 +68,7 @@ fn collect(
             }
             ItemKind::Unknown { name, unit, start, .. } => {
                 let Some(new) = value_of(name) else { continue };
-                // A start value that is not written comes behind the unit.
+                // A start value that is not written comes after the unit.
                 let end = unit.as_ref().map_or(name.span, |unit| unit.span).end as usize;
                 let added = || (end, end, format!(" = {}", new.text));
                 let written = start.as_ref().map(|start| over(start.span, new.text.clone()));

@@ -11,7 +11,8 @@ use crate::source::{Source, SourceId, Sources, Span};
 /// is not its own.
 const ENDING: &str = ".dgd";
 
-/// Reads an imported file: path in, text or the reason why not out. The reason quotes nothing of the file.
+/// Reads the imported file at a path; otherwise the reason why it cannot be read, which quotes nothing
+/// of the file.
 pub type Read<'a> = dyn FnMut(&str) -> Result<String, String> + 'a;
 
 /// Parses a file and, once each, the libraries and models that it imports directly or through

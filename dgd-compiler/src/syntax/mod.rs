@@ -5,6 +5,7 @@ pub mod edit;
 pub mod imports;
 pub mod layout;
 mod parse;
+pub mod places;
 pub mod print;
 pub(crate) mod rename;
 pub mod visit;

@@ -8,11 +8,10 @@ use std::fmt::Write as _;
 
 use super::ast::{
     Argument, Ast, Attribute, AttributeKind, Bound, Choice, Clause, ClauseKind, Comparison,
-    EffectHeader, Expr, ExprKind, Factor, Header, Item, ItemKind, Name, PartArgument, Range,
-    Reaction, Reset, Sign, Slot, SlotKind, StartMode, Target, Transition, Unit, UnknownKind,
+    EffectHeader, Expr, ExprKind, Factor, Item, ItemKind, Name, PartArgument, Range, Reaction,
+    Reset, Sign, Slot, SlotKind, StartMode, Target, Transition, Unit, UnknownKind,
 };
 use super::parse::lexical::RESERVED;
-use crate::source::{SourceId, Span};
 
 /// The text of a file.
 pub fn print(ast: &Ast) -> String {
@@ -124,7 +123,7 @@ enum Binding {
     Operand,
 }
 
-/// Whether more of the expression follows behind a part: an `if` reaches as far as it can, and must
+/// Whether more of the expression follows a part: an `if` reaches as far as it can, and must
 /// be closed off before that.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Position {
@@ -284,7 +283,7 @@ impl Printer {
         }
     }
 
-    /// The items of a loop, each with the loop's index behind its name.
+    /// The items of a loop, each with the loop's index after its name.
     fn items_of_loop(&mut self, index: &Name, items: &[Item]) {
         for item in items {
             let mut indexed = item.kind.clone();
@@ -480,7 +479,7 @@ impl Printer {
         self.reaction(&head, resets);
     }
 
-    /// What happens, and the resets that go with it.
+    /// What happens, and the resets that follow.
     fn reaction(&mut self, head: &str, resets: &[Reset]) {
         if resets.is_empty() {
             self.line(head);
@@ -565,274 +564,4 @@ fn print_attribute(kind: &AttributeKind) -> String {
         AttributeKind::Noise(std) => format!("noise {}", print_expression(std)),
         AttributeKind::History(value) => format!("history {}", print_expression(value)),
     }
-}
-
-/// The tree with every place set to zero, to compare what two texts say.
-#[must_use]
-pub fn without_places(ast: &Ast) -> Ast {
-    let header =
-        |model: &Header| Header { doc: model.doc.clone(), name: placeless_name(&model.name) };
-    Ast {
-        source: SourceId::default(),
-        model: ast.model.as_ref().map(header),
-        effect: ast.effect.as_ref().map(placeless_effect),
-        items: ast.items.iter().map(placeless_item).collect(),
-        imports: Vec::new(),
-    }
-}
-
-fn placeless_effect(effect: &EffectHeader) -> EffectHeader {
-    let target = match &effect.target {
-        Target::Model(model) => Target::Model(placeless_name(model)),
-        Target::Template(slots) => {
-            let slot = |slot: &Slot| Slot {
-                name: placeless_name(&slot.name),
-                kind: slot.kind,
-                unit: placeless_unit(slot.unit.as_ref()),
-            };
-            Target::Template(slots.iter().map(slot).collect())
-        }
-    };
-    EffectHeader {
-        doc: effect.doc.clone(),
-        name: placeless_name(&effect.name),
-        target,
-        clauses: effect.clauses.iter().map(placeless_clause).collect(),
-    }
-}
-
-fn placeless_clause(clause: &Clause) -> Clause {
-    let kind = match &clause.kind {
-        ClauseKind::Kind(kind) => ClauseKind::Kind(*kind),
-        ClauseKind::Form(form) => ClauseKind::Form(placeless_name(form)),
-        ClauseKind::Null { name, value } => {
-            ClauseKind::Null { name: placeless_name(name), value: placeless(value) }
-        }
-        ClauseKind::Replace { name, arguments, equation, by } => ClauseKind::Replace {
-            name: placeless_name(name),
-            arguments: arguments.iter().map(placeless_name).collect(),
-            equation: equation.as_ref().map(placeless_name),
-            by: placeless(by),
-        },
-        ClauseKind::ReplaceOutput { output, by } => {
-            ClauseKind::ReplaceOutput { output: placeless_name(output), by: placeless(by) }
-        }
-        ClauseKind::Add { value, equation } => {
-            ClauseKind::Add { value: placeless(value), equation: placeless_name(equation) }
-        }
-    };
-    Clause { span: Span::default(), doc: clause.doc.clone(), kind }
-}
-
-fn placeless_name(name: &Name) -> Name {
-    Name { text: name.text.clone(), span: Span::default() }
-}
-
-fn placeless_unit(unit: Option<&Unit>) -> Option<Unit> {
-    unit.map(|unit| Unit { span: Span::default(), text: unit.text.clone() })
-}
-
-fn placeless_attribute(attribute: &Attribute) -> Attribute {
-    let optional = |expr: &Option<Expr>| expr.as_ref().map(placeless);
-    let kind = match &attribute.kind {
-        AttributeKind::Bounds(lower, upper) => {
-            AttributeKind::Bounds(optional(lower), optional(upper))
-        }
-        AttributeKind::Nominal(size) => AttributeKind::Nominal(placeless(size)),
-        AttributeKind::PriorNormal(mean, std) => {
-            AttributeKind::PriorNormal(placeless(mean), placeless(std))
-        }
-        AttributeKind::Noise(std) => AttributeKind::Noise(placeless(std)),
-        AttributeKind::History(value) => AttributeKind::History(placeless(value)),
-        AttributeKind::Log => AttributeKind::Log,
-        AttributeKind::Fixed => AttributeKind::Fixed,
-        AttributeKind::Hold => AttributeKind::Hold,
-        AttributeKind::Linear => AttributeKind::Linear,
-    };
-    Attribute { span: Span::default(), kind }
-}
-
-fn placeless_item(item: &Item) -> Item {
-    let attributes = |all: &[Attribute]| all.iter().map(placeless_attribute).collect();
-    let kind = match &item.kind {
-        ItemKind::Import { path, .. } => {
-            ItemKind::Import { path: path.clone(), path_span: Span::default() }
-        }
-        ItemKind::Constant { name, unit, value } => ItemKind::Constant {
-            name: placeless_name(name),
-            unit: placeless_unit(unit.as_ref()),
-            value: placeless(value),
-        },
-        ItemKind::Parameter { name, unit, value, attributes: all } => ItemKind::Parameter {
-            name: placeless_name(name),
-            unit: placeless_unit(unit.as_ref()),
-            value: placeless(value),
-            attributes: attributes(all),
-        },
-        ItemKind::Input { name, unit, attributes: all } => ItemKind::Input {
-            name: placeless_name(name),
-            unit: placeless_unit(unit.as_ref()),
-            attributes: attributes(all),
-        },
-        ItemKind::Unknown { declared, name, unit, start, attributes: all } => ItemKind::Unknown {
-            declared: *declared,
-            name: placeless_name(name),
-            unit: placeless_unit(unit.as_ref()),
-            start: start.as_ref().map(placeless),
-            attributes: attributes(all),
-        },
-        ItemKind::Size { name, value } => {
-            ItemKind::Size { name: placeless_name(name), value: placeless(value) }
-        }
-        ItemKind::Array { declared, name, index, range, unit, start, attributes: all } => {
-            ItemKind::Array {
-                declared: *declared,
-                name: placeless_name(name),
-                index: index.as_ref().map(placeless_name),
-                range: placeless_range(range),
-                unit: placeless_unit(unit.as_ref()),
-                start: start.as_ref().map(placeless),
-                attributes: attributes(all),
-            }
-        }
-        ItemKind::For { index, range, items } => ItemKind::For {
-            index: placeless_name(index),
-            range: placeless_range(range),
-            items: items.iter().map(placeless_item).collect(),
-        },
-        ItemKind::Let { name, unit, value } => ItemKind::Let {
-            name: placeless_name(name),
-            unit: placeless_unit(unit.as_ref()),
-            value: placeless(value),
-        },
-        ItemKind::Function { name, arguments, body } => ItemKind::Function {
-            name: placeless_name(name),
-            arguments: arguments
-                .iter()
-                .map(|a| Argument {
-                    name: placeless_name(&a.name),
-                    unit: placeless_unit(a.unit.as_ref()),
-                })
-                .collect(),
-            body: placeless(body),
-        },
-        ItemKind::Output { name, unit, value, attributes: all } => ItemKind::Output {
-            name: placeless_name(name),
-            unit: placeless_unit(unit.as_ref()),
-            value: value.as_ref().map(placeless),
-            attributes: attributes(all),
-        },
-        ItemKind::Equation { label, left, right } => ItemKind::Equation {
-            label: placeless_name(label),
-            left: placeless(left),
-            right: placeless(right),
-        },
-        ItemKind::Variant { name, choices } => ItemKind::Variant {
-            name: placeless_name(name),
-            choices: choices.iter().map(placeless_choice).collect(),
-        },
-        ItemKind::Modes { name, modes, transitions, starts } => ItemKind::Modes {
-            name: placeless_name(name),
-            modes: modes.iter().map(placeless_choice).collect(),
-            transitions: transitions.iter().map(placeless_transition).collect(),
-            starts: starts.iter().map(placeless_start).collect(),
-        },
-        ItemKind::Part { name, model, arguments } => ItemKind::Part {
-            name: placeless_name(name),
-            model: placeless_name(model),
-            arguments: arguments
-                .iter()
-                .map(|PartArgument { name, value }| PartArgument {
-                    name: placeless_name(name),
-                    value: placeless(value),
-                })
-                .collect(),
-        },
-        ItemKind::Binding { input, value } => {
-            ItemKind::Binding { input: placeless_name(input), value: placeless(value) }
-        }
-        ItemKind::When(Reaction { left, crossing, right, resets }) => ItemKind::When(Reaction {
-            left: placeless(left),
-            crossing: *crossing,
-            right: placeless(right),
-            resets: resets.iter().map(placeless_reset).collect(),
-        }),
-        ItemKind::Saturate { name, side, bound } => {
-            ItemKind::Saturate { name: placeless_name(name), side: *side, bound: placeless(bound) }
-        }
-    };
-    Item { span: Span::default(), doc: item.doc.clone(), kind }
-}
-
-fn placeless_range(range: &Range) -> Range {
-    let (lower, upper) = (placeless(&range.lower), placeless(&range.upper));
-    Range { span: Span::default(), lower, upper }
-}
-
-fn placeless_choice(choice: &Choice) -> Choice {
-    Choice {
-        doc: choice.doc.clone(),
-        name: placeless_name(&choice.name),
-        items: choice.items.iter().map(placeless_item).collect(),
-    }
-}
-
-fn placeless_reset(reset: &Reset) -> Reset {
-    Reset {
-        span: Span::default(),
-        name: placeless_name(&reset.name),
-        value: placeless(&reset.value),
-    }
-}
-
-fn placeless_start(start: &StartMode) -> StartMode {
-    StartMode {
-        mode: placeless_name(&start.mode),
-        condition: start.condition.as_ref().map(placeless),
-    }
-}
-
-fn placeless_transition(transition: &Transition) -> Transition {
-    Transition {
-        span: Span::default(),
-        doc: transition.doc.clone(),
-        from: placeless_name(&transition.from),
-        to: placeless_name(&transition.to),
-        left: placeless(&transition.left),
-        crossing: transition.crossing,
-        right: placeless(&transition.right),
-        resets: transition.resets.iter().map(placeless_reset).collect(),
-    }
-}
-
-fn placeless(expr: &Expr) -> Expr {
-    let boxed = |expr: &Expr| Box::new(placeless(expr));
-    let kind = match &expr.kind {
-        ExprKind::Number { value, text, unit } => ExprKind::Number {
-            value: *value,
-            text: text.clone(),
-            unit: placeless_unit(unit.as_ref()),
-        },
-        ExprKind::Name(name) => ExprKind::Name(name.clone()),
-        ExprKind::Call { function, arguments } => ExprKind::Call {
-            function: placeless_name(function),
-            arguments: arguments.iter().map(placeless).collect(),
-        },
-        ExprKind::Element(array, index) => ExprKind::Element(boxed(array), boxed(index)),
-        ExprKind::Group(inner) => ExprKind::Group(boxed(inner)),
-        ExprKind::Negate(operand) => ExprKind::Negate(boxed(operand)),
-        ExprKind::Sum(terms) => {
-            ExprKind::Sum(terms.iter().map(|(sign, term)| (*sign, placeless(term))).collect())
-        }
-        ExprKind::Product(factors) => ExprKind::Product(
-            factors.iter().map(|(sign, factor)| (*sign, placeless(factor))).collect(),
-        ),
-        ExprKind::Power(base, exponent) => ExprKind::Power(boxed(base), boxed(exponent)),
-        ExprKind::If(condition, yes, no) => ExprKind::If(boxed(condition), boxed(yes), boxed(no)),
-        ExprKind::Compare(sign, left, right) => ExprKind::Compare(*sign, boxed(left), boxed(right)),
-        ExprKind::And(all) => ExprKind::And(all.iter().map(placeless).collect()),
-        ExprKind::Or(all) => ExprKind::Or(all.iter().map(placeless).collect()),
-        ExprKind::Not(operand) => ExprKind::Not(boxed(operand)),
-    };
-    Expr { span: Span::default(), kind }
 }

@@ -1,4 +1,4 @@
-//! Walking over what a tree consists of, written once for all who rename, replace or compare.
+//! Walks over the parts of a tree, written once for everything that renames, replaces or compares.
 
 use super::ast::{
     Argument, Attribute, AttributeKind, Choice, Expr, ExprKind, Item, ItemKind, Name, Range,
@@ -58,7 +58,7 @@ pub enum Part<'a> {
 
 /// Visits the parts of an item, and of the items within it, in the order written.
 ///
-/// The parts of two items that differ in names, units and expressions only are met in one order.
+/// The order is the same for two items that differ only in names, units and expressions.
 pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
     match &mut item.kind {
         ItemKind::Import { .. } => {}
@@ -97,7 +97,9 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
         }
         ItemKind::For { range, items, .. } => {
             ends(range, visit);
-            items.iter_mut().for_each(|item| parts_mut(item, visit));
+            for item in items {
+                parts_mut(item, visit);
+            }
         }
         ItemKind::Let { name, unit, value } => {
             declared(name, unit, visit);

@@ -27,9 +27,9 @@ const NESTING: usize = 16;
 /// A symbol to a power.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Factor {
-    /// As written, without digits behind it.
+    /// As written, without digits after it.
     pub(crate) symbol: String,
-    /// Digits directly behind the symbol, which are its power unless the symbol contains them.
+    /// Digits directly after the symbol, which are its power unless the symbol contains them.
     pub(crate) digits: String,
     /// Bytes of symbol and digits within the text.
     pub(crate) range: Range<usize>,
@@ -85,7 +85,7 @@ fn is_blank(c: char) -> bool {
     c == ' ' || c == '\t'
 }
 
-/// Skips the blanks behind what a parser reads.
+/// Skips the blanks after what a parser reads.
 fn lexeme<'a, T>(
     parser: impl Parser<&'a str, Output = T, Error = Stop<'a>>,
 ) -> impl Parser<&'a str, Output = T, Error = Stop<'a>> {

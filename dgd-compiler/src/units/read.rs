@@ -8,7 +8,7 @@ use super::{Exponent, Unit, grammar};
 use crate::diagnostics::{Code, Diagnostic, suggestion};
 use crate::source::{Sources, Span};
 
-/// Why a text is no unit.
+/// Why a text is not a unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnitError {
     /// The piece that is wrong, in bytes of the text; empty at its end.
@@ -17,7 +17,7 @@ pub struct UnitError {
     pub kind: UnitErrorKind,
 }
 
-/// The ways in which a text is no unit.
+/// The ways in which a text fails to be a unit.
 #[derive(Debug, Clone, PartialEq)]
 pub enum UnitErrorKind {
     /// A symbol is not in the catalogue.
@@ -146,7 +146,7 @@ fn power(x: f64, exponent: Exponent) -> f64 {
     }
 }
 
-/// Reads the unit `text` between `brackets` of a source, or says at the right place why it is none.
+/// Reads the unit `text` between `brackets` of a source, or reports at the right place why it is not a unit.
 pub fn read_unit(text: &str, brackets: Span, sources: &Sources) -> Result<Unit, Box<Diagnostic>> {
     parse_unit(text).map_err(|error| {
         // The text is what stands between the brackets, without blanks around it.
@@ -160,11 +160,11 @@ struct Found {
     row: &'static Row,
     /// Factor of the row and its prefix.
     factor: (f64, f64),
-    /// The power that digits behind the symbol stand for.
+    /// The power that digits after the symbol stand for.
     digits: Exponent,
 }
 
-/// Words that are no units, without a plural's s, and what is meant by them.
+/// Words that are not units, without a plural's s, and the units they stand for.
 const SPELLED_OUT: &[(&str, &str)] = &[
     ("sec", "s"),
     ("second", "s"),

@@ -6,7 +6,8 @@ use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Directions, compile};
 use dgd_compiler::source::{Source, Sources};
-use dgd_compiler::syntax::print::{print, without_places};
+use dgd_compiler::syntax::places::without_places;
+use dgd_compiler::syntax::print::print;
 use dgd_compiler::syntax::{layout, parse};
 
 fn read(text: &str) -> Option<dgd_compiler::syntax::ast::Ast> {

@@ -3,7 +3,8 @@
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::ast::Ast;
-use dgd_compiler::syntax::print::{print, without_places};
+use dgd_compiler::syntax::places::without_places;
+use dgd_compiler::syntax::print::print;
 use dgd_compiler::syntax::{layout, parse};
 
 use super::Finding;

@@ -5,7 +5,7 @@
 //! delay(delay(x, a), b) = delay(x, a + b). Once delays stand at names only,
 //!
 //! - an output whose states are all late by τ is read at t − τ as a whole,
-//! - any other delayed input is an input of its own, behind those that are declared,
+//! - any other delayed input is an input of its own, after those that are declared,
 //! - any other delayed unknown is a symbol of its own.
 
 mod resolver;
@@ -157,7 +157,8 @@ impl Replacing<'_> {
         }
     }
 
-    /// What acts on the model cannot read derivatives late; `reader` names it in messages.
+    /// An expression that acts on the model, which cannot read derivatives late. `reader` names it in
+    /// messages.
     fn acting(&mut self, value: &mut ExprId, reader: &str, span: Span) {
         match self.resolver.instantaneous(self.graph, self.at_names[value]) {
             Ok(now) => *value = now,
@@ -205,7 +206,7 @@ impl Replacing<'_> {
         delay
     }
 
-    /// The names of expressions in which all that is late has been met.
+    /// The names of expressions in which everything late has been met.
     fn names(&mut self, names: &BTreeMap<ExprId, String>) -> BTreeMap<ExprId, String> {
         let mut kept = BTreeMap::new();
         for (id, name) in names {

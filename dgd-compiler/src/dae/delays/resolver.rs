@@ -26,7 +26,7 @@ pub(super) struct Resolver<'a> {
     pub(super) varying: Vec<Delay>,
     pub(super) inputs: Vec<DelayedInput>,
     pub(super) unknowns: Vec<DelayedUnknown>,
-    /// What was read earlier than it is, whatever the parameters.
+    /// What is read before it happens, whatever the parameters.
     early: Option<Symbol>,
 }
 
@@ -79,7 +79,7 @@ impl<'a> Resolver<'a> {
         Some(built[&x])
     }
 
-    /// What varies, and how late it is; nothing for a parameter.
+    /// What varies, and how late it is; `None` for a parameter.
     fn source(&self, symbol: Symbol) -> Option<(Symbol, Summands)> {
         match symbol {
             Symbol::Late(k) => Some(self.late[k as usize].clone()),
@@ -115,8 +115,8 @@ impl<'a> Resolver<'a> {
         graph.symbol(Symbol::Late(number))
     }
 
-    /// An expression of what is known now of what is and was; otherwise the late derivative, of which
-    /// nothing is.
+    /// An expression of what is known now, of the present and the past; otherwise the late derivative,
+    /// which is not known.
     pub(super) fn instantaneous(
         &mut self,
         graph: &mut Graph,
@@ -149,7 +149,7 @@ impl<'a> Resolver<'a> {
             .into_iter()
             .filter_map(|symbol| self.source(symbol).map(|(source, late)| (symbol, source, late)))
             .collect();
-        // What varies is not the same for the whole of an output.
+        // A delay that varies does not delay an output as a whole.
         if let Some((_, source, _)) = read.iter().find(|(_, _, late)| varies(graph, late)) {
             return Err([*source, *source]);
         }
@@ -206,7 +206,7 @@ impl<'a> Resolver<'a> {
         Ok((value, delay))
     }
 
-    /// An expression of which all that is late has been met already; nothing where it has not.
+    /// An expression in which everything late has been met before; otherwise `None`.
     pub(super) fn known(&self, graph: &mut Graph, id: ExprId) -> Option<ExprId> {
         let mut replaced = BTreeMap::new();
         for symbol in graph.symbols(id) {

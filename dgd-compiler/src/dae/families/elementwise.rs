@@ -1,4 +1,5 @@
-//! Elements matched one by one: for what cannot be matched as wholes, and to say what is wrong.
+//! Elements matched one by one, where families cannot be matched as wholes, and messages about what
+//! is left over.
 
 use super::{Assigned, Candidate, Columns, PlannedRows, elements_name};
 use crate::dae::matching::{maximum_matching, more_places, quoted};
@@ -136,7 +137,7 @@ fn could_be_matched(
     matching.free_rows().next().is_none() && matching.free_columns().next().is_none()
 }
 
-/// What is said of equations and unknowns that are left over.
+/// Messages about equations and unknowns that are left over.
 struct Names<'a> {
     model: &'a Model,
     transferred: &'a Transferred<'a>,

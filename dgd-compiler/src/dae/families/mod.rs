@@ -26,7 +26,7 @@ pub(super) use place::{Origins, families, place};
 pub(super) struct Plan {
     /// Positions of the equations that do, among all.
     pub(super) taken: BTreeSet<usize>,
-    /// The rows that come of them.
+    /// The rows made from them.
     rows: Vec<PlannedRows>,
 }
 
@@ -83,8 +83,8 @@ impl Columns {
 
 /// Finds an equation for each element.
 ///
-/// Equations of modes determine single unknowns only, so that the rows of arrays are the same in all
-/// modes: looked at are those of the modes that the model starts in.
+/// Equations of modes determine only single unknowns, so that the rows of arrays are the same in all
+/// modes. Those of the modes that the model starts in stand for the others.
 pub(super) fn plan(
     model: &Model,
     graph: &mut Graph,

@@ -1,4 +1,4 @@
-//! Arrays put behind the single unknowns: elements become unknowns, planned rows families.
+//! Arrays placed after the single unknowns: elements become unknowns, planned rows families.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -137,7 +137,7 @@ fn each_expression(dae: &mut Dae, change: &mut dyn FnMut(&mut Graph, ExprId) -> 
     dae.names = names.into_iter().map(|(id, name)| (change(graph, id), name)).collect();
 }
 
-/// Elements as unknowns behind `n_single` others.
+/// Elements as unknowns after `n_single` others.
 fn behind(graph: &mut Graph, id: ExprId, n_single: u32) -> ExprId {
     let symbols = graph.symbols(id);
     let mut replaced = BTreeMap::new();

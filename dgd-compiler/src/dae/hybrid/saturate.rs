@@ -26,7 +26,7 @@ const A_HAIR: f64 = 1e-9;
 /// The mode in which no bound acts.
 const FREE: usize = 0;
 
-/// Number of automata with those of saturations.
+/// Number of automata, those of saturations included.
 pub(in crate::dae) fn n_automata(model: &Model) -> usize {
     model.automata.len() + saturated(model).len()
 }
@@ -161,7 +161,7 @@ fn bounded(
         transition(at.mode, FREE, Crossing::Rises, leave, &reset),
     ];
     if graph.symbols(at.bound).iter().any(|symbol| matches!(symbol, Symbol::Input(_))) {
-        // Where the bound jumps it takes x along, or leaves it behind.
+        // A bound that jumps takes x along or leaves it behind.
         let hair = graph.constant(A_HAIR * size);
         let (taken, left) = (graph.add(distance, hair), graph.subtract(distance, hair));
         transitions.extend([

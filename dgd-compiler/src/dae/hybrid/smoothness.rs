@@ -1,10 +1,11 @@
-//! Whether an expression goes on smoothly where a switch changes, or jumps, or has a corner.
+//! Whether an expression is smooth, has a corner or jumps where a switch changes.
 //!
 //! A switch changes on the surface e = 0. With A and B the expression as it is where e > 0 and where
-//! e < 0, it goes on smoothly if A = B and ∂A/∂v = ∂B/∂v on the surface for a symbol v that e
+//! e < 0, it is smooth if A = B and ∂A/∂v = ∂B/∂v on the surface for a symbol v that e
 //! depends on: along the surface all derivatives agree where values do. Whether a difference is
 //! identically zero is tried at points of the surface drawn with a fixed seed: at a random point, v
-//! is moved until e = 0. What counts is the difference there against those off the surface. `q*abs(q)` goes on smoothly, `abs(q)` has a corner, `sign(q)` jumps.
+//! is moved until e = 0. The difference there is compared with those off the surface. `q*abs(q)` is
+//! smooth, `abs(q)` has a corner, `sign(q)` jumps.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -13,7 +14,7 @@ use crate::expr::graph::{Comparison, apply};
 use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::model::Model;
 
-/// How an expression goes on behind a surface; what is more is worse.
+/// How an expression passes a surface, from best to worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Passage {
     /// With the same value and slope.
@@ -24,16 +25,16 @@ pub(super) enum Passage {
     Jump,
 }
 
-/// Points tried, and as many of them as are enough where both sides can be evaluated.
+/// Points tried, and how many of them suffice if both sides can be evaluated there.
 const TRIALS: usize = 128;
 const ENOUGH: usize = 6;
-/// And as many where conditions or modes may hide a jump; places near thresholds are tried in rows of up to so
-/// many nodes.
+/// How many suffice where conditions or modes may hide a jump. Points near thresholds are tried for
+/// rows of up to [`MOST_NODES`] nodes.
 const MANY: usize = 64;
 const MOST_NODES: usize = 400;
 /// How far beside the thresholds of other conditions points are drawn, in sizes.
 const BESIDE: f64 = 0.3;
-/// As many are enough although a condition has been met one way only.
+/// How many suffice even if a condition has been met one way only.
 const MOST: usize = 32;
 /// Other conditions that are followed.
 const MOST_CONDITIONS: usize = 16;
@@ -48,12 +49,13 @@ const MOST_DOUBLINGS: i32 = 40;
 const SEED: u64 = 0x9E37_79B9_7F4A_7C15;
 /// How far from the surface the sides are compared, in the size of the symbol.
 const NEAR: f64 = 1e-10;
-/// And how far from it the difference is taken that theirs is compared with.
+/// How far from it the difference is taken that theirs is compared with.
 const FAR: f64 = 1e-3;
-/// A difference that falls to this part of what it is off the surface is none. Roots fall slowest:
+/// A difference that falls to this fraction of its value off the surface counts as zero. Roots fall
+/// slowest:
 /// a cube root to 0.005 of what it is at [`FAR`].
 const NONE: f64 = 1e-2;
-/// A difference of this part of the sides is rounding.
+/// A difference below this fraction of the sides is rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// What a node is on the side of a surface where e > 0, if it is a switch of it: 1 or −1.
@@ -85,11 +87,11 @@ pub(super) fn is_greater(comparison: Comparison) -> bool {
     matches!(comparison, Comparison::Greater | Comparison::GreaterEqual)
 }
 
-/// How an expression goes on where `surface` passes zero. The graph is one to be thrown away.
+/// How an expression passes where `surface` is zero. The graph is thrown away afterwards.
 ///
-/// What another condition hides at random places may be seen where it holds: places are tried until
-/// each has been met both ways. What none of them was is supposed then, unless the surface itself
-/// decides about it, as x = 0 does about x < 1.
+/// Another condition may hide a jump at random points, so points are tried until each condition has
+/// been met both ways. A condition that has not is then assumed to hold the other way, unless the
+/// surface itself decides it, as x = 0 decides x < 1.
 pub(super) fn passage(
     graph: &mut Graph,
     sizes: &Sizes,
@@ -134,7 +136,7 @@ pub(super) fn passage(
             break;
         }
     }
-    // What cannot be evaluated anywhere near is left to the control of the error.
+    // What cannot be evaluated anywhere nearby is left to error control.
     found.unwrap_or(Passage::Corner)
 }
 
@@ -152,7 +154,7 @@ struct Sides<'a> {
 }
 
 impl Sides<'_> {
-    /// The worst passage that is met at random places; none where the sides can be evaluated at none.
+    /// The worst passage met at random points; `None` if the sides can be evaluated at none of them.
     fn compare(&mut self, [above, below]: [ExprId; 2], all: bool) -> Option<Passage> {
         let surface = self.surface;
         let candidates: Vec<Symbol> =
@@ -164,7 +166,7 @@ impl Sides<'_> {
                 thresholds = self.thresholds();
             }
         }
-        // Conditions and modes may hide a jump but for where several of them hold together.
+        // Conditions and modes may hide a jump except where several of them hold together.
         let is_mode = |symbol: &Symbol| matches!(symbol, Symbol::Discrete(_));
         let hides = !thresholds.is_empty()
             || [above, below].iter().any(|side| self.graph.symbols(*side).iter().any(is_mode));
@@ -217,7 +219,7 @@ impl Sides<'_> {
                     .into_iter()
                     .map(|place| match (place[a] - place[b]).abs() {
                         difference if difference.is_finite() => difference,
-                        // One side only has a value there.
+                        // Only one side has a value there.
                         _ if place[a].is_finite() => place[a].abs(),
                         _ => place[b].abs(),
                     })
@@ -305,7 +307,7 @@ struct Threshold {
     slopes: Vec<(Symbol, ExprId, Vec<ExprId>)>,
 }
 
-/// The values of an expression at some random places, the same for expressions of the same symbols.
+/// The values of an expression at random points, which are the same for expressions of the same symbols.
 pub(super) fn values_at_random<const N: usize>(
     graph: &Graph,
     sizes: &Sizes,
@@ -455,7 +457,7 @@ impl Point {
         roots.map(|root| values[&root])
     }
 
-    /// Takes note of how the conditions are here.
+    /// Records which conditions hold here.
     fn note_conditions(
         &self,
         graph: &Graph,
@@ -501,7 +503,7 @@ impl Point {
         self.halve_to_surface(graph, v, order, roots)
     }
 
-    /// Moves a symbol, another one than `kept` if there is one, to a little beside a threshold.
+    /// Moves a symbol, other than `kept` if possible, to just beside a threshold.
     fn move_near(
         &mut self,
         graph: &Graph,

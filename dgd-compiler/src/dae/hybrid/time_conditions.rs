@@ -1,6 +1,6 @@
 //! Conditions on time: comparisons that switch at a time which parameters alone determine.
 //!
-//! Both sides of `time > t_on` depend on time linearly, and else on parameters only, so that
+//! Both sides of `time > t_on` depend on time linearly, and otherwise on parameters only, so that
 //! left − right = α + β time. It switches at t = −α/β, and a solver can stop there.
 
 use std::collections::HashMap;
@@ -95,9 +95,9 @@ fn line(graph: &mut Graph, id: ExprId, node: Node, lines: &HashMap<ExprId, Line>
     }
 }
 
-/// When a ≷ b switches, and what it is then; `None` where time has no say in it.
+/// When a ≷ b switches, and what it is then; `None` if the condition does not depend on time.
 ///
-/// With a − b = α + β t it switches at −α/β. Where β is zero it never does, which is to have
+/// With a − b = α + β t it switches at −α/β. Where β is zero it never does, which counts as having
 /// switched before all times.
 fn switch(graph: &mut Graph, comparison: Comparison, a: Line, b: Line) -> Option<TimeCondition> {
     let zero = graph.constant(0.0);

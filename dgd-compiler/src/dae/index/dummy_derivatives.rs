@@ -1,6 +1,6 @@
 //! Dummy derivatives: which of the unknowns that constraints tie together stay states.
 //!
-//! A constraint 0 = e(x) that was differentiated leaves one of the x no state: its derivative is a
+//! A constraint 0 = e(x) that was differentiated makes one of the x algebraic: its derivative is a
 //! dummy, an algebraic unknown like others, and the constraint gives x itself. Which x that can be
 //! is a question of the pivot: for k constraints, the determinant of ∂e/∂x over the k chosen x.
 //!

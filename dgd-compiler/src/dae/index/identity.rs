@@ -14,7 +14,7 @@ const SAMPLES: [u64; 3] = [1, 2, 3];
 /// Values this close to a whole number, relative to what has cancelled on the way, are that number.
 const ROUNDING: f64 = 1e-12;
 
-/// The whole number in the place of an expression that comes to one whatever is in it.
+/// Replaces an expression that is identically a whole number by that number.
 pub(super) fn tidied(graph: &mut Graph, id: ExprId) -> ExprId {
     if graph.value(id).is_some() {
         return id;
@@ -56,7 +56,7 @@ fn sampled(graph: &Graph, id: ExprId, sample: u64) -> (f64, f64) {
 }
 
 /// A number between ½ and 1½, by SplitMix64 (Steele, Lea and Flood, OOPSLA 2014): differences of
-/// such numbers must not have a pattern, either.
+/// such numbers must not have a pattern either.
 fn number(position: u64, sample: u64) -> f64 {
     let mut bits = (sample << 32 | position).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

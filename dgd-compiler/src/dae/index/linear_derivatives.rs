@@ -29,14 +29,14 @@ pub(super) struct Residual {
     pub(super) order: u32,
 }
 
-/// ẋ, and the equation that says so.
+/// ẋ, and the equation that gives it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Rate {
     pub(super) value: ExprId,
     pub(super) equation: usize,
 }
 
-/// What equations give at once.
+/// What equations give directly.
 #[derive(Debug, Default)]
 pub(super) struct Solved {
     pub(super) rates: BTreeMap<u32, Rate>,

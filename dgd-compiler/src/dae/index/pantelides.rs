@@ -13,8 +13,8 @@
 //! # Source
 //!
 //! C. C. Pantelides, The consistent initialization of differential-algebraic systems, SIAM J. Sci.
-//! Stat. Comput. 9 (1988) 213–231, algorithm 4.1; here with the derivatives that equations give at
-//! once (`linear_derivatives`) put in.
+//! Stat. Comput. 9 (1988) 213–231, algorithm 4.1; here with the derivatives that equations give
+//! directly (`linear_derivatives`) substituted.
 
 use std::collections::BTreeMap;
 
@@ -69,7 +69,7 @@ pub(super) struct Refusal {
     pub(super) wanting: Vec<u32>,
 }
 
-/// What of the inputs derivatives need to know: which have a slope.
+/// Which inputs have a slope.
 pub(super) struct Slopes<'a> {
     pub(super) inputs: &'a [Input],
     /// The declared input behind each delayed one.

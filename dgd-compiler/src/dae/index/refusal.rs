@@ -1,4 +1,4 @@
-//! Words for equations that cannot be differentiated.
+//! Messages about equations that cannot be differentiated.
 
 use super::explicit::{Explicit, Row};
 use super::linear_derivatives::Residual;

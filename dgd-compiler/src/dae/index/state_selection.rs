@@ -1,8 +1,8 @@
-//! Which unknowns are states, where that must change along a solution: automata of the tool's own.
+//! Which unknowns are states, where that must change along a solution: automata that choose them.
 //!
 //! A block of constraints with several choices becomes an automaton with a mode for each. A mode is
 //! left for another when the other's pivot is the better one by a factor, so that near equality
-//! nothing goes to and fro. The solution goes on through such a change as if nothing had happened.
+//! the choice does not alternate. The solution is not affected by such a change.
 
 use super::Systems;
 use super::dummy_derivatives::Block;

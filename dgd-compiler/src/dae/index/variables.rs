@@ -1,4 +1,4 @@
-//! The unknowns of a system: those that the model declares, and those that its form needs besides.
+//! The unknowns of a system: those that the model declares, and those that its form also needs.
 
 use std::collections::BTreeMap;
 

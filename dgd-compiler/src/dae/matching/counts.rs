@@ -1,4 +1,4 @@
-//! As many equations as unknowns, and no equation that determines nothing.
+//! Checks that there are as many equations as unknowns, and that each equation determines something.
 
 use super::dulmage_mendelsohn::{Part, overdetermined, underdetermined};
 use super::{Matching, maximum_matching};
@@ -8,7 +8,7 @@ use crate::expr::{Graph, Symbol};
 use crate::model::Model;
 use crate::source::Span;
 
-/// As many equations as unknowns, each with something to say about one of its own.
+/// Checks that the equations that hold can be matched to the unknowns one to one.
 pub(in crate::dae) fn verify_counts(
     model: &Model,
     graph: &Graph,

@@ -11,7 +11,8 @@ use crate::model::{Model, ModelOptions, resolve};
 use crate::source::{Source, Sources};
 use crate::syntax::layout;
 use crate::syntax::parse;
-use crate::syntax::print::{print, without_places};
+use crate::syntax::places::without_places;
+use crate::syntax::print::print;
 
 const TANK: &str = "\
 /// A tank.
@@ -448,7 +449,7 @@ fn what_does_not_fit_is_refused() {
         (plant("replace k in leve by 2*k"), &[], "E201"),
         (plant("replace k in total by 2*k"), &[], "E212"),
         (plant("replace A by 2*A"), &[], ""),
-        // Its derivative is no use of it.
+        // Its derivative does not count as a use.
         (plant("replace v by 2*v"), &[], "E212"),
         (plant("replace output los by 2"), &[], "E201"),
         (plant("add c to levels"), &[], "E201"),

@@ -67,7 +67,7 @@ pub enum Formula {
         digits: String,
         /// The power of ten.
         exponent: Option<String>,
-        /// The unit behind it, as written.
+        /// The unit after it, as written.
         unit: Option<String>,
     },
     /// Parts beside each other.
@@ -152,7 +152,7 @@ pub enum Operator {
     Not,
 }
 
-/// A line and what is said of it.
+/// A line with its documentation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Documented {
     /// The line.
@@ -170,9 +170,9 @@ pub fn lines(asts: &[Ast], model: &Model) -> Vec<Line> {
     documented(asts, model).into_iter().map(|documented| documented.line).collect()
 }
 
-/// The same with what is said of them.
+/// The same with their documentation.
 pub fn documented(asts: &[Ast], model: &Model) -> Vec<Documented> {
-    // The model has been made of these trees.
+    // The model was made from these trees, so they expand without errors.
     let expanded = parts::expand(asts, &mut Diagnostics::default());
     let mut lines = Vec::new();
     for ast in expanded.iter().flat_map(|expanded| expanded.asts.iter()).rev() {
@@ -229,7 +229,7 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
         }
         ItemKind::Modes { modes, transitions, .. } => {
             for (k, mode) in modes.iter().enumerate() {
-                // What is said of the block is said once, what is said of a mode with it.
+                // The documentation of the block is written once, that of a mode with the mode.
                 let doc =
                     if k == 0 { [&item.doc[..], &mode.doc].concat() } else { mode.doc.clone() };
                 let line = Line::Mode(mode.name.text.clone());

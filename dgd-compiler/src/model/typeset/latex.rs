@@ -135,7 +135,7 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
     }
 }
 
-/// Parts with what stands before, between and behind them.
+/// Parts with what stands before, between and after them.
 fn write_parts(text: &mut String, around: &[&str], parts: &[&Formula]) -> std::fmt::Result {
     for (i, piece) in around.iter().enumerate() {
         text.push_str(piece);

@@ -19,7 +19,7 @@ use crate::syntax::ast::{
 pub fn write(asts: &[Ast], model: &Model, path: &str) -> String {
     let mut text = format!("# {}\n", escaped(&model.name));
     push_doc(&mut text, &model.doc);
-    // The model has been made of these trees.
+    // The model was made from these trees, so they expand without errors.
     let expanded = parts::expand(asts, &mut Diagnostics::default());
     let mut declarations = Declarations::default();
     for ast in expanded.iter().flat_map(|expanded| expanded.asts.iter()).rev() {
@@ -186,7 +186,7 @@ fn bounds(attributes: &[Attribute]) -> String {
     }
 }
 
-/// Blocks of equations; one with a doc comment begins behind it.
+/// Blocks of equations; one with a doc comment begins after it.
 fn push_equations(text: &mut String, lines: &[Documented]) {
     let mut from = 0;
     while from < lines.len() {
@@ -203,7 +203,7 @@ fn push_equations(text: &mut String, lines: &[Documented]) {
     }
 }
 
-/// A line, with its label and the indices for which it holds behind it.
+/// A line, with its label and the indices for which it holds after it.
 fn row(Documented { line, index, .. }: &Documented) -> String {
     let (mut text, label) = match line {
         Line::Equation { left, right, label } => {

@@ -20,10 +20,10 @@ const CONTINUED: usize = 4;
 const COMMENT_GAP: usize = 2;
 /// Deeper braces are not indented further.
 const DEEPEST: usize = 64;
-/// Wider cells do not push the columns behind them.
+/// Wider cells do not push the columns after them.
 const WIDEST_CELL: usize = 48;
 
-/// A text that was made by editing a source, laid out if the source was: a layout of one's own is
+/// A text that was made by editing a source, laid out if the source was: an author's own layout is
 /// left alone.
 pub fn like(original: SourceId, sources: &Sources, edited: String) -> String {
     let mut unread = Diagnostics::default();
@@ -81,7 +81,7 @@ enum Column {
     Head,
     /// The unit.
     Unit,
-    /// `= …`, or what is behind an equation's label, or `{ … }`.
+    /// `= …`, or what is after an equation's label, or `{ … }`.
     Value,
     /// Attributes.
     Attributes,
@@ -111,7 +111,7 @@ const IN_COLUMNS: &[&str] = &[
     "equation",
 ];
 
-/// A token with what has been found out about it.
+/// A token with its spacing.
 struct SpacedToken {
     token: Token,
     /// Whether a blank stands before it within a line.
@@ -339,7 +339,7 @@ fn place_comments(lines: &mut [Line]) {
     }
 }
 
-/// The text of the lines, without empty ones at the start, at the end, and behind one another.
+/// The text of the lines, without empty ones at the start, at the end, and after one another.
 fn joined(lines: &[Line]) -> String {
     let mut out = String::new();
     let mut is_pending = false;

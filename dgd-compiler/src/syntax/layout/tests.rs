@@ -1,3 +1,5 @@
+//! Layouts of texts, and texts that stay as they are.
+
 use super::super::tests::{CIRCULATION, mutated};
 use super::*;
 use crate::source::Source;
@@ -89,7 +91,7 @@ fn comments_of_a_block_have_one_column() {
     for (columns, column) in [([18, 18, 18], 18), ([20, 30, 25], 20), ([25, 17, 17], 18)] {
         assert_eq!(laid_out(&block(columns)), Ok(block([column; 3])));
     }
-    // Lines of another kind have theirs, and so have those behind a line without.
+    // Lines of another kind have theirs, and so have those after a line without.
     let text = "constant a = 1    # one\nlet b = a    # two\n";
     assert_eq!(laid_out(text).as_deref(), Ok(text));
     let text = "constant a = 1    # one\nconstant b = 2\nconstant c = 3      # three\n";

@@ -1,6 +1,6 @@
 //! Arrays: ranges and indices between brackets, and `for NAME in a..b { … }`.
 //!
-//! The lexer makes one token of what stands between brackets behind a name. It is cut into tokens
+//! The lexer makes one token of what stands between brackets after a name. It is cut into tokens
 //! of its own here.
 
 use nom::Parser;

@@ -288,7 +288,7 @@ fn operand(input: Tokens<'_>) -> Parsed<'_, Expr> {
 
 fn number(input: Tokens<'_>) -> Parsed<'_, Expr> {
     let text = input.first_text();
-    // The lexer has seen to it that this is a number within range.
+    // The lexer has checked that this is a number within range.
     let Ok(value) = text.parse() else {
         return input.expected(OPERAND);
     };
@@ -333,7 +333,7 @@ pub(crate) fn close(open: Span, input: Tokens<'_>) -> Parsed<'_, Span> {
     }
 }
 
-/// `f(a, b)` behind the function's name.
+/// `f(a, b)` after the function's name.
 fn call<'a>(input: Tokens<'a>, open: Tokens<'a>, function: Name) -> Parsed<'a, Expr> {
     let (rest, arguments) = arguments(open.deeper()?.behind_first())?;
     let (rest, _) = close(open.span(), rest.shallower())?;
@@ -369,7 +369,7 @@ fn conditional(input: Tokens<'_>) -> Parsed<'_, Expr> {
     Ok((rest, Expr { span: input.span_to(&rest), kind: ExprKind::If(condition, yes, no) }))
 }
 
-/// A keyword and the expression behind it.
+/// A keyword and the expression after it.
 fn branch<'a>(
     input: Tokens<'a>,
     keyword: &'static str,

@@ -17,7 +17,7 @@ use crate::syntax::ast::{
 };
 use crate::units::parse_unit;
 
-/// Reads an item behind its keyword.
+/// Reads an item after its keyword.
 type Rule = for<'a> fn(Tokens<'a>) -> Parsed<'a, ItemKind>;
 
 /// Keywords of items that hold no others, with their rules.
@@ -207,7 +207,7 @@ fn output(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     Ok((rest, ItemKind::Output { name, unit, value, attributes }))
 }
 
-/// `name = value`, and nothing behind it.
+/// `name = value`, and nothing after it.
 pub(crate) fn setting(input: Tokens<'_>) -> Parsed<'_, (Name, Expr)> {
     let equal = token(TokenKind::Equal, "`=` behind the name");
     let (rest, (name, _, value)) = (dotted, equal, expression).parse(input)?;
@@ -242,7 +242,7 @@ fn saturate(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     Ok((rest, ItemKind::Saturate { name, side, bound }))
 }
 
-/// Reads an attribute behind its word.
+/// Reads an attribute after its word.
 type AttributeRule = for<'a> fn(Tokens<'a>) -> Parsed<'a, AttributeKind>;
 
 /// Words of attributes, with their rules.
@@ -258,7 +258,7 @@ const ATTRIBUTES: &[(&str, AttributeRule)] = &[
     ("history", |input| map(expression, AttributeKind::History).parse(input)),
 ];
 
-/// Attributes to the end of the item: the first without a comma, the others behind one.
+/// Attributes to the end of the item: the first without a comma, the others after one.
 fn attributes<'a>(
     allowed: &[&str],
     what: &str,

@@ -22,9 +22,9 @@ pub(crate) enum TokenKind {
     Name,
     /// `"…"`
     Text,
-    /// `[…]` behind a blank or a number
+    /// `[…]` after a blank or a number
     Unit,
-    /// `[…]` directly behind a name
+    /// `[…]` directly after a name
     Index,
     Plus,
     Minus,
@@ -158,8 +158,8 @@ fn name(input: &str) -> Lexed<'_, &str> {
 
 /// Letters of which names may consist.
 ///
-/// These stay what they are under Unicode normalisation, and are letters of names in Rust, too: a
-/// name is one and the same identifier in generated code.
+/// These are unchanged by Unicode normalisation and may also stand in Rust identifiers, so that a
+/// name is the same identifier in generated code.
 fn is_letter(c: char) -> bool {
     c.is_ascii_alphabetic()
         || c.is_alphabetic()
@@ -178,7 +178,7 @@ fn is_name_character(c: char) -> bool {
     c == '_' || c.is_ascii_digit() || is_letter(c)
 }
 
-/// Digits, perhaps a point with digits, perhaps an exponent; nothing of a word directly behind.
+/// Digits, perhaps a point with digits, perhaps an exponent; not directly followed by a word.
 fn number(input: &str) -> Lexed<'_, &str> {
     verify(
         verify_rest(digits, |rest| {
@@ -286,7 +286,7 @@ fn brackets<'a>(
     }
 }
 
-/// Why a piece of text is no token.
+/// Why a piece of text is not a token.
 #[derive(Debug)]
 struct Mistake {
     code: Code,
@@ -294,7 +294,7 @@ struct Mistake {
     help: Option<&'static str>,
 }
 
-/// Takes a piece that is no token, not empty, and says why.
+/// Takes a piece, not empty, that is not a token, and says why.
 fn unsound(input: &str) -> (&str, Result<TokenKind, Mistake>) {
     let result: Lexed<'_, Mistake> = alt((
         map(malformed_number, |piece: &str| number_mistake(piece)),
@@ -419,7 +419,7 @@ fn character_help(piece: &str) -> Option<&'static str> {
 
 /// For every token whether it is a line end that ends an item.
 ///
-/// An item goes on while a parenthesis is open and when a line ends in a comma, a colon or an
+/// An item continues while a parenthesis is open and when a line ends in a comma, a colon or an
 /// operator. It does not go on into a line that can only be the beginning of an item, so that one
 /// forgotten parenthesis is one mistake.
 pub(crate) fn item_ends(tokens: &[Token], source: &str) -> Vec<bool> {
@@ -459,7 +459,7 @@ pub(crate) fn item_ends(tokens: &[Token], source: &str) -> Vec<bool> {
     ends
 }
 
-/// Whether an item goes on behind a line that ends in this token.
+/// Whether an item goes on after a line that ends in this token.
 fn continues(kind: TokenKind, text: &str) -> bool {
     match kind {
         TokenKind::Plus

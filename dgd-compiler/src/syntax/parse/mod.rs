@@ -1,7 +1,7 @@
 //! Parsing: the text is cut into tokens, the tokens into items, and every item is parsed by itself.
 //!
-//! What is wrong with one item therefore says nothing about the next, and all mistakes of a file are
-//! reported in one go.
+//! A mistake in one item therefore does not affect the next, and all mistakes of a file are reported
+//! at once.
 
 mod array;
 mod effect;
@@ -35,7 +35,7 @@ pub fn parse(
     Ok(ast)
 }
 
-/// Reads what is sound of a source and passes over the rest, for tools that go on after a mistake.
+/// Reads the sound items of a source and skips the rest, for tools that continue after a mistake.
 pub fn parse_what_is_sound(source: SourceId, sources: &Sources) -> Ast {
     read(source, sources).0
 }
@@ -271,7 +271,7 @@ impl<'a, 'd> Reader<'a, 'd> {
         Some(ItemKind::Variant { name, choices })
     }
 
-    /// Splits `KEYWORD NAME { … } …` into the name, what is within the braces and what is behind
+    /// Splits `KEYWORD NAME { … } …` into the name, what is within the braces and what is after
     /// them.
     fn named_block(
         &mut self,
@@ -290,7 +290,7 @@ impl<'a, 'd> Reader<'a, 'd> {
         Some((name, inside, behind))
     }
 
-    /// Takes the doc comment behind a block; `above` are those in it that nothing followed.
+    /// Takes the doc comment after a block; `above` are those in it that nothing followed.
     fn end_of_block(
         &mut self,
         above: &[Token],
@@ -325,7 +325,7 @@ impl<'a, 'd> Reader<'a, 'd> {
         Some((Choice { doc: self.doc_lines(docs), name, items }, behind))
     }
 
-    /// Splits `{ … } …` into what is within the braces and what is behind them.
+    /// Splits `{ … } …` into what is within the braces and what is after them.
     fn block(&mut self, tokens: &'a [Token]) -> Option<(&'a [Token], &'a [Token])> {
         let input = self.input(tokens);
         let brace = tokens::token(TokenKind::OpenBrace, "`{`");
@@ -347,7 +347,7 @@ impl<'a, 'd> Reader<'a, 'd> {
         None
     }
 
-    /// The lines of doc comments, without `///` and one blank behind it.
+    /// The lines of doc comments, without `///` and one blank after it.
     fn doc_lines(&self, docs: &[Token]) -> Vec<String> {
         let line = |token: &Token| {
             let text = &token.text(self.text)[3..];

@@ -190,7 +190,7 @@ fn head_of_transition(input: Tokens<'_>) -> Parsed<'_, Head> {
     Ok((rest, (from, to, left, crossing, right)))
 }
 
-/// `EXPRESSION falls below EXPRESSION`, and nothing behind it.
+/// `EXPRESSION falls below EXPRESSION`, and nothing after it.
 fn condition(input: Tokens<'_>) -> Parsed<'_, (Expr, Crossing, Expr)> {
     let (rest, left) = expression(input)?;
     let (crossing, side) = match rest.first_text() {

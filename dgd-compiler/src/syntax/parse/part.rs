@@ -7,7 +7,7 @@ use super::lexical::TokenKind;
 use super::tokens::{Parsed, Tokens, dotted, name, token};
 use crate::syntax::ast::{ItemKind, PartArgument};
 
-/// Whether an input of a part is bound here: no keyword has a point behind it.
+/// Whether an input of a part is bound here: no keyword is followed by a point.
 pub(super) fn is_binding(input: Tokens<'_>) -> bool {
     input.first() == Some(TokenKind::Name) && input.second() == Some(TokenKind::Dot)
 }
@@ -19,7 +19,7 @@ pub(super) fn binding(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     Ok((rest, ItemKind::Binding { input, value }))
 }
 
-/// `NAME: MODEL(a = e, …)` behind the keyword; the parentheses may be left out.
+/// `NAME: MODEL(a = e, …)` after the keyword; the parentheses may be left out.
 pub(super) fn part(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     let colon = token(TokenKind::Colon, "`:` and the part's model");
     let (rest, (name, _, model)) = (name, colon, name).parse(input)?;

@@ -13,7 +13,7 @@ use crate::syntax::ast::Name;
 
 /// How deep expressions and blocks may nest.
 ///
-/// It bounds the stack that the parser needs, and everything behind it that walks over a tree.
+/// It bounds the stack that the parser needs, and everything later that walks over a tree.
 pub(crate) const NESTING: u32 = 128;
 
 /// What is left to read of an item.
@@ -61,7 +61,7 @@ impl<'a> Tokens<'a> {
         self.left.first().map(|token| token.kind)
     }
 
-    /// The kind of the token behind the first.
+    /// The kind of the token after the first.
     pub(crate) fn second(&self) -> Option<TokenKind> {
         self.left.get(1).map(|token| token.kind)
     }
@@ -71,7 +71,7 @@ impl<'a> Tokens<'a> {
         self.left.first().map_or("", |token| token.text(self.text))
     }
 
-    /// Place of the first token, or the place behind the last.
+    /// Place of the first token, or the place after the last.
     pub(crate) fn span(&self) -> Span {
         match self.left.first() {
             Some(token) => token.span(self.source),
@@ -85,7 +85,7 @@ impl<'a> Tokens<'a> {
         Span { source, start, end: rest.before.max(start) }
     }
 
-    /// Whether a digit stands directly before and behind the first token.
+    /// Whether a digit stands directly before and after the first token.
     fn is_between_digits(&self) -> bool {
         let Span { start, end, .. } = self.span();
         let (before, behind) = (&self.text[..start as usize], &self.text[end as usize..]);
@@ -289,7 +289,7 @@ pub(crate) fn word<'a>(
     }
 }
 
-/// A name, which is no word of expressions.
+/// A name that is not a reserved word.
 pub(crate) fn name(input: Tokens<'_>) -> Parsed<'_, Name> {
     let (text, span) = (input.first_text(), input.span());
     if input.first() != Some(TokenKind::Name) {
@@ -308,7 +308,7 @@ pub(crate) fn dotted(input: Tokens<'_>) -> Parsed<'_, Name> {
     members(input)
 }
 
-/// The name that is the first token, and what follows it behind points, where any word is a name.
+/// The name that is the first token, and what follows it after points, where any word is a name.
 pub(crate) fn members(input: Tokens<'_>) -> Parsed<'_, Name> {
     let mut dotted = Name { text: input.first_text().to_owned(), span: input.span() };
     let mut rest = input.behind_first();

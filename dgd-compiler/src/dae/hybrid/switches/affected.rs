@@ -1,8 +1,8 @@
-//! What of the rows depends on a switch, as far as has to be looked at.
+//! Which parts of the rows depend on a switch and have to be examined for it.
 //!
-//! A row goes on behind a surface as that part of it does which the surface changes, if the rest of
-//! the row only adds something, scales, or is a monotonic function: then the part alone is looked at,
-//! and a row of many switches takes no longer than as many rows.
+//! A row passes a surface as the part that the surface changes does, if the rest of the row only adds
+//! something, scales, or is a monotonic function. Then only the part is examined, and a row of many
+//! switches takes no longer than as many rows.
 
 use crate::dae::Dae;
 use crate::dae::hybrid::smoothness::Signs;

@@ -1,10 +1,10 @@
 //! Switches as events: comparisons, `abs` and `sign` on which the rows depend.
 //!
-//! What they have in common is a surface e = 0: left = right, or x = 0. Where all rows go on smoothly
-//! behind it ([`super::smoothness`]), or where e changes at samples of inputs only, nothing happens.
+//! Each changes on a surface e = 0: left = right, or x = 0. Where all rows are smooth across it
+//! ([`super::smoothness`]), or where e changes at samples of inputs only, nothing happens.
 //! Where a slope jumps, there is an event that changes nothing: a step ends there, so that no step
 //! reaches across the corner. Where a value jumps, the switch becomes a discrete number z, so that a
-//! step that passes the surface goes on as before until it is cut there:
+//! step that passes the surface continues unchanged until it is cut there:
 //!
 //! ```text
 //!   z = below   e < 0    ->  above when e rises above 0
@@ -20,7 +20,7 @@
 //! ```
 //!
 //! α is an algebraic unknown, so that it may act through other algebraic unknowns, and several
-//! surfaces can slide at one time. The solution leaves the surface where α leaves [0, 1]. For a
+//! surfaces can slide at the same time. The solution leaves the surface where α leaves [0, 1]. For a
 //! surface that reads algebraic unknowns there is no ė, and no sliding.
 //!
 //! # Source
@@ -78,7 +78,7 @@ pub(in crate::dae) fn locate(dae: &mut Dae, model: &Model) {
     for surface in &mut surfaces {
         surface.name = name(dae, model, surface.e);
     }
-    // Those that only stop steps come last: the others are read by the rows.
+    // Those that only stop steps come last, as rows read the others by their positions.
     surfaces.sort_by_key(|surface| surface.passage != Passage::Jump);
     replace_switches(dae, model, &mut surfaces);
     for surface in &surfaces {
@@ -87,7 +87,7 @@ pub(in crate::dae) fn locate(dae: &mut Dae, model: &Model) {
     }
 }
 
-/// All surfaces, with how the rows go on behind them.
+/// All surfaces, with how the rows pass them.
 fn passed(dae: &mut Dae, model: &Model) -> Vec<Surface> {
     let roots: Vec<ExprId> = dae.rows().collect();
     let mut surfaces = surfaces::surfaces(dae, model, &roots, SurfaceKind::Common);
@@ -167,8 +167,8 @@ fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
 
 /// The row of α while the solution slides: ė = 0.
 ///
-/// Where another switch keeps α from acting, as that of a brake that is released, ė is what it is: α
-/// is beyond its range then, on the side to which the solution leaves.
+/// Where another switch keeps α from acting, as when a brake is released, ė cannot be made zero. α
+/// is then beyond its range, on the side to which the solution leaves.
 fn held(graph: &mut Graph, rate: ExprId, share: u32, z: ExprId) -> ExprId {
     let slopes = graph.gradient(rate, |symbol| (symbol == Symbol::Unknown(share)).then_some(0));
     let Some((_, slope)) = slopes.first().copied() else { return rate };
@@ -205,7 +205,7 @@ fn rate_of(dae: &mut Dae, model: &Model, e: ExprId) -> ExprId {
 struct Sliding {
     /// For each row, whether it reads an algebraic unknown.
     reads_algebraic: Vec<bool>,
-    /// A graph to be thrown away.
+    /// A scratch graph.
     trial: RefCell<Graph>,
 }
 

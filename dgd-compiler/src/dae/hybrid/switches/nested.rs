@@ -36,7 +36,7 @@ pub(super) fn take_apart(dae: &mut Dae, model: &Model) {
     }
 }
 
-/// The first surface behind which that of another switch jumps, and the rows that read both.
+/// The first surface across which that of another switch jumps, and the rows that read both.
 fn inner(dae: &mut Dae, model: &Model) -> Option<(ExprId, Signs, Vec<usize>)> {
     let roots: Vec<ExprId> = dae.rows().collect();
     let all = surfaces(dae, model, &roots, SurfaceKind::Common);

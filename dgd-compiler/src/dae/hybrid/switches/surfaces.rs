@@ -106,7 +106,7 @@ fn is_smooth(graph: &Graph, e: ExprId) -> bool {
     })
 }
 
-/// Surfaces that are one make one: `x > 1` and `2*x + 1 > 3` change at the same time, whatever the
+/// Merges surfaces that are the same: `x > 1` and `2*x + 1 > 3` change at the same time, whatever the
 /// parameters.
 fn joined(dae: &Dae, model: &Model, surfaces: Vec<Surface>) -> Vec<Surface> {
     let typical = Sizes::of(dae, model);

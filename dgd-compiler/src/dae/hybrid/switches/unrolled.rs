@@ -1,4 +1,4 @@
-//! Loops whose rows jump, as rows of their own: each has events of its own then.
+//! Loops whose rows jump are unrolled, so that each row has its own events.
 //!
 //! Where only slopes jump, a loop stays one: the control of the error sees corners, and sensitivities
 //! go through them. They would not go through a jump that nothing locates.
@@ -13,8 +13,8 @@ use crate::model::Model;
 /// Longer loops stay as they are: the program grows with the rows.
 const MOST_ROWS: u32 = 10_000;
 
-/// Takes apart the loops in which a value jumps where an element, or what else differs from row to
-/// row, passes a threshold.
+/// Unrolls the loops in which a value jumps where an element, or anything else that differs from row
+/// to row, passes a threshold.
 pub(super) fn unroll(dae: &mut Dae, model: &Model) {
     let sizes = Sizes::of(dae, model);
     for family in std::mem::take(&mut dae.families) {
