@@ -1,5 +1,7 @@
 //! Model → Dae: the list of the passes, each with what it eliminates.
 
+use std::collections::BTreeMap;
+
 use super::families::{self, Origins};
 use super::hybrid::saturate::{n_automata, saturate};
 use super::hybrid::switches;
@@ -7,7 +9,7 @@ use super::index::{Selections, Systems};
 use super::modes::Combinations;
 use super::rates::{Varying, take_slopes};
 use super::readers::DerivativeReader;
-use super::renumber::renumber_time_conditions;
+use super::renumber::renumber;
 use super::transfer::transfer;
 use super::{Dae, delays};
 use crate::diagnostics::{Diagnostics, Reported};
@@ -48,13 +50,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     let differentiated_inputs = systems.differentiated_inputs(&transferred.equations);
     // After this: no constraint without a selection of its states.
     let selections = Selections::of(&systems.explicit);
-    renumber_time_conditions(
-        &mut graph,
-        &mut systems.explicit,
-        &mut transferred,
-        &mut plan,
-        &selections,
-    );
+    renumber(&mut graph, &mut systems.explicit, &mut transferred, &mut plan, &selections);
     let equations = &transferred.equations;
     let selecting = selections.automata(model, &mut graph, equations, &systems);
     // After this: no unknown without its row.
@@ -74,25 +70,19 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     saturate(&mut graph, varying, &transferred.bounds, &mut unknowns, &mut automata);
     let families = families::families(&mut graph, &plan, &origins);
     let mut dae = Dae {
-        name: model.name.clone(),
-        doc: model.doc.clone(),
         graph,
         unknowns,
-        arrays: Vec::new(),
         families,
-        parameters: model.parameters.clone(),
-        inputs: model.inputs.clone(),
         delays: delays.delays,
         varying_delays: delays.varying,
         delayed_inputs: delays.inputs,
         delayed_unknowns: delays.unknowns,
         differentiated_inputs,
         outputs,
-        output_arrays: Vec::new(),
         names: transferred.names,
-        variants: model.variants.clone(),
         automata,
         time_conditions,
+        ..declared(model)
     };
     // After this: no switch in a row whose value or slope jumps without an event.
     switches::locate(&mut dae, model);
@@ -100,4 +90,29 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     take_slopes(&mut dae);
     // After this: no elements of arrays; they are unknowns.
     families::place(dae, model, &origins, diagnostics)
+}
+
+/// A system with what a model declares and no equations yet.
+fn declared(model: &Model) -> Dae {
+    Dae {
+        name: model.name.clone(),
+        doc: model.doc.clone(),
+        graph: Graph::default(),
+        unknowns: Vec::new(),
+        arrays: Vec::new(),
+        families: Vec::new(),
+        parameters: model.parameters.clone(),
+        inputs: model.inputs.clone(),
+        delays: Vec::new(),
+        varying_delays: Vec::new(),
+        delayed_inputs: Vec::new(),
+        delayed_unknowns: Vec::new(),
+        differentiated_inputs: Vec::new(),
+        outputs: Vec::new(),
+        output_arrays: Vec::new(),
+        names: BTreeMap::new(),
+        variants: model.variants.clone(),
+        automata: Vec::new(),
+        time_conditions: Vec::new(),
+    }
 }

@@ -8,7 +8,7 @@ use super::transfer::Transferred;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 
 /// Moves conditions on time after the automata that choose states, now that these are known.
-pub(super) fn renumber_time_conditions(
+pub(super) fn renumber(
     graph: &mut Graph,
     systems: &mut [Explicit],
     transferred: &mut Transferred<'_>,
